@@ -1,0 +1,57 @@
+# mjbiped: `make walk` shows what it does, `make test` proves it. Needs Python 3.11 or newer, pip and make.
+
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+VENV := .venv
+BIN := $(VENV)/bin
+OUT := out
+
+.DEFAULT_GOAL := help
+.PHONY: help setup walk test test-slow check format lock clean
+
+help: ## this list
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
+
+setup: $(VENV)/.ready ## install mjbiped and its tools into .venv
+
+# Where Python comes without ensurepip (Debian's own), virtualenv makes the environment in venv's place.
+$(VENV)/.ready: pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "mjbiped needs Python 3.11 or newer; name one with: make PYTHON=/path/to/python3.11"; exit 1; }
+	@echo "installing into $(VENV), a minute or two the first time ..."
+	@if $(PYTHON) -c 'import ensurepip, venv' 2>/dev/null; then \
+		$(PYTHON) -m venv --clear $(VENV); \
+	else \
+		$(PYTHON) -m pip install --quiet --disable-pip-version-check --target $(VENV)-tool virtualenv && \
+		PYTHONPATH=$(VENV)-tool $(PYTHON) -m virtualenv --quiet --clear $(VENV) && rm -rf $(VENV)-tool; \
+	fi
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
+	@touch $@
+
+walk: setup ## walk over mixed slopes and steps: record, figure and video in out/
+	@mkdir -p $(OUT)
+	$(BIN)/mjbiped walk mixed --initial rest --steps 60 --out $(OUT)/walk.npz --plot $(OUT)/walk.png --video $(OUT)/walk.mp4
+
+test: setup check ## set-up, lint, types and tests
+	$(BIN)/python -m pytest -n 2
+
+test-slow: setup ## the long checks
+	$(BIN)/python -m pytest -n 2 -m slow
+
+check: setup ## lint and types
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+format: setup ## write the code in its one format
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+lock: ## take the newest allowed versions into constraints.txt
+	rm -rf $(VENV)-lock && $(PYTHON) -m venv $(VENV)-lock
+	$(VENV)-lock/bin/pip install --quiet --disable-pip-version-check '.[test]' hatchling
+	$(VENV)-lock/bin/pip freeze --exclude mjbiped > constraints.txt
+	rm -rf $(VENV)-lock
+
+clean: ## remove everything that was made here
+	rm -rf $(VENV) $(VENV)-tool $(VENV)-lock $(OUT) dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis MUJOCO_LOG.TXT
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

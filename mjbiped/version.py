@@ -1,0 +1,3 @@
+"""The package's version, for the build and for records."""
+
+__version__ = "0.1.0"
