@@ -21,10 +21,10 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 	@if $(PYTHON) -c 'import ensurepip, venv' 2>/dev/null; then \
 		$(PYTHON) -m venv --clear $(VENV); \
 	else \
-		$(PYTHON) -m pip install --quiet --disable-pip-version-check --target $(VENV)-tool virtualenv && \
+		$(PYTHON) -m pip install --quiet --quiet --disable-pip-version-check --target $(VENV)-tool virtualenv && \
 		PYTHONPATH=$(VENV)-tool $(PYTHON) -m virtualenv --quiet --clear $(VENV) && rm -rf $(VENV)-tool; \
 	fi
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
+	@$(BIN)/python -m pip install --quiet --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
 	@touch $@
 
 walk: setup ## walk over mixed slopes and steps: record, figure and video in out/
