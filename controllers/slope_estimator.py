@@ -1,0 +1,64 @@
+"""Slope estimator: adaptive law (17) within a step, estimate update (27) at touchdown."""
+
+from __future__ import annotations
+
+import math
+
+import mjbiped.compass as compass
+
+
+def estimate_rates(
+    constants: compass.Constants, adaptation_gain: float, q1: float, q2: float, z2a: float, z2b: float
+) -> tuple[float, float]:
+    r"""Adaptive law (17).
+
+    .. math:: \dot{\hat s}_\varphi = \gamma z_2^T M^{-1} g_c, \quad
+              \dot{\hat c}_\varphi = \gamma z_2^T M^{-1} g_s
+
+    Args:
+        constants: Lumped constants of the controller's robot model.
+        adaptation_gain: gamma, the same for both.
+        q1: Stance angle, rad.
+        q2: Swing angle, rad.
+        z2a: Second backstepping error of the stance leg, rad/s.
+        z2b: The same of the swing leg, rad/s.
+
+    Returns:
+        Rates of the estimates of the slope's sine and cosine, 1/s.
+    """
+    m11, m12, m22 = compass.mass_terms(constants, q1, q2)
+    w1, w2 = compass.solve_mass(m11, m12, m22, z2a, z2b)
+    gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, q1, q2)
+    return adaptation_gain * (w1 * gc1 + w2 * gc2), adaptation_gain * (w1 * gs1 + w2 * gs2)
+
+
+def slope_of(sin_slope: float) -> float:
+    """Slope estimate arcsin(s), rad; beyond the sine's range the nearest right angle."""
+    return math.asin(min(1.0, max(-1.0, sin_slope)))
+
+
+def updated_estimate(
+    sin_slope: float, cos_slope: float, threshold: float, stance_before: float, swing_after: float
+) -> tuple[float, float]:
+    r"""Estimate update (27).
+
+    The leg that has just left the ground has not moved; its angle against the old ground's normal (as stance leg) and
+    against the new one's (as swing leg) differ by the change of slope.
+
+    .. math:: \hat\varphi^+ = \hat\varphi^- + q_1^- - q_2^+ \quad \text{if } |q_1^- - q_2^+| > \epsilon
+
+    Args:
+        sin_slope: Estimate of the sine at the end of the step.
+        cos_slope: Estimate of the cosine.
+        threshold: epsilon, rad; smaller changes are taken for noise and leave the estimate as it is.
+        stance_before: q1 just before the touchdown, rad.
+        swing_after: q2 just after it, rad.
+
+    Returns:
+        Estimates of sine and cosine at the next step's start; on the unit circle where updated.
+    """
+    change = stance_before - swing_after
+    if abs(change) <= threshold:
+        return sin_slope, cos_slope
+    slope = slope_of(sin_slope) + change
+    return math.sin(slope), math.cos(slope)

@@ -1,0 +1,78 @@
+"""Trajectory tracking by backstepping, section III-A of the paper, equations (5)-(14)."""
+
+from __future__ import annotations
+
+import mjbiped.compass as compass
+
+
+def tracking_errors(
+    position_gain: float,
+    reference: tuple[float, float, float, float, float, float],
+    q1: float,
+    q2: float,
+    dq1: float,
+    dq2: float,
+) -> tuple[float, float, float, float, float, float]:
+    r"""Errors of the two backstepping stages, (5), (6) and (9).
+
+    .. math:: z_1 = q_r - q, \quad \dot z_1 = \dot q_r - \dot q, \quad z_2 = \dot z_1 + K_1 z_1
+
+    Args:
+        position_gain: K1 = diag(k, k), 1/s.
+        reference: q_r (2), its rates (2) and accelerations (2).
+        q1: Stance angle, rad.
+        q2: Swing angle, rad.
+        dq1: Stance rate, rad/s.
+        dq2: Swing rate, rad/s.
+
+    Returns:
+        z1 (2, rad), its rate (2, rad/s), z2 (2, rad/s).
+    """
+    z1a, z1b = reference[0] - q1, reference[1] - q2
+    dz1a, dz1b = reference[2] - dq1, reference[3] - dq2
+    return z1a, z1b, dz1a, dz1b, dz1a + position_gain * z1a, dz1b + position_gain * z1b
+
+
+def tracking_torque(
+    constants: compass.Constants,
+    position_gain: float,
+    velocity_gain: float,
+    reference: tuple[float, float, float, float, float, float],
+    errors: tuple[float, float, float, float, float, float],
+    q1: float,
+    q2: float,
+    dq1: float,
+    dq2: float,
+    sin_slope: float,
+    cos_slope: float,
+) -> tuple[float, float]:
+    r"""Control law (12); with the estimates for sine and cosine of the slope it is (14).
+
+    .. math:: \tau = B^{-1}\{M[\ddot q_r + (K_1 K_2 + I) z_1 + (K_1 + K_2) \dot z_1] + C \dot q + g\}
+
+    Args:
+        constants: Lumped constants of the controller's robot model.
+        position_gain: K1 = diag(k, k), 1/s.
+        velocity_gain: K2 = diag(k, k), 1/s.
+        reference: q_r (2), its rates (2) and accelerations (2).
+        errors: As `tracking_errors` returns them.
+        q1: Stance angle, rad.
+        q2: Swing angle, rad.
+        dq1: Stance rate, rad/s.
+        dq2: Swing rate, rad/s.
+        sin_slope: Sine of the slope, or its estimate.
+        cos_slope: Cosine of the slope, or its estimate.
+
+    Returns:
+        Ankle and hip torque, N m.
+    """
+    on_position = position_gain * velocity_gain + 1.0
+    on_rate = position_gain + velocity_gain
+    a1 = reference[4] + on_position * errors[0] + on_rate * errors[2]
+    a2 = reference[5] + on_position * errors[1] + on_rate * errors[3]
+    m11, m12, m22 = compass.mass_terms(constants, q1, q2)
+    c1, c2 = compass.coriolis_terms(constants, q1, q2, dq1, dq2)
+    gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, q1, q2)
+    force1 = m11 * a1 + m12 * a2 + c1 + gc1 * sin_slope + gs1 * cos_slope
+    force2 = m12 * a1 + m22 * a2 + c2 + gc2 * sin_slope + gs2 * cos_slope
+    return force1 + force2, force2  # B = [[1, -1], [0, 1]]
