@@ -1,0 +1,33 @@
+"""A laboratory for underactuated biped walking on rough ground.
+
+One controller, one terrain, one record: `walk(controller, terrain)` lets a compass biped walk in MuJoCo and returns a
+`Walk`. Control laws are in the package `controllers`, which is installed beside this one.
+"""
+
+from mjbiped import gl as gl  # first: it imports MuJoCo, also where MUJOCO_GL names a platform that is not there
+from mjbiped.compass import Compass
+from mjbiped.errors import GaitError, InputError, MjbipedError, RecordError, RenderError
+from mjbiped.gait import Gait, find_passive_gait
+from mjbiped.record import Walk
+from mjbiped.scuffing import ScuffingRule
+from mjbiped.terrain import Terrain
+from mjbiped.version import __version__
+from mjbiped.walk import WalkInterrupted, WalkStopped, walk
+
+__all__ = [
+    "Compass",
+    "Gait",
+    "GaitError",
+    "InputError",
+    "MjbipedError",
+    "RecordError",
+    "RenderError",
+    "ScuffingRule",
+    "Terrain",
+    "Walk",
+    "WalkInterrupted",
+    "WalkStopped",
+    "__version__",
+    "find_passive_gait",
+    "walk",
+]

@@ -1,0 +1,90 @@
+"""The columns of a walk's record: what every engine delivers, with widths, units and meanings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Column(NamedTuple):
+    """One named quantity of a table.
+
+    Attributes:
+        width: Numbers per row.
+        unit: For axes and headings; empty where it has none.
+        meaning: One line.
+    """
+
+    width: int
+    unit: str
+    meaning: str
+
+
+SAMPLES: Mapping[str, Column] = {
+    "time": Column(1, "s", "since the walk's start"),
+    "q": Column(2, "rad", "stance and swing leg from the ground's normal under the stance foot"),
+    "dq": Column(2, "rad/s", "their rates"),
+    "torque": Column(2, "N m", "ankle and hip, held until now"),
+    "slope": Column(1, "rad", "of the ground under the stance foot"),
+    "slope_estimate": Column(1, "rad", "the controller's; NaN where it has none"),
+    "stance": Column(1, "", "0 left, 1 right"),
+    "qpos": Column(4, "m, m, rad, rad", "hip x, hip z, left and right leg from the vertical"),
+}
+"""Columns of the samples; `controller_states` comes beside them, one column per integrated state of the controller."""
+
+TOUCHDOWNS: Mapping[str, Column] = {
+    "time": Column(1, "s", "of the leg exchange"),
+    "qpos": Column(4, "m, m, rad, rad", "hip x, hip z, left and right leg from the vertical"),
+    "x": Column(1, "m", "place of the new stance foot"),
+    "z": Column(1, "m", "its height"),
+    "stance": Column(1, "", "the new stance leg, 0 left, 1 right"),
+    "slope": Column(1, "rad", "of the ground under the new stance foot"),
+    "q_before": Column(2, "rad", "stance and swing leg in the old roles, from the old ground's normal"),
+    "dq_before": Column(2, "rad/s", "their rates just before the impact"),
+    "q": Column(2, "rad", "stance and swing leg in the new roles, from the new ground's normal"),
+    "dq": Column(2, "rad/s", "their rates just after the impact"),
+    "work_absolute": Column(1, "J", "since the start, the absolute work of both joints"),
+    "work_net": Column(1, "J", "the same, with its sign"),
+    "work_positive": Column(1, "J", "the same, positive work alone"),
+    "slip": Column(1, "m", "greatest way of the old stance foot along the ground"),
+    "penetration": Column(1, "m", "deepest contact of the step that ends"),
+    "friction": Column(1, "", "greatest |F_t| / F_n of the old stance foot"),
+    "strikes": Column(1, "", "times the swing foot struck a vertical face"),
+    "slope_estimate_before": Column(1, "rad", "the controller's estimate at the step's end"),
+    "slope_estimate": Column(1, "rad", "the same after its update"),
+}
+"""Columns of the touchdowns, one row per leg exchange, in their order in a row."""
+
+WHOLE_NUMBERS = ("stance", "strikes")
+
+
+def width(columns: Mapping[str, Column]) -> int:
+    """Numbers in one row of a table."""
+    return sum(column.width for column in columns.values())
+
+
+def place(columns: Mapping[str, Column], name: str) -> int:
+    """Place of a column's first number in a row."""
+    return sum(columns[earlier].width for earlier in list(columns)[: list(columns).index(name)])
+
+
+def split(columns: Mapping[str, Column], rows: Sequence[Sequence[float]]) -> dict[str, NDArray[np.float64]]:
+    """Rows as one array per column, of shape (rows,) or (rows, width).
+
+    Args:
+        columns: What a row is made of.
+        rows: Each of `width(columns)` numbers.
+    """
+    table = np.array(rows, dtype=np.float64).reshape(len(rows), width(columns))
+    arrays: dict[str, NDArray[np.float64]] = {}
+    first = 0
+    for name, column in columns.items():
+        part = table[:, first : first + column.width]
+        arrays[name] = part.copy() if column.width > 1 else part[:, 0].copy()
+        if name in WHOLE_NUMBERS:
+            arrays[name] = arrays[name].astype(np.int64)
+        first += column.width
+    return arrays

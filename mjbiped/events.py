@@ -1,0 +1,302 @@
+"""Contact events: what the engine remembers from one physics step to the next, and how it exchanges the legs.
+
+All of it stands in `mjData.userdata`, in the places named below, so that a walk can be copied, saved and resumed with
+MuJoCo's own state functions, and nothing depends on how often a callback fires at the same time. The functions work on
+any mutable sequence of floats; they know neither MuJoCo's objects nor the controller.
+
+One physics step from t to t + h:
+
+1. `observe` (in the control callback at t): counts the work of the step before, exchanges the legs if a touchdown was
+   noted in it, lets the swing foot collide when the scuffing rule says so, and looks for an end of the walk;
+2. the controller ticks;
+3. MuJoCo resolves the contacts;
+4. `feel` (in the sensor callback): notes touchdown, friction and penetration as the contact sensors show them.
+
+The exchange comes one call after the contact was resolved: the rates are then already those after the impact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, MutableSequence, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+from mjbiped.columns import TOUCHDOWNS, place, width
+from mjbiped.scuffing import swing_foot_collides
+
+# --- places in userdata -----------------------------------------------------------------------------------------------
+(
+    RUNNING,  # 0 in zeroed userdata: then nothing acts
+    TIME,  # of the last observation, s
+    STANCE,  # 0 left, 1 right
+    EXCHANGE_TIME,  # of the last leg exchange, s
+    CLOCK_ZERO,  # when the controller took notice of it: its step clock's zero, s
+    NEXT_CONTROL,  # when the controller ticks next, s
+    TOUCHED,  # 1: an exchange that the controller has not yet been told of
+    ARMED,  # 1: the swing foot collides
+    SLOPE,  # of the ground under the stance foot, rad
+    FOOT_X,  # stance foot at the exchange, m
+    FOOT_Z,
+    NOTED,  # 1: touchdown resolved in the last step
+    NOTED_SLOPE,  # rad
+    STRIKING,  # 1: the swing foot was against a vertical face in the last step
+    ANKLE,  # torque held, N m
+    HIP,
+    LEFT,  # leg angles and rates of the last observation
+    RIGHT,
+    LEFT_RATE,
+    RIGHT_RATE,
+    WORK_ABSOLUTE,  # since the start, J
+    WORK_NET,
+    WORK_POSITIVE,
+    PEAK_ANKLE,  # since the start, N m
+    PEAK_HIP,
+    SLIP,  # greatest in this step: way of the stance foot along the ground, m
+    PENETRATION,  # m
+    FRICTION,  # |F_t| / F_n
+    STRIKES,  # in this step
+    COUNT,  # touchdowns so far
+    OUTCOME,
+    LAST_TOUCHDOWN,  # first place of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
+) = range(32)
+
+POSTURE_BEFORE = LAST_TOUCHDOWN + place(TOUCHDOWNS, "q_before")
+ESTIMATE_BEFORE = LAST_TOUCHDOWN + place(TOUCHDOWNS, "slope_estimate_before")
+ESTIMATE_AFTER = LAST_TOUCHDOWN + place(TOUCHDOWNS, "slope_estimate")
+CONTROLLER_MEMORY = LAST_TOUCHDOWN + width(TOUCHDOWNS)
+"""The controller's memory begins here and is the last thing in userdata."""
+
+SMALLEST_UPWARD_NORMAL = 0.7  # a contact that faces up less is a riser's face or an inner edge of a heightfield
+FALLEN_HIP = 0.5  # hip height over the ground, along its normal, in leg lengths
+SLIPPED_FOOT = 0.1  # way of a stance foot within one step, in leg lengths
+STALL_TIME = 10.0  # without touchdown, in sqrt(leg length / gravity): four periods of the passive gait
+LIGHT_CONTACT = 0.01  # of the weight: below it the friction ratio is noise
+
+
+class Outcome(IntEnum):
+    """How a walk ended."""
+
+    WALKING = 0
+    FINISHED = 1
+    FELL = 2
+    STALLED = 3
+    SLIPPED = 4
+    LEFT_TERRAIN = 5
+    DIVERGED = 6
+    INTERRUPTED = 7
+
+    @property
+    def words(self) -> str:
+        """The outcome as it stands in records and summaries."""
+        return "left the terrain" if self is Outcome.LEFT_TERRAIN else self.name.lower()
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a walk is judged by: plain numbers that do not change while it lasts.
+
+    Attributes:
+        leg_length: m.
+        weight: N.
+        reach: Scuffing rule, m.
+        delay: Scuffing rule, s.
+        stall_time: Longest time without touchdown, s.
+        start: Ground begins here, x in m.
+        end: Ground ends here, x in m.
+        steps: Touchdowns after which the walk is finished.
+        distance: Place of the stance foot at which it is finished, x in m.
+    """
+
+    leg_length: float
+    weight: float
+    reach: float
+    delay: float
+    stall_time: float
+    start: float
+    end: float
+    steps: float
+    distance: float
+
+
+def begin(
+    u: MutableSequence[float], qpos: Sequence[float], qvel: Sequence[float], slope: float, foot: tuple[float, float]
+) -> None:
+    """Fill zeroed userdata for a walk that starts on the left leg.
+
+    Args:
+        u: Userdata.
+        qpos: Hip x, hip z (m), left and right leg (rad).
+        qvel: Their rates.
+        slope: Of the ground under the stance foot, rad.
+        foot: Stance foot, x and z in m.
+    """
+    u[RUNNING] = 1.0
+    u[TIME] = -1.0
+    u[SLOPE] = slope
+    u[FOOT_X], u[FOOT_Z] = foot
+    u[LEFT], u[RIGHT] = qpos[2], qpos[3]
+    u[LEFT_RATE], u[RIGHT_RATE] = qvel[2], qvel[3]
+
+
+def observe(
+    u: MutableSequence[float],
+    limits: Limits,
+    height_at: Callable[[float], float],
+    time: float,
+    qpos: Sequence[float],
+    qvel: Sequence[float],
+) -> None:
+    """Take in the state at a new time; see the module.
+
+    Args:
+        u: Userdata.
+        limits: What the walk is judged by.
+        height_at: Height of the terrain at a place x, m.
+        time: Now, s; later than the last observation.
+        qpos: Hip x, hip z (m), left and right leg (rad).
+        qvel: Their rates.
+    """
+    hip_x, hip_z, left, right = qpos
+    _, _, left_rate, right_rate = qvel
+    if u[NOTED]:
+        _exchange(u, limits, time, qpos, qvel)
+    else:
+        _count_work(u, left, right)
+    u[TIME] = time
+    u[LEFT], u[RIGHT], u[LEFT_RATE], u[RIGHT_RATE] = left, right, left_rate, right_rate
+
+    length = limits.leg_length
+    stance, swing = (right, left) if u[STANCE] else (left, right)
+    foot_x, foot_z = hip_x - length * math.sin(stance), hip_z - length * math.cos(stance)
+    if not u[ARMED]:
+        swing_x = hip_x - length * math.sin(swing)
+        ahead = swing_x - foot_x
+        if ahead >= limits.reach:
+            clearance = hip_z - length * math.cos(swing) - height_at(swing_x)
+            if swing_foot_collides(limits.reach, limits.delay, time - u[EXCHANGE_TIME], ahead, clearance):
+                u[ARMED] = 1.0
+    slope = u[SLOPE]  # a foot that only sinks into the ground does not slip
+    slip = abs((foot_x - u[FOOT_X]) * math.cos(slope) - (foot_z - u[FOOT_Z]) * math.sin(slope))
+    u[SLIP] = max(u[SLIP], slip)
+    if not u[OUTCOME]:
+        if (hip_z - height_at(hip_x)) * math.cos(slope) < FALLEN_HIP * length:
+            u[OUTCOME] = Outcome.FELL
+        elif time - u[EXCHANGE_TIME] > limits.stall_time:
+            u[OUTCOME] = Outcome.STALLED
+        elif slip > SLIPPED_FOOT * length:
+            u[OUTCOME] = Outcome.SLIPPED
+        elif not limits.start < hip_x < limits.end:
+            u[OUTCOME] = Outcome.LEFT_TERRAIN
+
+
+def _count_work(u: MutableSequence[float], left: float, right: float) -> None:
+    """Work of the held torques since the last observation, exact for the way that was made.
+
+    The paper's power is τ1 q̇1 + τ2 (q̇2 - q̇1); the ground's slope does not change in between.
+    """
+    way_left, way_right = left - u[LEFT], right - u[RIGHT]
+    way_ankle, way_hip = (way_right, way_left - way_right) if u[STANCE] else (way_left, way_right - way_left)
+    ankle, hip = u[ANKLE] * way_ankle, u[HIP] * way_hip
+    u[WORK_ABSOLUTE] += abs(ankle) + abs(hip)
+    u[WORK_NET] += ankle + hip
+    u[WORK_POSITIVE] += max(ankle, 0.0) + max(hip, 0.0)
+
+
+def _exchange(
+    u: MutableSequence[float], limits: Limits, time: float, qpos: Sequence[float], qvel: Sequence[float]
+) -> None:
+    """Swap the legs' roles and write the touchdown's row, but for the estimates, which the controller's tick writes.
+
+    The contact step itself counts for no work: half of it belongs to either step's roles.
+    """
+    hip_x, hip_z, left, right = qpos
+    _, _, left_rate, right_rate = qvel
+    if u[STANCE]:
+        old, new, old_rate, new_rate = right, left, right_rate, left_rate
+        old_before, new_before = u[RIGHT_RATE], u[LEFT_RATE]
+    else:
+        old, new, old_rate, new_rate = left, right, left_rate, right_rate
+        old_before, new_before = u[LEFT_RATE], u[RIGHT_RATE]
+    slope_before, slope = u[SLOPE], u[NOTED_SLOPE]
+    u[STANCE] = 1.0 - u[STANCE]
+    u[FOOT_X] = hip_x - limits.leg_length * math.sin(new)
+    u[FOOT_Z] = hip_z - limits.leg_length * math.cos(new)
+    u[COUNT] += 1.0
+    row = (
+        time,
+        hip_x,
+        hip_z,
+        left,
+        right,
+        u[FOOT_X],
+        u[FOOT_Z],
+        u[STANCE],
+        slope,
+        old - slope_before,
+        new - slope_before,
+        old_before,
+        new_before,
+        new - slope,
+        old - slope,
+        new_rate,
+        old_rate,
+        u[WORK_ABSOLUTE],
+        u[WORK_NET],
+        u[WORK_POSITIVE],
+        u[SLIP],
+        u[PENETRATION],
+        u[FRICTION],
+        u[STRIKES],
+    )
+    for index, value in enumerate(row):
+        u[LAST_TOUCHDOWN + index] = value
+    u[SLOPE] = slope
+    u[EXCHANGE_TIME] = time
+    u[TOUCHED] = 1.0
+    u[NOTED] = u[ARMED] = u[STRIKING] = 0.0
+    u[SLIP] = u[PENETRATION] = u[FRICTION] = u[STRIKES] = 0.0
+    if not u[OUTCOME]:
+        if u[COUNT] >= limits.steps or u[FOOT_X] >= limits.distance:
+            u[OUTCOME] = Outcome.FINISHED
+        elif u[FOOT_X] >= limits.end:
+            u[OUTCOME] = Outcome.LEFT_TERRAIN
+
+
+READING = 11
+"""Floats of one slot of a contact sensor: found, force (3), distance, position (3), normal (3)."""
+_FOUND, _FORCE, _DISTANCE, _NORMAL = 0, 1, 4, 8
+
+
+def feel(u: MutableSequence[float], limits: Limits, stance: Sequence[float], swing: Sequence[float]) -> None:
+    """Note what the contact sensors show of the step just resolved.
+
+    Args:
+        u: Userdata.
+        limits: What the walk is judged by.
+        stance: Slots of the stance foot's contact sensor, deepest contact first; the force is in the contact's frame
+            (normal, two tangents), the normal points from the foot into the ground.
+        swing: The same of the swing foot.
+    """
+    noted = striking = 0.0
+    if u[ARMED]:
+        for slot in range(0, len(swing), READING):
+            if swing[slot + _FOUND] > 0.0:
+                upward = -swing[slot + _NORMAL + 2]
+                if upward < SMALLEST_UPWARD_NORMAL:
+                    striking = 1.0
+                elif not noted:
+                    noted = 1.0
+                    u[NOTED_SLOPE] = math.atan2(-swing[slot + _NORMAL], upward)
+                    u[PENETRATION] = max(u[PENETRATION], -swing[slot + _DISTANCE])
+        if striking and not u[STRIKING]:
+            u[STRIKES] += 1.0
+    u[NOTED], u[STRIKING] = noted, striking
+    if stance[_FOUND] > 0.0 and not noted and -stance[_NORMAL + 2] >= SMALLEST_UPWARD_NORMAL:
+        if -stance[_DISTANCE] > u[PENETRATION]:
+            u[PENETRATION] = -stance[_DISTANCE]
+        force, across, along = stance[_FORCE : _FORCE + 3]
+        if force > LIGHT_CONTACT * limits.weight:
+            used = math.hypot(across, along) / force
+            if used > u[FRICTION]:
+                u[FRICTION] = used

@@ -1,0 +1,196 @@
+"""The record of a walk: what every engine returns, on disk as in memory."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped import measures
+from mjbiped.columns import SAMPLES, TOUCHDOWNS
+from mjbiped.compass import Compass
+from mjbiped.errors import RecordError
+from mjbiped.output import written_whole
+from mjbiped.terrain import Terrain
+
+FORMAT = "mjbiped walk"
+FORMAT_VERSION = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """One walk of a biped, from its start to its outcome.
+
+    Attributes:
+        samples: Arrays over time, by name:
+
+            | name | shape | unit | meaning |
+            |---|---|---|---|
+            | `time` | (n,) | s | since the walk's start |
+            | `q`, `dq` | (n, 2) | rad, rad/s | stance and swing leg from the ground's normal under the stance foot |
+            | `torque` | (n, 2) | N m | ankle and hip |
+            | `slope` | (n,) | rad | of the ground under the stance foot |
+            | `slope_estimate` | (n,) | rad | the controller's; NaN where it has none |
+            | `stance` | (n,) | | 0 left, 1 right |
+            | `qpos` | (n, 4) | m, rad | hip x, hip z, left and right leg from the vertical |
+            | `controller_states` | (n, k) | | the controller's integrated states |
+
+        touchdowns: Arrays with a row per leg exchange; `mjbiped.columns.TOUCHDOWNS` lists them all with units. The
+            posture (`q_before`, `q`) is that of the touchdown, in the old and the new roles; the rates `dq_before` and
+            `dq` are those before and after the impact.
+        outcome: "finished", "fell", "stalled", "slipped", "left the terrain", "diverged" or "interrupted".
+        end: Time (s) and hip x (m) of the last sample.
+        peak_torque: Greatest |ankle| and |hip| torque of all control ticks, N m.
+        settings: All that is needed to repeat the walk, in plain JSON types: robot, controller, terrain, engine and its
+            parameters, initial state, limits, versions.
+    """
+
+    samples: Mapping[str, NDArray[Any]]
+    touchdowns: Mapping[str, NDArray[Any]]
+    outcome: str
+    end: tuple[float, float]
+    peak_torque: NDArray[np.float64]
+    settings: Mapping[str, Any]
+
+    @property
+    def robot(self) -> Compass:
+        """The robot that walked."""
+        return Compass(**self.settings["robot"])
+
+    @property
+    def terrain(self) -> Terrain:
+        """The ground that it walked on."""
+        return Terrain.from_dict(self.settings["terrain"])
+
+    @property
+    def steps(self) -> int:
+        """Number of touchdowns."""
+        return len(self.touchdowns["time"])
+
+    @property
+    def fell(self) -> bool:
+        """Whether the robot fell. Other bad ends have outcomes of their own."""
+        return self.outcome == "fell"
+
+    @property
+    def distance(self) -> float:
+        """Horizontal way of the stance foot, m."""
+        return measures.distance(self)
+
+    @property
+    def cost_of_transport(self) -> float:
+        """c_mt of both joints' absolute work; see `mjbiped.measures.cost_of_transport` for the variants."""
+        return measures.cost_of_transport(self)
+
+    def __eq__(self, other: object) -> bool:
+        """Bitwise equality of everything recorded."""
+        if not isinstance(other, Walk):
+            return NotImplemented
+        return self._identity() == other._identity()
+
+    __hash__ = None  # type: ignore[assignment]  # arrays are mutable
+
+    def _identity(self) -> list[object]:
+        tables: list[object] = [
+            (kind, name, array.dtype.str, array.shape, array.tobytes())
+            for kind, table in (("samples", self.samples), ("touchdowns", self.touchdowns))
+            for name, array in sorted(table.items())
+        ]
+        plain = json.dumps(dict(self.settings), sort_keys=True)
+        return [*tables, self.outcome, self.end, self.peak_torque.tobytes(), plain]
+
+    def save(self, path: str | Path) -> None:
+        """Write the record as `.npz`; the file appears whole or not at all.
+
+        Args:
+            path: File to write; its name must end in `.npz`.
+
+        Raises:
+            RecordError: The name has another ending, or the file cannot be written.
+        """
+        path = Path(path)
+        if path.suffix != ".npz":
+            raise RecordError(f"a walk's record is an .npz file; cannot save as {path.name!r}")
+        header = {
+            "format": FORMAT,
+            "version": FORMAT_VERSION,
+            "outcome": self.outcome,
+            "end": self.end,
+            "settings": dict(self.settings),
+        }
+        arrays: dict[str, NDArray[Any]] = {
+            "header": np.array(json.dumps(header)),
+            "peak_torque": self.peak_torque,
+            **{f"samples/{name}": array for name, array in self.samples.items()},
+            **{f"touchdowns/{name}": array for name, array in self.touchdowns.items()},
+        }
+        try:
+            with written_whole(path) as unfinished:
+                np.savez_compressed(unfinished, allow_pickle=False, **arrays)
+        except OSError as error:
+            raise RecordError(f"cannot write {path}: {error.strerror or error}") from error
+
+    @classmethod
+    def load(cls, path: str | Path) -> Walk:
+        """Read a record.
+
+        Args:
+            path: File that `save` wrote.
+
+        Returns:
+            The same walk.
+
+        Raises:
+            RecordError: The file is missing, truncated, not a walk's record, or of a newer version.
+        """
+        path = Path(path)
+        try:
+            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
+                arrays = {name: file[name] for name in file.files}
+        except OSError as error:
+            raise RecordError(f"cannot read {path}: {error.strerror or error}") from error
+        except (ValueError, EOFError, zipfile.BadZipFile, zipfile.LargeZipFile, AttributeError) as error:
+            raise RecordError(f"{path} is no walk's record, or only a part of one ({error})") from error
+        header = _header(path, arrays)
+        tables: dict[str, dict[str, NDArray[Any]]] = {"samples": {}, "touchdowns": {}}
+        for name, array in arrays.items():
+            kind, _, column = name.partition("/")
+            if column and kind in tables:
+                tables[kind][column] = array
+        missing = sorted({*SAMPLES} - {*tables["samples"]}) + sorted({*TOUCHDOWNS} - {*tables["touchdowns"]})
+        if missing or "peak_torque" not in arrays:
+            raise RecordError(f"{path} is an incomplete record: it lacks {', '.join(missing) or 'peak_torque'}")
+        return cls(
+            samples=tables["samples"],
+            touchdowns=tables["touchdowns"],
+            outcome=header["outcome"],
+            end=(header["end"][0], header["end"][1]),
+            peak_torque=arrays["peak_torque"],
+            settings=header["settings"],
+        )
+
+
+def _header(path: Path, arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
+    """The record's header.
+
+    Raises:
+        RecordError: There is none, or it is of another format or a newer version.
+    """
+    try:
+        header = json.loads(str(arrays["header"]))
+        named, version = header["format"], header["version"]
+    except (KeyError, TypeError, ValueError) as error:
+        raise RecordError(f"{path} is no walk's record: it has no header of one") from error
+    if named != FORMAT:
+        raise RecordError(f"{path} is no walk's record but a {named!r}")
+    if version > FORMAT_VERSION:
+        raise RecordError(
+            f"{path} is a record of version {version}; this mjbiped reads up to {FORMAT_VERSION}: install a newer one"
+        )
+    return dict(header)

@@ -1,0 +1,234 @@
+"""`walk()`: a controller on a terrain in an engine, and what came of it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import platform
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+import scipy
+
+from mjbiped import events
+from mjbiped.compass import Compass
+from mjbiped.errors import InputError, MjbipedError
+from mjbiped.events import Outcome
+from mjbiped.gait import Gait, find_passive_gait
+from mjbiped.physics import Simulation, simulate
+from mjbiped.record import Walk
+from mjbiped.recorder import Recorder
+from mjbiped.scuffing import ScuffingRule
+from mjbiped.terrain import Terrain
+from mjbiped.version import __version__
+
+if TYPE_CHECKING:
+    from controllers.base import Controller
+
+ENGINES = ("mujoco",)
+INITIAL_STATES = ("gait", "rest")
+DEFAULT_STEPS = 60
+
+
+class WalkStopped(MjbipedError):  # noqa: N818 (its sister is a KeyboardInterrupt, no Error either)
+    """A walk was broken off by an error in the controller; what was recorded is not lost.
+
+    Attributes:
+        walk: The walk so far, with the outcome "interrupted".
+    """
+
+    def __init__(self, message: str, walk: Walk) -> None:
+        """Keep the walk beside the message."""
+        super().__init__(message)
+        self.walk = walk
+
+
+class WalkInterrupted(KeyboardInterrupt):
+    """A walk was broken off by Ctrl-C; what was recorded is not lost.
+
+    Attributes:
+        walk: The walk so far, with the outcome "interrupted".
+    """
+
+    def __init__(self, walk: Walk) -> None:
+        """Keep the walk."""
+        super().__init__("walk interrupted")
+        self.walk = walk
+
+
+def walk(
+    controller: Controller,
+    terrain: Terrain,
+    *,
+    engine: str = "mujoco",
+    steps: int | None = None,
+    distance: float | None = None,
+    initial: str | Sequence[float] = "gait",
+    robot: Compass | None = None,
+    timestep: float = 1e-4,
+    control_period: float | None = None,
+    sample_period: float = 0.005,
+    scuffing: ScuffingRule | None = None,
+    ground: str = "auto",
+    progress: bool = False,
+) -> Walk:
+    """Let a robot walk on a terrain until it has done its steps, or cannot go on.
+
+    A fall is a result, not an exception: see `Walk.outcome`. The same arguments give bitwise the same record.
+
+    Args:
+        controller: Drives stance ankle and hip; see `controllers.Controller`.
+        terrain: The ground; the robot starts with its (left) stance foot at x = 0.
+        engine: "mujoco".
+        steps: Touchdowns after which the walk is finished; 60 unless a distance is given.
+        distance: Place x of the stance foot at which it is finished, m. With both, the first to be reached counts.
+        initial: "gait" (on the imitated limit cycle, just after an impact), "rest" (both legs together on the ground,
+            at rest), or (q1, q2, dq1, dq2) from the ground's normal under x = 0, rad and rad/s.
+        robot: The robot that walks; by default the controller's own model, or Table I.
+        timestep: Physics step, s.
+        control_period: Time between two ticks of the controller, s; a multiple of the timestep, by default one.
+        sample_period: Time between two samples of the record, s; rounded to a multiple of the timestep.
+        scuffing: When the swing foot may touch the ground.
+        ground: "auto", "heightfield" or "boxes"; see `mjbiped.scene`.
+        progress: Show a progress bar (never where the output is not a terminal).
+
+    Returns:
+        The record.
+
+    Raises:
+        InputError: An argument is outside its domain; nothing has been computed then.
+        GaitError: `initial="gait"` with a controller that imitates none, on a slope that has no passive gait.
+        WalkStopped: The controller raised an exception; the error carries the walk so far.
+        WalkInterrupted: Ctrl-C; a `KeyboardInterrupt` that carries the walk so far.
+    """
+    if engine not in ENGINES:
+        raise InputError(f"unknown engine {engine!r}; valid are {', '.join(ENGINES)}")
+    _check_controller(controller)
+    if not isinstance(terrain, Terrain):
+        raise InputError(f"terrain must be a mjbiped.Terrain, got {type(terrain).__name__}")
+    if steps is None and distance is None:
+        steps = DEFAULT_STEPS
+    _check_limits(steps, distance, sample_period)
+    robot = robot or controller.robot or Compass()
+    q, dq = _initial_state(initial, controller, robot, terrain)
+    rule = scuffing or ScuffingRule()
+    simulation = Simulation(
+        controller,
+        terrain,
+        robot=robot,
+        q=q,
+        dq=dq,
+        steps=steps,
+        distance=distance,
+        timestep=timestep,
+        control_period=control_period,
+        scuffing=rule,
+        ground=ground,
+    )
+    settings = {
+        "engine": engine,
+        "robot": dataclasses.asdict(robot),
+        "controller": controller.describe(),
+        "terrain": terrain.to_dict(),
+        "initial": [*q, *dq],
+        "steps": steps,
+        "distance": distance,
+        "timestep": timestep,
+        "control_period": simulation.control_period,
+        "sample_period": sample_period,
+        "scuffing": dataclasses.asdict(rule),
+        "ground": ground,
+        "versions": _versions(),
+    }
+    recorder = Recorder(sample_period)
+    try:
+        outcome = simulate(simulation, recorder, progress=progress)
+    except KeyboardInterrupt as stop:
+        raise WalkInterrupted(_record(recorder, Outcome.INTERRUPTED, settings)) from stop
+    except Exception as error:
+        partial = _record(recorder, Outcome.INTERRUPTED, settings)
+        place = f"at {partial.end[0]:.3f} s, after {partial.steps} steps"
+        raise WalkStopped(
+            f"{type(controller).__name__} failed {place}: {type(error).__name__}: {error}", partial
+        ) from error
+    return _record(recorder, outcome, {**settings, "warnings": dict(simulation.warnings)})
+
+
+def _record(recorder: Recorder, outcome: Outcome, settings: dict[str, Any]) -> Walk:
+    """What a recorder holds, as a walk."""
+    samples = recorder.samples()
+    u = recorder.userdata
+    return Walk(
+        samples=samples,
+        touchdowns=recorder.touchdowns(),
+        outcome=outcome.words,
+        end=(float(samples["time"][-1]), float(samples["qpos"][-1, 0])),
+        peak_torque=np.array([u[events.PEAK_ANKLE], u[events.PEAK_HIP]]),
+        settings=settings,
+    )
+
+
+def _check_controller(controller: object) -> None:
+    """Refuse what lacks a controller's parts.
+
+    Raises:
+        InputError: A part is missing; the message names them all.
+    """
+    parts = ("states", "memory_size", "robot", "gait", "start", "on_touchdown", "torque", "slope_estimate", "describe")
+    missing = [part for part in parts if not hasattr(controller, part)]
+    if isinstance(controller, type) or missing:
+        what = "is a class, not an object of it" if isinstance(controller, type) else f"lacks {', '.join(missing)}"
+        raise InputError(f"the controller {controller!r} {what}; derive your class from controllers.Controller")
+
+
+def _check_limits(steps: int | None, distance: float | None, sample_period: float) -> None:
+    """Refuse limits that no walk can have.
+
+    Raises:
+        InputError: One is not a number above zero.
+    """
+    if steps is not None and (isinstance(steps, bool) or not isinstance(steps, int | np.integer) or steps < 1):
+        raise InputError(f"steps must be a whole number of at least 1, got {steps!r}")
+    for name, value in (("distance", distance), ("sample_period", sample_period)):
+        if value is not None and not (math.isfinite(value) and value > 0.0):
+            raise InputError(f"{name} must be a finite number above zero, got {value!r}")
+
+
+def _initial_state(
+    initial: str | Sequence[float], controller: Controller, robot: Compass, terrain: Terrain
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Angles from the ground's normal (rad) and rates (rad/s) at the start, stance leg first.
+
+    Raises:
+        InputError: The name is unknown, or the numbers are not four finite ones.
+        GaitError: No passive gait exists on the slope under x = 0.
+    """
+    if isinstance(initial, str):
+        if initial == "rest":
+            return (0.0, 0.0), (0.0, 0.0)
+        if initial == "gait":
+            gait: Gait = controller.gait or find_passive_gait(robot, terrain.slope_at(0.0))
+            q1, q2, dq1, dq2 = (float(value) for value in gait.start)
+            return (q1, q2), (dq1, dq2)
+        raise InputError(
+            f"unknown initial state {initial!r}; valid are {', '.join(INITIAL_STATES)}, "
+            "or four numbers q1, q2, dq1, dq2"
+        )
+    values = [float(value) for value in initial]
+    if len(values) != 4 or not all(map(math.isfinite, values)):
+        raise InputError(f"an initial state is four finite numbers q1, q2, dq1, dq2; got {initial!r}")
+    return (values[0], values[1]), (values[2], values[3])
+
+
+def _versions() -> dict[str, str]:
+    """Versions of everything that a walk's numbers depend on."""
+    return {
+        "mjbiped": __version__,
+        "mujoco": mujoco.__version__,
+        "numpy": np.__version__,
+        "scipy": scipy.__version__,
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+    }

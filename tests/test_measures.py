@@ -1,0 +1,99 @@
+"""Measures against what they are by definition, computed from the samples or by hand."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, PassiveController
+from mjbiped import measures
+
+
+@pytest.fixture(scope="module")
+def walk(controller: AdaptiveController) -> mjbiped.Walk:
+    return mjbiped.walk(controller, mjbiped.Terrain.stairs(rise=-0.02, first=0.6), steps=5, sample_period=1e-4)
+
+
+def test_work_is_the_integral_of_power(walk: mjbiped.Walk) -> None:
+    """∫ |τ₁ q̇₁| + |τ₂ (q̇₂ - q̇₁)| dt from samples of every step, against the engine's sums of torque times way."""
+    torque, dq, time = walk.samples["torque"], walk.samples["dq"], walk.samples["time"]
+    upto = time <= walk.touchdowns["time"][-1]
+    ankle, hip = torque[:, 0] * dq[:, 0], torque[:, 1] * (dq[:, 1] - dq[:, 0])
+    power = {
+        "absolute": np.abs(ankle) + np.abs(hip),
+        "net": ankle + hip,
+        "positive": np.maximum(ankle, 0) + np.maximum(hip, 0),
+    }
+    for kind, values in power.items():
+        expected = float(np.sum(values[upto]) * 1e-4)
+        # a sample has the rate at the end of the step over which its torque was held, as the way has; what differs are
+        # the contact steps, left out of the work: 5 of 38 000, with up to 30 W of some 7 J in all
+        assert measures.work(walk, kind) == pytest.approx(expected, abs=5 * 1e-4 * 30)
+
+
+def test_cost_of_transport_by_hand(walk: mjbiped.Walk) -> None:
+    cost = measures.work(walk) / (10.0 * 9.81 * walk.distance)
+    assert walk.cost_of_transport == pytest.approx(cost, rel=1e-14)
+    assert measures.cost_of_transport(walk, "net") <= measures.cost_of_transport(walk, "positive") <= cost
+
+
+def test_distance_and_steps(walk: mjbiped.Walk) -> None:
+    assert walk.distance == walk.touchdowns["x"][-1]
+    lengths = measures.step_lengths(walk)
+    assert lengths.shape == (5,)
+    feet = np.column_stack([np.append(0, walk.touchdowns["x"]), np.append(0, walk.touchdowns["z"])])
+    assert lengths == pytest.approx(np.linalg.norm(np.diff(feet, axis=0), axis=1), rel=1e-14)
+    assert measures.step_periods(walk).sum() == pytest.approx(walk.touchdowns["time"][-1], rel=1e-14)
+    assert measures.speed(walk) == walk.distance / walk.touchdowns["time"][-1]
+
+
+def test_estimate_errors(walk: mjbiped.Walk) -> None:
+    begun, ended = measures.estimate_errors(walk)
+    assert begun == pytest.approx(walk.touchdowns["slope_estimate"], abs=1e-15)  # level treads: the truth is zero
+    assert ended == pytest.approx(walk.touchdowns["slope_estimate_before"], abs=1e-15)
+
+
+def test_summary_is_plain_and_complete(walk: mjbiped.Walk) -> None:
+    summary = measures.summary(walk)
+    assert json.loads(json.dumps(summary)) == summary
+    assert summary["outcome"] == "finished"
+    assert summary["cost_of_transport"] == walk.cost_of_transport
+    assert summary["peak_ankle_torque_Nm"] == walk.peak_torque[0]
+
+
+def test_summary_says_none_where_there_is_nothing() -> None:
+    fallen = mjbiped.walk(PassiveController(), mjbiped.Terrain.level(), initial=(-0.3, 0.3, 0.0, 0.0))
+    summary = measures.summary(fallen)
+    assert summary["cost_of_transport"] is None
+    assert summary["final_estimate_error_deg"] is None
+    assert summary["steps"] == 0
+
+
+def test_unknown_kind_of_work_is_refused(walk: mjbiped.Walk) -> None:
+    with pytest.raises(mjbiped.InputError, match="absolute, net, positive"):
+        measures.work(walk, "gross")
+
+
+def test_peak_torque_covers_the_samples(walk: mjbiped.Walk) -> None:
+    assert walk.peak_torque == pytest.approx(np.abs(walk.samples["torque"]).max(axis=0), rel=1e-14)
+
+
+def test_impact_errors_by_hand(walk: mjbiped.Walk) -> None:
+    errors = measures.impact_errors(walk)
+    assert errors.shape == (5, 2)
+    robot = mjbiped.Compass()
+    _, after = robot.impact(walk.touchdowns["q_before"][2], walk.touchdowns["dq_before"][2])
+    assert errors[2] == pytest.approx(walk.touchdowns["dq"][2] / after - 1, abs=1e-15)
+
+
+def test_touchdown_posture_is_one_posture_in_two_roles(walk: mjbiped.Walk) -> None:
+    """q1⁻ - q2⁺ of (27) is the change of slope, to rounding: the same legs, against two normals."""
+    touchdowns = walk.touchdowns
+    before = np.append(walk.terrain.slope(0.0), touchdowns["slope"])[:-1]
+    change = touchdowns["q_before"][:, 0] - touchdowns["q"][:, 1]
+    assert change == pytest.approx(touchdowns["slope"] - before, abs=1e-15)
+    assert touchdowns["slope"] == pytest.approx(walk.terrain.slope(touchdowns["x"]), abs=1e-12)  # boxes' normals
+    assert touchdowns["z"] == pytest.approx(walk.terrain.height(touchdowns["x"]), abs=3e-4)  # penetration
+    assert not math.isnan(touchdowns["friction"].sum())

@@ -1,0 +1,254 @@
+"""The MuJoCo engine as a machine: callbacks, memory, resuming, outcomes."""
+
+import math
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, Controller, Memory, PassiveController
+from mjbiped import events
+from mjbiped.events import Outcome
+from mjbiped.physics import Simulation
+
+STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+CALLBACKS = ("control", "sensor", "contactfilter")
+
+
+def make(controller: Controller, terrain: mjbiped.Terrain | None = None, **parameters: object) -> Simulation:
+    arguments: dict[str, object] = {"robot": mjbiped.Compass(), "q": (0.0, 0.0), "dq": (0.0, 0.0), "steps": 60}
+    return Simulation(controller, terrain or mjbiped.Terrain.mixed(), **{**arguments, **parameters})  # type: ignore[arg-type]
+
+
+def state_of(simulation: Simulation) -> bytes:
+    state = np.zeros(mujoco.mj_stateSize(simulation.model, STATE))
+    mujoco.mj_getState(simulation.model, simulation.data, state, STATE)
+    return state.tobytes()
+
+
+def test_extra_forward_calls_change_nothing(controller: AdaptiveController) -> None:
+    """Bitwise: a viewer or an integrator may fire the callbacks again at the same time."""
+    plain, disturbed = make(controller), make(controller)
+    with plain.callbacks():
+        mujoco.mj_step(plain.model, plain.data, nstep=17_000)  # two touchdowns
+    with disturbed.callbacks():
+        for step in range(17_000):
+            if step % 7 == 0 or disturbed.data.userdata[events.NOTED]:
+                mujoco.mj_forward(disturbed.model, disturbed.data)
+            if step % 11 == 0:
+                mujoco.mj_forward(disturbed.model, disturbed.data)
+            mujoco.mj_step(disturbed.model, disturbed.data)
+    assert plain.data.userdata[events.COUNT] == 2
+    assert state_of(plain) == state_of(disturbed)
+
+
+def test_resumes_bitwise_from_any_moment(controller: AdaptiveController) -> None:
+    """Saved in mid-swing, just before a touchdown, between its contact step and the exchange, and just after it."""
+    length = 17_000
+    whole = make(controller)
+    saved: dict[int, np.ndarray] = {}
+    with whole.callbacks():
+        for step in range(length):
+            noted = bool(whole.data.userdata[events.NOTED])
+            before = int(whole.data.userdata[events.COUNT])
+            if step in (1, 4000) or (noted and before == 0):
+                saved[step] = np.frombuffer(state_of(whole)).copy()
+            mujoco.mj_step(whole.model, whole.data)
+            if whole.data.userdata[events.COUNT] > before:
+                saved[step + 1] = np.frombuffer(state_of(whole)).copy()
+    assert len(saved) >= 5
+    for step, state in saved.items():
+        resumed = make(controller)
+        mujoco.mj_setState(resumed.model, resumed.data, state, STATE)
+        with resumed.callbacks():
+            mujoco.mj_step(resumed.model, resumed.data, nstep=length - step)
+        assert state_of(resumed) == state_of(whole), f"saved at step {step}"
+
+
+def test_zeroed_userdata_does_nothing(controller: AdaptiveController) -> None:
+    simulation = make(controller)
+    mujoco.mj_resetData(simulation.model, simulation.data)
+    with simulation.callbacks():
+        mujoco.mj_step(simulation.model, simulation.data, nstep=10)
+    assert not simulation.data.ctrl.any()
+    assert not simulation.data.userdata.any()
+
+
+@pytest.mark.parametrize("how", ["normal", "exception", "ctrl-c"])
+def test_callbacks_are_always_restored(how: str, controller: AdaptiveController) -> None:
+    def standing_there(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        del model, data
+
+    class Broken(PassiveController):
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            raise {"exception": ValueError, "ctrl-c": KeyboardInterrupt}[how]("broken")
+
+    simulation = make(Broken() if how != "normal" else controller)
+    mujoco.set_mjcb_control(standing_there)
+    try:
+        try:
+            with simulation.callbacks():
+                mujoco.mj_step(simulation.model, simulation.data, nstep=3)
+            assert how == "normal"
+        except (ValueError, KeyboardInterrupt):
+            assert how != "normal"
+        assert mujoco.get_mjcb_control() is standing_there
+        assert mujoco.get_mjcb_sensor() is None
+        assert mujoco.get_mjcb_contactfilter() is None
+    finally:
+        mujoco.set_mjcb_control(None)
+
+
+def test_other_models_are_left_alone(controller: AdaptiveController) -> None:
+    """Callbacks are process-wide: another model that is stepped meanwhile must not be driven."""
+    falling = "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>"
+    other = mujoco.MjModel.from_xml_string(falling)
+    data = mujoco.MjData(other)
+    with make(controller).callbacks():
+        mujoco.mj_step(other, data)
+    assert data.time == other.opt.timestep
+
+
+def test_torques_act_on_the_stance_leg(controller: AdaptiveController) -> None:
+    simulation = make(controller)
+    driven = []
+    with simulation.callbacks():
+        for _ in range(340):
+            mujoco.mj_step(simulation.model, simulation.data, nstep=50)
+            left, right, hip = simulation.data.ctrl
+            u = simulation.data.userdata
+            stance = int(u[events.STANCE])
+            assert (left, right)[1 - stance] == 0.0
+            assert (left, right)[stance] == u[events.ANKLE]
+            assert hip == (-u[events.HIP] if stance else u[events.HIP])
+            driven.append(stance)
+    assert set(driven) == {0, 1}
+
+
+class Constant(Controller):
+    """A constant hip torque, and a count of its ticks."""
+
+    states = ("ticks",)
+    memory_size = 1
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        return 0.0, 0.5, 1.0
+
+
+def test_controller_ticks_once_per_control_period() -> None:
+    """The state whose rate is 1 is a clock: it advances by the period at each tick, and only then."""
+    simulation = make(Constant(), timestep=1e-4, control_period=2e-3)
+    with simulation.callbacks():
+        for ticks in range(1, 6):
+            mujoco.mj_step(simulation.model, simulation.data, nstep=20)
+            assert simulation.data.userdata[events.CONTROLLER_MEMORY] == pytest.approx(2e-3 * ticks, rel=1e-12)
+
+
+def test_work_is_torque_times_way() -> None:
+    """Independent of the engine's own sums: a constant torque's work is the torque times the angle it moved through."""
+    simulation = make(Constant(), q=(0.0, 0.0), dq=(0.0, 0.0))
+    with simulation.callbacks():
+        mujoco.mj_step(simulation.model, simulation.data, nstep=2001)
+        mujoco.mj_forward(simulation.model, simulation.data)  # counts the last step's work
+    left, right = simulation.data.qpos[2:]
+    # sums of 2000 roundings
+    assert simulation.data.userdata[events.WORK_NET] == pytest.approx(0.5 * (right - left), rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("outcome", "parameters"),
+    [
+        ("fell", {"initial": (-0.3, 0.3, 0.2, 0.1), "terrain": mjbiped.Terrain.level()}),
+        ("stalled", {"initial": "rest", "terrain": mjbiped.Terrain.level()}),
+        ("finished", {"initial": "gait", "terrain": mjbiped.Terrain.incline(2.0), "steps": 2}),
+        (
+            "left the terrain",
+            {"initial": "gait", "terrain": mjbiped.Terrain((0.0,), (0.0,), (math.radians(2),), end=0.5)},
+        ),
+    ],
+)
+def test_outcomes(outcome: str, parameters: dict[str, object]) -> None:
+    walk = mjbiped.walk(PassiveController(), **parameters)  # type: ignore[arg-type]
+    assert walk.outcome == outcome
+    assert walk.fell == (outcome == "fell")
+    assert walk.end[0] == walk.samples["time"][-1]
+    assert walk.end[1] == walk.samples["qpos"][-1, 0]
+
+
+class Push(Controller):
+    """Pushes the stance leg with all its might."""
+
+    def __init__(self, ankle: float) -> None:
+        self.ankle = ankle
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        return self.ankle, 0.0
+
+
+def test_slipping_is_an_outcome() -> None:
+    """500 N m at the ankle ask for more than the friction cone holds."""
+    walk = mjbiped.walk(Push(500.0), mjbiped.Terrain.level(), initial="rest")
+    assert walk.outcome == "slipped"
+
+
+def test_divergence_is_an_outcome(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # where MuJoCo would leave its log
+    walk = mjbiped.walk(Push(math.nan), mjbiped.Terrain.level(), initial="rest")
+    assert walk.outcome == "diverged"
+    assert walk.steps == 0
+    assert walk.settings["warnings"]
+    assert not Path("MUJOCO_LOG.TXT").exists()
+
+
+def test_swing_foot_passes_until_armed_and_strikes_risers() -> None:
+    """A riser within the rule's reach is passed as if it were not there; one beyond it is struck, and counted."""
+    near = mjbiped.Terrain.from_segments([(0.10, 2.0), (10.0, 2.0, 0.012)])
+    far = mjbiped.Terrain.from_segments([(0.30, 2.0), (10.0, 2.0, 0.05)])
+    walked = mjbiped.walk(PassiveController(), near, steps=1)
+    assert walked.touchdowns["strikes"].sum() == 0
+    struck = mjbiped.walk(PassiveController(), far, steps=1)
+    # after the strike the foot slides down the face: a touchdown before the riser, less than a step ahead
+    assert struck.touchdowns["strikes"][0] >= 1
+    assert struck.touchdowns["x"][0] < 0.30
+
+
+def test_runs_in_a_thread_as_well(controller: AdaptiveController) -> None:
+    walks: list[mjbiped.Walk] = []
+    thread = threading.Thread(target=lambda: walks.append(mjbiped.walk(controller, mjbiped.Terrain.level(), steps=1)))
+    thread.start()
+    thread.join()
+    assert walks[0] == mjbiped.walk(controller, mjbiped.Terrain.level(), steps=1)
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"timestep": 0.0},
+        {"timestep": -1e-4},
+        {"timestep": math.nan},
+        {"timestep": 0.01},
+        {"control_period": 1.5e-4},
+        {"control_period": 0.0},
+        {"control_period": math.inf},
+    ],
+)
+def test_bad_times_are_refused(bad: dict[str, float], controller: AdaptiveController) -> None:
+    with pytest.raises(mjbiped.InputError, match=next(iter(bad))):
+        make(controller, **bad)  # type: ignore[arg-type]
+
+
+def test_outcome_words() -> None:
+    assert {outcome.words for outcome in Outcome} == {
+        "walking",
+        "finished",
+        "fell",
+        "stalled",
+        "slipped",
+        "left the terrain",
+        "diverged",
+        "interrupted",
+    }

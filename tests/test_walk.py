@@ -1,0 +1,98 @@
+"""`walk()`: what it refuses, what it keeps when it is broken off, and that it repeats itself."""
+
+import math
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, Controller, Memory, PassiveController
+
+
+def test_same_arguments_same_record(controller: AdaptiveController) -> None:
+    walks = [mjbiped.walk(controller, mjbiped.Terrain.random(seed=4), steps=2) for _ in range(2)]
+    assert walks[0] == walks[1]
+
+
+def test_distance_ends_a_walk(controller: AdaptiveController) -> None:
+    walk = mjbiped.walk(controller, mjbiped.Terrain.level(), distance=1.0)
+    assert walk.outcome == "finished"
+    assert walk.touchdowns["x"][-2] < 1.0 <= walk.distance
+    both = mjbiped.walk(controller, mjbiped.Terrain.level(), distance=1.0, steps=2)
+    assert both.steps == 2
+
+
+@pytest.mark.parametrize(
+    ("bad", "names"),
+    [
+        ({"engine": "bullet"}, "mujoco"),
+        ({"steps": 0}, "steps"),
+        ({"steps": 2.5}, "steps"),
+        ({"steps": True}, "steps"),
+        ({"distance": -1.0}, "distance"),
+        ({"distance": math.nan}, "distance"),
+        ({"sample_period": 0.0}, "sample_period"),
+        ({"initial": "sleeping"}, "gait, rest"),
+        ({"initial": (0.0, 0.0, 1.0)}, "four"),
+        ({"initial": (0.0, 0.0, 1.0, math.inf)}, "finite"),
+        ({"ground": "sand"}, "boxes"),
+        ({"terrain": "mixed"}, "mjbiped.Terrain"),
+        ({"controller": PassiveController}, "class"),
+        ({"controller": object()}, "controllers.Controller"),
+    ],
+)
+def test_bad_arguments_are_refused_before_anything_runs(
+    bad: dict[str, Any], names: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def never(*arguments: object, **parameters: object) -> None:
+        raise AssertionError("something was computed")
+
+    module = sys.modules["mjbiped.walk"]  # the function of this name hides it
+    monkeypatch.setattr(module, "simulate", never)
+    arguments = {"controller": PassiveController(), "terrain": mjbiped.Terrain.incline(2.0), **bad}
+    controller, terrain = arguments.pop("controller"), arguments.pop("terrain")
+    with pytest.raises(mjbiped.InputError, match=names):
+        mjbiped.walk(controller, terrain, **arguments)
+
+
+def test_no_passive_gait_on_level_ground() -> None:
+    with pytest.raises(mjbiped.GaitError):
+        mjbiped.walk(PassiveController(), mjbiped.Terrain.level(), initial="gait")
+
+
+class Failing(Controller):
+    """Works for half a second, then raises what it was given."""
+
+    def __init__(self, error: BaseException) -> None:
+        self.error = error
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        if t > 0.5:
+            raise self.error
+        return 0.0, 0.0
+
+
+@pytest.mark.parametrize(
+    ("error", "expected"),
+    [(ZeroDivisionError("gain"), mjbiped.WalkStopped), (KeyboardInterrupt(), mjbiped.WalkInterrupted)],
+)
+def test_broken_off_walk_is_not_lost(error: BaseException, expected: type[BaseException]) -> None:
+    with pytest.raises(expected) as caught:
+        mjbiped.walk(Failing(error), mjbiped.Terrain.level(), initial=(-0.19, 0.19, 1.1, 0.8))
+    walk: mjbiped.Walk = caught.value.walk  # type: ignore[attr-defined]
+    assert walk.outcome == "interrupted"
+    assert walk.end[0] == pytest.approx(0.5, abs=0.01)
+    assert len(walk.samples["time"]) > 90
+
+
+def test_own_controller_needs_no_more_than_a_torque() -> None:
+    class HipSpring(Controller):
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            return 0.0, -0.5 * (q[1] - q[0])
+
+    walk = mjbiped.walk(HipSpring(), mjbiped.Terrain.incline(2.0), steps=2)
+    assert walk.steps == 2
+    assert walk.settings["controller"] == {"name": "HipSpring"}
+    assert abs(walk.samples["torque"][:, 1]).max() > 0.0
