@@ -1,0 +1,240 @@
+"""The command line: `mjbiped walk`, `gait` and `render`.
+
+Exit status: 0 for a walk that came to an end, a fall included; 2 for anything the user can mend, told in one line;
+1 for a walk or a drawing that failed on its own; 130 after Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import click
+
+from controllers import AdaptiveController, Controller, PassiveController
+from mjbiped import cli_options as given
+from mjbiped import measures, reports
+from mjbiped.cli_files import INTERRUPTED, Files, end
+from mjbiped.compass import Compass
+from mjbiped.errors import InputError, MjbipedError
+from mjbiped.gait import find_passive_gait
+from mjbiped.record import Walk
+from mjbiped.terrain import Terrain, parse_terrain
+from mjbiped.terrain_files import parse_parameters
+from mjbiped.version import __version__
+from mjbiped.walk import WalkInterrupted, WalkStopped, walk
+
+_ROBOT = ("leg_mass", "hip_mass", "lower_length", "upper_length", "leg_inertia", "gravity")
+_VIDEO = ("video_size", "camera", "slow_motion", "fps", "caption", "shadows")
+
+
+class _Commands(click.Group):
+    """Turns what is a user's to mend, and Ctrl-C, into a line and an exit status."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names of the commands, in the order in which they stand below."""
+        del ctx
+        return list(self.commands)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command."""
+        try:
+            return super().invoke(ctx)
+        except MjbipedError as error:
+            end(2, str(error))
+        except KeyboardInterrupt:
+            end(INTERRUPTED, "interrupted")
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(__version__, prog_name="mjbiped")
+def main() -> None:
+    """A laboratory for a planar compass biped that walks on unknown ground, in MuJoCo.
+
+    \b
+    Examples:
+      mjbiped walk mixed --initial rest --out walk.npz --plot walk.png --video walk.mp4
+      mjbiped gait --slope-deg 2
+      mjbiped render walk.npz --slow-motion 4
+
+    `mjbiped COMMAND --help` tells more. The exit status is 0 also where the robot falls, for that is a result; 2 where
+    something has to be put right, 130 after Ctrl-C.
+    """  # noqa: D301 (click reads the backspace)
+
+
+@main.command("walk", cls=given.SectionCommand)
+@click.argument("terrain", default="mixed")
+@given.walk_options
+@given.adaptive_options
+@given.robot_options
+@given.record_option
+@given.plot_option
+@given.video_option
+@given.json_option
+@given.quiet_option
+@given.video_options
+@click.pass_context
+def _walk(
+    ctx: click.Context,
+    /,
+    terrain: str,
+    seed: int | None,
+    controller: str,
+    out: Path | None,
+    plot: Path | None,
+    video: Path | None,
+    json: bool,
+    quiet: bool,
+    **values: Any,
+) -> None:
+    """Let the biped walk on TERRAIN, and tell how it went.
+
+    TERRAIN is a preset, a preset with parameters, or a file; "mixed" if left out. Slopes are positive downhill, steps
+    positive up. A file is a .csv of elevations, columns x,z in m, or a .toml or .yaml with segments = [[length_m,
+    slope_deg, step_m], ...].
+
+    \b
+    Presets: level, incline, slopes, stairs, mixed, random; with parameters:
+      stairs:rise=-0.06,tread=1.8    slopes:change_deg=-1    random:slope_deg=-2..2
+
+    \b
+    Examples:
+      mjbiped walk mixed --initial rest --out walk.npz --video walk.mp4
+      mjbiped walk stairs:rise=-0.02 --replanning-delay none --json
+      mjbiped walk incline:slope_deg=2 --controller passive --distance 20
+      mjbiped walk trail.csv --steps 200 --plot trail.pdf
+    """  # noqa: D301 (click reads the backspace)
+    pictures = {name: values.pop(name) for name in _VIDEO}
+    ground = _terrain(terrain, seed)
+    robot = Compass(**{name: values.pop(name) for name in _ROBOT})
+    law = _controller(ctx, controller, robot, values)
+    if video is not None and not quiet:
+        _warn_without_gl()
+    status, trouble = 0, ""
+    try:
+        done = walk(law, ground, robot=robot, progress=not quiet, **values)
+    except WalkInterrupted as stop:
+        done, status, trouble = stop.walk, INTERRUPTED, f"the walk was interrupted after {stop.walk.steps} steps"
+    except WalkStopped as stop:
+        done, status, trouble = stop.walk, 1, str(stop)
+    files = Files()
+    files.save(done, out)
+    if trouble:
+        files.fail(status, trouble + (f"; what was walked is in {out}" if files.written else ""))
+    else:
+        files.plot_walk(done, plot)
+        files.render(done, video, pictures, progress=not quiet)
+    summary = measures.summary(done)
+    if json:
+        click.echo(reports.as_json({**summary, "files": files.written}))
+    elif not quiet:
+        reports.show(reports.walk_table(done, summary))
+        files.tell()
+    files.end()
+
+
+@main.command("gait", cls=given.SectionCommand)
+@given.options("Gait", ("--slope-deg", float, 2.0, "X", "Slope that it walks down."))
+@given.robot_options
+@given.plot_option
+@given.json_option
+def _gait(slope_deg: float, plot: Path | None, json: bool, **values: Any) -> None:
+    """Find the passive gait of a slope, its limit cycle and stability.
+
+    \b
+    Examples:
+      mjbiped gait --slope-deg 3 --plot cycle.pdf
+      mjbiped gait --slope-deg 3 --leg-inertia 0 --hip-mass 10 --json
+    """  # noqa: D301 (click reads the backspace)
+    gait = find_passive_gait(Compass(**values), math.radians(slope_deg))
+    files = Files()
+    files.plot_gait(gait, plot)
+    summary = reports.gait_summary(gait)
+    if json:
+        click.echo(reports.as_json({**summary, "files": files.written}))
+    else:
+        reports.show(reports.gait_table(summary))
+        files.tell()
+    files.end()
+
+
+@main.command("render", cls=given.SectionCommand)
+@click.argument("record", type=click.Path(path_type=Path))
+@given.video_argument
+@given.plot_option
+@given.no_video_option
+@given.quiet_option
+@given.video_options
+def _render(record: Path, video: Path | None, plot: Path | None, no_video: bool, quiet: bool, **pictures: Any) -> None:
+    """Draw the walk of RECORD, an .npz file: a video, a figure.
+
+    The video goes to VIDEO, an .mp4 file; if left out, it is named after the record and stands beside it.
+
+    \b
+    Examples:
+      mjbiped render walk.npz
+      mjbiped render walk.npz slow.mp4 --slow-motion 4 --camera side --video-size 1280x720
+      mjbiped render walk.npz --no-video --plot walk.svg
+    """  # noqa: D301 (click reads the backspace)
+    if no_video and (plot is None or video is not None):
+        raise click.UsageError("--no-video leaves a --plot to be drawn, and no VIDEO.")
+    done = Walk.load(record)
+    if video is None and not no_video:
+        video = given.VIDEO_PATH(record.with_suffix(".mp4"))
+    files = Files()
+    files.plot_walk(done, plot)
+    files.render(done, video, pictures, progress=not quiet)
+    if not quiet:
+        files.tell()
+    files.end()
+
+
+def _terrain(text: str, seed: int | None) -> Terrain:
+    """The terrain that a text and a seed mean.
+
+    Raises:
+        InputError: The text means none, or the seed does not fit it.
+    """
+    terrain = parse_terrain(text)
+    if seed is None:
+        return terrain
+    name, _, rest = text.strip().partition(":")
+    if name.strip() != "random":
+        raise InputError(f"--seed is for the terrain 'random'; {text!r} has none")
+    parameters = parse_parameters(rest) if rest else {}
+    if parameters.setdefault("seed", seed) != seed:
+        raise InputError(f"--seed {seed} contradicts {text!r}; give one of them")
+    return Terrain.preset("random", **parameters)
+
+
+def _controller(ctx: click.Context, name: str, robot: Compass, values: dict[str, Any]) -> Controller:
+    """The controller of a command, its options taken out of `values`.
+
+    Raises:
+        click.UsageError: An option is given that the controller does not have.
+        MjbipedError: A gain is outside its domain, or the slope to be imitated has no passive gait.
+    """
+    chosen = [p for p in ctx.command.params if getattr(p, "section", "") == given.ADAPTIVE]
+    settings = {str(parameter.name): values.pop(str(parameter.name)) for parameter in chosen}
+    if name == "passive":
+        for parameter in chosen:
+            source = ctx.get_parameter_source(str(parameter.name))
+            if source is click.core.ParameterSource.COMMANDLINE:
+                raise click.UsageError(f"{parameter.opts[0]} is for --controller adaptive; passive has no such thing.")
+        return PassiveController()
+    slope, estimate = (math.radians(settings.pop(key)) for key in ("imitate_slope_deg", "initial_slope_estimate_deg"))
+    gait = find_passive_gait(robot, slope)
+    return AdaptiveController(robot, gait, initial_slope_estimate=estimate, **settings)
+
+
+def _warn_without_gl() -> None:
+    """Say before a walk that its video will fail."""
+    from mjbiped.gl import gl_available
+
+    if gl_available() is None:
+        click.echo("Warning: there is no OpenGL platform for the video; all else will be written.", err=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,104 @@
+"""The files that a command writes, and how a command ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NoReturn
+
+import click
+
+from mjbiped.errors import MjbipedError
+from mjbiped.gait import Gait
+from mjbiped.record import Walk
+
+INTERRUPTED = 130
+"""Exit status after Ctrl-C, as shells have it."""
+
+
+class Files:
+    """Files that a command has written, and what went wrong on the way; one failure does not stop the next file.
+
+    Attributes:
+        written: Paths by kind of file.
+        failures: Messages.
+    """
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self.written: dict[str, str] = {}
+        self.failures: list[str] = []
+        self._status = 0
+
+    def save(self, walk: Walk, path: Path | None) -> None:
+        """Write a walk's record."""
+        self._write("record", path, walk.save)
+
+    def plot_walk(self, walk: Walk, path: Path | None) -> None:
+        """Write a figure of a walk."""
+
+        def draw(file: Path) -> None:
+            from mjbiped.plots import plot_walk
+
+            plot_walk(walk, file)
+
+        self._write("plot", path, draw)
+
+    def plot_gait(self, gait: Gait, path: Path | None) -> None:
+        """Write a figure of a gait."""
+
+        def draw(file: Path) -> None:
+            from mjbiped.plots import plot_gait
+
+            plot_gait(gait, file)
+
+        self._write("plot", path, draw)
+
+    def render(self, walk: Walk, path: Path | None, pictures: dict[str, Any], *, progress: bool) -> None:
+        """Write a video of a walk; `pictures` are the values of `mjbiped.cli_options.video_options`."""
+
+        def draw(file: Path) -> None:
+            from mjbiped.video import render_video
+
+            width, height = pictures["video_size"]
+            settings = {name: value for name, value in pictures.items() if name != "video_size"}
+            render_video(walk, file, width=width, height=height, progress=progress, **settings)
+
+        self._write("video", path, draw)
+
+    def _write(self, kind: str, path: Path | None, make: Callable[[Path], None]) -> None:
+        """Write a file, if one is asked for and Ctrl-C has not been pressed while another was written."""
+        if path is None or self._status == INTERRUPTED:
+            return
+        try:
+            make(path)
+        except KeyboardInterrupt:
+            self.fail(INTERRUPTED, f"the {kind} {path} was not written: interrupted")
+        except MjbipedError as error:
+            self.fail(2, f"the {kind} {path} was not written: {error}")
+        except Exception as error:  # whatever a drawing fails of must not hide what has been computed
+            self.fail(1, f"the {kind} {path} was not written: {type(error).__name__}: {error}")
+        else:
+            self.written[kind] = str(path)
+
+    def fail(self, status: int, message: str) -> None:
+        """Note a failure; the greatest status counts."""
+        self.failures.append(message)
+        self._status = max(self._status, status)
+
+    def tell(self) -> None:
+        """Say what was written."""
+        for path in self.written.values():
+            click.echo(f"wrote {path}")
+
+    def end(self) -> None:
+        """End the command, with its failures if there are any."""
+        if self.failures:
+            end(self._status, *self.failures)
+
+
+def end(status: int, *messages: str) -> NoReturn:
+    """Print errors and end with an exit status."""
+    for message in messages:
+        click.echo(f"Error: {' '.join(message.splitlines())}", err=True)
+    raise click.exceptions.Exit(status)

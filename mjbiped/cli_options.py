@@ -1,0 +1,232 @@
+"""What the command line's options are made of: types that check their values, and help in sections."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+from controllers import AdaptiveController
+from mjbiped.compass import Compass
+from mjbiped.walk import DEFAULT_STEPS, ENGINES, INITIAL_STATES, walk
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+Row = tuple[str, Any, Any, str | None, str]
+"""An option: its names, type, default, what stands for its value in the help, and help."""
+
+
+class SectionOption(click.Option):
+    """An option that stands in a section of its command's help."""
+
+    def __init__(self, *args: Any, section: str = "Options", **kwargs: Any) -> None:
+        """Take the section beside an option's usual arguments."""
+        super().__init__(*args, **kwargs)
+        self.section = section
+
+
+class SectionCommand(click.Command):
+    """A command whose help lists its options by section, in the order in which the sections first occur."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options into the help, one list per section."""
+        sections: dict[str, list[tuple[str, str]]] = {}
+        for parameter in self.get_params(ctx):
+            record = parameter.get_help_record(ctx)
+            if record is not None and isinstance(parameter, click.Option):
+                sections.setdefault(getattr(parameter, "section", "Options"), []).append(record)
+        sections["Options"] = sections.pop("Options", [])  # --help and its like come last
+        for section, records in sections.items():
+            with formatter.section(section):
+                formatter.write_dl(records)
+
+
+def options(section: str, *rows: Row) -> Callable[[_Function], _Function]:
+    """Options of one section of the help: a decorator for the command's function."""
+
+    def decorate(function: _Function) -> _Function:
+        for name, kind, default, metavar, text in reversed(rows):
+            function = click.option(
+                *name.split(),
+                cls=SectionOption,
+                section=section,
+                type=kind,
+                is_flag=kind is bool,
+                default=default,
+                show_default=default is not None and default is not False,
+                metavar=metavar,
+                help=text,
+            )(function)
+        return function
+
+    return decorate
+
+
+def output(*suffixes: str) -> Callable[[Any], Path]:
+    """The type of a file to write: its suffix is one of these, its folder is there and takes new files.
+
+    A file that is there already may be replaced.
+    """
+
+    def convert(value: Any) -> Path:
+        path = Path(value)
+        if path.suffix not in suffixes:
+            raise click.BadParameter(f"{str(path)!r} must end in {' or '.join(suffixes)}.")
+        try:
+            if path.is_dir():
+                raise click.BadParameter(f"{str(path)!r} is a folder.")
+            if not path.parent.is_dir():
+                raise click.BadParameter(f"{str(path)!r}: there is no folder {str(path.parent)!r}; make it first.")
+            # under the kind of name that files are written under before they take their place
+            with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix):
+                pass
+        except OSError as error:
+            raise click.BadParameter(f"{str(path)!r} cannot be written: {error.strerror or error}.") from error
+        return path
+
+    return convert
+
+
+def size(value: str) -> tuple[int, int]:
+    """Width and height in pixels, as "640x480"; H.264 wants them even."""
+    width, _, height = value.lower().partition("x")
+    sizes = [int(part) if part.isascii() and part.isdecimal() else 0 for part in (width, height)]
+    if not all(64 <= size <= 4096 and size % 2 == 0 for size in sizes):
+        raise click.BadParameter(f"{value!r}; expected WIDTHxHEIGHT, even pixels from 64 to 4096 each, as 1280x720.")
+    return sizes[0], sizes[1]
+
+
+def factor(value: Any) -> float:
+    """A number from 0.01 to 100."""
+    number = _number(value)
+    if not 0.01 <= number <= 100.0:
+        raise click.BadParameter(f"{value!r}; expected a number from 0.01 to 100.")
+    return number
+
+
+def delay(value: Any) -> float | None:
+    """A number, whose domain the controller knows, or "none"."""
+    if str(value).strip().lower() == "none":
+        return None
+    number = _number(value)
+    if math.isnan(number):
+        raise click.BadParameter(f"{value!r}; expected a number in (0, 1], or 'none' to switch re-planning off.")
+    return number
+
+
+def initial_state(value: str) -> str | tuple[float, ...]:
+    """The name of a walk's first state, or four numbers."""
+    if value in INITIAL_STATES:
+        return value
+    numbers = tuple(_number(part) for part in value.split(","))
+    if len(numbers) != 4 or not all(map(math.isfinite, numbers)):
+        wanted = f"{', '.join(map(repr, INITIAL_STATES))} or four numbers q1,q2,dq1,dq2 (rad, rad/s)"
+        raise click.BadParameter(f"{value!r}; expected {wanted}.")
+    return numbers
+
+
+def _number(value: Any) -> float:
+    """A number, or NaN for what is none."""
+    try:
+        return float(value)
+    except ValueError:
+        return math.nan
+
+
+_PLOT = output(".png", ".pdf", ".svg")
+VIDEO_PATH = output(".mp4")
+_TIMESTEP = inspect.signature(walk).parameters["timestep"].default
+_LAW = AdaptiveController  # for its defaults
+
+ADAPTIVE = "Adaptive controller"
+CAMERAS = ("track", "side", "overview")
+FASTEST_FPS = 120
+
+walk_options = options(
+    "Walk",
+    ("--seed", int, None, "N", "Seed of the terrain 'random'."),
+    ("--steps", click.IntRange(min=1), None, "N", f"End after so many steps; {DEFAULT_STEPS} without a distance."),
+    ("--distance", float, None, "X", "End at this place x of the stance foot, m."),
+    (
+        "--initial",
+        initial_state,
+        "gait",
+        "STATE",
+        "First state: 'gait' (on the limit cycle), 'rest' (legs together, at rest), or q1,q2,dq1,dq2 of stance and "
+        "swing leg from the ground's normal, rad and rad/s.",
+    ),
+    (
+        "--controller",
+        click.Choice(("adaptive", "passive")),
+        "adaptive",
+        None,
+        "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque.",
+    ),
+    ("--engine", click.Choice(ENGINES), ENGINES[0], None, "The physics."),
+    ("--timestep", float, _TIMESTEP, "X", "Physics step, s."),
+    ("--control-period", float, None, "X", "Time between ticks of the controller, s; the timestep unless given."),
+)
+
+adaptive_options = options(
+    ADAPTIVE,
+    ("--imitate-slope-deg", float, 2.0, "X", "Slope of the passive gait that is imitated."),
+    ("--position-gain", float, _LAW.position_gain, "X", "K1, 1/s."),
+    ("--velocity-gain", float, _LAW.velocity_gain, "X", "K2, 1/s."),
+    ("--adaptation-gain", float, _LAW.adaptation_gain, "X", "gamma of the slope estimator."),
+    (
+        "--replanning-delay",
+        delay,
+        _LAW.replanning_delay,
+        "ZETA",
+        "Gait periods, in (0, 1], in which re-planning leads back to the gait; 'none' switches it off.",
+    ),
+    (
+        "--estimate-update/--no-estimate-update",
+        bool,
+        _LAW.estimate_update,
+        None,
+        "Correct the slope estimate at touchdown.",
+    ),
+    ("--initial-slope-estimate-deg", float, 0.0, "X", "Slope estimate at the start."),
+)
+
+robot_options = options(
+    "Robot",
+    ("--leg-mass", float, Compass.leg_mass, "X", "Mass of one leg, kg."),
+    ("--hip-mass", float, Compass.hip_mass, "X", "Mass at the hip, kg."),
+    ("--lower-length", float, Compass.lower_length, "X", "From the foot to the leg's centre of mass, m."),
+    ("--upper-length", float, Compass.upper_length, "X", "From the leg's centre of mass to the hip, m."),
+    (
+        "--leg-inertia",
+        float,
+        None,
+        "X",
+        "Inertia of a leg about its centre of mass, kg m^2; a uniform rod's unless given.",
+    ),
+    ("--gravity", float, Compass.gravity, "X", "Acceleration of gravity, m/s^2."),
+)
+
+record_option = options("Results", ("--out", output(".npz"), None, "FILE", "Write the record, an .npz file."))
+plot_option = options("Results", ("--plot", _PLOT, None, "FILE", "Write a figure, .png, .pdf or .svg."))
+video_option = options("Results", ("--video", VIDEO_PATH, None, "FILE", "Write a video, .mp4; see below."))
+json_option = options("Results", ("--json", bool, False, None, "Print the results as JSON instead of a table."))
+quiet_option = options("Results", ("--quiet", bool, False, None, "Print errors only, and JSON if asked for."))
+
+video_options = options(
+    "Video",
+    ("--video-size", size, "640x480", "WxH", "Width and height, pixels."),
+    ("--camera", click.Choice(CAMERAS), CAMERAS[0], None, "Where it is seen from."),
+    ("--slow-motion", factor, 1.0, "X", "Seconds of video per second of the walk."),
+    ("--fps", click.IntRange(1, FASTEST_FPS), 30, "N", "Frames per second."),
+    ("--caption/--no-caption", bool, True, None, "Time, step and slope written on the frames."),
+    ("--shadows/--no-shadows", bool, True, None, "Without them a software renderer is faster."),
+)
+"""Options of a video, named as the arguments of `mjbiped.video.render_video`, `video_size` apart."""
+
+no_video_option = options("Results", ("--no-video", bool, False, None, "Write the figure only."))
+video_argument = click.argument("video", required=False, type=VIDEO_PATH)

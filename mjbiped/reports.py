@@ -1,0 +1,127 @@
+"""Walks and gaits in words and numbers, for people and for machines."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from mjbiped.gait import Gait
+from mjbiped.record import Walk
+
+# label; key of the summary; factor to the unit shown; format; unit
+_WALK_ROWS: tuple[tuple[str, str, float, str, str], ...] = (
+    ("steps", "steps", 1, "d", ""),
+    ("distance", "distance_m", 1, ".3f", "m"),
+    ("last touchdown at", "time_s", 1, ".3f", "s"),
+    ("speed", "speed_m_per_s", 1, ".4f", "m/s"),
+    ("step length, mean", "mean_step_length_m", 1, ".4f", "m"),
+    ("step period, mean", "mean_step_period_s", 1, ".4f", "s"),
+    ("cost of transport, absolute", "cost_of_transport", 1, ".4f", ""),
+    ("cost of transport, net", "cost_of_transport_net", 1, ".4f", ""),
+    ("cost of transport, positive", "cost_of_transport_positive", 1, ".4f", ""),
+    ("peak torque, ankle", "peak_ankle_torque_Nm", 1, ".2f", "N m"),
+    ("peak torque, hip", "peak_hip_torque_Nm", 1, ".2f", "N m"),
+    ("estimate error at touchdown", "estimate_error_at_touchdown_deg", 1, ".4f", "deg"),
+    ("estimate error at step end", "estimate_error_at_step_end_deg", 1, ".4f", "deg"),
+    ("final estimate error", "final_estimate_error_deg", 1, ".4f", "deg"),
+    ("slip, largest", "largest_slip_m", 1e3, ".4f", "mm"),
+    ("penetration, largest", "largest_penetration_m", 1e3, ".4f", "mm"),
+    ("stance friction used, largest", "largest_stance_friction", 1, ".3f", ""),
+    ("strikes against vertical faces", "strikes", 1, "d", ""),
+)
+
+
+def walk_table(walk: Walk, summary: Mapping[str, Any]) -> Table:
+    """A walk's summary as a table.
+
+    Args:
+        walk: The walk.
+        summary: What `mjbiped.measures.summary` says of it.
+    """
+    settings = walk.settings
+    rows = [
+        ("outcome", walk.outcome, ""),
+        ("ended at", f"{summary['ended_at_time_s']:.3f} s, hip at x = {summary['ended_at_x_m']:.3f} m", ""),
+        ("terrain", walk.terrain.caption, ""),
+        ("controller", f"{settings['controller']['name']}, engine {settings['engine']}", ""),
+    ]
+    rows += [(label, _shown(summary[key], factor, form), unit) for label, key, factor, form, unit in _WALK_ROWS]
+    return _table(rows)
+
+
+def gait_summary(gait: Gait) -> dict[str, Any]:
+    """What a gait is, in plain JSON types; states are q1, q2 (rad) and dq1, dq2 (rad/s)."""
+    return {
+        "slope_deg": math.degrees(gait.slope),
+        "state_after_impact": gait.start.tolist(),
+        "state_before_impact": gait.end.tolist(),
+        "period_s": gait.period,
+        "step_length_m": gait.step_length,
+        "speed_m_per_s": gait.speed,
+        "energy_J": gait.energy,
+        "multipliers": [
+            {"real": value.real, "imaginary": value.imag, "modulus": abs(value)} for value in gait.multipliers.tolist()
+        ],
+        "stable": gait.stable,
+    }
+
+
+def gait_table(summary: Mapping[str, Any]) -> Table:
+    """A gait's summary, as `gait_summary` makes it, as a table."""
+    rows = [("slope", f"{summary['slope_deg']:.4g}", "deg")]
+    for label, key in (("after", "state_after_impact"), ("before", "state_before_impact")):
+        q1, q2, dq1, dq2 = summary[key]
+        rows.append((f"stance, swing angle {label} impact", f"{q1:.8f}, {q2:.8f}", "rad"))
+        rows.append((f"stance, swing rate {label} impact", f"{dq1:.8f}, {dq2:.8f}", "rad/s"))
+    rows += [
+        ("period", f"{summary['period_s']:.8f}", "s"),
+        ("step length", f"{summary['step_length_m']:.6f}", "m"),
+        ("speed", f"{summary['speed_m_per_s']:.6f}", "m/s"),
+        ("energy about the stance foot", f"{summary['energy_J']:.5f}", "J"),
+    ]
+    for value in summary["multipliers"]:
+        number = f"{value['real']:.5f}" + (f" {value['imaginary']:+.5f} i" if value["imaginary"] else "")
+        rows.append(("Floquet multiplier, modulus", f"{number}, {value['modulus']:.5f}", ""))
+    rows.append(("stable", "yes" if summary["stable"] else "no", ""))
+    return _table(rows)
+
+
+def show(table: Table) -> None:
+    """Print a table on the standard output."""
+    Console(highlight=False).print(table)
+
+
+def as_json(values: Mapping[str, Any]) -> str:
+    """Values as a JSON object; numbers that JSON does not know (infinite, not a number) become null."""
+    return json.dumps(_plain(values), indent=2, allow_nan=False, ensure_ascii=True)
+
+
+def _shown(value: float | None, factor: float, form: str) -> str:
+    """A number with its format, a dash for one that does not exist."""
+    return "-" if value is None else format(value * factor, form)
+
+
+def _table(rows: Iterable[tuple[str, str, str]]) -> Table:
+    """Rows of label, value and unit; nothing in them is taken for markup."""
+    table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
+    for _ in range(3):
+        table.add_column(overflow="fold")
+    for cells in rows:
+        table.add_row(*(Text(cell) for cell in cells))
+    return table
+
+
+def _plain(value: Any) -> Any:
+    """A value that JSON can hold."""
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

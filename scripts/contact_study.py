@@ -1,0 +1,69 @@
+"""How true the contacts are: the timestep against the analytic passive gait, as a table.
+
+The passive robot walks down 2 degrees in MuJoCo, once per timestep. Its mean step length and period over the last half
+of the steps are compared with the limit cycle, and every impact with the impact map (2). The result stands in
+`docs/physics.md`.
+
+    python scripts/contact_study.py --steps 60
+"""
+
+import math
+
+import click
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from tqdm.auto import tqdm
+
+import mjbiped
+from controllers import PassiveController
+from mjbiped import measures
+
+TIMESTEPS = (2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
+HEADINGS = (
+    "timestep s",
+    "outcome",
+    "step length %",
+    "period %",
+    "impact mean %",
+    "impact worst %",
+    "slip mm",
+    "penetration mm",
+)
+
+
+def row(timestep: float, steps: int, gait: mjbiped.Gait) -> list[str]:
+    """Errors of one walk: step length and period, impact (mean and worst), slip, penetration."""
+    walk = mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), steps=steps, timestep=timestep)
+    outcome = walk.outcome if walk.outcome == "finished" else f"{walk.outcome} after {walk.steps}"
+    last = max(1, walk.steps // 2)
+    if not walk.steps:
+        return [f"{timestep:.0e}", outcome, *["-"] * 6]
+    impact = np.abs(measures.impact_errors(walk)).max(axis=1)
+    return [
+        f"{timestep:.0e}",
+        outcome,
+        f"{100 * (measures.step_lengths(walk)[-last:].mean() / gait.step_length - 1):+.3f}",
+        f"{100 * (measures.step_periods(walk)[-last:].mean() / gait.period - 1):+.3f}",
+        f"{100 * impact.mean():.2f}",
+        f"{100 * impact.max():.2f}",
+        f"{1e3 * walk.touchdowns['slip'].max():.3f}",
+        f"{1e3 * walk.touchdowns['penetration'].max():.3f}",
+    ]
+
+
+@click.command(help=__doc__)
+@click.option("--steps", default=60, show_default=True, type=click.IntRange(min=2), help="Steps per walk.")
+def main(steps: int) -> None:
+    """Run all timesteps and print the table."""
+    gait = mjbiped.find_passive_gait(mjbiped.Compass(), math.radians(2))
+    table = Table(title=f"passive walk down 2 degrees, {steps} steps")
+    for heading in HEADINGS:
+        table.add_column(heading, justify="right")
+    for timestep in tqdm(TIMESTEPS, desc="timesteps", disable=None):
+        table.add_row(*row(timestep, steps, gait))
+    Console(width=120).print(table)
+
+
+if __name__ == "__main__":
+    main()

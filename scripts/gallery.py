@@ -1,0 +1,76 @@
+"""The adaptive controller on every kind of ground: a record, a figure and a still of each walk, and a table of all.
+
+python scripts/gallery.py --folder out/gallery --steps 60
+"""
+
+import math
+from pathlib import Path
+
+import click
+import matplotlib.image
+from rich.console import Console
+from rich.table import Table
+from tqdm.auto import tqdm
+
+import mjbiped
+from controllers import AdaptiveController
+from mjbiped import measures
+from mjbiped.plots import plot_walk
+from mjbiped.video import render_frame
+
+TERRAINS = {
+    "level": mjbiped.Terrain.level(),
+    "down_3deg": mjbiped.Terrain.incline(3.0),
+    "up_3deg": mjbiped.Terrain.incline(-3.0),
+    "slopes_0.3deg": mjbiped.Terrain.slopes(change_deg=0.3),
+    "slopes_-1deg": mjbiped.Terrain.slopes(change_deg=-1.0),
+    "stairs_-6mm": mjbiped.Terrain.stairs(rise=-0.006),
+    "stairs_+6mm": mjbiped.Terrain.stairs(rise=0.006),
+    "stairs_-60mm": mjbiped.Terrain.stairs(rise=-0.06),
+    "mixed": mjbiped.Terrain.mixed(),
+    "rough": mjbiped.Terrain.random(seed=1, roughness=0.003),
+}
+
+
+@click.command(help=__doc__)
+@click.option("--folder", default="out/gallery", show_default=True, type=click.Path(file_okay=False, path_type=Path))
+@click.option("--steps", default=60, show_default=True, type=click.IntRange(min=1), help="Steps per walk.")
+def main(folder: Path, steps: int) -> None:
+    """Walk, draw and tabulate."""
+    folder.mkdir(parents=True, exist_ok=True)
+    robot = mjbiped.Compass()
+    controller = AdaptiveController(robot, mjbiped.find_passive_gait(robot, math.radians(2)))
+    table = Table(title=f"adaptive controller, {steps} steps")
+    for heading in (
+        "terrain",
+        "outcome",
+        "steps",
+        "c_mt",
+        "ankle N m",
+        "hip N m",
+        "estimate error deg",
+        "impact worst %",
+    ):
+        table.add_column(heading, justify="right")
+    for name, terrain in tqdm(TERRAINS.items(), desc="terrains", disable=None):
+        walk = mjbiped.walk(controller, terrain, steps=steps)
+        walk.save(folder / f"{name}.npz")
+        plot_walk(walk, folder / f"{name}.png")
+        still = render_frame(walk, 0.6 * walk.end[0], width=960, height=540, caption=True)
+        matplotlib.image.imsave(folder / f"{name}_still.png", still)
+        begun, _ = measures.estimate_errors(walk)
+        impacts = measures.impact_errors(walk)
+        table.add_row(
+            name,
+            walk.outcome,
+            str(walk.steps),
+            f"{walk.cost_of_transport:.4f}",
+            *(f"{torque:.2f}" for torque in walk.peak_torque),
+            f"{math.degrees(begun[-1]):+.4f}" if walk.steps else "-",
+            f"{100 * abs(impacts).max():.2f}" if walk.steps else "-",
+        )
+    Console(width=120).print(table)
+
+
+if __name__ == "__main__":
+    main()
