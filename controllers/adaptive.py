@@ -14,7 +14,8 @@ from controllers.slope_estimator import estimate_rates, slope_of, updated_estima
 from controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError
-from mjbiped.gait import Gait, reference_at
+from mjbiped.gait import Gait
+from mjbiped.reference import reference_at
 
 # places in the memory
 _SIN, _COS, _REPLANNED, _STANCE_CURVE, _SWING_CURVE = 0, 1, 2, 3, 9

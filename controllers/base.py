@@ -103,6 +103,8 @@ class Controller(ABC):
                     value = {"slope": value.slope, "robot": dataclasses.asdict(value.robot)}
                 elif dataclasses.is_dataclass(value) and not isinstance(value, type):
                     value = dataclasses.asdict(value)
+                elif isinstance(value, Real) and not isinstance(value, bool | int | float):
+                    value = float(value)  # NumPy's
                 elif not isinstance(value, bool | int | float | str | None):
                     value = repr(value)
                 description[field.name] = value

@@ -49,7 +49,9 @@ TOUCHDOWNS: Mapping[str, Column] = {
     "work_absolute": Column(1, "J", "since the start, the absolute work of both joints"),
     "work_net": Column(1, "J", "the same, with its sign"),
     "work_positive": Column(1, "J", "the same, positive work alone"),
-    "slip": Column(1, "m", "greatest way of the old stance foot along the ground"),
+    "slip": Column(
+        1, "m", "greatest way that the old stance foot slid along the ground (rolling on its radius is none)"
+    ),
     "penetration": Column(1, "m", "deepest contact of the step that ends"),
     "friction": Column(1, "", "greatest |F_t| / F_n of the old stance foot"),
     "strikes": Column(1, "", "times the swing foot struck a vertical face"),

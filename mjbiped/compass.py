@@ -136,6 +136,8 @@ class Compass:
             object.__setattr__(self, field.name, value)
             if field.name == "upper_length" and not math.isfinite(self.leg_length):
                 raise InputError(f"upper_length = {value!r}: the leg's length must be finite")
+        if not all(map(math.isfinite, self.constants)):
+            raise InputError(f"masses, lengths and gravity are too great to compute with: {self!r}")
 
     @property
     def leg_length(self) -> float:

@@ -38,6 +38,7 @@ from mjbiped.scuffing import swing_foot_collides
     SLOPE,  # of the ground under the stance foot, rad
     FOOT_X,  # stance foot at the exchange, m
     FOOT_Z,
+    FOOT_ANGLE,  # stance leg at the exchange, rad
     NOTED,  # 1: touchdown resolved in the last step
     NOTED_SLOPE,  # rad
     STRIKING,  # 1: the swing foot was against a vertical face in the last step
@@ -52,14 +53,14 @@ from mjbiped.scuffing import swing_foot_collides
     WORK_POSITIVE,
     PEAK_ANKLE,  # since the start, N m
     PEAK_HIP,
-    SLIP,  # greatest in this step: way of the stance foot along the ground, m
+    SLIP,  # greatest in this step: way that the stance foot slid along the ground, m
     PENETRATION,  # m
     FRICTION,  # |F_t| / F_n
     STRIKES,  # in this step
     COUNT,  # touchdowns so far
     OUTCOME,
     LAST_TOUCHDOWN,  # first place of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
-) = range(32)
+) = range(33)
 
 POSTURE_BEFORE = LAST_TOUCHDOWN + place(TOUCHDOWNS, "q_before")
 ESTIMATE_BEFORE = LAST_TOUCHDOWN + place(TOUCHDOWNS, "slope_estimate_before")
@@ -98,6 +99,7 @@ class Limits:
 
     Attributes:
         leg_length: m.
+        foot_radius: Of the sphere that stands on the ground, m.
         weight: N.
         reach: Scuffing rule, m.
         delay: Scuffing rule, s.
@@ -109,6 +111,7 @@ class Limits:
     """
 
     leg_length: float
+    foot_radius: float
     weight: float
     reach: float
     delay: float
@@ -135,6 +138,7 @@ def begin(
     u[TIME] = -1.0
     u[SLOPE] = slope
     u[FOOT_X], u[FOOT_Z] = foot
+    u[FOOT_ANGLE] = qpos[2]
     u[LEFT], u[RIGHT] = qpos[2], qpos[3]
     u[LEFT_RATE], u[RIGHT_RATE] = qvel[2], qvel[3]
 
@@ -176,8 +180,9 @@ def observe(
             clearance = hip_z - length * math.cos(swing) - height_at(swing_x)
             if swing_foot_collides(limits.reach, limits.delay, time - u[EXCHANGE_TIME], ahead, clearance):
                 u[ARMED] = 1.0
-    slope = u[SLOPE]  # a foot that only sinks into the ground does not slip
-    slip = abs((foot_x - u[FOOT_X]) * math.cos(slope) - (foot_z - u[FOOT_Z]) * math.sin(slope))
+    slope = u[SLOPE]  # a foot that sinks into the ground, or rolls on its radius, does not slip
+    way = (foot_x - u[FOOT_X]) * math.cos(slope) - (foot_z - u[FOOT_Z]) * math.sin(slope)
+    slip = abs(way - limits.foot_radius * (stance - u[FOOT_ANGLE]))
     u[SLIP] = max(u[SLIP], slip)
     if not u[OUTCOME]:
         if (hip_z - height_at(hip_x)) * math.cos(slope) < FALLEN_HIP * length:
@@ -222,6 +227,7 @@ def _exchange(
     u[STANCE] = 1.0 - u[STANCE]
     u[FOOT_X] = hip_x - limits.leg_length * math.sin(new)
     u[FOOT_Z] = hip_z - limits.leg_length * math.cos(new)
+    u[FOOT_ANGLE] = new
     u[COUNT] += 1.0
     row = (
         time,

@@ -13,7 +13,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,10 +23,7 @@ from scipy.optimize import brentq, root
 
 from mjbiped.compass import Array, Compass, acceleration, finite, impact_rates, kinetic_energy, mass_terms
 from mjbiped.errors import GaitError, InputError
-
-Table: TypeAlias = tuple[float, float, tuple[tuple[float, ...], ...]]
-"""(pieces per second, horizon in s, pieces): a piece is 20 floats, the coefficients c0..c9 of q1 and then of q2, lowest
-power first, in the piece's own coordinate, which runs from 0 to 1."""
+from mjbiped.reference import Table, reference_at
 
 STEPS = 48  # fixed integration steps per period: the state at touchdown is then good to 1e-13
 FALLEN = math.radians(60)  # the reference ends where the stance leg has fallen this far from the normal
@@ -99,29 +95,6 @@ class Gait:
         rows = [reference_at(self.table, time) for time in times.ravel().tolist()]
         values = np.array(rows).reshape(*times.shape, 3, 2)
         return values[..., 0, :], values[..., 1, :], values[..., 2, :]
-
-
-def reference_at(table: Table, t: float) -> tuple[float, float, float, float, float, float]:
-    """(q1, q2, dq1, dq2, ddq1, ddq2) at time t >= 0 (not checked) in plain floats; see `Gait.reference` and `Table`."""
-    rate, horizon, pieces = table
-    late = t > horizon
-    s = horizon * rate if late else t * rate
-    k = min(int(s), len(pieces) - 1)
-    q1, dq1, ddq1 = polynomial_at(pieces[k], 0, s - k)
-    q2, dq2, ddq2 = polynomial_at(pieces[k], 10, s - k)
-    if late:
-        return q1, q2, 0.0, 0.0, 0.0, 0.0
-    return q1, q2, rate * dq1, rate * dq2, rate * rate * ddq1, rate * rate * ddq2
-
-
-def polynomial_at(coefficients: tuple[float, ...], first: int, s: float) -> tuple[float, float, float]:
-    """Value, first and second derivative at s, by Horner's rule, of ten coefficients from `first` on."""
-    value = derivative = half = 0.0
-    for k in range(first + 9, first - 1, -1):
-        half = half * s + derivative
-        derivative = derivative * s + value
-        value = value * s + coefficients[k]
-    return value, derivative, 2 * half
 
 
 def find_passive_gait(robot: Compass, slope: float) -> Gait:

@@ -21,7 +21,7 @@ from mjbiped.compass import Compass
 from mjbiped.errors import InputError
 from mjbiped.events import Limits, Outcome
 from mjbiped.recorder import Recorder
-from mjbiped.scene import build_scene
+from mjbiped.scene import FOOT_RADIUS, build_scene
 from mjbiped.scuffing import ScuffingRule
 from mjbiped.terrain import Terrain
 
@@ -105,6 +105,7 @@ class Simulation:
         self.control_period = period
         self.limits = Limits(
             leg_length=length,
+            foot_radius=FOOT_RADIUS,
             weight=robot.weight,
             reach=rule.reach * length,
             delay=rule.delay,

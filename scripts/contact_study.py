@@ -19,7 +19,7 @@ import mjbiped
 from controllers import PassiveController
 from mjbiped import measures
 
-TIMESTEPS = (2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
+TIMESTEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 HEADINGS = (
     "timestep s",
     "outcome",

@@ -299,3 +299,8 @@ def test_values_are_checked() -> None:
         robot.energy([0, 0], [0, 0], math.inf)
     with pytest.raises(InputError, match="slope = nan"):
         robot.gravity_vector([0, 0], math.nan)
+
+
+def test_parameters_too_great_to_compute_with_are_refused() -> None:
+    with pytest.raises(InputError, match="too great"):
+        Compass(leg_mass=1e308, leg_inertia=1.0)

@@ -16,7 +16,8 @@ from scipy.integrate import solve_ivp
 from controllers import AdaptiveController, Memory
 from mjbiped.compass import Array, Compass
 from mjbiped.errors import InputError
-from mjbiped.gait import find_passive_gait, reference_at
+from mjbiped.gait import find_passive_gait
+from mjbiped.reference import reference_at
 
 ROBOT = Compass()
 GAIT = find_passive_gait(ROBOT, math.radians(2))
@@ -425,3 +426,25 @@ def test_from_rest_the_robot_walks_into_the_gait() -> None:
     # the first step already ends as the gait's do; integration errors as above
     np.testing.assert_allclose(steps[0].last_states, GAIT.end, rtol=0, atol=1e-6)
     assert steps[0].period == pytest.approx(GAIT.period, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("replanning_delay", "0.8"),
+        ("replanning_delay", True),
+        ("initial_slope_estimate", "0"),
+        ("estimate_update", "no"),
+        ("robot", None),
+        ("gait", None),
+        ("position_gain", "5"),
+    ],
+)
+def test_values_of_another_type_are_refused(name: str, value: Any) -> None:
+    with pytest.raises(InputError):
+        replace(PAPER, **{name: value})
+
+
+@pytest.mark.parametrize("value", [np.float32(5.0), np.int64(5), 5])
+def test_numpy_numbers_are_numbers(value: Any) -> None:
+    assert replace(PAPER, position_gain=value).position_gain == 5

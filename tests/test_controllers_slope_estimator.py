@@ -11,7 +11,8 @@ from scipy.integrate import solve_ivp
 from controllers.slope_estimator import estimate_rates, slope_of, updated_estimate
 from controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.compass import Array, Compass
-from mjbiped.gait import find_passive_gait, reference_at
+from mjbiped.gait import find_passive_gait
+from mjbiped.reference import reference_at
 
 TABLE_ONE = Compass()
 ROBOTS = [

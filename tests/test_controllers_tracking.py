@@ -10,7 +10,8 @@ from scipy.integrate import solve_ivp
 
 from controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.compass import Array, Compass
-from mjbiped.gait import Gait, find_passive_gait, reference_at
+from mjbiped.gait import Gait, find_passive_gait
+from mjbiped.reference import reference_at
 
 TABLE_ONE = Compass()
 ROBOTS = [

@@ -11,7 +11,8 @@ from scipy.integrate import solve_ivp
 
 from mjbiped.compass import Array, Compass
 from mjbiped.errors import GaitError, InputError
-from mjbiped.gait import Gait, find_passive_gait, reference_at
+from mjbiped.gait import Gait, find_passive_gait
+from mjbiped.reference import reference_at
 
 TABLE_ONE = Compass()
 GOSWAMI = Compass(leg_mass=5.0, hip_mass=10.0, lower_length=0.5, upper_length=0.5, leg_inertia=0.0)
