@@ -83,7 +83,7 @@ def test_every_camera_has_the_robot_and_the_ground_in_view_until_the_end(walk: W
         assert frame.shape == (120, 160, 3)
         assert frame.dtype == np.uint8
         assert all(share > 0.0005 for share in share_of_legs(frame))
-        below = frame[int(0.93 * 120) if camera != "overview" else 80].astype(int)
+        below = frame[int(0.93 * 120) if camera != "overview" else 90].astype(int)
         assert (below[:, 0] >= below[:, 2]).mean() > 0.8  # ground is brownish, the sky blue
 
 
