@@ -13,7 +13,8 @@ from mjbiped import measures
 
 @pytest.fixture(scope="module")
 def walk(controller: AdaptiveController) -> mjbiped.Walk:
-    return mjbiped.walk(controller, mjbiped.Terrain.stairs(rise=-0.02, first=0.6), steps=5, sample_period=1e-4)
+    terrain = mjbiped.Terrain.from_segments([(0.6, 0.0), (0.9, 2.0, -0.02), (5.0, -1.0)])
+    return mjbiped.walk(controller, terrain, steps=5, sample_period=1e-4)
 
 
 def test_work_is_the_integral_of_power(walk: mjbiped.Walk) -> None:
@@ -51,8 +52,18 @@ def test_distance_and_steps(walk: mjbiped.Walk) -> None:
 
 def test_estimate_errors(walk: mjbiped.Walk) -> None:
     begun, ended = measures.estimate_errors(walk)
-    assert begun == pytest.approx(walk.touchdowns["slope_estimate"], abs=1e-15)  # level treads: the truth is zero
-    assert ended == pytest.approx(walk.touchdowns["slope_estimate_before"], abs=1e-15)
+    slopes = np.radians([0.0, 0.0, 2.0, 2.0, -1.0, -1.0])  # under the stance foot of each step, the first included
+    assert walk.terrain.slope(np.append(0.0, walk.touchdowns["x"])) == pytest.approx(slopes, abs=1e-15)
+    assert walk.touchdowns["slope"] == pytest.approx(slopes[1:], abs=1e-6)  # as the contacts feel it
+    assert begun == pytest.approx(walk.touchdowns["slope_estimate"] - slopes[1:], abs=1e-6)
+    assert ended == pytest.approx(walk.touchdowns["slope_estimate_before"] - slopes[:-1], abs=1e-6)
+
+
+def test_samples_at_a_touchdown_are_in_the_new_roles(walk: mjbiped.Walk) -> None:
+    """The sample taken between the contact step and the exchange shows what the touchdown's row does."""
+    at = np.searchsorted(walk.samples["time"], walk.touchdowns["time"] - 1e-9)
+    for name in ("time", "q", "dq", "slope", "stance", "qpos"):
+        assert np.array_equal(walk.samples[name][at], walk.touchdowns[name]), name
 
 
 def test_summary_is_plain_and_complete(walk: mjbiped.Walk) -> None:
@@ -94,6 +105,5 @@ def test_touchdown_posture_is_one_posture_in_two_roles(walk: mjbiped.Walk) -> No
     before = np.append(walk.terrain.slope(0.0), touchdowns["slope"])[:-1]
     change = touchdowns["q_before"][:, 0] - touchdowns["q"][:, 1]
     assert change == pytest.approx(touchdowns["slope"] - before, abs=1e-15)
-    assert touchdowns["slope"] == pytest.approx(walk.terrain.slope(touchdowns["x"]), abs=1e-12)  # boxes' normals
     assert touchdowns["z"] == pytest.approx(walk.terrain.height(touchdowns["x"]), abs=3e-4)  # penetration
     assert not math.isnan(touchdowns["friction"].sum())

@@ -37,7 +37,7 @@ def test_extra_forward_calls_change_nothing(controller: AdaptiveController) -> N
         mujoco.mj_step(plain.model, plain.data, nstep=17_000)  # two touchdowns
     with disturbed.callbacks():
         for step in range(17_000):
-            if step % 7 == 0 or disturbed.data.userdata[events.NOTED]:
+            if step % 7 == 0 or disturbed.data.userdata[events.ARMED]:  # at every step until a touchdown
                 mujoco.mj_forward(disturbed.model, disturbed.data)
             if step % 11 == 0:
                 mujoco.mj_forward(disturbed.model, disturbed.data)
@@ -212,7 +212,7 @@ def test_swing_foot_passes_until_armed_and_strikes_risers() -> None:
     assert walked.touchdowns["strikes"].sum() == 0
     struck = mjbiped.walk(PassiveController(), far, steps=1)
     # after the strike the foot slides down the face: a touchdown before the riser, less than a step ahead
-    assert struck.touchdowns["strikes"][0] >= 1
+    assert struck.touchdowns["strikes"][0] == 1
     assert struck.touchdowns["x"][0] < 0.30
 
 
