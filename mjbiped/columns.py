@@ -54,7 +54,7 @@ TOUCHDOWNS: Mapping[str, Column] = {
     ),
     "penetration": Column(1, "m", "deepest contact of the step that ends"),
     "friction": Column(1, "", "greatest |F_t| / F_n of the old stance foot"),
-    "strikes": Column(1, "", "times the swing foot struck a vertical face"),
+    "strikes": Column(1, "", "1 where the swing foot struck a vertical face"),
     "slope_estimate_before": Column(1, "rad", "the controller's estimate at the step's end"),
     "slope_estimate": Column(1, "rad", "the same after its update"),
 }

@@ -41,7 +41,6 @@ from mjbiped.scuffing import swing_foot_collides
     FOOT_ANGLE,  # stance leg at the exchange, rad
     NOTED,  # 1: touchdown resolved in the last step
     NOTED_SLOPE,  # rad
-    STRIKING,  # 1: the swing foot was against a vertical face in the last step
     ANKLE,  # torque held, N m
     HIP,
     LEFT,  # leg angles and rates of the last observation
@@ -56,11 +55,11 @@ from mjbiped.scuffing import swing_foot_collides
     SLIP,  # greatest in this step: way that the stance foot slid along the ground, m
     PENETRATION,  # m
     FRICTION,  # |F_t| / F_n
-    STRIKES,  # in this step
+    STRIKES,  # 1: the swing foot struck a vertical face in this step
     COUNT,  # touchdowns so far
     OUTCOME,
     LAST_TOUCHDOWN,  # first place of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
-) = range(33)
+) = range(32)
 
 POSTURE_BEFORE = LAST_TOUCHDOWN + place(TOUCHDOWNS, "q_before")
 ESTIMATE_BEFORE = LAST_TOUCHDOWN + place(TOUCHDOWNS, "slope_estimate_before")
@@ -260,7 +259,11 @@ def _exchange(
     u[SLOPE] = slope
     u[EXCHANGE_TIME] = time
     u[TOUCHED] = 1.0
-    u[NOTED] = u[ARMED] = u[STRIKING] = 0.0
+    u[NOTED] = u[ARMED] = 0.0
+    u[ANKLE], u[HIP] = (
+        0.0,
+        -u[HIP],
+    )  # until the controller ticks: the lifted leg's ankle is off, the hip's motor goes on
     u[SLIP] = u[PENETRATION] = u[FRICTION] = u[STRIKES] = 0.0
     if not u[OUTCOME]:
         if u[COUNT] >= limits.steps or u[FOOT_X] >= limits.distance:
@@ -284,20 +287,18 @@ def feel(u: MutableSequence[float], limits: Limits, stance: Sequence[float], swi
             (normal, two tangents), the normal points from the foot into the ground.
         swing: The same of the swing foot.
     """
-    noted = striking = 0.0
+    noted = 0.0
     if u[ARMED]:
         for slot in range(0, len(swing), READING):
             if swing[slot + _FOUND] > 0.0:
                 upward = -swing[slot + _NORMAL + 2]
                 if upward < SMALLEST_UPWARD_NORMAL:
-                    striking = 1.0
+                    u[STRIKES] = 1.0
                 elif not noted:
                     noted = 1.0
                     u[NOTED_SLOPE] = math.atan2(-swing[slot + _NORMAL], upward)
                     u[PENETRATION] = max(u[PENETRATION], -swing[slot + _DISTANCE])
-        if striking and not u[STRIKING]:
-            u[STRIKES] += 1.0
-    u[NOTED], u[STRIKING] = noted, striking
+    u[NOTED] = noted
     if stance[_FOUND] > 0.0 and not noted and -stance[_NORMAL + 2] >= SMALLEST_UPWARD_NORMAL:
         if -stance[_DISTANCE] > u[PENETRATION]:
             u[PENETRATION] = -stance[_DISTANCE]

@@ -119,6 +119,7 @@ def summary(walk: Walk) -> dict[str, Any]:
         "estimate_error_at_touchdown_deg": math.degrees(largest(np.abs(begun))),
         "estimate_error_at_step_end_deg": math.degrees(largest(np.abs(ended))),
         "final_estimate_error_deg": math.degrees(float(ended[-1])) if walk.steps else math.nan,
+        "largest_impact_error": largest(np.abs(impact_errors(walk))),
         "largest_slip_m": largest(touchdowns["slip"]),
         "largest_penetration_m": largest(touchdowns["penetration"]),
         "largest_stance_friction": largest(touchdowns["friction"]),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -119,6 +119,12 @@ class Simulation:
         self._contact = tuple(int(self.model.sensor(f"{side}_contact").adr[0]) for side in ("left", "right"))
         self._slots = int(self.model.sensor("left_contact").dim[0])
         self._feet = tuple(int(self.model.geom(f"{side}_foot").id) for side in ("left", "right"))
+        self._risers = frozenset(
+            index for index in range(self.model.ngeom) if self.model.geom(index).name.startswith("riser_")
+        )
+        # no foot is deeper than this in the first step of a contact: twice the way at the fall of a leg
+        self._deepest = 2.0 * timestep * math.sqrt(2.0 * robot.gravity * length)
+        self._before: dict[str, Any] = {}
         self.warnings: Counter[str] = Counter()
         self._place(terrain, length, q, dq)
 
@@ -149,7 +155,8 @@ class Simulation:
 
         MuJoCo's warnings are counted meanwhile, where it would write them to the terminal and to MUJOCO_LOG.TXT.
         """
-        installed: list[tuple[Callable[..., None], Any]] = []
+        installed: list[str] = []
+        before, self._before = self._before, {}
         try:
             for name, callback in (
                 ("mjcb_control", self._on_control),
@@ -157,17 +164,19 @@ class Simulation:
                 ("mjcb_contactfilter", self._on_contact),
                 ("mju_user_warning", self._on_warning),
             ):
-                setter = getattr(mujoco, f"set_{name}")
-                installed.append((setter, getattr(mujoco, f"get_{name}")()))
-                setter(callback)
+                self._before[name] = getattr(mujoco, f"get_{name}")()
+                installed.append(name)
+                getattr(mujoco, f"set_{name}")(callback)
             yield
         finally:
-            for setter, before in reversed(installed):
-                setter(before)
+            for name in reversed(installed):
+                getattr(mujoco, f"set_{name}")(self._before[name])
+            self._before = before
 
     def _on_control(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """`mjcb_control`: one tick per new time; a second call at the same time changes nothing."""
         if model is not self.model:
+            self._pass_on("mjcb_control", model, data)
             return
         u = data.userdata.tolist()
         time = data.time
@@ -177,9 +186,9 @@ class Simulation:
         events.observe(u, self.limits, self._height_at, time, qpos, qvel)
         if time > u[events.NEXT_CONTROL] - model.opt.timestep / 2.0:
             self._tick(u, time)
-            data.ctrl[:] = (
-                (0.0, u[events.ANKLE], -u[events.HIP]) if u[events.STANCE] else (u[events.ANKLE], 0.0, u[events.HIP])
-            )
+        data.ctrl[:] = (
+            (0.0, u[events.ANKLE], -u[events.HIP]) if u[events.STANCE] else (u[events.ANKLE], 0.0, u[events.HIP])
+        )
         data.userdata[:] = u
 
     def _tick(self, u: list[float], time: float) -> None:
@@ -203,15 +212,19 @@ class Simulation:
         for index, rate in enumerate(rates):
             memory[index] += self.control_period * rate
         u[events.ANKLE], u[events.HIP] = ankle, hip
-        u[events.PEAK_ANKLE] = max(u[events.PEAK_ANKLE], abs(ankle))
-        u[events.PEAK_HIP] = max(u[events.PEAK_HIP], abs(hip))
+        if not u[events.OUTCOME]:
+            u[events.PEAK_ANKLE] = max(u[events.PEAK_ANKLE], abs(ankle))
+            u[events.PEAK_HIP] = max(u[events.PEAK_HIP], abs(hip))
         u[events.NEXT_CONTROL] = time + self.control_period
         u[events.CONTROLLER_MEMORY :] = memory
 
     def _on_sensor(self, model: mujoco.MjModel, data: mujoco.MjData, stage: int) -> None:
         """`mjcb_sensor`, after MuJoCo has filled its own contact sensors."""
+        if model is not self.model:
+            self._pass_on("mjcb_sensor", model, data, stage)
+            return
         u = data.userdata
-        if stage != _ACCELERATION or model is not self.model or not u[events.RUNNING]:
+        if stage != _ACCELERATION or not u[events.RUNNING]:
             return
         readings = data.sensordata.tolist()
         left, right = (readings[start : start + self._slots] for start in self._contact)
@@ -224,12 +237,32 @@ class Simulation:
         self.warnings[message.partition(" at ")[0].strip()] += 1
 
     def _on_contact(self, model: mujoco.MjModel, data: mujoco.MjData, first: int, second: int) -> int:
-        """`mjcb_contactfilter`: 1 refuses the pair; the swing foot passes through the ground until it is armed."""
+        """`mjcb_contactfilter`: 1 refuses the pair.
+
+        The swing foot passes through everything until it is armed (scuffing rule); the stance foot passes through
+        risers, and through the ground from the step on that resolves the other foot's touchdown, as it does after the
+        exchange. A solver with a convex friction cone would drag a foot that leaves the ground obliquely.
+        """
+        if model is not self.model:
+            return int(self._pass_on("mjcb_contactfilter", model, data, first, second) or 0)
         u = data.userdata
-        if model is not self.model or u[events.ARMED]:
+        if not u[events.RUNNING]:
             return 0
-        swing = self._feet[0] if u[events.STANCE] else self._feet[1]
-        return int(swing in (first, second) and bool(u[events.RUNNING]))
+        stance, swing = self._feet if not u[events.STANCE] else self._feet[::-1]
+        armed = bool(u[events.ARMED])
+        if swing in (first, second):
+            return int(not armed)
+        if not armed or stance not in (first, second):
+            return 0
+        if first in self._risers or second in self._risers:
+            return 1
+        x, _, z = data.geom_xpos[swing].tolist()
+        return int(-self._deepest < z - self._height_at(x) < 0.0)
+
+    def _pass_on(self, name: str, *arguments: Any) -> Any:
+        """Hand a callback for another model to what stood there before this simulation's."""
+        before = self._before.get(name)
+        return before(*arguments) if callable(before) else None
 
 
 def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> Outcome:
@@ -256,11 +289,17 @@ def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> O
         ) as bar,
     ):
         recorder.sample(data, simulation.controller)
-        while simulation.outcome is Outcome.WALKING:
-            mujoco.mj_step(model, data, nstep=stride)
+        u, since_sample = data.userdata, 0
+        while not u[events.OUTCOME]:
+            mujoco.mj_step(model, data)
+            since_sample += 1
             if recorder.take_touchdown(data):
-                bar.update(1 if by_steps else max(0.0, round(float(data.userdata[events.FOOT_X]), 2) - bar.n))
-            recorder.sample(data, simulation.controller)
+                bar.update(1 if by_steps else max(0.0, round(float(u[events.FOOT_X]), 2) - bar.n))
+            if since_sample == stride or u[events.OUTCOME]:
+                recorder.sample(data, simulation.controller)
+                since_sample = 0
+                if simulation.outcome is not Outcome.WALKING:  # also where MuJoCo has warned
+                    break
     return simulation.outcome
 
 

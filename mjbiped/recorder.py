@@ -34,7 +34,7 @@ class Recorder:
         self._samples: list[list[float]] = []
         self._states: list[list[float]] = []
         self._touchdowns: list[list[float]] = []
-        self._count: int | None = None
+        self._count: float | None = None
 
     def sample(self, data: mujoco.MjData, controller: Controller) -> None:
         """Take a sample of the state now and of the torque held until now.
@@ -55,11 +55,11 @@ class Recorder:
         self._states.append(memory[: len(controller.states)])
         self.userdata = u
         if self._count is None:
-            self._count = int(u[events.COUNT])  # above zero where the walk was resumed
+            self._count = u[events.COUNT]  # above zero where the walk was resumed
 
     def take_touchdown(self, data: mujoco.MjData) -> bool:
-        """Take the last touchdown's row if it is a new one; there is at most one between two samples."""
-        count = int(data.userdata[events.COUNT])
+        """Take the last touchdown's row if it is a new one; to be asked after every physics step."""
+        count = data.userdata[events.COUNT]
         if count == self._count:
             return False
         self._count = count

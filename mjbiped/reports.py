@@ -31,6 +31,7 @@ _WALK_ROWS: tuple[tuple[str, str, float, str, str], ...] = (
     ("estimate error at touchdown", "estimate_error_at_touchdown_deg", 1, ".4f", "deg"),
     ("estimate error at step end", "estimate_error_at_step_end_deg", 1, ".4f", "deg"),
     ("final estimate error", "final_estimate_error_deg", 1, ".4f", "deg"),
+    ("impact against the impact map, worst", "largest_impact_error", 1e2, ".3f", "%"),
     ("slip, largest", "largest_slip_m", 1e3, ".4f", "mm"),
     ("penetration, largest", "largest_penetration_m", 1e3, ".4f", "mm"),
     ("stance friction used, largest", "largest_stance_friction", 1, ".3f", ""),

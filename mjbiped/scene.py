@@ -3,10 +3,10 @@
 The robot (`models/compass.xml`) and its surroundings (`models/scene.xml`) stand in files; this module writes the
 robot's parameters over them and puts the terrain in the floor's place, with `mujoco.MjSpec`:
 
-* a terrain of a single slope becomes a **plane**;
-* a stretch between two steps becomes one **box** where it has a single slope, and a **heightfield** where it has
-  several;
-* a step gets a thin frictionless **riser** before its face;
+* an endless terrain of a single slope becomes a **plane**;
+* a stretch between two steps becomes a **box** where it is level, and a **heightfield** where it is not: a tilted box
+  has leaning ends, and a step beside it would stand before or behind its place;
+* a step gets a thin frictionless **riser** before its face, bevelled at the top so that no foot can stand on it;
 * every slope change and step edge gets a stripe that only the eye meets.
 
 Feet are spheres of radius `FOOT_RADIUS` about the legs' ends, and all ground lies lower by that radius along its
@@ -36,18 +36,20 @@ FOOT_RADIUS = 1e-4
 CONTACT_STIFFNESS = 1e5
 """Stiffness of every contact over the mass it meets, 1/s²: a standing foot sinks by about g / stiffness = 0.1 mm."""
 
-SMALLEST_HIP_MASS = 1e-4
-"""MuJoCo's compiler refuses a moving body without mass; 1e-4 kg of 10 kg is invisible in every figure, kg."""
+SMALLEST_HIP_MASS = 1e-5
+"""MuJoCo's compiler refuses a moving body without mass; this part of the robot's mass is invisible in every figure."""
 
-SMALLEST_INERTIA = 1e-9
-"""The same for a leg without inertia about its centre of mass, kg m²."""
+SMALLEST_INERTIA = 2e-10
+"""The same for a leg without inertia about its centre of mass, in leg mass times leg length squared."""
 
 GROUND_KINDS = ("auto", "heightfield", "boxes")
 
 _THICKNESS = 0.12  # of boxes and heightfield bases, m; contacts are never deeper than some 0.1 mm
 _HALF_WIDTH = 0.6  # of the ground across the walking direction, m
 _RISER_PROUD = 3e-4  # a riser stands before the tread's own frictional end face, m
-_RISER_LOWERED = 1e-3  # and ends below the upper tread, so that no foot stands on it, m
+_RISER_BACK = 1.5e-3  # how far it reaches back into the step; below a tread of up to 28 degrees, m
+_BEVEL = 2.0  # rise over run of a riser's upper edge: its normal then faces up by 0.45, a face and no foothold
+_LIP = 1e-4  # of the tread's own end left above the bevel, m: a foot at the tread's edge stands on the tread alone
 _BACKWARD = 3.0  # ground behind the start, m: more than a fallen robot reaches
 
 
@@ -120,13 +122,13 @@ def _set_robot(spec: mujoco.MjSpec, robot: Compass, timestep: float) -> None:
     spec.option.timestep = timestep
     spec.option.gravity = [0.0, 0.0, -robot.gravity]
     length = robot.leg_length
-    spec.body("hip").mass = max(robot.hip_mass, SMALLEST_HIP_MASS)
+    spec.body("hip").mass = max(robot.hip_mass, SMALLEST_HIP_MASS * robot.total_mass)
     solref = [-CONTACT_STIFFNESS, -1.0 / timestep]
     for side, y in (("left", 0.04), ("right", -0.04)):
         leg = spec.body(f"{side}_leg")
         leg.mass = robot.leg_mass
         leg.ipos = [0.0, 0.0, -robot.upper_length]
-        leg.inertia = [max(robot.leg_inertia, SMALLEST_INERTIA)] * 3
+        leg.inertia = [max(robot.leg_inertia, SMALLEST_INERTIA * robot.leg_mass * length**2)] * 3
         foot = spec.geom(f"{side}_foot")
         foot.pos = [0.0, 0.0, -length]
         foot.size = [FOOT_RADIUS, 0.0, 0.0]
@@ -143,12 +145,12 @@ def _replace_floor(spec: mujoco.MjSpec, terrain: Terrain, end: float, ground: st
     """Put the terrain in the place of the scene file's floor."""
     spec.delete(spec.geom("floor"))
     corners = _corners(terrain, end)
-    if len(corners) == 1 and ground == "auto":
+    if len(corners) == 1 and ground == "auto" and math.isinf(terrain.end):
         _add_plane(spec, terrain)
         return
     for number, stretch in enumerate(_by_stretch(terrain, corners)):
-        slopes = {slope for _, _, slope in stretch}
-        if ground == "heightfield" or (ground == "auto" and len(slopes) > 1):
+        level = all(slope == 0.0 for _, _, slope in stretch)
+        if ground == "heightfield" or (ground == "auto" and not level):
             _add_heightfields(spec, f"ground_{number}", [(start, stop) for start, stop, _ in stretch])
         else:
             for index, (start, stop, slope) in enumerate(stretch):
@@ -158,7 +160,7 @@ def _replace_floor(spec: mujoco.MjSpec, terrain: Terrain, end: float, ground: st
         if index and x < end:
             _add_edge(spec, f"edge_{index}", x, terrain.z[index], rise)
             if rise != 0.0:
-                _add_riser(spec, f"riser_{index}", terrain, index)
+                _add_riser(spec, f"riser_{index}", terrain, index, leaning=ground == "boxes")
 
 
 Corner = tuple[tuple[float, float], tuple[float, float], float]
@@ -262,24 +264,51 @@ def _add_heightfields(
         )
 
 
-def _add_riser(spec: mujoco.MjSpec, name: str, terrain: Terrain, index: int) -> None:
-    """A thin frictionless plate before the vertical face of the step at a segment's start."""
+def _add_riser(spec: mujoco.MjSpec, name: str, terrain: Terrain, index: int, leaning: bool) -> None:
+    """A thin frictionless plate with a bevelled top before the vertical face of the step at a segment's start.
+
+    Args:
+        spec: The scene.
+        name: Of the plate; the bevel's has a suffix.
+        terrain: The ground.
+        index: Of the segment.
+        leaning: Whether the upper tread is a tilted box; its end face then leans out at its foot, and the plate stands
+            before that, too.
+    """
     x, top, rise = terrain.x[index], terrain.z[index], terrain.rises[index]
     upper, lower = max(top, top - rise), min(top, top - rise)
     facing = -1.0 if rise > 0.0 else 1.0  # the face looks toward the lower side
-    # a box tilted with its tread has an end face that leans out at its foot; the plate stands before that, too
     upper_slope = terrain.angle[index] if rise > 0.0 else terrain.angle[index - 1]
-    proud = _RISER_PROUD + max(0.0, -facing * math.tan(upper_slope)) * abs(rise)
-    thickness = proud + 5e-3
-    height = upper - _RISER_LOWERED - (lower - _THICKNESS / 2)
-    if upper - _RISER_LOWERED <= lower:
-        return  # lower than the plate's own gap: nothing to strike
+    lean = max(0.0, -facing * math.tan(upper_slope)) * abs(rise) if leaning else 0.0
+    proud = _RISER_PROUD + lean
+    edge = upper - FOOT_RADIUS - _LIP
+    foot_of_bevel = edge - _BEVEL * proud
+    if foot_of_bevel <= lower:
+        return  # lower than the bevel: nothing to strike
+    height = foot_of_bevel - (lower - _THICKNESS / 2)
+    thickness = proud + _RISER_BACK
     spec.worldbody.add_geom(
         spec.find_default("riser"),
         name=name,
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=[thickness / 2, _HALF_WIDTH, height / 2],
-        pos=[x + facing * (proud - thickness / 2), 0.0, upper - _RISER_LOWERED - height / 2],
+        pos=[x + facing * (proud - thickness / 2), 0.0, foot_of_bevel - height / 2],
+    )
+    # the bevel: a box whose outer face runs from the tread's edge down and out to the plate's
+    steepness = math.atan(_BEVEL)
+    length, depth = math.hypot(proud, _BEVEL * proud), min(proud, 1e-3)
+    outward = facing * math.sin(steepness), math.cos(steepness)
+    spec.worldbody.add_geom(
+        spec.find_default("riser"),
+        name=f"{name}_bevel",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[length / 2, _HALF_WIDTH, depth / 2],
+        pos=[
+            x + facing * proud / 2 - outward[0] * depth / 2,
+            0.0,
+            (edge + foot_of_bevel) / 2 - outward[1] * depth / 2,
+        ],
+        quat=_tilt(facing * steepness),
     )
 
 

@@ -127,6 +127,7 @@ def walk(
         scuffing=rule,
         ground=ground,
     )
+    sample_period = max(1, round(sample_period / timestep)) * timestep
     settings = {
         "engine": engine,
         "robot": dataclasses.asdict(robot),

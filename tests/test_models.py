@@ -49,7 +49,7 @@ def test_robot_file_is_table_one(robot: mjbiped.Compass) -> None:
         assert model.geom(f"{side}_foot").pos[2] == -robot.leg_length
         assert model.geom(f"{side}_foot").size[0] == FOOT_RADIUS
         assert model.geom(f"{side}_foot").solref[1] == -1.0 / model.opt.timestep  # a plastic impact
-    assert model.body("hip").mass == SMALLEST_HIP_MASS
+    assert model.body("hip").mass == SMALLEST_HIP_MASS * robot.total_mass
     assert model.opt.gravity[2] == -robot.gravity
 
 

@@ -11,7 +11,7 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped import events
+from mjbiped import events, measures
 from mjbiped.events import Outcome
 from mjbiped.physics import Simulation
 
@@ -214,6 +214,70 @@ def test_swing_foot_passes_until_armed_and_strikes_risers() -> None:
     # after the strike the foot slides down the face: a touchdown before the riser, less than a step ahead
     assert struck.touchdowns["strikes"][0] == 1
     assert struck.touchdowns["x"][0] < 0.30
+
+
+@pytest.mark.parametrize(
+    "terrain",
+    [
+        mjbiped.Terrain.from_segments([(0.62, -3.0), (5.0, -3.0, 0.035)]),
+        mjbiped.Terrain.stairs(tread=0.5, rise=0.04, first=0.45),
+        mjbiped.Terrain.stairs(tread=1.8, rise=0.04, first=0.6),
+        *(mjbiped.Terrain.from_segments([(0.3778 * 2 - past, 0.0), (5.0, 0.0, -0.06)]) for past in (5e-5, 1.5e-4, 3e-4)),
+        mjbiped.Terrain.from_segments([(0.3778 * 2 - 2.5e-3, -3.0), (5.0, -3.0, -0.06)]),
+    ],
+)
+def test_footholds_are_on_the_ground(terrain: mjbiped.Terrain, controller: AdaptiveController) -> None:
+    """Struck risers and footholds beside an edge: no foot stands on a riser's rim, and impacts stay impacts."""
+    walk = mjbiped.walk(controller, terrain, steps=6)
+    assert walk.steps >= 2
+    touchdowns = walk.touchdowns
+    near = [min(abs(x - start) for start in terrain.x) < 5e-4 for x in touchdowns["x"]]
+    above = np.abs(touchdowns["z"] - terrain.height(touchdowns["x"]))
+    assert above[~np.array(near)].max() < 2e-4  # penetration
+    assert np.degrees(np.abs(touchdowns["slope"] - terrain.slope(touchdowns["x"])))[~np.array(near)].max() < 1e-3
+
+
+def test_departing_foot_is_not_dragged() -> None:
+    """A robot whose trailing foot leaves the ground obliquely: a convex friction cone would hold it in the impact."""
+    goswami = mjbiped.Compass(leg_mass=5.0, hip_mass=10.0, leg_inertia=0.0)
+    walk = mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(3.0), steps=6, robot=goswami)
+    assert walk.outcome == "finished"
+    # 3e-3 rad/s of a contact resolved at h = 1e-4 (see test_walks), of a swing rate of 0.38 rad/s
+    assert np.abs(measures.impact_errors(walk)).max() < 0.01
+
+
+def test_sample_period_changes_no_result(controller: AdaptiveController) -> None:
+    often, rarely = (
+        mjbiped.walk(controller, mjbiped.Terrain.level(), steps=2, sample_period=period) for period in (1e-3, 100.0)
+    )
+    assert rarely.steps == often.steps == 2
+    for name, column in often.touchdowns.items():
+        assert np.array_equal(rarely.touchdowns[name], column), name
+    assert np.array_equal(rarely.peak_torque, often.peak_torque)
+    assert often.end == rarely.end
+
+
+def test_nested_simulations_are_both_driven(controller: AdaptiveController) -> None:
+    alone, outer, inner = (make(controller) for _ in range(3))
+    with alone.callbacks():
+        mujoco.mj_step(alone.model, alone.data, nstep=3000)
+    with outer.callbacks(), inner.callbacks():
+        for simulation in (outer, inner):
+            mujoco.mj_step(simulation.model, simulation.data, nstep=3000)
+    assert state_of(alone) == state_of(outer) == state_of(inner)
+
+
+def test_lifted_leg_has_no_ankle_torque_between_ticks(controller: AdaptiveController) -> None:
+    """A slow controller has not ticked yet when the legs exchange: the motor of the leg in the air must be off."""
+    simulation = make(controller, control_period=1e-2)
+    seen = 0
+    with simulation.callbacks():
+        while simulation.data.userdata[events.COUNT] < 3:
+            mujoco.mj_step(simulation.model, simulation.data)
+            stance = int(simulation.data.userdata[events.STANCE])
+            assert simulation.data.ctrl[1 - stance] == 0.0
+            seen += int(simulation.data.userdata[events.TOUCHED])
+    assert seen > 10
 
 
 def test_runs_in_a_thread_as_well(controller: AdaptiveController) -> None:
