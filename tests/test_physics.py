@@ -222,7 +222,10 @@ def test_swing_foot_passes_until_armed_and_strikes_risers() -> None:
         mjbiped.Terrain.from_segments([(0.62, -3.0), (5.0, -3.0, 0.035)]),
         mjbiped.Terrain.stairs(tread=0.5, rise=0.04, first=0.45),
         mjbiped.Terrain.stairs(tread=1.8, rise=0.04, first=0.6),
-        *(mjbiped.Terrain.from_segments([(0.3778 * 2 - past, 0.0), (5.0, 0.0, -0.06)]) for past in (5e-5, 1.5e-4, 3e-4)),
+        *(
+            mjbiped.Terrain.from_segments([(0.3778 * 2 - past, 0.0), (5.0, 0.0, -0.06)])
+            for past in (5e-5, 1.5e-4, 3e-4)
+        ),
         mjbiped.Terrain.from_segments([(0.3778 * 2 - 2.5e-3, -3.0), (5.0, -3.0, -0.06)]),
     ],
 )
