@@ -1,6 +1,6 @@
 # mjbiped: `make walk` shows what it does, `make test` proves it. Needs Python 3.11 or newer, pip and make.
 
-PYTHON ?= $(shell command -v python3.11 || command -v python3)
+PYTHON ?= $(or $(shell command -v python3.11),$(shell command -v python3),python3)
 VENV := .venv
 BIN := $(VENV)/bin
 OUT := out

@@ -127,7 +127,7 @@ def _walk(
         files.render(done, video, pictures, progress=not quiet)
     summary = measures.summary(done)
     if json:
-        click.echo(reports.as_json({**summary, "files": files.written}))
+        click.echo(reports.as_json({**summary, "settings": dict(done.settings), "files": files.written}))
     elif not quiet:
         reports.show(reports.walk_table(done, summary))
         files.tell()

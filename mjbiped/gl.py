@@ -125,7 +125,7 @@ def _working_platform() -> str:
     """
     chosen = os.environ.get("MUJOCO_GL", "").strip().lower()
     known = _PLATFORMS.get(sys.platform, ("glfw",))
-    unharmed = "A walk needs no OpenGL: its record is written all the same."
+    unharmed = "Walks, records and figures need no OpenGL."
     if chosen in _DISABLING:
         raise RenderError(f"MUJOCO_GL={chosen} switches drawing off; unset it, or set it to {known[0]}. {unharmed}")
     if chosen in _UNCHOSEN:

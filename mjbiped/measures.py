@@ -128,4 +128,10 @@ def summary(walk: Walk) -> dict[str, Any]:
     plain = {
         name: None if isinstance(value, float) and math.isnan(value) else value for name, value in measured.items()
     }
-    return {"outcome": walk.outcome, "ended_at_time_s": walk.end[0], "ended_at_x_m": walk.end[1], **plain}
+    return {
+        "outcome": walk.outcome,
+        "ended_at_time_s": walk.end[0],
+        "ended_at_x_m": walk.end[1],
+        **plain,
+        "warnings": dict(walk.settings.get("warnings", {})),
+    }

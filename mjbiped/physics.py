@@ -7,9 +7,11 @@ the legs exchange. `Simulation` holds model and state; `simulate` walks it to it
 from __future__ import annotations
 
 import math
+import threading
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -18,7 +20,7 @@ from tqdm.auto import tqdm
 
 from mjbiped import events
 from mjbiped.compass import Compass
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, MjbipedError
 from mjbiped.events import Limits, Outcome
 from mjbiped.recorder import Recorder
 from mjbiped.scene import FOOT_RADIUS, build_scene
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
 
 LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how far the ground is built
 START_DEPTH = 1e-6  # a foot set exactly on the surface may find a heightfield's inner edge instead, m
+_ONE_THREAD = threading.RLock()  # whose callbacks are installed
 _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_ACC)
 LONGEST_TIMESTEP = 1e-3  # at it the worst impact of a passive walk is already off by 9 %, s
 
@@ -155,9 +158,11 @@ class Simulation:
 
         MuJoCo's warnings are counted meanwhile, where it would write them to the terminal and to MUJOCO_LOG.TXT.
         """
-        installed: list[str] = []
-        before, self._before = self._before, {}
-        try:
+        with ExitStack() as stack:
+            stack.enter_context(exclusive())
+            installed: list[str] = []
+            before, self._before = self._before, {}
+            stack.callback(self._restore, installed, before)
             for name, callback in (
                 ("mjcb_control", self._on_control),
                 ("mjcb_sensor", self._on_sensor),
@@ -168,10 +173,11 @@ class Simulation:
                 installed.append(name)
                 getattr(mujoco, f"set_{name}")(callback)
             yield
-        finally:
-            for name in reversed(installed):
-                getattr(mujoco, f"set_{name}")(self._before[name])
-            self._before = before
+
+    def _restore(self, installed: list[str], before: dict[str, Any]) -> None:
+        for name in reversed(installed):
+            getattr(mujoco, f"set_{name}")(self._before[name])
+        self._before = before
 
     def _on_control(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """`mjcb_control`: one tick per new time; a second call at the same time changes nothing."""
@@ -208,8 +214,14 @@ class Simulation:
             before = u[events.POSTURE_BEFORE : events.POSTURE_BEFORE + 2]
             controller.on_touchdown(memory, before, q, dq)
             u[events.ESTIMATE_AFTER] = controller.slope_estimate(memory)
-        ankle, hip, *rates = controller.torque(memory, time - u[events.CLOCK_ZERO], q, dq)
-        for index, rate in enumerate(rates):
+        values = controller.torque(memory, time - u[events.CLOCK_ZERO], q, dq)
+        if len(values) != 2 + len(controller.states):
+            rates = ", ".join(controller.states) or "none"
+            raise InputError(
+                f"torque returned {len(values)} values; expected ankle, hip and a rate per state ({rates})"
+            )
+        ankle, hip, *rates_now = values
+        for index, rate in enumerate(rates_now):
             memory[index] += self.control_period * rate
         u[events.ANKLE], u[events.HIP] = ankle, hip
         if not u[events.OUTCOME]:
@@ -265,6 +277,29 @@ class Simulation:
         return before(*arguments) if callable(before) else None
 
 
+@contextmanager
+def exclusive() -> Iterator[None]:
+    """Keep other threads from building or stepping a walk meanwhile.
+
+    Raises:
+        MjbipedError: Another thread does already.
+    """
+    if not _ONE_THREAD.acquire(blocking=False):
+        raise MjbipedError(
+            "another thread of this process is walking, and MuJoCo's callbacks are shared by all threads; "
+            "let walks run one after another, or in processes of their own"
+        )
+    try:
+        yield
+    finally:
+        _ONE_THREAD.release()
+
+
+def walking() -> bool:
+    """Whether a simulation's callbacks are installed; MuJoCo cannot compile a model then."""
+    return isinstance(getattr(mujoco.get_mjcb_control(), "__self__", None), Simulation)
+
+
 def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> Outcome:
     """Step a simulation until its walk ends, recording as it goes.
 
@@ -309,6 +344,9 @@ def _check_times(timestep: float, period: float) -> None:
     Raises:
         InputError: One is outside its domain.
     """
+    for name, value in (("timestep", timestep), ("control_period", period)):
+        if not isinstance(value, Real):
+            raise InputError(f"{name} must be a number of seconds, got {value!r}")
     if not 0.0 < timestep <= LONGEST_TIMESTEP:
         raise InputError(f"timestep must lie in (0, {LONGEST_TIMESTEP}] s, got {timestep!r}")
     ratio = period / timestep if math.isfinite(period) else math.nan

@@ -88,6 +88,11 @@ class Walk:
         """c_mt of both joints' absolute work; see `mjbiped.measures.cost_of_transport` for the variants."""
         return measures.cost_of_transport(self)
 
+    def __repr__(self) -> str:
+        """One line; the tables are long."""
+        name, way = self.settings["terrain"]["name"], self.distance
+        return f"<Walk on {name}: {self.outcome} after {self.steps} steps, {way:.3f} m, {self.end[0]:.3f} s>"
+
     def __eq__(self, other: object) -> bool:
         """Bitwise equality of everything recorded."""
         if not isinstance(other, Walk):
@@ -153,7 +158,9 @@ class Walk:
         try:
             with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
                 arrays = {name: file[name] for name in file.files}
-        except OSError as error:
+        except (OSError, TypeError) as error:
+            if isinstance(error, TypeError):  # a single array, or no path at all
+                raise RecordError(f"{path} is no walk's record ({error})") from error
             raise RecordError(f"cannot read {path}: {error.strerror or error}") from error
         except (ValueError, EOFError, zipfile.BadZipFile, zipfile.LargeZipFile, AttributeError) as error:
             raise RecordError(f"{path} is no walk's record, or only a part of one ({error})") from error

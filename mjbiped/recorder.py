@@ -35,6 +35,7 @@ class Recorder:
         self._states: list[list[float]] = []
         self._touchdowns: list[list[float]] = []
         self._count: float | None = None
+        self._width = 0
 
     def sample(self, data: mujoco.MjData, controller: Controller) -> None:
         """Take a sample of the state now and of the torque held until now.
@@ -52,7 +53,8 @@ class Recorder:
         dq = [qvel[2 + stance], qvel[3 - stance]]
         torque = [u[events.ANKLE], u[events.HIP]]
         self._samples.append([data.time, *q, *dq, *torque, slope, controller.slope_estimate(memory), stance, *qpos])
-        self._states.append(memory[: len(controller.states)])
+        self._width = len(controller.states)
+        self._states.append(memory[: self._width])
         self.userdata = u
         if self._count is None:
             self._count = u[events.COUNT]  # above zero where the walk was resumed
@@ -69,7 +71,7 @@ class Recorder:
 
     def samples(self) -> dict[str, NDArray[np.float64]]:
         """Samples so far; see `mjbiped.columns.SAMPLES`."""
-        states = np.array(self._states, dtype=np.float64).reshape(len(self._states), -1)
+        states = np.array(self._states, dtype=np.float64).reshape(len(self._states), self._width)
         return {**split(SAMPLES, self._samples), "controller_states": states}
 
     def touchdowns(self) -> dict[str, NDArray[np.float64]]:

@@ -28,8 +28,8 @@ _WALK_ROWS: tuple[tuple[str, str, float, str, str], ...] = (
     ("cost of transport, positive", "cost_of_transport_positive", 1, ".4f", ""),
     ("peak torque, ankle", "peak_ankle_torque_Nm", 1, ".2f", "N m"),
     ("peak torque, hip", "peak_hip_torque_Nm", 1, ".2f", "N m"),
-    ("estimate error at touchdown", "estimate_error_at_touchdown_deg", 1, ".4f", "deg"),
-    ("estimate error at step end", "estimate_error_at_step_end_deg", 1, ".4f", "deg"),
+    ("estimate error at touchdown, largest", "estimate_error_at_touchdown_deg", 1, ".4f", "deg"),
+    ("estimate error at step end, largest", "estimate_error_at_step_end_deg", 1, ".4f", "deg"),
     ("final estimate error", "final_estimate_error_deg", 1, ".4f", "deg"),
     ("impact against the impact map, worst", "largest_impact_error", 1e2, ".3f", "%"),
     ("slip, largest", "largest_slip_m", 1e3, ".4f", "mm"),
@@ -53,6 +53,8 @@ def walk_table(walk: Walk, summary: Mapping[str, Any]) -> Table:
         ("terrain", walk.terrain.caption, ""),
         ("controller", f"{settings['controller']['name']}, engine {settings['engine']}", ""),
     ]
+    if summary["warnings"]:
+        rows.append(("MuJoCo warned of", "; ".join(f"{text} ({n})" for text, n in summary["warnings"].items()), ""))
     rows += [(label, _shown(summary[key], factor, form), unit) for label, key, factor, form, unit in _WALK_ROWS]
     return _table(rows)
 

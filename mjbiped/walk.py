@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 import platform
 from collections.abc import Sequence
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -17,7 +19,7 @@ from mjbiped.compass import Compass
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.events import Outcome
 from mjbiped.gait import Gait, find_passive_gait
-from mjbiped.physics import Simulation, simulate
+from mjbiped.physics import Simulation, exclusive, simulate, walking
 from mjbiped.record import Walk
 from mjbiped.recorder import Recorder
 from mjbiped.scuffing import ScuffingRule
@@ -111,62 +113,70 @@ def walk(
     if steps is None and distance is None:
         steps = DEFAULT_STEPS
     _check_limits(steps, distance, sample_period)
-    robot = robot or controller.robot or Compass()
+    robot = controller.robot or Compass() if robot is None else robot
+    if not isinstance(robot, Compass):
+        raise InputError(f"robot must be a mjbiped.Compass, got {type(robot).__name__}")
+    if scuffing is not None and not isinstance(scuffing, ScuffingRule):
+        raise InputError(f"scuffing must be a mjbiped.ScuffingRule, got {type(scuffing).__name__}")
     q, dq = _initial_state(initial, controller, robot, terrain)
     rule = scuffing or ScuffingRule()
-    simulation = Simulation(
-        controller,
-        terrain,
-        robot=robot,
-        q=q,
-        dq=dq,
-        steps=steps,
-        distance=distance,
-        timestep=timestep,
-        control_period=control_period,
-        scuffing=rule,
-        ground=ground,
-    )
-    sample_period = max(1, round(sample_period / timestep)) * timestep
-    settings = {
-        "engine": engine,
-        "robot": dataclasses.asdict(robot),
-        "controller": controller.describe(),
-        "terrain": terrain.to_dict(),
-        "initial": [*q, *dq],
-        "steps": steps,
-        "distance": distance,
-        "timestep": timestep,
-        "control_period": simulation.control_period,
-        "sample_period": sample_period,
-        "scuffing": dataclasses.asdict(rule),
-        "ground": ground,
-        "versions": _versions(),
-    }
-    recorder = Recorder(sample_period)
-    try:
-        outcome = simulate(simulation, recorder, progress=progress)
-    except KeyboardInterrupt as stop:
-        raise WalkInterrupted(_record(recorder, Outcome.INTERRUPTED, settings)) from stop
-    except Exception as error:
-        partial = _record(recorder, Outcome.INTERRUPTED, settings)
-        place = f"at {partial.end[0]:.3f} s, after {partial.steps} steps"
-        raise WalkStopped(
-            f"{type(controller).__name__} failed {place}: {type(error).__name__}: {error}", partial
-        ) from error
-    return _record(recorder, outcome, {**settings, "warnings": dict(simulation.warnings)})
+    with exclusive():
+        if walking():
+            raise MjbipedError("a walk cannot be started from inside another's controller")
+        simulation = Simulation(
+            controller,
+            terrain,
+            robot=robot,
+            q=q,
+            dq=dq,
+            steps=steps,
+            distance=distance,
+            timestep=timestep,
+            control_period=control_period,
+            scuffing=rule,
+            ground=ground,
+        )
+        sample_period = max(1, round(sample_period / timestep)) * timestep
+        settings = {
+            "engine": engine,
+            "robot": dataclasses.asdict(robot),
+            "controller": controller.describe(),
+            "terrain": terrain.to_dict(),
+            "initial": [*q, *dq],
+            "steps": steps,
+            "distance": distance,
+            "timestep": timestep,
+            "control_period": simulation.control_period,
+            "sample_period": sample_period,
+            "scuffing": dataclasses.asdict(rule),
+            "ground": ground,
+            "versions": _versions(),
+        }
+        recorder = Recorder(sample_period)
+        try:
+            outcome = simulate(simulation, recorder, progress=progress)
+        except KeyboardInterrupt as stop:
+            raise WalkInterrupted(_record(recorder, Outcome.INTERRUPTED, settings)) from stop
+        except Exception as error:
+            partial = _record(recorder, Outcome.INTERRUPTED, settings)
+            place = f"at {partial.end[0]:.3f} s, after {partial.steps} steps"
+            raise WalkStopped(
+                f"{type(controller).__name__} failed {place}: {type(error).__name__}: {error}", partial
+            ) from error
+        return _record(recorder, outcome, {**settings, "warnings": dict(simulation.warnings)})
 
 
 def _record(recorder: Recorder, outcome: Outcome, settings: dict[str, Any]) -> Walk:
     """What a recorder holds, as a walk."""
     samples = recorder.samples()
-    u = recorder.userdata
+    begun = len(samples["time"]) > 0
+    peak = [recorder.userdata[index] for index in (events.PEAK_ANKLE, events.PEAK_HIP)] if begun else [0.0, 0.0]
     return Walk(
         samples=samples,
         touchdowns=recorder.touchdowns(),
         outcome=outcome.words,
-        end=(float(samples["time"][-1]), float(samples["qpos"][-1, 0])),
-        peak_torque=np.array([u[events.PEAK_ANKLE], u[events.PEAK_HIP]]),
+        end=(float(samples["time"][-1]), float(samples["qpos"][-1, 0])) if begun else (0.0, 0.0),
+        peak_torque=np.array(peak),
         settings=settings,
     )
 
@@ -182,6 +192,19 @@ def _check_controller(controller: object) -> None:
     if isinstance(controller, type) or missing:
         what = "is a class, not an object of it" if isinstance(controller, type) else f"lacks {', '.join(missing)}"
         raise InputError(f"the controller {controller!r} {what}; derive your class from controllers.Controller")
+    named = type(controller).__name__
+    states: Any = controller.states  # type: ignore[attr-defined]
+    size: Any = controller.memory_size  # type: ignore[attr-defined]
+    if isinstance(states, str) or not all(isinstance(state, str) for state in states):
+        raise InputError(f"{named}.states must be a tuple of names, got {states!r}")
+    if not isinstance(size, int) or size < len(states):
+        raise InputError(
+            f"{named}.memory_size must be a whole number of at least its {len(states)} states, got {size!r}"
+        )
+    try:
+        json.dumps(controller.describe())  # type: ignore[attr-defined]
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{named}.describe() must give plain JSON types, for the record: {error}") from error
 
 
 def _check_limits(steps: int | None, distance: float | None, sample_period: float) -> None:
@@ -193,7 +216,9 @@ def _check_limits(steps: int | None, distance: float | None, sample_period: floa
     if steps is not None and (isinstance(steps, bool) or not isinstance(steps, int | np.integer) or steps < 1):
         raise InputError(f"steps must be a whole number of at least 1, got {steps!r}")
     for name, value in (("distance", distance), ("sample_period", sample_period)):
-        if value is not None and not (math.isfinite(value) and value > 0.0):
+        if value is None and name == "distance":
+            continue
+        if not (isinstance(value, Real) and math.isfinite(value) and value > 0.0):
             raise InputError(f"{name} must be a finite number above zero, got {value!r}")
 
 
@@ -217,7 +242,10 @@ def _initial_state(
             f"unknown initial state {initial!r}; valid are {', '.join(INITIAL_STATES)}, "
             "or four numbers q1, q2, dq1, dq2"
         )
-    values = [float(value) for value in initial]
+    try:
+        values = [float(value) for value in initial]
+    except (TypeError, ValueError):
+        values = []
     if len(values) != 4 or not all(map(math.isfinite, values)):
         raise InputError(f"an initial state is four finite numbers q1, q2, dq1, dq2; got {initial!r}")
     return (values[0], values[1]), (values[2], values[3])

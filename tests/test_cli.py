@@ -154,6 +154,7 @@ def test_walk_in_a_process_prints_json_alone_and_writes_what_it_lists(tmp_path: 
     printed = json.loads(result.stdout)
     assert printed.pop("files") == {"record": "a.npz", "plot": "a.svg"}
     walk = Walk.load(tmp_path / "a.npz")
+    assert printed.pop("settings") == walk.settings
     assert printed == json.loads(json.dumps(measures.summary(walk)))
     assert (printed["outcome"], printed["steps"]) == ("finished", 2)
     assert walk.terrain == mjbiped.Terrain.stairs(rise=-0.02)

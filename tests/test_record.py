@@ -49,6 +49,10 @@ def test_equality_sees_every_part(walk: Walk, saved: Path) -> None:
     assert walk != "a walk"
 
 
+def test_a_walk_shows_itself_in_one_line(walk: Walk) -> None:
+    assert repr(walk).startswith("<Walk on mixed: finished after 3 steps, ")
+
+
 def test_tables_have_their_columns(walk: Walk) -> None:
     assert set(walk.samples) == {*SAMPLES, "controller_states"}
     assert set(walk.touchdowns) == set(TOUCHDOWNS)
@@ -104,7 +108,10 @@ def test_foreign_files_are_refused(tmp_path: Path) -> None:
         file.writestr("readme.txt", "no arrays here")
     pickled = tmp_path / "pickled.npz"
     np.savez(pickled, header=np.array([{"format": FORMAT}], dtype=object))
-    for path in (plain, text, other, archive, pickled):
+    single = tmp_path / "single.npz"
+    with single.open("wb") as stream:
+        np.save(stream, np.zeros(3))
+    for path in (single, plain, text, other, archive, pickled):
         with pytest.raises(mjbiped.RecordError, match="no walk's record"):
             Walk.load(path)
 

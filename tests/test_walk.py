@@ -2,6 +2,7 @@
 
 import math
 import sys
+import threading
 from collections.abc import Sequence
 from typing import Any
 
@@ -41,6 +42,14 @@ def test_distance_ends_a_walk(controller: AdaptiveController) -> None:
         ({"terrain": "mixed"}, "mjbiped.Terrain"),
         ({"controller": PassiveController}, "class"),
         ({"controller": object()}, "controllers.Controller"),
+        ({"distance": "a"}, "distance"),
+        ({"timestep": "a"}, "timestep"),
+        ({"control_period": "a"}, "control_period"),
+        ({"sample_period": None}, "sample_period"),
+        ({"initial": None}, "four"),
+        ({"initial": (0, 0, "a", 0)}, "four"),
+        ({"robot": "x"}, "Compass"),
+        ({"scuffing": "x"}, "ScuffingRule"),
     ],
 )
 def test_bad_arguments_are_refused_before_anything_runs(
@@ -96,3 +105,65 @@ def test_own_controller_needs_no_more_than_a_torque() -> None:
     assert walk.steps == 2
     assert walk.settings["controller"] == {"name": "HipSpring"}
     assert abs(walk.samples["torque"][:, 1]).max() > 0.0
+
+
+@pytest.mark.parametrize(
+    ("parts", "names"),
+    [
+        ({"states": "work"}, "tuple of names"),
+        ({"states": ("a", "b"), "memory_size": 1}, "memory_size"),
+        ({"describe": lambda self: {"self": self}}, "JSON"),
+    ],
+)
+def test_ill_made_controllers_are_refused(parts: dict[str, Any], names: str) -> None:
+    made = type("Made", (PassiveController,), parts)
+    with pytest.raises(mjbiped.InputError, match=names):
+        mjbiped.walk(made(), mjbiped.Terrain.incline(2.0))
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_a_torque_of_another_length_is_told(count: int) -> None:
+    class Wrong(Controller):
+        states = ("work",)
+        memory_size = 3
+
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            return [0.0] * count
+
+    with pytest.raises(mjbiped.WalkStopped, match=rf"returned {count} values.*work"):
+        mjbiped.walk(Wrong(), mjbiped.Terrain.level(), initial="rest")
+
+
+def test_an_error_before_the_first_sample_is_told() -> None:
+    class Broken(PassiveController):
+        def slope_estimate(self, memory: Memory) -> float:
+            raise ZeroDivisionError("slope")
+
+    with pytest.raises(mjbiped.WalkStopped, match="slope") as caught:
+        mjbiped.walk(Broken(), mjbiped.Terrain.level(), initial="rest")
+    assert len(caught.value.walk.samples["time"]) == 0
+
+
+def test_walks_of_two_threads_do_not_mix() -> None:
+    """Callbacks are process-wide: the second thread is told so, and the first walks on undisturbed."""
+    errors: list[Exception] = []
+
+    class Nesting(PassiveController):
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            if not errors:
+                thread = threading.Thread(target=walk_too)
+                thread.start()
+                thread.join()
+            return 0.0, 0.0
+
+    def walk_too() -> None:
+        try:
+            mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), steps=1)
+        except mjbiped.MjbipedError as error:
+            errors.append(error)
+
+    walk = mjbiped.walk(Nesting(), mjbiped.Terrain.incline(2.0), steps=1)
+    assert "another thread" in str(errors[0])
+    assert (
+        walk.touchdowns["x"] == mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), steps=1).touchdowns["x"]
+    )
