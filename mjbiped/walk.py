@@ -158,6 +158,8 @@ def walk(
         except KeyboardInterrupt as stop:
             raise WalkInterrupted(_record(recorder, Outcome.INTERRUPTED, settings)) from stop
         except Exception as error:
+            if _is_interrupt(error):
+                raise WalkInterrupted(_record(recorder, Outcome.INTERRUPTED, settings)) from error
             partial = _record(recorder, Outcome.INTERRUPTED, settings)
             place = f"at {partial.end[0]:.3f} s, after {partial.steps} steps"
             raise WalkStopped(
@@ -179,6 +181,15 @@ def _record(recorder: Recorder, outcome: Outcome, settings: dict[str, Any]) -> W
         peak_torque=np.array(peak),
         settings=settings,
     )
+
+
+def _is_interrupt(error: BaseException | None) -> bool:
+    """Whether Ctrl-C is behind an error: one that comes while MuJoCo's C code runs can surface as a SystemError."""
+    while error is not None:
+        if isinstance(error, KeyboardInterrupt):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def _check_controller(controller: object) -> None:

@@ -71,6 +71,13 @@ def test_no_passive_gait_on_level_ground() -> None:
         mjbiped.walk(PassiveController(), mjbiped.Terrain.level(), initial="gait")
 
 
+def wrapped_interrupt() -> SystemError:
+    """As CPython reports an interrupt that came while C code ran."""
+    error = SystemError("returned a result with an exception set")
+    error.__cause__ = KeyboardInterrupt()
+    return error
+
+
 class Failing(Controller):
     """Works for half a second, then raises what it was given."""
 
@@ -85,7 +92,11 @@ class Failing(Controller):
 
 @pytest.mark.parametrize(
     ("error", "expected"),
-    [(ZeroDivisionError("gain"), mjbiped.WalkStopped), (KeyboardInterrupt(), mjbiped.WalkInterrupted)],
+    [
+        (ZeroDivisionError("gain"), mjbiped.WalkStopped),
+        (KeyboardInterrupt(), mjbiped.WalkInterrupted),
+        (wrapped_interrupt(), mjbiped.WalkInterrupted),
+    ],
 )
 def test_broken_off_walk_is_not_lost(error: BaseException, expected: type[BaseException]) -> None:
     with pytest.raises(expected) as caught:
