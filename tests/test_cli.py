@@ -252,7 +252,7 @@ def test_ctrl_c_keeps_the_walk_so_far(tmp_path: Path, monkeypatch: pytest.Monkey
     def interrupted(*arguments: Any) -> None:
         sample(*arguments)
         if next(count) == 30:
-            raise KeyboardInterrupt  # as a signal's handler does; a test worker's threads get no real one in time
+            raise KeyboardInterrupt  # what Python's handler of SIGINT raises
 
     monkeypatch.setattr(recorder.Recorder, "sample", interrupted)
     out, plot = tmp_path / "walk.npz", tmp_path / "walk.png"
