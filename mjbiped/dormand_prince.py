@@ -41,13 +41,14 @@ def scheme() -> Scheme:
 
 
 def stage_state(
-    scheme: Scheme, stage: int, n: int, h: float, y: Sequence[float], k: Sequence[float], out: MutableSequence[float]
+    a: Sequence[float], stage: int, h: float, y: Sequence[float], k: Sequence[float], out: MutableSequence[float]
 ) -> None:
     """The state at which a stage's rates are taken; that of stage 12 is the state at the step's end."""
+    n = len(y)
     for c in range(n):
         out[c] = 0.0
     for earlier in range(stage):
-        weight = scheme.a[stage * STAGES_WITH_DENSE + earlier]
+        weight = a[stage * STAGES_WITH_DENSE + earlier]
         if weight != 0.0:
             for c in range(n):
                 out[c] += weight * k[earlier * n + c]
@@ -56,16 +57,23 @@ def stage_state(
 
 
 def error_of(
-    scheme: Scheme, n: int, h: float, y: Sequence[float], end: Sequence[float], k: Sequence[float], tolerance: float
+    e3: Sequence[float],
+    e5: Sequence[float],
+    h: float,
+    y: Sequence[float],
+    end: Sequence[float],
+    k: Sequence[float],
+    tolerance: float,
 ) -> float:
     """Estimated error of the step's first n - 2 components over tolerance (1 + |y|); at most 1 for a good step."""
+    n = len(y)
     norm3 = norm5 = 0.0
     for c in range(n - 2):
         error3 = error5 = 0.0
         for stage in range(STAGES + 1):
             rate = k[stage * n + c]
-            error3 += scheme.e3[stage] * rate
-            error5 += scheme.e5[stage] * rate
+            error3 += e3[stage] * rate
+            error5 += e5[stage] * rate
         scale = tolerance * (1.0 + max(abs(y[c]), abs(end[c])))
         norm3 += (error3 / scale) * (error3 / scale)
         norm5 += (error5 / scale) * (error5 / scale)
@@ -75,8 +83,7 @@ def error_of(
 
 
 def dense_coefficients(
-    scheme: Scheme,
-    n: int,
+    d: Sequence[float],
     h: float,
     y: Sequence[float],
     end: Sequence[float],
@@ -84,6 +91,7 @@ def dense_coefficients(
     out: MutableSequence[float],
 ) -> None:
     """Coefficients of the dense output, n per power, from all 16 stages."""
+    n = len(y)
     for c in range(n):
         change = end[c] - y[c]
         out[c] = change
@@ -93,7 +101,7 @@ def dense_coefficients(
         for c in range(n):
             total = 0.0
             for stage in range(STAGES_WITH_DENSE):
-                total += scheme.d[(power - 3) * STAGES_WITH_DENSE + stage] * k[stage * n + c]
+                total += d[(power - 3) * STAGES_WITH_DENSE + stage] * k[stage * n + c]
             out[power * n + c] = h * total
 
 

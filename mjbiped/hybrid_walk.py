@@ -168,7 +168,7 @@ def gait_step(torque: Law, estimate: Law, next_break: Law, parameters: Any, worl
 
 def _begin(torque: Law, parameters: Any, world: World, b: Buffers, t: float) -> None:
     """Rates of a state that no step has led to, with its torques and its friction."""
-    rates(torque, parameters, world, b, t, b.y, 0)
+    rates(torque, parameters, world.constants, world.length, b.memory, b.w, t, b.y, b.k, 0)
     note_peak(b.w, b.w[ANKLE], b.w[HIP])
     note_friction(world, b, b.y, 0)
 
@@ -245,7 +245,7 @@ def _strike(world: World, b: Buffers) -> None:
     """The swing foot meets a vertical face: plastic and without friction; the stance foot stays."""
     y, w = b.y, b.w
     w[FACE] = 1.0 if world.x[int(w[LANDING])] == w[FACE_X] else -1.0
-    y[2], y[3] = strike_rates(world, w[SLOPE], y[0], y[1], y[2], y[3])
+    y[2], y[3] = strike_rates(world.constants, world.length, w[SLOPE], y[0], y[1], y[2], y[3])
     w[STRIKES] += 1.0
 
 
