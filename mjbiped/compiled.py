@@ -49,10 +49,8 @@ def _jit(numba: ModuleType, function: Function, cache: bool) -> Function:
     return result
 
 
-def _bound(
-    function: Function, functions: tuple[Function, Function, Function, Function], digest: str
-) -> Function:
-    """Numba knows a function that stands in a closure's cell, and can pass it on; it cannot be given one from outside."""
+def _bound(function: Function, functions: tuple[Function, Function, Function, Function], digest: str) -> Function:
+    """Numba can pass a function on that stands in a closure's cell; it cannot be given one from outside."""
     first, second, third, fourth = functions
 
     def entry(x: Any, y: Any, z: Any) -> Any:

@@ -29,7 +29,7 @@ from mjbiped.terrain import Terrain
 if TYPE_CHECKING:
     from controllers.base import Controller
 
-TOLERANCE = 1e-10
+TOLERANCE = 1e-9
 """Of an integration step, relative and absolute: the state after a step of the walk is then good to 1e-9."""
 
 SHORTEST_SAMPLE_PERIOD = 1e-5  # s

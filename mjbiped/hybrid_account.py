@@ -95,15 +95,11 @@ def _asked(
     w = b.w
     for index in range(len(b.y) - ANGLES_AND_RATES - WORKS):
         b.memory[index] = state[ANGLES_AND_RATES + index]
-    result = torque(
-        parameters, b.memory, min(max(t, w[AFTER]), w[BEFORE]), state[0], state[1], state[2], state[3]
-    )
+    result = torque(parameters, b.memory, min(max(t, w[AFTER]), w[BEFORE]), state[0], state[1], state[2], state[3])
     return result[0], result[1]
 
 
-def _peak_within(
-    torque: Callable[..., Sequence[float]], parameters: Any, b: Buffers, t: float, h: float
-) -> None:
+def _peak_within(torque: Callable[..., Sequence[float]], parameters: Any, b: Buffers, t: float, h: float) -> None:
     """Peaks inside the step: the greatest of some values, and of the parabola through it and its neighbours."""
     last1 = last2 = before1 = before2 = 0.0
     for piece in range(PIECES + 1):
@@ -157,7 +153,7 @@ def _total_variation(b: Buffers, n: int, component: int) -> float:
             total += abs(turn - last)
             last = turn
         x, power = end, power_there
-    return total + abs(b.out[component] - last)
+    return float(total + abs(b.out[component] - last))
 
 
 def note_friction(world: World, b: Buffers, state: Sequence[float], at: int) -> None:

@@ -1,8 +1,8 @@
 """Events of the hybrid engine: where within an integration step the swing foot starts to collide, lands or strikes.
 
 The clearance is the height of the swing foot over the profile at its own place x. It is continuous as long as the foot
-stays over one stretch, and jumps at risers: a jump from above to below ground is a strike of the vertical face, forwards
-against a riser ahead, backwards against the one that the foot has just stepped down from.
+stays over one stretch, and jumps at risers: a jump from above to below ground is a strike of the vertical face, be it
+forwards against a riser ahead, or backwards against the one that the foot has just stepped down from.
 
 No event of more than a fraction of a millisecond is missed: an interval is passed over only if the foot, accelerated
 no more than `ROOM` times as much as at the step's ends, could not have reached the ground in it.
