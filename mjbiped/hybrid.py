@@ -21,6 +21,7 @@ from mjbiped.compiled import compiled
 from mjbiped.dormand_prince import POWERS, STAGES_WITH_DENSE, Scheme, scheme
 from mjbiped.errors import InputError
 from mjbiped.events import STALL_TIME, Outcome
+from mjbiped.hybrid_events import hip
 from mjbiped.hybrid_state import Buffers, World
 from mjbiped.hybrid_walk import advance
 from mjbiped.scuffing import ScuffingRule
@@ -29,8 +30,8 @@ from mjbiped.terrain import Terrain
 if TYPE_CHECKING:
     from controllers.base import Controller
 
-TOLERANCE = 1e-9
-"""Of an integration step, relative and absolute: the state after a step of the walk is then good to 1e-9."""
+TOLERANCE = 1e-10
+"""Of an integration step, relative and absolute: the state after a step of the walk is then good to 1e-9 and better."""
 
 SHORTEST_SAMPLE_PERIOD = 1e-5  # s
 _ROWS = 64  # touchdowns between two looks at the progress bar and at Ctrl-C
@@ -190,6 +191,27 @@ class HybridRecorder:
         buffers.w[at.ROWS] = buffers.w[at.SAMPLES] = 0.0
         return rows
 
+    def take_now(self, simulation: HybridSimulation) -> None:
+        """Take a sample of the last state reached, with the torque last computed, and without asking the controller."""
+        buffers, own = simulation.buffers, len(simulation.controller.states)
+        w, state = buffers.w, [float(value) for value in buffers.y]
+        states = state[at.ANGLES_AND_RATES : at.ANGLES_AND_RATES + own]
+        memory = [*states, *(float(value) for value in buffers.memory[own:])]
+        legs = (state[0] + w[at.SLOPE], state[1] + w[at.SLOPE])
+        row = [
+            w[at.TIME],
+            *state[: at.ANGLES_AND_RATES],
+            w[at.ANKLE],
+            w[at.HIP],
+            w[at.SLOPE],
+            simulation.controller.slope_estimate(memory),
+            w[at.STANCE],
+            *hip(simulation.world, buffers, state[0]),
+            *(legs[::-1] if w[at.STANCE] else legs),
+            *states,
+        ]
+        self._samples.append(np.array([row], dtype=np.float64))
+
     def samples(self) -> dict[str, NDArray[np.float64]]:
         """Samples so far; see `mjbiped.columns.SAMPLES`."""
         table = np.concatenate(self._samples)
@@ -223,8 +245,11 @@ def simulate_hybrid(simulation: HybridSimulation, recorder: HybridRecorder, *, p
         while simulation.outcome is Outcome.WALKING:
             try:
                 simulation.go_on()
-            finally:
-                done = recorder.take(buffers)
+            except BaseException:
+                recorder.take(buffers)
+                recorder.take_now(simulation)
+                raise
+            done = recorder.take(buffers)
             bar.update(done if by_steps else max(0.0, round(float(buffers.w[at.FOOT_X]), 2) - bar.n))
     return simulation.outcome
 

@@ -267,7 +267,7 @@ def exchange(touchdown: Law, estimate: Law, parameters: Any, world: World, b: Bu
     row[24] = estimate(parameters, b.memory)
     touchdown(parameters, b.memory, q1, q2, new1, new2, rate1, rate2)
     row[25] = estimate(parameters, b.memory)
-    w[CLOCK] = w[TIME]
+    w[CLOCK], w[AFTER], w[BEFORE] = w[TIME], 0.0, math.inf
     w[STANCE] = 1.0 - w[STANCE]
     w[SLOPE], w[SINE], w[COSINE] = slope, math.sin(slope), math.cos(slope)
     w[FOOT_X], w[FOOT_Z] = foot_x, height_of(world, segment, foot_x)
