@@ -98,11 +98,14 @@ def dense_coefficients(
         out[n + c] = h * k[c] - change
         out[2 * n + c] = 2.0 * change - h * (k[STAGES * n + c] + k[c])
     for power in range(3, POWERS):
+        first = power * n
         for c in range(n):
-            total = 0.0
-            for stage in range(STAGES_WITH_DENSE):
-                total += d[(power - 3) * STAGES_WITH_DENSE + stage] * k[stage * n + c]
-            out[power * n + c] = h * total
+            out[first + c] = 0.0
+        for stage in range(STAGES_WITH_DENSE):
+            weight = h * d[(power - 3) * STAGES_WITH_DENSE + stage]
+            if weight != 0.0:
+                for c in range(n):
+                    out[first + c] += weight * k[stage * n + c]
 
 
 def dense_at(coefficients: Sequence[float], n: int, component: int, y: float, x: float) -> float:

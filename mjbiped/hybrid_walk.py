@@ -183,7 +183,7 @@ def _look_ahead(next_break: Law, parameters: Any, world: World, b: Buffers, t: f
         there = math.inf
     w[AFTER] = t * (1.0 + JUST_BESIDE)
     w[BEFORE] = there * (1.0 - JUST_BESIDE)
-    return min(there, world.stall_time)
+    return float(min(there, world.stall_time))
 
 
 def _end_of_walk(world: World, b: Buffers, h: float) -> float:

@@ -1,7 +1,7 @@
 """The hybrid engine: the paper's equations against other integrators, published figures, and MuJoCo."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ SLOPE = math.radians(2)
 class Uncompiled(AdaptiveController):
     """The paper's controller as a user's own class would come: without functions to compile."""
 
-    def law(self) -> None:
+    def law(self) -> None:  # type: ignore[override]
         return None
 
 
@@ -120,7 +120,11 @@ def test_work_and_peaks_against_the_samples(terrain: Terrain, controller: Adapti
     inside = (walk.samples["time"] > begin) & (walk.samples["time"] < end)
     time, torque, dq = (walk.samples[name][inside] for name in ("time", "torque", "dq"))
     powers = CubicSpline(time, torque * np.stack([dq[:, 0], dq[:, 1] - dq[:, 0]], axis=1))
-    kinds = {"absolute": np.abs, "net": np.asarray, "positive": lambda p: np.maximum(p, 0.0)}
+    kinds: dict[str, Callable[[Any], Any]] = {
+        "absolute": np.abs,
+        "net": np.asarray,
+        "positive": lambda p: np.maximum(p, 0.0),
+    }
     missing = (time[0] - begin) + (end - time[-1])
     for kind, of in kinds.items():
         fine = np.linspace(time[0], time[-1], 400_001)
@@ -181,9 +185,15 @@ def test_tolerance_converges(controller: AdaptiveController, gait: mjbiped.Gait)
     ends = []
     for tolerance in (TOLERANCE, 1e-13):
         simulation = HybridSimulation(
-            controller, Terrain.mixed(), robot=controller.robot, q=gait.start[:2], dq=gait.start[2:], steps=40,
-            sample_period=math.inf, tolerance=tolerance,
-        )  # fmt: skip
+            controller,
+            Terrain.mixed(),
+            robot=controller.robot,
+            q=gait.start[:2].tolist(),
+            dq=gait.start[2:].tolist(),
+            steps=40,
+            sample_period=math.inf,
+            tolerance=tolerance,
+        )
         recorder = HybridRecorder()
         simulate_hybrid(simulation, recorder, progress=False)
         ends.append((recorder.touchdowns(), simulation.peak_torque))
@@ -342,7 +352,7 @@ def test_broken_off_walk_is_not_lost() -> None:
     with pytest.raises(mjbiped.WalkStopped) as at_once:
         hybrid(AlwaysFailing(), Terrain.level(), initial=(-0.19, 0.19, 1.1, 0.8))
     assert at_once.value.walk.samples["q"].tolist() == [[-0.19, 0.19]]
-    assert at_once.value.walk.end == (0.0, pytest.approx(math.sin(-0.19)))
+    assert at_once.value.walk.end == pytest.approx((0.0, math.sin(-0.19)))
 
 
 class AlwaysFailing(Controller):
