@@ -18,7 +18,7 @@ from mjbiped import events
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.events import Outcome
-from mjbiped.gait import Gait, find_passive_gait
+from mjbiped.gait import find_passive_gait
 from mjbiped.hybrid import HybridRecorder, HybridSimulation, simulate_hybrid
 from mjbiped.physics import Simulation, simulate
 from mjbiped.record import Walk
@@ -133,10 +133,9 @@ def walk(
         "versions": _versions(),
     }
     common: dict[str, Any] = {"robot": robot, "q": q, "dq": dq, "steps": steps, "distance": distance, "scuffing": rule}
-    run: _Run
     if engine == "hybrid":
         _check_hybrid(timestep, control_period, ground)
-        run = _HybridRun(HybridSimulation(controller, terrain, sample_period=sample_period, **common))
+        run: _Run = _HybridRun(HybridSimulation(controller, terrain, sample_period=sample_period, **common))
     else:
         simulation = Simulation(
             controller, terrain, timestep=timestep, control_period=control_period, ground=ground, **common
@@ -275,7 +274,7 @@ def _initial_state(
         if initial == "rest":
             return (0.0, 0.0), (0.0, 0.0)
         if initial == "gait":
-            gait: Gait = controller.gait or find_passive_gait(robot, terrain.slope_at(0.0))
+            gait = controller.gait or find_passive_gait(robot, terrain.slope_at(0.0))
             q1, q2, dq1, dq2 = (float(value) for value in gait.start)
             return (q1, q2), (dq1, dq2)
         raise InputError(
