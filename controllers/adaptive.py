@@ -5,20 +5,56 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from functools import cached_property
+from typing import ClassVar, NamedTuple
+
+import numpy as np
 
 import mjbiped.compass as compass
-from controllers.base import Controller, Memory, is_number, require_positive
+from controllers.base import Controller, Law, Memory, is_number, require_positive
 from controllers.replanning import transition, transition_at
 from controllers.slope_estimator import estimate_rates, slope_of, updated_estimate
 from controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError
 from mjbiped.gait import Gait
-from mjbiped.reference import reference_at
+from mjbiped.reference import Table, reference_at
 
 # places in the memory
 _SIN, _COS, _REPLANNED, _STANCE_CURVE, _SWING_CURVE = 0, 1, 2, 3, 9
+
+Motion = tuple[float, float, float, float, float, float]
+"""q (rad), its rates and its accelerations, stance leg first in each pair."""
+
+
+class Parameters(NamedTuple):
+    """What the laws of this module take: `AdaptiveController`'s attributes in plain numbers.
+
+    Attributes:
+        constants: Of the robot model.
+        position_gain: K1, 1/s.
+        velocity_gain: K2, 1/s.
+        adaptation_gain: gamma.
+        transition_time: t_c = zeta T, s; 0 where re-planning is off.
+        estimate_update: Whether (27) acts.
+        update_threshold: epsilon of (27), rad.
+        replanning_threshold: rad and rad/s.
+        cycle: First state on the limit cycle.
+        imitated_slope: phi_r, rad.
+        table: The gait's trajectory.
+    """
+
+    constants: compass.Constants
+    position_gain: float
+    velocity_gain: float
+    adaptation_gain: float
+    transition_time: float
+    estimate_update: bool
+    update_threshold: float
+    replanning_threshold: float
+    cycle: tuple[float, float, float, float]
+    imitated_slope: float
+    table: Table
 
 
 @dataclass(frozen=True)
@@ -87,77 +123,137 @@ class AdaptiveController(Controller):
                 f"initial_slope_estimate must lie within (-pi/2, pi/2) rad, got {self.initial_slope_estimate!r}"
             )
 
+    @cached_property
+    def parameters(self) -> Parameters:
+        """The attributes in plain numbers, as the laws take them."""
+        q1, q2, dq1, dq2 = self.gait.start.tolist()
+        return Parameters(
+            constants=self.robot.constants,
+            position_gain=float(self.position_gain),
+            velocity_gain=float(self.velocity_gain),
+            adaptation_gain=float(self.adaptation_gain),
+            transition_time=float((self.replanning_delay or 0.0) * self.gait.period),
+            estimate_update=self.estimate_update,
+            update_threshold=float(self.update_threshold),
+            replanning_threshold=float(self.replanning_threshold),
+            cycle=(q1, q2, dq1, dq2),
+            imitated_slope=float(self.gait.slope),
+            table=self.gait.table,
+        )
+
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Begin with the initial estimate, and plan the way from the first state to the limit cycle."""
         memory[_SIN] = math.sin(self.initial_slope_estimate)
         memory[_COS] = math.cos(self.initial_slope_estimate)
-        self._plan(memory, q, dq)
+        _plan(self.parameters, memory, q[0], q[1], dq[0], dq[1])
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
         """Update the estimate (27), then plan the new step (IV-B)."""
-        if self.estimate_update:
-            memory[_SIN], memory[_COS] = updated_estimate(
-                memory[_SIN], memory[_COS], self.update_threshold, q_before[0], q[1]
-            )
-        self._plan(memory, q, dq)
+        _touchdown(self.parameters, memory, q_before[0], q_before[1], q[0], q[1], dq[0], dq[1])
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
         """Control law (14) and adaptive law (17); see `Controller.torque`."""
-        q1, q2 = q
-        dq1, dq2 = dq
-        constants = self.robot.constants
-        reference = self.reference(memory, t)
-        errors = tracking_errors(self.position_gain, reference, q1, q2, dq1, dq2)
-        ankle, hip = tracking_torque(
-            constants,
-            self.position_gain,
-            self.velocity_gain,
-            reference,
-            errors,
-            q1,
-            q2,
-            dq1,
-            dq2,
-            memory[_SIN],
-            memory[_COS],
-        )
-        sin_rate, cos_rate = estimate_rates(constants, self.adaptation_gain, q1, q2, errors[4], errors[5])
-        return ankle, hip, sin_rate, cos_rate
+        return _torque(self.parameters, memory, t, q[0], q[1], dq[0], dq[1])
 
     def slope_estimate(self, memory: Memory) -> float:
         """Slope estimate arcsin(s), rad."""
         return slope_of(memory[_SIN])
 
-    def reference(self, memory: Memory, t: float) -> tuple[float, float, float, float, float, float]:
+    def reference(self, memory: Memory, t: float) -> Motion:
         """What is tracked at time t of the step: q_r (rad), its rates and accelerations, stance leg first each."""
-        if memory[_REPLANNED]:
-            duration = self._transition_time
-            if t < duration:
-                q1, dq1, ddq1 = transition_at(memory, _STANCE_CURVE, duration, t)
-                q2, dq2, ddq2 = transition_at(memory, _SWING_CURVE, duration, t)
-                return q1, q2, dq1, dq2, ddq1, ddq2
-        return reference_at(self.gait.table, t)
+        return _reference(self.parameters, memory, t)
 
-    @property
-    def _transition_time(self) -> float:
-        return (self.replanning_delay or 0.0) * self.gait.period
+    def next_break(self, memory: Memory, t: float) -> float:
+        """The transition's end, then the end of the gait's trajectory; see `Controller.next_break`."""
+        return _next_break(self.parameters, memory, t)
 
-    def _plan(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
-        """Lay the transition curves if the step starts off the limit cycle."""
-        cycle = self.gait.start
-        off = max(abs(q[0] - cycle[0]), abs(q[1] - cycle[1]), abs(dq[0] - cycle[2]), abs(dq[1] - cycle[3]))
-        memory[_REPLANNED] = 0.0
-        if self.replanning_delay is None or off <= self.replanning_threshold:
-            return
-        memory[_REPLANNED] = 1.0
-        duration = self._transition_time
-        # the curve leaves the measured state with the acceleration that the imitated passive walker would have there
-        slope = self.gait.slope
-        ddq = compass.acceleration(
-            self.robot.constants, q[0], q[1], dq[0], dq[1], math.sin(slope), math.cos(slope), 0.0, 0.0
+    def law(self) -> Law:
+        """The same laws for compilation; see `Controller.law`."""
+        rate, horizon, pieces = self.gait.table
+        arrays = self.parameters._replace(table=(rate, horizon, np.array(pieces)))  # type: ignore[arg-type]
+        return Law(arrays, _torque, _touchdown, _slope_estimate, _next_break)
+
+
+def _torque(
+    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float, float, float]:
+    """Ankle and hip torque (14), and the rates of the estimates (17)."""
+    constants = parameters.constants
+    reference = _reference(parameters, memory, t)
+    errors = tracking_errors(parameters.position_gain, reference, q1, q2, dq1, dq2)
+    ankle, hip = tracking_torque(
+        constants,
+        parameters.position_gain,
+        parameters.velocity_gain,
+        reference,
+        errors,
+        q1,
+        q2,
+        dq1,
+        dq2,
+        memory[_SIN],
+        memory[_COS],
+    )
+    sin_rate, cos_rate = estimate_rates(constants, parameters.adaptation_gain, q1, q2, errors[4], errors[5])
+    return ankle, hip, sin_rate, cos_rate
+
+
+def _touchdown(
+    parameters: Parameters,
+    memory: Memory,
+    q1_before: float,
+    q2_before: float,
+    q1: float,
+    q2: float,
+    dq1: float,
+    dq2: float,
+) -> None:
+    """Estimate update (27) and plan of the new step (IV-B)."""
+    if parameters.estimate_update:
+        memory[_SIN], memory[_COS] = updated_estimate(
+            memory[_SIN], memory[_COS], parameters.update_threshold, q1_before, q2
         )
-        end = reference_at(self.gait.table, duration)
-        for leg, first in ((0, _STANCE_CURVE), (1, _SWING_CURVE)):
-            points = transition(duration, q[leg], dq[leg], ddq[leg], end[leg], end[2 + leg], end[4 + leg])
-            for index, point in enumerate(points):
-                memory[first + index] = point
+    _plan(parameters, memory, q1, q2, dq1, dq2)
+
+
+def _slope_estimate(parameters: Parameters, memory: Memory) -> float:
+    return slope_of(memory[_SIN])
+
+
+def _next_break(parameters: Parameters, memory: Memory, t: float) -> float:
+    if memory[_REPLANNED] and t < parameters.transition_time:
+        return parameters.transition_time
+    horizon = parameters.table[1]
+    return horizon if t < horizon else math.inf
+
+
+def _reference(parameters: Parameters, memory: Memory, t: float) -> Motion:
+    """The transition's curves until they end, then the gait."""
+    if memory[_REPLANNED]:
+        duration = parameters.transition_time
+        if t < duration:
+            q1, dq1, ddq1 = transition_at(memory, _STANCE_CURVE, duration, t)
+            q2, dq2, ddq2 = transition_at(memory, _SWING_CURVE, duration, t)
+            return q1, q2, dq1, dq2, ddq1, ddq2
+    return reference_at(parameters.table, t)
+
+
+def _plan(parameters: Parameters, memory: Memory, q1: float, q2: float, dq1: float, dq2: float) -> None:
+    """Lay the transition curves if the step starts off the limit cycle."""
+    cycle, duration = parameters.cycle, parameters.transition_time
+    off = max(abs(q1 - cycle[0]), abs(q2 - cycle[1]), abs(dq1 - cycle[2]), abs(dq2 - cycle[3]))
+    memory[_REPLANNED] = 0.0
+    if duration == 0.0 or off <= parameters.replanning_threshold:
+        return
+    memory[_REPLANNED] = 1.0
+    # the curve leaves the measured state with the acceleration that the imitated passive walker would have there
+    slope = parameters.imitated_slope
+    ddq1, ddq2 = compass.acceleration(
+        parameters.constants, q1, q2, dq1, dq2, math.sin(slope), math.cos(slope), 0.0, 0.0
+    )
+    end = reference_at(parameters.table, duration)
+    stance = transition(duration, q1, dq1, ddq1, end[0], end[2], end[4])
+    swing = transition(duration, q2, dq2, ddq2, end[1], end[3], end[5])
+    for index in range(6):
+        memory[_STANCE_CURVE + index] = stance[index]
+        memory[_SWING_CURVE + index] = swing[index]

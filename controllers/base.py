@@ -14,9 +14,9 @@ from __future__ import annotations
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from collections.abc import MutableSequence, Sequence
+from collections.abc import Callable, MutableSequence, Sequence
 from numbers import Real
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError
@@ -24,6 +24,27 @@ from mjbiped.gait import Gait
 
 Memory = MutableSequence[float]
 """A controller's memory: floats that the engine keeps, copies and saves; a list in Python, an array where compiled."""
+
+
+class Law(NamedTuple):
+    """A controller's laws as functions of plain numbers, which Numba can compile; for engines that do so.
+
+    The functions say what the controller's methods of like names say, and those call them: one law, one place. They
+    stand at the top level of a module and call only others that do; `memory` is indexed, never resized.
+
+    Attributes:
+        parameters: All that the laws need beside the memory: numbers, arrays, tuples and NamedTuples of these.
+        torque: (parameters, memory, t, q1, q2, dq1, dq2) -> floats, as `Controller.torque`.
+        touchdown: (parameters, memory, q1 and q2 before, q1, q2, dq1, dq2), as `Controller.on_touchdown`.
+        slope_estimate: (parameters, memory) -> float.
+        next_break: (parameters, memory, t) -> float.
+    """
+
+    parameters: Any
+    torque: Callable[..., Sequence[float]]
+    touchdown: Callable[..., None]
+    slope_estimate: Callable[..., float]
+    next_break: Callable[..., float]
 
 
 class Controller(ABC):
@@ -92,6 +113,18 @@ class Controller(ABC):
     def slope_estimate(self, memory: Memory) -> float:
         """The controller's estimate of the slope under its stance foot, rad; NaN where it has none."""
         return math.nan
+
+    def next_break(self, memory: Memory, t: float) -> float:
+        """The first time after t at which `torque` may jump or have a kink, s since the leg exchange; infinity if none.
+
+        No integration step of the hybrid engine goes across it. Without it a law that is not smooth costs many short
+        steps, no more.
+        """
+        return math.inf
+
+    def law(self) -> Law | None:
+        """The laws for compilation, or None: then an engine calls the methods, which is slower and gives the same."""
+        return None
 
     def describe(self) -> dict[str, Any]:
         """Name and parameters in plain JSON types, for the record of a walk."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from controllers.base import Controller, Memory
+from controllers.base import Controller, Law, Memory
 
 
 @dataclass(frozen=True)
@@ -15,3 +16,34 @@ class PassiveController(Controller):
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
         """No torque, whatever the state; see `Controller.torque`."""
         return 0.0, 0.0
+
+    def law(self) -> Law:
+        """The same for compilation; see `Controller.law`."""
+        return Law((), _no_torque, _nothing_new, _no_estimate, _never)
+
+
+def _no_torque(
+    parameters: tuple[()], memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float]:
+    return 0.0, 0.0
+
+
+def _nothing_new(
+    parameters: tuple[()],
+    memory: Memory,
+    q1_before: float,
+    q2_before: float,
+    q1: float,
+    q2: float,
+    dq1: float,
+    dq2: float,
+) -> None:
+    pass
+
+
+def _no_estimate(parameters: tuple[()], memory: Memory) -> float:
+    return math.nan
+
+
+def _never(parameters: tuple[()], memory: Memory, t: float) -> float:
+    return math.inf

@@ -167,7 +167,7 @@ walk_options = options(
         None,
         "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque.",
     ),
-    ("--engine", click.Choice(ENGINES), ENGINES[0], None, "The physics."),
+    ("--engine", click.Choice(ENGINES), ENGINES[0], None, "The physics: MuJoCo's contacts, or the paper's impact map."),
     ("--timestep", float, _TIMESTEP, "X", "Physics step, s."),
     ("--control-period", float, None, "X", "Time between ticks of the controller, s; the timestep unless given."),
 )

@@ -7,18 +7,22 @@ import json
 import math
 import platform
 from collections.abc import Sequence
+from contextlib import ExitStack
+from importlib.metadata import version
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import mujoco
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from mjbiped import events
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.events import Outcome
-from mjbiped.gait import Gait, find_passive_gait
+from mjbiped.gait import find_passive_gait
+from mjbiped.hybrid import HybridRecorder, HybridSimulation, simulate_hybrid
 from mjbiped.physics import Simulation, exclusive, simulate, walking
 from mjbiped.record import Walk
 from mjbiped.recorder import Recorder
@@ -29,9 +33,10 @@ from mjbiped.version import __version__
 if TYPE_CHECKING:
     from controllers.base import Controller
 
-ENGINES = ("mujoco",)
+ENGINES = ("mujoco", "hybrid")
 INITIAL_STATES = ("gait", "rest")
 DEFAULT_STEPS = 60
+DEFAULT_TIMESTEP = 1e-4  # s
 
 
 class WalkStopped(MjbipedError):  # noqa: N818 (its sister is a KeyboardInterrupt, no Error either)
@@ -69,7 +74,7 @@ def walk(
     distance: float | None = None,
     initial: str | Sequence[float] = "gait",
     robot: Compass | None = None,
-    timestep: float = 1e-4,
+    timestep: float = DEFAULT_TIMESTEP,
     control_period: float | None = None,
     sample_period: float = 0.005,
     scuffing: ScuffingRule | None = None,
@@ -83,7 +88,9 @@ def walk(
     Args:
         controller: Drives stance ankle and hip; see `controllers.Controller`.
         terrain: The ground; the robot starts with its (left) stance foot at x = 0.
-        engine: "mujoco".
+        engine: "mujoco" (rigid bodies and contacts), or "hybrid" (the paper's equations and impact map; see
+            docs/hybrid.md): it has no timestep, its controller acts without pause, and it refuses `timestep`,
+            `control_period` and `ground`.
         steps: Touchdowns after which the walk is finished; 60 unless a distance is given.
         distance: Place x of the stance foot at which it is finished, m. With both, the first to be reached counts.
         initial: "gait" (on the imitated limit cycle, just after an impact), "rest" (both legs together on the ground,
@@ -91,7 +98,7 @@ def walk(
         robot: The robot that walks; by default the controller's own model, or Table I.
         timestep: Physics step, s.
         control_period: Time between two ticks of the controller, s; a multiple of the timestep, by default one.
-        sample_period: Time between two samples of the record, s; rounded to a multiple of the timestep.
+        sample_period: Time between two samples of the record, s; in MuJoCo rounded to a multiple of the timestep.
         scuffing: When the swing foot may touch the ground.
         ground: "auto", "heightfield" or "boxes"; see `mjbiped.scene`.
         progress: Show a progress bar (never where the output is not a terminal).
@@ -120,65 +127,111 @@ def walk(
         raise InputError(f"scuffing must be a mjbiped.ScuffingRule, got {type(scuffing).__name__}")
     q, dq = _initial_state(initial, controller, robot, terrain)
     rule = scuffing or ScuffingRule()
-    with exclusive():
-        if walking():
-            raise MjbipedError("a walk cannot be started from inside another's controller")
-        simulation = Simulation(
-            controller,
-            terrain,
-            robot=robot,
-            q=q,
-            dq=dq,
-            steps=steps,
-            distance=distance,
-            timestep=timestep,
-            control_period=control_period,
-            scuffing=rule,
-            ground=ground,
-        )
-        sample_period = max(1, round(sample_period / timestep)) * timestep
-        settings = {
-            "engine": engine,
-            "robot": dataclasses.asdict(robot),
-            "controller": controller.describe(),
-            "terrain": terrain.to_dict(),
-            "initial": [*q, *dq],
-            "steps": steps,
-            "distance": distance,
-            "timestep": timestep,
-            "control_period": simulation.control_period,
-            "sample_period": sample_period,
-            "scuffing": dataclasses.asdict(rule),
-            "ground": ground,
-            "versions": _versions(),
-        }
-        recorder = Recorder(sample_period)
+    settings = {
+        "engine": engine,
+        "robot": dataclasses.asdict(robot),
+        "controller": controller.describe(),
+        "terrain": terrain.to_dict(),
+        "initial": [*q, *dq],
+        "steps": steps,
+        "distance": distance,
+        "sample_period": sample_period,
+        "scuffing": dataclasses.asdict(rule),
+        "versions": _versions(),
+    }
+    common: dict[str, Any] = {"robot": robot, "q": q, "dq": dq, "steps": steps, "distance": distance, "scuffing": rule}
+    with ExitStack() as stack:
+        if engine == "hybrid":
+            _check_hybrid(timestep, control_period, ground)
+            run: _Run = _HybridRun(HybridSimulation(controller, terrain, sample_period=sample_period, **common))
+        else:
+            stack.enter_context(exclusive())
+            if walking():
+                raise MjbipedError("a walk cannot be started from inside another's controller")
+            simulation = Simulation(
+                controller, terrain, timestep=timestep, control_period=control_period, ground=ground, **common
+            )
+            sample_period = max(1, round(sample_period / timestep)) * timestep
+            run = _MujocoRun(simulation, sample_period, ground)
+        settings.update(run.settings)
         try:
-            outcome = simulate(simulation, recorder, progress=progress)
+            outcome = run.go(progress)
         except KeyboardInterrupt as stop:
-            raise WalkInterrupted(_record(recorder, Outcome.INTERRUPTED, settings)) from stop
+            raise WalkInterrupted(run.record(Outcome.INTERRUPTED, settings)) from stop
         except Exception as error:
             if _is_interrupt(error):
-                raise WalkInterrupted(_record(recorder, Outcome.INTERRUPTED, settings)) from error
-            partial = _record(recorder, Outcome.INTERRUPTED, settings)
+                raise WalkInterrupted(run.record(Outcome.INTERRUPTED, settings)) from error
+            partial = run.record(Outcome.INTERRUPTED, settings)
             place = f"at {partial.end[0]:.3f} s, after {partial.steps} steps"
             raise WalkStopped(
                 f"{type(controller).__name__} failed {place}: {type(error).__name__}: {error}", partial
             ) from error
-        return _record(recorder, outcome, {**settings, "warnings": dict(simulation.warnings)})
+        return run.record(outcome, {**settings, **run.notes()})
 
 
-def _record(recorder: Recorder, outcome: Outcome, settings: dict[str, Any]) -> Walk:
+class _Run(Protocol):
+    """A walk in one engine: what `walk` needs to know of it."""
+
+    settings: dict[str, Any]
+
+    def go(self, progress: bool) -> Outcome: ...
+
+    def notes(self) -> dict[str, Any]: ...
+
+    def record(self, outcome: Outcome, settings: dict[str, Any]) -> Walk: ...
+
+
+class _MujocoRun:
+    def __init__(self, simulation: Simulation, sample_period: float, ground: str) -> None:
+        self.simulation = simulation
+        self.recorder = Recorder(sample_period)
+        self.settings = {
+            "timestep": simulation.model.opt.timestep,
+            "control_period": simulation.control_period,
+            "ground": ground,
+            "sample_period": sample_period,
+        }
+
+    def go(self, progress: bool) -> Outcome:
+        return simulate(self.simulation, self.recorder, progress=progress)
+
+    def notes(self) -> dict[str, Any]:
+        return {"warnings": dict(self.simulation.warnings)}
+
+    def record(self, outcome: Outcome, settings: dict[str, Any]) -> Walk:
+        u = self.recorder.userdata or [0.0] * events.CONTROLLER_MEMORY  # nothing recorded yet
+        peak = np.array([u[events.PEAK_ANKLE], u[events.PEAK_HIP]])
+        return _record(self.recorder, outcome, peak, settings)
+
+
+class _HybridRun:
+    def __init__(self, simulation: HybridSimulation) -> None:
+        self.simulation = simulation
+        self.recorder = HybridRecorder()
+        self.settings: dict[str, Any] = {"tolerance": simulation.world.tolerance, "compiled": simulation.compiled}
+
+    def go(self, progress: bool) -> Outcome:
+        return simulate_hybrid(self.simulation, self.recorder, progress=progress)
+
+    def notes(self) -> dict[str, Any]:
+        return {}
+
+    def record(self, outcome: Outcome, settings: dict[str, Any]) -> Walk:
+        return _record(self.recorder, outcome, self.simulation.peak_torque, settings)
+
+
+def _record(
+    recorder: Recorder | HybridRecorder, outcome: Outcome, peak_torque: NDArray[np.float64], settings: dict[str, Any]
+) -> Walk:
     """What a recorder holds, as a walk."""
     samples = recorder.samples()
     begun = len(samples["time"]) > 0
-    peak = [recorder.userdata[index] for index in (events.PEAK_ANKLE, events.PEAK_HIP)] if begun else [0.0, 0.0]
     return Walk(
         samples=samples,
         touchdowns=recorder.touchdowns(),
         outcome=outcome.words,
         end=(float(samples["time"][-1]), float(samples["qpos"][-1, 0])) if begun else (0.0, 0.0),
-        peak_torque=np.array(peak),
+        peak_torque=peak_torque,
         settings=settings,
     )
 
@@ -190,6 +243,21 @@ def _is_interrupt(error: BaseException | None) -> bool:
             return True
         error = error.__cause__ or error.__context__
     return False
+
+
+def _check_hybrid(timestep: float, control_period: float | None, ground: str) -> None:
+    """Refuse what only a time-stepping engine can do.
+
+    Raises:
+        InputError: An argument was given that the hybrid engine does not have.
+    """
+    for name, given in (
+        ("timestep", timestep != DEFAULT_TIMESTEP),
+        ("control_period", control_period is not None),
+        ("ground", ground != "auto"),
+    ):
+        if given:
+            raise InputError(f"{name} is for the engine mujoco; the hybrid engine integrates without a fixed step")
 
 
 def _check_controller(controller: object) -> None:
@@ -246,7 +314,7 @@ def _initial_state(
         if initial == "rest":
             return (0.0, 0.0), (0.0, 0.0)
         if initial == "gait":
-            gait: Gait = controller.gait or find_passive_gait(robot, terrain.slope_at(0.0))
+            gait = controller.gait or find_passive_gait(robot, terrain.slope_at(0.0))
             q1, q2, dq1, dq2 = (float(value) for value in gait.start)
             return (q1, q2), (dq1, dq2)
         raise InputError(
@@ -267,6 +335,7 @@ def _versions() -> dict[str, str]:
     return {
         "mjbiped": __version__,
         "mujoco": mujoco.__version__,
+        "numba": version("numba"),
         "numpy": np.__version__,
         "scipy": scipy.__version__,
         "python": platform.python_version(),

@@ -1,0 +1,94 @@
+"""Compiles plain Python functions with Numba, at first use: `import mjbiped` neither imports Numba nor waits for it.
+
+The functions stay what they are, so that one source runs either way. Machine code is kept on disk where Numba can write
+(beside this file, else in the user's cache); its key holds a digest of all that was compiled, since Numba itself would
+not notice a change in another file than this one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+Function = Callable[..., Any]
+_registered: set[Function] = set()
+
+
+@lru_cache(maxsize=64)
+def compiled(function: Function, functions: tuple[Function, Function, Function, Function]) -> Function:
+    """`function` with its first arguments fixed to these functions, as machine code that lets other threads run.
+
+    Args:
+        function: A function at the top level of a module, as all that it calls.
+        functions: What it takes as its first four arguments, alike; three more follow.
+
+    Returns:
+        A function of the arguments that are left.
+    """
+    import numba
+    from numba.extending import register_jitable
+
+    parts = {part: None for root in (function, *functions) for part in _called(root, set())}
+    for part in parts:
+        if part not in _registered:
+            register_jitable(part)
+            _registered.add(part)
+    digest = hashlib.sha256(repr([_described(part) for part in parts]).encode()).hexdigest()
+    entry = _bound(function, functions, digest)
+    try:
+        return _jit(numba, entry, cache=True)
+    except RuntimeError:  # no folder to write to
+        return _jit(numba, entry, cache=False)
+
+
+def _jit(numba: ModuleType, function: Function, cache: bool) -> Function:
+    result: Function = numba.njit(cache=cache, nogil=True)(function)
+    return result
+
+
+def _bound(function: Function, functions: tuple[Function, Function, Function, Function], digest: str) -> Function:
+    """Numba can pass a function on that stands in a closure's cell; it cannot be given one from outside."""
+    first, second, third, fourth = functions
+
+    def entry(x: Any, y: Any, z: Any) -> Any:
+        digest  # noqa: B018 (a cell that Numba's cache looks at)
+        return function(first, second, third, fourth, x, y, z)
+
+    return entry
+
+
+def _called(function: Function, known: set[Function]) -> Iterator[Function]:
+    """The function and all functions at the top level of modules that it calls, directly or not."""
+    if function in known or not isinstance(function, FunctionType):
+        return
+    known.add(function)
+    yield function
+    for _, value in _globals_of(function):
+        if isinstance(value, FunctionType):
+            yield from _called(value, known)
+
+
+def _globals_of(function: FunctionType) -> Iterator[tuple[str, Any]]:
+    """Global names that a function uses, with their values, those of its modules' attributes too."""
+    names = function.__code__.co_names
+    for name in names:
+        value = function.__globals__.get(name)
+        if isinstance(value, ModuleType):
+            yield from ((part, vars(value)[part]) for part in names if part in vars(value))
+        elif value is not None:
+            yield name, value
+
+
+def _described(function: Function) -> Any:
+    """What a function does, as text: its code, and the numbers among its globals."""
+    assert isinstance(function, FunctionType)
+    numbers = [(name, value) for name, value in _globals_of(function) if isinstance(value, int | float)]
+    return function.__module__, function.__qualname__, _code(function.__code__), sorted(numbers, key=str)
+
+
+def _code(code: CodeType) -> Any:
+    constants = [_code(c) if isinstance(c, CodeType) else repr(c) for c in code.co_consts]
+    return code.co_code.hex(), constants, code.co_names, code.co_varnames

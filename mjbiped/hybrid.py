@@ -1,0 +1,299 @@
+"""Hybrid engine: the paper's own model, equations (1) to (4), integrated from touchdown to touchdown.
+
+`HybridSimulation` holds the state of one walk; `simulate_hybrid` walks it to its end. docs/hybrid.md explains the
+method, `mjbiped.hybrid_walk` has it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm.auto import tqdm
+
+from mjbiped import hybrid_state as at
+from mjbiped.columns import SAMPLES, TOUCHDOWNS, split, width
+from mjbiped.compass import Compass
+from mjbiped.compiled import compiled
+from mjbiped.dormand_prince import POWERS, STAGES_WITH_DENSE, Scheme, scheme
+from mjbiped.errors import InputError
+from mjbiped.events import STALL_TIME, Outcome
+from mjbiped.hybrid_events import hip
+from mjbiped.hybrid_state import Buffers, World
+from mjbiped.hybrid_walk import advance
+from mjbiped.scuffing import ScuffingRule
+from mjbiped.terrain import Terrain
+
+if TYPE_CHECKING:
+    from controllers.base import Controller
+
+TOLERANCE = 1e-10
+"""Of an integration step, relative and absolute: the state after a step of the walk is then good to 1e-9 and better."""
+
+SHORTEST_SAMPLE_PERIOD = 1e-5  # s
+_ROWS = 64  # touchdowns between two looks at the progress bar and at Ctrl-C
+_METHODS = ("start", "on_touchdown", "torque", "slope_estimate", "next_break")
+
+
+class _Laws(NamedTuple):
+    """A controller's functions as the engine calls them, and what they take as their parameters."""
+
+    torque: Any
+    touchdown: Any
+    slope_estimate: Any
+    next_break: Any
+
+
+class HybridSimulation:
+    """A robot, a controller and a terrain in the hybrid model.
+
+    Attributes:
+        controller: Drives stance ankle and hip.
+        compiled: Whether the controller's laws are compiled; a controller without `law` runs in plain Python.
+        world: Robot, ground and limits in plain numbers.
+        buffers: The state of the walk.
+    """
+
+    def __init__(
+        self,
+        controller: Controller,
+        terrain: Terrain,
+        *,
+        robot: Compass,
+        q: Sequence[float],
+        dq: Sequence[float],
+        steps: int | None = None,
+        distance: float | None = None,
+        sample_period: float = 0.005,
+        scuffing: ScuffingRule | None = None,
+        tolerance: float = TOLERANCE,
+        compile: bool = True,
+    ) -> None:
+        """Set the robot on the ground, and begin the controller's memory.
+
+        Args:
+            controller: See `controllers.Controller`.
+            terrain: The ground.
+            robot: The robot that walks.
+            q: Stance (left) and swing angle at the start, from the ground's normal under x = 0, rad.
+            dq: Their rates, rad/s.
+            steps: Touchdowns after which the walk is finished; None: no limit.
+            distance: Place x of the stance foot at which it is finished, m; None: no limit.
+            sample_period: Time between two samples, s; infinity: none but the last.
+            scuffing: When the swing foot may touch the ground.
+            tolerance: Of an integration step.
+            compile: Whether laws that can be compiled are.
+
+        Raises:
+            InputError: A value is outside its domain.
+        """
+        if not sample_period >= SHORTEST_SAMPLE_PERIOD:
+            raise InputError(f"sample_period must be at least {SHORTEST_SAMPLE_PERIOD} s, got {sample_period!r}")
+        if not 1e-14 <= tolerance <= 1e-3:
+            raise InputError(f"tolerance must lie in [1e-14, 1e-3], got {tolerance!r}")
+        rule = scuffing or ScuffingRule()
+        law = controller.law() if compile and _gives_its_law(controller) else None
+        self.controller = controller
+        self.compiled = law is not None
+        if law is not None:
+            laws = _Laws(law.torque, law.touchdown, law.slope_estimate, law.next_break)
+            self._advance = compiled(advance, tuple(laws))
+            self._parameters = law.parameters
+        else:
+            self._advance = _interpreted
+            self._parameters = controller
+        whole = scheme()
+        self.world = World(
+            constants=robot.constants,
+            length=robot.leg_length,
+            mass=robot.total_mass,
+            gravity=robot.gravity,
+            x=self._table(terrain.x),
+            z=self._table(terrain.z),
+            gradient=self._table(terrain.gradients),
+            angle=self._table(terrain.angle),
+            reach=rule.reach * robot.leg_length,
+            delay=float(rule.delay),
+            stall_time=STALL_TIME * math.sqrt(robot.leg_length / robot.gravity),
+            end=terrain.end,
+            steps=math.inf if steps is None else float(steps),
+            distance=math.inf if distance is None else float(distance),
+            tolerance=tolerance,
+            sample_period=float(sample_period),
+            scheme=Scheme(*(self._table(part) for part in whole)),
+        )
+        self.buffers = self._begin(terrain, q, dq)
+
+    def _table(self, values: Sequence[float]) -> Any:
+        """Numbers as the engine reads them: an array for compiled code, which plain Python reads slower than a list."""
+        return np.array(values, dtype=np.float64) if self.compiled else list(values)
+
+    def _begin(self, terrain: Terrain, q: Sequence[float], dq: Sequence[float]) -> Buffers:
+        """Buffers of a walk that starts with the left foot at x = 0."""
+        controller, world = self.controller, self.world
+        own = len(controller.states)
+        n = at.ANGLES_AND_RATES + own + at.WORKS
+        memory = [0.0] * controller.memory_size
+        controller.start(memory, (float(q[0]), float(q[1])), (float(dq[0]), float(dq[1])))
+        w = [0.0] * at.SCALARS
+        slope = terrain.slope_at(0.0)
+        w[at.SLOPE], w[at.SINE], w[at.COSINE] = slope, math.sin(slope), math.cos(slope)
+        w[at.FOOT_Z] = terrain.height_at(0.0)
+        w[at.SEGMENT] = float(terrain.segment_at(0.0))
+        w[at.FACE_X] = math.nan
+        w[at.NEXT_STEP] = 0.01 * math.sqrt(world.length / world.gravity)
+        samples = 1
+        if math.isfinite(world.sample_period):
+            samples += 2 * (int(world.stall_time / world.sample_period) + 3)
+        return Buffers(
+            y=self._table([*q, *dq, *memory[:own], *[0.0] * at.WORKS]),
+            out=self._table([0.0] * n),
+            spare=self._table([0.0] * n),
+            k=self._table([0.0] * (n * STAGES_WITH_DENSE)),
+            dense=self._table([0.0] * (n * POWERS)),
+            w=self._table(w),
+            memory=self._table(memory),
+            rows=np.zeros((_ROWS if self.compiled else 1, width(TOUCHDOWNS))),
+            samples=np.zeros((samples, width(SAMPLES) + own)),
+        )
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the walk ended, or `Outcome.WALKING`."""
+        return Outcome(int(self.buffers.w[at.OUTCOME]))
+
+    @property
+    def peak_torque(self) -> NDArray[np.float64]:
+        """Greatest |ankle| and |hip| torque so far, N m."""
+        return np.array([self.buffers.w[at.PEAK_ANKLE], self.buffers.w[at.PEAK_HIP]], dtype=np.float64)
+
+    def go_on(self) -> None:
+        """Walk some steps further; rows and samples are then in the buffers, for `HybridRecorder.take`."""
+        self._advance(self._parameters, self.world, self.buffers)
+
+
+class HybridRecorder:
+    """Gathers the touchdowns and samples of a walk; its tables may be asked for at any moment."""
+
+    def __init__(self) -> None:
+        """Begin an empty recording."""
+        self._rows: list[NDArray[np.float64]] = [np.empty((0, width(TOUCHDOWNS)))]
+        self._samples: list[NDArray[np.float64]] = []
+
+    def take(self, buffers: Buffers) -> int:
+        """Take what the buffers hold, and empty them; returns the number of touchdowns."""
+        rows, samples = int(buffers.w[at.ROWS]), int(buffers.w[at.SAMPLES])
+        self._rows.append(buffers.rows[:rows].copy())
+        self._samples.append(buffers.samples[:samples].copy())
+        buffers.w[at.ROWS] = buffers.w[at.SAMPLES] = 0.0
+        return rows
+
+    def take_now(self, simulation: HybridSimulation) -> None:
+        """Take a sample of the last state reached, with the torque last computed, and without asking the controller."""
+        buffers, own = simulation.buffers, len(simulation.controller.states)
+        w, state = buffers.w, [float(value) for value in buffers.y]
+        states = state[at.ANGLES_AND_RATES : at.ANGLES_AND_RATES + own]
+        memory = [*states, *(float(value) for value in buffers.memory[own:])]
+        legs = (state[0] + w[at.SLOPE], state[1] + w[at.SLOPE])
+        row = [
+            w[at.TIME],
+            *state[: at.ANGLES_AND_RATES],
+            w[at.ANKLE],
+            w[at.HIP],
+            w[at.SLOPE],
+            simulation.controller.slope_estimate(memory),
+            w[at.STANCE],
+            *hip(simulation.world, buffers, state[0]),
+            *(legs[::-1] if w[at.STANCE] else legs),
+            *states,
+        ]
+        self._samples.append(np.array([row], dtype=np.float64))
+
+    def samples(self) -> dict[str, NDArray[np.float64]]:
+        """Samples so far; see `mjbiped.columns.SAMPLES`."""
+        table = np.concatenate(self._samples)
+        own = width(SAMPLES)
+        return {**split(SAMPLES, table[:, :own].tolist()), "controller_states": table[:, own:].copy()}
+
+    def touchdowns(self) -> dict[str, NDArray[np.float64]]:
+        """Touchdowns so far; see `mjbiped.columns.TOUCHDOWNS`."""
+        return split(TOUCHDOWNS, np.concatenate(self._rows).tolist())
+
+
+def simulate_hybrid(simulation: HybridSimulation, recorder: HybridRecorder, *, progress: bool) -> Outcome:
+    """Walk until the walk ends, recording as it goes.
+
+    Args:
+        simulation: As built.
+        recorder: Takes samples and touchdowns; what it holds is complete at any moment, also when this raises.
+        progress: Whether to show a progress bar (never where the output is not a terminal).
+
+    Returns:
+        The outcome.
+    """
+    world, buffers = simulation.world, simulation.buffers
+    by_steps = math.isfinite(world.steps)
+    with tqdm(
+        total=int(world.steps) if by_steps else round(world.distance, 2),
+        desc="walking",
+        unit="step" if by_steps else "m",
+        disable=None if progress else True,
+    ) as bar:
+        while simulation.outcome is Outcome.WALKING:
+            try:
+                simulation.go_on()
+            except BaseException:
+                recorder.take(buffers)
+                recorder.take_now(simulation)
+                raise
+            done = recorder.take(buffers)
+            bar.update(done if by_steps else max(0.0, round(float(buffers.w[at.FOOT_X]), 2) - bar.n))
+    return simulation.outcome
+
+
+def _gives_its_law(controller: Controller) -> bool:
+    """Whether `law` speaks for the controller: no method was replaced in a class derived from the one that has it."""
+    if not hasattr(controller, "law"):
+        return False
+    order = type(controller).__mro__
+
+    def place(name: str) -> int:
+        return next(i for i, owner in enumerate(order) if name in vars(owner))
+
+    return all(place("law") <= place(name) for name in _METHODS)
+
+
+def _interpreted(controller: Controller, world: World, buffers: Buffers) -> None:
+    """`advance` in plain Python, for a controller's methods."""
+    advance(_torque, _touchdown, _slope_estimate, _next_break, controller, world, buffers)
+
+
+def _torque(
+    controller: Controller, memory: list[float], t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> Sequence[float]:
+    return controller.torque(memory, t, (q1, q2), (dq1, dq2))
+
+
+def _touchdown(
+    controller: Controller,
+    memory: list[float],
+    q1_before: float,
+    q2_before: float,
+    q1: float,
+    q2: float,
+    dq1: float,
+    dq2: float,
+) -> None:
+    controller.on_touchdown(memory, (q1_before, q2_before), (q1, q2), (dq1, dq2))
+
+
+def _slope_estimate(controller: Controller, memory: list[float]) -> float:
+    return controller.slope_estimate(memory)
+
+
+def _next_break(controller: Controller, memory: list[float], t: float) -> float:
+    ask = getattr(controller, "next_break", None)
+    return math.inf if ask is None else float(ask(memory, t))

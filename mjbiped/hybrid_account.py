@@ -1,0 +1,203 @@
+"""Book-keeping of the hybrid engine: work, peak torques, friction and samples of an accepted integration step.
+
+The net work of either joint is integrated with the motion. Its absolute and positive work follow from the turning
+points of that integral, where the power changes sign: there it is flat, so that it hardly matters how exactly they are
+found, and no step has to end on them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from mjbiped.dormand_prince import STAGES, dense_at, dense_rate_at
+from mjbiped.events import LIGHT_CONTACT
+from mjbiped.hybrid_events import hip
+from mjbiped.hybrid_motion import dense_state, ensure_dense
+from mjbiped.hybrid_state import (
+    AFTER,
+    ANGLES_AND_RATES,
+    ANKLE,
+    BEFORE,
+    CLOCK,
+    FRICTION,
+    HIP,
+    PEAK_ANKLE,
+    PEAK_HIP,
+    SAMPLE,
+    SAMPLES,
+    SLOPE,
+    STAGE_ANKLE,
+    STAGE_HIP,
+    STANCE,
+    WORK_ABSOLUTE,
+    WORK_NET,
+    WORK_POSITIVE,
+    WORKS,
+    Buffers,
+    World,
+)
+
+PIECES = 16  # of a step, in which a change of the power's sign or a peak is looked for
+NO_WORK = 1e-14  # J in a step: rounding
+
+
+def account(
+    torque: Callable[..., Sequence[float]],
+    parameters: Any,
+    estimate: Callable[..., float],
+    world: World,
+    b: Buffers,
+    t: float,
+    h: float,
+) -> None:
+    """Take the step from t to t + h into work, peaks, friction and samples; the law was last asked at its end."""
+    w, n = b.w, len(b.y)
+    ankle, hip_torque = w[ANKLE], w[HIP]
+    stage_ankle, stage_hip = w[STAGE_ANKLE], w[STAGE_HIP]
+    note_peak(w, ankle, hip_torque)
+    if stage_ankle > w[PEAK_ANKLE] or stage_hip > w[PEAK_HIP]:
+        ensure_dense(torque, parameters, world, b, t, h)
+        _peak_within(torque, parameters, b, t, h)
+    for component in range(n - WORKS, n):
+        net = b.out[component] - b.y[component]
+        way = abs(net)
+        if _turns(b.k, n, component, h):
+            ensure_dense(torque, parameters, world, b, t, h)
+            way = _total_variation(b, n, component)
+        w[WORK_ABSOLUTE] += way
+        w[WORK_NET] += net
+        w[WORK_POSITIVE] += 0.5 * (way + net)
+    note_friction(world, b, b.out, STAGES * n)
+    first = w[SAMPLE] * world.sample_period
+    if first < w[CLOCK] + t + h:
+        ensure_dense(torque, parameters, world, b, t, h)
+        while w[SAMPLE] * world.sample_period < w[CLOCK] + t + h:
+            time = w[SAMPLE] * world.sample_period
+            x = min(max((time - w[CLOCK] - t) / h, 0.0), 1.0)
+            dense_state(b, x, b.spare)
+            take_sample(torque, parameters, estimate, world, b, time, t + x * h, b.spare)
+            w[SAMPLE] += 1.0
+    w[ANKLE], w[HIP] = ankle, hip_torque
+
+
+def note_peak(w: Any, ankle: float, hip_torque: float) -> None:
+    """Keep the greatest magnitudes of the torques."""
+    w[PEAK_ANKLE] = max(w[PEAK_ANKLE], abs(ankle))
+    w[PEAK_HIP] = max(w[PEAK_HIP], abs(hip_torque))
+
+
+def _asked(
+    torque: Callable[..., Sequence[float]], parameters: Any, b: Buffers, t: float, state: Sequence[float]
+) -> tuple[float, float]:
+    """Torques of the law in a state."""
+    w = b.w
+    for index in range(len(b.y) - ANGLES_AND_RATES - WORKS):
+        b.memory[index] = state[ANGLES_AND_RATES + index]
+    result = torque(parameters, b.memory, min(max(t, w[AFTER]), w[BEFORE]), state[0], state[1], state[2], state[3])
+    return result[0], result[1]
+
+
+def _peak_within(torque: Callable[..., Sequence[float]], parameters: Any, b: Buffers, t: float, h: float) -> None:
+    """Peaks inside the step: the greatest of some values, and of the parabola through it and its neighbours."""
+    last1 = last2 = before1 = before2 = 0.0
+    for piece in range(PIECES + 1):
+        x = piece / PIECES
+        dense_state(b, x, b.spare)
+        ankle, hip_torque = _asked(torque, parameters, b, t + x * h, b.spare)
+        note_peak(b.w, ankle, hip_torque)
+        if piece > 1:
+            note_peak(
+                b.w,
+                _parabola_top(before1, last1, ankle),
+                _parabola_top(before2, last2, hip_torque),
+            )
+        before1, before2, last1, last2 = last1, last2, ankle, hip_torque
+
+
+def _parabola_top(left: float, middle: float, right: float) -> float:
+    """Extremum of the parabola through three values at equal distances, if the middle one is the furthest out."""
+    if (middle - left) * (middle - right) <= 0.0:
+        return 0.0
+    bend, lean = 0.5 * (left + right) - middle, 0.5 * (right - left)
+    return middle - lean * lean / (4.0 * bend)
+
+
+def _turns(k: Sequence[float], n: int, component: int, h: float) -> bool:
+    """Whether a joint's power seems to change its sign in the step."""
+    least = greatest = k[component]
+    for stage in range(1, STAGES + 1):
+        power = k[stage * n + component]
+        least, greatest = min(least, power), max(greatest, power)
+    return least < 0.0 < greatest and (greatest - least) * h > NO_WORK
+
+
+def _total_variation(b: Buffers, n: int, component: int) -> float:
+    """Sum of a work integral's ups and downs over the step."""
+    y, total = b.y[component], 0.0
+    last, x = y, 0.0
+    power = dense_rate_at(b.dense, n, component, 0.0)
+    for piece in range(1, PIECES + 1):
+        end = piece / PIECES
+        power_there = dense_rate_at(b.dense, n, component, end)
+        if (power < 0.0) != (power_there < 0.0):
+            low, high = x, end
+            for _ in range(20):  # the integral is flat at the turn: 2^-24 of a step is more than enough
+                middle = 0.5 * (low + high)
+                if (dense_rate_at(b.dense, n, component, middle) < 0.0) == (power < 0.0):
+                    low = middle
+                else:
+                    high = middle
+            turn = dense_at(b.dense, n, component, y, low)
+            total += abs(turn - last)
+            last = turn
+        x, power = end, power_there
+    return float(total + abs(b.out[component] - last))
+
+
+def note_friction(world: World, b: Buffers, state: Sequence[float], at: int) -> None:
+    """Greatest |F_t / F_n| that the motion asks of the stance foot; `at` is the place of the state's rates in `k`.
+
+    From the momentum of the whole robot. Where the foot hardly presses on the ground the ratio is left out.
+    """
+    slope = b.w[SLOPE]
+    stance, swing = state[0] + slope, state[1] + slope
+    ddq1, ddq2 = b.k[at + 2], b.k[at + 3]
+    first, second = world.constants[3] / world.gravity, world.constants[4] / world.gravity
+    sine1, cosine1, sine2, cosine2 = math.sin(stance), math.cos(stance), math.sin(swing), math.cos(swing)
+    square1, square2 = state[2] * state[2], state[3] * state[3]
+    force_x = first * (cosine1 * ddq1 - sine1 * square1) - second * (cosine2 * ddq2 - sine2 * square2)
+    force_z = second * (sine2 * ddq2 + cosine2 * square2) - first * (sine1 * ddq1 + cosine1 * square1)
+    weight = world.mass * world.gravity
+    force_z += weight
+    normal = force_x * math.sin(slope) + force_z * math.cos(slope)
+    along = force_x * math.cos(slope) - force_z * math.sin(slope)
+    if normal > LIGHT_CONTACT * weight:
+        b.w[FRICTION] = max(b.w[FRICTION], abs(along) / normal)
+
+
+def take_sample(
+    torque: Callable[..., Sequence[float]],
+    parameters: Any,
+    estimate: Callable[..., float],
+    world: World,
+    b: Buffers,
+    time: float,
+    t: float,
+    state: Sequence[float],
+) -> None:
+    """Write a row of the samples: those of `columns.SAMPLES`, then the controller's states."""
+    w, own = b.w, len(b.y) - ANGLES_AND_RATES - WORKS
+    ankle, hip_torque = _asked(torque, parameters, b, t, state)
+    row = b.samples[int(w[SAMPLES])]
+    slope, stance, swing = w[SLOPE], state[0] + w[SLOPE], state[1] + w[SLOPE]
+    row[0] = time
+    for index in range(4):
+        row[1 + index] = state[index]
+    row[5], row[6], row[7], row[8], row[9] = ankle, hip_torque, slope, estimate(parameters, b.memory), w[STANCE]
+    row[10], row[11] = hip(world, b, state[0])
+    row[12], row[13] = (swing, stance) if w[STANCE] != 0.0 else (stance, swing)
+    for index in range(own):
+        row[14 + index] = state[ANGLES_AND_RATES + index]
+    w[SAMPLES] += 1.0

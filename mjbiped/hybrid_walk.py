@@ -1,0 +1,295 @@
+"""Walking in the hybrid engine: from one touchdown to the next, and the leg exchange between (eq. 1-4).
+
+The functions are plain Python, called as such for a controller in plain Python, and compiled by `mjbiped.compiled` for
+one that gives its laws as functions.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from mjbiped.compass import impact_rates
+from mjbiped.dormand_prince import STAGES
+from mjbiped.events import FALLEN_HIP
+from mjbiped.hybrid_account import account, note_friction, note_peak, take_sample
+from mjbiped.hybrid_events import (
+    NOTHING,
+    OVER_THE_TOP,
+    STRIKE,
+    TOUCHDOWN,
+    angles,
+    body_ends,
+    decided_without_dense,
+    first_event,
+    height_of,
+    hip,
+    landing,
+    striking,
+    swing_foot,
+)
+from mjbiped.hybrid_motion import attempt, ensure_dense, rates, strike_rates
+from mjbiped.hybrid_state import (
+    AFTER,
+    ANGLES_AND_RATES,
+    ANKLE,
+    ARMED,
+    BEFORE,
+    CLOCK,
+    COSINE,
+    COUNT,
+    FACE,
+    FACE_X,
+    FOOT_X,
+    FOOT_Z,
+    FRICTION,
+    HIP,
+    LANDING,
+    NEXT_STEP,
+    OUTCOME,
+    PRESS,
+    ROWS,
+    SAMPLES,
+    SINE,
+    SLOPE,
+    STANCE,
+    STRIKES,
+    TIME,
+    WORK_ABSOLUTE,
+    WORK_NET,
+    WORK_POSITIVE,
+    WORKS,
+    Buffers,
+    World,
+)
+
+FINISHED, FELL, STALLED, LEFT_TERRAIN, DIVERGED = 1, 2, 3, 5, 6  # as in `events.Outcome`
+JUST_BESIDE = 2.3e-16  # next to a break's time, relative
+SLIDING_STEP = 2e-3  # longest integration step while the foot slides on a face, s
+SHORTEST_STEP = 1e-12  # s; below it the motion is none
+POLISHED = 1e-7  # a touchdown found so closely is brought home by one term of its Taylor series, s
+
+Law = Callable[..., Any]
+
+
+def advance(
+    torque: Law,
+    touchdown: Law,
+    estimate: Law,
+    next_break: Law,
+    parameters: Any,
+    world: World,
+    b: Buffers,
+) -> None:
+    """Walk until the outcome is decided, or the buffers have no room for one more step.
+
+    Args:
+        torque: See `controllers.Law`.
+        touchdown: The same.
+        estimate: The same.
+        next_break: The same.
+        parameters: The same.
+        world: Robot, ground and limits.
+        b: State; `b.w[OUTCOME]` says in the end whether the walk is over.
+    """
+    w = b.w
+    room = len(b.samples) - 1
+    if math.isfinite(world.sample_period):
+        room -= int(world.stall_time / world.sample_period) + 2
+    while w[OUTCOME] == 0.0 and w[ROWS] < len(b.rows) and w[SAMPLES] <= room:
+        if gait_step(torque, estimate, next_break, parameters, world, b):
+            exchange(touchdown, estimate, parameters, world, b)
+    if w[OUTCOME] != 0.0:
+        take_sample(torque, parameters, estimate, world, b, w[TIME], w[TIME] - w[CLOCK], b.y)
+
+
+def gait_step(torque: Law, estimate: Law, next_break: Law, parameters: Any, world: World, b: Buffers) -> bool:
+    """Move from just after a leg exchange to the next touchdown; whether there was one. The state is then in `b.y`."""
+    w, n = b.w, len(b.y)
+    t, step = 0.0, w[NEXT_STEP]
+    limit = _look_ahead(next_break, parameters, world, b, t)
+    _begin(torque, parameters, world, b, t)
+    while True:
+        whole = limit - t
+        if w[FACE] != 0.0:
+            step = min(step, SLIDING_STEP)
+        h = step if step < 0.5 * whole else (0.5 * whole if step < whole else whole)
+        error = attempt(torque, parameters, world, b, t, h)
+        if not error <= 1.0:
+            step = h * max(0.2, 0.9 * error**-0.125) if error > 1.0 else 0.2 * h
+            if step < SHORTEST_STEP or not math.isfinite(b.y[2] + b.y[3]):
+                w[OUTCOME] = DIVERGED
+                w[TIME] = w[CLOCK] + t
+                return False
+            continue
+        grown = h * min(5.0, 0.9 * error**-0.125 if error > 0.0 else 5.0)
+        step = max(step, grown) if h < step else grown
+        ended = body_ends(world, b, b.out[0], FALLEN_HIP)
+        event, share = NOTHING, 1.0
+        if ended or not decided_without_dense(world, b, t, h):
+            ensure_dense(torque, parameters, world, b, t, h)
+            if ended:
+                share = _end_of_walk(world, b, h)
+            event, share = first_event(world, b, t, h, share)
+        released = False
+        if event != NOTHING or ended:
+            h = _end_on(torque, parameters, world, b, t, share * h, event)
+        elif w[FACE] != 0.0 and w[PRESS] < 0.0:
+            h = _end_of_contact(torque, parameters, world, b, t, h)
+            released = True
+        account(torque, parameters, estimate, world, b, t, h)
+        t = limit if h == whole else t + h
+        for c in range(n):
+            b.y[c] = b.out[c]
+        w[TIME] = w[CLOCK] + t
+        w[NEXT_STEP] = step
+        if event == TOUCHDOWN:
+            return True
+        if event == STRIKE:
+            _strike(world, b)
+            _begin(torque, parameters, world, b, t)
+        elif event == OVER_THE_TOP or released:
+            w[FACE] = 0.0
+            _begin(torque, parameters, world, b, t)
+        elif ended:
+            w[OUTCOME] = FELL if ended == 1 else LEFT_TERRAIN
+            return False
+        elif t >= world.stall_time:
+            w[OUTCOME] = STALLED
+            return False
+        elif t == limit:
+            limit = _look_ahead(next_break, parameters, world, b, t)
+            _begin(torque, parameters, world, b, t)
+        else:
+            for c in range(n):
+                b.k[c] = b.k[STAGES * n + c]
+
+
+def _begin(torque: Law, parameters: Any, world: World, b: Buffers, t: float) -> None:
+    """Rates of a state that no step has led to, with its torques and its friction."""
+    rates(torque, parameters, world.constants, world.length, b.memory, b.w, t, b.y, b.k, 0)
+    note_peak(b.w, b.w[ANKLE], b.w[HIP])
+    note_friction(world, b, b.y, 0)
+
+
+def _look_ahead(next_break: Law, parameters: Any, world: World, b: Buffers, t: float) -> float:
+    """Time up to which the law is smooth, or the robot has stalled; keeps the law on this side of both."""
+    w = b.w
+    for index in range(len(b.y) - ANGLES_AND_RATES - WORKS):
+        b.memory[index] = b.y[ANGLES_AND_RATES + index]
+    there = next_break(parameters, b.memory, t)
+    if not there > t:
+        there = math.inf
+    w[AFTER] = t * (1.0 + JUST_BESIDE)
+    w[BEFORE] = there * (1.0 - JUST_BESIDE)
+    return float(min(there, world.stall_time))
+
+
+def _end_of_walk(world: World, b: Buffers, h: float) -> float:
+    """Share of the step at which the robot has fallen or left the ground."""
+    x, end = 0.0, 1.0
+    while (end - x) * h > 1e-9:
+        middle = 0.5 * (x + end)
+        if body_ends(world, b, angles(b, middle)[0], FALLEN_HIP):
+            end = middle
+        else:
+            x = middle
+    return end
+
+
+def _end_on(torque: Law, parameters: Any, world: World, b: Buffers, t: float, h: float, event: int) -> float:
+    """Take the step again so that it ends on its event; returns its length.
+
+    Newton's method on steps of the full order, for the dense output is of a lower one, and at last a Taylor term.
+    """
+    n = len(b.y)
+    h = max(h, SHORTEST_STEP)
+    for _ in range(6):
+        attempt(torque, parameters, world, b, t, h)
+        if event != TOUCHDOWN and event != STRIKE:
+            break
+        if event == TOUCHDOWN:
+            gap, speed = landing(world, b, int(b.w[LANDING]))
+        else:
+            gap, speed = striking(world, b)
+        if speed == 0.0 or abs(gap) > abs(speed) * 1e-3:
+            break  # it grazes: the crossing that was found stands
+        change = -gap / speed
+        if h + change <= 0.0:
+            break
+        if abs(change) < POLISHED:
+            for c in range(n):
+                b.out[c] += change * b.k[STAGES * n + c]
+            h += change
+            break
+        h += change
+    return h
+
+
+def _end_of_contact(torque: Law, parameters: Any, world: World, b: Buffers, t: float, h: float) -> float:
+    """Take the step again so that it ends when the foot no longer presses on the face; returns its length."""
+    low, high = 0.0, h
+    while high - low > 1e-9:
+        middle = 0.5 * (low + high)
+        attempt(torque, parameters, world, b, t, middle)
+        if b.w[PRESS] < 0.0:
+            high = middle
+        else:
+            low = middle
+    attempt(torque, parameters, world, b, t, high)
+    return high
+
+
+def _strike(world: World, b: Buffers) -> None:
+    """The swing foot meets a vertical face: plastic and without friction; the stance foot stays."""
+    y, w = b.y, b.w
+    w[FACE] = 1.0 if world.x[int(w[LANDING])] == w[FACE_X] else -1.0
+    y[2], y[3] = strike_rates(world.constants, world.length, w[SLOPE], y[0], y[1], y[2], y[3])
+    w[STRIKES] += 1.0
+
+
+def exchange(touchdown: Law, estimate: Law, parameters: Any, world: World, b: Buffers) -> None:
+    """Impact map (2), exchange of the legs, the controller's touchdown, and a row of the record."""
+    w, y, n = b.w, b.y, len(b.y)
+    own = n - ANGLES_AND_RATES - WORKS
+    old_slope, stance = w[SLOPE], int(w[STANCE])
+    q1, q2, dq1, dq2 = y[0], y[1], y[2], y[3]
+    hip_x, hip_z = hip(world, b, q1)
+    foot_x, _ = swing_foot(world, b, q1, q2)
+    segment = int(w[LANDING])
+    slope = world.angle[segment]
+    new1, new2 = q2 + old_slope - slope, q1 + old_slope - slope
+    rate1, rate2 = impact_rates(world.constants, q1, q2, dq1, dq2)
+    for index in range(own):
+        b.memory[index] = y[ANGLES_AND_RATES + index]
+    row = b.rows[int(w[ROWS])]
+    row[24] = estimate(parameters, b.memory)
+    touchdown(parameters, b.memory, q1, q2, new1, new2, rate1, rate2)
+    row[25] = estimate(parameters, b.memory)
+    w[CLOCK], w[AFTER], w[BEFORE] = w[TIME], 0.0, math.inf
+    w[STANCE] = 1.0 - w[STANCE]
+    w[SLOPE], w[SINE], w[COSINE] = slope, math.sin(slope), math.cos(slope)
+    w[FOOT_X], w[FOOT_Z] = foot_x, height_of(world, segment, foot_x)
+    y[0], y[1], y[2], y[3] = new1, new2, rate1, rate2
+    for index in range(own):
+        y[ANGLES_AND_RATES + index] = b.memory[index]
+    y[n - 2] = y[n - 1] = 0.0
+    row[0], row[1], row[2] = w[TIME], hip_x, hip_z
+    row[3], row[4] = q1 + old_slope, q2 + old_slope
+    if stance == 1:
+        row[3], row[4] = row[4], row[3]
+    row[5], row[6], row[7], row[8] = w[FOOT_X], w[FOOT_Z], w[STANCE], slope
+    row[9], row[10], row[11], row[12] = q1, q2, dq1, dq2
+    row[13], row[14], row[15], row[16] = new1, new2, rate1, rate2
+    row[17], row[18], row[19] = w[WORK_ABSOLUTE], w[WORK_NET], w[WORK_POSITIVE]
+    row[20] = row[21] = 0.0  # slip and penetration
+    row[22], row[23] = w[FRICTION], w[STRIKES]
+    w[ROWS] += 1.0
+    w[COUNT] += 1.0
+    w[ARMED] = w[FACE] = w[FRICTION] = w[STRIKES] = 0.0
+    w[FACE_X] = math.nan
+    if w[COUNT] >= world.steps or foot_x >= world.distance:
+        w[OUTCOME] = FINISHED
+    elif foot_x >= world.end:
+        w[OUTCOME] = LEFT_TERRAIN
