@@ -26,14 +26,22 @@ gravity moments g [m a + (m_H + m) l] and g m b in N m; impact terms (2 m a + m_
 Array: TypeAlias = NDArray[np.float64]
 
 
+def between_legs(q1: float, q2: float) -> tuple[float, float]:
+    """Sine and cosine of q1 - q2, from those of q1 and q2, which gravity needs too: compiled code takes each once."""
+    s1, c1, s2, c2 = math.sin(q1), math.cos(q1), math.sin(q2), math.cos(q2)
+    return s1 * c2 - c1 * s2, c1 * c2 + s1 * s2
+
+
 def mass_terms(constants: Constants, q1: float, q2: float) -> tuple[float, float, float]:
     """Entries (m11, m12, m22) of the symmetric mass matrix M(q) of eq. (1), kg m^2."""
-    return constants[0], -constants[1] * math.cos(q1 - q2), constants[2]
+    _, cosine = between_legs(q1, q2)
+    return constants[0], -constants[1] * cosine, constants[2]
 
 
 def coriolis_entries(constants: Constants, q1: float, q2: float, dq1: float, dq2: float) -> tuple[float, float]:
     """Off-diagonal entries (C12, C21) of C(q, dq) of eq. (1), kg m^2/s; the diagonal is zero."""
-    coupling = constants[1] * math.sin(q1 - q2)
+    sine, _ = between_legs(q1, q2)
+    coupling = constants[1] * sine
     return -coupling * dq2, coupling * dq1
 
 
@@ -51,8 +59,8 @@ def gravity_terms(constants: Constants, q1: float, q2: float) -> tuple[float, fl
 
 def solve_mass(m11: float, m12: float, m22: float, f1: float, f2: float) -> tuple[float, float]:
     """M^-1 f for the symmetric matrix with entries `mass_terms`; M is positive definite for every posture."""
-    determinant = m11 * m22 - m12 * m12
-    return (m22 * f1 - m12 * f2) / determinant, (m11 * f2 - m12 * f1) / determinant
+    share = 1.0 / (m11 * m22 - m12 * m12)
+    return (m22 * f1 - m12 * f2) * share, (m11 * f2 - m12 * f1) * share
 
 
 def acceleration(

@@ -18,12 +18,16 @@ _registered: set[Function] = set()
 
 
 @lru_cache(maxsize=64)
-def compiled(function: Function, functions: tuple[Function, Function, Function, Function]) -> Function:
-    """`function` with its first arguments fixed to these functions, as machine code that lets other threads run.
+def compiled(
+    function: Function, group: Callable[..., Any], functions: tuple[Function, ...], inlined: tuple[Function, ...]
+) -> Function:
+    """`function` with its first argument fixed to a group of functions, as machine code that lets other threads run.
 
     Args:
-        function: A function at the top level of a module, as all that it calls.
-        functions: What it takes as its first four arguments, alike; three more follow.
+        function: A function, as all that it calls, at the top level of a module; three arguments follow the first.
+        group: The class of the group, a `NamedTuple`.
+        functions: Its members.
+        inlined: Functions that become part of their caller, with all that they call: those of the innermost loop.
 
     Returns:
         A function of the arguments that are left.
@@ -32,12 +36,13 @@ def compiled(function: Function, functions: tuple[Function, Function, Function, 
     from numba.extending import register_jitable
 
     parts = {part: None for root in (function, *functions) for part in _called(root, set())}
+    hot = {part for root in inlined for part in _called(root, set())}
     for part in parts:
         if part not in _registered:
-            register_jitable(part)
+            register_jitable(forceinline=part in hot)(part)
             _registered.add(part)
     digest = hashlib.sha256(repr([_described(part) for part in parts]).encode()).hexdigest()
-    entry = _bound(function, functions, digest)
+    entry = _bound(function, group, functions, digest)
     try:
         return _jit(numba, entry, cache=True)
     except RuntimeError:  # no folder to write to
@@ -45,19 +50,26 @@ def compiled(function: Function, functions: tuple[Function, Function, Function, 
 
 
 def _jit(numba: ModuleType, function: Function, cache: bool) -> Function:
-    result: Function = numba.njit(cache=cache, nogil=True)(function)
+    # without Numba's runtime (nothing is allocated), handing an array over costs no atomic reference count: half of the
+    # time otherwise
+    decorate = numba.njit(cache=cache, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract"})
+    result: Function = decorate(function)
     return result
 
 
-def _bound(function: Function, functions: tuple[Function, Function, Function, Function], digest: str) -> Function:
+def _bound(function: Function, group: Callable[..., Any], functions: tuple[Function, ...], digest: str) -> Function:
     """Numba can pass a function on that stands in a closure's cell; it cannot be given one from outside."""
-    first, second, third, fourth = functions
-
-    def entry(x: Any, y: Any, z: Any) -> Any:
-        digest  # noqa: B018 (a cell that Numba's cache looks at)
-        return function(first, second, third, fourth, x, y, z)
-
+    names = [f"function_{place}" for place in range(len(functions))]
+    source = f"""def bind(function, group, digest, {", ".join(names)}):
+    def entry(x, y, z):
+        digest  # a cell that Numba's cache looks at
+        return function(group({", ".join(names)}), x, y, z)
     return entry
+"""
+    space: dict[str, Any] = {"__name__": __name__}
+    exec(compile(source, __file__, "exec"), space)  # the cache lies where this file does
+    bound: Function = space["bind"](function, group, digest, *functions)
+    return bound
 
 
 def _called(function: Function, known: set[Function]) -> Iterator[Function]:

@@ -1,111 +1,135 @@
 """The Runge-Kutta scheme of the hybrid engine: Dormand and Prince's pair of order 8 with dense output of order 7.
 
 Source: Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, sections II.5, II.6 and II.10 (DOP853); the
-coefficients are SciPy's. The functions work on flat sequences of floats, lists in plain Python and arrays where
-compiled; the rates of stage s stand at places s n to s n + n - 1 of `k`.
+coefficients are those of `scipy.integrate.DOP853`.
+
+A state here is a handful of numbers, for which loops over stages and components cost more than the sums in them. So
+`unrolled` writes the step out, for a number of components, as Python source without loops: a function like any other,
+which Numba turns into straight machine code. The rates of stage s stand at places s n to s n + n - 1 of `k`.
 """
 
 from __future__ import annotations
 
+import linecache
 import math
-from collections.abc import MutableSequence, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
-from scipy.integrate._ivp import dop853_coefficients  # type: ignore[import-untyped, unused-ignore]
+from scipy.integrate import DOP853
 
 STAGES = 12  # of a step; the rates at its end are stage 12, the next step's stage 0
 STAGES_WITH_DENSE = 16
 POWERS = 7  # of the dense output
+_UNTESTED_STAGES = range(1, 5)  # neither error estimate nor dense output uses them
 
 
-class Scheme(NamedTuple):
-    """The coefficients, flat: places of the stages, their weights, two error estimates, dense output."""
+class Integrator(NamedTuple):
+    """A step and its dense output for states of one size.
 
-    c: Any
-    a: Any
-    e3: Any
-    e5: Any
-    d: Any
+    Attributes:
+        begin: (rates, ..., t, y, k) -> None. The rates of the state `y`, the first of `k`.
+        step: (rates, ..., t, h, y, k, out, tolerance) -> error. One step of length h from the state `y`, whose rates
+            stand in `k` already, to `out`. The estimated error is that of all components but the last `untested`,
+            over tolerance (1 + |y|): at most 1 for a good step.
+        dense: (rates, ..., t, h, y, k, out, dense) -> None. The coefficients of the step's dense output, n per power.
 
+    The dots stand for arguments that are handed on to `rates`: (..., t, state) -> n rates, both tuples.
+    """
 
-def scheme() -> Scheme:
-    """The coefficients as lists of floats."""
-    known = dop853_coefficients
-    return Scheme(
-        c=known.C.tolist(),
-        a=known.A.ravel().tolist(),
-        e3=known.E3.tolist(),
-        e5=known.E5.tolist(),
-        d=known.D.ravel().tolist(),
-    )
+    begin: Callable[..., None]
+    step: Callable[..., float]
+    dense: Callable[..., None]
 
 
-def stage_state(
-    a: Sequence[float], stage: int, h: float, y: Sequence[float], k: Sequence[float], out: MutableSequence[float]
-) -> None:
-    """The state at which a stage's rates are taken; that of stage 12 is the state at the step's end."""
-    n = len(y)
+@lru_cache(maxsize=64)
+def unrolled(size: int, untested: int, arguments: tuple[str, ...]) -> Integrator:
+    """The scheme for states of `size` components.
+
+    Args:
+        size: Number of components.
+        untested: How many of them, at the end, the error estimate leaves out.
+        arguments: Names of what `rates` takes before the time and the state.
+    """
+    given = "".join(f"{argument}, " for argument in arguments)
+    name = f"<unrolled Dormand-Prince step, {size} components, {untested} untested, rates({given}t, state)>"
+    source = "\n".join([*_begin(size, given), *_step(size, untested, given), *_dense(size, given), ""])
+    linecache.cache[name] = (len(source), None, source.splitlines(keepends=True), name)  # for tracebacks
+    space: dict[str, Any] = {"__name__": __name__, "math": math}
+    exec(compile(source, name, "exec"), space)
+    return Integrator(space["begin"], space["step"], space["dense"])
+
+
+def _begin(n: int, given: str) -> Iterable[str]:
+    """Source of `Integrator.begin`."""
+    yield f"def begin(rates, {given}t, y, k):"
+    yield from _unpacked("y", n, "y", 0)
+    yield f"    {_all('k0', n)}, = rates({given}t, ({_all('y', n)},))"
+    yield from (f"    k[{c}] = k0_{c}" for c in range(n))
+
+
+def _step(n: int, untested: int, given: str) -> Iterable[str]:
+    """Source of `Integrator.step`."""
+    yield f"def step(rates, {given}t, h, y, k, out, tolerance):"
+    yield from _unpacked("y", n, "y", 0)
+    yield from _unpacked("k0", n, "k", 0)
+    for stage in range(1, STAGES):
+        yield from _stage(stage, DOP853.A[stage], DOP853.C[stage], n, given)
     for c in range(n):
-        out[c] = 0.0
-    for earlier in range(stage):
-        weight = a[stage * STAGES_WITH_DENSE + earlier]
-        if weight != 0.0:
+        yield f"    z_{c} = y_{c} + h * ({_sum(DOP853.B, c)})"
+    yield f"    {_all(f'k{STAGES}', n)}, = rates({given}t + h, ({_all('z', n)},))"
+    for c in range(n):
+        yield f"    out[{c}] = z_{c}"
+    for stage in range(1, STAGES + 1):
+        if stage not in _UNTESTED_STAGES:
             for c in range(n):
-                out[c] += weight * k[earlier * n + c]
+                yield f"    k[{stage * n + c}] = k{stage}_{c}"
+    yield "    norm3 = norm5 = 0.0"
+    for c in range(n - untested):
+        yield f"    scale = 1.0 / (tolerance * (1.0 + max(abs(y_{c}), abs(z_{c}))))"
+        yield f"    error3, error5 = scale * ({_sum(DOP853.E3, c)}), scale * ({_sum(DOP853.E5, c)})"
+        yield "    norm3, norm5 = norm3 + error3 * error3, norm5 + error5 * error5"
+    yield "    if norm5 == 0.0 and norm3 == 0.0:"
+    yield "        return 0.0"
+    yield f"    return h * norm5 / math.sqrt((norm5 + 0.01 * norm3) * {float(n - untested)})"
+
+
+def _dense(n: int, given: str) -> Iterable[str]:
+    """Source of `Integrator.dense`."""
+    yield f"def dense(rates, {given}t, h, y, k, out, dense):"
+    yield from _unpacked("y", n, "y", 0)
+    yield from _unpacked("z", n, "out", 0)
+    for stage in range(STAGES + 1):
+        if stage not in _UNTESTED_STAGES:
+            yield from _unpacked(f"k{stage}", n, "k", stage * n)
+    for extra in range(STAGES_WITH_DENSE - STAGES - 1):
+        yield from _stage(STAGES + 1 + extra, DOP853.A_EXTRA[extra], DOP853.C_EXTRA[extra], n, given)
     for c in range(n):
-        out[c] = y[c] + h * out[c]
+        yield f"    change = z_{c} - y_{c}"
+        yield f"    dense[{c}] = change"
+        yield f"    dense[{n + c}] = h * k0_{c} - change"
+        yield f"    dense[{2 * n + c}] = 2.0 * change - h * (k{STAGES}_{c} + k0_{c})"
+        for power in range(3, POWERS):
+            yield f"    dense[{power * n + c}] = h * ({_sum(DOP853.D[power - 3], c)})"
 
 
-def error_of(
-    e3: Sequence[float],
-    e5: Sequence[float],
-    h: float,
-    y: Sequence[float],
-    end: Sequence[float],
-    k: Sequence[float],
-    tolerance: float,
-) -> float:
-    """Estimated error of the step's first n - 2 components over tolerance (1 + |y|); at most 1 for a good step."""
-    n = len(y)
-    norm3 = norm5 = 0.0
-    for c in range(n - 2):
-        error3 = error5 = 0.0
-        for stage in range(STAGES + 1):
-            rate = k[stage * n + c]
-            error3 += e3[stage] * rate
-            error5 += e5[stage] * rate
-        scale = tolerance * (1.0 + max(abs(y[c]), abs(end[c])))
-        norm3 += (error3 / scale) * (error3 / scale)
-        norm5 += (error5 / scale) * (error5 / scale)
-    if norm5 == 0.0 and norm3 == 0.0:
-        return 0.0
-    return h * norm5 / math.sqrt((norm5 + 0.01 * norm3) * (n - 2))
+def _stage(stage: int, weights: Iterable[float], place: float, n: int, given: str) -> Iterable[str]:
+    """Rates of a stage, from those before it."""
+    state = ", ".join(f"y_{c} + h * ({_sum(weights, c)})" for c in range(n))
+    yield f"    {_all(f'k{stage}', n)}, = rates({given}t + {float(place)!r} * h, ({state},))"
 
 
-def dense_coefficients(
-    d: Sequence[float],
-    h: float,
-    y: Sequence[float],
-    end: Sequence[float],
-    k: Sequence[float],
-    out: MutableSequence[float],
-) -> None:
-    """Coefficients of the dense output, n per power, from all 16 stages."""
-    n = len(y)
+def _sum(weights: Iterable[float], c: int) -> str:
+    return " + ".join(f"{float(w)!r} * k{stage}_{c}" for stage, w in enumerate(weights) if w != 0.0)
+
+
+def _all(name: str, n: int) -> str:
+    return ", ".join(f"{name}_{c}" for c in range(n))
+
+
+def _unpacked(name: str, n: int, array: str, first: int) -> Iterable[str]:
     for c in range(n):
-        change = end[c] - y[c]
-        out[c] = change
-        out[n + c] = h * k[c] - change
-        out[2 * n + c] = 2.0 * change - h * (k[STAGES * n + c] + k[c])
-    for power in range(3, POWERS):
-        first = power * n
-        for c in range(n):
-            out[first + c] = 0.0
-        for stage in range(STAGES_WITH_DENSE):
-            weight = h * d[(power - 3) * STAGES_WITH_DENSE + stage]
-            if weight != 0.0:
-                for c in range(n):
-                    out[first + c] += weight * k[stage * n + c]
+        yield f"    {name}_{c} = {array}[{first + c}]"
 
 
 def dense_at(coefficients: Sequence[float], n: int, component: int, y: float, x: float) -> float:

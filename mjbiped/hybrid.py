@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +17,14 @@ from tqdm.auto import tqdm
 
 from mjbiped import hybrid_state as at
 from mjbiped.columns import SAMPLES, TOUCHDOWNS, split, width
-from mjbiped.compass import Compass
+from mjbiped.compass import Compass, acceleration
 from mjbiped.compiled import compiled
-from mjbiped.dormand_prince import POWERS, STAGES_WITH_DENSE, Scheme, scheme
+from mjbiped.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
 from mjbiped.errors import InputError
 from mjbiped.events import STALL_TIME, Outcome
 from mjbiped.hybrid_events import hip
-from mjbiped.hybrid_state import Buffers, World
+from mjbiped.hybrid_motion import HANDED_ON
+from mjbiped.hybrid_state import Buffers, Laws, World
 from mjbiped.hybrid_walk import advance
 from mjbiped.scuffing import ScuffingRule
 from mjbiped.terrain import Terrain
@@ -36,15 +38,6 @@ TOLERANCE = 1e-10
 SHORTEST_SAMPLE_PERIOD = 1e-5  # s
 _ROWS = 64  # touchdowns between two looks at the progress bar and at Ctrl-C
 _METHODS = ("start", "on_touchdown", "torque", "slope_estimate", "next_break")
-
-
-class _Laws(NamedTuple):
-    """A controller's functions as the engine calls them, and what they take as their parameters."""
-
-    torque: Any
-    touchdown: Any
-    slope_estimate: Any
-    next_break: Any
 
 
 class HybridSimulation:
@@ -98,14 +91,17 @@ class HybridSimulation:
         law = controller.law() if compile and _gives_its_law(controller) else None
         self.controller = controller
         self.compiled = law is not None
+        integrator = unrolled(
+            at.ANGLES_AND_RATES + len(controller.states) + at.WORKS, untested=at.WORKS, arguments=HANDED_ON
+        )
         if law is not None:
-            laws = _Laws(law.torque, law.touchdown, law.slope_estimate, law.next_break)
-            self._advance = compiled(advance, tuple(laws))
+            laws = Laws(law.torque, law.touchdown, law.slope_estimate, law.next_break, *integrator)
+            self._advance = compiled(advance, Laws, tuple(laws), inlined=(acceleration, law.torque))
             self._parameters = law.parameters
         else:
-            self._advance = _interpreted
+            laws = Laws(_torque, _touchdown, _slope_estimate, _next_break, *integrator)
+            self._advance = partial(advance, laws)
             self._parameters = controller
-        whole = scheme()
         self.world = World(
             constants=robot.constants,
             length=robot.leg_length,
@@ -123,7 +119,6 @@ class HybridSimulation:
             distance=math.inf if distance is None else float(distance),
             tolerance=tolerance,
             sample_period=float(sample_period),
-            scheme=Scheme(*(self._table(part) for part in whole)),
         )
         self.buffers = self._begin(terrain, q, dq)
 
@@ -266,15 +261,10 @@ def _gives_its_law(controller: Controller) -> bool:
     return all(place("law") <= place(name) for name in _METHODS)
 
 
-def _interpreted(controller: Controller, world: World, buffers: Buffers) -> None:
-    """`advance` in plain Python, for a controller's methods."""
-    advance(_torque, _touchdown, _slope_estimate, _next_break, controller, world, buffers)
-
-
 def _torque(
     controller: Controller, memory: list[float], t: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> Sequence[float]:
-    return controller.torque(memory, t, (q1, q2), (dq1, dq2))
+    return tuple(controller.torque(memory, t, (q1, q2), (dq1, dq2)))
 
 
 def _touchdown(

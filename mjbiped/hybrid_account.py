@@ -8,7 +8,7 @@ found, and no step has to end on them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from mjbiped.dormand_prince import STAGES, dense_at, dense_rate_at
@@ -36,6 +36,7 @@ from mjbiped.hybrid_state import (
     WORK_POSITIVE,
     WORKS,
     Buffers,
+    Laws,
     World,
 )
 
@@ -44,9 +45,8 @@ NO_WORK = 1e-14  # J in a step: rounding
 
 
 def account(
-    torque: Callable[..., Sequence[float]],
+    laws: Laws,
     parameters: Any,
-    estimate: Callable[..., float],
     world: World,
     b: Buffers,
     t: float,
@@ -58,13 +58,13 @@ def account(
     stage_ankle, stage_hip = w[STAGE_ANKLE], w[STAGE_HIP]
     note_peak(w, ankle, hip_torque)
     if stage_ankle > w[PEAK_ANKLE] or stage_hip > w[PEAK_HIP]:
-        ensure_dense(torque, parameters, world, b, t, h)
-        _peak_within(torque, parameters, b, t, h)
+        ensure_dense(laws, parameters, world, b, t, h)
+        _peak_within(laws, parameters, b, t, h)
     for component in range(n - WORKS, n):
         net = b.out[component] - b.y[component]
         way = abs(net)
         if _turns(b.k, n, component, h):
-            ensure_dense(torque, parameters, world, b, t, h)
+            ensure_dense(laws, parameters, world, b, t, h)
             way = _total_variation(b, n, component)
         w[WORK_ABSOLUTE] += way
         w[WORK_NET] += net
@@ -72,12 +72,12 @@ def account(
     note_friction(world, b, b.out, STAGES * n)
     first = w[SAMPLE] * world.sample_period
     if first < w[CLOCK] + t + h:
-        ensure_dense(torque, parameters, world, b, t, h)
+        ensure_dense(laws, parameters, world, b, t, h)
         while w[SAMPLE] * world.sample_period < w[CLOCK] + t + h:
             time = w[SAMPLE] * world.sample_period
             x = min(max((time - w[CLOCK] - t) / h, 0.0), 1.0)
             dense_state(b, x, b.spare)
-            take_sample(torque, parameters, estimate, world, b, time, t + x * h, b.spare)
+            take_sample(laws, parameters, world, b, time, t + x * h, b.spare)
             w[SAMPLE] += 1.0
     w[ANKLE], w[HIP] = ankle, hip_torque
 
@@ -88,24 +88,22 @@ def note_peak(w: Any, ankle: float, hip_torque: float) -> None:
     w[PEAK_HIP] = max(w[PEAK_HIP], abs(hip_torque))
 
 
-def _asked(
-    torque: Callable[..., Sequence[float]], parameters: Any, b: Buffers, t: float, state: Sequence[float]
-) -> tuple[float, float]:
+def _asked(laws: Laws, parameters: Any, b: Buffers, t: float, state: Sequence[float]) -> tuple[float, float]:
     """Torques of the law in a state."""
     w = b.w
     for index in range(len(b.y) - ANGLES_AND_RATES - WORKS):
         b.memory[index] = state[ANGLES_AND_RATES + index]
-    result = torque(parameters, b.memory, min(max(t, w[AFTER]), w[BEFORE]), state[0], state[1], state[2], state[3])
+    result = laws.torque(parameters, b.memory, min(max(t, w[AFTER]), w[BEFORE]), state[0], state[1], state[2], state[3])
     return result[0], result[1]
 
 
-def _peak_within(torque: Callable[..., Sequence[float]], parameters: Any, b: Buffers, t: float, h: float) -> None:
+def _peak_within(laws: Laws, parameters: Any, b: Buffers, t: float, h: float) -> None:
     """Peaks inside the step: the greatest of some values, and of the parabola through it and its neighbours."""
     last1 = last2 = before1 = before2 = 0.0
     for piece in range(PIECES + 1):
         x = piece / PIECES
         dense_state(b, x, b.spare)
-        ankle, hip_torque = _asked(torque, parameters, b, t + x * h, b.spare)
+        ankle, hip_torque = _asked(laws, parameters, b, t + x * h, b.spare)
         note_peak(b.w, ankle, hip_torque)
         if piece > 1:
             note_peak(
@@ -178,9 +176,8 @@ def note_friction(world: World, b: Buffers, state: Sequence[float], at: int) -> 
 
 
 def take_sample(
-    torque: Callable[..., Sequence[float]],
+    laws: Laws,
     parameters: Any,
-    estimate: Callable[..., float],
     world: World,
     b: Buffers,
     time: float,
@@ -189,13 +186,19 @@ def take_sample(
 ) -> None:
     """Write a row of the samples: those of `columns.SAMPLES`, then the controller's states."""
     w, own = b.w, len(b.y) - ANGLES_AND_RATES - WORKS
-    ankle, hip_torque = _asked(torque, parameters, b, t, state)
+    ankle, hip_torque = _asked(laws, parameters, b, t, state)
     row = b.samples[int(w[SAMPLES])]
     slope, stance, swing = w[SLOPE], state[0] + w[SLOPE], state[1] + w[SLOPE]
     row[0] = time
     for index in range(4):
         row[1 + index] = state[index]
-    row[5], row[6], row[7], row[8], row[9] = ankle, hip_torque, slope, estimate(parameters, b.memory), w[STANCE]
+    row[5], row[6], row[7], row[8], row[9] = (
+        ankle,
+        hip_torque,
+        slope,
+        laws.slope_estimate(parameters, b.memory),
+        w[STANCE],
+    )
     row[10], row[11] = hip(world, b, state[0])
     row[12], row[13] = (swing, stance) if w[STANCE] != 0.0 else (stance, swing)
     for index in range(own):

@@ -3,18 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, MutableSequence, Sequence
+from collections.abc import Callable, MutableSequence
 from typing import Any
 
 from mjbiped.compass import Constants, acceleration, mass_terms, solve_mass
-from mjbiped.dormand_prince import (
-    STAGES,
-    STAGES_WITH_DENSE,
-    dense_at,
-    dense_coefficients,
-    error_of,
-    stage_state,
-)
+from mjbiped.dormand_prince import STAGES, STAGES_WITH_DENSE, dense_at
 from mjbiped.hybrid_state import (
     AFTER,
     ANGLES_AND_RATES,
@@ -32,58 +25,68 @@ from mjbiped.hybrid_state import (
     STAGE_HIP,
     WORKS,
     Buffers,
+    Laws,
     World,
 )
+
+HANDED_ON = ("torque", "parameters", "constants", "length", "memory", "w")
+"""What `rates` takes before time and state: for `dormand_prince.unrolled`."""
 
 WILDEST_ANGLE = 1e6  # beyond it, rad, the motion has no meaning, and sine and cosine no digits
 
 
 def rates(
-    torque: Callable[..., Sequence[float]],
+    torque: Callable[..., tuple[float, ...]],
     parameters: Any,
     constants: Constants,
     length: float,
     memory: Any,
     w: Any,
     t: float,
-    y: Sequence[float],
-    k: Any,
-    at: int,
-) -> None:
-    """Write the rates of the state y at time t since the leg exchange into `k` from place `at` on.
+    state: tuple[float, ...],
+) -> tuple[float, ...]:
+    """Rates of a state at time t since the leg exchange.
 
     This innermost function takes the few sequences that it needs instead of whole buffers: where compiled, handing over
     a tuple of arrays costs more than the equations of motion.
     """
-    n = len(y)
-    own = n - ANGLES_AND_RATES - WORKS
-    q1, q2, dq1, dq2 = y[0], y[1], y[2], y[3]
-    w[EVALUATIONS] += 1.0
-    if not (abs(q1) < WILDEST_ANGLE and abs(q2) < WILDEST_ANGLE):
-        for c in range(n):
-            k[at + c] = math.nan
-        return
-    for index in range(own):
-        memory[index] = y[ANGLES_AND_RATES + index]
+    q1, q2, dq1, dq2 = state[0], state[1], state[2], state[3]
+    for index in range(len(state) - ANGLES_AND_RATES - WORKS):
+        memory[index] = state[ANGLES_AND_RATES + index]
+    wild = not (abs(q1) < WILDEST_ANGLE and abs(q2) < WILDEST_ANGLE)
+    if wild:
+        q1 = q2 = dq1 = dq2 = 0.0
     result = torque(parameters, memory, min(max(t, w[AFTER]), w[BEFORE]), q1, q2, dq1, dq2)
     ankle, hip = result[0], result[1]
-    for index in range(own):
-        k[at + ANGLES_AND_RATES + index] = result[2 + index]
     ddq1, ddq2 = acceleration(constants, q1, q2, dq1, dq2, w[SINE], w[COSINE], ankle - hip, hip)
     if w[FACE] != 0.0:
-        slope = w[SLOPE]
-        push1, push2, along1, along2 = face_terms(constants, length, slope, q1, q2)
-        bend = length * (math.sin(q2 + slope) * dq2 * dq2 - math.sin(q1 + slope) * dq1 * dq1)
-        force = -(along1 * ddq1 + along2 * ddq2 + bend) / (along1 * push1 + along2 * push2)
-        ddq1 += push1 * force
-        ddq2 += push2 * force
-        w[PRESS] = -w[FACE] * force
-    k[at], k[at + 1], k[at + 2], k[at + 3] = dq1, dq2, ddq1, ddq2
-    k[at + n - 2] = ankle * dq1
-    k[at + n - 1] = hip * (dq2 - dq1)
+        ddq1, ddq2 = on_face(constants, length, w, q1, q2, dq1, dq2, ddq1, ddq2)
+    if wild:
+        ddq1 = math.nan
     w[ANKLE], w[HIP] = ankle, hip
     w[STAGE_ANKLE] = max(w[STAGE_ANKLE], abs(ankle))
     w[STAGE_HIP] = max(w[STAGE_HIP], abs(hip))
+    return (dq1, dq2, ddq1, ddq2) + result[2:] + (ankle * dq1, hip * (dq2 - dq1))  # noqa: RUF005 (Numba adds tuples)
+
+
+def on_face(
+    constants: Constants,
+    length: float,
+    w: Any,
+    q1: float,
+    q2: float,
+    dq1: float,
+    dq2: float,
+    ddq1: float,
+    ddq2: float,
+) -> tuple[float, float]:
+    """Accelerations of the legs while the swing foot slides along a vertical face, from those without the face."""
+    slope = w[SLOPE]
+    push1, push2, along1, along2 = face_terms(constants, length, slope, q1, q2)
+    bend = length * (math.sin(q2 + slope) * dq2 * dq2 - math.sin(q1 + slope) * dq1 * dq1)
+    force = -(along1 * ddq1 + along2 * ddq2 + bend) / (along1 * push1 + along2 * push2)
+    w[PRESS] = -w[FACE] * force
+    return ddq1 + push1 * force, ddq2 + push2 * force
 
 
 def face_terms(
@@ -105,38 +108,60 @@ def strike_rates(
     return dq1 + push1 * impulse, dq2 + push2 * impulse
 
 
-def attempt(
-    torque: Callable[..., Sequence[float]], parameters: Any, world: World, b: Buffers, t: float, h: float
-) -> float:
+def begin(laws: Laws, parameters: Any, world: World, b: Buffers, t: float) -> None:
+    """Rates of the state in `b.y`, which no step has led to."""
+    laws.begin(rates, laws.torque, parameters, world.constants, world.length, b.memory, b.w, t, b.y, b.k)
+
+
+def attempt(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: float) -> float:
     """One step of length h from `b.y` to `b.out`; the rates at its start stand in `b.k` already.
 
     Returns:
         The estimated error over the tolerance; NaN where the motion has no meaning.
     """
-    y, out, k, w, memory = b.y, b.out, b.k, b.w, b.memory
-    a, c = world.scheme.a, world.scheme.c
-    n = len(y)
+    w = b.w
     w[STAGE_ANKLE] = w[STAGE_HIP] = w[DENSE] = 0.0
-    for stage in range(1, STAGES + 1):
-        stage_state(a, stage, h, y, k, out)
-        rates(torque, parameters, world.constants, world.length, memory, w, t + c[stage] * h, out, k, stage * n)
-    return error_of(world.scheme.e3, world.scheme.e5, h, y, out, k, world.tolerance)
+    w[EVALUATIONS] += STAGES
+    return float(
+        laws.step(
+            rates,
+            laws.torque,
+            parameters,
+            world.constants,
+            world.length,
+            b.memory,
+            w,
+            t,
+            h,
+            b.y,
+            b.k,
+            b.out,
+            world.tolerance,
+        )
+    )
 
 
-def ensure_dense(
-    torque: Callable[..., Sequence[float]], parameters: Any, world: World, b: Buffers, t: float, h: float
-) -> None:
+def ensure_dense(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: float) -> None:
     """Make the step's dense output, unless it is there."""
     if b.w[DENSE] != 0.0:
         return
-    y, spare, k, w, memory = b.y, b.spare, b.k, b.w, b.memory
-    a, c = world.scheme.a, world.scheme.c
-    n = len(y)
-    for stage in range(STAGES + 1, STAGES_WITH_DENSE):
-        stage_state(a, stage, h, y, k, spare)
-        rates(torque, parameters, world.constants, world.length, memory, w, t + c[stage] * h, spare, k, stage * n)
-    dense_coefficients(world.scheme.d, h, y, b.out, k, b.dense)
+    laws.dense(
+        rates,
+        laws.torque,
+        parameters,
+        world.constants,
+        world.length,
+        b.memory,
+        b.w,
+        t,
+        h,
+        b.y,
+        b.k,
+        b.out,
+        b.dense,
+    )
     b.w[DENSE] = 1.0
+    b.w[EVALUATIONS] += STAGES_WITH_DENSE - STAGES - 1
 
 
 def dense_state(b: Buffers, x: float, state: MutableSequence[float]) -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from mjbiped.compass import Constants
-from mjbiped.dormand_prince import Scheme
 
 # places in the scalars `w`
 (
@@ -57,6 +56,28 @@ WORKS = 2
 """The state y: q1, q2, dq1, dq2, the controller's integrated states, net work of ankle and hip in this gait step."""
 
 
+class Laws(NamedTuple):
+    """The functions of a walk: the controller's, and the integrator of states of its size.
+
+    Attributes:
+        torque: See `controllers.Law`.
+        touchdown: The same.
+        slope_estimate: The same.
+        next_break: The same.
+        begin: See `dormand_prince.Integrator`.
+        step: The same.
+        dense: The same.
+    """
+
+    torque: Any
+    touchdown: Any
+    slope_estimate: Any
+    next_break: Any
+    begin: Any
+    step: Any
+    dense: Any
+
+
 class World(NamedTuple):
     """Robot, ground, rules and limits.
 
@@ -77,7 +98,6 @@ class World(NamedTuple):
         distance: Place of the stance foot at which it is finished, x in m.
         tolerance: Of the integrator's steps.
         sample_period: s.
-        scheme: Of the integrator.
     """
 
     constants: Constants
@@ -96,7 +116,6 @@ class World(NamedTuple):
     distance: float
     tolerance: float
     sample_period: float
-    scheme: Scheme
 
 
 class Buffers(NamedTuple):

@@ -7,7 +7,6 @@ one that gives its laws as functions.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 from mjbiped.compass import impact_rates
@@ -29,7 +28,7 @@ from mjbiped.hybrid_events import (
     striking,
     swing_foot,
 )
-from mjbiped.hybrid_motion import attempt, ensure_dense, rates, strike_rates
+from mjbiped.hybrid_motion import attempt, begin, ensure_dense, strike_rates
 from mjbiped.hybrid_state import (
     AFTER,
     ANGLES_AND_RATES,
@@ -61,6 +60,7 @@ from mjbiped.hybrid_state import (
     WORK_POSITIVE,
     WORKS,
     Buffers,
+    Laws,
     World,
 )
 
@@ -70,26 +70,13 @@ SLIDING_STEP = 2e-3  # longest integration step while the foot slides on a face,
 SHORTEST_STEP = 1e-12  # s; below it the motion is none
 POLISHED = 1e-7  # a touchdown found so closely is brought home by one term of its Taylor series, s
 
-Law = Callable[..., Any]
 
-
-def advance(
-    torque: Law,
-    touchdown: Law,
-    estimate: Law,
-    next_break: Law,
-    parameters: Any,
-    world: World,
-    b: Buffers,
-) -> None:
+def advance(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
     """Walk until the outcome is decided, or the buffers have no room for one more step.
 
     Args:
-        torque: See `controllers.Law`.
-        touchdown: The same.
-        estimate: The same.
-        next_break: The same.
-        parameters: The same.
+        laws: The controller's and the integrator's functions.
+        parameters: What the controller's take.
         world: Robot, ground and limits.
         b: State; `b.w[OUTCOME]` says in the end whether the walk is over.
     """
@@ -98,24 +85,24 @@ def advance(
     if math.isfinite(world.sample_period):
         room -= int(world.stall_time / world.sample_period) + 2
     while w[OUTCOME] == 0.0 and w[ROWS] < len(b.rows) and w[SAMPLES] <= room:
-        if gait_step(torque, estimate, next_break, parameters, world, b):
-            exchange(touchdown, estimate, parameters, world, b)
+        if gait_step(laws, parameters, world, b):
+            exchange(laws, parameters, world, b)
     if w[OUTCOME] != 0.0:
-        take_sample(torque, parameters, estimate, world, b, w[TIME], w[TIME] - w[CLOCK], b.y)
+        take_sample(laws, parameters, world, b, w[TIME], w[TIME] - w[CLOCK], b.y)
 
 
-def gait_step(torque: Law, estimate: Law, next_break: Law, parameters: Any, world: World, b: Buffers) -> bool:
+def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
     """Move from just after a leg exchange to the next touchdown; whether there was one. The state is then in `b.y`."""
     w, n = b.w, len(b.y)
     t, step = 0.0, w[NEXT_STEP]
-    limit = _look_ahead(next_break, parameters, world, b, t)
-    _begin(torque, parameters, world, b, t)
+    limit = _look_ahead(laws, parameters, world, b, t)
+    _begin(laws, parameters, world, b, t)
     while True:
         whole = limit - t
         if w[FACE] != 0.0:
             step = min(step, SLIDING_STEP)
         h = step if step < 0.5 * whole else (0.5 * whole if step < whole else whole)
-        error = attempt(torque, parameters, world, b, t, h)
+        error = attempt(laws, parameters, world, b, t, h)
         if not error <= 1.0:
             step = h * max(0.2, 0.9 * error**-0.125) if error > 1.0 else 0.2 * h
             if step < SHORTEST_STEP or not math.isfinite(b.y[2] + b.y[3]):
@@ -128,17 +115,17 @@ def gait_step(torque: Law, estimate: Law, next_break: Law, parameters: Any, worl
         ended = body_ends(world, b, b.out[0], FALLEN_HIP)
         event, share = NOTHING, 1.0
         if ended or not decided_without_dense(world, b, t, h):
-            ensure_dense(torque, parameters, world, b, t, h)
+            ensure_dense(laws, parameters, world, b, t, h)
             if ended:
                 share = _end_of_walk(world, b, h)
             event, share = first_event(world, b, t, h, share)
         released = False
         if event != NOTHING or ended:
-            h = _end_on(torque, parameters, world, b, t, share * h, event)
+            h = _end_on(laws, parameters, world, b, t, share * h, event)
         elif w[FACE] != 0.0 and w[PRESS] < 0.0:
-            h = _end_of_contact(torque, parameters, world, b, t, h)
+            h = _end_of_contact(laws, parameters, world, b, t, h)
             released = True
-        account(torque, parameters, estimate, world, b, t, h)
+        account(laws, parameters, world, b, t, h)
         t = limit if h == whole else t + h
         for c in range(n):
             b.y[c] = b.out[c]
@@ -148,10 +135,10 @@ def gait_step(torque: Law, estimate: Law, next_break: Law, parameters: Any, worl
             return True
         if event == STRIKE:
             _strike(world, b)
-            _begin(torque, parameters, world, b, t)
+            _begin(laws, parameters, world, b, t)
         elif event == OVER_THE_TOP or released:
             w[FACE] = 0.0
-            _begin(torque, parameters, world, b, t)
+            _begin(laws, parameters, world, b, t)
         elif ended:
             w[OUTCOME] = FELL if ended == 1 else LEFT_TERRAIN
             return False
@@ -159,26 +146,26 @@ def gait_step(torque: Law, estimate: Law, next_break: Law, parameters: Any, worl
             w[OUTCOME] = STALLED
             return False
         elif t == limit:
-            limit = _look_ahead(next_break, parameters, world, b, t)
-            _begin(torque, parameters, world, b, t)
+            limit = _look_ahead(laws, parameters, world, b, t)
+            _begin(laws, parameters, world, b, t)
         else:
             for c in range(n):
                 b.k[c] = b.k[STAGES * n + c]
 
 
-def _begin(torque: Law, parameters: Any, world: World, b: Buffers, t: float) -> None:
+def _begin(laws: Laws, parameters: Any, world: World, b: Buffers, t: float) -> None:
     """Rates of a state that no step has led to, with its torques and its friction."""
-    rates(torque, parameters, world.constants, world.length, b.memory, b.w, t, b.y, b.k, 0)
+    begin(laws, parameters, world, b, t)
     note_peak(b.w, b.w[ANKLE], b.w[HIP])
     note_friction(world, b, b.y, 0)
 
 
-def _look_ahead(next_break: Law, parameters: Any, world: World, b: Buffers, t: float) -> float:
+def _look_ahead(laws: Laws, parameters: Any, world: World, b: Buffers, t: float) -> float:
     """Time up to which the law is smooth, or the robot has stalled; keeps the law on this side of both."""
     w = b.w
     for index in range(len(b.y) - ANGLES_AND_RATES - WORKS):
         b.memory[index] = b.y[ANGLES_AND_RATES + index]
-    there = next_break(parameters, b.memory, t)
+    there = laws.next_break(parameters, b.memory, t)
     if not there > t:
         there = math.inf
     w[AFTER] = t * (1.0 + JUST_BESIDE)
@@ -198,7 +185,7 @@ def _end_of_walk(world: World, b: Buffers, h: float) -> float:
     return end
 
 
-def _end_on(torque: Law, parameters: Any, world: World, b: Buffers, t: float, h: float, event: int) -> float:
+def _end_on(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: float, event: int) -> float:
     """Take the step again so that it ends on its event; returns its length.
 
     Newton's method on steps of the full order, for the dense output is of a lower one, and at last a Taylor term.
@@ -206,7 +193,7 @@ def _end_on(torque: Law, parameters: Any, world: World, b: Buffers, t: float, h:
     n = len(b.y)
     h = max(h, SHORTEST_STEP)
     for _ in range(6):
-        attempt(torque, parameters, world, b, t, h)
+        attempt(laws, parameters, world, b, t, h)
         if event != TOUCHDOWN and event != STRIKE:
             break
         if event == TOUCHDOWN:
@@ -227,17 +214,17 @@ def _end_on(torque: Law, parameters: Any, world: World, b: Buffers, t: float, h:
     return h
 
 
-def _end_of_contact(torque: Law, parameters: Any, world: World, b: Buffers, t: float, h: float) -> float:
+def _end_of_contact(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: float) -> float:
     """Take the step again so that it ends when the foot no longer presses on the face; returns its length."""
     low, high = 0.0, h
     while high - low > 1e-9:
         middle = 0.5 * (low + high)
-        attempt(torque, parameters, world, b, t, middle)
+        attempt(laws, parameters, world, b, t, middle)
         if b.w[PRESS] < 0.0:
             high = middle
         else:
             low = middle
-    attempt(torque, parameters, world, b, t, high)
+    attempt(laws, parameters, world, b, t, high)
     return high
 
 
@@ -249,7 +236,7 @@ def _strike(world: World, b: Buffers) -> None:
     w[STRIKES] += 1.0
 
 
-def exchange(touchdown: Law, estimate: Law, parameters: Any, world: World, b: Buffers) -> None:
+def exchange(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
     """Impact map (2), exchange of the legs, the controller's touchdown, and a row of the record."""
     w, y, n = b.w, b.y, len(b.y)
     own = n - ANGLES_AND_RATES - WORKS
@@ -264,9 +251,9 @@ def exchange(touchdown: Law, estimate: Law, parameters: Any, world: World, b: Bu
     for index in range(own):
         b.memory[index] = y[ANGLES_AND_RATES + index]
     row = b.rows[int(w[ROWS])]
-    row[24] = estimate(parameters, b.memory)
-    touchdown(parameters, b.memory, q1, q2, new1, new2, rate1, rate2)
-    row[25] = estimate(parameters, b.memory)
+    row[24] = laws.slope_estimate(parameters, b.memory)
+    laws.touchdown(parameters, b.memory, q1, q2, new1, new2, rate1, rate2)
+    row[25] = laws.slope_estimate(parameters, b.memory)
     w[CLOCK], w[AFTER], w[BEFORE] = w[TIME], 0.0, math.inf
     w[STANCE] = 1.0 - w[STANCE]
     w[SLOPE], w[SINE], w[COSINE] = slope, math.sin(slope), math.cos(slope)

@@ -162,8 +162,11 @@ def test_compiled_and_plain_python_agree(controller: AdaptiveController, robot: 
     assert (compiled.settings["compiled"], interpreted.settings["compiled"]) == (True, False)
     assert compiled.touchdowns.keys() == interpreted.touchdowns.keys()
     for name, values in compiled.touchdowns.items():
-        # one source; compiled, sums are contracted and reordered in the last bits, which the walk then damps
-        assert values == pytest.approx(interpreted.touchdowns[name], rel=1e-9, abs=1e-10), name
+        # one source; compiled, sums are contracted and reordered in the last bits, which the walk then damps. They move
+        # the integrator's nodes, too: between these, two close changes of a power's sign go unseen (some 1e-7 of the
+        # work), and friction is read at them alone
+        accuracy = 1e-6 if name == "friction" or name.startswith("work_") else 1e-9
+        assert values == pytest.approx(interpreted.touchdowns[name], rel=accuracy, abs=1e-10), name
     assert compiled.peak_torque == pytest.approx(interpreted.peak_torque, rel=1e-9)
     assert compiled.samples["qpos"] == pytest.approx(interpreted.samples["qpos"], abs=1e-9)
 
