@@ -17,13 +17,13 @@ from tqdm.auto import tqdm
 
 from mjbiped import hybrid_state as at
 from mjbiped.columns import SAMPLES, TOUCHDOWNS, split, width
-from mjbiped.compass import Compass, acceleration
+from mjbiped.compass import Compass
 from mjbiped.compiled import compiled
 from mjbiped.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
 from mjbiped.errors import InputError
 from mjbiped.events import STALL_TIME, Outcome
-from mjbiped.hybrid_events import hip
-from mjbiped.hybrid_motion import HANDED_ON
+from mjbiped.hybrid_events import hip, legs_at
+from mjbiped.hybrid_motion import HANDED_ON, rates_where
 from mjbiped.hybrid_state import Buffers, Laws, World
 from mjbiped.hybrid_walk import advance
 from mjbiped.scuffing import ScuffingRule
@@ -32,11 +32,15 @@ from mjbiped.terrain import Terrain
 if TYPE_CHECKING:
     from controllers.base import Controller
 
-TOLERANCE = 1e-10
-"""Of an integration step, relative and absolute: the state after a step of the walk is then good to 1e-9 and better."""
+TOLERANCE = 1e-8
+"""Of an integration step, relative and absolute. With `LONGEST_STEP` the state after each step of a walk is good to
+1e-10 and better (docs/hybrid.md)."""
 
+LONGEST_STEP = 0.22  # of an integration step, in units of sqrt(l / g): passive walking needs no other limit
+FIRST_STEP = 0.1  # the first one tried, in the same units
 SHORTEST_SAMPLE_PERIOD = 1e-5  # s
-_ROWS = 64  # touchdowns between two looks at the progress bar and at Ctrl-C
+_ROWS = 1024  # touchdowns between two looks at the progress bar and at Ctrl-C, some 20 ms
+_STALLS = 10  # longest gait steps of which the buffer holds the samples
 _METHODS = ("start", "on_touchdown", "torque", "slope_estimate", "next_break")
 
 
@@ -96,7 +100,7 @@ class HybridSimulation:
         )
         if law is not None:
             laws = Laws(law.torque, law.touchdown, law.slope_estimate, law.next_break, *integrator)
-            self._advance = compiled(advance, Laws, tuple(laws), inlined=(acceleration, law.torque))
+            self._advance = compiled(advance, Laws, tuple(laws), inlined=(rates_where, law.torque))
             self._parameters = law.parameters
         else:
             laws = Laws(_torque, _touchdown, _slope_estimate, _next_break, *integrator)
@@ -118,6 +122,7 @@ class HybridSimulation:
             steps=math.inf if steps is None else float(steps),
             distance=math.inf if distance is None else float(distance),
             tolerance=tolerance,
+            longest_step=LONGEST_STEP * math.sqrt(robot.leg_length / robot.gravity),
             sample_period=float(sample_period),
         )
         self.buffers = self._begin(terrain, q, dq)
@@ -139,10 +144,10 @@ class HybridSimulation:
         w[at.FOOT_Z] = terrain.height_at(0.0)
         w[at.SEGMENT] = float(terrain.segment_at(0.0))
         w[at.FACE_X] = math.nan
-        w[at.NEXT_STEP] = 0.01 * math.sqrt(world.length / world.gravity)
+        w[at.NEXT_STEP] = FIRST_STEP * math.sqrt(world.length / world.gravity)
         samples = 1
         if math.isfinite(world.sample_period):
-            samples += 2 * (int(world.stall_time / world.sample_period) + 3)
+            samples += (_STALLS if self.compiled else 2) * (int(world.stall_time / world.sample_period) + 3)
         return Buffers(
             y=self._table([*q, *dq, *memory[:own], *[0.0] * at.WORKS]),
             out=self._table([0.0] * n),
@@ -201,7 +206,7 @@ class HybridRecorder:
             w[at.SLOPE],
             simulation.controller.slope_estimate(memory),
             w[at.STANCE],
-            *hip(simulation.world, buffers, state[0]),
+            *hip(simulation.world, buffers, legs_at(buffers, state[0], state[1])),
             *(legs[::-1] if w[at.STANCE] else legs),
             *states,
         ]

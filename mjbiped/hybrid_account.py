@@ -7,13 +7,12 @@ found, and no step has to end on them.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
 from mjbiped.dormand_prince import STAGES, dense_at, dense_rate_at
 from mjbiped.events import LIGHT_CONTACT
-from mjbiped.hybrid_events import hip
+from mjbiped.hybrid_events import Legs, hip, legs_at
 from mjbiped.hybrid_motion import dense_state, ensure_dense
 from mjbiped.hybrid_state import (
     AFTER,
@@ -21,12 +20,14 @@ from mjbiped.hybrid_state import (
     ANKLE,
     BEFORE,
     CLOCK,
+    COSINE,
     FRICTION,
     HIP,
     PEAK_ANKLE,
     PEAK_HIP,
     SAMPLE,
     SAMPLES,
+    SINE,
     SLOPE,
     STAGE_ANKLE,
     STAGE_HIP,
@@ -41,6 +42,7 @@ from mjbiped.hybrid_state import (
 )
 
 PIECES = 16  # of a step, in which a change of the power's sign or a peak is looked for
+BARELY = 1.0 + 1e-9  # a peak is not looked for within the step for less: periodic walking would ask again every step
 NO_WORK = 1e-14  # J in a step: rounding
 
 
@@ -49,6 +51,7 @@ def account(
     parameters: Any,
     world: World,
     b: Buffers,
+    legs: Legs,
     t: float,
     h: float,
 ) -> None:
@@ -57,19 +60,20 @@ def account(
     ankle, hip_torque = w[ANKLE], w[HIP]
     stage_ankle, stage_hip = w[STAGE_ANKLE], w[STAGE_HIP]
     note_peak(w, ankle, hip_torque)
-    if stage_ankle > w[PEAK_ANKLE] or stage_hip > w[PEAK_HIP]:
+    if stage_ankle > w[PEAK_ANKLE] * BARELY or stage_hip > w[PEAK_HIP] * BARELY:
         ensure_dense(laws, parameters, world, b, t, h)
         _peak_within(laws, parameters, b, t, h)
+    works = stage_ankle + stage_hip > 0.0
     for component in range(n - WORKS, n):
         net = b.out[component] - b.y[component]
         way = abs(net)
-        if _turns(b.k, n, component, h):
+        if works and _turns(b.k, n, component, h):
             ensure_dense(laws, parameters, world, b, t, h)
             way = _total_variation(b, n, component)
         w[WORK_ABSOLUTE] += way
         w[WORK_NET] += net
         w[WORK_POSITIVE] += 0.5 * (way + net)
-    note_friction(world, b, b.out, STAGES * n)
+    note_friction(world, b, legs, b.out, STAGES * n)
     first = w[SAMPLE] * world.sample_period
     if first < w[CLOCK] + t + h:
         ensure_dense(laws, parameters, world, b, t, h)
@@ -115,10 +119,10 @@ def _peak_within(laws: Laws, parameters: Any, b: Buffers, t: float, h: float) ->
 
 
 def _parabola_top(left: float, middle: float, right: float) -> float:
-    """Extremum of the parabola through three values at equal distances, if the middle one is the furthest out."""
-    if (middle - left) * (middle - right) <= 0.0:
-        return 0.0
+    """Extremum of the parabola through three values at equal distances, or 0 if it is not between the outer ones."""
     bend, lean = 0.5 * (left + right) - middle, 0.5 * (right - left)
+    if abs(lean) >= 2.0 * abs(bend):
+        return 0.0
     return middle - lean * lean / (4.0 * bend)
 
 
@@ -154,23 +158,21 @@ def _total_variation(b: Buffers, n: int, component: int) -> float:
     return float(total + abs(b.out[component] - last))
 
 
-def note_friction(world: World, b: Buffers, state: Sequence[float], at: int) -> None:
+def note_friction(world: World, b: Buffers, legs: Legs, state: Sequence[float], at: int) -> None:
     """Greatest |F_t / F_n| that the motion asks of the stance foot; `at` is the place of the state's rates in `k`.
 
     From the momentum of the whole robot. Where the foot hardly presses on the ground the ratio is left out.
     """
-    slope = b.w[SLOPE]
-    stance, swing = state[0] + slope, state[1] + slope
     ddq1, ddq2 = b.k[at + 2], b.k[at + 3]
     first, second = world.constants[3] / world.gravity, world.constants[4] / world.gravity
-    sine1, cosine1, sine2, cosine2 = math.sin(stance), math.cos(stance), math.sin(swing), math.cos(swing)
+    sine1, cosine1, sine2, cosine2 = legs
     square1, square2 = state[2] * state[2], state[3] * state[3]
     force_x = first * (cosine1 * ddq1 - sine1 * square1) - second * (cosine2 * ddq2 - sine2 * square2)
     force_z = second * (sine2 * ddq2 + cosine2 * square2) - first * (sine1 * ddq1 + cosine1 * square1)
     weight = world.mass * world.gravity
     force_z += weight
-    normal = force_x * math.sin(slope) + force_z * math.cos(slope)
-    along = force_x * math.cos(slope) - force_z * math.sin(slope)
+    normal = force_x * b.w[SINE] + force_z * b.w[COSINE]
+    along = force_x * b.w[COSINE] - force_z * b.w[SINE]
     if normal > LIGHT_CONTACT * weight:
         b.w[FRICTION] = max(b.w[FRICTION], abs(along) / normal)
 
@@ -199,7 +201,7 @@ def take_sample(
         laws.slope_estimate(parameters, b.memory),
         w[STANCE],
     )
-    row[10], row[11] = hip(world, b, state[0])
+    row[10], row[11] = hip(world, b, legs_at(b, state[0], state[1]))
     row[12], row[13] = (swing, stance) if w[STANCE] != 0.0 else (stance, swing)
     for index in range(own):
         row[14 + index] = state[ANGLES_AND_RATES + index]

@@ -45,11 +45,40 @@ def rates(
     t: float,
     state: tuple[float, ...],
 ) -> tuple[float, ...]:
-    """Rates of a state at time t since the leg exchange.
+    """Rates of a state at time t since the leg exchange, the swing foot free.
 
     This innermost function takes the few sequences that it needs instead of whole buffers: where compiled, handing over
     a tuple of arrays costs more than the equations of motion.
     """
+    return rates_where(False, torque, parameters, constants, length, memory, w, t, state)
+
+
+def sliding_rates(
+    torque: Callable[..., tuple[float, ...]],
+    parameters: Any,
+    constants: Constants,
+    length: float,
+    memory: Any,
+    w: Any,
+    t: float,
+    state: tuple[float, ...],
+) -> tuple[float, ...]:
+    """The same while the swing foot slides along a vertical face."""
+    return rates_where(True, torque, parameters, constants, length, memory, w, t, state)
+
+
+def rates_where(
+    sliding: bool,
+    torque: Callable[..., tuple[float, ...]],
+    parameters: Any,
+    constants: Constants,
+    length: float,
+    memory: Any,
+    w: Any,
+    t: float,
+    state: tuple[float, ...],
+) -> tuple[float, ...]:
+    """Rates of a state, with or without the face's force."""
     q1, q2, dq1, dq2 = state[0], state[1], state[2], state[3]
     for index in range(len(state) - ANGLES_AND_RATES - WORKS):
         memory[index] = state[ANGLES_AND_RATES + index]
@@ -59,7 +88,7 @@ def rates(
     result = torque(parameters, memory, min(max(t, w[AFTER]), w[BEFORE]), q1, q2, dq1, dq2)
     ankle, hip = result[0], result[1]
     ddq1, ddq2 = acceleration(constants, q1, q2, dq1, dq2, w[SINE], w[COSINE], ankle - hip, hip)
-    if w[FACE] != 0.0:
+    if sliding:
         ddq1, ddq2 = on_face(constants, length, w, q1, q2, dq1, dq2, ddq1, ddq2)
     if wild:
         ddq1 = math.nan
@@ -110,7 +139,11 @@ def strike_rates(
 
 def begin(laws: Laws, parameters: Any, world: World, b: Buffers, t: float) -> None:
     """Rates of the state in `b.y`, which no step has led to."""
-    laws.begin(rates, laws.torque, parameters, world.constants, world.length, b.memory, b.w, t, b.y, b.k)
+    constants, length, memory, w = world.constants, world.length, b.memory, b.w
+    if w[FACE] == 0.0:
+        laws.begin(rates, laws.torque, parameters, constants, length, memory, w, t, b.y, b.k)
+    else:
+        laws.begin(sliding_rates, laws.torque, parameters, constants, length, memory, w, t, b.y, b.k)
 
 
 def attempt(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: float) -> float:
@@ -119,49 +152,29 @@ def attempt(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: 
     Returns:
         The estimated error over the tolerance; NaN where the motion has no meaning.
     """
-    w = b.w
+    torque, step, constants, length, memory, w = laws.torque, laws.step, world.constants, world.length, b.memory, b.w
     w[STAGE_ANKLE] = w[STAGE_HIP] = w[DENSE] = 0.0
     w[EVALUATIONS] += STAGES
-    return float(
-        laws.step(
-            rates,
-            laws.torque,
-            parameters,
-            world.constants,
-            world.length,
-            b.memory,
-            w,
-            t,
-            h,
-            b.y,
-            b.k,
-            b.out,
-            world.tolerance,
-        )
-    )
+    tolerance = world.tolerance
+    error: float
+    if w[FACE] == 0.0:
+        error = step(rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, tolerance)
+    else:
+        error = step(sliding_rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, tolerance)
+    return error
 
 
 def ensure_dense(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: float) -> None:
     """Make the step's dense output, unless it is there."""
-    if b.w[DENSE] != 0.0:
+    torque, dense, constants, length, memory, w = laws.torque, laws.dense, world.constants, world.length, b.memory, b.w
+    if w[DENSE] != 0.0:
         return
-    laws.dense(
-        rates,
-        laws.torque,
-        parameters,
-        world.constants,
-        world.length,
-        b.memory,
-        b.w,
-        t,
-        h,
-        b.y,
-        b.k,
-        b.out,
-        b.dense,
-    )
-    b.w[DENSE] = 1.0
-    b.w[EVALUATIONS] += STAGES_WITH_DENSE - STAGES - 1
+    if w[FACE] == 0.0:
+        dense(rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, b.dense)
+    else:
+        dense(sliding_rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, b.dense)
+    w[DENSE] = 1.0
+    w[EVALUATIONS] += STAGES_WITH_DENSE - STAGES - 1
 
 
 def dense_state(b: Buffers, x: float, state: MutableSequence[float]) -> None:

@@ -35,7 +35,7 @@ from mjbiped.compass import Constants
     PEAK_ANKLE,  # since the start
     PEAK_HIP,
     FRICTION,  # greatest |F_t / F_n| of this step
-    STRIKES,  # in this step
+    STRIKES,  # 1: one in this step
     WORK_ABSOLUTE,  # since the start, J
     WORK_NET,
     WORK_POSITIVE,
@@ -97,6 +97,7 @@ class World(NamedTuple):
         steps: Touchdowns after which the walk is finished.
         distance: Place of the stance foot at which it is finished, x in m.
         tolerance: Of the integrator's steps.
+        longest_step: The longest of them, s.
         sample_period: s.
     """
 
@@ -115,6 +116,7 @@ class World(NamedTuple):
     steps: float
     distance: float
     tolerance: float
+    longest_step: float
     sample_period: float
 
 

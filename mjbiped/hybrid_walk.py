@@ -18,13 +18,15 @@ from mjbiped.hybrid_events import (
     OVER_THE_TOP,
     STRIKE,
     TOUCHDOWN,
-    angles,
     body_ends,
-    decided_without_dense,
+    decided_by_ends,
     first_event,
+    foot_over_ground,
     height_of,
     hip,
     landing,
+    legs_at,
+    legs_within,
     striking,
     swing_foot,
 )
@@ -65,6 +67,7 @@ from mjbiped.hybrid_state import (
 )
 
 FINISHED, FELL, STALLED, LEFT_TERRAIN, DIVERGED = 1, 2, 3, 5, 6  # as in `events.Outcome`
+CAUTION, LEAST, GREATEST = 0.8, 0.2, 1.5  # of a step's change of length; measured: few steps are rejected
 JUST_BESIDE = 2.3e-16  # next to a break's time, relative
 SLIDING_STEP = 2e-3  # longest integration step while the foot slides on a face, s
 SHORTEST_STEP = 1e-12  # s; below it the motion is none
@@ -97,24 +100,26 @@ def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
     t, step = 0.0, w[NEXT_STEP]
     limit = _look_ahead(laws, parameters, world, b, t)
     _begin(laws, parameters, world, b, t)
+    here = foot_over_ground(world, b, legs_at(b, b.y[0], b.y[1]))
     while True:
         whole = limit - t
-        if w[FACE] != 0.0:
-            step = min(step, SLIDING_STEP)
+        step = min(step, SLIDING_STEP if w[FACE] != 0.0 else world.longest_step)
         h = step if step < 0.5 * whole else (0.5 * whole if step < whole else whole)
         error = attempt(laws, parameters, world, b, t, h)
         if not error <= 1.0:
-            step = h * max(0.2, 0.9 * error**-0.125) if error > 1.0 else 0.2 * h
+            step = h * (max(LEAST, CAUTION * _eighth_root(1.0 / error)) if error > 1.0 else LEAST)
             if step < SHORTEST_STEP or not math.isfinite(b.y[2] + b.y[3]):
                 w[OUTCOME] = DIVERGED
                 w[TIME] = w[CLOCK] + t
                 return False
             continue
-        grown = h * min(5.0, 0.9 * error**-0.125 if error > 0.0 else 5.0)
+        grown = h * (min(GREATEST, CAUTION * _eighth_root(1.0 / error)) if error > 0.0 else GREATEST)
         step = max(step, grown) if h < step else grown
-        ended = body_ends(world, b, b.out[0], FALLEN_HIP)
+        legs = legs_at(b, b.out[0], b.out[1])
+        ended = body_ends(world, b, legs, FALLEN_HIP)
+        there = foot_over_ground(world, b, legs)
         event, share = NOTHING, 1.0
-        if ended or not decided_without_dense(world, b, t, h):
+        if ended or not decided_by_ends(world, b, t, h, here, there):
             ensure_dense(laws, parameters, world, b, t, h)
             if ended:
                 share = _end_of_walk(world, b, h)
@@ -122,10 +127,12 @@ def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
         released = False
         if event != NOTHING or ended:
             h = _end_on(laws, parameters, world, b, t, share * h, event)
+            legs = legs_at(b, b.out[0], b.out[1])
         elif w[FACE] != 0.0 and w[PRESS] < 0.0:
             h = _end_of_contact(laws, parameters, world, b, t, h)
+            legs = legs_at(b, b.out[0], b.out[1])
             released = True
-        account(laws, parameters, world, b, t, h)
+        account(laws, parameters, world, b, legs, t, h)
         t = limit if h == whole else t + h
         for c in range(n):
             b.y[c] = b.out[c]
@@ -151,13 +158,20 @@ def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
         else:
             for c in range(n):
                 b.k[c] = b.k[STAGES * n + c]
+            here = there
+            continue
+        here = foot_over_ground(world, b, legs_at(b, b.y[0], b.y[1]))
+
+
+def _eighth_root(x: float) -> float:
+    return math.sqrt(math.sqrt(math.sqrt(x)))
 
 
 def _begin(laws: Laws, parameters: Any, world: World, b: Buffers, t: float) -> None:
     """Rates of a state that no step has led to, with its torques and its friction."""
     begin(laws, parameters, world, b, t)
     note_peak(b.w, b.w[ANKLE], b.w[HIP])
-    note_friction(world, b, b.y, 0)
+    note_friction(world, b, legs_at(b, b.y[0], b.y[1]), b.y, 0)
 
 
 def _look_ahead(laws: Laws, parameters: Any, world: World, b: Buffers, t: float) -> float:
@@ -178,7 +192,7 @@ def _end_of_walk(world: World, b: Buffers, h: float) -> float:
     x, end = 0.0, 1.0
     while (end - x) * h > 1e-9:
         middle = 0.5 * (x + end)
-        if body_ends(world, b, angles(b, middle)[0], FALLEN_HIP):
+        if body_ends(world, b, legs_within(b, middle), FALLEN_HIP):
             end = middle
         else:
             x = middle
@@ -233,7 +247,7 @@ def _strike(world: World, b: Buffers) -> None:
     y, w = b.y, b.w
     w[FACE] = 1.0 if world.x[int(w[LANDING])] == w[FACE_X] else -1.0
     y[2], y[3] = strike_rates(world.constants, world.length, w[SLOPE], y[0], y[1], y[2], y[3])
-    w[STRIKES] += 1.0
+    w[STRIKES] = 1.0
 
 
 def exchange(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
@@ -242,8 +256,9 @@ def exchange(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
     own = n - ANGLES_AND_RATES - WORKS
     old_slope, stance = w[SLOPE], int(w[STANCE])
     q1, q2, dq1, dq2 = y[0], y[1], y[2], y[3]
-    hip_x, hip_z = hip(world, b, q1)
-    foot_x, _ = swing_foot(world, b, q1, q2)
+    legs = legs_at(b, q1, q2)
+    hip_x, hip_z = hip(world, b, legs)
+    foot_x, _ = swing_foot(world, b, legs)
     segment = int(w[LANDING])
     slope = world.angle[segment]
     new1, new2 = q2 + old_slope - slope, q1 + old_slope - slope

@@ -391,5 +391,5 @@ def test_law_with_a_jump_needs_its_break() -> None:
         simulate_hybrid(simulation, recorder, progress=False)
         found.append((recorder.touchdowns()["dq"][0], simulation.buffers.w[hybrid_state.EVALUATIONS]))
     (told, few), (untold, many) = found
-    assert told == pytest.approx(untold, abs=1e-8)  # ten times the tolerance of a step
+    assert told == pytest.approx(untold, abs=10.0 * TOLERANCE)  # some steps near the jump, each within it
     assert few < 0.7 * many
