@@ -102,6 +102,18 @@ def test_threshold_of_the_controller(controller: AdaptiveController) -> None:
     assert not list(parting._causes(walked.mujoco, walked.hybrid, 1, controller))  # of which both were within
 
 
+def test_strike_in_one_engine_alone(agreeing: Comparison, controller: AdaptiveController) -> None:
+    strikes = np.array([0, 1, 0])
+    found = again(agreeing.mujoco, changed(agreeing.hybrid, strikes=strikes), controller)
+    assert found.parting is not None
+    assert found.parting.touchdown == 2
+    assert found.parting.differences == ("a strike in the hybrid engine alone",)
+    assert "struck a riser (in the hybrid engine)" in found.verdict
+    # the record of one engine says whether, that of the other how often
+    both = [changed(walk, strikes=strikes * count) for count, walk in ((1, agreeing.mujoco), (3, agreeing.hybrid))]
+    assert again(both[0], both[1], controller).parting is None
+
+
 def test_correction_in_one_engine_alone(agreeing: Comparison, controller: AdaptiveController) -> None:
     here = agreeing.hybrid.touchdowns
     row = int(np.argmax(np.abs(here["slope_estimate"] - here["slope_estimate_before"])))

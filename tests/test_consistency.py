@@ -345,7 +345,7 @@ def test_contact_step_is_the_impact_map_of_the_rates_at_its_end(seed: int, same_
     target = J @ before * (1.0 - 1.0 / softened) + CONTACT_STIFFNESS / softened * h * depth
     smooth = before + h * np.linalg.solve(M, data.qfrc_smooth)
     resolved = after(smooth, J, target, data.efc_R[:2])
-    # where Newton's solver stops: measured 4e-10
+    # where Newton's solver stops: measured 7e-10
     np.testing.assert_allclose(data.qvel, resolved, rtol=0.0, atol=1e-8 * size)
 
 
@@ -358,7 +358,7 @@ def test_error_of_an_impact_shrinks_with_the_timestep(torque: float) -> None:
     """Recorded impacts against the map: first order in h, for the forces and the turning of the legs in one step.
 
     The constant is the acceleration: torques of 0.3 and 0.2 weights times leg lengths in the instant of the impact
-    make the error eight times as large.
+    make the worst error fourteen times as large.
     """
     random = np.random.default_rng(1)
     cases = [landing(random, same_slope=number % 3 == 0) for number in range(40)]
@@ -367,8 +367,8 @@ def test_error_of_an_impact_shrinks_with_the_timestep(torque: float) -> None:
     # Order 1, bent by two small things: the push k d h of a foot that is d <= speed h deep, of order 2 and at 2e-4 up
     # to 0.4 % of its speed; and what does not shrink, below 4e-4: the constraint's softness and the foot's radius.
     assert np.polyfit(np.log(timesteps), np.log(errors.max(axis=1)), 1)[0] == pytest.approx(1.0, abs=0.15)
-    # the engine's default of 1e-4 s; measured 0.0028 and 0.022 of the largest rate
-    assert errors[1].max() < (0.03 if torque else 0.004)
+    # the engine's default of 1e-4 s; measured 0.0015 and 0.021 of the largest rate: h times the accelerations at play
+    assert errors[1].max() < (0.025 if torque else 0.002)
 
 
 # ---- one swing -------------------------------------------------------------------------------------------------------
