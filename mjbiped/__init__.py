@@ -5,6 +5,7 @@ One controller, one terrain, one record: `walk(controller, terrain)` lets a comp
 """
 
 from mjbiped import gl as gl  # first: it imports MuJoCo, also where MUJOCO_GL names a platform that is not there
+from mjbiped.compare import Comparison, compare
 from mjbiped.compass import Compass
 from mjbiped.errors import GaitError, InputError, MjbipedError, RecordError, RenderError
 from mjbiped.gait import Gait, find_passive_gait
@@ -15,6 +16,7 @@ from mjbiped.version import __version__
 from mjbiped.walk import WalkInterrupted, WalkStopped, walk
 
 __all__ = [
+    "Comparison",
     "Compass",
     "Gait",
     "GaitError",
@@ -28,6 +30,7 @@ __all__ = [
     "WalkInterrupted",
     "WalkStopped",
     "__version__",
+    "compare",
     "find_passive_gait",
     "walk",
 ]

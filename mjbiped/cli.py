@@ -1,4 +1,4 @@
-"""The command line: `mjbiped walk`, `gait` and `render`.
+"""The command line: `mjbiped walk`, `compare`, `gait` and `render`.
 
 Exit status: 0 for a walk that came to an end, a fall included; 2 for anything the user can mend, told in one line;
 1 for a walk or a drawing that failed on its own; 130 after Ctrl-C.
@@ -16,6 +16,7 @@ from controllers import AdaptiveController, Controller, PassiveController
 from mjbiped import cli_options as given
 from mjbiped import measures, reports
 from mjbiped.cli_files import INTERRUPTED, Files, end
+from mjbiped.compare import compare
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.gait import find_passive_gait
@@ -55,6 +56,7 @@ def main() -> None:
     \b
     Examples:
       mjbiped walk mixed --initial rest --out walk.npz --plot walk.png --video walk.mp4
+      mjbiped compare mixed --plot compare.png
       mjbiped gait --slope-deg 2
       mjbiped render walk.npz --slow-motion 4
 
@@ -66,6 +68,7 @@ def main() -> None:
 @main.command("walk", cls=given.SectionCommand)
 @click.argument("terrain", default="mixed")
 @given.walk_options
+@given.engine_option
 @given.adaptive_options
 @given.robot_options
 @given.record_option
@@ -130,6 +133,57 @@ def _walk(
         click.echo(reports.as_json({**summary, "settings": dict(done.settings), "files": files.written}))
     elif not quiet:
         reports.show(reports.walk_table(done, summary))
+        files.tell()
+    files.end()
+
+
+@main.command("compare", cls=given.SectionCommand)
+@click.argument("terrain", default="mixed")
+@given.walk_options
+@given.adaptive_options
+@given.robot_options
+@given.records_option
+@given.plot_option
+@given.json_option
+@given.quiet_option
+@click.pass_context
+def _compare(
+    ctx: click.Context,
+    /,
+    terrain: str,
+    seed: int | None,
+    controller: str,
+    out: Path | None,
+    plot: Path | None,
+    json: bool,
+    quiet: bool,
+    **values: Any,
+) -> None:
+    """Let the biped walk on TERRAIN in both engines, and tell where they part, and why.
+
+    The same controller walks in MuJoCo (contacts resolved in time) and in the hybrid engine (the paper's equations and
+    impact map). TERRAIN is as for `mjbiped walk`. A fall is a result: the exit status stays 0.
+
+    \b
+    Examples:
+      mjbiped compare mixed --steps 18 --plot compare.png
+      mjbiped compare stairs:rise=-0.06 --replanning-delay none
+      mjbiped compare trail.csv --initial rest --json --out trail.npz
+    """  # noqa: D301 (click reads the backspace)
+    ground = _terrain(terrain, seed)
+    robot = Compass(**{name: values.pop(name) for name in _ROBOT})
+    law = _controller(ctx, controller, robot, values)
+    done = compare(law, ground, robot=robot, progress=not quiet, **values)
+    files = Files()
+    files.save_both(done, out)
+    files.plot_comparison(done, plot)
+    if json:
+        click.echo(reports.as_json({**done.to_dict(), "files": files.written}))
+    elif not quiet:
+        click.echo(f"{done.mujoco.settings['controller']['name']} on {done.mujoco.terrain.caption}")
+        for table in reports.comparison_tables(done):
+            reports.show(table)
+        reports.say(done.verdict)
         files.tell()
     files.end()
 

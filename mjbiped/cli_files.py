@@ -8,6 +8,7 @@ from typing import Any, NoReturn
 
 import click
 
+from mjbiped.compare import Comparison
 from mjbiped.errors import MjbipedError
 from mjbiped.gait import Gait
 from mjbiped.record import Walk
@@ -33,6 +34,22 @@ class Files:
     def save(self, walk: Walk, path: Path | None) -> None:
         """Write a walk's record."""
         self._write("record", path, walk.save)
+
+    def save_both(self, comparison: Comparison, path: Path | None) -> None:
+        """Write a comparison's records, each named after the path and its engine."""
+        for engine, walk in (("mujoco", comparison.mujoco), ("hybrid", comparison.hybrid)):
+            named = None if path is None else path.with_stem(f"{path.stem}_{engine}")
+            self._write(f"record_{engine}", named, walk.save)
+
+    def plot_comparison(self, comparison: Comparison, path: Path | None) -> None:
+        """Write a figure of a comparison."""
+
+        def draw(file: Path) -> None:
+            from mjbiped.plot_comparison import plot_comparison
+
+            plot_comparison(comparison, file)
+
+        self._write("plot", path, draw)
 
     def plot_walk(self, walk: Walk, path: Path | None) -> None:
         """Write a figure of a walk."""

@@ -167,9 +167,13 @@ walk_options = options(
         None,
         "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque.",
     ),
-    ("--engine", click.Choice(ENGINES), ENGINES[0], None, "The physics: MuJoCo's contacts, or the paper's impact map."),
     ("--timestep", float, _TIMESTEP, "X", "Physics step, s."),
     ("--control-period", float, None, "X", "Time between ticks of the controller, s; the timestep unless given."),
+)
+
+engine_option = options(
+    "Walk",
+    ("--engine", click.Choice(ENGINES), ENGINES[0], None, "The physics: MuJoCo's contacts, or the paper's impact map."),
 )
 
 adaptive_options = options(
@@ -211,6 +215,16 @@ robot_options = options(
     ("--gravity", float, Compass.gravity, "X", "Acceleration of gravity, m/s^2."),
 )
 
+records_option = options(
+    "Results",
+    (
+        "--out",
+        output(".npz"),
+        None,
+        "FILE",
+        "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz.",
+    ),
+)
 record_option = options("Results", ("--out", output(".npz"), None, "FILE", "Write the record, an .npz file."))
 plot_option = options("Results", ("--plot", _PLOT, None, "FILE", "Write a figure, .png, .pdf or .svg."))
 video_option = options("Results", ("--video", VIDEO_PATH, None, "FILE", "Write a video, .mp4; see below."))

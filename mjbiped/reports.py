@@ -5,15 +5,20 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from mjbiped.gait import Gait
+from mjbiped.parting import COLUMNS, DISPLAYED
 from mjbiped.record import Walk
+
+if TYPE_CHECKING:
+    from mjbiped.compare import Comparison
 
 # label; key of the summary; factor to the unit shown; format; unit
 _WALK_ROWS: tuple[tuple[str, str, float, str, str], ...] = (
@@ -59,6 +64,31 @@ def walk_table(walk: Walk, summary: Mapping[str, Any]) -> Table:
     return _table(rows)
 
 
+def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:
+    """Two engines' measures side by side, and the largest differences at a touchdown beside their limits."""
+    measures = comparison.measures()
+    sides = _bare_table("", "MuJoCo", "hybrid", "difference", "%", "unit")
+    outcome = measures["outcome"]
+    sides.add_row("outcome", outcome["mujoco"], outcome["hybrid"])
+    for label, key, factor, form, unit in _WALK_ROWS:
+        row = measures[key]
+        difference = _shown(row["difference"], factor, "+.3g")
+        percent = _shown(row["difference_percent"], 1, "+.2f")
+        cells = (_shown(row[engine], factor, form) for engine in ("mujoco", "hybrid"))
+        sides.add_row(label, *cells, difference, percent, unit)
+    steps = _bare_table("largest difference at a touchdown", "", "at", "limit", "unit")
+    table = comparison.touchdowns
+    for name, column in COLUMNS.items():
+        sizes = abs(table[name])
+        if not len(sizes) or np.isnan(sizes).all():
+            continue
+        factor, unit = DISPLAYED[column.unit]
+        k = int(np.nanargmax(sizes))
+        limit = f"{factor * table[f'limit_{name}'][k]:.3g}"
+        steps.add_row(column.meaning, f"{factor * table[name][k]:+.3g}", str(k + 1), limit, unit)
+    return sides, steps
+
+
 def gait_summary(gait: Gait) -> dict[str, Any]:
     """What a gait is, in plain JSON types; states are q1, q2 (rad) and dq1, dq2 (rad/s)."""
     return {
@@ -101,6 +131,11 @@ def show(table: Table) -> None:
     Console(highlight=False).print(table)
 
 
+def say(text: str) -> None:
+    """Print a sentence on the standard output, wrapped; nothing in it is taken for markup."""
+    Console(highlight=False).print(Text(text))
+
+
 def as_json(values: Mapping[str, Any]) -> str:
     """Values as a JSON object; numbers that JSON does not know (infinite, not a number) become null."""
     return json.dumps(_plain(values), indent=2, allow_nan=False, ensure_ascii=True)
@@ -109,6 +144,15 @@ def as_json(values: Mapping[str, Any]) -> str:
 def _shown(value: float | None, factor: float, form: str) -> str:
     """A number with its format, a dash for one that does not exist."""
     return "-" if value is None else format(value * factor, form)
+
+
+def _bare_table(*headings: str) -> Table:
+    """An empty table in the house's way: words to the left, numbers to the right."""
+    table = Table(box=box.SIMPLE, pad_edge=False)
+    for heading in headings:
+        words = heading in (headings[0], "unit")
+        table.add_column(heading, justify="left" if words else "right", overflow="fold")
+    return table
 
 
 def _table(rows: Iterable[tuple[str, str, str]]) -> Table:

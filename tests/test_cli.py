@@ -21,7 +21,7 @@ from click.testing import CliRunner, Result
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped import cli, cli_options, gl, measures, plot_style, plots, recorder, scene, video
+from mjbiped import cli, cli_options, gl, measures, plot_comparison, plot_style, plots, recorder, scene, video
 from mjbiped.errors import RenderError
 from mjbiped.record import Walk
 
@@ -79,6 +79,10 @@ class Drawings:
         self.calls.append(("plot_walk", {"steps": walk.steps}))
         path.write_text("plot")
 
+    def plot_comparison(self, comparison: mjbiped.Comparison, path: Path) -> None:
+        self.calls.append(("plot_comparison", {"steps": comparison.mujoco.steps}))
+        path.write_text("plot")
+
     def plot_gait(self, gait: mjbiped.Gait, path: Path) -> None:
         self.calls.append(("plot_gait", {"slope": gait.slope}))
         path.write_text("plot")
@@ -94,6 +98,7 @@ def drawings(monkeypatch: pytest.MonkeyPatch) -> Drawings:
     fake = Drawings()
     monkeypatch.setattr(plots, "plot_walk", fake.plot_walk)
     monkeypatch.setattr(plots, "plot_gait", fake.plot_gait)
+    monkeypatch.setattr(plot_comparison, "plot_comparison", fake.plot_comparison)
     monkeypatch.setattr(video, "render_video", fake.render_video)
     monkeypatch.setattr(gl, "gl_available", lambda: "egl")
     return fake
@@ -106,10 +111,10 @@ def test_help_names_the_commands_in_order() -> None:
     result = run("--help")
     assert result.exit_code == 0
     listed = result.stdout[result.stdout.index("Commands:") :]
-    assert re.findall(r"^  (\w+)", listed, re.MULTILINE) == ["walk", "gait", "render"]
+    assert re.findall(r"^  (\w+)", listed, re.MULTILINE) == ["walk", "compare", "gait", "render"]
 
 
-@pytest.mark.parametrize("command", ["walk", "gait", "render"])
+@pytest.mark.parametrize("command", ["walk", "compare", "gait", "render"])
 def test_help_of_a_command_explains_every_option(command: str) -> None:
     text = run(command, "--help").stdout
     assert "Examples:" in text
@@ -471,6 +476,77 @@ def test_refusal_in_a_process(tmp_path: Path) -> None:
     assert (result.returncode, result.stdout) == (2, "")
     assert result.stderr.startswith("Error: replanning_delay")
     assert result.stderr.count("\n") == 1
+
+
+# ---- compare ---------------------------------------------------------------------------------------------------------
+
+
+def test_compare_prints_both_engines_and_writes_both_records(tmp_path: Path, drawings: Drawings) -> None:
+    out, plot = tmp_path / "both.npz", tmp_path / "both.png"
+    result = run("compare", "level", "--steps", 2, "--out", out, "--plot", plot)
+    assert (result.exit_code, result.stderr) == (0, "")
+    records = [Walk.load(tmp_path / f"both_{engine}.npz") for engine in ("mujoco", "hybrid")]
+    assert [record.settings["engine"] for record in records] == ["mujoco", "hybrid"]
+    for record in records:
+        assert f"{record.cost_of_transport:.4f}" in result.stdout
+    difference = records[0].cost_of_transport - records[1].cost_of_transport
+    assert f"{difference:+.3g}" in result.stdout
+    assert f"{100 * difference / records[1].cost_of_transport:+.2f}" in result.stdout
+    assert "The engines agree at all 2 touchdowns" in result.stdout
+    names = [tmp_path / "both_mujoco.npz", tmp_path / "both_hybrid.npz", plot]
+    assert result.stdout.endswith("".join(f"wrote {name}\n" for name in names))
+    assert drawings.calls == [("plot_comparison", {"steps": 2})]
+
+
+def test_compare_as_json_in_a_process(tmp_path: Path) -> None:
+    words = ("compare", "stairs:rise=0.045,first=1.0,count=1", "--steps", 3, "--json")
+    result = run_process(*words, cwd=tmp_path)
+    assert (result.returncode, result.stderr) == (0, "")
+    printed = json.loads(result.stdout)
+    assert printed["parting"]["touchdown"] == 3
+    assert "riser" in printed["parting"]["causes"][0]
+    assert printed["measures"]["steps"] == {"mujoco": 3, "hybrid": 3, "difference": 0, "difference_percent": 0.0}
+    assert len(printed["touchdowns"]["x"]) == 3
+    assert printed["settings"]["hybrid"]["engine"] == "hybrid"
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("terrain", [*mjbiped.terrain.PRESETS, "hill.csv", "hill.toml"])
+def test_compare_walks_every_terrain(terrain: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("hill.csv").write_text("x,z\n0,0\n0.6,0.01\n5,-0.1\n", encoding="utf-8")
+    Path("hill.toml").write_text("segments = [[0.5, 0.0], [2.0, 2.0, -0.01]]\n", encoding="utf-8")
+    result = run("compare", terrain, "--steps", 2)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert "cost of transport" in result.stdout
+    assert "The engines agree at all 2 touchdowns" in " ".join(result.stdout.split())
+
+
+def test_compare_shows_falls_of_both(tmp_path: Path) -> None:
+    result = run("compare", "level", "--controller", "passive", "--initial=-0.19,0.19,0.3,0")
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert re.search(r"outcome +fell +fell", result.stdout)
+
+
+@pytest.mark.usefixtures("no_walk")
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (("levle",), "level"),
+        (("level", "--timestep", 0), "timestep"),
+        (("level", "--steps", 0), "--steps"),
+        (("level", "--out", "walk.txt"), "must end in .npz"),
+        (("level", "--engine", "hybrid"), "No such option"),
+        (("level", "--controller", "passive", "--position-gain", 3), "passive has no such thing"),
+        (("no.csv",), "no.csv"),
+    ],
+)
+def test_compare_refuses_before_it_walks(
+    words: tuple[object, ...], reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert_refused(run("compare", *words), reason)
+    assert not list(tmp_path.iterdir())
 
 
 # ---- gait ------------------------------------------------------------------------------------------------------------

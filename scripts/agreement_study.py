@@ -1,0 +1,89 @@
+"""How far both engines agree: the adaptive controller on every kind of ground and on random ones, as a table.
+
+Differences are MuJoCo - hybrid engine. Where the walks part, the cause follows under the table. Some four minutes. The
+result stands in `docs/convergence.md`.
+
+    python scripts/agreement_study.py --page docs/convergence.md
+"""
+
+import math
+from pathlib import Path
+
+import click
+import numpy as np
+from gallery import TERRAINS
+from pages import write_table
+from rich.console import Console
+from rich.table import Table
+from tqdm.auto import tqdm
+
+import mjbiped
+from controllers import AdaptiveController
+from mjbiped import measures
+from mjbiped.compare import torque_differences
+
+HEADINGS = (
+    "ground",
+    "c_mt hybrid",
+    "c_mt %",
+    "peak ankle, hip N m",
+    "torque N m",
+    "step mm",
+    "estimate deg",
+    "distance mm",
+)
+"""Torque, step length and estimate: the greatest difference at any time or touchdown."""
+
+
+def row(name: str, walked: mjbiped.Comparison) -> list[str]:
+    """One line of the table."""
+    there, here = walked.mujoco, walked.hybrid
+    n = len(walked.touchdowns["x"])
+    lengths = measures.step_lengths(there)[:n] - measures.step_lengths(here)[:n]
+    _, torque = torque_differences(walked)
+    ankle, hip = there.peak_torque - here.peak_torque
+    return [
+        name + ("" if walked.parting is None else " *"),
+        f"{here.cost_of_transport:.6f}",
+        f"{100 * (there.cost_of_transport / here.cost_of_transport - 1):+.2f}",
+        f"{ankle:+.3f}, {hip:+.3f}",
+        f"{np.nanmax(np.abs(torque)):.3f}",
+        f"{1e3 * np.abs(lengths).max():.3f}",
+        f"{math.degrees(np.abs(walked.touchdowns['slope_estimate']).max()):.4f}",
+        f"{1e3 * (there.distance - here.distance):+.2f}",
+    ]
+
+
+@click.command(help=__doc__)
+@click.option("--steps", default=20, show_default=True, type=click.IntRange(min=1), help="Steps per walk.")
+@click.option("--random", "count", default=30, show_default=True, type=click.IntRange(min=0), help="Random terrains.")
+@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the table into.")
+def main(steps: int, count: int, page: Path | None) -> None:
+    """Walk on all terrains and print the table."""
+    robot = mjbiped.Compass()
+    controller = AdaptiveController(robot, mjbiped.find_passive_gait(robot, math.radians(2)))
+    terrains = {name: terrain for name, terrain in TERRAINS.items() if name != "rough"}
+    for seed in range(count):
+        terrains[f"random {seed}"] = mjbiped.Terrain.random(seed=seed, roughness=0.002 * (seed % 3))
+    rows, partings = [], []
+    for name, terrain in tqdm(terrains.items(), desc="terrains", disable=None):
+        walked = mjbiped.compare(controller, terrain, steps=steps)
+        rows.append(row(name, walked))
+        if walked.parting is not None:
+            partings.append([name, walked.verdict])
+    table = Table(title=f"MuJoCo - hybrid engine, {steps} steps; * they part")
+    for heading in HEADINGS:
+        table.add_column(heading, justify="right")
+    for cells in rows:
+        table.add_row(*cells)
+    console = Console(width=120)
+    console.print(table)
+    for name, verdict in partings:
+        console.print(f"{name}: {verdict}")
+    if page is not None:
+        write_table(page, "agreement", HEADINGS, rows)
+        write_table(page, "partings", ("ground", "where and why"), partings)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,26 @@
+"""Tables that a study writes into a page of docs/, so that no figure there is typed by hand."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+
+def write_table(page: Path, name: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Replace what stands between `<!-- NAME -->` and `<!-- end NAME -->` in a Markdown page by a table.
+
+    Args:
+        page: The page; all else in it stays.
+        name: Of the place.
+        headings: Of the columns.
+        rows: Of cells.
+
+    Raises:
+        ValueError: The page has no such place.
+    """
+    text = page.read_text(encoding="utf-8")
+    before, begin, rest = text.partition(f"<!-- {name} -->\n")
+    _, end, after = rest.partition(f"<!-- end {name} -->")
+    if not begin or not end:
+        raise ValueError(f"{page} has no place for a table between <!-- {name} --> and <!-- end {name} -->")
+    lines = [headings, ["---"] * len(headings), *rows]
+    table = "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+    page.write_text(f"{before}{begin}{table}{end}{after}", encoding="utf-8")
