@@ -116,9 +116,7 @@ def find_cascade(robot: Compass, doublings: int = 4, *, progress: bool = False) 
                 break
             # the next window is narrower by Feigenbaum's ratio or so; begin at some tenth of it
             onset = branch.doubling.slope
-            window = (
-                onset - branches[-2].doubling.slope if len(branches) > 1 and branches[-2].doubling else 0.25 * onset
-            )  # type: ignore[union-attr]
+            window = onset - branches[-1].gaits[0].slope if len(branches) > 1 else 0.25 * onset
             step = 0.1 * window / FEIGENBAUM
             try:
                 gait = _doubled(robot, branch.doubling, onset + step)
