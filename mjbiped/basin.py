@@ -37,6 +37,7 @@ SETTLED = 1e-3
 """A walk has settled when a state after an impact is as near to the gait's as this, in rad and sqrt(g/l)."""
 
 _TRANSIENT, _ATTRACTOR = 2000, 64  # steps until the passive robot is taken to be on its attractor, and steps of that
+_FIRST_LOOK = 2  # steps: most controlled walks have settled after one
 _KICK = 1e-4  # rad: pushes it off the gait of period one, which may be unstable
 
 
@@ -64,6 +65,8 @@ class Basin:
         swing_rates: dq2 of the starts, shape (rows,), rad/s.
         fates: `Fate` of each start, shape (rows, columns).
         steps: Steps walked until the walk had settled or ended, shape (rows, columns).
+        peak_torque: Greatest torque of ankle or hip in each walk, shape (rows, columns), N m; 0 without a controller.
+            Most walks were followed for two steps, those undecided by then up to the limit.
         limit: Steps after which a walk that has done neither is undecided.
         walker: Who walks, in words.
     """
@@ -74,6 +77,7 @@ class Basin:
     swing_rates: Array = field(repr=False)
     fates: NDArray[np.int8] = field(repr=False)
     steps: NDArray[np.int16] = field(repr=False)
+    peak_torque: Array = field(repr=False)
     limit: int
     walker: str
 
@@ -217,39 +221,45 @@ def basin_of_control(
         raise InputError(f"{type(controller).__name__} imitates no gait: there is nothing to settle on")
     terrain = Terrain.incline(math.degrees(slope))
     q1, q2 = float(gait.start[0]), float(gait.start[1])
-    goal, near = gait.start[None], _nearness(walker)
-    first, last = place(TOUCHDOWNS, "q"), place(TOUCHDOWNS, "dq") + 2
+    near = _nearness(walker)
     basin = _empty(slope, gait.start, stance_rates, swing_rates, limit, type(controller).__name__)
 
     def row(number: int) -> None:
         rate2 = float(basin.swing_rates[number])
         for column, rate1 in enumerate(basin.stance_rates.tolist()):
-            simulation = HybridSimulation(
-                controller,
-                terrain,
-                robot=walker,
-                q=(q1, q2),
-                dq=(rate1, rate2),
-                steps=limit,
-                sample_period=math.inf,
-                scuffing=scuffing,
-            )
-            walked, fate = 0, Fate.UNDECIDED
-            while simulation.outcome is Outcome.WALKING and fate is not Fate.SETTLED:
-                simulation.go_on()
-                buffers = simulation.buffers
-                count = int(buffers.w[ROWS])
-                inside = (np.abs(buffers.rows[:count, first:last] - goal) < near).all(axis=1)
-                if inside.any():
-                    walked, fate = walked + int(inside.argmax()) + 1, Fate.SETTLED
-                else:
-                    walked += count
-                buffers.w[ROWS] = buffers.w[SAMPLES] = 0.0
-            if fate is not Fate.SETTLED:
-                fate = _FATES.get(simulation.outcome, Fate.UNDECIDED)
+            for steps in sorted({min(_FIRST_LOOK, limit), limit}):
+                simulation = HybridSimulation(
+                    controller,
+                    terrain,
+                    robot=walker,
+                    q=(q1, q2),
+                    dq=(rate1, rate2),
+                    steps=steps,
+                    sample_period=math.inf,
+                    scuffing=scuffing,
+                )
+                walked, fate = _walk_controlled(simulation, gait.start, near)
+                if fate is not Fate.UNDECIDED:
+                    break
             basin.steps[number, column], basin.fates[number, column] = walked, fate
+            basin.peak_torque[number, column] = simulation.peak_torque.max()
 
     return _filled(basin, row, threads, progress)
+
+
+def _walk_controlled(simulation: HybridSimulation, goal: Array, near: Array) -> tuple[int, Fate]:
+    """Walk until a state after an impact is near the goal, or the walk ends; the number of steps, and the fate."""
+    first, last = place(TOUCHDOWNS, "q"), place(TOUCHDOWNS, "dq") + 2
+    walked, buffers = 0, simulation.buffers
+    while simulation.outcome is Outcome.WALKING:
+        simulation.go_on()
+        count = int(buffers.w[ROWS])
+        inside = (np.abs(buffers.rows[:count, first:last] - goal) < near).all(axis=1)
+        if inside.any():
+            return walked + int(inside.argmax()) + 1, Fate.SETTLED
+        walked += count
+        buffers.w[ROWS] = buffers.w[SAMPLES] = 0.0
+    return walked, _FATES.get(simulation.outcome, Fate.UNDECIDED)
 
 
 def _empty(
@@ -274,7 +284,17 @@ def _empty(
         grids.append(grid)
     shape = (len(grids[1]), len(grids[0]))
     fates = np.full(shape, Fate.UNDECIDED, dtype=np.int8)
-    return Basin(slope, start.copy(), grids[0], grids[1], fates, np.zeros(shape, dtype=np.int16), int(limit), walker)
+    return Basin(
+        slope,
+        start.copy(),
+        grids[0],
+        grids[1],
+        fates,
+        np.zeros(shape, dtype=np.int16),
+        np.zeros(shape),
+        int(limit),
+        walker,
+    )
 
 
 def _nearness(robot: Compass) -> Array:
