@@ -120,7 +120,8 @@ def find_periodic_gait(robot: Compass, slope: float, states: ArrayLike) -> Perio
 
     Raises:
         InputError: The slope or the states are no finite numbers of these shapes.
-        GaitError: Newton's method does not converge, or the gait found repeats itself sooner.
+        GaitError: Newton's method does not converge, the gait found repeats itself sooner, or its trailing foot stays
+            down after the impact.
     """
     slope = finite("slope", slope)
     guess = np.array(states, dtype=np.float64)
@@ -150,6 +151,8 @@ def find_periodic_gait(robot: Compass, slope: float, states: ArrayLike) -> Perio
             raise _lost(slope, n, "Newton's method leads away")
     else:
         raise _lost(slope, n, "Newton's method does not converge")
+    if (places[:, 1] + places[:, 2] <= 0.0).any():
+        raise _lost(slope, n, "the trailing foot stays down after the impact")
     if n > 1 and np.abs((places - np.roll(places, n // 2, axis=0)) / scales).max() < 1e-7:
         raise _lost(slope, n, "the gait found repeats itself sooner")
     whole = np.eye(3)

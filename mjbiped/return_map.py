@@ -26,6 +26,7 @@ from mjbiped.scuffing import ScuffingRule, swing_foot_collides
 STEP = 0.3
 """Integration step times the fastest rate of the motion: 50 ms for Table I's gait on 2 degrees."""
 
+FINEST = 1e-4  # of the stall time: no integration step is shorter, however fast the legs
 SHORTEST = 1e-3  # of an integration step: events are not searched for in intervals shorter than this
 ROOM = 2.0  # the foot is allowed this many times the acceleration that it has at an integration step's ends
 TAYLOR = 1e-6  # a touchdown known so closely, in shares of an integration step, is brought home by a Taylor series
@@ -214,7 +215,7 @@ def gait_step(plane: Plane, y: Any, work: Work) -> tuple[float, int]:
         The period, s, and `TOUCHDOWN`; or the time and what became of the robot else.
     """
     k, out = work.k, work.out
-    step = STEP / (plane.rate + max(abs(y[2]), abs(y[3])))
+    step = max(STEP / (plane.rate + max(abs(y[2]), abs(y[3]))), FINEST * plane.stall_time)
     t, armed = 0.0, False
     rates(plane, y, k, 0)
     ahead, height = swing_foot(plane, y[0], y[1])
