@@ -1,6 +1,7 @@
 """Basins of attraction against single walks."""
 
 import math
+from concurrent.futures import as_completed
 
 import numpy as np
 import pytest
@@ -92,10 +93,9 @@ def test_control_widens_the_basin(controller: AdaptiveController) -> None:
 
 def test_interrupt_keeps_the_rows(robot: mjbiped.Compass, monkeypatch: pytest.MonkeyPatch) -> None:
     """Ctrl-C reaches the main thread, which waits for rows."""
-    known = basins.as_completed
 
     def interrupted(futures: list[object]) -> object:
-        for count, future in enumerate(known(futures)):  # type: ignore[arg-type,var-annotated]
+        for count, future in enumerate(as_completed(futures)):  # type: ignore[arg-type,var-annotated]
             yield future
             if count == 4:
                 raise KeyboardInterrupt
