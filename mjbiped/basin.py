@@ -12,21 +12,21 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from tqdm.auto import tqdm
 
+from mjbiped import return_map
 from mjbiped.columns import TOUCHDOWNS, place
 from mjbiped.compass import Array, Compass
-from mjbiped.compiled import compiled_alone
 from mjbiped.errors import InputError
 from mjbiped.events import Outcome
 from mjbiped.gait import find_passive_gait
 from mjbiped.hybrid import HybridSimulation
 from mjbiped.hybrid_state import ROWS, SAMPLES
-from mjbiped.return_map import TOUCHDOWN, Plane, ReturnMap, gait_step, plane_of, working_memory
+from mjbiped.return_map import ReturnMap, plane_of, walk_all
 from mjbiped.scuffing import ScuffingRule
 from mjbiped.terrain import Terrain
 
@@ -51,7 +51,13 @@ class Fate(IntEnum):
     DIVERGED = 4
 
 
-_FATES = {Outcome.FELL: Fate.FELL, Outcome.STALLED: Fate.STALLED, Outcome.DIVERGED: Fate.DIVERGED}
+_FATES = {
+    return_map.SETTLED: Fate.SETTLED,
+    return_map.TOUCHDOWN: Fate.UNDECIDED,
+    return_map.FELL: Fate.FELL,
+    return_map.STALLED: Fate.STALLED,
+    return_map.DIVERGED: Fate.DIVERGED,
+}
 
 
 @dataclass(frozen=True)
@@ -99,38 +105,6 @@ class BasinInterrupted(KeyboardInterrupt):
         self.basin = basin
 
 
-def walk_to_fate(plane: Plane, start: Any, goals: Any, near: Any, limit: int) -> tuple[int, int]:
-    """Walk until a state after an impact is near one of `goals` in every component, or the robot cannot go on.
-
-    Returns:
-        The number of steps, and the fate.
-    """
-    y, work = start.copy(), working_memory()
-    for n in range(limit + 1):
-        for goal in range(len(goals)):
-            inside = True
-            for c in range(4):
-                inside = inside and abs(y[c] - goals[goal, c]) < near[c]
-            if inside:
-                return n, 0
-        if n < limit:
-            _, outcome = gait_step(plane, y, work)
-            if outcome != TOUCHDOWN:
-                return n, outcome
-    return limit, 1
-
-
-def walk_row(
-    plane: Plane, start: Any, rates1: Any, rate2: float, goals: Any, near: Any, limit: int, steps: Any, fates: Any
-) -> None:
-    """`walk_to_fate` for one row of the map; the engine's numbers of outcomes are put into `fates` as they are."""
-    y = start.copy()
-    y[3] = rate2
-    for column in range(len(rates1)):
-        y[2] = rates1[column]
-        steps[column], fates[column] = walk_to_fate(plane, y, goals, near, limit)
-
-
 def basin_of_attraction(
     robot: Compass,
     slope: float,
@@ -170,16 +144,15 @@ def basin_of_attraction(
     goals = np.unique(np.round(walked.states[-_ATTRACTOR:], 6), axis=0)
     if walked.outcome != "walking":
         goals = np.empty((0, 4))
-    work = compiled_alone(walk_row)
     basin = _empty(gait.slope, gait.start, stance_rates, swing_rates, limit, "passive")
     near = _nearness(robot)
 
     def row(number: int) -> None:
-        rate = float(basin.swing_rates[number])
-        steps, fates = basin.steps[number], basin.fates[number]
-        codes = np.empty(len(fates), dtype=np.int64)
-        work(plane, gait.start.copy(), basin.stance_rates, rate, goals, near, limit, steps, codes)
-        fates[:] = [_FATES.get(Outcome(code), Fate.UNDECIDED) if code > 1 else code for code in codes.tolist()]
+        starts = np.tile(gait.start, (len(basin.stance_rates), 1))
+        starts[:, 2], starts[:, 3] = basin.stance_rates, basin.swing_rates[number]
+        batch = walk_all(plane, starts, basin.limit, goals=goals, near=near)
+        basin.steps[number] = batch.counts
+        basin.fates[number] = [_FATES[outcome] for outcome in batch.outcomes.tolist()]
 
     return _filled(basin, row, threads, progress)
 
@@ -259,7 +232,7 @@ def _walk_controlled(simulation: HybridSimulation, goal: Array, near: Array) -> 
             return walked + int(inside.argmax()) + 1, Fate.SETTLED
         walked += count
         buffers.w[ROWS] = buffers.w[SAMPLES] = 0.0
-    return walked, _FATES.get(simulation.outcome, Fate.UNDECIDED)
+    return walked, _FATES.get(int(simulation.outcome), Fate.UNDECIDED)
 
 
 def _empty(

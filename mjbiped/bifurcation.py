@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from tqdm.auto import tqdm
 
 from mjbiped.compass import Array, Compass
-from mjbiped.compiled import compiled_alone
 from mjbiped.continuation import (
     GUARD,
     PeriodicGait,
@@ -23,7 +22,7 @@ from mjbiped.continuation import (
 )
 from mjbiped.errors import GaitError, InputError
 from mjbiped.events import Outcome
-from mjbiped.return_map import ReturnMap, walk_on
+from mjbiped.return_map import TOUCHDOWN, ReturnMap, plane_of, walk_all
 from mjbiped.scuffing import ScuffingRule
 
 FIRST_SLOPE = math.radians(0.1)
@@ -241,13 +240,10 @@ def bifurcation_diagram(
     kept = np.full((len(planes), keep, 4), np.nan)
     times = np.full((len(planes), keep), np.nan)
     outcomes = []
-    states, periods = np.empty((steps, 4)), np.empty(steps)
-    walk = compiled_alone(walk_on)
     for row, slope in enumerate(tqdm(planes.tolist(), desc="slopes", disable=None if progress else True)):
-        result = ReturnMap(robot, slope, rule)
-        done, outcome = walk(result.plane, start.copy(), states, periods)
-        outcomes.append(Outcome(outcome).name.lower())
-        if done == steps:
-            kept[row], times[row] = states[-keep:], periods[-keep:]
-            start = states[-1].copy()
+        batch = walk_all(plane_of(robot, slope, rule), start[None], int(steps), room=int(steps))
+        outcomes.append(Outcome(batch.outcomes[0]).name.lower())
+        if batch.outcomes[0] == TOUCHDOWN:
+            kept[row], times[row] = batch.states[0, -keep:], batch.periods[0, -keep:]
+            start = batch.states[0, -1].copy()
     return BifurcationDiagram(robot, planes, kept, times, tuple(outcomes))

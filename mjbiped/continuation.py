@@ -9,17 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
 from mjbiped.compass import Array, Compass, finite
-from mjbiped.compiled import compiled_alone
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gait import find_passive_gait
-from mjbiped.return_map import TOUCHDOWN, Plane, gait_step, plane_of, working_memory
+from mjbiped.return_map import TOUCHDOWN, Plane, plane_of, walk_all
 from mjbiped.scuffing import ScuffingRule
 
 GUARD = ScuffingRule(reach=0.0, delay=0.0, name="eq. 4")
@@ -69,45 +67,27 @@ def step_lengths(robot: Compass, states: Array) -> Array:
     return np.asarray(2.0 * robot.leg_length * np.sin(-states[..., 0]), dtype=np.float64)
 
 
-def mapped(plane: Plane, q1: float, dq1: float, dq2: float, result: Any, y: Any, work: Any) -> float:
-    """The return map in (q1, dq1, dq2), written into `result`; returns the period, NaN where there is no next step."""
-    y[0], y[1], y[2], y[3] = q1, -q1, dq1, dq2
-    period, outcome = gait_step(plane, y, work)
-    result[0], result[1], result[2] = y[0], y[2], y[3]
-    return period if outcome == TOUCHDOWN else math.nan
+def differentiate(plane: Plane, places: Array, widths: Array) -> tuple[Array, Array, Array] | None:
+    """The return map in (q1, dq1, dq2) at places of shape (n, 3), and its derivatives there.
 
-
-def differentiated(plane: Plane, places: Any, steps: Any, results: Any, periods: Any, jacobians: Any) -> bool:
-    """The return map of some places (q1, dq1, dq2), and its derivatives by fourth-order central differences.
+    Args:
+        plane: Robot and plane.
+        places: Shape (n, 3).
+        widths: Of the central differences, which are of fourth order; shape (3,).
 
     Returns:
-        Whether the robot makes its next step from all of them.
+        The places mapped, shape (n, 3); the periods, shape (n,); the Jacobians, shape (n, 3, 3). None where the robot
+        does not make its next step from one of the places or beside one.
     """
-    y, work, there = plane.a[:4].copy(), working_memory(), plane.a[:3].copy()
-    fine = True
-    for n in range(len(places)):
-        q1, dq1, dq2 = places[n, 0], places[n, 1], places[n, 2]
-        periods[n] = mapped(plane, q1, dq1, dq2, results[n], y, work)
-        fine = fine and math.isfinite(periods[n])
-        for c in range(3):
-            jacobians[n, 0, c] = jacobians[n, 1, c] = jacobians[n, 2, c] = 0.0
-            for side in range(4):
-                factor = -2.0 if side == 0 else (-1.0 if side == 1 else float(side - 1))
-                weight = 1.0 if side == 0 else (-8.0 if side == 1 else (8.0 if side == 2 else -1.0))
-                shift = factor * steps[c]
-                period = mapped(
-                    plane,
-                    q1 + (shift if c == 0 else 0.0),
-                    dq1 + (shift if c == 1 else 0.0),
-                    dq2 + (shift if c == 2 else 0.0),
-                    there,
-                    y,
-                    work,
-                )
-                fine = fine and math.isfinite(period)
-                for row in range(3):
-                    jacobians[n, row, c] += weight * there[row] / (12.0 * steps[c])
-    return fine
+    shifts = np.concatenate([np.zeros((1, 3)), *(k * np.diag(widths) for k in (-2.0, -1.0, 1.0, 2.0))])
+    around = (places[:, None, :] + shifts).reshape(-1, 3)
+    batch = walk_all(plane, np.column_stack([around[:, 0], -around[:, 0], around[:, 1:]]), 1)
+    if (batch.outcomes != TOUCHDOWN).any():
+        return None
+    mapped = batch.states[:, 0, [0, 2, 3]].reshape(-1, 13, 3)
+    far_behind, behind, ahead, far_ahead = (mapped[:, first : first + 3] for first in (1, 4, 7, 10))
+    slopes = (far_behind - 8.0 * behind + 8.0 * ahead - far_ahead) / (12.0 * widths[:, None])
+    return mapped[:, 0], batch.periods[::13, 0].copy(), np.swapaxes(slopes, 1, 2)
 
 
 def find_periodic_gait(robot: Compass, slope: float, states: ArrayLike) -> PeriodicGait:
@@ -132,10 +112,11 @@ def find_periodic_gait(robot: Compass, slope: float, states: ArrayLike) -> Perio
     frequency = math.sqrt(robot.gravity / robot.leg_length)
     scales = np.array([1.0, frequency, frequency])
     plane = plane_of(robot, slope, GUARD)
-    results, periods, jacobians = np.empty((n, 3)), np.empty(n), np.empty((n, 3, 3))
     for _ in range(20):
-        if not compiled_alone(differentiated)(plane, places, DIFFERENCE * scales, results, periods, jacobians):
+        known = differentiate(plane, places, DIFFERENCE * scales)
+        if known is None:
             raise _lost(slope, n, "the robot falls or stalls on the way")
+        results, periods, jacobians = known
         matrix = np.zeros((3 * n, 3 * n))
         for k in range(n):
             matrix[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] += jacobians[k]

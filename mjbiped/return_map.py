@@ -8,6 +8,7 @@ fit for Newton's method, and fast enough for diagrams of a million steps. Docs: 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 from typing import Any, NamedTuple
@@ -17,8 +18,8 @@ from numpy.typing import ArrayLike
 from scipy.linalg import eigvalsh
 
 from mjbiped.compass import Array, Compass, Constants, acceleration, finite, impact_rates, mass_terms
-from mjbiped.compiled import compiled_alone
-from mjbiped.dormand_prince import STAGES, scheme, stage_state
+from mjbiped.compiled import Function, compiled
+from mjbiped.dormand_prince import STAGES, unrolled
 from mjbiped.errors import InputError
 from mjbiped.events import FALLEN_HIP, STALL_TIME, Outcome
 from mjbiped.scuffing import ScuffingRule, swing_foot_collides
@@ -30,6 +31,7 @@ FINEST = 1e-4  # of the stall time: no integration step is shorter, however fast
 SHORTEST = 1e-3  # of an integration step: events are not searched for in intervals shorter than this
 ROOM = 2.0  # the foot is allowed this many times the acceleration that it has at an integration step's ends
 TAYLOR = 1e-6  # a touchdown known so closely, in shares of an integration step, is brought home by a Taylor series
+SETTLED = -1  # beside the engines' outcomes
 TOUCHDOWN, FELL, STALLED, DIVERGED = (
     int(outcome) for outcome in (Outcome.WALKING, Outcome.FELL, Outcome.STALLED, Outcome.DIVERGED)
 )
@@ -48,7 +50,6 @@ class Plane(NamedTuple):
         delay: Of the scuffing rule, s.
         rate: The fastest rate of the linearised motion, 1/s.
         stall_time: Longest time without touchdown, s.
-        a: The integrator's weights.
     """
 
     constants: Constants
@@ -60,28 +61,47 @@ class Plane(NamedTuple):
     delay: float
     rate: float
     stall_time: float
-    a: Any
+
+
+class Integration(NamedTuple):
+    """The unrolled integrator's functions; see `mjbiped.dormand_prince.Integrator`."""
+
+    begin: Callable[..., None]
+    step: Callable[..., float]
 
 
 class Work(NamedTuple):
-    """Working memory of one walk: rates at the stages, the state at an integration step's end, the angles in it."""
+    """Working memory of one walk, for compiled code does not allocate any.
 
+    Attributes:
+        y: The state (q1, q2, dq1, dq2).
+        k: Rates at the stages of an integration step.
+        out: State at its end.
+        curve: Angles within it, as polynomials.
+    """
+
+    y: Any
     k: Any
     out: Any
     curve: Any
 
 
-def rates(plane: Plane, y: Any, k: Any, at: int) -> None:
-    """Write the rates of the state y (q1, q2, dq1, dq2) of the unpowered motion into `k` from place `at` on."""
-    k[at], k[at + 1] = y[2], y[3]
-    k[at + 2], k[at + 3] = acceleration(plane.constants, y[0], y[1], y[2], y[3], plane.sine, plane.cosine, 0.0, 0.0)
+def rates(
+    constants: Constants,
+    sine: float,
+    cosine: float,
+    t: float,  # noqa: ARG001 (the integrator's)
+    state: tuple[float, ...],
+) -> tuple[float, float, float, float]:
+    """Rates of a state (q1, q2, dq1, dq2) of the unpowered motion, whatever the time."""
+    q1, q2, dq1, dq2 = state[0], state[1], state[2], state[3]
+    ddq1, ddq2 = acceleration(constants, q1, q2, dq1, dq2, sine, cosine, 0.0, 0.0)
+    return dq1, dq2, ddq1, ddq2
 
 
-def integrate(plane: Plane, y: Any, h: float, work: Work) -> None:
-    """One Runge-Kutta step of order 8 from y to `work.out`; the rates at its start stand in `work.k` already."""
-    for stage in range(1, STAGES + 1):
-        stage_state(plane.a, stage, h, y, work.k, work.out)
-        rates(plane, work.out, work.k, 4 * stage)
+def integrate(use: Integration, plane: Plane, h: float, work: Work) -> None:
+    """One Runge-Kutta step of order 8 from `work.y` to `work.out`; the rates at its start stand in `work.k` already."""
+    use.step(rates, plane.constants, plane.sine, plane.cosine, 0.0, h, work.y, work.k, work.out, 1.0)
 
 
 def swing_foot(plane: Plane, q1: float, q2: float) -> tuple[float, float]:
@@ -91,9 +111,9 @@ def swing_foot(plane: Plane, q1: float, q2: float) -> tuple[float, float]:
     return along * plane.cosine + height * plane.sine, height
 
 
-def fit(y: Any, h: float, work: Work) -> None:
+def fit(h: float, work: Work) -> None:
     """Polynomials of degree 5 in the share of the step, of q1 and q2, from angle, rate and acceleration at its ends."""
-    k, out, curve = work.k, work.out, work.curve
+    y, k, out, curve = work.y, work.k, work.out, work.curve
     for leg in range(2):
         c0, c1, c2 = y[leg], h * y[2 + leg], 0.5 * h * h * k[2 + leg]
         d0 = out[leg] - (c0 + c1 + c2)
@@ -184,15 +204,15 @@ def fall(work: Work) -> float:
     return high
 
 
-def land(plane: Plane, y: Any, h: float, share: float, work: Work) -> float:
-    """Integrate from y to the touchdown, which is near a share of the step h; returns the time that takes.
+def land(use: Integration, plane: Plane, h: float, share: float, work: Work) -> float:
+    """Integrate from `work.y` to the touchdown, which is near a share of the step h; returns the time that takes.
 
     Newton's method on steps of the full order, and at last two terms of the Taylor series.
     """
     k, out = work.k, work.out
     time = share * h
     for _ in range(6):
-        integrate(plane, y, time, work)
+        integrate(use, plane, time, work)
         height = swing_foot(plane, out[0], out[1])[1]
         speed = plane.length * (math.sin(out[1]) * out[3] - math.sin(out[0]) * out[2])
         if speed >= 0.0 or abs(height) > 1e-3 * h * abs(speed):
@@ -208,20 +228,20 @@ def land(plane: Plane, y: Any, h: float, share: float, work: Work) -> float:
     return time
 
 
-def gait_step(plane: Plane, y: Any, work: Work) -> tuple[float, int]:
-    """Walk from just after one impact to just after the next, which then stands in y.
+def gait_step(use: Integration, plane: Plane, work: Work) -> tuple[float, int]:
+    """Walk from just after one impact, in `work.y`, to just after the next, which then stands there.
 
     Returns:
         The period, s, and `TOUCHDOWN`; or the time and what became of the robot else.
     """
-    k, out = work.k, work.out
+    y, k, out = work.y, work.k, work.out
     step = max(STEP / (plane.rate + max(abs(y[2]), abs(y[3]))), FINEST * plane.stall_time)
     t, armed = 0.0, False
-    rates(plane, y, k, 0)
+    use.begin(rates, plane.constants, plane.sine, plane.cosine, 0.0, y, k)
     ahead, height = swing_foot(plane, y[0], y[1])
     while t < plane.stall_time:
         h = min(step, plane.stall_time - t)
-        integrate(plane, y, h, work)
+        integrate(use, plane, h, work)
         if not (abs(out[0]) < 1e6 and abs(out[1]) < 1e6 and math.isfinite(out[2] + out[3])):
             return t, DIVERGED
         fallen = math.cos(out[0]) < FALLEN_HIP
@@ -234,11 +254,11 @@ def gait_step(plane: Plane, y: Any, work: Work) -> tuple[float, int]:
             )
             bound = (ROOM * plane.length * fastest + plane.gravity) / 8.0
             if fallen or not nothing_happens(plane, armed, bound * h * h, ahead, height, then_ahead, then_height):
-                fit(y, h, work)
+                fit(h, work)
                 until = fall(work) if fallen else 1.0
                 armed, share = search(plane, work, armed, t, h, bound, until)
                 if share <= 1.0:
-                    t += land(plane, y, h, share, work)
+                    t += land(use, plane, h, share, work)
                     dq1, dq2 = impact_rates(plane.constants, out[0], out[1], out[2], out[3])
                     y[0], y[1], y[2], y[3] = out[1], out[0], dq1, dq2
                     return t, TOUCHDOWN
@@ -252,26 +272,86 @@ def gait_step(plane: Plane, y: Any, work: Work) -> tuple[float, int]:
     return t, STALLED
 
 
-def working_memory() -> Work:
-    """Fresh working memory of a walk."""
-    return Work(np.empty(4 * (STAGES + 1)), np.empty(4), np.empty(12))
+class Batch(NamedTuple):
+    """Walks to be walked, and what comes of them.
 
-
-def walk_on(plane: Plane, y: Any, states: Any, periods: Any) -> tuple[int, int]:
-    """Walk as many steps as `states` has rows; y is the state after an impact, and becomes the last one reached.
-
-    Returns:
-        How many steps were walked, and `TOUCHDOWN` or what became of the robot in the step after them.
+    Attributes:
+        starts: First states, shape (walks, 4).
+        limit: Steps at most.
+        goals: States near which a walk is settled and ends, shape (n, 4); n may be 0.
+        near: How near to one of them, shape (4,).
+        states: Last states after impacts, shape (walks, room, 4): step n stands in row n % room.
+        periods: Of the same steps, shape (walks, room), s.
+        counts: Steps walked, shape (walks,).
+        outcomes: `SETTLED`, `TOUCHDOWN` for a walk that reached the limit, or what became of the robot, shape (walks,).
     """
-    work = working_memory()
-    for n in range(len(states)):
-        period, outcome = gait_step(plane, y, work)
-        if outcome != TOUCHDOWN:
-            return n, outcome
-        periods[n] = period
+
+    starts: Any
+    limit: int
+    goals: Any
+    near: Any
+    states: Any
+    periods: Any
+    counts: Any
+    outcomes: Any
+
+
+def walk_batch(use: Integration, plane: Plane, work: Work, batch: Batch) -> None:
+    """Walk each walk of a batch, and fill in the rest of it."""
+    room = batch.states.shape[1]
+    for walk in range(len(batch.starts)):
         for c in range(4):
-            states[n, c] = y[c]
-    return len(states), TOUCHDOWN
+            work.y[c] = batch.starts[walk, c]
+        n, outcome = 0, TOUCHDOWN
+        while True:
+            if is_near(work.y, batch.goals, batch.near):
+                outcome = SETTLED
+            if outcome != TOUCHDOWN or n == batch.limit:
+                break
+            period, outcome = gait_step(use, plane, work)
+            if outcome == TOUCHDOWN:
+                batch.periods[walk, n % room] = period
+                for c in range(4):
+                    batch.states[walk, n % room, c] = work.y[c]
+                n += 1
+        batch.counts[walk], batch.outcomes[walk] = n, outcome
+
+
+def is_near(y: Any, goals: Any, near: Any) -> bool:
+    """Whether a state is near a goal in every component."""
+    for goal in range(len(goals)):
+        inside = True
+        for c in range(4):
+            inside = inside and abs(y[c] - goals[goal, c]) < near[c]
+        if inside:
+            return True
+    return False
+
+
+def walk_all(
+    plane: Plane, starts: Array, limit: int, room: int = 1, goals: Array | None = None, near: Array | None = None
+) -> Batch:
+    """Walk from many states by compiled code, which lets other threads run; see `Batch`."""
+    walks = len(starts)
+    batch = Batch(
+        starts=starts,
+        limit=limit,
+        goals=np.empty((0, 4)) if goals is None else goals,
+        near=np.zeros(4) if near is None else near,
+        states=np.empty((walks, room, 4)),
+        periods=np.empty((walks, room)),
+        counts=np.empty(walks, dtype=np.int64),
+        outcomes=np.empty(walks, dtype=np.int64),
+    )
+    work = Work(np.empty(4), np.empty(4 * (STAGES + 1)), np.empty(4), np.empty(12))
+    _machine_code()(plane, work, batch)
+    return batch
+
+
+@cache
+def _machine_code() -> Function:
+    integrator = unrolled(4, untested=0, arguments=("constants", "sine", "cosine"))
+    return compiled(walk_batch, Integration, (integrator.begin, integrator.step), inlined=(rates,))
 
 
 @lru_cache(maxsize=4096)
@@ -289,13 +369,7 @@ def plane_of(robot: Compass, slope: float, scuffing: ScuffingRule) -> Plane:
         delay=float(scuffing.delay),
         rate=math.sqrt(float(np.abs(fastest).max())),
         stall_time=STALL_TIME * math.sqrt(robot.leg_length / robot.gravity),
-        a=_weights(),
     )
-
-
-@cache
-def _weights() -> Array:
-    return np.array(scheme().a)
 
 
 @dataclass(frozen=True)
@@ -351,12 +425,12 @@ class ReturnMap:
         Raises:
             InputError: The state is not four finite numbers, or steps is below 1.
         """
-        y = checked_state(state)
+        start = checked_state(state)
         if not isinstance(steps, int | np.integer) or steps < 1:
             raise InputError(f"steps must be a whole number of at least 1, got {steps!r}")
-        states, periods = np.empty((steps, 4)), np.empty(steps)
-        done, outcome = compiled_alone(walk_on)(self.plane, y, states, periods)
-        return Steps(states[:done], periods[:done], Outcome(outcome).name.lower())
+        batch = walk_all(self.plane, start[None], int(steps), room=int(steps))
+        done = int(batch.counts[0])
+        return Steps(batch.states[0, :done], batch.periods[0, :done], Outcome(batch.outcomes[0]).name.lower())
 
 
 def checked_state(state: ArrayLike) -> Array:
