@@ -74,6 +74,15 @@ class Cascade:
         return np.asarray(distances[:-1] / distances[1:], dtype=np.float64)
 
     @property
+    def window(self) -> tuple[float, float] | None:
+        """Slopes between which the onsets gather, for a closer look; None with fewer than two onsets."""
+        onsets = self.onsets
+        if len(onsets) < 2:
+            return None
+        width = float(self.accumulation - onsets[1] if len(onsets) > 2 else onsets[1] - onsets[0])
+        return float(onsets[1] - 0.3 * width), float(onsets[1] + 2.2 * width)
+
+    @property
     def accumulation(self) -> float:
         """Where the onsets gather, by Feigenbaum's ratio from the last two; rad, NaN with fewer than two."""
         onsets = self.onsets

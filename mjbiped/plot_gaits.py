@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -56,21 +56,22 @@ def plot_bifurcation(diagram: BifurcationDiagram, cascade: Cascade | None = None
     onsets = np.degrees(cascade.onsets) if cascade is not None else np.empty(0)
     onsets = onsets[(onsets >= degrees[0]) & (onsets <= degrees[-1])]
     lost = math.degrees(diagram.lost)
-    near = len(onsets) > 1
+    window = None if cascade is None or cascade.window is None else np.degrees(cascade.window)
+    if window is not None:
+        window = np.clip(window, degrees[0], min(degrees[-1], lost) if math.isfinite(lost) else degrees[-1])
+    near = window is not None and window[1] > window[0]
     with styled():
         figure = new_figure(7.4 if near else 4.2)
         grid: Any = figure.subplots(2 if near else 1, 1, squeeze=False)
         _draw_diagram(grid[0, 0], diagram, cascade, (degrees[0], degrees[-1]), onsets)
-        grid[0, 0].set_title("(a) Step lengths on which the passive robot settles" if near else "")
-        if near:
-            low = onsets[1] - 0.3 * (onsets[-1] - onsets[1])
-            high = min(lost if math.isfinite(lost) else degrees[-1], onsets[-1] + 0.6 * (onsets[-1] - onsets[1]))
-            _draw_diagram(grid[1, 0], diagram, None, (low, high), onsets)
-            grid[1, 0].set_title("(b) The same, magnified")
+        grid[0, 0].set_title("(a) Step lengths on which the passive robot settles", pad=18)
+        if near and window is not None:
+            _draw_diagram(grid[1, 0], diagram, cascade, (float(window[0]), float(window[1])), onsets)
+            grid[1, 0].set_title("(b) The same, magnified", pad=18)
         if math.isfinite(lost):
             grid[0, 0].axvline(lost, color=SHADE, linestyle=":", linewidth=1.0)
             grid[0, 0].annotate(
-                f"falls from {lost:.2f}°",
+                f"first fall on {lost:.2f}°",
                 (lost, 0.02),
                 (-4, 0),
                 xycoords=("data", "axes fraction"),
@@ -91,7 +92,7 @@ def _draw_diagram(
     degrees, lengths = np.degrees(diagram.slopes), diagram.step_lengths
     inside = (degrees >= limits[0]) & (degrees <= limits[1])
     x = np.repeat(degrees[inside], lengths.shape[1])
-    axes.plot(x, lengths[inside].ravel(), ",", color=BLUE, alpha=0.8, rasterized=True)
+    axes.plot(x, lengths[inside].ravel(), ".", color=BLUE, markersize=0.7, markeredgewidth=0, rasterized=True)
     if cascade is not None:
         gaits = [gait for gait in cascade.branches[0].gaits if limits[0] <= math.degrees(gait.slope) <= limits[1]]
         unstable = [gait for gait in gaits if not gait.stable]
@@ -107,24 +108,16 @@ def _draw_diagram(
                 Line2D([], [], color=BLUE, linestyle="", marker=".", label="walked"),
                 Line2D([], [], color=VERMILLION, linestyle="--", label="period one, unstable"),
             ]
-            axes.legend(handles=handles, loc="upper left")
-    shown = [(number, onset) for number, onset in enumerate(onsets, start=1) if limits[0] <= onset <= limits[1]]
-    apart = 0.055 * (limits[1] - limits[0])
-    previous = -math.inf
-    for number, onset in shown:
-        axes.axvline(onset, color=GUIDE, linewidth=0.7, zorder=0)
-        if onset - previous > apart:
-            axes.annotate(
-                f"{2**number}: {onset:.4f}°",
-                (onset, 1.0),
-                (2, 2),
-                xycoords=("data", "axes fraction"),
-                textcoords="offset points",
-                rotation=0 if len(shown) < 3 else 25,
-                fontsize=8,
-                color=SHADE,
-            )
-            previous = onset
+            if limits[0] == degrees[0]:
+                axes.legend(handles=handles, loc="center left")
+    free = -math.inf
+    for number, onset in enumerate(onsets, start=1):
+        if limits[0] <= onset <= limits[1]:
+            axes.axvline(onset, color=GUIDE, linewidth=0.7, zorder=0)
+            if onset > free:
+                text = f"period {2**number}: {onset:.4f}°"
+                axes.text(onset, 1.015, text, transform=axes.get_xaxis_transform(), fontsize=8, color=SHADE)
+                free = onset + 0.12 * (limits[1] - limits[0])
     axes.set(xlim=limits, xlabel="slope (°)", ylabel="step length (m)")
 
 
@@ -156,8 +149,7 @@ def plot_multipliers(branches: Sequence[Sequence[PeriodicGait]], path: Path | No
                 for k, values in enumerate(np.sort(part, axis=1).T):
                     label = f"period {len(gaits[0].states)}" if k == 0 else None
                     axes.plot(degrees, values, color=color, linestyle=line, label=label)
-        for level in (1.0,):
-            grid[0].axhline(level, color=SHADE, linewidth=0.8)
+        grid[0].axhline(1.0, color=SHADE, linewidth=0.8)
         grid[0].set(ylabel="|multiplier|", ylim=(0, 2.5))
         grid[0].set_title("(a) Magnitude; the gait is stable while all are below one")
         grid[0].legend(loc="upper left", ncols=len(branches))
@@ -209,23 +201,19 @@ def _draw_basin(figure: Figure, axes: Axes, basin: Basin) -> None:
     controlled = bool(basin.peak_torque.any())
     if controlled:
         torque = np.where(settled, basin.peak_torque, np.nan)
-        bounds = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000]
         inside = torque[settled] if settled.any() else np.array([1.0, 10.0])
-        norm: Any = LogNorm(max(inside.min(), bounds[0]), max(inside.max(), bounds[1]))
+        norm: Any = LogNorm(max(float(inside.min()), 0.1), max(float(inside.max()), 1.0))
         label = "greatest joint torque on the way (N m)"
     else:
         torque = np.where(settled, basin.steps, np.nan)
-        most = int(basin.steps[settled].max()) if settled.any() else 1
-        edges = sorted({0, 5, 10, 15, 20, 25, 30, 40, 60, most + 1} - set(range(most + 2, 101)))
-        norm = BoundaryNorm([edge - 0.5 for edge in edges], 256)
+        most = float(np.quantile(basin.steps[settled], 0.995)) if settled.any() else 1.0
+        norm = Normalize(0.0, max(most, 1.0))
         label = "steps until settled on the gait"
     mesh = axes.pcolormesh(x, y, torque, cmap="viridis_r", norm=norm, rasterized=True)
-    bar = figure.colorbar(mesh, ax=axes, location="bottom", shrink=0.9, pad=0.02)
+    bar = figure.colorbar(
+        mesh, ax=axes, location="bottom", shrink=0.9, aspect=30, pad=0.02, extend="neither" if controlled else "max"
+    )
     bar.set_label(label)
-    if not controlled:
-        bar.set_ticks([float(edge) for edge in edges])
-        bar.set_ticklabels([str(edge) for edge in edges])
-        bar.ax.minorticks_off()
     other = ~(settled | fell)
     if other.any():
         axes.pcolormesh(
@@ -233,9 +221,8 @@ def _draw_basin(figure: Figure, axes: Axes, basin: Basin) -> None:
         )
     axes.plot(basin.start[2], basin.start[3], "o", color="white", markeredgecolor="black", markersize=6)
     axes.set(xlabel="rate of the stance leg after the impact (rad/s)", ylabel="rate of the swing leg (rad/s)")
-    axes.set_title(
-        f"{basin.walker} on {math.degrees(basin.slope):.3g}°: {100 * basin.share(Fate.SETTLED):.1f} % settle"
-    )
+    ground = f"{math.degrees(basin.slope):.3g}° down" if basin.slope else "level ground"
+    axes.set_title(f"{basin.walker} on {ground}: {100 * basin.share(Fate.SETTLED):.1f} % settle")
     handles: list[Any] = [
         Line2D([], [], linestyle="", marker="o", color="white", markeredgecolor="black", label="the gait"),
         Patch(facecolor="0.97", edgecolor=GUIDE, label="falls at once"),
