@@ -5,10 +5,14 @@ One controller, one terrain, one record: `walk(controller, terrain)` lets a comp
 """
 
 from mjbiped import gl as gl  # first: it imports MuJoCo, also where MUJOCO_GL names a platform that is not there
+from mjbiped.basin import basin_of_attraction, basin_of_control
+from mjbiped.bifurcation import bifurcation_diagram, find_cascade
 from mjbiped.compass import Compass
+from mjbiped.continuation import find_periodic_gait
 from mjbiped.errors import GaitError, InputError, MjbipedError, RecordError, RenderError
 from mjbiped.gait import Gait, find_passive_gait
 from mjbiped.record import Walk
+from mjbiped.return_map import ReturnMap
 from mjbiped.scuffing import ScuffingRule
 from mjbiped.terrain import Terrain
 from mjbiped.version import __version__
@@ -22,12 +26,18 @@ __all__ = [
     "MjbipedError",
     "RecordError",
     "RenderError",
+    "ReturnMap",
     "ScuffingRule",
     "Terrain",
     "Walk",
     "WalkInterrupted",
     "WalkStopped",
     "__version__",
+    "basin_of_attraction",
+    "basin_of_control",
+    "bifurcation_diagram",
+    "find_cascade",
     "find_passive_gait",
+    "find_periodic_gait",
     "walk",
 ]

@@ -228,15 +228,14 @@ def basin(
         "threads": threads,
         "progress": not quiet,
     }
-    files, began = Files(), time.perf_counter()
+    files, began, interrupted = Files(), time.perf_counter(), False
     try:
         if adaptive:
             found = basin_of_control(AdaptiveController(robot, gait), slope, **settings)
         else:
             found = basin_of_attraction(robot, slope, **settings)
     except BasinInterrupted as stop:
-        found = stop.basin
-        files.fail(INTERRUPTED, "the map was interrupted; what was not computed counts as undecided")
+        found, interrupted = stop.basin, True
     seconds = time.perf_counter() - began
     files.save_arrays(
         out,
@@ -251,6 +250,9 @@ def basin(
             "peak_torque": found.peak_torque,
         },
     )
+
+    if interrupted:
+        files.fail(INTERRUPTED, "the map was interrupted; what was not computed counts as undecided")
 
     def draw(path: Path) -> None:
         from mjbiped.plot_gaits import plot_basins
