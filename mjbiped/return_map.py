@@ -2,7 +2,7 @@
 
 It is the hybrid engine's walk without a controller, on a plane, and without a record: the same laws and scuffing rule,
 in fixed integration steps, some fifteen to a gait step, so that its result depends smoothly on the state. That makes it
-fit for Newton's method, and fast enough for diagrams of a million steps. Docs: docs/gaits.md.
+fit for Newton's method, and fast enough for diagrams of a million steps. docs/gaits.md has its accuracy.
 """
 
 from __future__ import annotations
