@@ -23,8 +23,8 @@ from mjbiped.scuffing import ScuffingRule
 GUARD = ScuffingRule(reach=0.0, delay=0.0, name="eq. 4")
 """Touchdown as `find_passive_gait` has it: whenever the swing foot comes down ahead of the stance foot."""
 
-DIFFERENCE = 3e-4
-"""Of the fourth-order differences, in rad and sqrt(g/l): truncation and rounding are then both some 1e-11."""
+DIFFERENCE = 1e-4
+"""Of the fourth-order differences, in rad and sqrt(g/l): truncation is then below 1e-8, rounding 1e-11."""
 
 CONVERGED = 1e-11  # Newton's last change, in rad and sqrt(g/l)
 LEAP = 0.05  # a gait further than this from the one extrapolated may be another one, same units

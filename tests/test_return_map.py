@@ -174,6 +174,29 @@ def test_rule_makes_gentle_gaits_fall(robot: Compass) -> None:
     assert ReturnMap(robot, slope, ScuffingRule(reach=0.0, delay=0.0)).walk(start, 20).outcome == "walking"
 
 
+def test_rule_measures_horizontally(robot: Compass) -> None:
+    """As the engines do, not along the slope: on 5 degrees the two differ."""
+    slope = math.radians(5)
+    gait = mjbiped.find_passive_gait(robot, slope)
+    feet = np.array([robot.swing_foot(q) for q in gait.reference(np.linspace(0, gait.period, 4001))[0]])
+    horizontal = feet[:, 0] * math.cos(slope) + feet[:, 1] * math.sin(slope)
+    farthest = horizontal[feet[:, 1] > 0].max()
+    assert abs(feet[feet[:, 1] > 0, 0].max() - farthest) > 1e-4
+    for reach, outcome in ((farthest - 1e-5, "walking"), (farthest + 1e-5, "fell")):
+        assert ReturnMap(robot, slope, ScuffingRule(reach, 0.1)).walk(gait.start, 1).outcome == outcome
+
+
+@pytest.mark.parametrize(("swing", "swing_rate", "steps"), [(-1.02, 3.0, 1), (-1.06, 0.0, 0)])
+def test_touchdown_and_fall_within_one_integration_step(
+    swing: float, swing_rate: float, steps: int, robot: Compass
+) -> None:
+    """The stance leg, at 57 degrees, passes 60 some 23 ms later; the foot lands before (after 4 ms) or would after."""
+    rule, slope = ScuffingRule(delay=0.0), math.radians(2)
+    found = ReturnMap(robot, slope, rule).walk([1.0, swing, 2.0, swing_rate], 1)
+    assert len(found.states) == steps
+    assert found.outcome == ("walking" if steps else "fell")
+
+
 def test_bitwise_deterministic(robot: Compass) -> None:
     one, two = (ReturnMap(robot, math.radians(3.5)).walk([-0.24, 0.24, 1.4, 0.9], 200) for _ in range(2))
     assert one.states.tobytes() == two.states.tobytes()
