@@ -1,4 +1,4 @@
-"""The command line: `mjbiped walk`, `compare`, `gait` and `render`.
+"""The command line: `mjbiped walk`, `compare`, `gait` and `render`; `bifurcation` and `basin` are in `cli_gaits`.
 
 Exit status: 0 for a walk that came to an end, a fall included; 2 for anything the user can mend, told in one line;
 1 for a walk or a drawing that failed on its own; 130 after Ctrl-C.
@@ -16,6 +16,7 @@ from controllers import AdaptiveController, Controller, PassiveController
 from mjbiped import cli_options as given
 from mjbiped import measures, reports
 from mjbiped.cli_files import INTERRUPTED, Files, end
+from mjbiped.cli_gaits import basin, bifurcation
 from mjbiped.compare import compare
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError, MjbipedError
@@ -58,6 +59,8 @@ def main() -> None:
       mjbiped walk mixed --initial rest --out walk.npz --plot walk.png --video walk.mp4
       mjbiped compare mixed --plot compare.png
       mjbiped gait --slope-deg 2
+      mjbiped bifurcation --plot bifurcation.png
+      mjbiped basin --slope-deg 2 --plot basin.png
       mjbiped render walk.npz --slow-motion 4
 
     `mjbiped COMMAND --help` tells more. The exit status is 0 also where the robot falls, for that is a result; 2 where
@@ -211,6 +214,10 @@ def _gait(slope_deg: float, plot: Path | None, json: bool, **values: Any) -> Non
         reports.show(reports.gait_table(summary))
         files.tell()
     files.end()
+
+
+main.add_command(bifurcation)
+main.add_command(basin)
 
 
 @main.command("render", cls=given.SectionCommand)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NoReturn
 
 import click
+import numpy as np
 
 from mjbiped.compare import Comparison
-from mjbiped.errors import MjbipedError
+from mjbiped.errors import MjbipedError, RecordError
 from mjbiped.gait import Gait
+from mjbiped.output import written_whole
 from mjbiped.record import Walk
 
 INTERRUPTED = 130
@@ -71,6 +73,14 @@ class Files:
 
         self._write("plot", path, draw)
 
+    def save_arrays(self, path: Path | None, arrays: Mapping[str, Any]) -> None:
+        """Write arrays, an .npz file."""
+        self._write("data", path, lambda file: save_arrays(file, arrays))
+
+    def draw(self, kind: str, path: Path | None, draw: Callable[[Path], None]) -> None:
+        """Write a figure of any kind."""
+        self._write(kind, path, draw)
+
     def render(self, walk: Walk, path: Path | None, pictures: dict[str, Any], *, progress: bool) -> None:
         """Write a video of a walk; `pictures` are the values of `mjbiped.cli_options.video_options`."""
 
@@ -112,6 +122,20 @@ class Files:
         """End the command, with its failures if there are any."""
         if self.failures:
             end(self._status, *self.failures)
+
+
+def save_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
+    """Write arrays as an .npz file, whole or not at all.
+
+    Raises:
+        RecordError: The file cannot be written.
+    """
+    try:
+        with written_whole(path) as unfinished, unfinished.open("wb") as file:
+            columns: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
+            np.savez_compressed(file, **columns)
+    except OSError as error:
+        raise RecordError(f"cannot write {path}: {error.strerror or error}") from error
 
 
 def end(status: int, *messages: str) -> NoReturn:

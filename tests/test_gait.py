@@ -1,4 +1,4 @@
-"""Passive gaits against published and measured numbers, and against integrations written independently."""
+"""Passive gaits against integrations written independently; published numbers are in `test_published.py`."""
 
 import math
 from dataclasses import replace
@@ -71,61 +71,6 @@ def step(robot: Compass, slope: float, start: Array) -> tuple[float, Array]:
     assert solution.y_events is not None
     before = solution.y_events[0][0]
     return float(solution.t_events[0][0]), np.concatenate(robot.impact(before[:2], before[2:]))
-
-
-def test_numbers_of_the_design(gait: Gait) -> None:
-    """Section 6 of the design; the tolerances are half a unit of its last digit."""
-    np.testing.assert_allclose(gait.start, [-0.19008478, 0.19008478, 1.10317583, 0.81185710], rtol=0, atol=5e-9)
-    np.testing.assert_allclose(gait.end, [0.19008478, -0.19008478, 1.44951875, 1.51242286], rtol=0, atol=5e-9)
-    assert gait.period == pytest.approx(0.76484357, abs=5e-9)
-    assert gait.step_length == pytest.approx(0.377884, abs=5e-7)
-    assert gait.speed == pytest.approx(0.494067, abs=5e-7)
-    expected = [-0.43032 + 0.31560j, -0.43032 - 0.31560j, 0.27555]
-    np.testing.assert_allclose(sorted(gait.multipliers, key=lambda z: -z.imag), [expected[0], expected[2], expected[1]],
-                               rtol=0, atol=7e-6)  # fmt: skip
-    assert gait.energy == pytest.approx(51.31078, abs=5e-6)
-    assert TABLE_ONE.kinetic_energy(gait.end[:2], gait.end[2:]) == pytest.approx(3.820468, abs=5e-7)
-    assert TABLE_ONE.kinetic_energy(gait.start[:2], gait.start[2:]) == pytest.approx(2.526728, abs=5e-7)
-    assert gait.stable
-
-
-def test_greatest_clearance_ahead_of_the_stance_foot(gait: Gait) -> None:
-    times = np.linspace(0, gait.period, 1001)
-    foot = np.array([TABLE_ONE.swing_foot(q) for q in gait.reference(times)[0]])
-    clearance = np.where(foot[:, 0] > 0, foot[:, 1], -1)
-    assert clearance.max() == pytest.approx(0.0462, abs=5e-5)  # digits of the design, section 6
-    assert times[clearance.argmax()] / gait.period == pytest.approx(0.79, abs=5e-3)
-
-
-def test_period_doubling() -> None:
-    """The multiplier leaves the unit circle through -1 at 2.728 degrees; the paper says 2.72."""
-    below, above = (find_passive_gait(TABLE_ONE, math.radians(degrees)) for degrees in (2.72, 2.74))
-    assert (below.stable, above.stable) == (True, False)
-    first, last = below.multipliers[0], above.multipliers[0]
-    assert first.imag == last.imag == 0
-    crossing = 2.72 + 0.02 * (first.real + 1) / (first.real - last.real)
-    assert crossing == pytest.approx(2.728, abs=5e-4)  # half a unit of the last digit
-
-
-def test_goswami_robot() -> None:
-    gait = find_passive_gait(GOSWAMI, math.radians(3))
-    # published digits
-    assert gait.period == pytest.approx(0.734, abs=5e-4)
-    np.testing.assert_allclose(gait.start, [-0.2710, 0.2710, 1.0924, 0.3774], rtol=0, atol=5e-5)
-    assert find_passive_gait(GOSWAMI, math.radians(4.38)).stable  # the design: first doubling at 4.391 degrees
-    assert not find_passive_gait(GOSWAMI, math.radians(4.40)).stable
-
-
-def test_simplest_walker() -> None:
-    """Garcia et al.: legs without mass but at the feet, hip mass much larger."""
-    tiny = 1e-6
-    robot = Compass(tiny, 1.0, lower_length=tiny, upper_length=1 - tiny, leg_inertia=0.0, gravity=1.0)
-    gait = find_passive_gait(robot, 0.009)
-    # the published numbers are the limit tiny -> 0; differences are of order tiny
-    assert gait.start[0] == pytest.approx(-0.2003109, abs=5e-6)
-    assert gait.start[2] == pytest.approx(0.1998325, abs=5e-6)
-    assert gait.period == pytest.approx(3.88246, abs=5e-5)
-    assert abs(gait.multipliers[0]) == pytest.approx(0.58911, abs=5e-5)
 
 
 def test_angles_shrink_like_the_cube_root_of_the_slope() -> None:

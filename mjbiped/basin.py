@@ -1,0 +1,304 @@
+"""Basins of attraction: from which first rates a walk settles on its gait, and from which it ends in a fall.
+
+A basin is shown as a slice through the section of states just after an impact: both feet on the plane, the angle
+between the legs is the gait's, and the rates of the two legs are laid out on a grid. The gait lies in the slice.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from tqdm.auto import tqdm
+
+from mjbiped import return_map
+from mjbiped.columns import TOUCHDOWNS, place
+from mjbiped.compass import Array, Compass
+from mjbiped.errors import InputError
+from mjbiped.events import Outcome
+from mjbiped.gait import find_passive_gait
+from mjbiped.hybrid import HybridSimulation
+from mjbiped.hybrid_state import ROWS, SAMPLES
+from mjbiped.return_map import ReturnMap, plane_of, walk_all
+from mjbiped.scuffing import ScuffingRule
+from mjbiped.terrain import Terrain
+
+if TYPE_CHECKING:
+    from controllers.base import Controller
+
+SETTLED = 1e-3
+"""A walk has settled when a state after an impact is as near to the gait's as this, in rad and sqrt(g/l)."""
+
+_TRANSIENT, _ATTRACTOR = 2000, 64  # steps until the passive robot is taken to be on its attractor, and steps of that
+_FIRST_LOOK = 2  # steps: most controlled walks have settled after one
+_KICK = 1e-4  # rad: pushes it off the gait of period one, which may be unstable
+
+
+class Fate(IntEnum):
+    """What becomes of a walk."""
+
+    SETTLED = 0
+    UNDECIDED = 1  # still walking, but not settled; or not computed
+    FELL = 2
+    STALLED = 3
+    DIVERGED = 4
+
+
+_FATES = {
+    return_map.SETTLED: Fate.SETTLED,
+    return_map.TOUCHDOWN: Fate.UNDECIDED,
+    return_map.FELL: Fate.FELL,
+    return_map.STALLED: Fate.STALLED,
+    return_map.DIVERGED: Fate.DIVERGED,
+}
+
+
+@dataclass(frozen=True)
+class Basin:
+    """Fates of walks that begin with different rates of the legs.
+
+    Attributes:
+        slope: Of the plane, rad.
+        start: The state (q1, q2, dq1, dq2) in whose slice the starts lie, shape (4,): the gait's after an impact.
+        stance_rates: dq1 of the starts, shape (columns,), rad/s.
+        swing_rates: dq2 of the starts, shape (rows,), rad/s.
+        fates: `Fate` of each start, shape (rows, columns).
+        steps: Steps walked until the walk had settled or ended, shape (rows, columns).
+        peak_torque: Greatest torque of ankle or hip in each walk, shape (rows, columns), N m; 0 without a controller.
+            Most walks were followed for two steps, those undecided by then up to the limit.
+        limit: Steps after which a walk that has done neither is undecided.
+        walker: Who walks, in words.
+    """
+
+    slope: float
+    start: Array = field(repr=False)
+    stance_rates: Array = field(repr=False)
+    swing_rates: Array = field(repr=False)
+    fates: NDArray[np.int8] = field(repr=False)
+    steps: NDArray[np.int16] = field(repr=False)
+    peak_torque: Array = field(repr=False)
+    limit: int
+    walker: str
+
+    def share(self, fate: Fate) -> float:
+        """Part of the starts that have this fate."""
+        return float(np.mean(self.fates == fate))
+
+
+class BasinInterrupted(KeyboardInterrupt):
+    """A map was broken off by Ctrl-C; the rows that were computed are not lost.
+
+    Attributes:
+        basin: The map so far, undecided where nothing was computed.
+    """
+
+    def __init__(self, basin: Basin) -> None:
+        """Keep the map."""
+        super().__init__("basin map interrupted")
+        self.basin = basin
+
+
+def basin_of_attraction(
+    robot: Compass,
+    slope: float,
+    *,
+    stance_rates: ArrayLike | None = None,
+    swing_rates: ArrayLike | None = None,
+    limit: int = 100,
+    scuffing: ScuffingRule | None = None,
+    threads: int | None = None,
+    progress: bool = False,
+) -> Basin:
+    """The basin of the passive robot on a plane, by its return map.
+
+    A walk settles on the attractor on which the robot walks after being pushed off its gait of period one by 1e-4 rad:
+    that gait, one of twice, four times ... its period, or an aperiodic motion. Where it falls from there, nothing
+    settles.
+
+    Args:
+        robot: Any compass biped.
+        slope: Of the plane, rad.
+        stance_rates: dq1 of the starts, rad/s, ascending; 300 from 0.5 to 1.6 times the gait's unless given.
+        swing_rates: dq2 of the starts, rad/s, ascending; 300 within 2.2 times the gait's greater rate unless given.
+        limit: Steps after which a walk is given up as undecided.
+        scuffing: When the swing foot may touch the ground; the engines' rule unless given.
+        threads: Worker threads; as many as there are cores unless given. The map does not depend on it.
+        progress: Whether to show a progress bar (never where the output is not a terminal).
+
+    Raises:
+        InputError: An argument is outside its domain.
+        GaitError: The robot has no gait on that slope.
+        BasinInterrupted: Ctrl-C; the exception holds the rows computed so far.
+    """
+    gait = find_passive_gait(robot, slope)
+    rule = scuffing or ScuffingRule()
+    plane = plane_of(robot, gait.slope, rule)
+    walked = ReturnMap(robot, gait.slope, rule).walk(gait.start + np.array([_KICK, -_KICK, 0.0, 0.0]), _TRANSIENT)
+    goals = np.unique(np.round(walked.states[-_ATTRACTOR:], 6), axis=0)
+    if walked.outcome != "walking":
+        goals = np.empty((0, 4))
+    basin = _empty(gait.slope, gait.start, stance_rates, swing_rates, limit, "passive")
+    near = _nearness(robot)
+
+    def row(number: int) -> None:
+        starts = np.tile(gait.start, (len(basin.stance_rates), 1))
+        starts[:, 2], starts[:, 3] = basin.stance_rates, basin.swing_rates[number]
+        batch = walk_all(plane, starts, basin.limit, goals=goals, near=near)
+        basin.steps[number] = batch.counts
+        basin.fates[number] = [_FATES[outcome] for outcome in batch.outcomes.tolist()]
+
+    return _filled(basin, row, threads, progress)
+
+
+def basin_of_control(
+    controller: Controller,
+    slope: float = 0.0,
+    *,
+    robot: Compass | None = None,
+    stance_rates: ArrayLike | None = None,
+    swing_rates: ArrayLike | None = None,
+    limit: int = 10,
+    scuffing: ScuffingRule | None = None,
+    threads: int | None = None,
+    progress: bool = False,
+) -> Basin:
+    """The basin of controlled walking on a plane, in the hybrid engine.
+
+    A walk settles on the gait that the controller imitates. Its torques are not bounded.
+
+    Args:
+        controller: Any controller with a gait; one whose laws can be compiled (see `controllers.Law`) is fast.
+        slope: Of the plane, rad.
+        robot: The robot that walks; the controller's unless given.
+        stance_rates: As in `basin_of_attraction`.
+        swing_rates: As in `basin_of_attraction`.
+        limit: Steps after which a walk is given up as undecided.
+        scuffing: When the swing foot may touch the ground; the engines' rule unless given.
+        threads: Worker threads; as many as there are cores unless given. The map does not depend on it.
+        progress: Whether to show a progress bar (never where the output is not a terminal).
+
+    Raises:
+        InputError: An argument is outside its domain, or the controller imitates no gait.
+        BasinInterrupted: Ctrl-C; the exception holds the rows computed so far.
+    """
+    gait = controller.gait
+    walker = robot or controller.robot
+    if gait is None or walker is None:
+        raise InputError(f"{type(controller).__name__} imitates no gait: there is nothing to settle on")
+    terrain = Terrain.incline(math.degrees(slope))
+    q1, q2 = float(gait.start[0]), float(gait.start[1])
+    near = _nearness(walker)
+    basin = _empty(slope, gait.start, stance_rates, swing_rates, limit, type(controller).__name__)
+
+    def row(number: int) -> None:
+        rate2 = float(basin.swing_rates[number])
+        for column, rate1 in enumerate(basin.stance_rates.tolist()):
+            for steps in sorted({min(_FIRST_LOOK, limit), limit}):
+                simulation = HybridSimulation(
+                    controller,
+                    terrain,
+                    robot=walker,
+                    q=(q1, q2),
+                    dq=(rate1, rate2),
+                    steps=steps,
+                    sample_period=math.inf,
+                    scuffing=scuffing,
+                )
+                walked, fate = _walk_controlled(simulation, gait.start, near)
+                if fate is not Fate.UNDECIDED:
+                    break
+            basin.steps[number, column], basin.fates[number, column] = walked, fate
+            basin.peak_torque[number, column] = simulation.peak_torque.max()
+
+    return _filled(basin, row, threads, progress)
+
+
+def _walk_controlled(simulation: HybridSimulation, goal: Array, near: Array) -> tuple[int, Fate]:
+    """Walk until a state after an impact is near the goal, or the walk ends; the number of steps, and the fate."""
+    first, last = place(TOUCHDOWNS, "q"), place(TOUCHDOWNS, "dq") + 2
+    walked, buffers = 0, simulation.buffers
+    while simulation.outcome is Outcome.WALKING:
+        simulation.go_on()
+        count = int(buffers.w[ROWS])
+        inside = (np.abs(buffers.rows[:count, first:last] - goal) < near).all(axis=1)
+        if inside.any():
+            return walked + int(inside.argmax()) + 1, Fate.SETTLED
+        walked += count
+        buffers.w[ROWS] = buffers.w[SAMPLES] = 0.0
+    return walked, _FATES.get(int(simulation.outcome), Fate.UNDECIDED)
+
+
+def _empty(
+    slope: float, start: Array, stance_rates: ArrayLike | None, swing_rates: ArrayLike | None, limit: int, walker: str
+) -> Basin:
+    """A map in which nothing is decided yet.
+
+    Raises:
+        InputError: The rates do not ascend, or the limit is no number of steps.
+    """
+    if isinstance(limit, bool) or not isinstance(limit, int | np.integer) or not 1 <= limit <= 10_000:
+        raise InputError(f"limit must be a whole number of steps from 1 to 10000, got {limit!r}")
+    greatest = float(np.abs(start[2:]).max())
+    grids: list[Array] = []
+    for name, given, low, high in (
+        ("stance_rates", stance_rates, 0.5 * start[2], 1.6 * start[2]),
+        ("swing_rates", swing_rates, -2.2 * greatest, 2.2 * greatest),
+    ):
+        grid = np.linspace(low, high, 300) if given is None else np.array(given, dtype=np.float64)
+        if grid.ndim != 1 or not len(grid) or not np.isfinite(grid).all() or (np.diff(grid) <= 0.0).any():
+            raise InputError(f"{name} must be a row of finite, ascending numbers")
+        grids.append(grid)
+    shape = (len(grids[1]), len(grids[0]))
+    fates = np.full(shape, Fate.UNDECIDED, dtype=np.int8)
+    return Basin(
+        slope,
+        start.copy(),
+        grids[0],
+        grids[1],
+        fates,
+        np.zeros(shape, dtype=np.int16),
+        np.zeros(shape),
+        int(limit),
+        walker,
+    )
+
+
+def _nearness(robot: Compass) -> Array:
+    """`SETTLED` for each component of a state."""
+    frequency = math.sqrt(robot.gravity / robot.leg_length)
+    return SETTLED * np.array([1.0, 1.0, frequency, frequency])
+
+
+def _filled(basin: Basin, row: Callable[[int], None], threads: int | None, progress: bool) -> Basin:
+    """The map with all rows computed, in threads.
+
+    Raises:
+        InputError: The number of threads is none.
+        BasinInterrupted: Ctrl-C.
+    """
+    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
+        raise InputError(f"threads must be a whole number of at least 1, got {threads!r}")
+    rows = range(len(basin.swing_rates))
+    with ThreadPoolExecutor(threads or _cores()) as pool:
+        try:
+            futures = [pool.submit(row, number) for number in rows]
+            for future in tqdm(as_completed(futures), total=len(rows), desc="rows", disable=None if progress else True):
+                future.result()
+        except BaseException as error:
+            pool.shutdown(cancel_futures=True)
+            if isinstance(error, KeyboardInterrupt):
+                raise BasinInterrupted(basin) from error
+            raise
+    return basin
+
+
+def _cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
