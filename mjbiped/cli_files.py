@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
 from mjbiped.errors import MjbipedError
 from mjbiped.gait import Gait
 from mjbiped.record import Walk
+
+if TYPE_CHECKING:
+    from mjbiped.stability import Stability
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C, as shells have it."""
@@ -51,6 +54,16 @@ class Files:
             from mjbiped.plots import plot_gait
 
             plot_gait(gait, file)
+
+        self._write("plot", path, draw)
+
+    def plot_stability(self, found: Stability, name: str, path: Path | None) -> None:
+        """Write a figure of Theorem 1 along a walk."""
+
+        def draw(file: Path) -> None:
+            from mjbiped.plot_stability import plot_stability
+
+            plot_stability({name: found}, file)
 
         self._write("plot", path, draw)
 

@@ -30,6 +30,9 @@ from mjbiped.record import Walk
 
 Array = NDArray[np.float64]
 
+RESOLVED = 1e-8
+"""Norm of eta below which nothing is made of it: in the hybrid engine it is the integration's error there."""
+
 _SAME_TIME = 1e-9  # s; a sample nearer to a touchdown is the touchdown's own
 _FEWEST = 8  # points of a step, its ends among them
 
@@ -55,8 +58,8 @@ class Stability:
         transition: Phi of (22) over the step, shape (steps, 6, 6).
         envelope_gain: k_C of (23), with the bound sharp at the step's end, shape (steps,).
         envelope_rate: lambda_alpha of (23), 1/s, shape (steps,).
-        alpha: Of (19) at the step's first touchdown: the smallest that makes (19) true there with this beta; infinite
-            where the rates' error comes from nothing. NaN for the first step.
+        alpha: Of (19) at the step's first touchdown: the smallest that makes (19) true there with this beta, so large
+            as one likes where the rates' error comes from nothing. NaN for the first step.
         beta: Of (19): norm of the impact map in the posture of the touchdown. NaN for the first step.
         impact_gain: k_Delta of (20) from them. NaN for the first step.
         residual: Norm of (end - Phi start), shape (steps,): how far the walk was from (22). In the hybrid engine the
@@ -116,13 +119,16 @@ class Stability:
 
     @property
     def ratio(self) -> Array:
-        """Norm of eta at the step's end over that at the end of the step before, (26), shape (steps,); first NaN."""
+        """Norm of eta at the step's end over that at the end of the step before, (26), shape (steps,).
+
+        NaN for the first step, and where both are below `RESOLVED`.
+        """
         norms = np.linalg.norm(self.end, axis=1)
         return np.append(np.nan, _ratio(norms[1:], norms[:-1]))
 
     @property
     def impact_ratio(self) -> Array:
-        """Norm of eta after a touchdown over that before it, (21), shape (steps,); NaN for the first step."""
+        """Norm of eta after a touchdown over that before it, (21), shape (steps,); NaN as in `ratio`."""
         before, after = np.linalg.norm(self.end, axis=1), np.linalg.norm(self.start, axis=1)
         return np.append(np.nan, _ratio(after[1:], before[:-1]))
 
@@ -133,11 +139,11 @@ class Stability:
         return np.append(np.nan, values[0, 1:] - values[1, :-1])
 
     @property
-    def estimate_growth(self) -> Array:
-        """Largest norm of the estimates' error in the step over that at its start, shape (steps,)."""
+    def estimate_rise(self) -> Array:
+        """Largest norm of the estimates' error in the step less that at its start, shape (steps,)."""
         norms = np.linalg.norm(self.errors[:, ESTIMATES], axis=1)
         largest = np.array([norms[self.step == step].max() for step in range(self.steps)])
-        return _ratio(largest, np.linalg.norm(self.start[:, ESTIMATES], axis=1))
+        return np.asarray(largest - np.linalg.norm(self.start[:, ESTIMATES], axis=1), dtype=np.float64)
 
 
 def recorded_controller(walk: Walk) -> AdaptiveController:
@@ -286,12 +292,14 @@ def _impacts(walk: Walk, controller: AdaptiveController, start: Array, end: Arra
     before, after = (np.linalg.norm(eta[:, 2:4] - gain * eta[:, 0:2], axis=1) for eta in (end[:-1], start[1:]))
     maps = [impact_matrix(controller.robot.constants, q) for q in walk.touchdowns["q_before"][:-1]]
     beta = np.array([np.linalg.norm(matrix, 2) for matrix in maps])
-    alpha = _ratio(np.maximum(0.0, after - beta * before), z1)
+    made = np.maximum(0.0, after - beta * before)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        alpha = np.where(made < RESOLVED, 0.0, made / z1)
     total = [impact_gain(gain, *pair) for pair in zip(alpha.tolist(), beta.tolist(), strict=True)]
     return np.append(np.nan, alpha), np.append(np.nan, beta), np.append(np.nan, total)
 
 
 def _ratio(above: Array, below: Array) -> Array:
-    """Quotient of numbers not below zero: infinite where something comes from nothing, zero where nothing does."""
+    """Quotient of norms: infinite where something comes from nothing, NaN where neither is resolved."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(above == 0.0, 0.0, above / below)
+        return np.where(np.maximum(above, below) < RESOLVED, np.nan, above / below)
