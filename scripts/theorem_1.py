@@ -31,6 +31,8 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "without the update (27)": {"estimate_update": False},
     "without update and re-planning": {"estimate_update": False, "replanning_delay": None},
 }
+ALIKE = [(ground, "without the update (27)") for ground in ("level", "stairs −6 mm")]
+"""Walks that are another one's twin: where the slope does not change, nothing is updated."""
 NEVER_RIGHT = math.radians(3)
 """The estimate's error at the start of every walk, rad: without it an update that is exact leaves nothing to see."""
 
@@ -46,7 +48,7 @@ def main(figure: Path, tables: Path, steps: int) -> None:
     paper = AdaptiveController(robot, gait, initial_slope_estimate=NEVER_RIGHT)
     controllers = {name: replace(paper, **changes) for name, changes in VARIANTS.items()}
     found: dict[tuple[str, str], Stability] = {}
-    pairs = [(ground, name) for ground in TERRAINS for name in VARIANTS]
+    pairs = [(ground, name) for ground in TERRAINS for name in VARIANTS if (ground, name) not in ALIKE]
     for ground, name in tqdm(pairs, desc="walks", disable=None):
         found[ground, name] = stability(
             mjbiped.walk(controllers[name], TERRAINS[ground], engine="hybrid", steps=steps, sample_period=2e-3)
@@ -125,7 +127,7 @@ def at_touchdowns(found: dict[tuple[str, str], Stability]) -> str:
         changed = np.abs(each.slope_change) > 1e-9
         resolved = np.isfinite(each.impact_ratio)
         constant = each.lyapunov_jump[resolved & ~changed]
-        at_change = each.lyapunov_jump[changed]
+        at_change = each.lyapunov_jump[resolved & changed]
         beyond = each.impact_ratio[resolved] > each.impact_gain[resolved]
         rows.append(
             (

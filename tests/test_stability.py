@@ -124,6 +124,11 @@ def test_excitation_and_its_directions(found: Stability) -> None:
     assert (found.weak_direction < math.radians(5)).all()  # the cosine's
 
 
+def test_first_step_from_rest_is_excited_though_the_legs_start_together(controller: AdaptiveController) -> None:
+    excitation = stability(walked(controller, mjbiped.Terrain.level(), steps=1, initial="rest")).excitation
+    assert excitation[0, 0] == pytest.approx(27.8, abs=0.05)  # docs/stability.md
+
+
 def test_mujoco_walk_obeys_22_up_to_its_step(wrong: AdaptiveController, uneven: mjbiped.Terrain) -> None:
     """The residual is of first order in the timestep: the torque is held, and a contact takes a step."""
     coarse, fine = (
