@@ -1,4 +1,4 @@
-"""The command line: `mjbiped walk`, `compare`, `gait` and `render`; `bifurcation` and `basin` are in `cli_gaits`.
+"""The command line: `mjbiped walk`, `compare`, `gait`, `stability` and `render`; others in `cli_gaits`.
 
 Exit status: 0 for a walk that came to an end, a fall included; 2 for anything the user can mend, told in one line;
 1 for a walk or a drawing that failed on its own; 130 after Ctrl-C.
@@ -218,6 +218,34 @@ def _gait(slope_deg: float, plot: Path | None, json: bool, **values: Any) -> Non
 
 main.add_command(bifurcation)
 main.add_command(basin)
+
+
+@main.command("stability", cls=given.SectionCommand)
+@click.argument("record", type=click.Path(path_type=Path))
+@given.plot_option
+@given.json_option
+def _stability(record: Path, plot: Path | None, json: bool) -> None:
+    """Evaluate the paper's Theorem 1 along the walk of RECORD, an .npz file.
+
+    The walk is an adaptive controller's, of either engine. docs/stability.md explains the numbers.
+
+    \b
+    Examples:
+      mjbiped walk mixed --engine hybrid --no-estimate-update --out walk.npz
+      mjbiped stability walk.npz --plot stability.png
+    """  # noqa: D301 (click reads the backspace)
+    from mjbiped.stability import stability  # SciPy's linear algebra is for this command alone
+
+    found = stability(Walk.load(record))
+    files = Files()
+    files.plot_stability(found, record.stem, plot)
+    summary = reports.stability_summary(found)
+    if json:
+        click.echo(reports.as_json({**summary, "files": files.written}))
+    else:
+        reports.show(reports.stability_table(summary))
+        files.tell()
+    files.end()
 
 
 @main.command("render", cls=given.SectionCommand)

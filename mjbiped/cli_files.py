@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 import numpy as np
@@ -14,6 +14,9 @@ from mjbiped.errors import MjbipedError, RecordError
 from mjbiped.gait import Gait
 from mjbiped.output import written_whole
 from mjbiped.record import Walk
+
+if TYPE_CHECKING:
+    from mjbiped.stability import Stability
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C, as shells have it."""
@@ -80,6 +83,16 @@ class Files:
     def draw(self, kind: str, path: Path | None, draw: Callable[[Path], None]) -> None:
         """Write a figure of any kind."""
         self._write(kind, path, draw)
+
+    def plot_stability(self, found: Stability, name: str, path: Path | None) -> None:
+        """Write a figure of Theorem 1 along a walk."""
+
+        def draw(file: Path) -> None:
+            from mjbiped.plot_stability import plot_stability
+
+            plot_stability({name: found}, file)
+
+        self._write("plot", path, draw)
 
     def render(self, walk: Walk, path: Path | None, pictures: dict[str, Any], *, progress: bool) -> None:
         """Write a video of a walk; `pictures` are the values of `mjbiped.cli_options.video_options`."""

@@ -19,6 +19,7 @@ from mjbiped.record import Walk
 
 if TYPE_CHECKING:
     from mjbiped.compare import Comparison
+    from mjbiped.stability import Stability
 
 # label; key of the summary; factor to the unit shown; format; unit
 _WALK_ROWS: tuple[tuple[str, str, float, str, str], ...] = (
@@ -124,6 +125,65 @@ def gait_table(summary: Mapping[str, Any]) -> Table:
         rows.append(("Floquet multiplier, modulus", f"{number}, {value['modulus']:.5f}", ""))
     rows.append(("stable", "yes" if summary["stable"] else "no", ""))
     return _table(rows)
+
+
+def stability_summary(found: Stability) -> dict[str, Any]:
+    """Theorem 1 along a walk in plain JSON types; what a walk of one step does not have is None."""
+    norms = np.linalg.norm(found.end, axis=1)
+    compared = found.ratio[np.isfinite(found.ratio)]
+    left = found.condition[1:]
+    within = np.diff(found.step) == 0
+    return {
+        "steps": found.steps,
+        "excitation_smallest_eigenvalue": float(found.excitation[:, 0].min()),
+        "excitation_largest_eigenvalue": float(found.excitation[:, 1].max()),
+        "excitation_weak_direction_from_cosine_deg": math.degrees(float(found.weak_direction.max())),
+        "transition_norm_smallest": float(found.contraction.min()),
+        "transition_norm_largest": float(found.contraction.max()),
+        "condition_24_smallest": float(left.min()) if left.size else None,
+        "condition_24_smallest_for_any_constants": float(found.condition_floor.min()),
+        "condition_24_holds_steps": int((left < 1.0).sum()),
+        "errors_26_compared_steps": int(compared.size),
+        "errors_26_holds_steps": int((compared < 1.0).sum()),
+        "lyapunov_largest_rise_within_a_step": max(0.0, float(np.diff(found.lyapunov)[within].max())),
+        "lyapunov_largest_jump_at_a_touchdown": float(found.lyapunov_jump[1:].max()) if found.steps > 1 else None,
+        "lyapunov_balance_largest": float(np.abs(found.balance).max()),
+        "estimate_error_largest_rise_within_a_step": float(found.estimate_rise.max()),
+        "error_before_last_touchdown": float(norms[-1]),
+        "residual_largest": float(found.residual.max()),
+    }
+
+
+def stability_table(summary: Mapping[str, Any]) -> Table:
+    """What `stability_summary` says, as a table."""
+
+    def shown(key: str) -> str:
+        return _shown(summary[key], 1, ".4g")
+
+    low, high = "transition_norm_smallest", "transition_norm_largest"
+    return _table(
+        [
+            ("whole steps", shown("steps"), ""),
+            ("excitation, smallest eigenvalue of ∫WW'", shown("excitation_smallest_eigenvalue"), "1/s³"),
+            ("excitation, largest eigenvalue", shown("excitation_largest_eigenvalue"), "1/s³"),
+            ("its weak direction, from the cosine's", shown("excitation_weak_direction_from_cosine_deg"), "deg"),
+            ("norm of the transition matrix of a step (23)", f"{shown(low)} to {shown(high)}", ""),
+            ("left side of (24), smallest", shown("condition_24_smallest"), ""),
+            ("left side of (24), smallest of any constants", shown("condition_24_smallest_for_any_constants"), ""),
+            ("steps where (24) holds", shown("condition_24_holds_steps"), ""),
+            (
+                "steps where ‖η‖ fell (26)",
+                f"{shown('errors_26_holds_steps')} of {shown('errors_26_compared_steps')}",
+                "",
+            ),
+            ("V_a, largest rise within a step", shown("lyapunov_largest_rise_within_a_step"), ""),
+            ("V_a, largest jump at a touchdown", shown("lyapunov_largest_jump_at_a_touchdown"), ""),
+            ("V_a against (16) with (17), worst", shown("lyapunov_balance_largest"), ""),
+            ("estimate's error, largest rise within a step", shown("estimate_error_largest_rise_within_a_step"), ""),
+            ("‖η‖ before the last touchdown", shown("error_before_last_touchdown"), ""),
+            ("walk against (22), worst of a step", shown("residual_largest"), ""),
+        ]
+    )
 
 
 def show(table: Table) -> None:

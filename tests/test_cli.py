@@ -24,6 +24,7 @@ from controllers import AdaptiveController
 from mjbiped import cli, cli_options, gl, measures, plot_comparison, plot_style, plots, recorder, scene, video
 from mjbiped.errors import RenderError
 from mjbiped.record import Walk
+from mjbiped.stability import stability
 
 ROOT = Path(__file__).parents[1]
 
@@ -107,14 +108,17 @@ def drawings(monkeypatch: pytest.MonkeyPatch) -> Drawings:
 # ---- help ------------------------------------------------------------------------------------------------------------
 
 
+COMMANDS = ("walk", "compare", "gait", "bifurcation", "basin", "stability", "render")
+
+
 def test_help_names_the_commands_in_order() -> None:
     result = run("--help")
     assert result.exit_code == 0
     listed = result.stdout[result.stdout.index("Commands:") :]
-    assert re.findall(r"^  (\w+)", listed, re.MULTILINE) == ["walk", "compare", "gait", "render"]
+    assert re.findall(r"^  (\w+)", listed, re.MULTILINE) == list(COMMANDS)
 
 
-@pytest.mark.parametrize("command", ["walk", "compare", "gait", "render"])
+@pytest.mark.parametrize("command", COMMANDS)
 def test_help_of_a_command_explains_every_option(command: str) -> None:
     text = run(command, "--help").stdout
     assert "Examples:" in text
@@ -636,3 +640,26 @@ def test_render_refuses(record: Path, tmp_path: Path, drawings: Drawings) -> Non
     assert_refused(run("render", record, "--no-video"), "--no-video")
     assert_refused(run("render", record, "--video-size", "1x1"), "even pixels")
     assert not drawings.calls
+
+
+# ---- stability -------------------------------------------------------------------------------------------------------
+
+
+def test_stability_tells_theorem_1(tmp_path: Path) -> None:
+    record, plot = tmp_path / "walk.npz", tmp_path / "stability.png"
+    words = ("--engine", "hybrid", "--steps", 4, "--initial-slope-estimate-deg", 3, "--quiet", "--out", record)
+    assert run("walk", "level", *words).exit_code == 0
+    result = run("stability", record, "--plot", plot)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert "steps where (24) holds" in result.stdout
+    assert result.stdout.endswith(f"wrote {plot}\n")
+    assert plot.stat().st_size > 10_000
+    told = json.loads(run("stability", record, "--json").stdout)
+    found = stability(mjbiped.Walk.load(record))
+    assert told["condition_24_smallest_for_any_constants"] == found.condition_floor.min() > 1.0
+    assert (told["condition_24_holds_steps"], told["errors_26_holds_steps"], told["steps"]) == (0, 3, 4)
+
+
+def test_stability_refuses(record: Path, tmp_path: Path) -> None:
+    assert_refused(run("stability", tmp_path / "none.npz"), "cannot read")
+    assert_refused(run("stability", record, "--plot", tmp_path / "walk.gif"), "must end in .png")

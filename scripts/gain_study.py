@@ -1,0 +1,278 @@
+"""How far gamma, K1 and K2 can be raised: convergence, (24), torque and falls (10 minutes). See docs/stability.md.
+
+python scripts/gain_study.py --figure docs/images/gains.png --tables out/gains.md
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import click
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from tqdm.auto import tqdm
+
+import mjbiped
+from controllers import AdaptiveController
+from mjbiped import measures
+from mjbiped.error_dynamics import Array, cycle_stability, impact_gain, lyapunov_gain
+from mjbiped.plot_style import BLACK, BLUE, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
+
+TERRAINS = {
+    "slopes 0.3°": mjbiped.Terrain.slopes(),
+    "mixed": mjbiped.Terrain.mixed(),
+    "stairs −6 mm": mjbiped.Terrain.stairs(rise=-0.006),
+}
+LOOKS = {"slopes 0.3°": (BLUE, "o"), "mixed": (ORANGE, "s"), "stairs −6 mm": (VERMILLION, "^")}
+GAMMAS = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0]
+SCALES = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]
+"""Of the paper's K1 = 5 and K2 = 12."""
+CONTROL_PERIODS = (1e-4, 1e-3)  # s
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """Of a set of gains, on the limit cycle: slowest multiplier, left side of (24), its floor, V_a step to step."""
+
+    rate: float
+    condition: float
+    floor: float
+    lyapunov: float
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Of a walk: outcome, peak torques (N m), share of the first step's estimate error that is left at its end."""
+
+    outcome: str
+    ankle: float
+    hip: float
+    left: float
+
+
+@click.command(help=__doc__)
+@click.option("--figure", default="docs/images/gains.png", show_default=True, type=click.Path(path_type=Path))
+@click.option("--tables", default="out/gains.md", show_default=True, type=click.Path(path_type=Path))
+@click.option("--steps", default=40, show_default=True, type=click.IntRange(min=2), help="Steps per walk.")
+def main(figure: Path, tables: Path, steps: int) -> None:
+    """Scan, draw and tabulate."""
+    robot = mjbiped.Compass()
+    gait = mjbiped.find_passive_gait(robot, math.radians(2))
+    paper = AdaptiveController(robot, gait, initial_slope_estimate=math.radians(3))
+    by_gamma = {gamma: replace(paper, adaptation_gain=gamma) for gamma in GAMMAS}
+    by_scale = {scale: scaled(paper, scale) for scale in SCALES}
+    walks = {
+        (kind, value, ground, delay): replace(controller, replanning_delay=delay)
+        for kind, family in (("gamma", by_gamma), ("scale", by_scale))
+        for value, controller in family.items()
+        for ground in TERRAINS
+        for delay in (0.8, None)
+    }
+    walked = {
+        key: walk(controller, key[2], steps) for key, controller in tqdm(walks.items(), desc="walks", disable=None)
+    }
+    planes = {
+        (gamma, scale): walk(
+            replace(scaled(paper, scale), adaptation_gain=gamma, replanning_delay=None), "mixed", steps
+        ).outcome
+        for scale in tqdm(SCALES, desc="walks over both gains", disable=None)
+        for gamma in GAMMAS
+    }
+    held = {
+        (gamma, period): mujoco_walk(replace(by_gamma[gamma], initial_slope_estimate=0.0), period, steps)
+        for gamma in tqdm(GAMMAS, desc="walks in MuJoCo", disable=None)
+        for period in CONTROL_PERIODS
+    }
+    grid = np.geomspace(0.01, 1000.0, 26), np.geomspace(0.02, 20.0, 24)
+    rows = [
+        [on_the_cycle(replace(scaled(paper, scale), adaptation_gain=gamma)) for gamma in grid[0].tolist()]
+        for scale in tqdm(grid[1].tolist(), desc="limit cycle", disable=None)
+    ]
+    draw(grid, rows, paper, walked, planes, figure)
+    text = f"{gamma_table(by_gamma, walked, held)}\n\n{scale_table(by_scale, walked)}\n"
+    tables.parent.mkdir(parents=True, exist_ok=True)
+    tables.write_text(text, encoding="utf-8")
+    click.echo(f"{text}\nwrote {figure}\nwrote {tables}")
+
+
+def scaled(controller: AdaptiveController, scale: float) -> AdaptiveController:
+    """The controller with both tracking gains multiplied."""
+    return replace(
+        controller,
+        position_gain=scale * controller.position_gain,
+        velocity_gain=scale * controller.velocity_gain,
+    )
+
+
+def on_the_cycle(controller: AdaptiveController) -> Cycle:
+    """What Theorem 1 and the return map say of the gains."""
+    cycle = cycle_stability(controller)
+    gain = controller.position_gain
+    return Cycle(
+        rate=float(np.abs(cycle.multipliers[0])),
+        condition=impact_gain(gain, cycle.alpha, cycle.beta) * cycle.contraction,
+        floor=impact_gain(gain, 0.0, 0.0) * cycle.contraction,
+        lyapunov=lyapunov_gain(controller, cycle.return_map),
+    )
+
+
+def walk(controller: AdaptiveController, ground: str, steps: int) -> Outcome:
+    """A walk in the hybrid engine that begins with an estimate 3 degrees wrong."""
+    done = mjbiped.walk(controller, TERRAINS[ground], engine="hybrid", steps=steps, sample_period=0.05)
+    _, ended = measures.estimate_errors(done)
+    first = controller.initial_slope_estimate - done.terrain.slope_at(0.0)
+    left = abs(ended[0] / first) if done.steps else math.nan
+    return Outcome(done.outcome, float(done.peak_torque[0]), float(done.peak_torque[1]), float(left))
+
+
+def mujoco_walk(controller: AdaptiveController, control_period: float, steps: int) -> str:
+    """Rms error of the estimate at the steps' ends on `mixed`, and peak ankle torque in N m, or how else it ended."""
+    done = mjbiped.walk(controller, TERRAINS["mixed"], steps=steps, control_period=control_period)
+    if done.outcome != "finished":
+        return done.outcome
+    last = np.searchsorted(done.samples["time"], done.touchdowns["time"] - 1e-9) - 1  # sample of each step
+    error = (done.samples["slope_estimate"] - done.samples["slope"])[last]
+    return f"{math.degrees(math.sqrt(np.mean(error**2))):.3f}°, {done.peak_torque[0]:.1f}"
+
+
+Walked = dict[tuple[str, float, str, float | None], Outcome]
+
+
+def gamma_table(family: dict[float, AdaptiveController], walked: Walked, held: dict[tuple[float, float], str]) -> str:
+    """Rows by gamma, at the paper's K1 and K2."""
+    rows = []
+    for gamma, controller in family.items():
+        cells = (*_cells(on_the_cycle(controller)), *_peaks(walked, "gamma", gamma))
+        rows.append((f"{gamma:g}", *cells, *(held[gamma, period] for period in CONTROL_PERIODS)))
+    return _markdown(("γ", *_HEADINGS, *(f"MuJoCo, {1e3 * period:g} ms" for period in CONTROL_PERIODS)), rows)
+
+
+def scale_table(family: dict[float, AdaptiveController], walked: Walked) -> str:
+    """Rows by tracking gains, at the paper's gamma."""
+    rows = [
+        (
+            f"{controller.position_gain:g}, {controller.velocity_gain:g}",
+            *_cells(on_the_cycle(controller)),
+            *_peaks(walked, "scale", scale),
+        )
+        for scale, controller in family.items()
+    ]
+    return _markdown(("K₁, K₂ (1/s)", *_HEADINGS), rows)
+
+
+_HEADINGS = ("slowest multiplier", "(24)", "its floor", "V_a⁺/V_a⁺", "error left after 1 step", *TERRAINS)
+
+
+def _cells(cycle: Cycle) -> tuple[str, ...]:
+    """Of the limit cycle."""
+    return tuple(f"{value:.3g}" for value in (cycle.rate, cycle.condition, cycle.floor, cycle.lyapunov))
+
+
+def _peaks(walked: Walked, kind: str, value: float) -> tuple[str, ...]:
+    """Error left after the first step, then per terrain the peak ankle torque re-planned / not re-planned."""
+    cells = [f"{walked[kind, value, 'stairs −6 mm', 0.8].left:.3f}"]
+    for ground in TERRAINS:
+        pair = (walked[kind, value, ground, delay] for delay in (0.8, None))
+        cells.append(" / ".join(f"{each.ankle:.3g}" if each.outcome == "finished" else each.outcome for each in pair))
+    return tuple(cells)
+
+
+def _markdown(headings: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
+    """A Markdown table."""
+    lines = [headings, tuple("---" for _ in headings), *rows]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+
+
+def draw(
+    grid: tuple[Array, Array],
+    rows: list[list[Cycle]],
+    paper: AdaptiveController,
+    walked: Walked,
+    planes: dict[tuple[float, float], str],
+    path: Path,
+) -> None:
+    """Convergence and conditions on the limit cycle, and peak torques of the walks."""
+    with styled():
+        figure = new_figure(7.0)
+        (line, plane), (gammas, scales) = figure.subplots(2, 2)
+        cycles = [on_the_cycle(replace(paper, adaptation_gain=gamma)) for gamma in grid[0].tolist()]
+        line.loglog(grid[0], [cycle.condition for cycle in cycles], color=VERMILLION, linestyle="-", label="(24)")
+        line.loglog(
+            grid[0], [cycle.floor for cycle in cycles], color=BLACK, linestyle="-.", label="(24), best constants"
+        )
+        line.loglog(grid[0], [cycle.rate for cycle in cycles], color=BLUE, linestyle="--", label="slowest multiplier")
+        line.loglog(
+            grid[0], [cycle.lyapunov for cycle in cycles], color=ORANGE, linestyle=":", label="$V_a$ from step to step"
+        )
+        line.axhline(1.0, color=GUIDE, linewidth=1.0)
+        line.axvline(paper.adaptation_gain, color=GUIDE, linewidth=0.7)
+        line.set(xlabel="γ", ylabel="factor per step")
+        line.set_title("(a) On the limit cycle, K₁ = 5, K₂ = 12")
+        line.set_ylim(None, 1e3)
+        line.legend(loc="upper right")
+        _draw_plane(plane, grid, rows, planes)
+        for axes, kind, values in ((gammas, "gamma", GAMMAS), (scales, "scale", SCALES)):
+            _draw_torques(axes, kind, values, walked)
+        gammas.set(xlabel="γ")
+        gammas.set_title("(c) Peak ankle torque, K₁ = 5, K₂ = 12")
+        scales.set(xlabel="K₁/5 = K₂/12")
+        scales.set_title("(d) Peak ankle torque, γ = 0.3")
+        handles = [Line2D([], [], color=color, marker=marker, label=name) for name, (color, marker) in LOOKS.items()]
+        handles += [
+            Line2D([], [], color=BLACK, label="re-planned"),
+            Line2D([], [], color=BLACK, linestyle=":", label="not re-planned"),
+        ]
+        if any(outcome.outcome != "finished" for outcome in walked.values()):
+            handles.append(Line2D([], [], color=BLACK, marker="x", linestyle="none", label="fell"))
+        gammas.legend(handles=handles, loc="upper left")
+        save_figure(figure, path)
+
+
+def _draw_plane(
+    axes: Axes, grid: tuple[Array, Array], rows: list[list[Cycle]], planes: dict[tuple[float, float], str]
+) -> None:
+    """Slowest multiplier over both gains, where (24) holds, and which walks fell."""
+    rate, condition, lyapunov = (
+        np.array([[getattr(cycle, name) for cycle in row] for row in rows])
+        for name in ("rate", "condition", "lyapunov")
+    )
+    levels = [0.001, 0.01, 0.05, 0.1, 0.2, 0.5, 0.9, 1.0]
+    lines = axes.contour(*grid, rate, levels=levels, colors=[BLUE], linewidths=0.9)
+    axes.clabel(lines, fontsize=7)
+    axes.contourf(*grid, condition, levels=[0.0, 1.0], colors=[VERMILLION], alpha=0.25)
+    axes.contour(*grid, lyapunov, levels=[1.0], colors=[ORANGE], linestyles=[":"], linewidths=1.6)
+    fallen = [key for key, outcome in planes.items() if outcome != "finished"]
+    axes.plot([key[0] for key in fallen], [key[1] for key in fallen], "kx", markersize=5)
+    axes.plot(0.3, 1.0, "k*", markersize=9)
+    axes.set(xscale="log", yscale="log", xlabel="γ", ylabel="K₁/5 = K₂/12")
+    axes.set_title("(b) Slowest multiplier; ★: the paper's gains")
+    axes.legend(
+        handles=[
+            Line2D([], [], color=BLUE, label="slowest multiplier"),
+            Line2D([], [], color=VERMILLION, alpha=0.35, linewidth=7, label="(24) holds"),
+            Line2D([], [], color=ORANGE, linestyle=":", label="$V_a$ falls from step to step above"),
+            Line2D([], [], color=BLACK, marker="x", linestyle="none", label="fell on mixed, not re-planned"),
+        ],
+        loc="lower right",
+        framealpha=1.0,
+    )
+
+
+def _draw_torques(axes: Axes, kind: str, values: list[float], walked: Walked) -> None:
+    """Peak ankle torque against a gain."""
+    for ground, (color, marker) in LOOKS.items():
+        for delay, style in ((0.8, "-"), (None, ":")):
+            each = [walked[kind, value, ground, delay] for value in values]
+            peaks = np.array([outcome.ankle for outcome in each])
+            fell = np.array([outcome.outcome != "finished" for outcome in each])
+            axes.plot(
+                values, np.where(fell, np.nan, peaks), color=color, linestyle=style, marker=marker, markersize=3.5
+            )
+            axes.plot(np.array(values)[fell], peaks[fell], "x", color=color)
+    axes.set(xscale="log", yscale="log", ylabel="peak ankle torque (N m)")
+
+
+if __name__ == "__main__":
+    main()
