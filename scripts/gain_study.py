@@ -1,4 +1,4 @@
-"""How far gamma, K1 and K2 can be raised: convergence, condition (24), torque and falls (10 minutes). See docs/stability.md.
+"""How far gamma, K1 and K2 can be raised: convergence, condition (24), torque, falls. See docs/stability.md.
 
 python scripts/gain_study.py --figure docs/images/gains.png --tables out/gains.md
 """
