@@ -31,7 +31,6 @@ from mjbiped.scuffing import swing_foot_collides
     TIME,  # of the last observation, s
     STANCE,  # 0 left, 1 right
     EXCHANGE_TIME,  # of the last leg exchange, s
-    CLOCK_ZERO,  # when the controller took notice of it: its step clock's zero, s
     NEXT_CONTROL,  # when the controller ticks next, s
     TOUCHED,  # 1: an exchange that the controller has not yet been told of
     ARMED,  # 1: the swing foot collides
@@ -59,9 +58,9 @@ from mjbiped.scuffing import swing_foot_collides
     COUNT,  # touchdowns so far
     OUTCOME,
     LAST_TOUCHDOWN,  # first place of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
-) = range(32)
+) = range(31)
 
-POSTURE_BEFORE = LAST_TOUCHDOWN + place(TOUCHDOWNS, "q_before")
+TOLD_AT_TOUCHDOWN = tuple(LAST_TOUCHDOWN + place(TOUCHDOWNS, name) for name in ("q_before", "q", "dq"))
 ESTIMATE_BEFORE = LAST_TOUCHDOWN + place(TOUCHDOWNS, "slope_estimate_before")
 ESTIMATE_AFTER = LAST_TOUCHDOWN + place(TOUCHDOWNS, "slope_estimate")
 CONTROLLER_MEMORY = LAST_TOUCHDOWN + width(TOUCHDOWNS)
@@ -210,7 +209,7 @@ def _count_work(u: MutableSequence[float], left: float, right: float) -> None:
 def _exchange(
     u: MutableSequence[float], limits: Limits, time: float, qpos: Sequence[float], qvel: Sequence[float]
 ) -> None:
-    """Swap the legs' roles and write the touchdown's row, but for the estimates, which the controller's tick writes.
+    """Swap the legs' roles and write the touchdown's row; the estimates are not known before the controller's tick.
 
     The contact step itself counts for no work: half of it belongs to either step's roles.
     """
@@ -253,6 +252,8 @@ def _exchange(
         u[PENETRATION],
         u[FRICTION],
         u[STRIKES],
+        math.nan,
+        math.nan,
     )
     for index, value in enumerate(row):
         u[LAST_TOUCHDOWN + index] = value

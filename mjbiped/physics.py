@@ -190,7 +190,8 @@ class Simulation:
             return
         qpos, qvel = data.qpos.tolist(), data.qvel.tolist()
         events.observe(u, self.limits, self._height_at, time, qpos, qvel)
-        if time > u[events.NEXT_CONTROL] - model.opt.timestep / 2.0:
+        due = time > u[events.NEXT_CONTROL] - model.opt.timestep / 2.0
+        if due or (u[events.TOUCHED] and u[events.OUTCOME]):  # the last touchdown is told at once: its row is whole
             self._tick(u, time)
         data.ctrl[:] = (
             (0.0, u[events.ANKLE], -u[events.HIP]) if u[events.STANCE] else (u[events.ANKLE], 0.0, u[events.HIP])
@@ -209,12 +210,11 @@ class Simulation:
             dq = (u[events.LEFT_RATE], u[events.RIGHT_RATE])
         if u[events.TOUCHED]:
             u[events.TOUCHED] = 0.0
-            u[events.CLOCK_ZERO] = time
             u[events.ESTIMATE_BEFORE] = controller.slope_estimate(memory)
-            before = u[events.POSTURE_BEFORE : events.POSTURE_BEFORE + 2]
-            controller.on_touchdown(memory, before, q, dq)
+            # the contact switch holds the touchdown's posture and time for a controller that ticks later
+            controller.on_touchdown(memory, *(u[first : first + 2] for first in events.TOLD_AT_TOUCHDOWN))
             u[events.ESTIMATE_AFTER] = controller.slope_estimate(memory)
-        values = controller.torque(memory, time - u[events.CLOCK_ZERO], q, dq)
+        values = controller.torque(memory, time - u[events.EXCHANGE_TIME], q, dq)
         if len(values) != 2 + len(controller.states):
             rates = ", ".join(controller.states) or "none"
             raise InputError(

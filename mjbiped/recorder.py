@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped import events
-from mjbiped.columns import SAMPLES, TOUCHDOWNS, split, width
+from mjbiped.columns import SAMPLES, TOUCHDOWNS, split
 
 if TYPE_CHECKING:
     from controllers.base import Controller
@@ -35,6 +35,7 @@ class Recorder:
         self._states: list[list[float]] = []
         self._touchdowns: list[list[float]] = []
         self._count: float | None = None
+        self._open = False  # the last touchdown's row waits for the controller's estimate
         self._width = 0
 
     def sample(self, data: mujoco.MjData, controller: Controller) -> None:
@@ -60,14 +61,21 @@ class Recorder:
             self._count = u[events.COUNT]  # above zero where the walk was resumed
 
     def take_touchdown(self, data: mujoco.MjData) -> bool:
-        """Take the last touchdown's row if it is a new one; to be asked after every physics step."""
-        count = data.userdata[events.COUNT]
-        if count == self._count:
+        """Take the last touchdown's row if it is a new one; to be asked after every physics step.
+
+        A controller that ticks less often than the physics takes notice later: then the row is taken again.
+        """
+        u = data.userdata
+        count, new = u[events.COUNT], u[events.COUNT] != self._count
+        if not new and not (self._open and not u[events.TOUCHED]):
             return False
-        self._count = count
-        first = events.LAST_TOUCHDOWN
-        self._touchdowns.append(data.userdata[first : first + width(TOUCHDOWNS)].tolist())
-        return True
+        row = u[events.LAST_TOUCHDOWN : events.CONTROLLER_MEMORY].tolist()
+        if new:
+            self._touchdowns.append(row)
+        else:
+            self._touchdowns[-1] = row
+        self._count, self._open = count, bool(u[events.TOUCHED])
+        return bool(new)
 
     def samples(self) -> dict[str, NDArray[np.float64]]:
         """Samples so far; see `mjbiped.columns.SAMPLES`."""

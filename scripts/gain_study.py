@@ -132,9 +132,8 @@ def mujoco_walk(controller: AdaptiveController, control_period: float, steps: in
     done = mjbiped.walk(controller, TERRAINS["mixed"], steps=steps, control_period=control_period)
     if done.outcome != "finished":
         return done.outcome
-    last = np.searchsorted(done.samples["time"], done.touchdowns["time"] - 1e-9) - 1  # sample of each step
-    error = (done.samples["slope_estimate"] - done.samples["slope"])[last]
-    return f"{math.degrees(math.sqrt(np.mean(error**2))):.3f}°, {done.peak_torque[0]:.1f}"
+    _, ended = measures.estimate_errors(done)
+    return f"{math.degrees(math.sqrt(np.mean(ended**2))):.3f}°, {done.peak_torque[0]:.1f}"
 
 
 Walked = dict[tuple[str, float, str, float | None], Outcome]

@@ -120,6 +120,22 @@ def test_slower_controller_still_walks(controller: AdaptiveController) -> None:
     assert walk.cost_of_transport == pytest.approx(math.sin(math.radians(2)), rel=0.02)
 
 
+def test_estimates_of_a_slower_controller_are_those_of_their_own_touchdown(controller: AdaptiveController) -> None:
+    """It takes notice of a touchdown some physics steps later; the rows once held the touchdown's before."""
+    walk = mjbiped.walk(
+        controller, Terrain.slopes(change_deg=1.5), steps=5, control_period=5e-3, sample_period=1e-4, timestep=2e-4
+    )
+    touchdowns, samples = walk.touchdowns, walk.samples
+    for row, time in enumerate(touchdowns["time"]):
+        last = np.flatnonzero(samples["time"] < time)[-1]
+        assert touchdowns["slope_estimate_before"][row] == samples["slope_estimate"][last]
+    change = touchdowns["q_before"][:, 0] - touchdowns["q"][:, 1]
+    told = touchdowns["slope_estimate"] - touchdowns["slope_estimate_before"]
+    assert np.abs(change).max() > np.radians(1)
+    # (27) leaves out what is under its threshold
+    assert told == pytest.approx(change, abs=controller.update_threshold)
+
+
 def test_robot_may_differ_from_the_model(controller: AdaptiveController) -> None:
     heavier = mjbiped.Compass(leg_mass=5.2)
     walk = mjbiped.walk(controller, Terrain.level(), steps=5, robot=heavier)
