@@ -30,7 +30,8 @@ class Law(NamedTuple):
     """A controller's laws as functions of plain numbers, which Numba can compile; for engines that do so.
 
     The functions say what the controller's methods of like names say, and those call them: one law, one place. They
-    stand at the top level of a module and call only others that do; `memory` is indexed, never resized.
+    stand at the top level of a module and call only others that do; `memory` is indexed, never resized. They allocate
+    nothing: several numbers are returned as a tuple, never as a list or an array.
 
     Attributes:
         parameters: All that the laws need beside the memory: numbers, arrays, tuples and NamedTuples of these.

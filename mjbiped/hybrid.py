@@ -26,6 +26,7 @@ from mjbiped.hybrid_events import hip, legs_at
 from mjbiped.hybrid_motion import HANDED_ON, rates_where
 from mjbiped.hybrid_state import Buffers, Laws, World
 from mjbiped.hybrid_walk import advance
+from mjbiped.law_check import compile_now
 from mjbiped.scuffing import ScuffingRule
 from mjbiped.terrain import Terrain
 
@@ -85,7 +86,7 @@ class HybridSimulation:
             compile: Whether laws that can be compiled are.
 
         Raises:
-            InputError: A value is outside its domain.
+            InputError: A value is outside its domain, or the controller's laws cannot be compiled.
         """
         if not sample_period >= SHORTEST_SAMPLE_PERIOD:
             raise InputError(f"sample_period must be at least {SHORTEST_SAMPLE_PERIOD} s, got {sample_period!r}")
@@ -126,6 +127,9 @@ class HybridSimulation:
             sample_period=float(sample_period),
         )
         self.buffers = self._begin(terrain, q, dq)
+        if law is not None:
+            arguments = (self._parameters, self.world, self.buffers)
+            compile_now(self._advance, law, controller.states, arguments, whose=type(controller).__name__)
 
     def _table(self, values: Sequence[float]) -> Any:
         """Numbers as the engine reads them: an array for compiled code, which plain Python reads slower than a list."""

@@ -1,0 +1,93 @@
+"""Why a controller's laws cannot be compiled, in words."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mjbiped.errors import InputError
+
+if TYPE_CHECKING:
+    from controllers.base import Law
+
+_ADVICE = (
+    "A law takes and returns plain floats, returns several as a tuple, allocates nothing (no list, array or string), "
+    "and calls only functions that do the same, of `math` or at the top level of a module. Correct it, or let law() "
+    "return None: the walk then runs in plain Python"
+)
+
+
+def compile_now(entry: Any, law: Law, states: Sequence[str], arguments: tuple[Any, ...], *, whose: str) -> None:
+    """Compile an engine's function for its arguments, so that a law that will not do is refused before the walk.
+
+    Args:
+        entry: As `compiled.compiled` returns it; nothing happens where it is compiled for such arguments already.
+        law: Whose functions it calls.
+        states: Names of the controller's integrated states.
+        arguments: With which it will be called.
+        whose: Name of the controller, for the message.
+
+    Raises:
+        InputError: It cannot be compiled; the message says which law is to blame, and where.
+    """
+    numba = _numba()
+    try:
+        # the parameters' type is the only one that differs from walk to walk, and finding all types takes half a ms
+        parameters = numba.typeof(arguments[0])
+        if any(known[0] == parameters for known in entry.overloads):
+            return
+        entry.compile((parameters, *(numba.typeof(argument) for argument in arguments[1:])))
+    except (numba.core.errors.NumbaError, TypeError, ValueError) as error:
+        reason = _blame(law, states) or f"together: {_reason(error)}"
+        raise InputError(f"the laws of {whose} cannot be compiled: {reason}. {_ADVICE}") from error
+
+
+def _blame(law: Law, states: Sequence[str]) -> str:
+    """The first law that will not do by itself, and why; empty if all do."""
+    numba = _numba()
+    types = numba.types
+    try:
+        parameters = numba.typeof(law.parameters)
+    except ValueError:
+        return f"parameters are {law.parameters!r}; expected numbers, arrays, tuples and NamedTuples of these"
+    memory, number = types.Array(types.float64, 1, "C"), types.float64
+    for name, count, values in (
+        ("torque", 5, 2 + len(states)),
+        ("touchdown", 6, 0),
+        ("slope_estimate", 0, 1),
+        ("next_break", 1, 1),
+    ):
+        function: Callable[..., Any] = getattr(law, name)
+        alone = numba.njit(_nrt=False)(function)
+        try:
+            alone.compile((parameters, memory, *[number] * count))
+        except (numba.core.errors.NumbaError, TypeError) as error:  # TypeError: another number of arguments
+            return f"{name} ({function.__name__}): {_reason(error)}"
+        given = alone.nopython_signatures[0].return_type
+        parts = tuple(given) if isinstance(given, types.BaseTuple) else () if given == types.none else (given,)
+        numbers = all(isinstance(types.unliteral(part), types.Number) for part in parts)
+        if not numbers or len(parts) != values or isinstance(given, types.BaseTuple) != (values > 1):
+            wanted = {0: "nothing", 1: "a float"}.get(values, f"a tuple of {values} floats")
+            return f"{name} ({function.__name__}) returns {given}; expected {wanted}"
+    return ""
+
+
+def _numba() -> Any:
+    """Numba, which is slow to import and has no types of its own."""
+    import numba
+
+    return numba
+
+
+def _reason(error: Exception) -> str:
+    """The line of Numba's message that says what is wrong, and the place in the source."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    told = next((line for line in lines if not line.startswith("Failed in")), type(error).__name__).rstrip(".")
+    if "NRT required" in told:
+        told = "it allocates memory"
+    place = re.search(r'File "(?P<file>[^"]+)", line (?P<line>\d+)', str(error)) or re.search(
+        r"at (?P<file>\S+) \((?P<line>\d+)\)", str(error)
+    )
+    return f"{told} (line {place['line']} of {Path(place['file']).name})" if place else told
