@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 OUT := out
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk test test-slow check format lock clean
+.PHONY: help setup walk test test-slow bench check format lock clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -36,6 +36,9 @@ test: setup check ## set-up, lint, types and tests
 
 test-slow: setup ## the long checks
 	$(BIN)/python -m pytest -n 2 -m slow
+
+bench: setup ## measure the speed, some five minutes: docs/performance.md
+	$(BIN)/python scripts/benchmark.py
 
 check: setup ## lint and types
 	$(BIN)/ruff format --check .

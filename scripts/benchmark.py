@@ -1,0 +1,310 @@
+"""How fast the engine is: paired timings, ratios from one run, written with the machine into docs/performance.md.
+
+    python scripts/benchmark.py        (or: make bench)
+
+The cases of a comparison are run in turn, again and again, so that a machine that slows down slows all of them; times
+are CPU times of the one thread, but for the comparison of threads.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import platform
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+import click
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+from pages import write_table
+from scipy_walk import ScipyWalk
+from tqdm.auto import tqdm
+
+import mjbiped
+from controllers import AdaptiveController, Controller, PassiveController
+from mjbiped import plot_style
+from mjbiped.events import Outcome
+from mjbiped.hybrid import HybridRecorder, HybridSimulation, simulate_hybrid
+from mjbiped.terrain import Terrain
+
+ROBOT = mjbiped.Compass()
+GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))
+ADAPTIVE = AdaptiveController(ROBOT, GAIT)
+PAGE = Path("docs/performance.md")
+FIGURE = Path("docs/images/performance.png")
+STARTS = tuple(
+    GAIT.start * np.array(part) for part in ((1, 1, 1, 1), (1, 1, 1.01, 1), (1, 1, 1, 0.97), (1.01, 1.01, 1, 1))
+)
+"""All on ground that both feet stand on: q2 = -q1."""
+STEP_COUNTS = (100, 1000, 10_000, 100_000)
+SEGMENT_COUNTS = (10, 100, 1000, 10_000, 100_000)
+TOLERANCES = 10.0 ** np.arange(-7.0, -12.6, -0.5)
+
+Case = Callable[[], float]
+"""Runs something and returns the seconds that it took."""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Repeated timings of one case.
+
+    Attributes:
+        seconds: One per repetition, in the order of the run.
+        work: What is counted (gait steps) in one repetition.
+    """
+
+    seconds: NDArray[np.float64]
+    work: int
+
+    @property
+    def rate(self) -> str:
+        """Median per second, with the slowest and the fastest repetition."""
+        low, middle, high = (self.work / np.percentile(self.seconds, part) for part in (100, 50, 0))
+        return f"{middle:,.0f} ({low:,.0f} to {high:,.0f})"
+
+    def ratio(self, other: Timing) -> str:
+        """How many times as fast as another, from paired repetitions: median, least and greatest."""
+        ratios = (other.seconds / other.work) / (self.seconds / self.work)
+        return f"{np.median(ratios):.3g} ({ratios.min():.3g} to {ratios.max():.3g})"
+
+
+def interleaved(cases: Mapping[str, tuple[Case, int]], repeats: int, title: str) -> dict[str, Timing]:
+    """Time cases in turn, after one run of each that does not count (compilation, caches)."""
+    seconds: dict[str, list[float]] = {name: [] for name in cases}
+    with tqdm(total=len(cases) * (repeats + 1), desc=title, disable=None) as bar:
+        for repeat in range(repeats + 1):
+            for name, (case, _) in cases.items():
+                taken = case()
+                bar.update()
+                if repeat:
+                    seconds[name].append(taken)
+    return {name: Timing(np.array(seconds[name]), work) for name, (_, work) in cases.items()}
+
+
+def hybrid_case(
+    controller: Controller,
+    terrain: Terrain,
+    steps: int,
+    *,
+    sample_period: float = math.inf,
+    clock: Callable[[], float] = time.thread_time,
+    walks: int = 1,
+) -> Case:
+    """Walks of the engine, without what builds them."""
+
+    def run() -> float:
+        taken = 0.0
+        for _ in range(walks):
+            start = GAIT.start.tolist()
+            simulation = HybridSimulation(
+                controller,
+                terrain,
+                robot=ROBOT,
+                q=start[:2],
+                dq=start[2:],
+                steps=steps,
+                sample_period=sample_period,
+            )
+            begun = clock()
+            outcome = simulate_hybrid(simulation, HybridRecorder(), progress=False)
+            taken += clock() - begun
+            if outcome is not Outcome.FINISHED:
+                raise RuntimeError(f"the walk {outcome.words}")
+        return taken
+
+    return run
+
+
+def grounds(length: float) -> dict[str, tuple[Controller, Terrain]]:
+    """The three walks that are timed everywhere."""
+    return {
+        "passive, 2° down": (PassiveController(), Terrain.incline(2.0)),
+        "closed loop, level": (ADAPTIVE, Terrain.level()),
+        "closed loop, random slopes": (ADAPTIVE, Terrain.random(seed=1, length=length, rise=(0.0, 0.0))),
+    }
+
+
+def against_scipy(repeats: int, steps: int) -> list[list[str]]:
+    """Rows of the comparison with `solve_ivp` at the same measured accuracy."""
+    rows = []
+    for name, (controller, terrain) in grounds(3000.0).items():
+        exact = np.array([ScipyWalk(controller, terrain, ROBOT, tolerance=1e-13).states(s, 20) for s in STARTS])
+        found = []
+        for start in STARTS:
+            touchdowns = mjbiped.walk(controller, terrain, engine="hybrid", steps=20, initial=start).touchdowns
+            found.append(np.concatenate([touchdowns["q"], touchdowns["dq"]], axis=1))
+        error = float(np.abs(np.array(found) - exact).max())
+        errors = [
+            float(
+                np.abs([ScipyWalk(controller, terrain, ROBOT, tolerance=t).states(s, 20) for s in STARTS] - exact).max()
+            )
+            for t in tqdm(TOLERANCES.tolist(), desc=f"accuracy, {name}", disable=None)
+        ]
+        # the loosest tolerance from which on it is as accurate: its error does not fall evenly
+        rough = [index for index, value in enumerate(errors) if value > error]
+        chosen = rough[-1] + 1 if rough else 0
+        scipy_walk = ScipyWalk(controller, terrain, ROBOT, tolerance=float(TOLERANCES[chosen]))
+
+        def by_scipy(walk: ScipyWalk = scipy_walk) -> float:
+            begun = time.thread_time()
+            walk.states(GAIT.start, 60)
+            return time.thread_time() - begun
+
+        timings = interleaved(
+            {
+                "hybrid": (hybrid_case(controller, terrain, steps), steps),
+                "sampled": (hybrid_case(controller, terrain, steps, sample_period=0.005), steps),
+                "scipy": (by_scipy, 60),
+            },
+            repeats,
+            name,
+        )
+        hybrid, scipy = timings["hybrid"], timings["scipy"]
+        rows.append(
+            [
+                name,
+                f"{error:.1e}",
+                f"{errors[chosen]:.1e} at {TOLERANCES[chosen]:.0e}",
+                hybrid.rate,
+                timings["sampled"].rate,
+                scipy.rate,
+                hybrid.ratio(scipy),
+            ]
+        )
+    return rows
+
+
+def over_steps(repeats: int) -> dict[str, list[Timing]]:
+    """Timings of walks of more and more steps."""
+    walks = grounds(0.4 * max(STEP_COUNTS))
+    cases = {
+        (name, count): (
+            hybrid_case(controller, terrain, count, walks=max(1, 3000 // count)),
+            max(count, 3000 // count * count),
+        )
+        for name, (controller, terrain) in walks.items()
+        for count in STEP_COUNTS
+    }
+    timings = interleaved({f"{name}/{count}": case for (name, count), case in cases.items()}, repeats, "steps")
+    return {name: [timings[f"{name}/{count}"] for count in STEP_COUNTS] for name in walks}
+
+
+def over_segments(repeats: int, walks: int) -> list[Timing]:
+    """Timings of the same 380 gait steps over the first ten segments of longer and longer grounds."""
+    angles = np.random.default_rng(1).uniform(-3.0, 3.0, max(SEGMENT_COUNTS))
+    segments = [(15.0 if index < 10 else 0.9, float(angle), 0.0) for index, angle in enumerate(angles)]
+    cases = {
+        str(count): (hybrid_case(ADAPTIVE, Terrain.from_segments(segments[:count]), 380, walks=walks), 380 * walks)
+        for count in SEGMENT_COUNTS
+    }
+    return list(interleaved(cases, repeats, "segments").values())
+
+
+def over_threads(repeats: int, steps: int) -> list[list[str]]:
+    """Rows of two walks one after the other, and side by side; by the clock on the wall."""
+    rows = []
+    for name, (controller, terrain) in grounds(0.4 * steps).items():
+        one = hybrid_case(controller, terrain, steps, clock=time.perf_counter)
+
+        def both(case: Case = one) -> float:
+            threads = [threading.Thread(target=case) for _ in range(2)]
+            begun = time.perf_counter()
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+            return time.perf_counter() - begun
+
+        timings = interleaved({"one": (one, steps), "two": (both, 2 * steps)}, repeats, f"threads, {name}")
+        rows.append([name, timings["one"].rate, timings["two"].rate, timings["two"].ratio(timings["one"])])
+    return rows
+
+
+def draw(steps: Mapping[str, list[Timing]], segments: Sequence[Timing]) -> None:
+    """Cost of a gait step over the walk's length and over the ground's."""
+    looks = ((plot_style.BLUE, "o"), (plot_style.ORANGE, "s"), (plot_style.BLACK, "D"))
+    with plot_style.styled():
+        figure = plot_style.new_figure(3.4)
+        axes = figure.subplots(1, 2, sharey=True)
+        for (name, timings), look in zip(steps.items(), looks, strict=True):
+            _points(axes[0], STEP_COUNTS, timings, look, name)
+        _points(axes[1], SEGMENT_COUNTS, segments, looks[-1], "closed loop, 380 steps over the first ten")
+        axes[0].set_xlabel("gait steps walked")
+        axes[1].set_xlabel("segments of the ground")
+        axes[0].set_ylabel("CPU time of a gait step (µs)")
+        for axis in axes:
+            axis.set_xscale("log")
+            axis.set_ylim(bottom=0.0, top=1.25 * axis.get_ylim()[1])  # room for the legend
+            axis.legend()
+        plot_style.save_figure(figure, FIGURE)
+
+
+def _points(axis: Axes, x: Sequence[int], timings: Sequence[Timing], look: tuple[str, str], label: str) -> None:
+    low, middle, high = (
+        np.array([1e6 * np.percentile(t.seconds, part) / t.work for t in timings]) for part in (0, 50, 100)
+    )
+    color, marker = look
+    axis.errorbar(x, middle, yerr=[middle - low, high - middle], color=color, marker=marker, capsize=3, label=label)
+
+
+def machine() -> list[list[str]]:
+    """What it was measured on."""
+    model = next(
+        (line.partition(":")[2].strip() for line in _lines("/proc/cpuinfo") if line.startswith("model name")),
+        platform.processor() or platform.machine(),
+    )
+    load = ", ".join(f"{value:.1f}" for value in os.getloadavg())
+    versions = ", ".join(f"{name} {version(name)}" for name in ("mujoco", "numba", "numpy", "scipy"))
+    return [
+        ["processor", f"{model}, {os.cpu_count()} cores"],
+        ["system", f"{platform.system()}, Python {platform.python_version()}, {versions}"],
+        ["load in the last 1, 5, 15 minutes", load],
+        ["date", time.strftime("%Y-%m-%d")],
+    ]
+
+
+def _lines(path: str) -> list[str]:
+    return Path(path).read_text(encoding="utf-8").splitlines() if Path(path).exists() else []
+
+
+@click.command()
+@click.option("--repeats", default=11, show_default=True, type=click.IntRange(3), help="Repetitions of each case.")
+@click.option("--steps", default=3000, show_default=True, type=click.IntRange(60), help="Gait steps of a timed walk.")
+def main(repeats: int, steps: int) -> None:
+    """Measure, and write docs/performance.md and its figure."""
+    write_table(PAGE, "machine", ("", ""), machine())
+    write_table(
+        PAGE,
+        "scipy",
+        (
+            "walk",
+            "error, hybrid",
+            "error, SciPy",
+            "steps/s, hybrid",
+            "with samples",
+            "steps/s, SciPy",
+            "hybrid : SciPy",
+        ),
+        against_scipy(repeats, steps),
+    )
+    write_table(PAGE, "threads", ("walk", "steps/s, 1 thread", "2 threads", "ratio"), over_threads(repeats, 5 * steps))
+    by_steps, by_segments = over_steps(repeats), over_segments(repeats, 5)
+    for name, headings, rows in (
+        ("steps", STEP_COUNTS, [(name, timings) for name, timings in by_steps.items()]),
+        ("segments", SEGMENT_COUNTS, [("closed loop, random slopes", by_segments)]),
+    ):
+        cells = [[row, *(f"{1e6 * np.median(t.seconds) / t.work:.1f}" for t in timings)] for row, timings in rows]
+        write_table(PAGE, name, (f"µs per gait step at so many {name}", *(f"{count:,}" for count in headings)), cells)
+    draw(by_steps, by_segments)
+    click.echo(PAGE.read_text(encoding="utf-8"))
+    click.echo(f"wrote {PAGE} and {FIGURE}")
+
+
+if __name__ == "__main__":
+    main()
