@@ -58,13 +58,18 @@ def _jit(numba: ModuleType, function: Function, cache: bool) -> Function:
 
 
 def _bound(function: Function, group: Callable[..., Any], functions: tuple[Function, ...], digest: str) -> Function:
-    """Numba can pass a function on that stands in a closure's cell; it cannot be given one from outside."""
+    """Numba can pass a function on that stands in a closure's cell; it cannot be given one from outside.
+
+    The digest is in the name as well: functions of one name share a file of Numba's that lists what is kept, and one
+    program's types, written there, would keep every other program from reading it.
+    """
+    name = f"entry_{digest[:16]}"
     names = [f"function_{place}" for place in range(len(functions))]
     source = f"""def bind(function, group, digest, {", ".join(names)}):
-    def entry(x, y, z):
+    def {name}(x, y, z):
         digest  # a cell that Numba's cache looks at
         return function(group({", ".join(names)}), x, y, z)
-    return entry
+    return {name}
 """
     space: dict[str, Any] = {"__name__": __name__}
     exec(compile(source, __file__, "exec"), space)  # the cache lies where this file does
