@@ -17,6 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
+from typing import NamedTuple
 
 import click
 import numpy as np
@@ -29,6 +30,7 @@ from tqdm.auto import tqdm
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
 from mjbiped import plot_style
+from mjbiped.compiled import compiled
 from mjbiped.events import Outcome
 from mjbiped.hybrid import HybridRecorder, HybridSimulation, simulate_hybrid
 from mjbiped.terrain import Terrain
@@ -207,10 +209,21 @@ def over_segments(repeats: int, walks: int) -> list[Timing]:
 
 
 def over_threads(repeats: int, steps: int) -> list[list[str]]:
-    """Rows of two walks one after the other, and side by side; by the clock on the wall."""
+    """Rows of one walk, and of two side by side, by the clock on the wall; last, arithmetic that shares nothing."""
+    cases = {
+        name: (hybrid_case(controller, terrain, steps, clock=time.perf_counter), steps)
+        for name, (controller, terrain) in grounds(0.4 * steps).items()
+    }
+    rounds = 200_000_000
+    alone = compiled(turn, NoFunctions, (), inlined=())
+
+    def arithmetic() -> float:
+        begun = time.perf_counter()
+        alone(rounds, 1.0, 0.0)
+        return time.perf_counter() - begun
+
     rows = []
-    for name, (controller, terrain) in grounds(0.4 * steps).items():
-        one = hybrid_case(controller, terrain, steps, clock=time.perf_counter)
+    for name, (one, work) in {**cases, "bare arithmetic (a million rounds)": (arithmetic, rounds // 1_000_000)}.items():
 
         def both(case: Case = one) -> float:
             threads = [threading.Thread(target=case) for _ in range(2)]
@@ -221,9 +234,20 @@ def over_threads(repeats: int, steps: int) -> list[list[str]]:
                 thread.join()
             return time.perf_counter() - begun
 
-        timings = interleaved({"one": (one, steps), "two": (both, 2 * steps)}, repeats, f"threads, {name}")
+        timings = interleaved({"one": (one, work), "two": (both, 2 * work)}, repeats, f"threads, {name}")
         rows.append([name, timings["one"].rate, timings["two"].rate, timings["two"].ratio(timings["one"])])
     return rows
+
+
+class NoFunctions(NamedTuple):
+    """For a function that calls no others."""
+
+
+def turn(_: NoFunctions, rounds: int, x: float, y: float) -> float:
+    """Rotations of a point: arithmetic in registers alone."""
+    for _round in range(rounds):
+        x, y = 0.8 * x - 0.6 * y, 0.6 * x + 0.8 * y
+    return x
 
 
 def draw(steps: Mapping[str, list[Timing]], segments: Sequence[Timing]) -> None:
@@ -293,7 +317,9 @@ def main(repeats: int, steps: int) -> None:
         ),
         against_scipy(repeats, steps),
     )
-    write_table(PAGE, "threads", ("walk", "steps/s, 1 thread", "2 threads", "ratio"), over_threads(repeats, 5 * steps))
+    write_table(
+        PAGE, "threads", ("walk", "steps/s, 1 thread", "2 threads", "ratio"), over_threads(2 * repeats, 5 * steps)
+    )
     by_steps, by_segments = over_steps(repeats), over_segments(repeats, 5)
     for name, headings, rows in (
         ("steps", STEP_COUNTS, [(name, timings) for name, timings in by_steps.items()]),
