@@ -26,7 +26,7 @@ from mjbiped.hybrid_events import hip, legs_at
 from mjbiped.hybrid_motion import HANDED_ON, rates_where
 from mjbiped.hybrid_state import Buffers, Laws, World
 from mjbiped.hybrid_walk import advance
-from mjbiped.law_check import compile_now
+from mjbiped.law_check import refusal
 from mjbiped.scuffing import ScuffingRule
 from mjbiped.terrain import Terrain
 
@@ -86,14 +86,14 @@ class HybridSimulation:
             compile: Whether laws that can be compiled are.
 
         Raises:
-            InputError: A value is outside its domain, or the controller's laws cannot be compiled.
+            InputError: A value is outside its domain.
         """
         if not sample_period >= SHORTEST_SAMPLE_PERIOD:
             raise InputError(f"sample_period must be at least {SHORTEST_SAMPLE_PERIOD} s, got {sample_period!r}")
         if not 1e-14 <= tolerance <= 1e-3:
             raise InputError(f"tolerance must lie in [1e-14, 1e-3], got {tolerance!r}")
         rule = scuffing or ScuffingRule()
-        law = controller.law() if compile and _gives_its_law(controller) else None
+        law = self._law = controller.law() if compile and _gives_its_law(controller) else None
         self.controller = controller
         self.compiled = law is not None
         integrator = unrolled(
@@ -127,9 +127,6 @@ class HybridSimulation:
             sample_period=float(sample_period),
         )
         self.buffers = self._begin(terrain, q, dq)
-        if law is not None:
-            arguments = (self._parameters, self.world, self.buffers)
-            compile_now(self._advance, law, controller.states, arguments, whose=type(controller).__name__)
 
     def _table(self, values: Sequence[float]) -> Any:
         """Numbers as the engine reads them: an array for compiled code, which plain Python reads slower than a list."""
@@ -175,8 +172,20 @@ class HybridSimulation:
         return np.array([self.buffers.w[at.PEAK_ANKLE], self.buffers.w[at.PEAK_HIP]], dtype=np.float64)
 
     def go_on(self) -> None:
-        """Walk some steps further; rows and samples are then in the buffers, for `HybridRecorder.take`."""
-        self._advance(self._parameters, self.world, self.buffers)
+        """Walk some steps further; rows and samples are then in the buffers, for `HybridRecorder.take`.
+
+        Raises:
+            LawError: The controller's laws cannot be compiled.
+        """
+        try:
+            self._advance(self._parameters, self.world, self.buffers)
+        except Exception as error:
+            if self._law is not None:
+                controller = self.controller
+                refused = refusal(error, self._law, controller.states, whose=type(controller).__name__)
+                if refused is not None:
+                    raise refused from error
+            raise
 
 
 class HybridRecorder:

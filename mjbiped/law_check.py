@@ -19,29 +19,26 @@ _ADVICE = (
 )
 
 
-def compile_now(entry: Any, law: Law, states: Sequence[str], arguments: tuple[Any, ...], *, whose: str) -> None:
-    """Compile an engine's function for its arguments, so that a law that will not do is refused before the walk.
+class LawError(InputError):
+    """A controller's laws cannot be compiled; nothing has been computed then."""
+
+
+def refusal(error: Exception, law: Law, states: Sequence[str], *, whose: str) -> LawError | None:
+    """What to say of an error that a compiled function raised, if its laws could not be compiled.
 
     Args:
-        entry: As `compiled.compiled` returns it; nothing happens where it is compiled for such arguments already.
+        error: As raised where the function was called.
         law: Whose functions it calls.
         states: Names of the controller's integrated states.
-        arguments: With which it will be called.
         whose: Name of the controller, for the message.
 
-    Raises:
-        InputError: It cannot be compiled; the message says which law is to blame, and where.
+    Returns:
+        The error in words, which law is to blame, and where; None if `error` came from a law that runs.
     """
-    numba = _numba()
-    try:
-        # the parameters' type is the only one that differs from walk to walk, and finding all types takes half a ms
-        parameters = numba.typeof(arguments[0])
-        if any(known[0] == parameters for known in entry.overloads):
-            return
-        entry.compile((parameters, *(numba.typeof(argument) for argument in arguments[1:])))
-    except (numba.core.errors.NumbaError, TypeError, ValueError) as error:
-        reason = _blame(law, states) or f"together: {_reason(error)}"
-        raise InputError(f"the laws of {whose} cannot be compiled: {reason}. {_ADVICE}") from error
+    if not isinstance(error, _numba().core.errors.NumbaError):
+        return None
+    reason = _blame(law, states) or f"together: {_reason(error)}"
+    return LawError(f"the laws of {whose} cannot be compiled: {reason}. {_ADVICE}")
 
 
 def _blame(law: Law, states: Sequence[str]) -> str:

@@ -23,6 +23,7 @@ from mjbiped.errors import InputError, MjbipedError
 from mjbiped.events import Outcome
 from mjbiped.gait import find_passive_gait
 from mjbiped.hybrid import HybridRecorder, HybridSimulation, simulate_hybrid
+from mjbiped.law_check import LawError
 from mjbiped.physics import Simulation, exclusive, simulate, walking
 from mjbiped.record import Walk
 from mjbiped.recorder import Recorder
@@ -107,7 +108,8 @@ def walk(
         The record.
 
     Raises:
-        InputError: An argument is outside its domain; nothing has been computed then.
+        InputError: An argument is outside its domain, or the controller's laws cannot be compiled; nothing has been
+            computed then.
         GaitError: `initial="gait"` with a controller that imitates none, on a slope that has no passive gait.
         WalkStopped: The controller raised an exception; the error carries the walk so far.
         WalkInterrupted: Ctrl-C; a `KeyboardInterrupt` that carries the walk so far.
@@ -158,6 +160,8 @@ def walk(
             outcome = run.go(progress)
         except KeyboardInterrupt as stop:
             raise WalkInterrupted(run.record(Outcome.INTERRUPTED, settings)) from stop
+        except LawError:
+            raise
         except Exception as error:
             if _is_interrupt(error):
                 raise WalkInterrupted(run.record(Outcome.INTERRUPTED, settings)) from error
