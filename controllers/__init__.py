@@ -2,6 +2,19 @@
 
 from controllers.adaptive import AdaptiveController
 from controllers.base import Controller, Memory
+from controllers.energy_constraint import EnergyConstraintController
+from controllers.kinetic_energy import KineticEnergyController
+from controllers.limit_cycle import LimitCycleController
 from controllers.passive import PassiveController
+from controllers.passivity import PassivityController
 
-__all__ = ["AdaptiveController", "Controller", "Memory", "PassiveController"]
+__all__ = [
+    "AdaptiveController",
+    "Controller",
+    "EnergyConstraintController",
+    "KineticEnergyController",
+    "LimitCycleController",
+    "Memory",
+    "PassiveController",
+    "PassivityController",
+]

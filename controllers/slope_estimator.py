@@ -37,13 +37,19 @@ def slope_of(sin_slope: float) -> float:
     return math.asin(min(1.0, max(-1.0, sin_slope)))
 
 
-def updated_estimate(
-    sin_slope: float, cos_slope: float, threshold: float, stance_before: float, swing_after: float
-) -> tuple[float, float]:
-    r"""Estimate update (27).
+def slope_change(stance_before: float, swing_after: float) -> float:
+    """Change of slope at a touchdown, rad: q1 just before it less q2 just after it.
 
     The leg that has just left the ground has not moved; its angle against the old ground's normal (as stance leg) and
     against the new one's (as swing leg) differ by the change of slope.
+    """
+    return stance_before - swing_after
+
+
+def updated_estimate(
+    sin_slope: float, cos_slope: float, threshold: float, stance_before: float, swing_after: float
+) -> tuple[float, float]:
+    r"""Estimate update (27), by `slope_change`.
 
     .. math:: \hat\varphi^+ = \hat\varphi^- + q_1^- - q_2^+ \quad \text{if } |q_1^- - q_2^+| > \epsilon
 
@@ -57,7 +63,7 @@ def updated_estimate(
     Returns:
         Estimates of sine and cosine at the next step's start; on the unit circle where updated.
     """
-    change = stance_before - swing_after
+    change = slope_change(stance_before, swing_after)
     if abs(change) <= threshold:
         return sin_slope, cos_slope
     slope = slope_of(sin_slope) + change

@@ -68,6 +68,43 @@ def tracking_torque(
     """
     on_position = position_gain * velocity_gain + 1.0
     on_rate = position_gain + velocity_gain
+    return computed_torque(constants, on_position, on_rate, reference, errors, q1, q2, dq1, dq2, sin_slope, cos_slope)
+
+
+def computed_torque(
+    constants: compass.Constants,
+    on_position: float,
+    on_rate: float,
+    reference: tuple[float, float, float, float, float, float],
+    errors: tuple[float, float, float, float, float, float],
+    q1: float,
+    q2: float,
+    dq1: float,
+    dq2: float,
+    sin_slope: float,
+    cos_slope: float,
+) -> tuple[float, float]:
+    r"""Feedback linearisation: where model and slope are true, the errors obey linear equations.
+
+    .. math:: \tau = B^{-1}\{M[\ddot q_r + k_p z_1 + k_d \dot z_1] + C \dot q + g\}
+              \quad\Rightarrow\quad \ddot z_1 + k_d \dot z_1 + k_p z_1 = 0
+
+    Args:
+        constants: Lumped constants of the controller's robot model.
+        on_position: k_p, 1/s².
+        on_rate: k_d, 1/s.
+        reference: q_r (2), its rates (2) and accelerations (2).
+        errors: As `tracking_errors` returns them; the last two are not used.
+        q1: Stance angle, rad.
+        q2: Swing angle, rad.
+        dq1: Stance rate, rad/s.
+        dq2: Swing rate, rad/s.
+        sin_slope: Sine of the slope, or its estimate.
+        cos_slope: Cosine of the slope, or its estimate.
+
+    Returns:
+        Ankle and hip torque, N m.
+    """
     a1 = reference[4] + on_position * errors[0] + on_rate * errors[2]
     a2 = reference[5] + on_position * errors[1] + on_rate * errors[3]
     m11, m12, m22 = compass.mass_terms(constants, q1, q2)
@@ -75,4 +112,4 @@ def tracking_torque(
     gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, q1, q2)
     force1 = m11 * a1 + m12 * a2 + c1 + gc1 * sin_slope + gs1 * cos_slope
     force2 = m12 * a1 + m22 * a2 + c2 + gc2 * sin_slope + gs2 * cos_slope
-    return force1 + force2, force2  # B = [[1, -1], [0, 1]]
+    return compass.joint_torques(force1, force2)

@@ -63,6 +63,11 @@ def solve_mass(m11: float, m12: float, m22: float, f1: float, f2: float) -> tupl
     return (m22 * f1 - m12 * f2) * share, (m11 * f2 - m12 * f1) * share
 
 
+def joint_torques(force1: float, force2: float) -> tuple[float, float]:
+    """Ankle and hip torque, B^-1 f, that make the generalised forces f on stance and swing leg; all in N m."""
+    return force1 + force2, force2  # B = [[1, -1], [0, 1]]
+
+
 def acceleration(
     constants: Constants,
     q1: float,

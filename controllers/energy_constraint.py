@@ -1,0 +1,127 @@
+"""Energy constraint control (ECC) of Asano: the energy that virtual gravity would supply, at a fixed ratio of torques."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import mjbiped.compass as compass
+from controllers.base import Memory, is_number, require_positive
+from controllers.given_slope import GivenSlopeController, against_slope
+from mjbiped.errors import InputError
+
+
+class Parameters(NamedTuple):
+    """What the law takes: `EnergyConstraintController`'s attributes in plain numbers.
+
+    Attributes:
+        constants: Of the robot model.
+        source: Of the slope.
+        imitated_slope: phi_r, rad.
+        energy: E_ref, J.
+        gain: zeta, 1/s.
+        ratio: mu.
+        singular_band: rad/s.
+    """
+
+    constants: compass.Constants
+    source: int
+    imitated_slope: float
+    energy: float
+    gain: float
+    ratio: float
+    singular_band: float
+
+
+@dataclass(frozen=True)
+class EnergyConstraintController(GivenSlopeController):
+    r"""Lets the mechanical energy rise as virtual gravity would let it (ECC, the paper's [17] and [18]).
+
+    Virtual gravity pulls a robot of mass M on level ground forward with :math:`M g \tan \varphi_r`. With the energy E
+    about the stance foot and the place X of the centre of mass ahead of it along the ground,
+
+    .. math:: \dot E = M g \tan \varphi_r \dot X - \zeta (E - E_d), \quad E_d = E_0 + M g \tan \varphi_r X
+
+    On ground of slope :math:`\varphi` true gravity's pull is a part of virtual gravity's, and the torques supply the
+    rest: :math:`M g \tan \varphi_r` becomes :math:`M g \cos \varphi (\tan \varphi_r - \tan \varphi)`.
+
+    :math:`E_0` is the energy that the imitated gait has above its stance foot, in gravity as strong as virtual gravity
+    is, :math:`E_{ref} \cos \varphi / \cos \varphi_r`. :math:`E_d` so depends on the posture alone, and begins anew with each
+    step's stance foot. (Were it set to the measured energy there, E would equal :math:`E_d` ever after, and
+    :math:`\zeta` do nothing: what is lost or gained at a touchdown would stay lost or gained.)
+
+    One condition, two torques: their ratio is fixed,
+
+    .. math:: \tau_1 = \mu \tau_2, \qquad \dot E = \tau_2 [(\mu - 1) \dot q_1 + \dot q_2]
+
+    Asano counts the hip's torque the other way round; his :math:`\mu` is minus ours. Where the bracket vanishes no
+    torque can do it. On the gait of Table I's robot on 2 degrees that happens twice per step for every ratio from -0.04
+    to 43, and never beyond; the torques of virtual gravity itself have :math:`\mu = 1 - [m a + (m_H + m) l] / (m b) = -2` where
+    the legs make equal angles. Within `singular_band` of it :math:`1 / [\ldots]` is replaced by :math:`[\ldots]` over the
+    band's square: the torques stay continuous and bounded, the law does not hold there.
+
+    The slope is by default the one under the stance foot, which is what the paper's own controller estimates.
+
+    Sources: F. Asano, M. Yamakita, N. Kamamichi, Z.-W. Luo, A novel gait generation for biped walking robots based on
+    mechanical energy constraint, IEEE Transactions on Robotics and Automation 20(3), 565-573, 2004; F. Asano, Z.-W. Luo,
+    M. Yamakita, Biped gait generation and control based on a unified property of passive dynamic walking, IEEE
+    Transactions on Robotics 21(4), 754-762, 2005.
+
+    Attributes:
+        gain: zeta, 1/s.
+        ratio: mu, ankle torque over hip torque; not 0.
+        singular_band: Smallest :math:`|(\mu - 1) \dot q_1 + \dot q_2|` at which the law holds, rad/s.
+        slope_source: See `GivenSlopeController`, as for all attributes not named here.
+    """
+
+    gain: float = 20.0
+    ratio: float = -2.0
+    singular_band: float = 0.1
+
+    def __post_init__(self) -> None:
+        """Refuse parameters outside their domain.
+
+        Raises:
+            InputError: A gain is not positive, the ratio no number or zero, or as in `GivenSlopeController`.
+        """
+        super().__post_init__()
+        require_positive(gain=self.gain, singular_band=self.singular_band)
+        if not is_number(self.ratio) or self.ratio == 0.0:
+            raise InputError(
+                f"ratio (mu, ankle over hip torque) must be a finite number other than 0, got {self.ratio!r}"
+            )
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        """The attributes in plain numbers, as the law takes them."""
+        return Parameters(
+            constants=self.robot.constants,
+            source=self.source,
+            imitated_slope=float(self.gait.slope),
+            energy=self.gait.energy,
+            gain=float(self.gain),
+            ratio=float(self.ratio),
+            singular_band=float(self.singular_band),
+        )
+
+
+def _torque(
+    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float]:
+    constants, imitated = parameters.constants, parameters.imitated_slope
+    slope, q1, q2 = against_slope(memory, q1, q2)
+    gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, q1, q2)
+    moment, moment_rate = -(gs1 + gs2), -(gc1 * dq1 + gc2 * dq2)  # M g X and its rate
+    pull = math.cos(slope) * math.tan(imitated) - math.sin(slope)  # of the torques, in weights
+    energy = compass.kinetic_energy(constants, q1, q2, dq1, dq2) + compass.potential_energy(constants, q1, q2, slope)
+    wanted = parameters.energy * math.cos(slope) / math.cos(imitated) + pull * moment
+    power = pull * moment_rate - parameters.gain * (energy - wanted)
+    hip_speed = (parameters.ratio - 1.0) * dq1 + dq2  # power per hip torque
+    band = parameters.singular_band
+    hip = power * hip_speed / max(hip_speed * hip_speed, band * band)
+    return parameters.ratio * hip, hip
+
+
+EnergyConstraintController.torque_law = staticmethod(_torque)

@@ -1,0 +1,134 @@
+"""The slope of the ground as controllers have it that compensate gravity but do not estimate: given, or dead reckoned.
+
+`GivenSlopeController` is what the comparison controllers of the paper's section V have in common.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, ClassVar
+
+from controllers.base import Controller, Law, Memory, is_number
+from controllers.slope_estimator import slope_change
+from mjbiped.compass import Compass
+from mjbiped.errors import InputError
+from mjbiped.gait import Gait
+
+SLOPE_SOURCES = ("none", "local", "two_point")
+
+# places in the memory: slope under the stance foot, and from there to the slope that the law takes, rad
+_LOCAL, _TILT = 0, 1
+
+
+@dataclass(frozen=True)
+class GivenSlopeController(Controller):
+    r"""A law of the ground's slope, which is given at the start and then, by choice, dead reckoned at touchdown.
+
+    | `slope_source` | the law's slope :math:`\varphi`, which its angles are taken from the normal of |
+    |---|---|
+    | `"none"` | the slope given at the start, for ever |
+    | `"local"` | of the ground under the stance foot |
+    | `"two_point"` | of the line through both feet at the last touchdown; before the first one as `"local"` |
+
+    The local slope is exact kinematics from touchdown to touchdown, and the line follows from the equal legs:
+
+    .. math:: \varphi^+ = \varphi^- + q_1^- - q_2^+, \qquad
+              \varphi_{line} = \varphi^+ + \tfrac12 (q_1^+ + q_2^+)
+
+    Nothing corrects an error of the slope given at the start: it stays for ever. On ground that is not level under
+    x = 0, give `initial_slope=terrain.slope_at(0.0)`.
+
+    Attributes:
+        robot: Robot model of the law; it may differ from the robot that walks.
+        gait: Passive gait that is imitated.
+        slope_source: One of `SLOPE_SOURCES`.
+        initial_slope: Of the ground at the start, rad, positive downhill.
+    """
+
+    robot: Compass
+    gait: Gait
+    slope_source: str = field(default="local", kw_only=True)
+    initial_slope: float = field(default=0.0, kw_only=True)
+
+    memory_size: ClassVar[int] = 2
+    torque_law: ClassVar[Callable[..., tuple[float, float]]]
+    """(parameters, memory, t, q1, q2, dq1, dq2) -> ankle and hip torque, N m; a function at a module's top level."""
+
+    def __post_init__(self) -> None:
+        """Refuse what is no robot, gait, source or slope.
+
+        Raises:
+            InputError: One is not.
+        """
+        if not isinstance(self.robot, Compass) or not isinstance(self.gait, Gait):
+            raise InputError(
+                f"{type(self).__name__} needs a mjbiped.Compass and a mjbiped.Gait (see mjbiped.find_passive_gait), "
+                f"got {type(self.robot).__name__} and {type(self.gait).__name__}"
+            )
+        if self.slope_source not in SLOPE_SOURCES:
+            raise InputError(f"unknown slope_source {self.slope_source!r}; valid are {', '.join(SLOPE_SOURCES)}")
+        if not (is_number(self.initial_slope) and abs(self.initial_slope) < math.pi / 2):
+            raise InputError(f"initial_slope must lie within (-pi/2, pi/2) rad, got {self.initial_slope!r}")
+
+    @cached_property
+    @abstractmethod
+    def parameters(self) -> Any:
+        """A NamedTuple of plain numbers for `torque_law`; its `source` is the slope source's place in the list."""
+
+    @property
+    def source(self) -> int:
+        """Place of `slope_source` in `SLOPE_SOURCES`, for compiled laws."""
+        return SLOPE_SOURCES.index(self.slope_source)
+
+    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+        """Begin with the slope given."""
+        memory[_LOCAL], memory[_TILT] = float(self.initial_slope), 0.0
+
+    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
+        """Reckon the new slope."""
+        _touchdown(self.parameters, memory, q_before[0], q_before[1], q[0], q[1], dq[0], dq[1])
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        """The control law; see `Controller.torque`."""
+        return type(self).torque_law(self.parameters, memory, t, q[0], q[1], dq[0], dq[1])
+
+    def slope_estimate(self, memory: Memory) -> float:
+        """Slope under the stance foot as given or dead reckoned, rad; with `"two_point"` too, whose line differs."""
+        return _slope_estimate(self.parameters, memory)
+
+    def law(self) -> Law:
+        """The same laws for compilation; see `Controller.law`."""
+        return Law(self.parameters, type(self).torque_law, _touchdown, _slope_estimate, _never)
+
+
+def against_slope(memory: Memory, q1: float, q2: float) -> tuple[float, float, float]:
+    """The law's slope and the legs' angles from its normal, rad, of angles from the ground's normal."""
+    return memory[_LOCAL] + memory[_TILT], q1 - memory[_TILT], q2 - memory[_TILT]
+
+
+def _touchdown(
+    parameters: Any,
+    memory: Memory,
+    q1_before: float,
+    q2_before: float,
+    q1: float,
+    q2: float,
+    dq1: float,
+    dq2: float,
+) -> None:
+    if parameters.source >= 1:  # all but "none"
+        memory[_LOCAL] += slope_change(q1_before, q2)
+    if parameters.source == 2:  # "two_point"
+        memory[_TILT] = 0.5 * (q1 + q2)
+
+
+def _slope_estimate(parameters: Any, memory: Memory) -> float:
+    return memory[_LOCAL]
+
+
+def _never(parameters: Any, memory: Memory, t: float) -> float:
+    return math.inf

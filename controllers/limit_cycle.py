@@ -1,0 +1,119 @@
+"""Limit cycle tracking of Hu, Yan and Lin: the passive gait's trajectory by feedback linearisation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+import mjbiped.compass as compass
+from controllers.base import Law, Memory, require_positive
+from controllers.given_slope import GivenSlopeController, against_slope
+from controllers.tracking import computed_torque, tracking_errors
+from mjbiped.reference import Table, reference_at
+
+
+class Parameters(NamedTuple):
+    """What the law takes: `LimitCycleController`'s attributes in plain numbers.
+
+    Attributes:
+        constants: Of the robot model.
+        source: Of the slope.
+        rate_gain: K1, 1/s.
+        position_gain: K2, 1/s².
+        table: The gait's trajectory.
+    """
+
+    constants: compass.Constants
+    source: int
+    rate_gain: float
+    position_gain: float
+    table: Table
+
+
+@dataclass(frozen=True)
+class LimitCycleController(GivenSlopeController):
+    r"""Tracks a passive gait's trajectory by feedback linearisation (the paper's [20]).
+
+    .. math:: \tau = B^{-1} \{M [\ddot q_r + K_1 (\dot q_r - \dot q) + K_2 (q_r - q)] + C \dot q + g(q, \varphi)\}
+
+    so that :math:`\ddot e + K_1 \dot e + K_2 e = 0` for :math:`e = q_r - q`. The reference begins anew at each touchdown;
+    K1 = 10 and K2 = 25 damp critically: :math:`s^2 + 10 s + 25 = (s + 5)^2`.
+
+    It is the paper's tracking law (12) with other names for the gains, a given slope, and no re-planning.
+
+    The slope is by default the one under the stance foot, which is what the paper's own controller estimates.
+
+    Source: Y. Hu, G. Yan, Z. Lin, Gait generation and control for biped robots with underactuation degree one, Automatica
+    47(8), 1605-1616, 2011.
+
+    Attributes:
+        rate_gain: K1 = diag(k, k), 1/s.
+        position_gain: K2 = diag(k, k), 1/s².
+        slope_source: See `GivenSlopeController`, as for all attributes not named here.
+    """
+
+    rate_gain: float = 10.0
+    position_gain: float = 25.0
+
+    def __post_init__(self) -> None:
+        """Refuse parameters outside their domain.
+
+        Raises:
+            InputError: A gain is not positive, or as in `GivenSlopeController`.
+        """
+        super().__post_init__()
+        require_positive(rate_gain=self.rate_gain, position_gain=self.position_gain)
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        """The attributes in plain numbers, as the law takes them."""
+        return Parameters(
+            constants=self.robot.constants,
+            source=self.source,
+            rate_gain=float(self.rate_gain),
+            position_gain=float(self.position_gain),
+            table=self.gait.table,
+        )
+
+    def next_break(self, memory: Memory, t: float) -> float:
+        """The end of the gait's trajectory; see `Controller.next_break`."""
+        return _next_break(self.parameters, memory, t)
+
+    def law(self) -> Law:
+        """The same laws for compilation; see `Controller.law`."""
+        rate, horizon, pieces = self.gait.table
+        arrays = self.parameters._replace(table=(rate, horizon, np.array(pieces)))  # type: ignore[arg-type]
+        return super().law()._replace(parameters=arrays, next_break=_next_break)
+
+
+def _torque(
+    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float]:
+    slope, q1, q2 = against_slope(memory, q1, q2)
+    reference = reference_at(parameters.table, t)
+    errors = tracking_errors(0.0, reference, q1, q2, dq1, dq2)
+    return computed_torque(
+        parameters.constants,
+        parameters.position_gain,
+        parameters.rate_gain,
+        reference,
+        errors,
+        q1,
+        q2,
+        dq1,
+        dq2,
+        math.sin(slope),
+        math.cos(slope),
+    )
+
+
+def _next_break(parameters: Parameters, memory: Memory, t: float) -> float:
+    horizon = parameters.table[1]
+    return horizon if t < horizon else math.inf
+
+
+LimitCycleController.torque_law = staticmethod(_torque)

@@ -1,0 +1,88 @@
+"""Passivity-based control (PBC) of Spong, Holm and Lee: the passive gait's gravity, and its energy as an attractor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import mjbiped.compass as compass
+from controllers.base import Memory, require_positive
+from controllers.given_slope import GivenSlopeController, against_slope
+from controllers.virtual_gravity import energy_error, shaped_torque
+
+
+class Parameters(NamedTuple):
+    """What the law takes: `PassivityController`'s attributes in plain numbers.
+
+    Attributes:
+        constants: Of the robot model.
+        source: Of the slope.
+        imitated_slope: phi_r, rad.
+        energy: E_ref, J.
+        gain: k, s.
+    """
+
+    constants: compass.Constants
+    source: int
+    imitated_slope: float
+    energy: float
+    gain: float
+
+
+@dataclass(frozen=True)
+class PassivityController(GivenSlopeController):
+    r"""Imitates a passive gait by its gravity and its energy (PBC, the paper's [16]).
+
+    .. math:: \tau = B^{-1} [g(q, \varphi) - g(q, \varphi_r) - k (E - E_{ref}) \dot q], \quad
+              E = T + V(q, \varphi_r)
+
+    Then the storage :math:`S = \frac12 (E - E_{ref})^2` falls within each step:
+
+    .. math:: \dot E = -k (E - E_{ref}) |\dot q|^2, \quad \dot S = -2 k |\dot q|^2 S
+
+    Its slope is by default that of the line through both feet, with which the paper says that this method bears
+    changes of slope.
+
+    Source: M. W. Spong, J. K. Holm, D. Lee, Passivity-based control of bipedal locomotion, IEEE Robotics & Automation
+    Magazine 14(2), 30-40, 2007.
+
+    Attributes:
+        gain: k, s.
+        slope_source: See `GivenSlopeController`, as for all attributes not named here.
+    """
+
+    gain: float = 20.0
+    slope_source: str = field(default="two_point", kw_only=True)
+
+    def __post_init__(self) -> None:
+        """Refuse parameters outside their domain.
+
+        Raises:
+            InputError: The gain is not positive, or as in `GivenSlopeController`.
+        """
+        super().__post_init__()
+        require_positive(gain=self.gain)
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        """The attributes in plain numbers, as the law takes them."""
+        return Parameters(
+            constants=self.robot.constants,
+            source=self.source,
+            imitated_slope=float(self.gait.slope),
+            energy=self.gait.energy,
+            gain=float(self.gain),
+        )
+
+
+def _torque(
+    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float]:
+    constants, imitated = parameters.constants, parameters.imitated_slope
+    slope, q1, q2 = against_slope(memory, q1, q2)
+    damping = parameters.gain * energy_error(constants, imitated, parameters.energy, q1, q2, dq1, dq2)
+    return shaped_torque(constants, slope, imitated, q1, q2, -damping * dq1, -damping * dq2)
+
+
+PassivityController.torque_law = staticmethod(_torque)

@@ -1,0 +1,68 @@
+"""Walking as if on another slope: gravity replaced by that of the imitated slope, and the energy that belongs to it."""
+
+from __future__ import annotations
+
+import math
+
+import mjbiped.compass as compass
+
+
+def energy_error(
+    constants: compass.Constants,
+    imitated_slope: float,
+    energy: float,
+    q1: float,
+    q2: float,
+    dq1: float,
+    dq2: float,
+) -> float:
+    r"""How far the energy on the imitated slope is from the gait's.
+
+    .. math:: E - E_{ref} = T(q, \dot q) + V(q, \varphi_r) - E_{ref}
+
+    Args:
+        constants: Lumped constants of the controller's robot model.
+        imitated_slope: phi_r, rad.
+        energy: E_ref, of the passive gait about its stance foot, J.
+        q1: Stance angle, rad.
+        q2: Swing angle, rad.
+        dq1: Stance rate, rad/s.
+        dq2: Swing rate, rad/s.
+
+    Returns:
+        E - E_ref, J.
+    """
+    kinetic = compass.kinetic_energy(constants, q1, q2, dq1, dq2)
+    return kinetic + compass.potential_energy(constants, q1, q2, imitated_slope) - energy
+
+
+def shaped_torque(
+    constants: compass.Constants,
+    slope: float,
+    imitated_slope: float,
+    q1: float,
+    q2: float,
+    force1: float,
+    force2: float,
+) -> tuple[float, float]:
+    r"""Potential energy shaping (Spong's controlled symmetry) with further forces u.
+
+    .. math:: \tau = B^{-1} [g(q, \varphi) - g(q, \varphi_r) + u] \quad\Rightarrow\quad
+              \frac{d}{dt} [T + V(q, \varphi_r)] = u^T \dot q
+
+    Args:
+        constants: Lumped constants of the controller's robot model.
+        slope: phi, of the ground, rad.
+        imitated_slope: phi_r, rad.
+        q1: Stance angle from that ground's normal, rad.
+        q2: Swing angle, rad.
+        force1: u on the stance leg, N m.
+        force2: u on the swing leg, N m.
+
+    Returns:
+        Ankle and hip torque, N m.
+    """
+    gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, q1, q2)
+    sine = math.sin(slope) - math.sin(imitated_slope)
+    cosine = math.cos(slope) - math.cos(imitated_slope)
+    return compass.joint_torques(gc1 * sine + gs1 * cosine + force1, gc2 * sine + gs2 * cosine + force2)
