@@ -1,4 +1,4 @@
-"""Energy constraint control (ECC) of Asano: the energy that virtual gravity would supply, at a fixed ratio of torques."""
+"""Energy constraint control (ECC) of Asano: the energy that virtual gravity supplies, at a fixed ratio of torques."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ class EnergyConstraintController(GivenSlopeController):
     rest: :math:`M g \tan \varphi_r` becomes :math:`M g \cos \varphi (\tan \varphi_r - \tan \varphi)`.
 
     :math:`E_0` is the energy that the imitated gait has above its stance foot, in gravity as strong as virtual gravity
-    is, :math:`E_{ref} \cos \varphi / \cos \varphi_r`. :math:`E_d` so depends on the posture alone, and begins anew with each
-    step's stance foot. (Were it set to the measured energy there, E would equal :math:`E_d` ever after, and
+    is: :math:`E_{ref} \cos \varphi / \cos \varphi_r`. :math:`E_d` so depends on the posture alone, and begins anew with
+    each step's stance foot. (Were it set to the measured energy there, E would equal :math:`E_d` ever after, and
     :math:`\zeta` do nothing: what is lost or gained at a touchdown would stay lost or gained.)
 
     One condition, two torques: their ratio is fixed,
@@ -58,16 +58,18 @@ class EnergyConstraintController(GivenSlopeController):
 
     Asano counts the hip's torque the other way round; his :math:`\mu` is minus ours. Where the bracket vanishes no
     torque can do it. On the gait of Table I's robot on 2 degrees that happens twice per step for every ratio from -0.04
-    to 43, and never beyond; the torques of virtual gravity itself have :math:`\mu = 1 - [m a + (m_H + m) l] / (m b) = -2` where
-    the legs make equal angles. Within `singular_band` of it :math:`1 / [\ldots]` is replaced by :math:`[\ldots]` over the
-    band's square: the torques stay continuous and bounded, the law does not hold there.
+    to 42.9, and never beyond. The torques of virtual gravity itself have
+    :math:`\mu = 1 - [m a + (m_H + m) l] / (m b)`, which is -2, where the legs make equal angles with the normal. Where
+    the bracket is less than `singular_band`, its inverse is replaced by the bracket over the band's square: the torques
+    stay continuous and bounded, and the law does not hold.
 
-    The slope is by default the one under the stance foot, which is what the paper's own controller estimates.
+    The slope is by default the one under the stance foot, which is what the paper's own controller estimates. The gains
+    are those of docs/comparison.md.
 
     Sources: F. Asano, M. Yamakita, N. Kamamichi, Z.-W. Luo, A novel gait generation for biped walking robots based on
-    mechanical energy constraint, IEEE Transactions on Robotics and Automation 20(3), 565-573, 2004; F. Asano, Z.-W. Luo,
-    M. Yamakita, Biped gait generation and control based on a unified property of passive dynamic walking, IEEE
-    Transactions on Robotics 21(4), 754-762, 2005.
+    mechanical energy constraint, IEEE Transactions on Robotics and Automation 20(3), 565-573, 2004; F. Asano,
+    Z.-W. Luo, M. Yamakita, Biped gait generation and control based on a unified property of passive dynamic walking,
+    IEEE Transactions on Robotics 21(4), 754-762, 2005.
 
     Attributes:
         gain: zeta, 1/s.
@@ -76,8 +78,8 @@ class EnergyConstraintController(GivenSlopeController):
         slope_source: See `GivenSlopeController`, as for all attributes not named here.
     """
 
-    gain: float = 20.0
-    ratio: float = -2.0
+    gain: float = 5.0
+    ratio: float = -2.3
     singular_band: float = 0.1
 
     def __post_init__(self) -> None:

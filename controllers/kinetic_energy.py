@@ -48,11 +48,12 @@ class KineticEnergyController(GivenSlopeController):
     .. math:: \tau = B^{-1} [g(q, \varphi) - g(q, \varphi_r) + u], \quad
               u = -\lambda (T - T_{ref}) \frac{\dot q}{|\dot q|^2}
 
-    Thus it is the passivity-based law (`PassivityController`) with :math:`k = \lambda / |\dot q|^2`. Where the rates are
-    small, u has no bound; below `slowest` they are divided by its square instead, and the error falls more slowly. The
-    gait of Table I's robot on 2 degrees is never slower than 0.62 rad/s.
+    Thus it is the passivity-based law (`PassivityController`) with :math:`k = \lambda / |\dot q|^2`. Where the rates
+    are small, u has no bound; below `slowest` they are divided by its square instead, and the error falls more slowly.
+    The gait of Table I's robot on 2 degrees is never slower than 0.62 rad/s.
 
-    The slope is by default the one under the stance foot, which is what the paper's own controller estimates.
+    The slope is by default the one under the stance foot, which is what the paper's own controller estimates. The gain
+    is that of docs/comparison.md.
 
     Attributes:
         gain: lambda, 1/s.
@@ -60,7 +61,7 @@ class KineticEnergyController(GivenSlopeController):
         slope_source: See `GivenSlopeController`, as for all attributes not named here.
     """
 
-    gain: float = 20.0
+    gain: float = 6.0
     slowest: float = 0.1
 
     def __post_init__(self) -> None:

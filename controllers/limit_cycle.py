@@ -40,15 +40,15 @@ class LimitCycleController(GivenSlopeController):
 
     .. math:: \tau = B^{-1} \{M [\ddot q_r + K_1 (\dot q_r - \dot q) + K_2 (q_r - q)] + C \dot q + g(q, \varphi)\}
 
-    so that :math:`\ddot e + K_1 \dot e + K_2 e = 0` for :math:`e = q_r - q`. The reference begins anew at each touchdown;
-    K1 = 10 and K2 = 25 damp critically: :math:`s^2 + 10 s + 25 = (s + 5)^2`.
+    so that :math:`\ddot e + K_1 \dot e + K_2 e = 0` for :math:`e = q_r - q`. The reference begins anew at each
+    touchdown. The source's gains, K1 = 10 and K2 = 25, damp critically: :math:`s^2 + 10 s + 25 = (s + 5)^2`.
 
     It is the paper's tracking law (12) with other names for the gains, a given slope, and no re-planning.
 
     The slope is by default the one under the stance foot, which is what the paper's own controller estimates.
 
-    Source: Y. Hu, G. Yan, Z. Lin, Gait generation and control for biped robots with underactuation degree one, Automatica
-    47(8), 1605-1616, 2011.
+    Source: Y. Hu, G. Yan, Z. Lin, Gait generation and control for biped robots with underactuation degree one,
+    Automatica 47(8), 1605-1616, 2011.
 
     Attributes:
         rate_gain: K1 = diag(k, k), 1/s.

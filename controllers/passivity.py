@@ -42,7 +42,7 @@ class PassivityController(GivenSlopeController):
     .. math:: \dot E = -k (E - E_{ref}) |\dot q|^2, \quad \dot S = -2 k |\dot q|^2 S
 
     Its slope is by default that of the line through both feet, with which the paper says that this method bears
-    changes of slope.
+    changes of slope. The gain is that of docs/comparison.md.
 
     Source: M. W. Spong, J. K. Holm, D. Lee, Passivity-based control of bipedal locomotion, IEEE Robotics & Automation
     Magazine 14(2), 30-40, 2007.
@@ -52,7 +52,7 @@ class PassivityController(GivenSlopeController):
         slope_source: See `GivenSlopeController`, as for all attributes not named here.
     """
 
-    gain: float = 20.0
+    gain: float = 5.0
     slope_source: str = field(default="two_point", kw_only=True)
 
     def __post_init__(self) -> None:
