@@ -73,6 +73,7 @@ def main() -> None:
 @given.walk_options
 @given.engine_option
 @given.adaptive_options
+@given.comparison_options
 @given.robot_options
 @given.record_option
 @given.plot_option
@@ -109,6 +110,7 @@ def _walk(
       mjbiped walk mixed --initial rest --out walk.npz --video walk.mp4
       mjbiped walk stairs:rise=-0.02 --replanning-delay none --json
       mjbiped walk incline:slope_deg=2 --controller passive --distance 20
+      mjbiped walk slopes --controller energy-constraint --gain ratio=-2 --gain gain=20
       mjbiped walk trail.csv --steps 200 --plot trail.pdf
     """  # noqa: D301 (click reads the backspace)
     pictures = {name: values.pop(name) for name in _VIDEO}
@@ -144,6 +146,7 @@ def _walk(
 @click.argument("terrain", default="mixed")
 @given.walk_options
 @given.adaptive_options
+@given.comparison_options
 @given.robot_options
 @given.records_option
 @given.plot_option
@@ -171,6 +174,7 @@ def _compare(
     Examples:
       mjbiped compare mixed --steps 18 --plot compare.png
       mjbiped compare stairs:rise=-0.06 --replanning-delay none
+      mjbiped compare slopes:change_deg=-1 --controller passivity --gain gain=20 --slope-source local
       mjbiped compare trail.csv --initial rest --json --out trail.npz
     """  # noqa: D301 (click reads the backspace)
     ground = _terrain(terrain, seed)
@@ -304,17 +308,31 @@ def _controller(ctx: click.Context, name: str, robot: Compass, values: dict[str,
         click.UsageError: An option is given that the controller does not have.
         MjbipedError: A gain is outside its domain, or the slope to be imitated has no passive gait.
     """
-    chosen = [p for p in ctx.command.params if getattr(p, "section", "") == given.ADAPTIVE]
+    sections = (given.ADAPTIVE, given.COMPARISON)
+    chosen = [p for p in ctx.command.params if getattr(p, "section", "") in sections]
     settings = {str(parameter.name): values.pop(str(parameter.name)) for parameter in chosen}
+    compared = given.GIVEN_SLOPE.get(name)
+    for parameter in chosen:
+        source = ctx.get_parameter_source(str(parameter.name))
+        own = {"adaptive": given.ADAPTIVE, "passive": ""}.get(name, given.COMPARISON)
+        shared = compared is not None and parameter.name in given.SHARED
+        section = getattr(parameter, "section", "")
+        if source is click.core.ParameterSource.COMMANDLINE and section != own and not shared:
+            owners = "adaptive" if section == given.ADAPTIVE else ", ".join(given.GIVEN_SLOPE)
+            raise click.UsageError(f"{parameter.opts[0]} is for --controller {owners}; {name} has no such thing.")
     if name == "passive":
-        for parameter in chosen:
-            source = ctx.get_parameter_source(str(parameter.name))
-            if source is click.core.ParameterSource.COMMANDLINE:
-                raise click.UsageError(f"{parameter.opts[0]} is for --controller adaptive; passive has no such thing.")
         return PassiveController()
-    slope, estimate = (math.radians(settings.pop(key)) for key in ("imitate_slope_deg", "initial_slope_estimate_deg"))
-    gait = find_passive_gait(robot, slope)
-    return AdaptiveController(robot, gait, initial_slope_estimate=estimate, **settings)
+    slope, estimate = (math.radians(settings.pop(key)) for key in given.SHARED)
+    gains, slope_source = dict(settings.pop("gain")), settings.pop("slope_source")
+    if compared is None:
+        gait = find_passive_gait(robot, slope)
+        return AdaptiveController(robot, gait, initial_slope_estimate=estimate, **settings)
+    valid = given.gains(compared)
+    for unknown in gains.keys() - valid.keys():
+        raise click.UsageError(f"--gain {unknown}: {name} has no such gain; valid are {', '.join(valid)}.")
+    if slope_source is not None:
+        gains["slope_source"] = slope_source
+    return compared(robot, find_passive_gait(robot, slope), initial_slope=estimate, **gains)
 
 
 def _warn_without_gl() -> None:

@@ -6,12 +6,20 @@ import inspect
 import math
 import tempfile
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
-from controllers import AdaptiveController
+from controllers import (
+    AdaptiveController,
+    EnergyConstraintController,
+    KineticEnergyController,
+    LimitCycleController,
+    PassivityController,
+)
+from controllers.given_slope import SLOPE_SOURCES, GivenSlopeController
 from mjbiped.compass import Compass
 from mjbiped.walk import DEFAULT_STEPS, ENGINES, INITIAL_STATES, walk
 
@@ -58,7 +66,8 @@ def options(section: str, *rows: Row) -> Callable[[_Function], _Function]:
                 type=kind,
                 is_flag=kind is bool,
                 default=default,
-                show_default=default is not None and default is not False,
+                multiple=default == (),
+                show_default=default is not None and default is not False and default != (),
                 metavar=metavar,
                 help=text,
             )(function)
@@ -130,6 +139,20 @@ def initial_state(value: str) -> str | tuple[float, ...]:
     return numbers
 
 
+def gain(value: str) -> tuple[str, float]:
+    """A gain's name and value, as "ratio=-2"; the controller knows which it has."""
+    name, _, rest = value.partition("=")
+    number = _number(rest)
+    if math.isnan(number):
+        raise click.BadParameter(f"{value!r}; expected NAME=NUMBER, as gain=10.")
+    return name.strip(), number
+
+
+def gains(kind: type[GivenSlopeController]) -> dict[str, Any]:
+    """Names of a comparison controller's gains, with their defaults."""
+    return {each.name: each.default for each in fields(kind) if not each.kw_only and each.name not in ("robot", "gait")}
+
+
 def _number(value: Any) -> float:
     """A number, or NaN for what is none."""
     try:
@@ -143,7 +166,18 @@ VIDEO_PATH = output(".mp4")
 _TIMESTEP = inspect.signature(walk).parameters["timestep"].default
 _LAW = AdaptiveController  # for its defaults
 
-ADAPTIVE = "Adaptive controller"
+ADAPTIVE, COMPARISON = "Adaptive controller", "Comparison controllers"
+GIVEN_SLOPE: dict[str, type[GivenSlopeController]] = {
+    "passivity": PassivityController,
+    "energy-constraint": EnergyConstraintController,
+    "kinetic-energy": KineticEnergyController,
+    "limit-cycle": LimitCycleController,
+}
+"""The comparison controllers by their names here."""
+
+SHARED = ("imitate_slope_deg", "initial_slope_estimate_deg")
+"""Options of the adaptive controller that the comparison controllers have too."""
+
 CAMERAS = ("track", "side", "overview")
 FASTEST_FPS = 120
 
@@ -162,10 +196,11 @@ walk_options = options(
     ),
     (
         "--controller",
-        click.Choice(("adaptive", "passive")),
+        click.Choice(("adaptive", "passive", *GIVEN_SLOPE)),
         "adaptive",
         None,
-        "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque.",
+        "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque; the others are "
+        "those that the paper compares with, see docs/comparison.md.",
     ),
     ("--timestep", float, _TIMESTEP, "X", "Physics step, s."),
     ("--control-period", float, None, "X", "Time between ticks of the controller, s; the timestep unless given."),
@@ -178,7 +213,7 @@ engine_option = options(
 
 adaptive_options = options(
     ADAPTIVE,
-    ("--imitate-slope-deg", float, 2.0, "X", "Slope of the passive gait that is imitated."),
+    ("--imitate-slope-deg", float, 2.0, "X", "Slope of the passive gait that is imitated; for all but passive."),
     ("--position-gain", float, _LAW.position_gain, "X", "K1, 1/s."),
     ("--velocity-gain", float, _LAW.velocity_gain, "X", "K2, 1/s."),
     ("--adaptation-gain", float, _LAW.adaptation_gain, "X", "gamma of the slope estimator."),
@@ -196,7 +231,37 @@ adaptive_options = options(
         None,
         "Correct the slope estimate at touchdown.",
     ),
-    ("--initial-slope-estimate-deg", float, 0.0, "X", "Slope estimate at the start."),
+    (
+        "--initial-slope-estimate-deg",
+        float,
+        0.0,
+        "X",
+        "Slope estimate at the start; for the comparison controllers the slope that they are given.",
+    ),
+)
+
+comparison_options = options(
+    COMPARISON,
+    (
+        "--gain",
+        gain,
+        (),
+        "NAME=X",
+        "A gain, may be repeated; "
+        + "; ".join(
+            f"{name}: {', '.join(f'{key}={value:g}' for key, value in gains(kind).items())}"
+            for name, kind in GIVEN_SLOPE.items()
+        )
+        + ".",
+    ),
+    (
+        "--slope-source",
+        click.Choice(SLOPE_SOURCES),
+        None,
+        None,
+        "The slope that gravity is compensated for: as given at the start, dead reckoned under the stance foot, or of "
+        "the line through both feet; two_point for passivity, local for the others unless given.",
+    ),
 )
 
 robot_options = options(

@@ -69,7 +69,7 @@ class Method:
     """
 
     controller: GivenSlopeController
-    grid: Sequence[Mapping[str, float]]
+    grid: Sequence[Mapping[str, Any]]
     axis: str
     color: str
     style: str
@@ -107,7 +107,7 @@ class Trial:
         peak: Greatest torque over the small steps, N m.
     """
 
-    gains: Mapping[str, float]
+    gains: Mapping[str, Any]
     survived: bool
     cost: float
     multiplier: float
@@ -149,7 +149,7 @@ def main(figure: Path, page: Path) -> None:
     click.echo(f"wrote {figure}\nwrote {page}")
 
 
-def trial(controller: GivenSlopeController, gains: Mapping[str, float]) -> Trial:
+def trial(controller: GivenSlopeController, gains: Mapping[str, Any]) -> Trial:
     """Walk on the level, then over one small step up or down, met at an odd and at an even step."""
     level = walk(controller, TERRAINS["level"], 3 * WALK)
     if level.outcome != "finished":
@@ -166,13 +166,13 @@ def trial(controller: GivenSlopeController, gains: Mapping[str, float]) -> Trial
         gains,
         all(each.outcome == "finished" for each in over),
         float((work[-1] - work[-21]) / (ROBOT.weight * (x[-1] - x[-21]))),
-        float(np.abs(multipliers(controller, states[-1])).max()) if repeats else math.nan,
+        float(multipliers(controller, states[-1]).max()) if repeats else math.nan,
         float(max(each.peak_torque.max() for each in over)),
     )
 
 
 def multipliers(controller: Controller, state: Array, change: float = 1e-6) -> Array:
-    """Eigenvalues of the map from one step's first state to the next one's on the level, by central differences.
+    """Magnitudes of the eigenvalues of the map from one step's first state to the next one's on the level, by central differences.
 
     The integration's 1e-10 over the change leaves an error of 1e-4.
     """
@@ -185,7 +185,7 @@ def multipliers(controller: Controller, state: Array, change: float = 1e-6) -> A
 
     directions = change * np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
     columns = [(after(state + each) - after(state - each)) / (2.0 * change) for each in directions]
-    return np.linalg.eigvals(np.array(columns).T)
+    return np.asarray(np.abs(np.linalg.eigvals(np.array(columns).T)), dtype=np.float64)
 
 
 def choose(trials: Sequence[Trial]) -> Trial:
@@ -200,7 +200,7 @@ def walk(controller: Controller, terrain: mjbiped.Terrain, steps: int = WALK) ->
     return mjbiped.walk(controller, terrain, engine="hybrid", steps=steps, sample_period=0.05)
 
 
-def told(gains: Mapping[str, float]) -> str:
+def told(gains: Mapping[str, Any]) -> str:
     """Gains in words."""
     return ", ".join(f"{name} {value:g}" for name, value in gains.items())
 
@@ -257,7 +257,7 @@ def surviving(trials: Mapping[str, Sequence[Trial]], found: Mapping[str, Trial])
     return ranges
 
 
-def along(gains: Mapping[str, float]) -> float:
+def along(gains: Mapping[str, Any]) -> float:
     """A set of gains as a place on the figure's axis."""
     return gains["rate_gain"] / 2.0 if "rate_gain" in gains else gains["gain"]
 

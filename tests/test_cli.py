@@ -20,7 +20,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 import mjbiped
-from controllers import AdaptiveController
+from controllers import AdaptiveController, PassivityController
 from mjbiped import cli, cli_options, gl, measures, plot_comparison, plot_style, plots, recorder, scene, video
 from mjbiped.errors import RenderError
 from mjbiped.record import Walk
@@ -131,7 +131,15 @@ def test_help_of_a_command_explains_every_option(command: str) -> None:
 def test_help_groups_options_and_shows_defaults() -> None:
     text = run("walk", "--help").stdout
     sections = re.findall(r"^(\w[\w ]*):$", text, re.MULTILINE)
-    assert sections[-6:] == ["Walk", "Adaptive controller", "Robot", "Results", "Video", "Options"]
+    assert sections[-7:] == [
+        "Walk",
+        "Adaptive controller",
+        "Comparison controllers",
+        "Robot",
+        "Results",
+        "Video",
+        "Options",
+    ]
     assert text.count("[default:") > 15
     assert "[default: 0.8]" in text
 
@@ -228,6 +236,36 @@ def test_options_reach_controller_robot_and_engine(tmp_path: Path) -> None:
     assert (settings["steps"], settings["distance"]) == (None, 0.2)
     assert settings["initial"] == [-0.15, 0.15, 0.9, 0.7]
     assert Walk.load(out).terrain == mjbiped.Terrain.random(seed=7, slope_deg=(-1.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "gains"),
+    [
+        ("passivity", "PassivityController", {"gain": 7.0}),
+        ("energy-constraint", "EnergyConstraintController", {"ratio": -2.0, "gain": 9.0}),
+        ("kinetic-energy", "KineticEnergyController", {"slowest": 0.2}),
+        ("limit-cycle", "LimitCycleController", {"rate_gain": 12.0, "position_gain": 36.0}),
+    ],
+)
+def test_options_reach_a_comparison_controller(name: str, kind: str, gains: dict[str, float], tmp_path: Path) -> None:
+    out = tmp_path / "walk.npz"
+    given = [word for key, value in gains.items() for word in ("--gain", f"{key}={value}")]
+    slopes = ("--imitate-slope-deg", 1.5, "--initial-slope-estimate-deg", 0.5, "--slope-source", "none")
+    words = ("walk", "incline:slope_deg=0.5", "--controller", name, *given, *slopes, "--timestep", 5e-4, "--steps", 1)
+    assert run(*words, "--out", out, "--quiet").output == ""
+    walk = Walk.load(out)
+    law = walk.settings["controller"]
+    assert (law["name"], law["slope_source"], walk.outcome) == (kind, "none", "finished")
+    assert law["initial_slope"] == pytest.approx(math.radians(0.5))
+    assert law["gait"]["slope"] == pytest.approx(math.radians(1.5))
+    assert {key: law[key] for key in gains} == gains
+
+
+def test_a_comparison_controller_keeps_its_defaults(tmp_path: Path) -> None:
+    out = tmp_path / "walk.npz"
+    run("walk", "level", "--controller", "passivity", "--timestep", 5e-4, "--steps", 1, "--out", out, "--quiet")
+    gait = mjbiped.find_passive_gait(mjbiped.Compass(), math.radians(2))
+    assert Walk.load(out).settings["controller"] == PassivityController(mjbiped.Compass(), gait).describe()
 
 
 @pytest.mark.parametrize("text", ["random", "random:seed=4", "random:roughness=0.001"])
@@ -389,6 +427,17 @@ REFUSED: dict[str, tuple[tuple[object, ...], str]] = {
     "no passive gait on the level": (("level", "--controller", "passive"), "no passive gait on a slope of 0 degrees"),
     "gain without controller": (("--controller", "passive", "--position-gain", 5), "--position-gain is for"),
     "switch without controller": (("--controller", "passive", "--estimate-update"), "--estimate-update is for"),
+    "gains of another": (("--controller", "passivity", "--position-gain", 5), "--position-gain is for"),
+    "switch of another": (("--controller", "limit-cycle", "--estimate-update"), "limit-cycle has no such thing"),
+    "gain of the adaptive": (("--gain", "gain=5"), "--gain is for --controller passivity, energy-constraint"),
+    "source of the passive": (("--controller", "passive", "--slope-source", "local"), "--slope-source is for"),
+    "unknown gain": (("--controller", "energy-constraint", "--gain", "mu=2"), "valid are gain, ratio, singular_band"),
+    "no gain's field": (("--controller", "passivity", "--gain", "initial_slope=2"), "valid are gain."),
+    "gain without name": (("--controller", "passivity", "--gain", 3), "expected NAME=NUMBER"),
+    "gain not a number": (("--controller", "passivity", "--gain", "gain=much"), "expected NAME=NUMBER"),
+    "gain of zero": (("--controller", "passivity", "--gain", "gain=0"), "gain must be a finite number above zero"),
+    "unknown source": (("--controller", "passivity", "--slope-source", "map"), "'--slope-source'"),
+    "slope given": (("--controller", "passivity", "--initial-slope-estimate-deg", 90), "initial_slope must lie within"),
     "no steps": (("--steps", 0), "'--steps'"),
     "half a step": (("--steps", 1.5), "'--steps'"),
     "no way": (("--distance", 0), "distance must be a finite number above zero"),
@@ -408,7 +457,7 @@ REFUSED: dict[str, tuple[tuple[object, ...], str]] = {
     "slow motion not a number": (("--slow-motion", "nan"), "a number from 0.01 to 100"),
     "no frames": (("--fps", 0), "'--fps'"),
     "unknown camera": (("--camera", "moon"), "'--camera'"),
-    "unknown option": (("--gain", 3), "--gain"),
+    "unknown option": (("--gains", 3), "--gains"),
     "too many words": (("level", "mixed"), "unexpected extra argument"),
     "record suffix": (("--out", "walk.mat"), "'walk.mat' must end in .npz"),
     "plot suffix": (("--plot", "walk.bmp"), "must end in .png or .pdf or .svg"),
