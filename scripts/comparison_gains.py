@@ -172,9 +172,9 @@ def trial(controller: GivenSlopeController, gains: Mapping[str, Any]) -> Trial:
 
 
 def multipliers(controller: Controller, state: Array, change: float = 1e-6) -> Array:
-    """Magnitudes of the eigenvalues of the map from one step's first state to the next one's on the level, by central differences.
+    """Magnitudes of the eigenvalues of the map from one step's first state to the next one's on the level.
 
-    The integration's 1e-10 over the change leaves an error of 1e-4.
+    By central differences. The integration's 1e-10 over the change leaves an error of 1e-4.
     """
 
     def after(start: Array) -> Array:
@@ -291,9 +291,7 @@ def draw(trials: Mapping[str, Sequence[Trial]], found: Mapping[str, Trial], rang
         (back, torque), (plane, survival) = figure.subplots(2, 2)
         for name, method in METHODS.items():
             ratio = found[name].gains.get("ratio")
-            line = [
-                each for each in trials[name] if each.gains.get("ratio") == ratio and math.isfinite(each.multiplier)
-            ]
+            line = [each for each in trials[name] if each.gains.get("ratio") == ratio and math.isfinite(each.peak)]
             gains = np.array([along(each.gains) for each in line])
             label = f"{name} ({method.axis}{'' if ratio is None else f', μ = {ratio:g}'})"
             look: dict[str, Any] = {"color": method.color, "linestyle": method.style}
