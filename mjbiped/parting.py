@@ -55,6 +55,7 @@ _WORK, _WORK_SHARE = 2e-4, 0.02  # weight times leg length; and of the step's wo
 SLID = 1e-4  # leg lengths; ordinary steps slide by 2e-6 to 2e-5
 EDGE = 5e-4  # m; a foot nearer to a break of the ground may meet its edge
 GRAZED = 3e-3  # leg lengths of clearance, with which one engine passes where the other lands
+ROUNDING = 1e-12  # rad: of a slope that is reckoned anew at every touchdown, and is the same
 GROWN = 0.25  # of the limit, a step before: differences that grew to it
 
 
@@ -250,7 +251,8 @@ def _decisions(there: Walk, here: Walk, steps: list[int], controller: Controller
     """
     breaks = [_next_breaks(walk, controller, steps[-1]) for walk in (there, here)]
     corrected = [
-        walk.touchdowns["slope_estimate"] != walk.touchdowns["slope_estimate_before"] for walk in (there, here)
+        np.abs(walk.touchdowns["slope_estimate"] - walk.touchdowns["slope_estimate_before"]) > ROUNDING
+        for walk in (there, here)
     ]
     for row in steps:
         if row >= min(there.steps, here.steps):

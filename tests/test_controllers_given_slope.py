@@ -177,12 +177,13 @@ def test_compiled_and_plain_walks_agree(kind: Callable[..., GivenSlopeController
 
 @each_kind
 def test_both_engines_walk_alike(kind: Callable[..., GivenSlopeController]) -> None:
-    both = mjbiped.compare(in_plain_python(kind(ROBOT, GAIT)), Terrain.level(), steps=10)
+    both = mjbiped.compare(in_plain_python(kind(ROBOT, GAIT)), Terrain.slopes(change_deg=-1), steps=10)
     assert both.mujoco.outcome == both.hybrid.outcome == "finished"
     # within what contacts resolved at 0.1 ms explain, until errors have grown: an energy-based method damps a
     # disturbance by 0.9 per step only (docs/comparison.md), so that they add up
     assert both.parting is None or both.parting.touchdown > 5
-    # design: 0.3 % between the engines; measured 0.06 % at most
+    assert "threshold" not in both.verdict  # these laws have none; the reckoned slope's rounding was taken for one
+    # design: 0.3 % between the engines; measured 0.08 % at most
     assert both.mujoco.cost_of_transport == pytest.approx(both.hybrid.cost_of_transport, rel=3e-3)
 
 
