@@ -259,7 +259,7 @@ def surviving(trials: Mapping[str, Sequence[Trial]], found: Mapping[str, Trial])
 
 def along(gains: Mapping[str, Any]) -> float:
     """A set of gains as a place on the figure's axis."""
-    return gains["rate_gain"] / 2.0 if "rate_gain" in gains else gains["gain"]
+    return float(gains["rate_gain"] / 2.0 if "rate_gain" in gains else gains["gain"])
 
 
 def span(gains: Sequence[tuple[float, bool]]) -> str:
