@@ -57,9 +57,8 @@ def account(
 ) -> None:
     """Take the step from t to t + h into work, peaks, friction and samples; the law was last asked at its end."""
     w, n = b.w, len(b.y)
-    ankle, hip_torque = w[ANKLE], w[HIP]
     stage_ankle, stage_hip = w[STAGE_ANKLE], w[STAGE_HIP]
-    note_peak(w, ankle, hip_torque)
+    note_peak(w, w[ANKLE], w[HIP])
     if stage_ankle > w[PEAK_ANKLE] * BARELY or stage_hip > w[PEAK_HIP] * BARELY:
         ensure_dense(laws, parameters, world, b, t, h)
         _peak_within(laws, parameters, b, t, h)
@@ -83,7 +82,6 @@ def account(
             dense_state(b, x, b.spare)
             take_sample(laws, parameters, world, b, time, t + x * h, b.spare)
             w[SAMPLE] += 1.0
-    w[ANKLE], w[HIP] = ankle, hip_torque
 
 
 def note_peak(w: Any, ankle: float, hip_torque: float) -> None:

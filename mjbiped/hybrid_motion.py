@@ -165,14 +165,16 @@ def attempt(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: 
 
 
 def ensure_dense(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: float) -> None:
-    """Make the step's dense output, unless it is there."""
+    """Make the step's dense output, unless it is there; torques and press in `b.w` stay those at the step's end."""
     torque, dense, constants, length, memory, w = laws.torque, laws.dense, world.constants, world.length, b.memory, b.w
     if w[DENSE] != 0.0:
         return
+    ankle, hip, press = w[ANKLE], w[HIP], w[PRESS]
     if w[FACE] == 0.0:
         dense(rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, b.dense)
     else:
         dense(sliding_rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, b.dense)
+    w[ANKLE], w[HIP], w[PRESS] = ankle, hip, press
     w[DENSE] = 1.0
     w[EVALUATIONS] += STAGES_WITH_DENSE - STAGES - 1
 

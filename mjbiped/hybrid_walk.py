@@ -124,14 +124,14 @@ def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
             if ended:
                 share = _end_of_walk(world, b, h)
             event, share = first_event(world, b, t, h, share)
-        released = False
         if event != NOTHING or ended:
             h = _end_on(laws, parameters, world, b, t, share * h, event)
-            legs = legs_at(b, b.out[0], b.out[1])
-        elif w[FACE] != 0.0 and w[PRESS] < 0.0:
+        released = w[FACE] != 0.0 and w[PRESS] < 0.0
+        if released:  # and what the foot on the face would have met later in the step, it does not
             h = _end_of_contact(laws, parameters, world, b, t, h)
+            event, ended = NOTHING, 0
+        if released or event != NOTHING or ended:
             legs = legs_at(b, b.out[0], b.out[1])
-            released = True
         account(laws, parameters, world, b, legs, t, h)
         t = limit if h == whole else t + h
         for c in range(n):
