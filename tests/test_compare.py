@@ -219,3 +219,31 @@ def test_figure(agreeing: Comparison, controller: AdaptiveController, tmp_path: 
     assert "they part" in {text.get_text() for text in parted.get_axes()[0].texts}
     with pytest.raises(mjbiped.InputError, match="png"):
         plot_comparison(agreeing, tmp_path / "compare.gif")
+
+
+def test_figure_of_a_fall(agreeing: Comparison, controller: AdaptiveController) -> None:
+    """What a falling robot asks for at last does not flatten the steps before, and is told."""
+    ends = agreeing.mujoco.touchdowns["time"]
+    pair = []
+    for walk in (agreeing.mujoco, agreeing.hybrid):
+        torque = walk.samples["torque"].copy()
+        torque[walk.samples["time"] > ends[1] + 0.5, 0] = -300.0
+        fallen = dataclasses.replace(changed(walk, outcome="fell", rows=2), peak_torque=np.array([300.0, 1.0]))
+        pair.append(dataclasses.replace(fallen, samples={**walk.samples, "torque": torque}))
+    both = again(pair[0], pair[1], controller)
+    ankle, hip, difference, lengths, *_ = plot_comparison(both).get_axes()
+    steady = both.mujoco.samples["torque"][both.mujoco.samples["time"] <= ends[1]]
+    low, high = ankle.get_ylim()
+    assert low < steady[:, 0].min() < steady[:, 0].max() < high < 10.0
+    assert low > -10.0
+    assert "unfinished step: ankle to 300" in ankle.get_title("center")
+    assert {text.get_text() for text in hip.texts} == {"both fell"}
+    for axes in (ankle, hip, difference):
+        assert [line.get_xdata()[0] for line in axes.lines[-2:]] == [walk.end[0] for walk in pair]  # type: ignore[index]
+    low, high = lengths.get_ylim()
+    assert high - low >= 0.0099 * measures.step_lengths(both.mujoco).max()
+    one = plot_comparison(again(pair[0], agreeing.hybrid, controller)).get_axes()
+    assert {text.get_text() for text in one[1].texts} == {"MuJoCo fell"}
+    whole = plot_comparison(agreeing).get_axes()
+    assert whole[0].get_title("center") == ""
+    assert not whole[1].texts
