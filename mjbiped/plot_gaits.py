@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
@@ -34,6 +35,9 @@ from mjbiped.plot_style import (
 
 _COUNT_STYLES = ((BLUE, "-"), (VERMILLION, (0, (5, 1.2))), (GREEN, (0, (2.5, 1))), (ORANGE, (0, (1, 0.8))))
 _FALL_LIMIT = 6  # steps until a fall are told apart up to this many
+_FALL_GREYS = (0.97, 0.78)
+_SETTLED = ListedColormap(colormaps["viridis"](np.linspace(0.8, 0.0, 256)))
+"""All of it is darker than what falls, where print is grey: yellow is left out."""
 
 
 def plot_bifurcation(diagram: BifurcationDiagram, cascade: Cascade | None = None, path: Path | None = None) -> Figure:
@@ -186,6 +190,7 @@ def plot_basins(basins: Sequence[Basin], path: Path | None = None) -> Figure:
             _draw_basin(figure, axes, basin)
         if len(basins) == 2:
             _frame(grid[0, 1], basins[0], basins[1])
+        _legend_of_basins(figure, basins)
     if path is not None:
         save_figure(figure, path)
     return figure
@@ -195,7 +200,7 @@ def _draw_basin(figure: Figure, axes: Axes, basin: Basin) -> None:
     """One map: what settles in colour, what falls in grey."""
     settled, fell = basin.fates == Fate.SETTLED, basin.fates == Fate.FELL
     x, y = basin.stance_rates, basin.swing_rates
-    greys = ListedColormap([str(grey) for grey in np.linspace(0.97, 0.55, _FALL_LIMIT + 1)])
+    greys = ListedColormap([str(grey) for grey in np.linspace(*_FALL_GREYS, _FALL_LIMIT + 1)])
     falls = np.where(fell, np.minimum(basin.steps, _FALL_LIMIT), np.nan)
     axes.pcolormesh(x, y, falls, cmap=greys, vmin=-0.5, vmax=_FALL_LIMIT + 0.5, rasterized=True)
     controlled = bool(basin.peak_torque.any())
@@ -209,7 +214,7 @@ def _draw_basin(figure: Figure, axes: Axes, basin: Basin) -> None:
         most = float(np.quantile(basin.steps[settled], 0.995)) if settled.any() else 1.0
         norm = Normalize(0.0, max(most, 1.0))
         label = "steps until settled on the gait"
-    mesh = axes.pcolormesh(x, y, torque, cmap="viridis_r", norm=norm, rasterized=True)
+    mesh = axes.pcolormesh(x, y, torque, cmap=_SETTLED, norm=norm, rasterized=True)
     bar = figure.colorbar(
         mesh, ax=axes, location="bottom", shrink=0.9, aspect=30, pad=0.02, extend="neither" if controlled else "max"
     )
@@ -223,14 +228,19 @@ def _draw_basin(figure: Figure, axes: Axes, basin: Basin) -> None:
     axes.set(xlabel="rate of the stance leg after the impact (rad/s)", ylabel="rate of the swing leg (rad/s)")
     ground = f"{math.degrees(basin.slope):.3g}° down" if basin.slope else "level ground"
     axes.set_title(f"{basin.walker} on {ground}: {100 * basin.share(Fate.SETTLED):.1f} % settle")
+
+
+def _legend_of_basins(figure: Figure, basins: Sequence[Basin]) -> None:
+    """What the marks and greys mean, under the maps, of which every part holds data."""
+    light, dark = (str(grey) for grey in _FALL_GREYS)
     handles: list[Any] = [
         Line2D([], [], linestyle="", marker="o", color="white", markeredgecolor="black", label="the gait"),
-        Patch(facecolor="0.97", edgecolor=GUIDE, label="falls at once"),
-        Patch(facecolor="0.55", edgecolor=GUIDE, label=f"falls after {_FALL_LIMIT} steps or more"),
+        Patch(facecolor=light, edgecolor=GUIDE, label="falls at once"),
+        Patch(facecolor=dark, edgecolor=GUIDE, label=f"falls after {_FALL_LIMIT} steps or more"),
     ]
-    if other.any():
+    if any(np.isin(basin.fates, (Fate.SETTLED, Fate.FELL), invert=True).any() for basin in basins):
         handles.append(Patch(facecolor=VERMILLION, label="neither"))
-    axes.legend(handles=handles, loc="lower left", fontsize=7)
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
 
 def _frame(axes: Axes, small: Basin, great: Basin) -> None:

@@ -88,3 +88,16 @@ def test_basin_with_torques_and_with_nothing_settled(basin: Basin) -> None:
 def test_wrong_suffix_is_refused_before_anything_is_drawn(basin: Basin) -> None:
     with pytest.raises(InputError, match=r"\.png"):
         plot_basins([basin], Path("basin.jpeg"))
+
+
+def test_what_settles_is_darker_than_what_falls_in_grey(basin: Basin) -> None:
+    figure = plot_basins([basin])
+    falls, settled = (axes.cmap(np.linspace(0.0, 1.0, 256)) for axes in figure.get_axes()[0].collections[:2])
+    luma = [colours[:, :3] @ (0.299, 0.587, 0.114) for colours in (falls, settled)]  # Rec. 601, as pictures are printed
+    assert luma[0].min() > luma[1].max() + 0.1
+    (legend,) = figure.legends
+    assert not figure.get_axes()[0].get_legend()
+    told = [text.get_text() for text in legend.get_texts()]
+    assert told == ["the gait", "falls at once", "falls after 6 steps or more"]
+    undecided = dataclasses.replace(basin, fates=np.full_like(basin.fates, Fate.UNDECIDED))
+    assert [text.get_text() for text in plot_basins([undecided]).legends[0].get_texts()][-1] == "neither"
