@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter, ScalarFormatter
+from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from mjbiped.plot_style import (
     ANKLE,
@@ -150,8 +150,9 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
                         look = _ENGINE_LOOKS[engine]
                         _draw_over_zeta(axes, _LABELS[engine], [values[z] for z in zetas], values[None], look)
                 axes.set(yscale="log", ylabel=what, xticks=zetas)
-                axes.yaxis.set_major_formatter(ScalarFormatter())
-                axes.yaxis.set_minor_formatter(NullFormatter() if place == 0 else ScalarFormatter())
+                axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+                axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+                axes.yaxis.set_minor_locator(NullLocator())
                 axes.set_title(f"{what[0].upper()}{what[1:]}, {title}" if place == 0 else f"c_mt, {title}")
         for axes in grid[-1]:
             axes.set_xlabel("ζ;  horizontal lines: no re-planning")

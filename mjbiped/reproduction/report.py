@@ -34,7 +34,7 @@ def render(rows: Sequence[Row]) -> str:
         "checks": table(("claim", "engine", "found", ""), lines),
         "missed": str(sum(check.holds is False for check in asked)),
         "asked": str(sum(check.holds is not None for check in asked)),
-        "engine": "mujoco" if any(row.part == "table 3" and row.engine == "mujoco" for row in rows) else "hybrid",
+        "engine": engine_shown(rows),
         "walks": str(len(rows)),
         "in_mujoco": str(sum(row.engine == "mujoco" for row in rows)),
         "mujoco_steps": str(
@@ -47,3 +47,8 @@ def render(rows: Sequence[Row]) -> str:
         else "None.",
     }
     return Template(template).substitute(parts)
+
+
+def engine_shown(rows: Sequence[Row]) -> str:
+    """Whose figures the page shows: MuJoCo's where there are any."""
+    return "mujoco" if any(row.part == "table 3" and row.engine == "mujoco" for row in rows) else "hybrid"

@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
+from typing import Any
+
+from PIL import Image
 
 from mjbiped.output import written_whole
 from mjbiped.plots import plot_walk
+from mjbiped.record import Walk
 from mjbiped.reproduction import plan
 from mjbiped.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS
 from mjbiped.reproduction.methods import METHODS, Variant, default_source
 from mjbiped.reproduction.plan import Entry
-from mjbiped.reproduction.report import PAGE, PICTURES, TABLE, render
+from mjbiped.reproduction.report import PAGE, PICTURES, TABLE, engine_shown, render
 from mjbiped.reproduction.rows import Row, write_rows
 from mjbiped.reproduction.running import run_cells
 from mjbiped.reproduction.store import Store
 from mjbiped.reproduction.table_2 import Choice, agreements, choices
 
+PRINTS = "figures"
 MUJOCO_STEPS = 60
 QUICK_STEPS = 20
 
-_PICTURES = (".png", ".pdf")
+_COLOURS = 128  # of a page's figures
 
 
 def reproduce(
@@ -47,7 +53,8 @@ def reproduce(
     """
     store = Store(folder / "walks")
     report = report or folder
-    Store(report / PICTURES)  # makes the folder
+    for needed in (report / PICTURES, folder / PRINTS):
+        Store(needed)  # makes the folder
     entries = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
     rows = _walk(entries, store, workers, progress)
     best = choices(rows)[0]
@@ -55,7 +62,7 @@ def reproduce(
     rows += _walk(more, store, workers, progress)
     entries += more
     written = [_write(report / TABLE, write_rows(rows)), _write(report / PAGE, render(rows))]
-    return rows, [*written, *draw(entries, rows, store, report / PICTURES)]
+    return rows, [*written, *draw(entries, rows, store, report / PICTURES, folder / PRINTS)]
 
 
 def in_mujoco(best: Choice, source: str, quick: bool) -> list[Entry]:
@@ -87,48 +94,61 @@ def in_mujoco(best: Choice, source: str, quick: bool) -> list[Entry]:
     ]
 
 
-def draw(entries: Sequence[Entry], rows: Sequence[Row], store: Store, folder: Path) -> list[Path]:
-    """Draw the figures of each engine that has the walks, and Table III.
+def draw(entries: Sequence[Entry], rows: Sequence[Row], store: Store, pages: Path, prints: Path) -> list[Path]:
+    """Draw Figs. 4 to 6 of each engine that has the walks, and Table III.
 
     Args:
         entries: All that was walked.
         rows: Their rows.
         store: Where the records are.
-        folder: Where the figures go.
+        pages: Folder for the figures that the page shows, small PNG files.
+        prints: Folder for all figures as PDF files.
+
+    Returns:
+        The files.
     """
-    written: list[Path] = []
-    kept = [entry for entry in entries if entry.cell.record]
+    drawings: dict[str, Callable[[Path], object]] = {"table_3": partial(plot_table_3, rows)}
+    shown = engine_shown(rows)
     for engine in ("hybrid", "mujoco"):
-        mine = [entry for entry in kept if entry.cell.engine == engine]
+        mine = [entry for entry in entries if entry.cell.record and entry.cell.engine == engine]
         for ground in ("mixed", "found"):
             walks = {
-                entry.cell.controller.describe()["replanning_delay"]: entry.cell
+                _law(entry)["replanning_delay"]: store.record(entry.cell)
                 for entry in mine
                 if (entry.part, entry.ground) == ("table 3", ground)
             }
             if walks:
-                records = {delay: store.record(walks[delay]) for delay in plan.DRAWN_DELAYS}
-                for suffix in _PICTURES:
-                    written.append(folder / f"reproduction_fig_4_{ground}_{engine}{suffix}")
-                    plot_walk(records[0.8], written[-1])
-                    written.append(folder / f"reproduction_fig_6_{ground}_{engine}{suffix}")
-                    plot_figure_6(records, written[-1])
-        updates: dict[float, dict[bool, Entry]] = {}
+                drawings[f"fig_4_{ground}_{engine}"] = partial(plot_walk, walks[plan.DRAWN_DELAYS[1]])
+                drawings[f"fig_6_{ground}_{engine}"] = partial(plot_figure_6, walks)
+        updates: dict[float, dict[bool, Walk]] = {}
         for entry in mine:
             if entry.part == "figure 5":
-                law = entry.cell.controller.describe()
-                updates.setdefault(law["adaptation_gain"], {})[law["estimate_update"]] = entry
+                both = updates.setdefault(_law(entry)["adaptation_gain"], {})
+                both[_law(entry)["estimate_update"]] = store.record(entry.cell)
         if updates:
-            pairs = [
-                (gain, store.record(pair[True].cell), store.record(pair[False].cell)) for gain, pair in updates.items()
-            ]
-            for suffix in _PICTURES:
-                written.append(folder / f"reproduction_fig_5_{engine}{suffix}")
-                plot_figure_5(pairs, written[-1])
-    for suffix in _PICTURES:
-        written.append(folder / f"reproduction_table_3{suffix}")
-        plot_table_3(rows, written[-1])
+            pairs = [(gain, both[True], both[False]) for gain, both in updates.items()]
+            drawings[f"fig_5_{engine}"] = partial(plot_figure_5, pairs)
+    written = []
+    for name, make in drawings.items():
+        written.append(prints / f"reproduction_{name}.pdf")
+        make(written[-1])
+        if name.endswith(shown) or name == "table_3":
+            written.append(pages / f"reproduction_{name}.png")
+            make(written[-1])
+            _make_small(written[-1])
     return written
+
+
+def _law(entry: Entry) -> dict[str, Any]:
+    return entry.cell.controller.describe()
+
+
+def _make_small(path: Path) -> None:
+    """Give a PNG file a palette: a third of the bytes, for a page."""
+    with Image.open(path) as picture:
+        small = picture.convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE)
+    with written_whole(path) as unfinished:
+        small.save(unfinished, optimize=True)
 
 
 def _walk(entries: Sequence[Entry], store: Store, workers: int | None, progress: bool) -> list[Row]:
