@@ -27,7 +27,7 @@ def found(ground: str, pattern: str, first: float) -> Reading:
 def test_stairs(pattern: str, heights: list[float], first: float) -> None:
     terrain = found("stair 2", pattern, first).terrain
     for k, height in enumerate(heights):
-        for x in ((0.01, first - 0.01) if k == 0 else (first + 1.8 * (k - 1) + 0.01, first + 1.8 * k - 0.01)):
+        for x in (0.01, first - 0.01) if k == 0 else (first + 1.8 * (k - 1) + 0.01, first + 1.8 * k - 0.01):
             assert terrain.height(x) == pytest.approx(height, abs=1e-12)
             assert terrain.slope(x) == 0.0
 
@@ -59,8 +59,10 @@ def test_slopes(ground: str, change: float, pattern: str, slopes: list[float], f
 
 def test_every_reading_has_its_own_ground() -> None:
     every = [reading for ground in GROUNDS for reading in readings(ground)]
-    assert len({reading.terrain for reading in every}) == len(every) == 1 + 2 * 2 * len(STAIR_PATTERNS) + 4 * len(
-        SLOPE_PATTERNS
+    assert (
+        len({reading.terrain for reading in every})
+        == len(every)
+        == 1 + 2 * 2 * len(STAIR_PATTERNS) + 4 * len(SLOPE_PATTERNS)
     )
     for reading in every:
         assert reading.terrain.x[-1] > 100 * 0.38 or reading.ground == "level"  # ground for 100 steps
