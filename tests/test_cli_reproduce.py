@@ -11,6 +11,7 @@ from click.testing import CliRunner, Result
 from mjbiped import cli
 from mjbiped.reproduction import methods, plan, running
 from mjbiped.reproduction import reproduce as whole
+from mjbiped.reproduction.cell import Cell, measured
 
 
 def run(*words: object) -> Result:
@@ -51,13 +52,13 @@ def test_page_table_and_figures_are_written(tmp_path: Path, monkeypatch: pytest.
 def test_interrupted_it_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     walked = []
 
-    def interrupted(cell: object) -> object:
+    def interrupted(cell: Cell) -> object:
         walked.append(cell)
         if len(walked) > 4:
             raise KeyboardInterrupt
-        return real(cell)  # type: ignore[arg-type]
+        return real(cell)
 
-    real = running.measured
+    real = measured
     monkeypatch.setattr(running, "measured", interrupted)
     result = run("reproduce", "--out", tmp_path)
     assert result.exit_code == 130

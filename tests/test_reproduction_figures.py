@@ -27,7 +27,7 @@ def walks() -> list[mjbiped.Walk]:
 
 
 def test_figure_5_has_a_row_for_each_gamma(walks: list[mjbiped.Walk], tmp_path: Path) -> None:
-    figure = plot_figure_5([(0.3, *walks), (3.0, *walks)], tmp_path / "five.png")
+    figure = plot_figure_5([(gain, walks[0], walks[1]) for gain in (0.3, 3.0)], tmp_path / "five.png")
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["γ = 0.3", "γ = 3"]
     for axes in figure.axes:
         lines = {line.get_label(): line for line in axes.lines}
