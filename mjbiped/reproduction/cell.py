@@ -25,7 +25,7 @@ from mjbiped.walk import DEFAULT_TIMESTEP, WalkStopped, versions, walk
 Array = NDArray[np.float64]
 
 _SPARSE = 1.0  # sample period where no record is kept, s
-_DRAWN = ("cli", "plot")  # modules whose names begin so change no number
+_DRAWN = ("cli", "plot", "reports", "video", "caption")  # modules whose names begin so change no number
 
 
 @dataclass(frozen=True)

@@ -112,8 +112,9 @@ def plot_figure_6(walks: Mapping[float | None, Walk], path: str | Path | None = 
             torques.set(ylabel="torque (N m)")
             peak = max(float(value) for value in walk.peak_torque)
             torques.set_title(f"Joint torque, {name}: greatest {peak:.1f} N m")
-        for axes in grid[0]:
-            axes.legend(loc="upper right", ncols=2, borderaxespad=0.2)
+        named = [dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True)) for axes in grid[0]]
+        handles = named[0] | named[1]
+        figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=len(handles))
         for axes in grid[-1]:
             axes.set_xlabel("time (s)")
     if path is not None:
@@ -173,7 +174,7 @@ def _draw_over_zeta(
 
 def _draw_truth(axes: Axes, walk: Walk) -> None:
     """The slope under the stance foot, and the touchdowns."""
-    axes.plot(walk.samples["time"], np.degrees(walk.samples["slope"]), label="true, under the stance foot", **TRUTH)
+    axes.plot(walk.samples["time"], np.degrees(walk.samples["slope"]), label="true", **TRUTH)
     for moment in walk.touchdowns["time"]:
         axes.axvline(moment, color=GUIDE, linewidth=0.3, alpha=0.5, zorder=0)
 

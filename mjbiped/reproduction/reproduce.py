@@ -119,7 +119,8 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], store: Store, pages: Pat
             }
             if walks:
                 drawings[f"fig_4_{ground}_{engine}"] = partial(plot_walk, walks[plan.DRAWN_DELAYS[1]])
-                drawings[f"fig_6_{ground}_{engine}"] = partial(plot_figure_6, walks)
+                ordered = {delay: walks[delay] for delay in plan.DRAWN_DELAYS}
+                drawings[f"fig_6_{ground}_{engine}"] = partial(plot_figure_6, ordered)
         updates: dict[float, dict[bool, Walk]] = {}
         for entry in mine:
             if entry.part == "figure 5":
