@@ -133,9 +133,7 @@ def render_frame(
         InputError: An argument is outside its domain; nothing has been drawn then.
         RenderError: No OpenGL platform works.
     """
-    [frame] = render_frames(
-        walk, [time], width=width, height=height, camera=camera, caption=caption, shadows=shadows
-    )
+    [frame] = render_frames(walk, [time], width=width, height=height, camera=camera, caption=caption, shadows=shadows)
     return frame
 
 

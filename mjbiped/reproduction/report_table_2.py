@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS
+from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS, SLOPE_PATTERNS, STAIR_PATTERNS
 from mjbiped.reproduction.markdown import NONE, cost, delay, ending, number, percent, table
 from mjbiped.reproduction.methods import DELAYS, METHODS, SLOPE_SOURCES, default_source
 from mjbiped.reproduction.published import GROUNDS, TABLE_2
@@ -34,6 +34,10 @@ def sections(rows: Sequence[Row]) -> dict[str, str]:
             ("slope", "X and numbers where the paper has them", "distance of the numbers %"),
             ([a.source, f"{a.agreeing} of {a.asked}", number(100 * a.distance, ".1f")] for a in agreed),
         ),
+        "stair_patterns": str(len(STAIR_PATTERNS)),
+        "slope_patterns": str(len(SLOPE_PATTERNS)),
+        "delays_tried": str(len(DELAYS)),
+        "lengths": str(len(LENGTHS)),
         "hybrid_steps": str(max(LENGTHS)),
         "ends": _ends(rows, best, source),
         "nearest": _nearest(found),
