@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 OUT := out
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk test test-slow bench check format lock clean
+.PHONY: help setup walk reproduce test test-slow bench check format lock clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -30,6 +30,9 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 walk: setup ## walk over mixed slopes and steps: record, figure and video in out/
 	@mkdir -p $(OUT)
 	$(BIN)/mjbiped walk mixed --initial rest --steps 60 --out $(OUT)/walk.npz --plot $(OUT)/walk.png --video $(OUT)/walk.mp4
+
+reproduce: setup ## section V of the paper again, into docs/: some 30 minutes on two cores, goes on where it was stopped
+	$(BIN)/mjbiped reproduce --report docs
 
 test: setup check ## set-up, lint, types and tests
 	$(BIN)/python -m pytest -n 2
@@ -56,5 +59,5 @@ lock: ## take the newest allowed versions into constraints.txt
 	rm -rf $(VENV)-lock
 
 clean: ## remove everything that was made here
-	rm -rf $(VENV) $(VENV)-tool $(VENV)-lock $(OUT) dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis MUJOCO_LOG.TXT
+	rm -rf $(VENV) $(VENV)-tool $(VENV)-lock $(OUT) reproduction dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis MUJOCO_LOG.TXT
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,4 +1,4 @@
-"""The command line: `mjbiped walk`, `compare`, `gait`, `stability` and `render`; others in `cli_gaits`.
+"""The command line: `walk`, `compare`, `gait`, `stability` and `render`; the others in `cli_gaits`, `cli_reproduce`.
 
 Exit status: 0 for a walk that came to an end, a fall included; 2 for anything the user can mend, told in one line;
 1 for a walk or a drawing that failed on its own; 130 after Ctrl-C.
@@ -17,6 +17,7 @@ from mjbiped import cli_options as given
 from mjbiped import measures, reports
 from mjbiped.cli_files import INTERRUPTED, Files, end
 from mjbiped.cli_gaits import basin, bifurcation
+from mjbiped.cli_reproduce import reproduce
 from mjbiped.compare import compare
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError, MjbipedError
@@ -62,6 +63,7 @@ def main() -> None:
       mjbiped bifurcation --plot bifurcation.png
       mjbiped basin --slope-deg 2 --plot basin.png
       mjbiped render walk.npz --slow-motion 4
+      mjbiped reproduce --quick
 
     `mjbiped COMMAND --help` tells more. The exit status is 0 also where the robot falls, for that is a result; 2 where
     something has to be put right, 130 after Ctrl-C.
@@ -222,6 +224,7 @@ def _gait(slope_deg: float, plot: Path | None, json: bool, **values: Any) -> Non
 
 main.add_command(bifurcation)
 main.add_command(basin)
+main.add_command(reproduce)
 
 
 @main.command("stability", cls=given.SectionCommand)

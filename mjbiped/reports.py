@@ -19,6 +19,7 @@ from mjbiped.record import Walk
 
 if TYPE_CHECKING:
     from mjbiped.compare import Comparison
+    from mjbiped.reproduction.checks import Check
     from mjbiped.stability import Stability
 
 # label; key of the summary; factor to the unit shown; format; unit
@@ -184,6 +185,15 @@ def stability_table(summary: Mapping[str, Any]) -> Table:
             ("walk against (22), worst of a step", shown("residual_largest"), ""),
         ]
     )
+
+
+def checks_table(checks: Iterable[Check]) -> Table:
+    """The paper's claims and whether they hold."""
+    table = _bare_table("claim", "engine", "found", "holds")
+    for check in checks:
+        holds = "-" if check.holds is None else "yes" if check.holds else "no"
+        table.add_row(*(Text(cell) for cell in (check.claim, check.engine, check.found, holds)))
+    return table
 
 
 def show(table: Table) -> None:

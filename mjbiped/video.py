@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from mjbiped.record import Walk
 
-__all__ = ["ensure_gl", "gl_available", "render_frame", "render_video"]
+__all__ = ["ensure_gl", "gl_available", "render_frame", "render_frames", "render_video"]
 
 SMALLEST_SIZE, LARGEST_SIZE = 64, 4096
 """Least and greatest width and height of a frame, pixels."""
@@ -133,12 +133,48 @@ def render_frame(
         InputError: An argument is outside its domain; nothing has been drawn then.
         RenderError: No OpenGL platform works.
     """
+    [frame] = render_frames(walk, [time], width=width, height=height, camera=camera, caption=caption, shadows=shadows)
+    return frame
+
+
+def render_frames(
+    walk: Walk,
+    times: Iterable[float],
+    *,
+    width: int = 640,
+    height: int = 480,
+    camera: str = "track",
+    caption: bool = False,
+    shadows: bool = True,
+) -> list[Pixels]:
+    """Render some moments of a walk's record, the scene being built once.
+
+    Args:
+        walk: The record.
+        times: Within the record, s.
+        width: Pixels, 64 to 4096.
+        height: Pixels, 64 to 4096.
+        camera: Name of a camera of the scene: "track", "side" or "overview".
+        caption: Write time, step, slope and its estimate on the frames.
+        shadows: Draw shadows.
+
+    Returns:
+        RGB of each moment, shape (height, width, 3).
+
+    Raises:
+        InputError: An argument is outside its domain; nothing has been drawn then.
+        RenderError: No OpenGL platform works.
+    """
     _check_size(width, height)
     begin, end = _span(walk)
-    if not begin <= time <= end:
-        raise InputError(f"the record reaches from {begin:g} s to {end:g} s; there is nothing to show at {time!r} s")
+    moments = [float(time) for time in times]
+    for time in moments:
+        if not begin <= time <= end:
+            raise InputError(
+                f"the record reaches from {begin:g} s to {end:g} s; there is nothing to show at {time!r} s"
+            )
     with _Stage.open(walk, width, height, camera, shadows) as stage:
-        return stage.frame(time, caption)
+        return [stage.frame(time, caption) for time in moments]
 
 
 def _check_size(width: int, height: int) -> None:

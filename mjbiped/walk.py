@@ -139,7 +139,7 @@ def walk(
         "distance": distance,
         "sample_period": sample_period,
         "scuffing": dataclasses.asdict(rule),
-        "versions": _versions(),
+        "versions": versions(),
     }
     common: dict[str, Any] = {"robot": robot, "q": q, "dq": dq, "steps": steps, "distance": distance, "scuffing": rule}
     with ExitStack() as stack:
@@ -334,7 +334,7 @@ def _initial_state(
     return (values[0], values[1]), (values[2], values[3])
 
 
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
     """Versions of everything that a walk's numbers depend on."""
     return {
         "mjbiped": __version__,

@@ -17,7 +17,7 @@ from mjbiped import video
 from mjbiped.errors import InputError, RenderError
 from mjbiped.record import Walk
 from mjbiped.terrain import Terrain
-from mjbiped.video import gl_available, render_frame, render_video
+from mjbiped.video import gl_available, render_frame, render_frames, render_video
 
 needs_gl = pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
 
@@ -93,6 +93,7 @@ def test_a_frame_shows_the_recorded_posture(walk: Walk) -> None:
     early, late = (render_frame(walk, time, width=96, height=64) for time in (0.1, 0.5))
     assert not np.array_equal(early, late)
     assert np.array_equal(early, render_frame(walk, 0.1, width=96, height=64))
+    assert np.array_equal(render_frames(walk, [0.5, 0.1], width=96, height=64), [late, early])
 
 
 @needs_gl

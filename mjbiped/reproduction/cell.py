@@ -1,0 +1,197 @@
+"""One walk of the reproduction: everything that it depends on, and what is kept of it."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import controllers
+from controllers import Controller
+from mjbiped import measures, scene
+from mjbiped.errors import MjbipedError
+from mjbiped.record import Walk
+from mjbiped.terrain import Terrain
+from mjbiped.walk import DEFAULT_TIMESTEP, WalkStopped, versions, walk
+
+Array = NDArray[np.float64]
+
+_SPARSE = 1.0  # sample period where no record is kept, s
+_DRAWN = ("cli", "plot", "reports", "video", "caption")  # modules whose names begin so change no number
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A walk to be made.
+
+    Attributes:
+        engine: "mujoco" or "hybrid".
+        controller: The law with its parameters.
+        terrain: The ground.
+        initial: First state, "gait" or "rest".
+        steps: Touchdowns after which the walk is finished, or None.
+        distance: Place x at which it is finished, m, or None.
+        timestep: Of MuJoCo, s; the hybrid engine has none.
+        record: Whether the whole record is kept, for figures, and not the touchdowns alone.
+    """
+
+    engine: str
+    controller: Controller
+    terrain: Terrain
+    initial: str = "gait"
+    steps: int | None = 60
+    distance: float | None = None
+    timestep: float = DEFAULT_TIMESTEP
+    record: bool = False
+
+    @property
+    def inputs(self) -> dict[str, Any]:
+        """All that the walk depends on, in plain JSON types."""
+        return {
+            "engine": self.engine,
+            "controller": self.controller.describe(),
+            "terrain": self.terrain.to_dict(),
+            "initial": self.initial,
+            "steps": self.steps,
+            "distance": self.distance,
+            "timestep": self.timestep if self.engine == "mujoco" else None,
+            "record": self.record,
+        }
+
+    @cached_property
+    def key(self) -> str:
+        """Digest of the inputs, of all versions, and of the sources of physics and control laws."""
+        text = json.dumps([self.inputs, versions(), sources()], sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:24]
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came of a cell.
+
+    Attributes:
+        outcome: As of a walk; "failed" where an error kept it from ending.
+        error: The error's text, empty without one.
+        time: When it ended, s.
+        place: Hip's x when it ended, m.
+        peak_torque: Greatest |ankle| and |hip| torque, N m.
+        weight: Of the robot, N.
+        friction: Greatest |F_t|/F_n asked of a stance foot.
+        strikes: Swing feet that struck a riser.
+        x: Places of the touchdowns, m.
+        work: Work since the start at each touchdown by kind, J.
+        begun: Errors of the slope estimate at the beginning of the steps, after the update, rad.
+        ended: The same at the ends of the steps.
+    """
+
+    outcome: str
+    error: str = ""
+    time: float = 0.0
+    place: float = 0.0
+    peak_torque: tuple[float, float] = (math.nan, math.nan)
+    weight: float = math.nan
+    friction: float = math.nan
+    strikes: int = 0
+    x: tuple[float, ...] = ()
+    work: dict[str, tuple[float, ...]] = dataclasses.field(default_factory=dict)
+    begun: tuple[float, ...] = ()
+    ended: tuple[float, ...] = ()
+
+    @property
+    def steps(self) -> int:
+        """Number of touchdowns."""
+        return len(self.x)
+
+    def cost_of_transport(self, kind: str, steps: int | None = None) -> float:
+        """c_mt from the start to a touchdown, by default the last; NaN where the walk did not come so far.
+
+        Args:
+            kind: "absolute", "net" or "positive", see `mjbiped.measures.work`.
+            steps: Number of the touchdown, from 1.
+        """
+        last = self.steps if steps is None else steps
+        if not 0 < last <= self.steps or not self.x[last - 1] > 0.0:
+            return math.nan
+        return self.work[kind][last - 1] / (self.weight * self.x[last - 1])
+
+    def to_dict(self) -> dict[str, Any]:
+        """In plain JSON types; `from_dict` undoes it."""
+        return dataclasses.asdict(self)
+
+    @classmethod
+    def from_dict(cls, fields: dict[str, Any]) -> Result:
+        """The result that `to_dict` wrote.
+
+        Raises:
+            TypeError: A field is unknown or missing.
+        """
+        work = {kind: tuple(values) for kind, values in fields["work"].items()}
+        lists = {name: tuple(fields[name]) for name in ("peak_torque", "x", "begun", "ended")}
+        return cls(**{**fields, **lists, "work": work})
+
+
+def measured(cell: Cell) -> tuple[Result, Walk | None]:
+    """Let a cell walk.
+
+    An error is a result: its text is kept, and the steps before it where there were any.
+
+    Returns:
+        The result, and the record where the cell asks for it.
+    """
+    settings: dict[str, Any] = {"timestep": cell.timestep} if cell.engine == "mujoco" else {}
+    if not cell.record:
+        settings["sample_period"] = _SPARSE
+    try:
+        done = walk(
+            cell.controller,
+            cell.terrain,
+            engine=cell.engine,
+            steps=cell.steps,
+            distance=cell.distance,
+            initial=cell.initial,
+            **settings,
+        )
+    except WalkStopped as stop:
+        return dataclasses.replace(_kept(stop.walk), outcome="failed", error=str(stop)), None
+    except (MjbipedError, ArithmeticError, ValueError) as error:
+        return Result("failed", f"{type(error).__name__}: {error}"), None
+    return _kept(done), done if cell.record else None
+
+
+def _kept(done: Walk) -> Result:
+    """What is kept of a walk."""
+    rows = done.touchdowns
+    begun, ended = measures.estimate_errors(done)
+    return Result(
+        outcome=done.outcome,
+        time=done.end[0],
+        place=done.end[1],
+        peak_torque=(float(done.peak_torque[0]), float(done.peak_torque[1])),
+        weight=done.robot.weight,
+        friction=float(rows["friction"].max()) if done.steps else math.nan,
+        strikes=int(rows["strikes"].sum()),
+        x=tuple(rows["x"].tolist()),
+        work={kind: tuple(rows[f"work_{kind}"].tolist()) for kind in measures.WORK_KINDS},
+        begun=tuple(begun.tolist()),
+        ended=tuple(ended.tolist()),
+    )
+
+
+@lru_cache(maxsize=1)
+def sources() -> str:
+    """Digest of all source files that a walk's numbers can depend on: a mended engine is another engine."""
+    package, laws = Path(scene.__file__).parent, Path(controllers.__file__).parent
+    files = [file for file in package.glob("*.py") if not file.name.startswith(_DRAWN)]
+    files += [*laws.glob("*.py"), *scene.models_folder().glob("*.xml"), Path(__file__)]
+    digest = hashlib.sha256()
+    for file in sorted(files, key=lambda path: (path.parent.name, path.name)):
+        digest.update(f"{file.parent.name}/{file.name}\n".encode() + file.read_bytes())
+    return digest.hexdigest()

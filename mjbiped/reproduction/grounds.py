@@ -1,0 +1,90 @@
+"""Every reading of Table II's grounds.
+
+The paper gives the treads' depth, the steps' height, the slopes' length and change. It does not say whether each step
+goes the same way, nor where the first one lies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mjbiped.reproduction.published import CHANGES, SLOPE_LENGTH, TREAD
+from mjbiped.terrain import Terrain
+
+COUNT = 30
+"""Steps or changes of slope of a ground: more than 100 steps of 0.38 m can reach."""
+
+FIRST_RISERS = (0.9, 1.8)
+"""Places of the first riser, m: half a tread, a whole one."""
+
+FIRST_CHANGES = (1.5, 0.9)
+"""Lengths of the first slope segment, m: a whole one, and as on the stairs."""
+
+STAIR_PATTERNS: dict[str, Sequence[int]] = {
+    "descending": [-1] * COUNT,
+    "ascending": [1] * COUNT,
+    "alternating, down first": [-1, 1] * (COUNT // 2),
+    "alternating, up first": [1, -1] * (COUNT // 2),
+}
+"""Heights of the risers in units of the step's height."""
+
+SLOPE_PATTERNS: dict[str, Sequence[float]] = {
+    "accumulating downhill": range(COUNT),
+    "accumulating uphill": [-k for k in range(COUNT)],
+    "level and downhill in turn": [0, 1] * (COUNT // 2),
+    "level and uphill in turn": [0, -1] * (COUNT // 2),
+    "down and up in turn, ±Δ": [1, -1] * (COUNT // 2),
+    "up and down in turn, ±Δ": [-1, 1] * (COUNT // 2),
+    "down and up in turn, ±Δ/2": [0.5, -0.5] * (COUNT // 2),
+    "up and down in turn, ±Δ/2": [-0.5, 0.5] * (COUNT // 2),
+}
+"""Slopes of the segments in units of the change Δ, downhill positive."""
+
+AS_PRINTED = {
+    "stair 1": "ascending",
+    "stair 2": "ascending",
+    "slope 1": "accumulating downhill",
+    "slope 2": "accumulating uphill",
+}
+"""Readings by the signs of the paper's Fig. 4: steps up positive, slopes downhill positive, each change added."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A ground of Table II, read in one way.
+
+    Attributes:
+        ground: The paper's name.
+        pattern: Which way the changes go; empty for level ground.
+        first: Where the first one lies, m; 0 for level ground.
+        terrain: The ground.
+    """
+
+    ground: str
+    pattern: str
+    first: float
+    terrain: Terrain
+
+
+def readings(ground: str) -> list[Reading]:
+    """All readings of a ground of Table II.
+
+    Args:
+        ground: One of `mjbiped.reproduction.published.GROUNDS`.
+    """
+    if ground == "level":
+        return [Reading(ground, "", 0.0, Terrain.level())]
+    stairs, change = ground.startswith("stair"), abs(CHANGES[ground])
+    found = []
+    for first in FIRST_RISERS if stairs else FIRST_CHANGES:
+        if stairs:
+            for pattern, signs in STAIR_PATTERNS.items():
+                rows = [(first, 0.0, 0.0), *((TREAD, 0.0, sign * change) for sign in signs)]
+                found.append(Reading(ground, pattern, first, Terrain.from_segments(rows, name=ground)))
+        else:
+            for pattern, factors in SLOPE_PATTERNS.items():
+                lengths = [first, *[SLOPE_LENGTH] * (len(factors) - 1)]
+                rows = [(length, factor * change, 0.0) for length, factor in zip(lengths, factors, strict=True)]
+                found.append(Reading(ground, pattern, first, Terrain.from_segments(rows, name=ground)))
+    return found

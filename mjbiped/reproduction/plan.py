@@ -1,0 +1,154 @@
+"""Which walks the reproduction is made of: the cells behind each table and figure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from mjbiped.compass import Compass
+from mjbiped.reproduction.cell import Cell, Result
+from mjbiped.reproduction.found import end_of, found_segments, found_terrain
+from mjbiped.reproduction.grounds import Reading, readings
+from mjbiped.reproduction.methods import METHODS, Variant, adaptive, variants
+from mjbiped.reproduction.published import GROUNDS, TABLE_3
+from mjbiped.reproduction.rows import LENGTHS, Row, row
+from mjbiped.terrain import Terrain
+
+DRAWN_DELAYS = (0.4, 0.8, None)
+"""zeta in Fig. 6; Fig. 4 has the second."""
+
+ADAPTATION_GAINS = (0.03, 0.3, 3.0, 30.0)
+"""gamma in Fig. 5: the paper's is 0.3."""
+
+MIXED_STEPS = 60
+OTHER_GRAVITY = 9.8  # m/s²
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A cell and its place in the report.
+
+    Attributes:
+        part: "table 2", "gravity", "table 3", "start" or "figure 5".
+        ground: The ground's name.
+        method: The paper's name of the controller.
+        cell: The walk.
+        pattern: How Table II's ground was read.
+        first: Where its first change lies, m.
+    """
+
+    part: str
+    ground: str
+    method: str
+    cell: Cell
+    pattern: str = ""
+    first: float = 0.0
+
+    def row(self, result: Result) -> Row:
+        """What the report has of it."""
+        return row(
+            self.part,
+            self.ground,
+            self.cell,
+            result,
+            method=self.method,
+            pattern=self.pattern,
+            first=self.first,
+        )
+
+
+def table_2(grounds: Iterable[str] = GROUNDS, methods: Iterable[str] = METHODS) -> list[Entry]:
+    """Every reading of every ground by every variant of every method, in the hybrid engine."""
+    chosen = [variant for method in methods for variant in variants(method)]
+    return [
+        _walked("table 2", "hybrid", reading, variant, max(LENGTHS))
+        for ground in grounds
+        for reading in readings(ground)
+        for variant in chosen
+    ]
+
+
+def table_2_in_mujoco(places: Iterable[tuple[str, str, float]], chosen: Iterable[Variant], steps: int) -> list[Entry]:
+    """Some readings, given by ground, pattern and first change, in MuJoCo."""
+    wanted, chosen = set(places), list(chosen)
+    return [
+        _walked("table 2", "mujoco", reading, variant, steps)
+        for ground in GROUNDS
+        for reading in readings(ground)
+        if (reading.ground, reading.pattern, reading.first) in wanted
+        for variant in chosen
+    ]
+
+
+def gravity(places: Iterable[tuple[str, str, float]], delay: float | None) -> list[Entry]:
+    """Some readings by the adaptive controller where g = 9.8 m/s²."""
+    wanted, robot = set(places), Compass(gravity=OTHER_GRAVITY)
+    return [
+        _walked("gravity", "hybrid", reading, Variant("adaptive", delay), max(LENGTHS), robot)
+        for ground in GROUNDS
+        for reading in readings(ground)
+        if (reading.ground, reading.pattern, reading.first) in wanted
+    ]
+
+
+def table_3(engine: str) -> list[Entry]:
+    """Every zeta of Table III on our mixed ground, and on the one that was found; those of Fig. 6 keep records."""
+    grounds = (
+        ("mixed", Terrain.mixed(), MIXED_STEPS, None),
+        ("found", found_terrain(), None, end_of(found_segments())),
+    )
+    return [
+        Entry(
+            "table 3",
+            ground,
+            "adaptive",
+            Cell(
+                engine,
+                adaptive(delay),
+                terrain,
+                initial="rest",
+                steps=steps,
+                distance=distance,
+                record=delay in DRAWN_DELAYS,
+            ),
+        )
+        for ground, terrain, steps, distance in grounds
+        for delay in TABLE_3
+    ]
+
+
+def start() -> list[Entry]:
+    """The first step of Table III alone: from rest on level ground, hybrid engine."""
+    return [
+        Entry("start", "level", "adaptive", Cell("hybrid", adaptive(delay), Terrain.level(), initial="rest", steps=1))
+        for delay in TABLE_3
+    ]
+
+
+def figure_5(engine: str, gains: Iterable[float] = ADAPTATION_GAINS) -> list[Entry]:
+    """The mixed ground with and without the estimate update."""
+    return [
+        Entry(
+            "figure 5",
+            "mixed",
+            "adaptive",
+            Cell(
+                engine,
+                adaptive(DRAWN_DELAYS[1], adaptation_gain=gain, estimate_update=update),
+                Terrain.mixed(),
+                initial="rest",
+                steps=MIXED_STEPS,
+                record=True,
+            ),
+        )
+        for gain in gains
+        for update in (True, False)
+    ]
+
+
+def _walked(
+    part: str, engine: str, reading: Reading, variant: Variant, steps: int, robot: Compass | None = None
+) -> Entry:
+    controller = variant.controller(reading.terrain, robot)
+    cell = Cell(engine, controller, reading.terrain, steps=steps)
+    return Entry(part, reading.ground, variant.method, cell, reading.pattern, reading.first)

@@ -1,0 +1,54 @@
+"""The report: the table of all walks, rendered as a page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import resources
+from string import Template
+
+from mjbiped.reproduction import report_table_2, report_table_3
+from mjbiped.reproduction.checks import checks
+from mjbiped.reproduction.markdown import table
+from mjbiped.reproduction.rows import Row
+from mjbiped.reproduction.table_2 import choices
+
+PAGE = "reproduction.md"
+TABLE = "reproduction.csv"
+PICTURES = "images"
+
+
+def render(rows: Sequence[Row]) -> str:
+    """The page, every number of it from the rows.
+
+    Args:
+        rows: Of a whole reproduction; walks in MuJoCo may be missing.
+    """
+    template = (resources.files("mjbiped.reproduction") / "template.md").read_text(encoding="utf-8")
+    best = choices(rows)[0]
+    asked = checks(rows, best)
+    lines = [[check.claim, check.engine, check.found, check.verdict] for check in asked]
+    failed = [row for row in rows if row.outcome == "failed"]
+    parts = {
+        **report_table_2.sections(rows),
+        **report_table_3.sections(rows),
+        "checks": table(("claim", "engine", "found", ""), lines),
+        "missed": str(sum(check.holds is False for check in asked)),
+        "asked": str(sum(check.holds is not None for check in asked)),
+        "engine": engine_shown(rows),
+        "walks": str(len(rows)),
+        "in_mujoco": str(sum(row.engine == "mujoco" for row in rows)),
+        "mujoco_steps": str(
+            max([row.steps for row in rows if row.part == "table 2" and row.engine == "mujoco"] or [0])
+        ),
+        "failed": table(
+            ("ground", "method", "engine", "error"), [[r.ground, r.method, r.engine, r.error] for r in failed]
+        )
+        if failed
+        else "None.",
+    }
+    return Template(template).substitute(parts)
+
+
+def engine_shown(rows: Sequence[Row]) -> str:
+    """Whose figures the page shows: MuJoCo's where there are any."""
+    return "mujoco" if any(row.part == "table 3" and row.engine == "mujoco" for row in rows) else "hybrid"

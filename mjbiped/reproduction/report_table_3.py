@@ -1,0 +1,127 @@
+"""The part of the report on Table III, and Fig. 5 in numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from mjbiped.reproduction import search
+from mjbiped.reproduction.found import found_segments
+from mjbiped.reproduction.markdown import NONE, delay, ending, number, percent, table
+from mjbiped.reproduction.plan import MIXED_STEPS
+from mjbiped.reproduction.published import TABLE_3
+from mjbiped.reproduction.rows import Row
+from mjbiped.terrain import Terrain
+
+ENGINES = ("hybrid", "mujoco")
+_LABELS = {"hybrid": "hybrid", "mujoco": "MuJoCo"}
+
+
+def sections(rows: Sequence[Row]) -> dict[str, str]:
+    """What the template wants to know of Table III and Fig. 5, by name."""
+    return {
+        "table_3_mixed": _table(rows, "mixed"),
+        "table_3_found": _table(rows, "found"),
+        "distance_mixed": _distance(rows, "mixed"),
+        "distance_found": _distance(rows, "found"),
+        "found_segments": _segments(),
+        "mixed_steps": str(MIXED_STEPS),
+        "mixed_rise": number(1000 * max(map(abs, Terrain.mixed().rises)), ".0f"),
+        "printed_3": str(2 * len(TABLE_3)),
+        "family": _family(),
+        "figure_5": _figure_5(rows),
+    }
+
+
+def walks_of(rows: Iterable[Row], ground: str, engine: str) -> dict[float | None, Row]:
+    """The walks of Table III on one of the grounds, by zeta; None: no re-planning."""
+    return {_plain(row.delay): row for row in rows if (row.part, row.ground, row.engine) == ("table 3", ground, engine)}
+
+
+def distance(walks: dict[float | None, Row]) -> float:
+    """Root mean square of ln(ours / paper's) of the torques and c_mt; NaN where a walk is missing or did not end."""
+    if any(zeta not in walks or not walks[zeta].finished for zeta in TABLE_3):
+        return math.nan
+    pairs = [(walks[zeta].torque, torque) for zeta, (torque, _) in TABLE_3.items()]
+    pairs += [(walks[zeta].cost["absolute", None], cost) for zeta, (_, cost) in TABLE_3.items()]
+    return math.sqrt(float(np.mean([math.log(ours / paper) ** 2 for ours, paper in pairs])))
+
+
+def _plain(delay: float) -> float | None:
+    return None if math.isnan(delay) else delay
+
+
+def _distance(rows: Sequence[Row], ground: str) -> str:
+    values = [
+        f"{number(100 * distance(walks_of(rows, ground, engine)), '.1f')} % ({_LABELS[engine]})" for engine in ENGINES
+    ]
+    return ", ".join(values)
+
+
+def _table(rows: Sequence[Row], ground: str) -> str:
+    """Table III line by line."""
+    begun = None
+    if ground == "mixed":
+        begun = {_plain(row.delay): row.torque for row in rows if row.part == "start"}
+    by_engine = [walks_of(rows, ground, engine) for engine in ENGINES]
+    lines = []
+    for zeta, (torque, cost) in TABLE_3.items():
+        walks = [walks.get(zeta) for walks in by_engine]
+        here = walks[0]
+        lines.append(
+            [
+                delay(zeta),
+                number(torque, ".5g"),
+                *([] if begun is None else [number(begun.get(zeta), ".5g")]),
+                *(_shown(walk, None if walk is None else walk.torque, ".5g") for walk in walks),
+                percent(math.nan if here is None else here.torque, torque),
+                number(cost),
+                *(_shown(walk, None if walk is None else walk.cost["absolute", None], ".4f") for walk in walks),
+                percent(math.nan if here is None else here.cost["absolute", None], cost),
+            ]
+        )
+    sides = ("paper", "hybrid", "MuJoCo", "hybrid − paper")
+    torques = [f"torque, {side}" for side in sides]
+    if begun is not None:
+        torques.insert(1, "start alone")
+    return table(("ζ", *torques, *(f"c_mt, {side}" for side in sides)), lines)
+
+
+def _shown(walk: Row | None, value: float | None, form: str) -> str:
+    if walk is None or walk.finished:
+        return number(value, form)
+    return ending(walk)
+
+
+def _segments() -> str:
+    lines = [
+        [str(k), number(length, ".2f"), number(slope, ".1f"), number(1000 * step, ".0f") if k > 1 else NONE]
+        for k, (length, slope, step) in enumerate(found_segments(), start=1)
+    ]
+    return table(("segment", "length, m", "slope, ° downhill", "step, mm up"), lines)
+
+
+def _family() -> str:
+    """The grounds that were searched."""
+    (short, long), (up, down), (low, high) = search.LENGTHS, search.SLOPES, search.RISES
+    return (
+        f"grounds of {search.SEGMENTS} segments of {short:g} to {long:g} m, slopes of {number(up, 'g')}° to {down:g}° "
+        f"and steps of {number(1000 * low, 'g')} to {1000 * high:g} mm between them"
+    )
+
+
+def _figure_5(rows: Sequence[Row]) -> str:
+    """Errors of the estimate with and without the update, by gamma."""
+    lines = []
+    for row in rows:
+        if row.part == "figure 5":
+            errors = (number(value, ".4f") for value in (row.begun, row.ended, row.rms))
+            end = f"{row.steps} steps" if row.finished else ending(row)
+            lines.append(
+                [f"{row.adaptation_gain:g}", row.update, _LABELS[row.engine], end, *errors, number(row.torque, ".1f"),
+                 number(row.cost["absolute", None])]
+            )  # fmt: skip
+    headings = ("γ", "update (27)", "engine", "walk", "step's beginning, °", "step's end, °", "rms at end, °")
+    return table((*headings, "torque, N m", "c_mt"), lines)

@@ -1,0 +1,167 @@
+"""All of section V, in one go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+
+from mjbiped.output import written_whole
+from mjbiped.plots import plot_walk
+from mjbiped.record import Walk
+from mjbiped.reproduction import plan
+from mjbiped.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
+from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS
+from mjbiped.reproduction.methods import METHODS, Variant, default_source
+from mjbiped.reproduction.plan import Entry
+from mjbiped.reproduction.report import PAGE, PICTURES, TABLE, engine_shown, render
+from mjbiped.reproduction.rows import Row, write_rows
+from mjbiped.reproduction.running import run_cells
+from mjbiped.reproduction.store import Store
+from mjbiped.reproduction.table_2 import Choice, agreements, choices
+
+PRINTS = "figures"
+MUJOCO_STEPS = 60
+QUICK_STEPS = 20
+
+_COLOURS = 128  # of a page's figures
+
+
+def reproduce(
+    folder: Path, *, quick: bool = False, workers: int | None = None, report: Path | None = None, progress: bool = False
+) -> tuple[list[Row], list[Path]]:
+    """Walk everything, and write the table, the page and the figures.
+
+    Args:
+        folder: For the finished walks; what is in there already is not walked again.
+        quick: All walks in the hybrid engine, but only a few short ones in MuJoCo.
+        workers: Processes for MuJoCo; one for each core unless given.
+        report: Folder for table, page and figures; by default the same.
+        progress: Show progress bars (never where the output is not a terminal).
+
+    Returns:
+        The rows of the table, and the files that were written.
+
+    Raises:
+        InputError: A folder cannot be made.
+        RecordError: A file cannot be written.
+        RenderError: A figure cannot be written.
+        MjbipedError: A process died.
+    """
+    store = Store(folder / "walks")
+    report = report or folder
+    for needed in (report / PICTURES, folder / PRINTS):
+        Store(needed)  # makes the folder
+    entries = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
+    rows = _walk(entries, store, workers, progress)
+    best = choices(rows)[0]
+    more = [*plan.gravity(best.places, _delay(best)), *in_mujoco(best, agreements(rows, best)[0].source, quick)]
+    rows += _walk(more, store, workers, progress)
+    entries += more
+    written = [_write(report / TABLE, write_rows(rows)), _write(report / PAGE, render(rows))]
+    return rows, [*written, *draw(entries, rows, store, report / PICTURES, folder / PRINTS)]
+
+
+def in_mujoco(best: Choice, source: str, quick: bool) -> list[Entry]:
+    """The walks that MuJoCo repeats.
+
+    Args:
+        best: The reading of Table II's grounds that fits.
+        source: Of the slope, for the energy-based methods.
+        quick: Whether only a few short ones.
+    """
+    mine = Variant("adaptive", _delay(best))
+    if quick:
+        return plan.table_2_in_mujoco(best.places, [mine], QUICK_STEPS)
+    delays = dict.fromkeys((mine.delay, *plan.DRAWN_DELAYS[1:]))
+    chosen = [Variant("adaptive", delay) for delay in delays]
+    chosen += [
+        Variant(method, slope_source=named)
+        for method in METHODS[1:]
+        for named in dict.fromkeys((source, default_source(method)))
+    ]
+    printed = [
+        (ground, pattern, (FIRST_RISERS if ground.startswith("stair") else FIRST_CHANGES)[0])
+        for ground, pattern in AS_PRINTED.items()
+    ]
+    return [
+        *plan.table_2_in_mujoco([*best.places, *printed], chosen, max(MUJOCO_STEPS, best.length)),
+        *plan.table_3("mujoco"),
+        *plan.figure_5("mujoco"),
+    ]
+
+
+def draw(entries: Sequence[Entry], rows: Sequence[Row], store: Store, pages: Path, prints: Path) -> list[Path]:
+    """Draw Figs. 4 to 6 of each engine that has the walks, and Table III.
+
+    Args:
+        entries: All that was walked.
+        rows: Their rows.
+        store: Where the records are.
+        pages: Folder for the figures that the page shows, small PNG files.
+        prints: Folder for all figures as PDF files.
+
+    Returns:
+        The files.
+    """
+    drawings: dict[str, Callable[[Path], object]] = {"table_3": partial(plot_table_3, rows)}
+    shown = engine_shown(rows)
+    for engine in ("hybrid", "mujoco"):
+        mine = [entry for entry in entries if entry.cell.record and entry.cell.engine == engine]
+        for ground in ("mixed", "found"):
+            walks = {
+                _law(entry)["replanning_delay"]: store.record(entry.cell)
+                for entry in mine
+                if (entry.part, entry.ground) == ("table 3", ground)
+            }
+            if walks:
+                drawings[f"fig_4_{ground}_{engine}"] = partial(plot_walk, walks[plan.DRAWN_DELAYS[1]])
+                ordered = {delay: walks[delay] for delay in plan.DRAWN_DELAYS}
+                drawings[f"fig_6_{ground}_{engine}"] = partial(plot_figure_6, ordered)
+        updates: dict[float, dict[bool, Walk]] = {}
+        for entry in mine:
+            if entry.part == "figure 5":
+                both = updates.setdefault(_law(entry)["adaptation_gain"], {})
+                both[_law(entry)["estimate_update"]] = store.record(entry.cell)
+        if updates:
+            pairs = [(gain, both[True], both[False]) for gain, both in updates.items()]
+            drawings[f"fig_5_{engine}"] = partial(plot_figure_5, pairs)
+    written = []
+    for name, make in drawings.items():
+        written.append(prints / f"reproduction_{name}.pdf")
+        make(written[-1])
+        if name.endswith(shown) or name == "table_3":
+            written.append(pages / f"reproduction_{name}.png")
+            make(written[-1])
+            _make_small(written[-1])
+    return written
+
+
+def _law(entry: Entry) -> dict[str, Any]:
+    return entry.cell.controller.describe()
+
+
+def _make_small(path: Path) -> None:
+    """Give a PNG file a palette: a third of the bytes, for a page."""
+    with Image.open(path) as picture:
+        small = picture.convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE)
+    with written_whole(path) as unfinished:
+        small.save(unfinished, optimize=True)
+
+
+def _walk(entries: Sequence[Entry], store: Store, workers: int | None, progress: bool) -> list[Row]:
+    results = run_cells([entry.cell for entry in entries], store, workers=workers, progress=progress)
+    return [entry.row(results[entry.cell.key]) for entry in entries]
+
+
+def _delay(best: Choice) -> float | None:
+    return best.delay if best.delay == best.delay else None
+
+
+def _write(path: Path, text: str) -> Path:
+    with written_whole(path) as unfinished:
+        unfinished.write_text(text, encoding="utf-8")
+    return path

@@ -1,0 +1,173 @@
+"""The table that the report is made of: one row per walk, in plain numbers of six digits."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from mjbiped.errors import RecordError
+from mjbiped.measures import WORK_KINDS
+from mjbiped.reproduction.cell import Cell, Result
+
+LENGTHS = (20, 45, 60, 100)
+"""Numbers of steps after which c_mt is taken, from one walk."""
+
+_DIGITS = 6
+_COSTS = [(kind, length) for kind in WORK_KINDS for length in (*LENGTHS, None)]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A walk and what was measured. Missing numbers are NaN.
+
+    Attributes:
+        part: What it is for, "table 2", "table 3", "figure 5" and so on.
+        ground: The paper's name of the ground, or ours.
+        pattern: How Table II's ground was read.
+        first: Where its first change lies, m.
+        engine: "mujoco" or "hybrid".
+        method: The paper's name of the controller.
+        delay: zeta; NaN without re-planning.
+        slope_source: Of comparison controllers.
+        adaptation_gain: gamma; NaN for controllers without one.
+        update: Whether the estimate is updated (27), "yes", "no", or empty.
+        outcome: Of the walk.
+        steps: Touchdowns.
+        place: Hip's x when it ended, m.
+        ankle: Greatest |torque|, N m.
+        hip: The same.
+        friction: Greatest |F_t|/F_n asked of a stance foot.
+        strikes: Swing feet that struck a riser.
+        begun: Greatest error of the slope estimate at a step's beginning, degrees.
+        ended: The same at the steps' ends.
+        rms: Root mean square of the errors at the steps' ends, degrees.
+        cost: c_mt by (kind, steps); None: to the last touchdown.
+        error: Why a walk failed that has no outcome of its own.
+    """
+
+    part: str
+    ground: str
+    pattern: str
+    first: float
+    engine: str
+    method: str
+    delay: float
+    slope_source: str
+    adaptation_gain: float
+    update: str
+    outcome: str
+    steps: int
+    place: float
+    ankle: float
+    hip: float
+    friction: float
+    strikes: int
+    begun: float
+    ended: float
+    rms: float
+    cost: Mapping[tuple[str, int | None], float]
+    error: str
+
+    @property
+    def finished(self) -> bool:
+        """Whether the robot walked as far as it should."""
+        return self.outcome == "finished"
+
+    @property
+    def torque(self) -> float:
+        """Greatest torque of either joint, N m."""
+        return max(self.ankle, self.hip)
+
+
+def row(
+    part: str, ground: str, cell: Cell, result: Result, *, method: str, pattern: str = "", first: float = 0.0
+) -> Row:
+    """The row of a finished cell."""
+    law = cell.controller.describe()
+    begun, ended = (np.abs(np.degrees(np.array(values, dtype=np.float64))) for values in (result.begun, result.ended))
+    update = law.get("estimate_update")
+    return Row(
+        part=part,
+        ground=ground,
+        pattern=pattern,
+        first=first,
+        engine=cell.engine,
+        method=method,
+        delay=math.nan if law.get("replanning_delay") is None else float(law["replanning_delay"]),
+        slope_source=law.get("slope_source", ""),
+        adaptation_gain=float(law.get("adaptation_gain", math.nan)),
+        update="" if update is None else "yes" if update else "no",
+        outcome=result.outcome,
+        steps=result.steps,
+        place=_rounded(result.place),
+        ankle=_rounded(result.peak_torque[0]),
+        hip=_rounded(result.peak_torque[1]),
+        friction=_rounded(result.friction),
+        strikes=result.strikes,
+        begun=_rounded(float(begun.max())) if begun.size else math.nan,
+        ended=_rounded(float(ended.max())) if ended.size else math.nan,
+        rms=_rounded(math.sqrt(float(np.mean(ended**2)))) if ended.size else math.nan,
+        cost={(kind, length): _rounded(result.cost_of_transport(kind, length)) for kind, length in _COSTS},
+        error=" ".join(result.error.split()),
+    )
+
+
+def write_rows(rows: Iterable[Row]) -> str:
+    """Rows as CSV, a heading first; an empty cell is a number that does not exist."""
+    plain = [field.name for field in fields(Row) if field.name != "cost"]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([*plain, *(_name(kind, length) for kind, length in _COSTS)])
+    for entry in rows:
+        values = [*(getattr(entry, name) for name in plain), *(entry.cost[key] for key in _COSTS)]
+        writer.writerow([_cell(value) for value in values])
+    return text.getvalue()
+
+
+def read_rows(text: str) -> list[Row]:
+    """The rows that `write_rows` wrote.
+
+    Raises:
+        RecordError: The text is no such table.
+    """
+    kinds = {field.name: field.type for field in fields(Row)}
+    found = []
+    try:
+        for line in csv.DictReader(io.StringIO(text)):
+            values: dict[str, Any] = {}
+            for name, kind in kinds.items():
+                if name == "cost":
+                    values[name] = {(k, n): float(line[_name(k, n)] or "nan") for k, n in _COSTS}
+                else:
+                    values[name] = _read(line[name], str(kind))
+            found.append(Row(**values))
+    except (KeyError, TypeError, ValueError) as error:
+        raise RecordError(f"not a table of the reproduction: {error!r}") from error
+    return found
+
+
+def _read(text: str, kind: str) -> Any:
+    if kind == "float":
+        return float(text or "nan")
+    return int(text) if kind == "int" else text
+
+
+def _name(kind: str, length: int | None) -> str:
+    return f"{kind}_{'end' if length is None else length}"
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return "" if math.isnan(value) else repr(value)
+    return str(value)
+
+
+def _rounded(value: float) -> float:
+    """A number of six digits."""
+    return float(f"{value:.{_DIGITS}g}")

@@ -1,0 +1,133 @@
+"""Table II: which reading of its grounds fits the paper's numbers, and what the methods do on it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from mjbiped.measures import WORK_KINDS
+from mjbiped.reproduction.methods import SLOPE_SOURCES
+from mjbiped.reproduction.published import TABLE_2
+from mjbiped.reproduction.rows import LENGTHS, Row
+
+UNEVEN = ("stair 1", "stair 2", "slope 1", "slope 2")
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One consistent reading of Table II's uneven grounds for the adaptive controller.
+
+    zeta, kind of work and number of steps are shared by all grounds; pattern and place of the first change by the two
+    stairs and by the two slopes.
+
+    Attributes:
+        delay: zeta; NaN without re-planning.
+        kind: Of work.
+        length: Steps of the mean.
+        stairs: Pattern and first riser, m.
+        slopes: Pattern and first change, m.
+        distance: Root mean square of ln(ours / paper's) of the four uneven grounds; infinite where one is not walked.
+    """
+
+    delay: float
+    kind: str
+    length: int
+    stairs: tuple[str, float]
+    slopes: tuple[str, float]
+    distance: float
+
+    @property
+    def places(self) -> list[tuple[str, str, float]]:
+        """Ground, pattern and first change of every ground of the table."""
+        uneven = [(ground, *(self.stairs if ground.startswith("stair") else self.slopes)) for ground in UNEVEN]
+        return [("level", "", 0.0), *uneven]
+
+    def reads(self, entry: Row) -> bool:
+        """Whether a walk is on one of the grounds as they are read here."""
+        return (entry.ground, entry.pattern, entry.first) in self.places
+
+
+def choices(rows: Iterable[Row]) -> list[Choice]:
+    """All readings of the hybrid engine's walks of the adaptive controller, the nearest to the paper first."""
+    logs: dict[tuple[float | None, str, int, str, str, float], float] = {}
+    for entry in rows:
+        if entry.part == "table 2" and entry.engine == "hybrid" and entry.method == "adaptive":
+            for kind, length in itertools.product(WORK_KINDS, LENGTHS):
+                if entry.ground in UNEVEN:
+                    key = (_plain(entry.delay), kind, length, entry.ground, entry.pattern, entry.first)
+                    logs[key] = _log(entry.cost[kind, length], TABLE_2["adaptive"][entry.ground])
+    found = []
+    for delay, kind, length in dict.fromkeys(key[:3] for key in logs):
+        sides = []
+        for pair in (UNEVEN[:2], UNEVEN[2:]):
+            places = dict.fromkeys(key[4:] for key in logs if key[3] == pair[0])
+            sides.append([(place, [logs[(delay, kind, length, g, *place)] for g in pair]) for place in places])
+        for (stairs, first), (slopes, second) in itertools.product(*sides):
+            distance = math.sqrt(sum(value**2 for value in first + second) / 4)
+            found.append(Choice(_number(delay), kind, length, stairs, slopes, distance))
+    return sorted(found, key=lambda choice: choice.distance)
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Where the energy-based methods fail, with one source of the slope, beside where the paper's do.
+
+    Attributes:
+        source: Of the slope.
+        agreeing: Grounds and methods that are walked to the end in both, or in neither.
+        asked: Grounds and methods in all.
+        distance: Root mean square of ln(ours / paper's) where both have a number.
+    """
+
+    source: str
+    agreeing: int
+    asked: int
+    distance: float
+
+
+def agreements(rows: Sequence[Row], choice: Choice) -> list[Agreement]:
+    """How far the energy-based methods' walks in the hybrid engine agree with the paper, the best source first."""
+    found = []
+    for source in SLOPE_SOURCES:
+        agreeing, logs = [], []
+        for row in rows:
+            mine = (row.part, row.engine, row.slope_source) == ("table 2", "hybrid", source) and choice.reads(row)
+            if mine and row.method in TABLE_2:
+                paper, ours = TABLE_2[row.method][row.ground], row.cost[choice.kind, choice.length]
+                agreeing.append((paper is None) == math.isnan(ours))
+                if paper is not None and ours > 0.0:
+                    logs.append(_log(ours, paper))
+        distance = math.sqrt(sum(value**2 for value in logs) / len(logs)) if logs else math.nan
+        found.append(Agreement(source, sum(agreeing), len(agreeing), distance))
+    return sorted(found, key=lambda agreement: (-agreement.agreeing, agreement.distance))
+
+
+def side_distances(rows: Iterable[Row], pair: Sequence[str]) -> Iterator[tuple[float, float, str, int, str, float]]:
+    """Readings of the two stairs or of the two slopes alone: distance, zeta, kind, steps, pattern, first change."""
+    by_key: dict[tuple[float | None, str, int, str, float], list[float]] = {}
+    for entry in rows:
+        mine = entry.part == "table 2" and entry.engine == "hybrid" and entry.method == "adaptive"
+        if mine and entry.ground in pair:
+            for kind, length in itertools.product(WORK_KINDS, LENGTHS):
+                key = (_plain(entry.delay), kind, length, entry.pattern, entry.first)
+                value = _log(entry.cost[kind, length], TABLE_2["adaptive"][entry.ground])
+                by_key.setdefault(key, []).append(value)
+    for (delay, kind, length, pattern, first), values in by_key.items():
+        distance = math.sqrt(sum(value**2 for value in values) / len(values))
+        yield distance, _number(delay), kind, length, pattern, first
+
+
+def _log(ours: float, paper: float | None) -> float:
+    """ln(ours / paper's); infinite where ours does not exist or is not positive."""
+    return math.log(ours / paper) if paper is not None and ours > 0.0 else math.inf
+
+
+def _plain(delay: float) -> float | None:
+    """NaN is not equal to itself, and cannot be a key."""
+    return None if math.isnan(delay) else delay
+
+
+def _number(delay: float | None) -> float:
+    return math.nan if delay is None else delay

@@ -1,0 +1,71 @@
+"""Videos of Table II's five grounds, all methods one above the other, in the reading that fits the table best.
+
+python scripts/comparison_videos.py --folder out/videos --steps 12
+"""
+
+import math
+from pathlib import Path
+
+import click
+import imageio_ffmpeg
+import mediapy
+import numpy as np
+from tqdm.auto import tqdm
+
+import mjbiped
+from mjbiped.caption import Pixels, draw_caption
+from mjbiped.output import written_whole
+from mjbiped.reproduction import report, rows, table_2
+from mjbiped.reproduction.grounds import readings
+from mjbiped.reproduction.methods import METHODS, Variant
+from mjbiped.video import render_frames
+
+WIDTH, HEIGHT = 720, 180
+HELD = 1.0  # s, the last frame
+
+
+def walks_of(reading: table_2.Choice, source: str, ground: str, engine: str, steps: int) -> dict[str, mjbiped.Walk]:
+    """A walk of each method on a ground."""
+    place = next(place for place in reading.places if place[0] == ground)
+    terrain = next(found.terrain for found in readings(ground) if (found.ground, found.pattern, found.first) == place)
+    zeta = None if math.isnan(reading.delay) else reading.delay
+    chosen = {name: Variant(name, slope_source=source) for name in METHODS[1:]}
+    chosen[METHODS[0]] = Variant(METHODS[0], zeta)
+    return {
+        name: mjbiped.walk(chosen[name].controller(terrain), terrain, engine=engine, steps=steps) for name in METHODS
+    }
+
+
+def stacked(walks: dict[str, mjbiped.Walk], fps: int) -> list[Pixels]:
+    """Frames of all walks one above the other; who has ended waits in his last posture."""
+    last = max(walk.end[0] for walk in walks.values()) + HELD
+    times = np.arange(0.0, last, 1.0 / fps)
+    strips = []
+    for name, walk in walks.items():
+        strip = render_frames(walk, np.minimum(times, walk.end[0]), width=WIDTH, height=HEIGHT, shadows=False)
+        told = [name if time < walk.end[0] else f"{name}: {walk.outcome}, {walk.steps} steps" for time in times]
+        strips.append([draw_caption(frame, [], text) for frame, text in zip(strip, told, strict=True)])
+    return [np.concatenate(frames) for frames in zip(*strips, strict=True)]
+
+
+@click.command(help=__doc__)
+@click.option("--table", default=f"docs/{report.TABLE}", type=click.Path(exists=True, path_type=Path), help="Of walks.")
+@click.option("--folder", default="out/videos", show_default=True, type=click.Path(file_okay=False, path_type=Path))
+@click.option("--steps", default=12, show_default=True, type=click.IntRange(min=1), help="Steps per walk.")
+@click.option("--engine", type=click.Choice(("mujoco", "hybrid")), default="mujoco", show_default=True)
+@click.option("--fps", default=25, show_default=True, type=click.IntRange(1, 60))
+def main(table: Path, folder: Path, steps: int, engine: str, fps: int) -> None:
+    """Walk and render."""
+    folder.mkdir(parents=True, exist_ok=True)
+    mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
+    known = rows.read_rows(table.read_text(encoding="utf-8"))
+    best = table_2.choices(known)[0]
+    source = table_2.agreements(known, best)[0].source
+    for ground, _, _ in tqdm(best.places, desc="grounds", disable=None):
+        frames = stacked(walks_of(best, source, ground, engine, steps), fps)
+        with written_whole(folder / f"{ground.replace(' ', '_')}.mp4") as path:
+            mediapy.write_video(path, frames, fps=fps, crf=24)
+
+
+if __name__ == "__main__":
+    main()

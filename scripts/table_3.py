@@ -1,0 +1,34 @@
+"""Table III of the paper, on our mixed ground and on the one that was found for it.
+
+python scripts/table_3.py --engine mujoco
+"""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import click
+from rich.console import Console
+from rich.markdown import Markdown
+
+from mjbiped.reproduction import plan, report_table_3
+from mjbiped.reproduction.running import run_cells
+from mjbiped.reproduction.store import Store
+
+
+@click.command(help=__doc__)
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder of finished walks; none is kept.")
+@click.option("--engine", type=click.Choice(("hybrid", "mujoco")), default="hybrid", show_default=True)
+def main(out: Path | None, engine: str) -> None:
+    """Walk and print."""
+    with TemporaryDirectory() as folder:
+        entries = [*plan.table_3(engine), *plan.start()]
+        results = run_cells([entry.cell for entry in entries], Store(out or Path(folder)), progress=True)
+    told = report_table_3.sections([entry.row(results[entry.cell.key]) for entry in entries])
+    console = Console(width=140)
+    for ground in ("mixed", "found"):
+        console.print(f"{ground}: distance {told[f'distance_{ground}']}")
+        console.print(Markdown(told[f"table_3_{ground}"]))
+
+
+if __name__ == "__main__":
+    main()

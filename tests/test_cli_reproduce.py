@@ -1,0 +1,83 @@
+"""`mjbiped reproduce`: what it writes and prints, and how it ends."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from mjbiped import cli
+from mjbiped.reproduction import methods, plan, running
+from mjbiped.reproduction import reproduce as whole
+from mjbiped.reproduction.cell import Cell, measured
+
+
+def run(*words: object) -> Result:
+    """Run a command line in this process; whatever is no exit is raised."""
+    result = CliRunner().invoke(cli.main, [str(word) for word in words])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A reproduction of the adaptive controller with one zeta, without MuJoCo's processes."""
+    all_of_table_2 = plan.table_2
+    monkeypatch.setattr(methods, "DELAYS", (0.6,))
+    monkeypatch.setattr(plan, "table_2", lambda: all_of_table_2(methods=("adaptive",)))
+    monkeypatch.setattr(whole, "in_mujoco", lambda *_: [])
+
+
+@pytest.mark.usefixtures("small")
+def test_page_table_and_figures_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = run("reproduce", "--out", tmp_path / "walks", "--report", tmp_path / "page", "--quick")
+    assert result.exit_code == 0
+    for name in ("reproduction.md", "reproduction.csv", "images/reproduction_fig_4_mixed_hybrid.png"):
+        assert (tmp_path / "page" / name).is_file()
+        assert name in result.stdout.replace("\n", "")
+    assert (tmp_path / "walks" / "figures" / "reproduction_fig_5_hybrid.pdf").stat().st_size > 5_000
+    assert "level ground, adaptive" in result.stdout
+    first = (tmp_path / "page" / "reproduction.md").read_bytes()
+    monkeypatch.setattr(whole, "draw", lambda *_: [])
+    told = json.loads(run("reproduce", "--out", tmp_path / "walks", "--quick", "--json").stdout)
+    assert (tmp_path / "walks" / "reproduction.md").read_bytes() == first
+    assert told["failed"] == []
+    assert {"claim", "engine", "found", "holds"} == set(told["checks"][0])
+
+
+@pytest.mark.usefixtures("small")
+def test_interrupted_it_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    walked = []
+
+    def interrupted(cell: Cell) -> object:
+        walked.append(cell)
+        if len(walked) > 4:
+            raise KeyboardInterrupt
+        return real(cell)
+
+    real = measured
+    monkeypatch.setattr(running, "measured", interrupted)
+    result = run("reproduce", "--out", tmp_path)
+    assert result.exit_code == 130
+    assert "the same command goes on" in result.stderr.replace("\n", " ")
+    assert len(list((tmp_path / "walks").glob("*.json"))) == 4
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--workers", "0"), "workers"),
+        (("--out", __file__), "is a file"),
+        (("--report", Path(__file__) / "page"), "cannot make the folder"),
+    ],
+)
+@pytest.mark.usefixtures("small")
+def test_bad_input_is_refused(words: tuple[object, ...], message: str, tmp_path: Path) -> None:
+    where = () if "--out" in words else ("--out", tmp_path)
+    result = run("reproduce", *where, *words)
+    assert result.exit_code == 2
+    assert message in result.stderr.replace("\n", " ")
+    assert not list(tmp_path.rglob("*.json"))

@@ -1,0 +1,104 @@
+"""How the best reading of Table II is chosen, on tables whose answer is known."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import pytest
+
+from mjbiped.measures import WORK_KINDS
+from mjbiped.reproduction.methods import SLOPE_SOURCES
+from mjbiped.reproduction.published import GROUNDS, TABLE_2
+from mjbiped.reproduction.rows import LENGTHS, Row, read_rows, write_rows
+from mjbiped.reproduction.table_2 import UNEVEN, agreements, choices, side_distances
+
+PAPER = TABLE_2["adaptive"]
+
+
+def row(ground: str, pattern: str, first: float, factor: float, delay: float = 0.8, **others: object) -> Row:
+    """A walk whose c_mt is the paper's times a factor, of whatever kind and length."""
+    paper = PAPER[ground]
+    assert paper is not None
+    fields: dict[str, object] = {
+        "part": "table 2", "ground": ground, "pattern": pattern, "first": first, "engine": "hybrid",
+        "method": "adaptive", "delay": delay, "slope_source": "", "adaptation_gain": 0.3, "update": "yes",
+        "outcome": "finished", "steps": 100, "place": 38.0, "ankle": 2.0, "hip": 1.0, "friction": 0.2, "strikes": 0,
+        "begun": 0.0, "ended": 0.0, "rms": 0.0, "error": "",
+        "cost": {(kind, n): factor * paper for kind in WORK_KINDS for n in (*LENGTHS, None)},
+    }  # fmt: skip
+    return Row(**{**fields, **others})  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def rows() -> list[Row]:
+    factors = {
+        ("stair", "down"): (1.1, 1.1), ("stair", "up"): (1.3, 1.3),
+        ("slope", "down"): (1.02, 1 / 1.02), ("slope", "up"): (0.9, 1.0),
+    }  # fmt: skip
+    return [
+        row(f"{kind} {k + 1}", pattern, 0.9, pair[k], delay=delay)
+        for (kind, pattern), pair in factors.items()
+        for k in range(2)
+        for delay in (0.8, math.nan)
+    ]
+
+
+def test_nearest_choice_and_its_distance(rows: list[Row]) -> None:
+    found = choices(rows)
+    assert len(found) == 2 * 3 * len(LENGTHS) * 2 * 2
+    best = found[0]
+    assert (best.stairs, best.slopes) == (("down", 0.9), ("down", 0.9))
+    expected = math.sqrt((2 * math.log(1.1) ** 2 + 2 * math.log(1.02) ** 2) / 4)
+    assert best.distance == pytest.approx(expected, rel=1e-12)
+    assert [choice.distance for choice in found] == sorted(choice.distance for choice in found)
+    assert best.places[0] == ("level", "", 0.0)
+    assert {ground for ground, _, _ in best.places} == set(GROUNDS)
+
+
+def test_a_length_that_fits_better_is_chosen(rows: list[Row]) -> None:
+    better = [
+        dataclasses.replace(r, cost={**r.cost, ("net", 45): PAPER[r.ground] or 0.0})
+        if r.pattern == "up" and math.isnan(r.delay)
+        else r
+        for r in rows
+    ]
+    best = choices(better)[0]
+    assert (best.kind, best.length, best.stairs[0], best.slopes[0], best.distance) == ("net", 45, "up", "up", 0.0)
+    assert math.isnan(best.delay)
+
+
+def test_ground_that_is_not_walked_cannot_be_chosen(rows: list[Row]) -> None:
+    nothing = dict.fromkeys(rows[0].cost, math.nan)
+    lost = [dataclasses.replace(r, cost=nothing) if r.pattern == "down" and r.ground == "stair 2" else r for r in rows]
+    found = choices(lost)
+    assert found[0].stairs[0] == "up"
+    assert math.isinf(found[-1].distance)
+    sides = {side[4]: side[0] for side in side_distances(lost, UNEVEN[:2])}
+    assert math.isinf(sides["down"])
+    assert sides["up"] == pytest.approx(math.log(1.3), rel=1e-12)
+
+
+def test_source_whose_failures_are_the_papers_is_first(rows: list[Row]) -> None:
+    best = choices(rows)[0]
+    walks = list(rows)
+    for method in ("PBC", "ECC", "KETC"):
+        for source in SLOPE_SOURCES:
+            for place in best.places:
+                paper = TABLE_2[method][place[0]]
+                fails = paper is None if source == "local" else False
+                walk = row(*place, 1.0, delay=math.nan, method=method, slope_source=source)
+                value = math.nan if fails else 1.05 * (paper or 0.03)
+                walks.append(dataclasses.replace(walk, cost=dict.fromkeys(walk.cost, value)))
+    found = agreements(walks, best)
+    assert [(a.source, a.agreeing, a.asked) for a in found[:1]] == [("local", 15, 15)]
+    assert {a.agreeing for a in found[1:]} == {10}  # the paper's five X are walked
+    assert all(a.distance == pytest.approx(math.log(1.05), rel=1e-12) for a in found)
+
+
+def test_table_survives_its_file(rows: list[Row]) -> None:
+    text = write_rows(rows)
+    assert write_rows(read_rows(text)) == text
+    assert len(read_rows(text)) == len(rows)
+    with pytest.raises(Exception, match="not a table"):
+        read_rows("part,ground\nx,y\n")
