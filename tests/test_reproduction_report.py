@@ -17,6 +17,7 @@ from mjbiped.reproduction.report import PAGE, TABLE, render
 from mjbiped.reproduction.report_table_3 import distance, walks_of
 from mjbiped.reproduction.rows import Row, read_rows, write_rows
 from mjbiped.reproduction.table_2 import UNEVEN, choices, side_distances
+from mjbiped.terrain import GROUND_FRICTION
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -97,6 +98,12 @@ def test_prose_is_true_of_the_table(rows: list[Row]) -> None:
     assert near < 1.5, "the next ones are as good"
     by_gravity = [row.cost[best.kind, best.length] for row in rows if row.part == "gravity"]
     assert len(by_gravity) == 5
+    for ground in ("mixed", "found"):
+        for zeta, walk in walks_of(rows, ground, "mujoco").items():
+            asked = walks_of(rows, ground, "hybrid")[zeta].friction
+            assert walk.outcome in ("finished", "slipped")
+            assert walk.finished or asked > GROUND_FRICTION, "walks end where more friction is asked"
+    assert walks_of(rows, "mixed", "mujoco")[0.1].steps == 0, "the smallest zeta ends in the first step"
     costs = {
         (row.ground, None if math.isnan(row.delay) else row.delay): row.cost[best.kind, best.length]
         for row in rows

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from mjbiped.reproduction.markdown import NONE, number
+from mjbiped.reproduction.markdown import NONE, delay, number
 from mjbiped.reproduction.methods import METHODS
 from mjbiped.reproduction.published import IMITATED_SLOPE, TABLE_2
 from mjbiped.reproduction.report_table_2 import walk_of
@@ -81,23 +81,24 @@ def _stairs(rows: Sequence[Row], best: Choice, source: str, engine: str) -> Iter
 
 
 def _table_3(walks: dict[float | None, Row]) -> Iterator[tuple[str, str, bool | None]]:
-    """The table's shape."""
-    zetas = [zeta for zeta in walks if zeta is not None]
-    whole = bool(walks) and all(walk.finished for walk in walks.values())
-    torque = {zeta: walk.torque for zeta, walk in walks.items()}
-    cost = {zeta: walk.cost["absolute", None] for zeta, walk in walks.items()}
-
-    def ask(holds: bool, found: str) -> tuple[str, bool | None]:
-        return (found, holds) if whole else (NONE, None)
-
-    if not whole:
-        ended = [f"ζ = {zeta}: {walk.outcome}" for zeta, walk in walks.items() if not walk.finished]
-        yield "all walks reach the end", "; ".join(ended) or NONE, False if walks else None
+    """The table's shape, of the walks that came to their end."""
+    if not walks:
+        yield "shape", NONE, None
         return
+    lost = [f"ζ = {delay(zeta)}: {walk.outcome}" for zeta, walk in walks.items() if not walk.finished]
+    yield "all walks come to their end", "; ".join(lost) or "all", not lost
+    torque = {zeta: walk.torque for zeta, walk in walks.items() if walk.finished}
+    cost = {zeta: walk.cost["absolute", None] for zeta, walk in walks.items() if walk.finished}
+    zetas = [zeta for zeta in torque if zeta is not None]
+    if None not in torque or len(zetas) < 2:
+        return
+    first, last = zetas[0], zetas[-1]
     falls = all(torque[a] > torque[b] for a, b in pairwise(zetas))
-    ratio = torque[0.1] / torque[1.0]
-    yield "torque falls with every ζ", f"{torque[0.1]:.5g} to {torque[1.0]:.5g} N m", falls
-    yield "torque at ζ = 0.1 at least 20 times that at ζ = 1", number(ratio, ".1f"), ratio >= 20.0
+    yield "torque falls with every ζ", f"{torque[first]:.5g} to {torque[last]:.5g} N m, from ζ = {first:g} on", falls
+    whole = (first, last) == (0.1, 1.0)
+    ratio = torque[first] / torque[last]
+    claim = "torque at ζ = 0.1 at least 20 times that at ζ = 1"
+    yield claim, number(ratio, ".1f") if whole else NONE, ratio >= 20.0 if whole else None
     least = min(zetas, key=lambda zeta: cost[zeta])
     yield "c_mt least between ζ = 0.7 and 0.9", f"least at ζ = {least:g}", 0.7 <= least <= 0.9
     found = f"{torque[None]:.4g} N m, {torque[0.5]:.4g} at ζ = 0.5"

@@ -147,7 +147,10 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
                 for engine in ENGINES:
                     walks = walks_of(rows, ground, engine)
                     if set(walks) >= set(TABLE_3):
-                        values = {z: (w.torque, w.cost["absolute", None])[place] for z, w in walks.items()}
+                        values = {
+                            z: (w.torque, w.cost["absolute", None])[place] if w.finished else math.nan
+                            for z, w in walks.items()
+                        }
                         look = _ENGINE_LOOKS[engine]
                         _draw_over_zeta(axes, _LABELS[engine], [values[z] for z in zetas], values[None], look)
                 axes.set(yscale="log", ylabel=what, xticks=zetas)

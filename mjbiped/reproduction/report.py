@@ -40,6 +40,7 @@ def render(rows: Sequence[Row]) -> str:
         "mujoco_steps": str(
             max([row.steps for row in rows if row.part == "table 2" and row.engine == "mujoco"] or [0])
         ),
+        "engine_name": {"mujoco": "MuJoCo", "hybrid": "hybrid engine"}[engine_shown(rows)],
         "failed": table(
             ("ground", "method", "engine", "error"), [[r.ground, r.method, r.engine, r.error] for r in failed]
         )

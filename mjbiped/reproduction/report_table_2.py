@@ -47,6 +47,7 @@ def sections(rows: Sequence[Row]) -> dict[str, str]:
         "sources": _sources(rows, best),
         "printed": _printed(rows, best),
         "engines": _engines(rows),
+        "parted": _parted(rows),
         "gravity": _gravity(rows, best),
         "every_reading": _every(rows, best, source),
     }
@@ -209,29 +210,43 @@ def _printed(rows: Sequence[Row], best: Choice) -> str:
     return table(("ground", "pattern", "paper", "hybrid", "MuJoCo"), lines)
 
 
+def _pairs(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
+    """Walks of Table II that were made in both engines, the hybrid one first."""
+    hybrid = {_identity(row): row for row in rows if row.part == "table 2" and row.engine == "hybrid"}
+    there = [row for row in rows if row.part == "table 2" and row.engine == "mujoco"]
+    return [(hybrid[_identity(row)], row) for row in there if _identity(row) in hybrid]
+
+
+def _ended_alike(here: Row, there: Row) -> bool:
+    """Whether both engines walked as far as the shorter walk was to go, or ended in the same step."""
+    if there.finished:
+        return here.steps >= there.steps
+    return not here.finished and here.steps == there.steps
+
+
+def _parted(rows: Sequence[Row]) -> str:
+    """How many walks ended in different ways."""
+    pairs = _pairs(rows)
+    apart = [there for here, there in pairs if not _ended_alike(here, there)]
+    if not apart:
+        return f"All {len(pairs)} end alike."
+    named = "; ".join(dict.fromkeys(f"{row.method} on {row.ground} {row.pattern}" for row in apart))
+    return f"{len(apart)} of {len(pairs)} end in another step than in the other engine: {named}."
+
+
 def _engines(rows: Sequence[Row]) -> str:
     """Every walk of Table II that was made in both engines."""
-    hybrid = {_identity(row): row for row in rows if row.part == "table 2" and row.engine == "hybrid"}
     lines = []
-    for there in rows:
-        here = hybrid.get(_identity(there))
-        if there.part != "table 2" or there.engine != "mujoco" or here is None:
-            continue
-        length = there.steps if there.steps in LENGTHS else None
-        costs = [walk.cost["absolute", length] for walk in (here, there)]
-        both_ended = not here.finished and not there.finished
-        cells = [
-            cost(here, "absolute", length) if length or both_ended else NONE,
-            cost(there, "absolute", length) if length else NONE,
-            percent(costs[1], costs[0], "+.2f") if length else NONE,
-        ]
-        if not there.finished or (not here.finished and here.steps < there.steps):
-            cells = [f"{here.outcome}, {here.steps} steps", f"{there.outcome}, {there.steps} steps", NONE]
+    for here, there in _pairs(rows):
+        length = there.steps
+        if there.finished and here.steps >= length and ("absolute", length) in there.cost:
+            costs = [walk.cost["absolute", length] for walk in (here, there)]
+            cells = [*(number(value) for value in costs), percent(costs[1], costs[0], "+.2f")]
+        else:
+            cells = [*(f"{walk.outcome}, {walk.steps} steps" for walk in (here, there)), NONE]
         law = f"ζ = {delay(there.delay)}" if there.method == "adaptive" else there.slope_source
-        peaks = [f"{number(walk.torque, '.1f')}" for walk in (here, there)]
-        lines.append([f"{there.ground} {there.pattern}".strip(), f"{there.method}, {law}", *cells, *peaks])
-    headings = ("ground", "method", "c_mt hybrid", "MuJoCo", "%", "torque hybrid (100 steps)", "MuJoCo")
-    return table(headings, lines) if lines else "No walks in MuJoCo yet."
+        lines.append([f"{there.ground} {there.pattern}".strip(), f"{there.method}, {law}", *cells])
+    return table(("ground", "method", "hybrid", "MuJoCo", "%"), lines) if lines else "No walks in MuJoCo yet."
 
 
 def _identity(row: Row) -> tuple[object, ...]:

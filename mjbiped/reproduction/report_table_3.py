@@ -9,11 +9,11 @@ import numpy as np
 
 from mjbiped.reproduction import search
 from mjbiped.reproduction.found import found_segments
-from mjbiped.reproduction.markdown import NONE, delay, ending, number, percent, table
+from mjbiped.reproduction.markdown import NONE, cost, delay, ending, number, percent, table
 from mjbiped.reproduction.plan import MIXED_STEPS
 from mjbiped.reproduction.published import TABLE_3
 from mjbiped.reproduction.rows import Row
-from mjbiped.terrain import Terrain
+from mjbiped.terrain import GROUND_FRICTION, Terrain
 
 ENGINES = ("hybrid", "mujoco")
 _LABELS = {"hybrid": "hybrid", "mujoco": "MuJoCo"}
@@ -27,6 +27,7 @@ def sections(rows: Sequence[Row]) -> dict[str, str]:
         "distance_mixed": _distance(rows, "mixed"),
         "distance_found": _distance(rows, "found"),
         "found_segments": _segments(),
+        "ground_friction": f"{GROUND_FRICTION:g}",
         "mixed_steps": str(MIXED_STEPS),
         "mixed_rise": number(1000 * max(map(abs, Terrain.mixed().rises)), ".0f"),
         "printed_3": str(2 * len(TABLE_3)),
@@ -41,11 +42,12 @@ def walks_of(rows: Iterable[Row], ground: str, engine: str) -> dict[float | None
 
 
 def distance(walks: dict[float | None, Row]) -> float:
-    """Root mean square of ln(ours / paper's) of the torques and c_mt; NaN where a walk is missing or did not end."""
-    if any(zeta not in walks or not walks[zeta].finished for zeta in TABLE_3):
+    """Root mean square of ln(ours / paper's) of the torques and c_mt of all walks that came to their end."""
+    ended = {zeta: walk for zeta, walk in walks.items() if walk.finished}
+    if not ended:
         return math.nan
-    pairs = [(walks[zeta].torque, torque) for zeta, (torque, _) in TABLE_3.items()]
-    pairs += [(walks[zeta].cost["absolute", None], cost) for zeta, (_, cost) in TABLE_3.items()]
+    pairs = [(walk.torque, TABLE_3[zeta][0]) for zeta, walk in ended.items()]
+    pairs += [(walk.cost["absolute", None], TABLE_3[zeta][1]) for zeta, walk in ended.items()]
     return math.sqrt(float(np.mean([math.log(ours / paper) ** 2 for ours, paper in pairs])))
 
 
@@ -54,9 +56,12 @@ def _plain(delay: float) -> float | None:
 
 
 def _distance(rows: Sequence[Row], ground: str) -> str:
-    values = [
-        f"{number(100 * distance(walks_of(rows, ground, engine)), '.1f')} % ({_LABELS[engine]})" for engine in ENGINES
-    ]
+    values = []
+    for engine in ENGINES:
+        walks = walks_of(rows, ground, engine)
+        ended = sum(walk.finished for walk in walks.values())
+        part = "" if ended == len(walks) else f", the {ended} of {len(walks)} walks that came to their end"
+        values.append(f"{number(100 * distance(walks), '.1f')} % ({_LABELS[engine]}{part})")
     return ", ".join(values)
 
 
@@ -67,7 +72,7 @@ def _table(rows: Sequence[Row], ground: str) -> str:
         begun = {_plain(row.delay): row.torque for row in rows if row.part == "start"}
     by_engine = [walks_of(rows, ground, engine) for engine in ENGINES]
     lines = []
-    for zeta, (torque, cost) in TABLE_3.items():
+    for zeta, (torque, paper) in TABLE_3.items():
         walks = [walks.get(zeta) for walks in by_engine]
         here = walks[0]
         lines.append(
@@ -77,22 +82,28 @@ def _table(rows: Sequence[Row], ground: str) -> str:
                 *([] if begun is None else [number(begun.get(zeta), ".5g")]),
                 *(_shown(walk, None if walk is None else walk.torque, ".5g") for walk in walks),
                 percent(math.nan if here is None else here.torque, torque),
-                number(cost),
-                *(_shown(walk, None if walk is None else walk.cost["absolute", None], ".4f") for walk in walks),
-                percent(math.nan if here is None else here.cost["absolute", None], cost),
+                number(paper),
+                *(_cost(walk) for walk in walks),
+                percent(math.nan if here is None else here.cost["absolute", None], paper),
+                number(None if here is None else here.friction, ".3g"),
             ]
         )
     sides = ("paper", "hybrid", "MuJoCo", "hybrid − paper")
     torques = [f"torque, {side}" for side in sides]
     if begun is not None:
         torques.insert(1, "start alone")
-    return table(("ζ", *torques, *(f"c_mt, {side}" for side in sides)), lines)
+    return table(("ζ", *torques, *(f"c_mt, {side}" for side in sides), "friction asked, hybrid"), lines)
 
 
 def _shown(walk: Row | None, value: float | None, form: str) -> str:
     if walk is None or walk.finished:
         return number(value, form)
     return ending(walk)
+
+
+def _cost(walk: Row | None) -> str:
+    """c_mt up to the walk's end; of a walk that did not come to it, where that was."""
+    return NONE if walk is None else cost(walk, "absolute", None) if walk.finished else f"X {walk.steps + 1}"
 
 
 def _segments() -> str:
