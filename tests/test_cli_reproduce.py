@@ -12,6 +12,7 @@ from mjbiped import cli
 from mjbiped.reproduction import methods, plan, running
 from mjbiped.reproduction import reproduce as whole
 from mjbiped.reproduction.cell import Cell, measured
+from mjbiped.reproduction.figures import plot_figure_6
 
 
 def run(*words: object) -> Result:
@@ -29,6 +30,8 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(methods, "DELAYS", (0.6,))
     monkeypatch.setattr(plan, "table_2", lambda: all_of_table_2(methods=("adaptive",)))
     monkeypatch.setattr(whole, "in_mujoco", lambda *_: [])
+    # the time lapse takes seconds to draw, and has tests of its own
+    monkeypatch.setattr(whole, "plot_walk", lambda walk, path: plot_figure_6({0.8: walk}, path))
 
 
 @pytest.mark.usefixtures("small")
