@@ -12,6 +12,7 @@ from mjbiped.terrain import Terrain
 
 Array = NDArray[np.float64]
 SAMPLE_PERIOD = 1e-5
+FACE, RISE = 1.12, 0.04
 
 
 class SwingFoot:
@@ -36,6 +37,7 @@ class SwingFoot:
         self.speed = (self.way * self.dq).sum(axis=1)  # horizontal
         # on the face the horizontal speed is zero to rounding, off it it grows with 10 to 1000 m/s^2 or m/s^3
         on_face = (np.abs(self.x - face) < 1e-9) & (np.abs(self.speed) < 1e-13)
+        assert on_face.any(), "no sample on the face: the strike was not plastic"
         self.first, self.last = (int(row) for row in np.nonzero(on_face)[0][[0, -1]])
         assert on_face[self.first : self.last + 1].all()
         assert self.last - self.first > 1000
@@ -76,10 +78,15 @@ class SwingFoot:
         assert found == pytest.approx(struck, abs=2e-7)
 
 
-def test_foot_leaves_the_face_when_it_presses_no_more(controller: AdaptiveController) -> None:
-    face, rise = 1.12, 0.04
-    terrain = Terrain.stairs(rise=rise, first=face)
-    walk = mjbiped.walk(controller, terrain, engine="hybrid", steps=5, sample_period=SAMPLE_PERIOD)
+@pytest.fixture(scope="module")
+def struck(controller: AdaptiveController) -> mjbiped.Walk:
+    """Its third step strikes a riser of 40 mm, 2 mm below the edge, and slides down."""
+    terrain = Terrain.stairs(rise=RISE, first=FACE)
+    return mjbiped.walk(controller, terrain, engine="hybrid", steps=5, sample_period=SAMPLE_PERIOD)
+
+
+def test_foot_leaves_the_face_when_it_presses_no_more(struck: mjbiped.Walk) -> None:
+    walk, face, rise = struck, FACE, RISE
     assert walk.outcome == "finished"
     assert walk.touchdowns["strikes"].tolist() == [0, 0, 1, 0, 0]
     foot = SwingFoot(walk, 2, face)
@@ -93,6 +100,24 @@ def test_foot_leaves_the_face_when_it_presses_no_more(controller: AdaptiveContro
     assert (foot.speed[last + 1 :] < 0.0).all()
     assert foot.z[last] < rise
     assert walk.touchdowns["x"][2] < face - 1e-3
+
+
+@pytest.mark.parametrize("later", [1.5e-5, 5e-5])  # s; this integration step goes on for 50 to 100 us after the release
+def test_foot_leaves_the_face_before_it_lands_in_the_same_integration_step(
+    later: float, struck: mjbiped.Walk, controller: AdaptiveController
+) -> None:
+    """The ground at the face is raised, so that the foot meets it a little after it has ceased to press."""
+    foot = SwingFoot(struck, 2, FACE)
+    falling = (foot.z[foot.last] - foot.z[foot.last - 1]) / SAMPLE_PERIOD
+    ground = foot.z[foot.last] + later * falling
+    terrain = Terrain.from_segments([(FACE - 0.02, 0.0), (0.02, 0.0, ground), (9.0, 0.0, RISE - ground)])
+    walk = mjbiped.walk(controller, terrain, engine="hybrid", steps=3, sample_period=SAMPLE_PERIOD)
+    again = SwingFoot(walk, 2, FACE)
+    assert again.last == foot.last
+    assert (again.forces() <= 0.0).all()  # held until it lands, the face would pull
+    assert len(again.x) - again.last == pytest.approx(later / SAMPLE_PERIOD, abs=1)
+    assert (again.speed[again.last + 1 :] < 0.0).all()
+    assert walk.touchdowns["z"][2] == pytest.approx(ground, abs=1e-12)
 
 
 def test_foot_slides_over_the_top_edge_and_walks_on(controller: AdaptiveController) -> None:
