@@ -194,7 +194,7 @@ def draw(
 ) -> None:
     """Convergence and conditions on the limit cycle, and peak torques of the walks."""
     with styled():
-        figure = new_figure(7.0)
+        figure = new_figure(7.5)
         (line, plane), (gammas, scales) = figure.subplots(2, 2)
         cycles = [on_the_cycle(replace(paper, adaptation_gain=gamma)) for gamma in grid[0].tolist()]
         line.loglog(grid[0], [cycle.condition for cycle in cycles], color=VERMILLION, linestyle="-", label="(24)")
@@ -238,14 +238,15 @@ def _draw_plane(
         for name in ("rate", "condition", "lyapunov")
     )
     levels = [0.001, 0.01, 0.05, 0.1, 0.2, 0.5, 0.9, 1.0]
+    axes.set(xscale="log", yscale="log", xlabel="γ", ylabel="K₁/5 = K₂/12")
+    axes.set(xlim=grid[0][[0, -1]], ylim=grid[1][[0, -1]])  # first, for the labels' places are found on the page
     lines = axes.contour(*grid, rate, levels=levels, colors=[BLUE], linewidths=0.9)
-    axes.clabel(lines, fontsize=7)
+    axes.clabel(lines, fontsize=7, fmt="%g")
     axes.contourf(*grid, condition, levels=[0.0, 1.0], colors=[VERMILLION], alpha=0.25)
     axes.contour(*grid, lyapunov, levels=[1.0], colors=[ORANGE], linestyles=[":"], linewidths=1.6)
     fallen = [key for key, outcome in planes.items() if outcome != "finished"]
-    axes.plot([key[0] for key in fallen], [key[1] for key in fallen], "kx", markersize=5)
+    axes.plot([key[0] for key in fallen], [key[1] for key in fallen], "kx", markersize=5, clip_on=False)
     axes.plot(0.3, 1.0, "k*", markersize=9)
-    axes.set(xscale="log", yscale="log", xlabel="γ", ylabel="K₁/5 = K₂/12")
     axes.set_title("(b) Slowest multiplier; ★: the paper's gains")
     axes.legend(
         handles=[
@@ -254,8 +255,10 @@ def _draw_plane(
             Line2D([], [], color=ORANGE, linestyle=":", label="$V_a$ falls from step to step above"),
             Line2D([], [], color=BLACK, marker="x", linestyle="none", label="fell on mixed, not re-planned"),
         ],
-        loc="lower right",
-        framealpha=1.0,
+        loc="upper center",  # under the panel, of which every part holds contours
+        bbox_to_anchor=(0.48, -0.17),
+        ncols=2,
+        columnspacing=1.2,
     )
 
 
