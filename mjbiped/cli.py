@@ -224,7 +224,6 @@ def _gait(slope_deg: float, plot: Path | None, json: bool, **values: Any) -> Non
 
 main.add_command(bifurcation)
 main.add_command(basin)
-main.add_command(reproduce)
 
 
 @main.command("stability", cls=given.SectionCommand)
@@ -284,6 +283,9 @@ def _render(record: Path, video: Path | None, plot: Path | None, no_video: bool,
     if not quiet:
         files.tell()
     files.end()
+
+
+main.add_command(reproduce)
 
 
 def _terrain(text: str, seed: int | None) -> Terrain:

@@ -9,10 +9,10 @@ import pytest
 from click.testing import CliRunner, Result
 
 from mjbiped import cli
+from mjbiped.plot_style import new_figure, save_figure
 from mjbiped.reproduction import methods, plan, running
 from mjbiped.reproduction import reproduce as whole
 from mjbiped.reproduction.cell import Cell, measured
-from mjbiped.reproduction.figures import plot_figure_6
 
 
 def run(*words: object) -> Result:
@@ -30,8 +30,9 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(methods, "DELAYS", (0.6,))
     monkeypatch.setattr(plan, "table_2", lambda: all_of_table_2(methods=("adaptive",)))
     monkeypatch.setattr(whole, "in_mujoco", lambda *_: [])
-    # the time lapse takes seconds to draw, and has tests of its own
-    monkeypatch.setattr(whole, "plot_walk", lambda walk, path: plot_figure_6({0.8: walk}, path))
+    # these take seconds to draw, and have tests of their own
+    for name in ("plot_walk", "plot_figure_5", "plot_figure_6"):
+        monkeypatch.setattr(whole, name, lambda _, path: save_figure(new_figure(1.0), path))
 
 
 @pytest.mark.usefixtures("small")
@@ -41,7 +42,7 @@ def test_page_table_and_figures_are_written(tmp_path: Path, monkeypatch: pytest.
     for name in ("reproduction.md", "reproduction.csv", "images/reproduction_fig_4_mixed_hybrid.png"):
         assert (tmp_path / "page" / name).is_file()
         assert name in result.stdout.replace("\n", "")
-    assert (tmp_path / "walks" / "figures" / "reproduction_fig_5_hybrid.pdf").stat().st_size > 5_000
+    assert (tmp_path / "walks" / "figures" / "reproduction_table_3.pdf").stat().st_size > 5_000
     assert "level ground, adaptive" in result.stdout
     first = (tmp_path / "page" / "reproduction.md").read_bytes()
     monkeypatch.setattr(whole, "draw", lambda *_: [])
