@@ -113,12 +113,13 @@ def _begin(folder: Path) -> subprocess.Popen[bytes]:
     program = folder / "program.py"
     program.write_text(PROGRAM)
     path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
-    return subprocess.Popen(
-        [sys.executable, str(program), str(folder / "walks")],
-        env={**os.environ, "PYTHONPATH": path},
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    )
+    with (folder / "errors").open("wb") as errors:
+        return subprocess.Popen(
+            [sys.executable, str(program), str(folder / "walks")],
+            env={**os.environ, "PYTHONPATH": path},
+            stderr=errors,
+            start_new_session=True,
+        )
 
 
 def _wait_for(folder: Path, count: int) -> None:
@@ -141,6 +142,8 @@ def test_nothing_that_ended_is_lost(tmp_path: Path, kind: signal.Signals) -> Non
     while _alive(process.pid):  # the session's other processes, the workers
         assert time.monotonic() < end, "a worker outlived its parent"
         time.sleep(0.1)
+    if kind == signal.SIGINT:
+        assert (tmp_path / "errors").read_text() == ""  # no traceback, nothing left behind
     kept = Store(tmp_path / "walks").load(Cell("mujoco", PassiveController(), mjbiped.Terrain.incline(2.0), steps=2))
     assert kept is not None
     assert kept.outcome == "finished"

@@ -95,6 +95,8 @@ def _run_processes(cells: list[Cell], store: Store, workers: int, results: dict[
 def _begin_worker() -> None:
     """Leave Ctrl-C to the parent, and end where it ends, killed or not."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # tqdm's own lock is a semaphore of the system, which a worker that is ended would leave behind
+    tqdm.set_lock(threading.RLock())
     parent = multiprocessing.parent_process()
     assert parent is not None
 
