@@ -2,7 +2,8 @@
 
 All of it stands in `mjData.userdata`, in the places named below, so that a walk can be copied, saved and resumed with
 MuJoCo's own state functions, and nothing depends on how often a callback fires at the same time. The functions work on
-any mutable sequence of floats; they know neither MuJoCo's objects nor the controller.
+any mutable sequence of floats; they know neither MuJoCo's objects nor the controller. They run in plain Python and
+compiled, bit by bit the same.
 
 One physics step from t to t + h:
 
@@ -18,11 +19,12 @@ The exchange comes one call after the contact was resolved: the rates are then a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, MutableSequence, Sequence
-from dataclasses import dataclass
+from collections.abc import MutableSequence, Sequence
 from enum import IntEnum
+from typing import NamedTuple
 
 from mjbiped.columns import TOUCHDOWNS, place, width
+from mjbiped.profile import Profile, height_over
 from mjbiped.scuffing import swing_foot_collides
 
 # --- places in userdata -----------------------------------------------------------------------------------------------
@@ -60,7 +62,8 @@ from mjbiped.scuffing import swing_foot_collides
     LAST_TOUCHDOWN,  # first place of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
 ) = range(31)
 
-TOLD_AT_TOUCHDOWN = tuple(LAST_TOUCHDOWN + place(TOUCHDOWNS, name) for name in ("q_before", "q", "dq"))
+# of the touchdown's row, each the first of two places: what the controller is told
+TOLD_Q_BEFORE, TOLD_Q, TOLD_DQ = (LAST_TOUCHDOWN + place(TOUCHDOWNS, name) for name in ("q_before", "q", "dq"))
 ESTIMATE_BEFORE = LAST_TOUCHDOWN + place(TOUCHDOWNS, "slope_estimate_before")
 ESTIMATE_AFTER = LAST_TOUCHDOWN + place(TOUCHDOWNS, "slope_estimate")
 CONTROLLER_MEMORY = LAST_TOUCHDOWN + width(TOUCHDOWNS)
@@ -91,8 +94,13 @@ class Outcome(IntEnum):
         return "left the terrain" if self is Outcome.LEFT_TERRAIN else self.name.lower()
 
 
-@dataclass(frozen=True)
-class Limits:
+_FINISHED, _FELL, _STALLED, _SLIPPED, _LEFT_TERRAIN = (
+    float(outcome)
+    for outcome in (Outcome.FINISHED, Outcome.FELL, Outcome.STALLED, Outcome.SLIPPED, Outcome.LEFT_TERRAIN)
+)
+
+
+class Limits(NamedTuple):
     """What a walk is judged by: plain numbers that do not change while it lasts.
 
     Attributes:
@@ -144,7 +152,7 @@ def begin(
 def observe(
     u: MutableSequence[float],
     limits: Limits,
-    height_at: Callable[[float], float],
+    profile: Profile,
     time: float,
     qpos: Sequence[float],
     qvel: Sequence[float],
@@ -154,7 +162,7 @@ def observe(
     Args:
         u: Userdata.
         limits: What the walk is judged by.
-        height_at: Height of the terrain at a place x, m.
+        profile: The ground.
         time: Now, s; later than the last observation.
         qpos: Hip x, hip z (m), left and right leg (rad).
         qvel: Their rates.
@@ -175,22 +183,23 @@ def observe(
         swing_x = hip_x - length * math.sin(swing)
         ahead = swing_x - foot_x
         if ahead >= limits.reach:
-            clearance = hip_z - length * math.cos(swing) - height_at(swing_x)
+            clearance = hip_z - length * math.cos(swing) - height_over(profile, swing_x)
             if swing_foot_collides(limits.reach, limits.delay, time - u[EXCHANGE_TIME], ahead, clearance):
                 u[ARMED] = 1.0
     slope = u[SLOPE]  # a foot that sinks into the ground, or rolls on its radius, does not slip
     way = (foot_x - u[FOOT_X]) * math.cos(slope) - (foot_z - u[FOOT_Z]) * math.sin(slope)
     slip = abs(way - limits.foot_radius * (stance - u[FOOT_ANGLE]))
-    u[SLIP] = max(u[SLIP], slip)
+    if slip > u[SLIP]:
+        u[SLIP] = slip
     if not u[OUTCOME]:
-        if (hip_z - height_at(hip_x)) * math.cos(slope) < FALLEN_HIP * length:
-            u[OUTCOME] = Outcome.FELL
+        if (hip_z - height_over(profile, hip_x)) * math.cos(slope) < FALLEN_HIP * length:
+            u[OUTCOME] = _FELL
         elif time - u[EXCHANGE_TIME] > limits.stall_time:
-            u[OUTCOME] = Outcome.STALLED
+            u[OUTCOME] = _STALLED
         elif slip > SLIPPED_FOOT * length:
-            u[OUTCOME] = Outcome.SLIPPED
+            u[OUTCOME] = _SLIPPED
         elif not limits.start < hip_x < limits.end:
-            u[OUTCOME] = Outcome.LEFT_TERRAIN
+            u[OUTCOME] = _LEFT_TERRAIN
 
 
 def _count_work(u: MutableSequence[float], left: float, right: float) -> None:
@@ -203,7 +212,7 @@ def _count_work(u: MutableSequence[float], left: float, right: float) -> None:
     ankle, hip = u[ANKLE] * way_ankle, u[HIP] * way_hip
     u[WORK_ABSOLUTE] += abs(ankle) + abs(hip)
     u[WORK_NET] += ankle + hip
-    u[WORK_POSITIVE] += max(ankle, 0.0) + max(hip, 0.0)
+    u[WORK_POSITIVE] += (0.0 if ankle < 0.0 else ankle) + (0.0 if hip < 0.0 else hip)
 
 
 def _exchange(
@@ -268,9 +277,9 @@ def _exchange(
     u[SLIP] = u[PENETRATION] = u[FRICTION] = u[STRIKES] = 0.0
     if not u[OUTCOME]:
         if u[COUNT] >= limits.steps or u[FOOT_X] >= limits.distance:
-            u[OUTCOME] = Outcome.FINISHED
+            u[OUTCOME] = _FINISHED
         elif u[FOOT_X] >= limits.end:
-            u[OUTCOME] = Outcome.LEFT_TERRAIN
+            u[OUTCOME] = _LEFT_TERRAIN
 
 
 READING = 11
@@ -298,13 +307,14 @@ def feel(u: MutableSequence[float], limits: Limits, stance: Sequence[float], swi
                 elif not noted:
                     noted = 1.0
                     u[NOTED_SLOPE] = math.atan2(-swing[slot + _NORMAL], upward)
-                    u[PENETRATION] = max(u[PENETRATION], -swing[slot + _DISTANCE])
+                    if -swing[slot + _DISTANCE] > u[PENETRATION]:
+                        u[PENETRATION] = -swing[slot + _DISTANCE]
     u[NOTED] = noted
     if stance[_FOUND] > 0.0 and not noted and -stance[_NORMAL + 2] >= SMALLEST_UPWARD_NORMAL:
         if -stance[_DISTANCE] > u[PENETRATION]:
             u[PENETRATION] = -stance[_DISTANCE]
-        force, across, along = stance[_FORCE : _FORCE + 3]
+        force, across, along = stance[_FORCE], stance[_FORCE + 1], stance[_FORCE + 2]
         if force > LIGHT_CONTACT * limits.weight:
-            used = math.hypot(across, along) / force
+            used = math.sqrt(across * across + along * along) / force  # hypot has other last bits compiled
             if used > u[FRICTION]:
                 u[FRICTION] = used

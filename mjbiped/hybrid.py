@@ -27,6 +27,7 @@ from mjbiped.hybrid_motion import HANDED_ON, rates_where
 from mjbiped.hybrid_state import Buffers, Laws, World
 from mjbiped.hybrid_walk import advance
 from mjbiped.law_check import refusal
+from mjbiped.laws import gives_its_law, next_break, slope_estimate, torque, touchdown
 from mjbiped.scuffing import ScuffingRule
 from mjbiped.terrain import Terrain
 
@@ -42,7 +43,7 @@ FIRST_STEP = 0.1  # the first one tried, in the same units
 SHORTEST_SAMPLE_PERIOD = 1e-5  # s
 _ROWS = 1024  # touchdowns between two looks at the progress bar and at Ctrl-C, some 20 ms
 _STALLS = 10  # longest gait steps of which the buffer holds the samples
-_METHODS = ("start", "on_touchdown", "torque", "slope_estimate", "next_break")
+_METHODS = (torque, touchdown, slope_estimate, next_break)
 
 
 class HybridSimulation:
@@ -93,7 +94,7 @@ class HybridSimulation:
         if not 1e-14 <= tolerance <= 1e-3:
             raise InputError(f"tolerance must lie in [1e-14, 1e-3], got {tolerance!r}")
         rule = scuffing or ScuffingRule()
-        law = self._law = controller.law() if compile and _gives_its_law(controller) else None
+        law = self._law = controller.law() if compile and gives_its_law(controller) else None
         self.controller = controller
         self.compiled = law is not None
         integrator = unrolled(
@@ -104,7 +105,7 @@ class HybridSimulation:
             self._advance = compiled(advance, Laws, tuple(laws), inlined=(rates_where, law.torque))
             self._parameters = law.parameters
         else:
-            laws = Laws(_torque, _touchdown, _slope_estimate, _next_break, *integrator)
+            laws = Laws(*_METHODS, *integrator)
             self._advance = partial(advance, laws)
             self._parameters = controller
         self.world = World(
@@ -265,43 +266,3 @@ def simulate_hybrid(simulation: HybridSimulation, recorder: HybridRecorder, *, p
             done = recorder.take(buffers)
             bar.update(done if by_steps else max(0.0, round(float(buffers.w[at.FOOT_X]), 2) - bar.n))
     return simulation.outcome
-
-
-def _gives_its_law(controller: Controller) -> bool:
-    """Whether `law` speaks for the controller: no method was replaced in a class derived from the one that has it."""
-    if not hasattr(controller, "law"):
-        return False
-    order = type(controller).__mro__
-
-    def place(name: str) -> int:
-        return next(i for i, owner in enumerate(order) if name in vars(owner))
-
-    return all(place("law") <= place(name) for name in _METHODS)
-
-
-def _torque(
-    controller: Controller, memory: list[float], t: float, q1: float, q2: float, dq1: float, dq2: float
-) -> Sequence[float]:
-    return tuple(controller.torque(memory, t, (q1, q2), (dq1, dq2)))
-
-
-def _touchdown(
-    controller: Controller,
-    memory: list[float],
-    q1_before: float,
-    q2_before: float,
-    q1: float,
-    q2: float,
-    dq1: float,
-    dq2: float,
-) -> None:
-    controller.on_touchdown(memory, (q1_before, q2_before), (q1, q2), (dq1, dq2))
-
-
-def _slope_estimate(controller: Controller, memory: list[float]) -> float:
-    return controller.slope_estimate(memory)
-
-
-def _next_break(controller: Controller, memory: list[float], t: float) -> float:
-    ask = getattr(controller, "next_break", None)
-    return math.inf if ask is None else float(ask(memory, t))

@@ -18,10 +18,12 @@ import mujoco
 import numpy as np
 from tqdm.auto import tqdm
 
-from mjbiped import events
+from mjbiped import callbacks, events, laws
+from mjbiped.callbacks import Laws, World
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.events import Limits, Outcome
+from mjbiped.profile import Profile
 from mjbiped.recorder import Recorder
 from mjbiped.scene import FOOT_RADIUS, build_scene
 from mjbiped.scuffing import ScuffingRule
@@ -34,6 +36,7 @@ LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how f
 START_DEPTH = 1e-6  # a foot set exactly on the surface may find a heightfield's inner edge instead, m
 _ONE_THREAD = threading.RLock()  # whose callbacks are installed
 _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_ACC)
+_METHODS = Laws(laws.torque, laws.touchdown, laws.slope_estimate)
 LONGEST_TIMESTEP = 1e-3  # at it the worst impact of a passive walk is already off by 9 %, s
 
 
@@ -115,18 +118,22 @@ class Simulation:
             stall_time=events.STALL_TIME * math.sqrt(length / robot.gravity),
             start=scene.start,
             end=scene.end,
-            steps=math.inf if steps is None else steps,
-            distance=math.inf if distance is None else distance,
+            steps=math.inf if steps is None else float(steps),
+            distance=math.inf if distance is None else float(distance),
         )
-        self._height_at = terrain.height_at
-        self._contact = tuple(int(self.model.sensor(f"{side}_contact").adr[0]) for side in ("left", "right"))
-        self._slots = int(self.model.sensor("left_contact").dim[0])
-        self._feet = tuple(int(self.model.geom(f"{side}_foot").id) for side in ("left", "right"))
-        self._risers = frozenset(
-            index for index in range(self.model.ngeom) if self.model.geom(index).name.startswith("riser_")
+        model = self.model
+        left, right = (model.sensor(f"{side}_contact") for side in ("left", "right"))
+        self._world = World(
+            limits=self.limits,
+            profile=Profile(terrain.x, terrain.z, terrain.gradients),
+            feet=(int(model.geom("left_foot").id), int(model.geom("right_foot").id)),
+            contacts=(int(left.adr[0]), int(right.adr[0])),
+            slots=int(left.dim[0]),
+            risers=tuple(float(model.geom(index).name.startswith("riser_")) for index in range(model.ngeom)),
+            # twice the way at the fall of a leg
+            deepest=2.0 * timestep * math.sqrt(2.0 * robot.gravity * length),
+            control_period=period,
         )
-        # no foot is deeper than this in the first step of a contact: twice the way at the fall of a leg
-        self._deepest = 2.0 * timestep * math.sqrt(2.0 * robot.gravity * length)
         self._before: dict[str, Any] = {}
         self.warnings: Counter[str] = Counter()
         self._place(terrain, length, q, dq)
@@ -180,96 +187,36 @@ class Simulation:
         self._before = before
 
     def _on_control(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """`mjcb_control`: one tick per new time; a second call at the same time changes nothing."""
+        """`mjcb_control`; see `callbacks.control`."""
         if model is not self.model:
             self._pass_on("mjcb_control", model, data)
             return
         u = data.userdata.tolist()
-        time = data.time
-        if not u[events.RUNNING] or time <= u[events.TIME]:
-            return
-        qpos, qvel = data.qpos.tolist(), data.qvel.tolist()
-        events.observe(u, self.limits, self._height_at, time, qpos, qvel)
-        due = time > u[events.NEXT_CONTROL] - model.opt.timestep / 2.0
-        if due or (u[events.TOUCHED] and u[events.OUTCOME]):  # the last touchdown is told at once: its row is whole
-            self._tick(u, time)
-        data.ctrl[:] = (
-            (0.0, u[events.ANKLE], -u[events.HIP]) if u[events.STANCE] else (u[events.ANKLE], 0.0, u[events.HIP])
-        )
-        data.userdata[:] = u
-
-    def _tick(self, u: list[float], time: float) -> None:
-        """One tick of the digital controller: its events, its law, and one Euler step of its integrated states."""
-        controller, slope = self.controller, u[events.SLOPE]
         memory = u[events.CONTROLLER_MEMORY :]
-        if u[events.STANCE]:
-            q = (u[events.RIGHT] - slope, u[events.LEFT] - slope)
-            dq = (u[events.RIGHT_RATE], u[events.LEFT_RATE])
-        else:
-            q = (u[events.LEFT] - slope, u[events.RIGHT] - slope)
-            dq = (u[events.LEFT_RATE], u[events.RIGHT_RATE])
-        if u[events.TOUCHED]:
-            u[events.TOUCHED] = 0.0
-            u[events.ESTIMATE_BEFORE] = controller.slope_estimate(memory)
-            # the contact switch holds the touchdown's posture and time for a controller that ticks later
-            controller.on_touchdown(memory, *(u[first : first + 2] for first in events.TOLD_AT_TOUCHDOWN))
-            u[events.ESTIMATE_AFTER] = controller.slope_estimate(memory)
-        values = controller.torque(memory, time - u[events.EXCHANGE_TIME], q, dq)
-        if len(values) != 2 + len(controller.states):
-            rates = ", ".join(controller.states) or "none"
-            raise InputError(
-                f"torque returned {len(values)} values; expected ankle, hip and a rate per state ({rates})"
-            )
-        ankle, hip, *rates_now = values
-        for index, rate in enumerate(rates_now):
-            memory[index] += self.control_period * rate
-        u[events.ANKLE], u[events.HIP] = ankle, hip
-        if not u[events.OUTCOME]:
-            u[events.PEAK_ANKLE] = max(u[events.PEAK_ANKLE], abs(ankle))
-            u[events.PEAK_HIP] = max(u[events.PEAK_HIP], abs(hip))
-        u[events.NEXT_CONTROL] = time + self.control_period
-        u[events.CONTROLLER_MEMORY :] = memory
+        qpos, qvel = data.qpos.tolist(), data.qvel.tolist()
+        timestep = model.opt.timestep
+        if callbacks.control(
+            _METHODS, self.controller, self._world, timestep, u, memory, data.ctrl, data.time, qpos, qvel
+        ):
+            u[events.CONTROLLER_MEMORY :] = memory
+            data.userdata[:] = u
 
     def _on_sensor(self, model: mujoco.MjModel, data: mujoco.MjData, stage: int) -> None:
-        """`mjcb_sensor`, after MuJoCo has filled its own contact sensors."""
+        """`mjcb_sensor`; see `callbacks.sense`."""
         if model is not self.model:
             self._pass_on("mjcb_sensor", model, data, stage)
-            return
-        u = data.userdata
-        if stage != _ACCELERATION or not u[events.RUNNING]:
-            return
-        readings = data.sensordata.tolist()
-        left, right = (readings[start : start + self._slots] for start in self._contact)
-        if u[events.STANCE]:
-            left, right = right, left
-        events.feel(u, self.limits, left, right)
+        elif stage == _ACCELERATION:
+            callbacks.sense(self._world, data.userdata, data.sensordata.tolist())
 
     def _on_warning(self, message: str) -> None:
         """`mju_user_warning`: the first line says what it is; what follows differs from time to time."""
         self.warnings[message.partition(" at ")[0].strip()] += 1
 
     def _on_contact(self, model: mujoco.MjModel, data: mujoco.MjData, first: int, second: int) -> int:
-        """`mjcb_contactfilter`: 1 refuses the pair.
-
-        The swing foot passes through everything until it is armed (scuffing rule); the stance foot passes through
-        risers, and through the ground from the step on that resolves the other foot's touchdown, as it does after the
-        exchange. A solver with a convex friction cone would drag a foot that leaves the ground obliquely.
-        """
+        """`mjcb_contactfilter`: 1 refuses the pair; see `callbacks.refuses`."""
         if model is not self.model:
             return int(self._pass_on("mjcb_contactfilter", model, data, first, second) or 0)
-        u = data.userdata
-        if not u[events.RUNNING]:
-            return 0
-        stance, swing = self._feet if not u[events.STANCE] else self._feet[::-1]
-        armed = bool(u[events.ARMED])
-        if swing in (first, second):
-            return int(not armed)
-        if not armed or stance not in (first, second):
-            return 0
-        if first in self._risers or second in self._risers:
-            return 1
-        x, _, z = data.geom_xpos[swing].tolist()
-        return int(-self._deepest < z - self._height_at(x) < 0.0)
+        return int(callbacks.refuses(self._world, data.userdata, data.geom_xpos, first, second))
 
     def _pass_on(self, name: str, *arguments: Any) -> Any:
         """Hand a callback for another model to what stood there before this simulation's."""

@@ -1,0 +1,32 @@
+"""The ground's profile in plain numbers, for code that runs at every physics step, in plain Python or compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+
+class Profile(NamedTuple):
+    """A terrain's segments; see `mjbiped.Terrain`.
+
+    Attributes:
+        x: Where they start, m, ascending.
+        z: Heights there, m.
+        gradient: dz/dx.
+    """
+
+    x: Sequence[float]
+    z: Sequence[float]
+    gradient: Sequence[float]
+
+
+def height_over(profile: Profile, x: float) -> float:
+    """Height of the ground at x, m: `Terrain.height_at` where no object can be asked; NaN gives NaN."""
+    low, high = 1, len(profile.x)  # the first segment extends backwards
+    while low < high:
+        middle = (low + high) // 2
+        if x < profile.x[middle]:
+            high = middle
+        else:
+            low = middle + 1
+    return profile.z[low - 1] + profile.gradient[low - 1] * (x - profile.x[low - 1])
