@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from mjbiped import events
 from mjbiped.events import Limits
-from mjbiped.profile import Profile, height_over
+from mjbiped.profile import Floats, Profile, height_over
 
 
 class World(NamedTuple):
@@ -26,6 +26,7 @@ class World(NamedTuple):
         risers: 1 for each geom that is a riser, 0 for the others.
         deepest: No foot is deeper in the ground than this in the first step of a contact, m.
         control_period: Time between two ticks of the controller, s.
+        memory_size: Floats of the controller's memory.
     """
 
     limits: Limits
@@ -33,9 +34,10 @@ class World(NamedTuple):
     feet: tuple[int, int]
     contacts: tuple[int, int]
     slots: int
-    risers: Sequence[float]
+    risers: Floats
     deepest: float
     control_period: float
+    memory_size: int
 
 
 class Laws(NamedTuple):
@@ -75,7 +77,7 @@ def control(
     Returns:
         Whether anything was changed.
     """
-    if not u[events.RUNNING] or time <= u[events.TIME]:
+    if not (u[events.RUNNING] and time > u[events.TIME]):
         return False
     events.observe(u, world.limits, world.profile, time, qpos, qvel)
     due = time > u[events.NEXT_CONTROL] - timestep / 2.0

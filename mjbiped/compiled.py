@@ -7,8 +7,9 @@ not notice a change in another file than this one.
 
 from __future__ import annotations
 
+import dis
 import hashlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
@@ -33,20 +34,38 @@ def compiled(
         A function of the arguments that are left.
     """
     import numba
-    from numba.extending import register_jitable
 
-    parts = {part: None for root in (function, *functions) for part in _called(root, set())}
-    hot = {part for root in inlined for part in _called(root, set())}
-    for part in parts:
-        if part not in _registered:
-            register_jitable(forceinline=part in hot)(part)
-            _registered.add(part)
-    digest = hashlib.sha256(repr([_described(part) for part in parts]).encode()).hexdigest()
+    digest = prepared((function, *functions), inlined)
     entry = _bound(function, group, functions, digest)
     try:
         return _jit(numba, entry, cache=True)
     except RuntimeError:  # no folder to write to
         return _jit(numba, entry, cache=False)
+
+
+def prepared(roots: Sequence[Function], inlined: Sequence[Function]) -> str:
+    """Let compiled functions call the roots and all that these call; returns a digest of all of it.
+
+    Args:
+        roots: Functions at the top level of modules.
+        inlined: Those of them, or of what they call, that become part of their caller with all that they call.
+    """
+    from numba.extending import register_jitable
+
+    parts = {part: None for root in roots for part in _called(root, set())}
+    hot = {part for root in inlined for part in _called(root, set())}
+    for part in parts:
+        if part not in _registered:
+            register_jitable(forceinline=part in hot)(part)
+            _registered.add(part)
+    return hashlib.sha256(repr([_described(part) for part in parts]).encode()).hexdigest()
+
+
+def raises(roots: Sequence[Function]) -> bool:
+    """Whether a `raise` or `assert` stands in the roots or in anything that they call."""
+    parts = [part for root in roots for part in _called(root, set())]
+    codes = [part.__code__ for part in parts if isinstance(part, FunctionType)]
+    return any(step.opname == "RAISE_VARARGS" for code in codes for step in dis.get_instructions(code))
 
 
 def _jit(numba: ModuleType, function: Function, cache: bool) -> Function:

@@ -59,8 +59,9 @@ from mjbiped.scuffing import swing_foot_collides
     STRIKES,  # 1: the swing foot struck a vertical face in this step
     COUNT,  # touchdowns so far
     OUTCOME,
+    RECORD,  # which of its model's records holds for this walk where the callbacks are compiled; see `native`
     LAST_TOUCHDOWN,  # first place of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
-) = range(31)
+) = range(32)
 
 # of the touchdown's row, each the first of two places: what the controller is told
 TOLD_Q_BEFORE, TOLD_Q, TOLD_DQ = (LAST_TOUCHDOWN + place(TOUCHDOWNS, name) for name in ("q_before", "q", "dq"))

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import math
 import threading
+import warnings
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from functools import cached_property, lru_cache
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +25,10 @@ from mjbiped.callbacks import Laws, World
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.events import Limits, Outcome
+from mjbiped.law_check import refusal
+from mjbiped.laws import gives_its_law
+from mjbiped.native import Native, native
+from mjbiped.native_layout import UnknownLayoutError
 from mjbiped.profile import Profile
 from mjbiped.recorder import Recorder
 from mjbiped.scene import FOOT_RADIUS, build_scene
@@ -35,6 +41,8 @@ if TYPE_CHECKING:
 LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how far the ground is built
 START_DEPTH = 1e-6  # a foot set exactly on the surface may find a heightfield's inner edge instead, m
 _ONE_THREAD = threading.RLock()  # whose callbacks are installed
+_walking: list[Simulation] = []  # those whose callbacks are installed, the last one innermost
+_CALLBACKS = ("mjcb_control", "mjcb_sensor", "mjcb_contactfilter")
 _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_ACC)
 _METHODS = Laws(laws.torque, laws.touchdown, laws.slope_estimate)
 LONGEST_TIMESTEP = 1e-3  # at it the worst impact of a passive walk is already off by 9 %, s
@@ -76,6 +84,7 @@ class Simulation:
         control_period: float | None = None,
         scuffing: ScuffingRule | None = None,
         ground: str = "auto",
+        compile: bool = True,
     ) -> None:
         """Build the scene and set the robot on it.
 
@@ -91,6 +100,7 @@ class Simulation:
             control_period: Time between two ticks of the controller, s; a multiple of the timestep, by default one.
             scuffing: When the swing foot may touch the ground.
             ground: How the terrain is built; see `mjbiped.scene.build_scene`.
+            compile: Whether laws that can be compiled are.
 
         Raises:
             InputError: A value is outside its domain.
@@ -133,7 +143,9 @@ class Simulation:
             # twice the way at the fall of a leg
             deepest=2.0 * timestep * math.sqrt(2.0 * robot.gravity * length),
             control_period=period,
+            memory_size=controller.memory_size,
         )
+        self._compile = compile
         self._before: dict[str, Any] = {}
         self.warnings: Counter[str] = Counter()
         self._place(terrain, length, q, dq)
@@ -163,28 +175,62 @@ class Simulation:
     def callbacks(self) -> Iterator[None]:
         """Install this simulation's callbacks, which are MuJoCo's process-wide globals; what stood there comes back.
 
+        Compiled ones are not installed over others than their like: those could not be asked for other models.
+
         MuJoCo's warnings are counted meanwhile, where it would write them to the terminal and to MUJOCO_LOG.TXT.
         """
         with ExitStack() as stack:
             stack.enter_context(exclusive())
+            before = {name: getattr(mujoco, f"get_{name}")() for name in (*_CALLBACKS, "mju_user_warning")}
+            made = self._native
+            if made and all(before[name] in (None, getattr(made.functions, name)) for name in _CALLBACKS):
+                stack.enter_context(made.attached(self.model, self.data))
+                chosen = {name: getattr(made.functions, name) for name in _CALLBACKS}
+            else:
+                chosen = dict(zip(_CALLBACKS, (self._on_control, self._on_sensor, self._on_contact), strict=True))
             installed: list[str] = []
-            before, self._before = self._before, {}
-            stack.callback(self._restore, installed, before)
-            for name, callback in (
-                ("mjcb_control", self._on_control),
-                ("mjcb_sensor", self._on_sensor),
-                ("mjcb_contactfilter", self._on_contact),
-                ("mju_user_warning", self._on_warning),
-            ):
-                self._before[name] = getattr(mujoco, f"get_{name}")()
+            stack.callback(self._restore, installed, before, self._before)
+            self._before = before
+            _walking.append(self)
+            for name, callback in {**chosen, "mju_user_warning": self._on_warning}.items():
                 installed.append(name)
                 getattr(mujoco, f"set_{name}")(callback)
             yield
 
-    def _restore(self, installed: list[str], before: dict[str, Any]) -> None:
+    def _restore(self, installed: list[str], before: dict[str, Any], before_that: dict[str, Any]) -> None:
         for name in reversed(installed):
-            getattr(mujoco, f"set_{name}")(self._before[name])
-        self._before = before
+            getattr(mujoco, f"set_{name}")(before[name])
+        _walking.remove(self)
+        self._before = before_that
+
+    @property
+    def compiled(self) -> bool:
+        """Whether the callbacks can be compiled ones."""
+        return self._native is not None
+
+    @cached_property
+    def _native(self) -> Native | None:
+        """The compiled callbacks and this walk's record; None where the walk needs Python's.
+
+        Raises:
+            LawError: The controller's laws cannot be compiled.
+        """
+        controller = self.controller
+        if not (self._compile and gives_its_law(controller)):
+            return None
+        law = controller.law()
+        if law is None:
+            return None
+        try:
+            return native(law, self._world, len(controller.states))
+        except UnknownLayoutError as error:
+            _warn_once(str(error))
+            return None
+        except Exception as error:
+            refused = refusal(error, law, controller.states, whose=type(controller).__name__)
+            if refused is not None:
+                raise refused from error
+            raise
 
     def _on_control(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """`mjcb_control`; see `callbacks.control`."""
@@ -218,10 +264,12 @@ class Simulation:
             return int(self._pass_on("mjcb_contactfilter", model, data, first, second) or 0)
         return int(callbacks.refuses(self._world, data.userdata, data.geom_xpos, first, second))
 
-    def _pass_on(self, name: str, *arguments: Any) -> Any:
+    def _pass_on(self, name: str, model: mujoco.MjModel, data: mujoco.MjData, *arguments: int) -> Any:
         """Hand a callback for another model to what stood there before this simulation's."""
-        before = self._before.get(name)
-        return before(*arguments) if callable(before) else None
+        before: Any = self._before.get(name)
+        if hasattr(before, "argtypes"):  # a C function
+            return before(model._address, data._address, *arguments)
+        return before(model, data, *arguments) if callable(before) else None
 
 
 @contextmanager
@@ -244,7 +292,12 @@ def exclusive() -> Iterator[None]:
 
 def walking() -> bool:
     """Whether a simulation's callbacks are installed; MuJoCo cannot compile a model then."""
-    return isinstance(getattr(mujoco.get_mjcb_control(), "__self__", None), Simulation)
+    return bool(_walking)
+
+
+@lru_cache(maxsize=1)
+def _warn_once(reason: str) -> None:
+    warnings.warn(f"{reason}; walks run with callbacks in Python, which gives the same, only slower", stacklevel=4)
 
 
 def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> Outcome:

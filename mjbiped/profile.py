@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats: TypeAlias = Sequence[float] | NDArray[np.float64]
 
 
 class Profile(NamedTuple):
@@ -15,9 +20,9 @@ class Profile(NamedTuple):
         gradient: dz/dx.
     """
 
-    x: Sequence[float]
-    z: Sequence[float]
-    gradient: Sequence[float]
+    x: Floats
+    z: Floats
+    gradient: Floats
 
 
 def height_over(profile: Profile, x: float) -> float:
@@ -29,4 +34,4 @@ def height_over(profile: Profile, x: float) -> float:
             high = middle
         else:
             low = middle + 1
-    return profile.z[low - 1] + profile.gradient[low - 1] * (x - profile.x[low - 1])
+    return float(profile.z[low - 1] + profile.gradient[low - 1] * (x - profile.x[low - 1]))

@@ -42,6 +42,10 @@ SMALLEST_HIP_MASS = 1e-5
 SMALLEST_INERTIA = 2e-10
 """The same for a leg without inertia about its centre of mass, in leg mass times leg length squared."""
 
+RECORDS = "walks"
+"""The model's one numeric field, of so many numbers: for `mjbiped.native`, which says what stands there."""
+RECORDS_SIZE = 4
+
 GROUND_KINDS = ("auto", "heightfield", "boxes")
 
 _THICKNESS = 0.12  # of boxes and heightfield bases, m; contacts are never deeper than some 0.1 mm
@@ -99,6 +103,7 @@ def build_scene(
         raise InputError(f"unknown ground {ground!r}; valid are {', '.join(GROUND_KINDS)}")
     spec = mujoco.MjSpec.from_file(str(models_folder() / "scene.xml"))
     spec.nuserdata = userdata
+    spec.add_numeric(name=RECORDS, size=RECORDS_SIZE, data=[0.0] * RECORDS_SIZE)
     _set_robot(spec, robot, timestep)
     end = min(terrain.end, max(reach, terrain.x[-1] + 1.0))
     _replace_floor(spec, terrain, end, ground)

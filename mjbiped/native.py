@@ -1,0 +1,252 @@
+"""The callbacks of `mjbiped.callbacks` as C functions, which Numba makes of the same source and MuJoCo calls directly.
+
+A compiled callback gets two addresses: of the mjModel and of the mjData. All that it works on, it finds from there:
+
+* the walk's memory in `mjData.userdata`;
+* what does not change (world and gains) in a *record*, a block of numbers outside MuJoCo. The model's numeric field
+  `scene.RECORDS` says where its records are while they are attached, `userdata[events.RECORD]` which one is meant. So
+  one function serves any number of models, and one model many walks with gains of their own, in any thread.
+
+A model without that field, with another's in it, or copied from one that has it (its own address stands there too) is
+left alone, as is zeroed userdata.
+
+Compilation leaves the order and the rounding of all operations as they are in Python, so both paths make
+bitwise the same walk.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped import callbacks, events
+from mjbiped.callbacks import World
+from mjbiped.compiled import prepared, raises
+from mjbiped.native_layout import Layout, UnknownLayoutError, layout
+from mjbiped.native_memory import memory_access
+from mjbiped.native_record import NotPackableError, Packer
+from mjbiped.profile import Profile
+from mjbiped.scene import RECORDS, RECORDS_SIZE
+
+if TYPE_CHECKING:
+    from controllers.base import Law
+
+_ACCELERATION = int(mujoco.mjtStage.mjSTAGE_ACC)
+
+
+class Functions(NamedTuple):
+    """C functions for MuJoCo, as ctypes function pointers; to be kept alive while they are installed.
+
+    Attributes:
+        mjcb_control: See `callbacks.control`.
+        mjcb_sensor: See `callbacks.sense`.
+        mjcb_contactfilter: See `callbacks.refuses`.
+        token: Stands in the field `scene.RECORDS` of the models that they drive: the kind of their records.
+    """
+
+    mjcb_control: Any
+    mjcb_sensor: Any
+    mjcb_contactfilter: Any
+    token: float
+
+
+def native(law: Law, world: World, states: int) -> Native | None:
+    """The compiled callbacks of a walk; None if a C callback could not do what its law does.
+
+    A law that raises an exception cannot do so through MuJoCo, nor can a record hold every kind of parameters. See
+    `Native` for arguments and errors.
+    """
+    if raises((law.torque, law.touchdown, law.slope_estimate)):
+        return None
+    try:
+        return Native(law, world, states)
+    except NotPackableError:
+        return None
+
+
+class Native:
+    """Compiled callbacks and the record of one walk.
+
+    Attributes:
+        functions: Shared by all walks whose controllers have the same laws.
+        record: World and gains of this walk.
+    """
+
+    def __init__(self, law: Law, world: World, states: int) -> None:
+        """Compile, or take from the cache, what this kind of walk needs.
+
+        Args:
+            law: The controller's.
+            world: The walk's.
+            states: Number of the controller's integrated states.
+
+        Raises:
+            UnknownLayoutError: This MuJoCo's structs are not understood.
+            NotPackableError: The law's parameters cannot be put into a record.
+            NumbaError: The laws cannot be compiled.
+        """
+        profile = Profile(*(np.array(values, dtype=np.float64) for values in world.profile))
+        packer = Packer()
+        made = packer.add((world._replace(profile=profile, risers=np.array(world.risers)), law.parameters))
+        self.functions = _compile(
+            law.torque, law.touchdown, law.slope_estimate, 2 + states, made, tuple(packer.classes.items()), layout()
+        )
+        self.record = packer.record()
+
+    @contextmanager
+    def attached(self, model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[None]:
+        """Tell the compiled callbacks of this walk, so that they drive it while they are installed."""
+        _check_offsets(layout(), data)
+        with attached(self.functions, model, [self.record]):
+            yield
+
+
+@contextmanager
+def attached(functions: Functions, model: mujoco.MjModel, records: Sequence[NDArray[np.float64]]) -> Iterator[None]:
+    """Tell compiled callbacks of a model's records, and let them forget these afterwards.
+
+    Args:
+        functions: The callbacks.
+        model: With the numeric field `scene.RECORDS`.
+        records: `userdata[events.RECORD]` is an index into them; all made for these functions.
+    """
+    field = model.numeric_data[:RECORDS_SIZE]
+    assert model.numeric(RECORDS).adr[0] == 0, "it is the scene's only numeric field"
+    table = np.array([record.ctypes.data for record in records], dtype=np.float64)  # addresses have 48 bits
+    before = field.copy()
+    field[:] = functions.token, model._address, table.ctypes.data, len(table)
+    try:
+        yield
+    finally:
+        field[:] = before
+
+
+def _check_offsets(at: Layout, data: mujoco.MjData) -> None:
+    """Look at the very structs that will be driven.
+
+    Raises:
+        UnknownLayoutError: An offset does not hold for them.
+    """
+    for name in ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos"):
+        found = ctypes.c_int64.from_address(data._address + getattr(at, name)).value
+        if found != getattr(data, name).ctypes.data:
+            raise UnknownLayoutError(f"MuJoCo {mujoco.__version__} keeps {name} elsewhere than in other models")
+
+
+@lru_cache(maxsize=64)
+def _compile(
+    torque: Callable[..., Any],
+    touchdown: Callable[..., Any],
+    slope_estimate: Callable[..., Any],
+    values: int,
+    made: str,
+    classes: tuple[tuple[str, type], ...],
+    at: Layout,
+) -> Functions:
+    """The callbacks for one kind of law and record."""
+    import numba
+
+    roots = (callbacks.control, callbacks.sense, callbacks.refuses, torque, touchdown, slope_estimate)
+    known = (
+        prepared(roots, inlined=(callbacks.control, torque)),
+        *(values, made, at, events.CONTROLLER_MEMORY, events.RECORD, numba.__version__),
+        *((kind.__qualname__, getattr(kind, "_fields", ())) for _, kind in classes),
+    )
+    digest = hashlib.sha256(repr(known).encode()).hexdigest()
+    token = float(int(digest[:13], 16))  # 52 bits: exact
+    name = digest[:16]
+    numbers = ", ".join(f"float(values[{index}])" for index in range(values))
+    source = f"""def _torque(parameters, memory, t, q1, q2, dq1, dq2):
+    values = torque(parameters, memory, t, q1, q2, dq1, dq2)
+    return ({numbers})
+
+def bind(digest):
+    def control_{name}(model, data):
+        digest  # a cell that Numba's cache looks at
+        record = record_of(model, data, TOKEN)
+        if record != 0:
+            p = numbers(record, SCALARS)
+            world, parameters = {made}
+            u = numbers(word(data + AT_USERDATA), MEMORY + world.memory_size)
+            x = numbers(word(data + AT_QPOS), 4)
+            v = numbers(word(data + AT_QVEL), 4)
+            control(
+                Laws(_torque, touchdown, slope_estimate), parameters, world, numbers(model + AT_TIMESTEP, 1)[0],
+                u, u[MEMORY:], numbers(word(data + AT_CTRL), 3), numbers(data + AT_TIME, 1)[0],
+                (x[0], x[1], x[2], x[3]), (v[0], v[1], v[2], v[3]),
+            )
+
+    def sensor_{name}(model, data, stage):
+        digest
+        record = record_of(model, data, TOKEN) if stage == ACCELERATION else 0
+        if record != 0:
+            p = numbers(record, SCALARS)
+            world, _ = {made}
+            readings = numbers(word(data + AT_SENSORDATA), max(world.contacts[0], world.contacts[1]) + world.slots)
+            sense(world, numbers(word(data + AT_USERDATA), MEMORY), readings)
+
+    def filter_{name}(model, data, first, second):
+        digest
+        record = record_of(model, data, TOKEN)
+        if record == 0:
+            return 0
+        p = numbers(record, SCALARS)
+        world, _ = {made}
+        places = array(word(data + AT_GEOM_XPOS), (len(world.risers), 3))
+        return 1 if refuses(world, numbers(word(data + AT_USERDATA), MEMORY), places, first, second) else 0
+
+    return control_{name}, sensor_{name}, filter_{name}
+"""
+    space: dict[str, Any] = {
+        "__name__": __name__,
+        "Laws": callbacks.Laws,
+        "control": callbacks.control,
+        "sense": callbacks.sense,
+        "refuses": callbacks.refuses,
+        "torque": torque,
+        "touchdown": touchdown,
+        "slope_estimate": slope_estimate,
+        "TOKEN": token,
+        "SCALARS": 1,
+        "MEMORY": events.CONTROLLER_MEMORY,
+        "ACCELERATION": _ACCELERATION,
+        **{f"AT_{key.upper()}": offset for key, offset in at._asdict().items()},
+        **dict(classes),
+        **memory_access(at),
+    }
+    exec(compile(source, __file__, "exec"), space)  # the cache lies where this file does
+    from numba.extending import register_jitable
+
+    register_jitable(inline="always")(space["_torque"])
+    word = numba.types.int64
+    whole = numba.types.int32
+    signatures = (
+        numba.types.void(word, word),
+        numba.types.void(word, word, whole),
+        whole(word, word, whole, whole),
+    )
+    control, sensor, contact_filter = map(_cfunc, signatures, space["bind"](digest))
+    return Functions(control, sensor, contact_filter, token)
+
+
+def _cfunc(signature: Any, function: Callable[..., Any]) -> Any:
+    import numba
+
+    options: dict[str, Any] = {"_nrt": False, "error_model": "numpy"}  # and no fastmath: as Python rounds
+    try:
+        compiled = numba.cfunc(signature, cache=True, **options)(function)
+    except RuntimeError:  # no folder to write to
+        compiled = numba.cfunc(signature, **options)(function)
+    _kept.append(compiled)
+    return compiled.ctypes
+
+
+_kept: list[Any] = []  # their machine code lives as long as they do

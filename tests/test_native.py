@@ -1,0 +1,236 @@
+"""Compiled callbacks: the same walks as with Python's, and nothing else is touched."""
+
+import copy
+import math
+import threading
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, Controller, Memory, PassiveController
+from controllers.base import Law
+from mjbiped import events, physics
+from mjbiped.compiled import raises
+from mjbiped.native import attached
+from mjbiped.native_layout import UnknownLayoutError
+from mjbiped.native_record import NotPackableError, Packer
+from mjbiped.physics import Simulation
+from mjbiped.scene import RECORDS
+
+Terrain = mjbiped.Terrain
+STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+CALLBACKS = ("mjcb_control", "mjcb_sensor", "mjcb_contactfilter")
+
+
+def make(controller: Controller, terrain: Terrain | None = None, **parameters: object) -> Simulation:
+    robot = controller.robot or mjbiped.Compass()
+    start = controller.gait.start.tolist() if controller.gait else [0.0, 0.0, 0.0, 0.0]
+    arguments: dict[str, Any] = {"robot": robot, "q": start[:2], "dq": start[2:], "steps": 60, **parameters}
+    return Simulation(controller, terrain or Terrain.mixed(), **arguments)
+
+
+def state_of(model: mujoco.MjModel, data: mujoco.MjData) -> bytes:
+    state = np.zeros(mujoco.mj_stateSize(model, STATE))
+    mujoco.mj_getState(model, data, state, STATE)
+    return state.tobytes()
+
+
+def are_compiled() -> bool:
+    return all(hasattr(getattr(mujoco, f"get_{name}")(), "argtypes") for name in CALLBACKS)
+
+
+@pytest.mark.parametrize(
+    ("terrain", "parameters"),
+    [
+        (Terrain.level(), {}),
+        (Terrain.mixed(), {}),
+        (Terrain.stairs(rise=-0.06), {}),
+        (Terrain.random(seed=3), {}),
+        (Terrain.slopes(change_deg=1.5), {"control_period": 5e-3}),
+        (Terrain.from_segments([(0.30, 2.0), (10.0, 2.0, 0.05)]), {}),  # struck, and then it falls
+    ],
+    ids=["level", "mixed", "stairs", "random", "slow controller", "riser"],
+)
+def test_same_walk_bitwise(terrain: Terrain, parameters: dict[str, object], controller: AdaptiveController) -> None:
+    """No tolerance: compiled code does the same operations in the same order, and takes sines from the same library."""
+    states = []
+    for compile in (False, True):
+        simulation = make(controller, terrain, compile=compile, **parameters)
+        with simulation.callbacks():
+            assert are_compiled() == compile
+            mujoco.mj_step(simulation.model, simulation.data, nstep=17_000)
+        assert simulation.data.userdata[events.COUNT] >= 1
+        states.append(state_of(simulation.model, simulation.data))
+    assert states[0] == states[1]
+
+
+def test_passive_walk_bitwise_to_its_end() -> None:
+    """It falls: outcomes, too, are the same."""
+    states = []
+    for compile in (False, True):
+        simulation = make(PassiveController(), Terrain.level(), compile=compile, q=(-0.3, 0.3), dq=(0.2, 0.1))
+        with simulation.callbacks():
+            mujoco.mj_step(simulation.model, simulation.data, nstep=10_000)
+        assert simulation.outcome is events.Outcome.FELL
+        states.append(state_of(simulation.model, simulation.data))
+    assert states[0] == states[1]
+
+
+def test_one_model_serves_walks_of_many_gains_in_threads(controller: AdaptiveController) -> None:
+    gains = (5.0, 3.0, 8.0)
+    walkers = [make(replace(controller, position_gain=gain)) for gain in gains]
+    alone = []
+    for walker in walkers:
+        with walker.callbacks():
+            mujoco.mj_step(walker.model, walker.data, nstep=3000)
+        alone.append(state_of(walker.model, walker.data))
+    fresh = [make(replace(controller, position_gain=gain)) for gain in gains]
+    shared = fresh[0].model
+    natives = [walker._native for walker in fresh]
+    assert natives[0]
+    functions = natives[0].functions
+    assert all(each and each.functions is functions for each in natives)
+    datas = []
+    for index, walker in enumerate(fresh):
+        data = mujoco.MjData(shared)
+        data.qpos, data.qvel, data.userdata = walker.data.qpos, walker.data.qvel, walker.data.userdata
+        data.userdata[events.RECORD] = index
+        datas.append(data)
+    with fresh[0].callbacks(), attached(functions, shared, [each.record for each in natives if each]):
+        threads = [threading.Thread(target=mujoco.mj_step, args=(shared, data, 3000)) for data in datas]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    for index, data in enumerate(datas):
+        assert data.userdata[events.RECORD] == index
+        data.userdata[events.RECORD] = 0.0
+        assert state_of(shared, data) == alone[index]
+
+
+@pytest.mark.parametrize("record", [1.0, -1.0, math.nan, 1e300])
+def test_a_record_that_is_not_there_is_not_read(record: float, controller: AdaptiveController) -> None:
+    simulation = make(controller)
+    simulation.data.userdata[events.RECORD] = record
+    with simulation.callbacks():
+        mujoco.mj_step(simulation.model, simulation.data, nstep=10)
+    assert not simulation.data.ctrl.any()
+
+
+def test_copies_of_a_model_are_left_alone(controller: AdaptiveController) -> None:
+    """The addresses in its numeric field are copied with it, and may outlive what they point to."""
+    simulation = make(controller)
+    with simulation.callbacks():
+        twin = copy.copy(simulation.model)
+        data = mujoco.MjData(twin)
+        data.qpos, data.qvel, data.userdata = simulation.data.qpos, simulation.data.qvel, simulation.data.userdata
+        assert simulation.model.numeric(RECORDS).data.any()
+        mujoco.mj_step(twin, data, nstep=10)
+    assert not data.ctrl.any()
+    assert not simulation.model.numeric(RECORDS).data.any()
+
+
+class Raising(PassiveController):
+    """Its law may raise an exception, which a C callback could not."""
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        return raising_torque((), memory, t, *q, *dq)
+
+    def law(self) -> Law:
+        return PassiveController().law()._replace(torque=raising_torque)
+
+
+def raising_torque(
+    parameters: tuple[()], memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float]:
+    if t > 0.01:
+        raise ValueError("late")
+    return 0.0, 0.0
+
+
+class Spring(Controller):
+    """Without `law`."""
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        return 0.0, -20.0 * (q[1] - q[0])
+
+
+def test_what_cannot_be_compiled_runs_in_python() -> None:
+    for controller in (Spring(), Raising()):
+        simulation = make(controller)
+        assert not simulation.compiled
+        with simulation.callbacks():
+            assert not are_compiled()
+    assert raises((raising_torque,))
+    with pytest.raises(mjbiped.WalkStopped, match="ValueError: late"):
+        mjbiped.walk(Raising(), Terrain.incline(2.0), steps=1)
+
+
+def test_unknown_mujoco_warns_once_and_walks(monkeypatch: pytest.MonkeyPatch, controller: AdaptiveController) -> None:
+    def unknown() -> None:
+        raise UnknownLayoutError("MuJoCo 9.9 is not understood")
+
+    monkeypatch.setattr("mjbiped.native.layout", unknown)
+    physics._warn_once.cache_clear()
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        for _ in range(2):
+            simulation = make(controller)
+            with simulation.callbacks():
+                assert not are_compiled()
+                mujoco.mj_step(simulation.model, simulation.data, nstep=3)
+            assert simulation.data.ctrl.any()
+    words = "MuJoCo 9.9 is not understood; walks run with callbacks in Python, which gives the same, only slower"
+    assert [str(warning.message) for warning in told] == [words]
+
+
+def test_over_callbacks_of_others_python_takes_its_place(controller: AdaptiveController) -> None:
+    """What stands there is asked for other models: Python's, and compiled ones of another law."""
+    seen: list[mujoco.MjModel] = []
+
+    def standing_there(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        del data
+        seen.append(model)
+
+    outer, inner = make(controller), make(PassiveController(), Terrain.incline(2.0))
+    mujoco.set_mjcb_control(standing_there)
+    try:
+        with inner.callbacks():
+            assert not are_compiled()
+            mujoco.mj_step(outer.model, outer.data)
+        assert seen == [outer.model]
+    finally:
+        mujoco.set_mjcb_control(None)
+    alone, outer = make(controller), make(controller)
+    with alone.callbacks():
+        mujoco.mj_step(alone.model, alone.data, nstep=2000)
+    with outer.callbacks(), inner.callbacks():
+        assert not are_compiled()
+        mujoco.mj_step(outer.model, outer.data, nstep=2000)
+        mujoco.mj_step(inner.model, inner.data, nstep=20)
+    assert inner.data.userdata[events.TIME] > 0.0
+    assert state_of(outer.model, outer.data) == state_of(alone.model, alone.data)
+
+
+def test_records_hold_numbers_alone() -> None:
+    packer = Packer()
+    value = (1.5, True, 3, np.arange(6.0).reshape(2, 3), ())
+    space = {
+        "p": None,
+        "record": 0,
+        "array": lambda address, shape: packer.record()[address // 8 :][: math.prod(shape)].reshape(shape),
+    }
+    expression = packer.add(value)
+    again = eval(expression, {**space, "p": packer.record()})
+    assert again[:3] == value[:3]
+    assert isinstance(again[2], int)
+    assert np.array_equal(again[3], value[3])
+    for odd in ("text", {"k": 1.0}, np.array([1, 2]), 1 << 60):
+        with pytest.raises(NotPackableError):
+            Packer().add(odd)
