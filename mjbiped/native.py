@@ -163,10 +163,10 @@ def _compile(
     digest = hashlib.sha256(repr(known).encode()).hexdigest()
     token = float(int(digest[:13], 16))  # 52 bits: exact
     name = digest[:16]
-    numbers = ", ".join(f"float(values[{index}])" for index in range(values))
+    values_named = [f"value_{index}" for index in range(values)]  # unpacked: their number is looked at
     source = f"""def _torque(parameters, memory, t, q1, q2, dq1, dq2):
-    values = torque(parameters, memory, t, q1, q2, dq1, dq2)
-    return ({numbers})
+    {", ".join(values_named)} = torque(parameters, memory, t, q1, q2, dq1, dq2)
+    return ({", ".join(f"float({value})" for value in values_named)})
 
 def bind(digest):
     def control_{name}(model, data):

@@ -45,6 +45,8 @@ _walking: list[Simulation] = []  # those whose callbacks are installed, the last
 _CALLBACKS = ("mjcb_control", "mjcb_sensor", "mjcb_contactfilter")
 _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_ACC)
 _METHODS = Laws(laws.torque, laws.touchdown, laws.slope_estimate)
+_WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+LEAP = 50  # steps made at once, at most: with each touchdown as many are made twice
 LONGEST_TIMESTEP = 1e-3  # at it the worst impact of a passive walk is already off by 9 %, s
 
 
@@ -267,7 +269,7 @@ class Simulation:
     def _pass_on(self, name: str, model: mujoco.MjModel, data: mujoco.MjData, *arguments: int) -> Any:
         """Hand a callback for another model to what stood there before this simulation's."""
         before: Any = self._before.get(name)
-        if hasattr(before, "argtypes"):  # a C function
+        if _is_compiled(before):
             return before(model._address, data._address, *arguments)
         return before(model, data, *arguments) if callable(before) else None
 
@@ -324,10 +326,10 @@ def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> O
         ) as bar,
     ):
         recorder.sample(data, simulation.controller)
+        leaps = _Leaps(simulation)
         u, since_sample = data.userdata, 0
         while not u[events.OUTCOME]:
-            mujoco.mj_step(model, data)
-            since_sample += 1
+            since_sample += leaps.advance(stride - since_sample)
             if recorder.take_touchdown(data):
                 bar.update(1 if by_steps else max(0.0, round(float(u[events.FOOT_X]), 2) - bar.n))
             if since_sample == stride or u[events.OUTCOME]:
@@ -336,6 +338,38 @@ def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> O
                 if simulation.outcome is not Outcome.WALKING:  # also where MuJoCo has warned
                     break
     return simulation.outcome
+
+
+class _Leaps:
+    """Steps a simulation, many steps at once where its callbacks are compiled and nothing has to be looked at between.
+
+    A leap in which a leg exchange or the end of the walk turns out to lie is taken back and made step by step.
+    """
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._model, self._data = simulation.model, simulation.data
+        self._state = np.empty(mujoco.mj_stateSize(simulation.model, _WHOLE_STATE))
+        self._single = 0 if _is_compiled(mujoco.get_mjcb_control()) else math.inf  # steps to be made one by one
+
+    def advance(self, most: int) -> int:
+        """Make at least one step and at most so many; returns how many."""
+        model, data, u = self._model, self._data, self._data.userdata
+        steps = min(most, LEAP)
+        if steps > 1 and self._single == 0:
+            count = u[events.COUNT]
+            mujoco.mj_getState(model, data, self._state, _WHOLE_STATE)
+            mujoco.mj_step(model, data, nstep=steps)
+            if u[events.COUNT] == count and not u[events.OUTCOME]:
+                return steps
+            mujoco.mj_setState(model, data, self._state, _WHOLE_STATE)
+            self._single = steps
+        mujoco.mj_step(model, data)
+        self._single = max(self._single - 1, 0)
+        return 1
+
+
+def _is_compiled(callback: Any) -> bool:
+    return hasattr(callback, "argtypes")  # a C function's pointer of ctypes
 
 
 def _check_times(timestep: float, period: float) -> None:
