@@ -58,7 +58,7 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function]) -> str:
         if part not in _registered:
             register_jitable(forceinline=part in hot)(part)
             _registered.add(part)
-    return hashlib.sha256(repr([_described(part) for part in parts]).encode()).hexdigest()
+    return hashlib.sha256(repr([described(part) for part in parts]).encode()).hexdigest()
 
 
 def raises(roots: Sequence[Function]) -> bool:
@@ -118,7 +118,7 @@ def _globals_of(function: FunctionType) -> Iterator[tuple[str, Any]]:
             yield name, value
 
 
-def _described(function: Function) -> Any:
+def described(function: Function) -> Any:
     """What a function does, as text: its code, and the numbers among its globals."""
     assert isinstance(function, FunctionType)
     numbers = [(name, value) for name, value in _globals_of(function) if isinstance(value, int | float)]

@@ -15,13 +15,17 @@ _METHODS = ("start", "on_touchdown", "torque", "slope_estimate", "next_break")
 
 
 def gives_its_law(controller: Controller) -> bool:
-    """Whether `law` speaks for the controller: no method was replaced in a class derived from the one that has it."""
+    """Whether `law` speaks for the controller: no method was replaced in a class derived from the one that has it.
+
+    Nor in the object itself.
+    """
     if not hasattr(controller, "law"):
         return False
     order = type(controller).__mro__
+    own = getattr(controller, "__dict__", {})
 
     def place(name: str) -> int:
-        return next(i for i, owner in enumerate(order) if name in vars(owner))
+        return -1 if name in own else next((i for i, owner in enumerate(order) if name in vars(owner)), len(order))
 
     return all(place("law") <= place(name) for name in _METHODS)
 

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from mjbiped import callbacks, events
 from mjbiped.callbacks import World
-from mjbiped.compiled import prepared, raises
+from mjbiped.compiled import described, prepared, raises
 from mjbiped.native_layout import Layout, UnknownLayoutError, layout
 from mjbiped.native_memory import memory_access
 from mjbiped.native_record import NotPackableError, Packer
@@ -157,6 +157,7 @@ def _compile(
     roots = (callbacks.control, callbacks.sense, callbacks.refuses, torque, touchdown, slope_estimate)
     known = (
         prepared(roots, inlined=(callbacks.control, torque)),
+        described(memory_access.__wrapped__),
         *(values, made, at, events.CONTROLLER_MEMORY, events.RECORD, numba.__version__),
         *((kind.__qualname__, getattr(kind, "_fields", ())) for _, kind in classes),
     )

@@ -317,14 +317,16 @@ def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> O
     stride = max(1, round(recorder.sample_period / model.opt.timestep))
     by_steps = math.isfinite(limits.steps)
     with (
-        simulation.callbacks(),
         tqdm(
             total=int(limits.steps) if by_steps else round(limits.distance, 2),
-            desc="walking",
+            desc="preparing",  # the first walk with a kind of law compiles it
             unit="step" if by_steps else "m",
             disable=None if progress else True,
         ) as bar,
+        simulation.callbacks(),
     ):
+        bar.set_description("walking", refresh=False)
+        bar.reset()
         recorder.sample(data, simulation.controller)
         leaps = _Leaps(simulation)
         u, since_sample = data.userdata, 0

@@ -17,6 +17,7 @@ from controllers import AdaptiveController, Controller, Memory, PassiveControlle
 from controllers.base import Law
 from mjbiped import events, physics
 from mjbiped.compiled import raises
+from mjbiped.law_check import LawError
 from mjbiped.native import attached
 from mjbiped.native_layout import UnknownLayoutError
 from mjbiped.native_record import NotPackableError, Packer
@@ -68,6 +69,66 @@ def test_same_walk_bitwise(terrain: Terrain, parameters: dict[str, object], cont
         assert simulation.data.userdata[events.COUNT] >= 1
         states.append(state_of(simulation.model, simulation.data))
     assert states[0] == states[1]
+
+
+@pytest.mark.parametrize(
+    ("terrain", "parameters"),
+    [
+        (Terrain.level(), {"sample_period": 100.0}),
+        (Terrain.mixed(), {"sample_period": 1e-3}),
+        (Terrain.stairs(rise=-0.06), {"timestep": 2e-4}),
+        (Terrain.random(seed=5), {"control_period": 5e-3, "timestep": 5e-4}),
+    ],
+    ids=["level", "mixed", "stairs", "random"],
+)
+def test_same_record(
+    terrain: Terrain,
+    parameters: dict[str, Any],
+    controller: AdaptiveController,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Samples, touchdowns, peaks, end: though compiled walks are stepped in leaps, with touchdowns in their midst."""
+    compiled = mjbiped.walk(controller, terrain, steps=3, **parameters)
+    monkeypatch.setattr(Simulation, "_native", None)
+    assert compiled == mjbiped.walk(controller, terrain, steps=3, **parameters)
+    assert compiled.steps == 3
+
+
+def three_torques(
+    parameters: tuple[()], memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float, float]:
+    return 0.0, 0.0, 0.0
+
+
+def one_torque(
+    parameters: tuple[()], memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float]:
+    return (0.0,)
+
+
+@pytest.mark.parametrize(("torque", "number"), [(three_torques, 3), (one_torque, 1)])
+def test_wrong_number_of_values_is_refused_in_words(torque: Any, number: int) -> None:
+    class Wrong(PassiveController):
+        def law(self) -> Law:
+            return super().law()._replace(torque=torque)
+
+    with pytest.raises(
+        LawError, match=rf"laws of Wrong .*returns UniTuple\(float64 x {number}\); expected a tuple of 2"
+    ):
+        mjbiped.walk(Wrong(), Terrain.incline(2.0), steps=1)
+
+
+def test_a_method_of_the_object_itself_is_called() -> None:
+    def torque(memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        return 0.0, 1.0
+
+    controller = PassiveController()
+    object.__setattr__(controller, "torque", torque)
+    simulation = make(controller)
+    assert not simulation.compiled
+    with simulation.callbacks():
+        mujoco.mj_step(simulation.model, simulation.data)
+    assert simulation.data.ctrl[2] == 1.0
 
 
 def test_passive_walk_bitwise_to_its_end() -> None:
