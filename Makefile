@@ -40,8 +40,9 @@ test: setup check ## set-up, lint, types and tests
 test-slow: setup ## the long checks
 	$(BIN)/python -m pytest -n 2 -m slow
 
-bench: setup ## measure the speed, some five minutes: docs/performance.md
+bench: setup ## measure the speed, some six minutes: docs/performance.md
 	$(BIN)/python scripts/benchmark.py
+	$(BIN)/python scripts/step_benchmark.py
 
 check: setup ## lint and types
 	$(BIN)/ruff format --check .

@@ -61,7 +61,8 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function]) -> str:
     return hashlib.sha256(repr([described(part) for part in parts]).encode()).hexdigest()
 
 
-def raises(roots: Sequence[Function]) -> bool:
+@lru_cache(maxsize=64)
+def raises(roots: tuple[Function, ...]) -> bool:
     """Whether a `raise` or `assert` stands in the roots or in anything that they call."""
     parts = [part for root in roots for part in _called(root, set())]
     codes = [part.__code__ for part in parts if isinstance(part, FunctionType)]

@@ -144,7 +144,10 @@ def _words(owner: Any) -> NDArray[np.int64]:
 
 def _allocated(address: int) -> int:
     """Size of a piece of allocated memory, bytes; 0 where the C library does not tell."""
-    library = ctypes.CDLL(None)
+    try:
+        library = ctypes.CDLL(None)
+    except (OSError, TypeError):  # Windows
+        return 0
     for name in ("malloc_usable_size", "malloc_size"):  # Linux, macOS
         ask = getattr(library, name, None)
         if ask is not None:
