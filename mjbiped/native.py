@@ -25,7 +25,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from mjbiped import callbacks, events
 from mjbiped.callbacks import World
@@ -34,7 +33,7 @@ from mjbiped.native_layout import Layout, UnknownLayoutError, layout
 from mjbiped.native_memory import memory_access
 from mjbiped.native_record import NotPackableError, Packer
 from mjbiped.profile import Profile
-from mjbiped.scene import RECORDS, RECORDS_SIZE
+from mjbiped.scene import RECORDS_SIZE
 
 if TYPE_CHECKING:
     from controllers.base import Law
@@ -77,6 +76,7 @@ class Native:
 
     Attributes:
         functions: Shared by all walks whose controllers have the same laws.
+        world: As given.
         record: World and gains of this walk.
     """
 
@@ -99,28 +99,37 @@ class Native:
         self.functions = _compile(
             law.torque, law.touchdown, law.slope_estimate, 2 + states, made, tuple(packer.classes.items()), layout()
         )
+        self.world = world
         self.record = packer.record()
 
-    @contextmanager
-    def attached(self, model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[None]:
-        """Tell the compiled callbacks of this walk, so that they drive it while they are installed."""
-        _check_offsets(layout(), data)
-        with attached(self.functions, model, [self.record]):
-            yield
+    def fits(self, model: mujoco.MjModel) -> bool:
+        """Whether all places that the callbacks use are there in a model: C code does not look."""
+        world = self.world
+        return bool(
+            model.nuserdata >= events.CONTROLLER_MEMORY + world.memory_size
+            and model.ngeom == len(world.risers)
+            and model.nsensordata >= max(world.contacts) + world.slots
+            and (model.nq, model.nv, model.nu) == (4, 4, 3)
+            and model.nnumericdata >= RECORDS_SIZE
+        )
 
 
 @contextmanager
-def attached(functions: Functions, model: mujoco.MjModel, records: Sequence[NDArray[np.float64]]) -> Iterator[None]:
-    """Tell compiled callbacks of a model's records, and let them forget these afterwards.
+def attached(model: mujoco.MjModel, walks: Sequence[Native]) -> Iterator[None]:
+    """Tell the compiled callbacks of a model's walks, and let them forget these afterwards.
 
     Args:
-        functions: The callbacks.
-        model: With the numeric field `scene.RECORDS`.
-        records: `userdata[events.RECORD]` is an index into them; all made for these functions.
+        model: Made by `scene.build_scene`.
+        walks: `userdata[events.RECORD]` is an index into them.
+
+    Raises:
+        ValueError: The walks are not all driven by the same functions, or not made for such a model.
     """
+    functions = walks[0].functions
+    if not all(walk.functions is functions and walk.fits(model) for walk in walks):
+        raise ValueError("walks of one model need the same laws, and records made for a model like it")
     field = model.numeric_data[:RECORDS_SIZE]
-    assert model.numeric(RECORDS).adr[0] == 0, "it is the scene's only numeric field"
-    table = np.array([record.ctypes.data for record in records], dtype=np.float64)  # addresses have 48 bits
+    table = np.array([walk.record.ctypes.data for walk in walks], dtype=np.float64)  # addresses have 48 bits
     before = field.copy()
     field[:] = functions.token, model._address, table.ctypes.data, len(table)
     try:
@@ -129,12 +138,13 @@ def attached(functions: Functions, model: mujoco.MjModel, records: Sequence[NDAr
         field[:] = before
 
 
-def _check_offsets(at: Layout, data: mujoco.MjData) -> None:
-    """Look at the very structs that will be driven.
+def check_offsets(data: mujoco.MjData) -> None:
+    """Look whether what was found in other models holds for the very one that will be driven.
 
     Raises:
-        UnknownLayoutError: An offset does not hold for them.
+        UnknownLayoutError: It does not.
     """
+    at = layout()
     for name in ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos"):
         found = ctypes.c_int64.from_address(data._address + getattr(at, name)).value
         if found != getattr(data, name).ctypes.data:

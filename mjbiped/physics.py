@@ -27,7 +27,7 @@ from mjbiped.errors import InputError, MjbipedError
 from mjbiped.events import Limits, Outcome
 from mjbiped.law_check import refusal
 from mjbiped.laws import gives_its_law
-from mjbiped.native import Native, native
+from mjbiped.native import Native, attached, check_offsets, native
 from mjbiped.native_layout import UnknownLayoutError
 from mjbiped.profile import Profile
 from mjbiped.recorder import Recorder
@@ -186,7 +186,7 @@ class Simulation:
             before = {name: getattr(mujoco, f"get_{name}")() for name in (*_CALLBACKS, "mju_user_warning")}
             made = self._native
             if made and all(before[name] in (None, getattr(made.functions, name)) for name in _CALLBACKS):
-                stack.enter_context(made.attached(self.model, self.data))
+                stack.enter_context(attached(self.model, [made]))
                 chosen = {name: getattr(made.functions, name) for name in _CALLBACKS}
             else:
                 chosen = dict(zip(_CALLBACKS, (self._on_control, self._on_sensor, self._on_contact), strict=True))
@@ -202,7 +202,8 @@ class Simulation:
     def _restore(self, installed: list[str], before: dict[str, Any], before_that: dict[str, Any]) -> None:
         for name in reversed(installed):
             getattr(mujoco, f"set_{name}")(before[name])
-        _walking.remove(self)
+        if self in _walking:
+            _walking.remove(self)
         self._before = before_that
 
     @property
@@ -224,6 +225,7 @@ class Simulation:
         if law is None:
             return None
         try:
+            check_offsets(self.data)
             return native(law, self._world, len(controller.states))
         except UnknownLayoutError as error:
             _warn_once(str(error))

@@ -163,7 +163,7 @@ def test_one_model_serves_walks_of_many_gains_in_threads(controller: AdaptiveCon
         data.qpos, data.qvel, data.userdata = walker.data.qpos, walker.data.qvel, walker.data.userdata
         data.userdata[events.RECORD] = index
         datas.append(data)
-    with fresh[0].callbacks(), attached(functions, shared, [each.record for each in natives if each]):
+    with fresh[0].callbacks(), attached(shared, [each for each in natives if each]):
         threads = [threading.Thread(target=mujoco.mj_step, args=(shared, data, 3000)) for data in datas]
         for thread in threads:
             thread.start()
@@ -173,6 +173,21 @@ def test_one_model_serves_walks_of_many_gains_in_threads(controller: AdaptiveCon
         assert data.userdata[events.RECORD] == index
         data.userdata[events.RECORD] = 0.0
         assert state_of(shared, data) == alone[index]
+
+
+def test_records_of_another_kind_are_refused(controller: AdaptiveController) -> None:
+    """Of other laws, or of a ground with another number of risers: C code looks at no bounds."""
+    level, stairs = make(controller, Terrain.level()), make(controller, Terrain.stairs(rise=-0.06))
+    passive = make(PassiveController(), Terrain.level())
+    own, other, unlike = level._native, stairs._native, passive._native
+    assert own
+    assert other
+    assert unlike
+    for walks in ([other], [own, unlike]):
+        with pytest.raises(ValueError, match="the same laws"), attached(level.model, walks):
+            pass
+    with attached(level.model, [own, own]):
+        assert level.model.numeric(RECORDS).data[3] == 2
 
 
 @pytest.mark.parametrize("record", [1.0, -1.0, math.nan, 1e300])
