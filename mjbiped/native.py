@@ -168,7 +168,8 @@ def _compile(
     known = (
         prepared(roots, inlined=(callbacks.control, torque)),
         described(memory_access.__wrapped__),
-        *(values, made, at, events.CONTROLLER_MEMORY, events.RECORD, numba.__version__),
+        *(values, made, at, numba.__version__),
+        *(events.CONTROLLER_MEMORY, events.RECORD, events.RUNNING, events.OUTCOME),
         *((kind.__qualname__, getattr(kind, "_fields", ())) for _, kind in classes),
     )
     digest = hashlib.sha256(repr(known).encode()).hexdigest()
@@ -189,11 +190,15 @@ def bind(digest):
             u = numbers(word(data + AT_USERDATA), MEMORY + world.memory_size)
             x = numbers(word(data + AT_QPOS), 4)
             v = numbers(word(data + AT_QVEL), 4)
-            control(
-                Laws(_torque, touchdown, slope_estimate), parameters, world, numbers(model + AT_TIMESTEP, 1)[0],
-                u, u[MEMORY:], numbers(word(data + AT_CTRL), 3), numbers(data + AT_TIME, 1)[0],
-                (x[0], x[1], x[2], x[3]), (v[0], v[1], v[2], v[3]),
-            )
+            try:
+                control(
+                    Laws(_torque, touchdown, slope_estimate), parameters, world, numbers(model + AT_TIMESTEP, 1)[0],
+                    u, u[MEMORY:], numbers(word(data + AT_CTRL), 3), numbers(data + AT_TIME, 1)[0],
+                    (x[0], x[1], x[2], x[3]), (v[0], v[1], v[2], v[3]),
+                )
+            except Exception:  # such as an index into a tuple; it could not pass through MuJoCo
+                u[RUNNING] = 0.0
+                u[OUTCOME] = INTERRUPTED
 
     def sensor_{name}(model, data, stage):
         digest
@@ -228,6 +233,9 @@ def bind(digest):
         "TOKEN": token,
         "SCALARS": 1,
         "MEMORY": events.CONTROLLER_MEMORY,
+        "RUNNING": events.RUNNING,
+        "OUTCOME": events.OUTCOME,
+        "INTERRUPTED": float(events.Outcome.INTERRUPTED),
         "ACCELERATION": _ACCELERATION,
         **{f"AT_{key.upper()}": offset for key, offset in at._asdict().items()},
         **dict(classes),

@@ -314,6 +314,9 @@ def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> O
 
     Returns:
         The outcome.
+
+    Raises:
+        MjbipedError: A compiled law raised an exception.
     """
     model, data, limits = simulation.model, simulation.data, simulation.limits
     stride = max(1, round(recorder.sample_period / model.opt.timestep))
@@ -341,6 +344,8 @@ def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> O
                 since_sample = 0
                 if simulation.outcome is not Outcome.WALKING:  # also where MuJoCo has warned
                     break
+    if data.userdata[events.OUTCOME] == Outcome.INTERRUPTED:
+        raise MjbipedError("a compiled law raised an exception; let law() return None to see where")
     return simulation.outcome
 
 

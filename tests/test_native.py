@@ -248,6 +248,23 @@ def test_what_cannot_be_compiled_runs_in_python() -> None:
         mjbiped.walk(Raising(), Terrain.incline(2.0), steps=1)
 
 
+def out_of_range(
+    parameters: tuple[()], memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float]:
+    return (0.0, 1.0)[int(100.0 * t)], 0.0
+
+
+def test_an_exception_in_compiled_code_stops_the_walk() -> None:
+    class Short(PassiveController):
+        def law(self) -> Law:
+            return super().law()._replace(torque=out_of_range)
+
+    with pytest.raises(mjbiped.WalkStopped, match=r"Short failed at .* a compiled law raised an exception") as stopped:
+        mjbiped.walk(Short(), Terrain.incline(2.0), steps=1)
+    assert stopped.value.walk.outcome == "interrupted"
+    assert 0.0199 < stopped.value.walk.end[0] < 0.0202
+
+
 def test_unknown_mujoco_warns_once_and_walks(monkeypatch: pytest.MonkeyPatch, controller: AdaptiveController) -> None:
     def unknown() -> None:
         raise UnknownLayoutError("MuJoCo 9.9 is not understood")
