@@ -231,7 +231,7 @@ def bind(digest):
         "touchdown": touchdown,
         "slope_estimate": slope_estimate,
         "TOKEN": token,
-        "SCALARS": 1,
+        "SCALARS": made.count("p["),
         "MEMORY": events.CONTROLLER_MEMORY,
         "RUNNING": events.RUNNING,
         "OUTCOME": events.OUTCOME,
@@ -259,7 +259,11 @@ def bind(digest):
 def _cfunc(signature: Any, function: Callable[..., Any]) -> Any:
     import numba
 
-    options: dict[str, Any] = {"_nrt": False, "error_model": "numpy"}  # and no fastmath: as Python rounds
+    options: dict[str, Any] = {
+        "_nrt": False,
+        "error_model": "numpy",
+        "boundscheck": True,
+    }  # and no fastmath: as Python rounds
     try:
         compiled = numba.cfunc(signature, cache=True, **options)(function)
     except RuntimeError:  # no folder to write to
