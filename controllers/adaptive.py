@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, NamedTuple
 
-import numpy as np
-
 import mjbiped.compass as compass
 from controllers.base import Controller, Law, Memory, is_number, require_positive
 from controllers.replanning import transition, transition_at
@@ -18,7 +16,7 @@ from controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError
 from mjbiped.gait import Gait
-from mjbiped.reference import Table, reference_at
+from mjbiped.reference import Table, in_arrays, reference_at, reference_break
 
 # places in the memory
 _SIN, _COS, _REPLANNED, _STANCE_CURVE, _SWING_CURVE = 0, 1, 2, 3, 9
@@ -169,8 +167,7 @@ class AdaptiveController(Controller):
 
     def law(self) -> Law:
         """The same laws for compilation; see `Controller.law`."""
-        rate, horizon, pieces = self.gait.table
-        arrays = self.parameters._replace(table=(rate, horizon, np.array(pieces)))  # type: ignore[arg-type]
+        arrays = self.parameters._replace(table=in_arrays(self.gait.table))
         return Law(arrays, _torque, _touchdown, _slope_estimate, _next_break)
 
 
@@ -223,8 +220,7 @@ def _slope_estimate(parameters: Parameters, memory: Memory) -> float:
 def _next_break(parameters: Parameters, memory: Memory, t: float) -> float:
     if memory[_REPLANNED] and t < parameters.transition_time:
         return parameters.transition_time
-    horizon = parameters.table[1]
-    return horizon if t < horizon else math.inf
+    return reference_break(parameters.table, t)
 
 
 def _reference(parameters: Parameters, memory: Memory, t: float) -> Motion:

@@ -145,6 +145,11 @@ class Controller(ABC):
         return description
 
 
+def never(parameters: Any, memory: Memory, t: float) -> float:
+    """`Law.next_break` of a law without kinks: infinity."""
+    return math.inf
+
+
 def require_positive(**values: float) -> None:
     """Refuse gains that are not finite numbers above zero.
 

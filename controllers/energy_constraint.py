@@ -10,6 +10,7 @@ from typing import NamedTuple
 import mjbiped.compass as compass
 from controllers.base import Memory, is_number, require_positive
 from controllers.given_slope import GivenSlopeController, against_slope
+from controllers.virtual_gravity import energy_error
 from mjbiped.errors import InputError
 
 
@@ -117,9 +118,8 @@ def _torque(
     gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, q1, q2)
     moment, moment_rate = -(gs1 + gs2), -(gc1 * dq1 + gc2 * dq2)  # M g X and its rate
     pull = math.cos(slope) * math.tan(imitated) - math.sin(slope)  # of the torques, in weights
-    energy = compass.kinetic_energy(constants, q1, q2, dq1, dq2) + compass.potential_energy(constants, q1, q2, slope)
     wanted = parameters.energy * math.cos(slope) / math.cos(imitated) + pull * moment
-    power = pull * moment_rate - parameters.gain * (energy - wanted)
+    power = pull * moment_rate - parameters.gain * energy_error(constants, slope, wanted, q1, q2, dq1, dq2)
     hip_speed = (parameters.ratio - 1.0) * dq1 + dq2  # power per hip torque
     band = parameters.singular_band
     hip = power * hip_speed / max(hip_speed * hip_speed, band * band)

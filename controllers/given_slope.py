@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar
 
-from controllers.base import Controller, Law, Memory, is_number
+from controllers.base import Controller, Law, Memory, is_number, never
 from controllers.slope_estimator import slope_change
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError
@@ -102,7 +102,7 @@ class GivenSlopeController(Controller):
 
     def law(self) -> Law:
         """The same laws for compilation; see `Controller.law`."""
-        return Law(self.parameters, type(self).torque_law, _touchdown, _slope_estimate, _never)
+        return Law(self.parameters, type(self).torque_law, _touchdown, _slope_estimate, never)
 
 
 def against_slope(memory: Memory, q1: float, q2: float) -> tuple[float, float, float]:
@@ -128,7 +128,3 @@ def _touchdown(
 
 def _slope_estimate(parameters: Any, memory: Memory) -> float:
     return memory[_LOCAL]
-
-
-def _never(parameters: Any, memory: Memory, t: float) -> float:
-    return math.inf

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-import numpy as np
-
 import mjbiped.compass as compass
 from controllers.base import Law, Memory, require_positive
 from controllers.given_slope import GivenSlopeController, against_slope
 from controllers.tracking import computed_torque, tracking_errors
-from mjbiped.reference import Table, reference_at
+from mjbiped.reference import Table, in_arrays, reference_at, reference_break
 
 
 class Parameters(NamedTuple):
@@ -85,8 +83,7 @@ class LimitCycleController(GivenSlopeController):
 
     def law(self) -> Law:
         """The same laws for compilation; see `Controller.law`."""
-        rate, horizon, pieces = self.gait.table
-        arrays = self.parameters._replace(table=(rate, horizon, np.array(pieces)))  # type: ignore[arg-type]
+        arrays = self.parameters._replace(table=in_arrays(self.gait.table))
         return super().law()._replace(parameters=arrays, next_break=_next_break)
 
 
@@ -112,8 +109,7 @@ def _torque(
 
 
 def _next_break(parameters: Parameters, memory: Memory, t: float) -> float:
-    horizon = parameters.table[1]
-    return horizon if t < horizon else math.inf
+    return reference_break(parameters.table, t)
 
 
 LimitCycleController.torque_law = staticmethod(_torque)

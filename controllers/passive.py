@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from controllers.base import Controller, Law, Memory
+from controllers.base import Controller, Law, Memory, never
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class PassiveController(Controller):
 
     def law(self) -> Law:
         """The same for compilation; see `Controller.law`."""
-        return Law((), _no_torque, _nothing_new, _no_estimate, _never)
+        return Law((), _no_torque, _nothing_new, _no_estimate, never)
 
 
 def _no_torque(
@@ -43,7 +43,3 @@ def _nothing_new(
 
 def _no_estimate(parameters: tuple[()], memory: Memory) -> float:
     return math.nan
-
-
-def _never(parameters: tuple[()], memory: Memory, t: float) -> float:
-    return math.inf

@@ -9,21 +9,21 @@ import mjbiped.compass as compass
 
 def energy_error(
     constants: compass.Constants,
-    imitated_slope: float,
+    slope: float,
     energy: float,
     q1: float,
     q2: float,
     dq1: float,
     dq2: float,
 ) -> float:
-    r"""How far the energy on the imitated slope is from the gait's.
+    r"""How far the energy that the robot would have on a slope is from what is wanted.
 
-    .. math:: E - E_{ref} = T(q, \dot q) + V(q, \varphi_r) - E_{ref}
+    .. math:: E - E_{ref} = T(q, \dot q) + V(q, \varphi) - E_{ref}
 
     Args:
         constants: Lumped constants of the controller's robot model.
-        imitated_slope: phi_r, rad.
-        energy: E_ref, of the passive gait about its stance foot, J.
+        slope: phi, whose gravity counts; of the imitated slope or of the ground, rad.
+        energy: E_ref about the stance foot, J.
         q1: Stance angle, rad.
         q2: Swing angle, rad.
         dq1: Stance rate, rad/s.
@@ -33,7 +33,7 @@ def energy_error(
         E - E_ref, J.
     """
     kinetic = compass.kinetic_energy(constants, q1, q2, dq1, dq2)
-    return kinetic + compass.potential_energy(constants, q1, q2, imitated_slope) - energy
+    return kinetic + compass.potential_energy(constants, q1, q2, slope) - energy
 
 
 def shaped_torque(

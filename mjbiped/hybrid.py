@@ -180,7 +180,7 @@ class HybridSimulation:
         """
         try:
             self._advance(self._parameters, self.world, self.buffers)
-        except Exception as error:
+        except Exception as error:  # whatever a law raises; Numba's own errors can be told once it is loaded
             if self._law is not None:
                 controller = self.controller
                 refused = refusal(error, self._law, controller.states, whose=type(controller).__name__)

@@ -29,6 +29,7 @@ from mjbiped.hybrid_state import (
     Buffers,
     World,
 )
+from mjbiped.profile import height_of
 from mjbiped.scuffing import swing_foot_collides
 
 Legs: TypeAlias = tuple[float, float, float, float]
@@ -56,11 +57,6 @@ def segment_under(world: World, b: Buffers, x: float) -> int:
         index -= 1
     b.w[SEGMENT] = index
     return index
-
-
-def height_of(world: World, segment: int, x: float) -> float:
-    """Height of a segment's line at x, m."""
-    return float(world.z[segment] + world.gradient[segment] * (x - world.x[segment]))
 
 
 def legs_at(b: Buffers, q1: float, q2: float) -> Legs:

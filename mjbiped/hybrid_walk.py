@@ -22,7 +22,6 @@ from mjbiped.hybrid_events import (
     decided_by_ends,
     first_event,
     foot_over_ground,
-    height_of,
     hip,
     landing,
     legs_at,
@@ -65,6 +64,7 @@ from mjbiped.hybrid_state import (
     Laws,
     World,
 )
+from mjbiped.profile import height_of
 
 FINISHED, FELL, STALLED, LEFT_TERRAIN, DIVERGED = 1, 2, 3, 5, 6  # as in `events.Outcome`
 CAUTION, LEAST, GREATEST = 0.8, 0.2, 1.5  # of a step's change of length; measured: few steps are rejected

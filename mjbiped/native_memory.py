@@ -48,6 +48,7 @@ def memory_access(at: Layout) -> dict[str, Any]:
         )
         return made._getvalue()
 
+    # Numba's decorators have no types
     @intrinsic  # type: ignore[untyped-decorator]
     def array(_typing: Any, _address: Any, shape: Any) -> Any:
         kind = types.Array(types.float64, len(shape), "C")

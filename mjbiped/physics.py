@@ -29,7 +29,6 @@ from mjbiped.law_check import refusal
 from mjbiped.laws import gives_its_law
 from mjbiped.native import Native, attached, check_offsets, native
 from mjbiped.native_layout import UnknownLayoutError
-from mjbiped.profile import Profile
 from mjbiped.recorder import Recorder
 from mjbiped.scene import FOOT_RADIUS, build_scene
 from mjbiped.scuffing import ScuffingRule
@@ -137,7 +136,7 @@ class Simulation:
         left, right = (model.sensor(f"{side}_contact") for side in ("left", "right"))
         self._world = World(
             limits=self.limits,
-            profile=Profile(terrain.x, terrain.z, terrain.gradients),
+            profile=terrain.profile,
             feet=(int(model.geom("left_foot").id), int(model.geom("right_foot").id)),
             contacts=(int(left.adr[0]), int(right.adr[0])),
             slots=int(left.dim[0]),
@@ -356,7 +355,7 @@ class _Leaps:
     """
 
     def __init__(self, simulation: Simulation) -> None:
-        self._model, self._data = simulation.model, simulation.data
+        self._simulation, self._model, self._data = simulation, simulation.model, simulation.data
         self._state = np.empty(mujoco.mj_stateSize(simulation.model, _WHOLE_STATE))
         self._single = 0 if _is_compiled(mujoco.get_mjcb_control()) else math.inf  # steps to be made one by one
 
@@ -365,12 +364,13 @@ class _Leaps:
         model, data, u = self._model, self._data, self._data.userdata
         steps = min(most, LEAP)
         if steps > 1 and self._single == 0:
-            count = u[events.COUNT]
+            count, warned = u[events.COUNT], self._simulation.warnings.copy()
             mujoco.mj_getState(model, data, self._state, _WHOLE_STATE)
             mujoco.mj_step(model, data, nstep=steps)
             if u[events.COUNT] == count and not u[events.OUTCOME]:
                 return steps
             mujoco.mj_setState(model, data, self._state, _WHOLE_STATE)
+            self._simulation.warnings = warned  # the steps made again warn again
             self._single = steps
         mujoco.mj_step(model, data)
         self._single = max(self._single - 1, 0)

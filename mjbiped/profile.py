@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,11 @@ class Profile(NamedTuple):
     gradient: Floats
 
 
+def height_of(ground: Any, segment: int, x: float) -> float:
+    """Height of a segment's line at x, m; the ground is a `Profile`, or holds at least its sequences."""
+    return float(ground.z[segment] + ground.gradient[segment] * (x - ground.x[segment]))
+
+
 def height_over(profile: Profile, x: float) -> float:
     """Height of the ground at x, m: `Terrain.height_at` where no object can be asked; NaN gives NaN."""
     low, high = 1, len(profile.x)  # the first segment extends backwards
@@ -34,4 +39,4 @@ def height_over(profile: Profile, x: float) -> float:
             high = middle
         else:
             low = middle + 1
-    return float(profile.z[low - 1] + profile.gradient[low - 1] * (x - profile.x[low - 1]))
+    return height_of(profile, low - 1, x)

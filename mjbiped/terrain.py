@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import InputError
+from mjbiped.profile import Profile, height_of
 from mjbiped.terrain_files import (
     FILE_SUFFIXES,
     interval,
@@ -378,6 +379,11 @@ class Terrain:
     # ---- asking it -----------------------------------------------------------------------------------------------
 
     @cached_property
+    def profile(self) -> Profile:
+        """Starts, heights and gradients of the segments, for code that runs at every physics step."""
+        return Profile(self.x, self.z, self.gradients)
+
+    @cached_property
     def gradients(self) -> tuple[float, ...]:
         """dz/dx of the segments, shape (n,)."""
         return tuple(-math.tan(angle) for angle in self.angle)
@@ -417,12 +423,11 @@ class Terrain:
 
     def height_at(self, x: float) -> float:
         """Return the height (m) at x (m): `height` for one plain float, without NumPy; NaN gives NaN."""
-        i = max(bisect_right(self.x, x) - 1, 0)
-        return self.z[i] + self.gradients[i] * (x - self.x[i])
+        return height_of(self.profile, self.segment_at(x), x)
 
     def slope_at(self, x: float) -> float:
         """Return the slope (rad) at x (m): `slope` for one plain float, without NumPy; NaN gives NaN."""
-        return self.angle[max(bisect_right(self.x, x) - 1, 0)] if x == x else x
+        return self.angle[self.segment_at(x)] if x == x else x
 
     @overload
     def height(self, x: float) -> float: ...

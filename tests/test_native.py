@@ -22,6 +22,7 @@ from mjbiped.native import attached
 from mjbiped.native_layout import UnknownLayoutError
 from mjbiped.native_record import NotPackableError, Packer
 from mjbiped.physics import Simulation
+from mjbiped.recorder import Recorder
 from mjbiped.scene import RECORDS
 
 Terrain = mjbiped.Terrain
@@ -141,6 +142,23 @@ def test_passive_walk_bitwise_to_its_end() -> None:
         assert simulation.outcome is events.Outcome.FELL
         states.append(state_of(simulation.model, simulation.data))
     assert states[0] == states[1]
+
+
+def test_warnings_of_steps_made_twice_count_once(
+    monkeypatch: pytest.MonkeyPatch, controller: AdaptiveController
+) -> None:
+    """A leap with a touchdown in it is taken back; its warnings once stayed."""
+    simulation, step = make(controller, steps=2), mujoco.mj_step
+
+    def warning_step(model: mujoco.MjModel, data: mujoco.MjData, nstep: int = 1) -> None:
+        step(model, data, nstep=nstep)
+        simulation.warnings["of each step"] += nstep
+
+    monkeypatch.setattr(mujoco, "mj_step", warning_step)
+    physics.simulate(simulation, Recorder(0.005), progress=False)
+    made = round(simulation.data.time / simulation.model.opt.timestep)
+    assert simulation.data.userdata[events.COUNT] == 2
+    assert simulation.warnings["of each step"] == made
 
 
 def test_one_model_serves_walks_of_many_gains_in_threads(controller: AdaptiveController) -> None:
