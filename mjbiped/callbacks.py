@@ -6,12 +6,33 @@ on MuJoCo's own arrays. They allocate nothing and know neither MuJoCo's objects 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, MutableSequence, Sequence
 from typing import Any, NamedTuple
 
-from mjbiped import events
+from mjbiped import events, landing
+from mjbiped.columns import SAMPLES, TOUCHDOWNS, width
 from mjbiped.events import Limits
 from mjbiped.profile import Floats, Profile, height_over
+
+_SAMPLE, _ROW = width(SAMPLES), width(TOUCHDOWNS)
+_NOW = 1e-9  # times so close are the same, s
+
+
+class Recording(NamedTuple):
+    """Where a walk is written down; `userdata` counts what waits there, and whoever takes it sets the counts to zero.
+
+    Where it is full, nothing more is written.
+
+    Attributes:
+        sample_period: Time between two samples, s; each is taken at the first physics step from then on.
+        samples: Shape (room, columns of `columns.SAMPLES` and the controller's states).
+        rows: Of touchdowns, shape (room, columns of `columns.TOUCHDOWNS`).
+    """
+
+    sample_period: float
+    samples: Any
+    rows: Any
 
 
 class World(NamedTuple):
@@ -20,24 +41,38 @@ class World(NamedTuple):
     Attributes:
         limits: What the walk is judged by.
         profile: The ground.
+        rises: Steps up at the starts of its segments, m.
+        stepped: Whether there are any.
+        proud: How far a riser's plate stands before its face, m.
         feet: Geoms of the left and the right foot.
         contacts: Places in the sensor data where the left and the right foot's contacts begin.
         slots: Floats of one foot's contacts.
         risers: 1 for each geom that is a riser, 0 for the others.
         deepest: No foot is deeper in the ground than this in the first step of a contact, m.
-        control_period: Time between two ticks of the controller, s.
+        timestep: Longest physics step, s.
+        contact_timestep: Of the step that makes an impact, s.
+        lands: Whether steps end at touchdowns; else they all are of one length.
+        control_period: Time between two ticks of the controller, s; 0: it ticks at every physics step.
         memory_size: Floats of the controller's memory.
+        states: Number of its integrated states.
     """
 
     limits: Limits
     profile: Profile
+    rises: Floats
+    stepped: bool
+    proud: float
     feet: tuple[int, int]
     contacts: tuple[int, int]
     slots: int
     risers: Floats
     deepest: float
+    timestep: float
+    contact_timestep: float
+    lands: bool
     control_period: float
     memory_size: int
+    states: int
 
 
 class Laws(NamedTuple):
@@ -52,9 +87,10 @@ def control(
     laws: Laws,
     parameters: Any,
     world: World,
-    timestep: float,
+    recording: Recording,
     u: MutableSequence[float],
     memory: MutableSequence[float],
+    rates: MutableSequence[float],
     ctrl: MutableSequence[float],
     time: float,
     qpos: Sequence[float],
@@ -66,9 +102,10 @@ def control(
         laws: The controller's.
         parameters: Theirs.
         world: The walk's.
-        timestep: Of the physics, s.
+        recording: To be written.
         u: Userdata up to the controller's memory.
         memory: The controller's memory.
+        rates: Held, of its integrated states.
         ctrl: To be filled: left ankle, right ankle, hip, N m.
         time: Now, s.
         qpos: Hip x, hip z (m), left and right leg (rad).
@@ -79,33 +116,50 @@ def control(
     """
     if not (u[events.RUNNING] and time > u[events.TIME]):
         return False
+    over = u[events.OUTCOME] != 0.0
+    if u[events.TIME] >= 0.0:
+        for index in range(world.states):
+            memory[index] += (time - u[events.TIME]) * rates[index]
+    u[events.PLANNED], u[events.PLAIN] = u[events.PLANNED_NEXT], u[events.PLAIN_NEXT]
+    if u[events.TOUCHED] and u[events.NOTED]:
+        _write_row(recording, u)  # of a touchdown that the controller is never told of
+    fresh = u[events.NOTED] != 0.0 or u[events.TIME] < 0.0  # no motion before that it goes on with
+    u[events.LAST_STEP] = 0.0 if fresh else time - u[events.TIME]
     events.observe(u, world.limits, world.profile, time, qpos, qvel)
-    due = time > u[events.NEXT_CONTROL] - timestep / 2.0
+    due = time > u[events.NEXT_CONTROL] - _NOW
+    if due:
+        u[events.NEXT_CONTROL] += world.control_period
     if due or (u[events.TOUCHED] and u[events.OUTCOME]):  # the last touchdown is told at once: its row is whole
-        _tick(laws, parameters, world, u, memory, time)
+        _tick(laws, parameters, recording, u, memory, rates, time)
     right = bool(u[events.STANCE])
     ctrl[0] = 0.0 if right else u[events.ANKLE]
     ctrl[1] = u[events.ANKLE] if right else 0.0
     ctrl[2] = -u[events.HIP] if right else u[events.HIP]
+    if not over and (time > u[events.NEXT_SAMPLE] - _NOW or u[events.OUTCOME]):
+        u[events.NEXT_SAMPLE] = (math.floor(time / recording.sample_period + _NOW) + 1.0) * recording.sample_period
+        take_sample(laws, parameters, world, recording, u, memory, time, qpos)
     return True
+
+
+def _posture(u: Sequence[float]) -> tuple[float, float, float, float]:
+    """Stance and swing leg from the ground's normal, and their rates, as last observed."""
+    slope = u[events.SLOPE]
+    if u[events.STANCE]:
+        return u[events.RIGHT] - slope, u[events.LEFT] - slope, u[events.RIGHT_RATE], u[events.LEFT_RATE]
+    return u[events.LEFT] - slope, u[events.RIGHT] - slope, u[events.LEFT_RATE], u[events.RIGHT_RATE]
 
 
 def _tick(
     laws: Laws,
     parameters: Any,
-    world: World,
+    recording: Recording,
     u: MutableSequence[float],
     memory: MutableSequence[float],
+    rates: MutableSequence[float],
     time: float,
 ) -> None:
-    """One tick of the digital controller: its events, its law, and one Euler step of its integrated states."""
-    slope = u[events.SLOPE]
-    if u[events.STANCE]:
-        q1, q2 = u[events.RIGHT] - slope, u[events.LEFT] - slope
-        dq1, dq2 = u[events.RIGHT_RATE], u[events.LEFT_RATE]
-    else:
-        q1, q2 = u[events.LEFT] - slope, u[events.RIGHT] - slope
-        dq1, dq2 = u[events.LEFT_RATE], u[events.RIGHT_RATE]
+    """One tick of the digital controller: its events and its law, whose torques and rates are held from now on."""
+    q1, q2, dq1, dq2 = _posture(u)
     if u[events.TOUCHED]:
         u[events.TOUCHED] = 0.0
         u[events.ESTIMATE_BEFORE] = laws.slope_estimate(parameters, memory)
@@ -121,9 +175,10 @@ def _tick(
             u[events.TOLD_DQ + 1],
         )
         u[events.ESTIMATE_AFTER] = laws.slope_estimate(parameters, memory)
+        _write_row(recording, u)
     values = laws.torque(parameters, memory, time - u[events.EXCHANGE_TIME], q1, q2, dq1, dq2)
     for index in range(len(values) - 2):
-        memory[index] += world.control_period * values[2 + index]
+        rates[index] = values[2 + index]
     ankle, hip = values[0], values[1]
     u[events.ANKLE], u[events.HIP] = ankle, hip
     if not u[events.OUTCOME]:
@@ -131,22 +186,86 @@ def _tick(
             u[events.PEAK_ANKLE] = abs(ankle)
         if abs(hip) > u[events.PEAK_HIP]:
             u[events.PEAK_HIP] = abs(hip)
-    u[events.NEXT_CONTROL] = time + world.control_period
 
 
-def sense(world: World, u: MutableSequence[float], readings: Sequence[float]) -> None:
+def _write_row(recording: Recording, u: MutableSequence[float]) -> None:
+    """Write down the last touchdown."""
+    row = int(u[events.ROWS])
+    if 0 <= row < len(recording.rows):
+        for index in range(_ROW):
+            recording.rows[row, index] = u[events.LAST_TOUCHDOWN + index]
+        u[events.ROWS] += 1.0
+
+
+def take_sample(
+    laws: Laws,
+    parameters: Any,
+    world: World,
+    recording: Recording,
+    u: MutableSequence[float],
+    memory: Sequence[float],
+    time: float,
+    qpos: Sequence[float],
+) -> None:
+    """Write down the state now, with the torque that is held from now on."""
+    row = int(u[events.SAMPLES])
+    if not 0 <= row < len(recording.samples):
+        return
+    q1, q2, dq1, dq2 = _posture(u)
+    estimate = laws.slope_estimate(parameters, memory)
+    sample = (time, q1, q2, dq1, dq2, u[events.ANKLE], u[events.HIP], u[events.SLOPE], estimate, u[events.STANCE])
+    for index, value in enumerate(sample):
+        recording.samples[row, index] = value
+    for index in range(4):
+        recording.samples[row, len(sample) + index] = qpos[index]
+    for index in range(world.states):
+        recording.samples[row, _SAMPLE + index] = memory[index]
+    u[events.SAMPLES] += 1.0
+
+
+def sense(
+    world: World,
+    u: MutableSequence[float],
+    readings: Sequence[float],
+    time: float,
+    qpos: Sequence[float],
+    qvel: Sequence[float],
+    qacc: Sequence[float],
+) -> tuple[float, float]:
     """`mjcb_sensor` at the acceleration stage, after MuJoCo has filled its own contact sensors.
 
     Args:
         world: The walk's.
         u: Userdata.
         readings: Sensor data.
+        time: Now, s.
+        qpos: Hip x, hip z (m), left and right leg (rad).
+        qvel: Their rates.
+        qacc: Their accelerations.
+
+    Returns:
+        Length of the physics step from now on and of its kick, s; 0 where it is not for this walk to say.
     """
     if not u[events.RUNNING]:
-        return
+        return 0.0, 0.0
     stance = 1 if u[events.STANCE] else 0
     own, other = world.contacts[stance], world.contacts[1 - stance]
     events.feel(u, world.limits, readings[own : own + world.slots], readings[other : other + world.slots])
+    if not world.lands:
+        return 0.0, 0.0
+    length = landing.step_length(u, world, time, qpos, qvel, qacc)
+    return length, u[events.KICK]
+
+
+def contact_step(world: World, u: Sequence[float], time: float) -> tuple[float, float]:
+    """`mjcb_contactfilter`, first: length and kick that the feet's contacts are made for, s; 0: as the model has it.
+
+    Args:
+        world: The walk's.
+        u: Userdata.
+        time: Now, s.
+    """
+    return landing.planned(u, time) if u[events.RUNNING] and world.lands else (0.0, 0.0)
 
 
 def refuses(world: World, u: Sequence[float], places: Any, first: int, second: int) -> bool:

@@ -163,7 +163,7 @@ def _number(value: Any) -> float:
 
 _PLOT = output(".png", ".pdf", ".svg")
 VIDEO_PATH = output(".mp4")
-_TIMESTEP = inspect.signature(walk).parameters["timestep"].default
+_TIMESTEP, _CONTACT = (inspect.signature(walk).parameters[name].default for name in ("timestep", "contact_timestep"))
 _LAW = AdaptiveController  # for its defaults
 
 ADAPTIVE, COMPARISON = "Adaptive controller", "Comparison controllers"
@@ -202,8 +202,9 @@ walk_options = options(
         "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque; the others are "
         "those that the paper compares with, see docs/comparison.md.",
     ),
-    ("--timestep", float, _TIMESTEP, "X", "Physics step, s."),
-    ("--control-period", float, None, "X", "Time between ticks of the controller, s; the timestep unless given."),
+    ("--timestep", float, _TIMESTEP, "X", "Longest physics step, s."),
+    ("--contact-timestep", float, _CONTACT, "X", "Physics step that makes an impact, s."),
+    ("--control-period", float, None, "X", "Time between ticks of the controller, s; each physics step unless given."),
 )
 
 engine_option = options(

@@ -27,7 +27,7 @@ SAMPLES: Mapping[str, Column] = {
     "time": Column(1, "s", "since the walk's start"),
     "q": Column(2, "rad", "stance and swing leg from the ground's normal under the stance foot"),
     "dq": Column(2, "rad/s", "their rates"),
-    "torque": Column(2, "N m", "ankle and hip, held until now"),
+    "torque": Column(2, "N m", "ankle and hip, from now on"),
     "slope": Column(1, "rad", "of the ground under the stance foot"),
     "slope_estimate": Column(1, "rad", "the controller's; NaN where it has none"),
     "stance": Column(1, "", "0 left, 1 right"),

@@ -19,10 +19,11 @@ from mjbiped import measures, parting
 from mjbiped.compass import Compass
 from mjbiped.hybrid import SHORTEST_SAMPLE_PERIOD
 from mjbiped.parting import Parting
+from mjbiped.physics import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
 from mjbiped.record import Walk
 from mjbiped.scuffing import ScuffingRule
 from mjbiped.terrain import Terrain
-from mjbiped.walk import DEFAULT_TIMESTEP, walk
+from mjbiped.walk import walk
 
 if TYPE_CHECKING:
     from controllers.base import Controller
@@ -96,6 +97,7 @@ def compare(
     initial: str | Sequence[float] = "gait",
     robot: Compass | None = None,
     timestep: float = DEFAULT_TIMESTEP,
+    contact_timestep: float = DEFAULT_CONTACT_TIMESTEP,
     control_period: float | None = None,
     sample_period: float = 0.005,
     scuffing: ScuffingRule | None = None,
@@ -113,7 +115,8 @@ def compare(
         distance: Place x of the stance foot at which it is finished, m.
         initial: "gait", "rest", or (q1, q2, dq1, dq2).
         robot: The robot that walks.
-        timestep: MuJoCo's physics step, s.
+        timestep: MuJoCo's longest physics step, s.
+        contact_timestep: MuJoCo's step that makes an impact, s.
         control_period: Time between two ticks of the controller in MuJoCo, s; in the hybrid engine it acts without
             pause.
         sample_period: Time between two samples of the records, s.
@@ -143,6 +146,7 @@ def compare(
         controller,
         terrain,
         timestep=timestep,
+        contact_timestep=contact_timestep,
         control_period=control_period,
         sample_period=sample_period,
         ground=ground,
@@ -161,7 +165,7 @@ def torque_differences(comparison: Comparison) -> tuple[Array, Array]:
 
     Returns:
         Times of MuJoCo's samples (s) and differences of ankle and hip (N m), shapes (n,) and (n, 2); NaN beyond the
-        end of the shorter of two steps, and in the first sample after a touchdown, whose torque is still the old one.
+        end of the shorter of two steps.
     """
     there, here = comparison.mujoco, comparison.hybrid
     time, torque = there.samples["time"], there.samples["torque"]
@@ -170,7 +174,7 @@ def torque_differences(comparison: Comparison) -> tuple[Array, Array]:
     ends = [np.append(w.touchdowns["time"], w.end[0]) for w in (there, here)]
     for k in range(min(map(len, starts))):
         (start, other_start), (end, other_end) = ([column[k] for column in columns] for columns in (starts, ends))
-        inside = (time > start + there.settings["timestep"]) & (time <= end) & (time - start <= other_end - other_start)
+        inside = (time >= start) & (time < end) & (time - start <= other_end - other_start)
         others = here.samples["time"]
         own = (others > other_start) & (others < other_end)
         if own.sum() < 2:

@@ -11,7 +11,8 @@ One physics step from t to t + h:
    noted in it, lets the swing foot collide when the scuffing rule says so, and looks for an end of the walk;
 2. the controller ticks;
 3. MuJoCo resolves the contacts;
-4. `feel` (in the sensor callback): notes touchdown, friction and penetration as the contact sensors show them.
+4. `feel` (in the sensor callback): notes touchdown, friction and penetration as the contact sensors show them;
+5. `landing.step_length` (there too) says how long this step is: it ends where the swing foot meets the ground.
 
 The exchange comes one call after the contact was resolved: the rates are then already those after the impact.
 """
@@ -31,9 +32,18 @@ from mjbiped.scuffing import swing_foot_collides
 (
     RUNNING,  # 0 in zeroed userdata: then nothing acts
     TIME,  # of the last observation, s
+    PLANNED,  # length of the physics step from then on that its contacts are made for, s; see `landing`
+    PLANNED_NEXT,  # the same of the step after it, s
+    PLAIN,  # 1: its kick is as long as the step itself
+    PLAIN_NEXT,  # the same of the step after it
+    KICK,  # time for which the accelerations act in it, s
+    LAST_STEP,  # length of the step before, s; 0 just after an impact
     STANCE,  # 0 left, 1 right
     EXCHANGE_TIME,  # of the last leg exchange, s
     NEXT_CONTROL,  # when the controller ticks next, s
+    NEXT_SAMPLE,  # when a sample is due, s
+    SAMPLES,  # that wait to be taken from the recording; see `callbacks.Recording`
+    ROWS,  # of touchdowns that wait there
     TOUCHED,  # 1: an exchange that the controller has not yet been told of
     ARMED,  # 1: the swing foot collides
     SLOPE,  # of the ground under the stance foot, rad
@@ -61,14 +71,14 @@ from mjbiped.scuffing import swing_foot_collides
     OUTCOME,
     RECORD,  # which of its model's records holds for this walk where the callbacks are compiled; see `native`
     LAST_TOUCHDOWN,  # first place of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
-) = range(32)
+) = range(41)
 
 # of the touchdown's row, each the first of two places: what the controller is told
 TOLD_Q_BEFORE, TOLD_Q, TOLD_DQ = (LAST_TOUCHDOWN + place(TOUCHDOWNS, name) for name in ("q_before", "q", "dq"))
 ESTIMATE_BEFORE = LAST_TOUCHDOWN + place(TOUCHDOWNS, "slope_estimate_before")
 ESTIMATE_AFTER = LAST_TOUCHDOWN + place(TOUCHDOWNS, "slope_estimate")
 CONTROLLER_MEMORY = LAST_TOUCHDOWN + width(TOUCHDOWNS)
-"""The controller's memory begins here and is the last thing in userdata."""
+"""The controller's memory begins here; behind it stand the rates of its integrated states, which end userdata."""
 
 SMALLEST_UPWARD_NORMAL = 0.7  # a contact that faces up less is a riser's face or an inner edge of a heightfield
 FALLEN_HIP = 0.5  # hip height over the ground, along its normal, in leg lengths
@@ -130,7 +140,12 @@ class Limits(NamedTuple):
 
 
 def begin(
-    u: MutableSequence[float], qpos: Sequence[float], qvel: Sequence[float], slope: float, foot: tuple[float, float]
+    u: MutableSequence[float],
+    qpos: Sequence[float],
+    qvel: Sequence[float],
+    slope: float,
+    foot: tuple[float, float],
+    timestep: float,
 ) -> None:
     """Fill zeroed userdata for a walk that starts on the left leg.
 
@@ -140,9 +155,11 @@ def begin(
         qvel: Their rates.
         slope: Of the ground under the stance foot, rad.
         foot: Stance foot, x and z in m.
+        timestep: Of the first step, s.
     """
     u[RUNNING] = 1.0
     u[TIME] = -1.0
+    u[PLANNED_NEXT] = timestep
     u[SLOPE] = slope
     u[FOOT_X], u[FOOT_Z] = foot
     u[FOOT_ANGLE] = qpos[2]

@@ -26,12 +26,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import mujoco
 import numpy as np
 
-from mjbiped import callbacks, events
-from mjbiped.callbacks import World
+from mjbiped import callbacks, events, landing
+from mjbiped.callbacks import Recording, World
 from mjbiped.compiled import described, prepared, raises
 from mjbiped.native_layout import Layout, UnknownLayoutError, layout
 from mjbiped.native_memory import memory_access
-from mjbiped.native_record import NotPackableError, Packer
+from mjbiped.native_record import NotPackableError, Packer, Shared
 from mjbiped.profile import Profile
 from mjbiped.scene import RECORDS_SIZE
 
@@ -57,7 +57,7 @@ class Functions(NamedTuple):
     token: float
 
 
-def native(law: Law, world: World, states: int) -> Native | None:
+def native(law: Law, world: World, recording: Recording) -> Native | None:
     """The compiled callbacks of a walk; None if a C callback could not do what its law does.
 
     A law that raises an exception cannot do so through MuJoCo, nor can a record hold every kind of parameters. See
@@ -66,7 +66,7 @@ def native(law: Law, world: World, states: int) -> Native | None:
     if raises((law.torque, law.touchdown, law.slope_estimate)):
         return None
     try:
-        return Native(law, world, states)
+        return Native(law, world, recording)
     except NotPackableError:
         return None
 
@@ -77,16 +77,17 @@ class Native:
     Attributes:
         functions: Shared by all walks whose controllers have the same laws.
         world: As given.
-        record: World and gains of this walk.
+        record: World and gains of this walk, and where its recording lies.
+        recording: As given; its arrays are kept alive.
     """
 
-    def __init__(self, law: Law, world: World, states: int) -> None:
+    def __init__(self, law: Law, world: World, recording: Recording) -> None:
         """Compile, or take from the cache, what this kind of walk needs.
 
         Args:
             law: The controller's.
             world: The walk's.
-            states: Number of the controller's integrated states.
+            recording: To be written.
 
         Raises:
             UnknownLayoutError: This MuJoCo's structs are not understood.
@@ -94,19 +95,21 @@ class Native:
             NumbaError: The laws cannot be compiled.
         """
         profile = Profile(*(np.array(values, dtype=np.float64) for values in world.profile))
+        packed = world._replace(profile=profile, risers=np.array(world.risers), rises=np.array(world.rises))
+        shared = recording._replace(samples=Shared(recording.samples), rows=Shared(recording.rows))
         packer = Packer()
-        made = packer.add((world._replace(profile=profile, risers=np.array(world.risers)), law.parameters))
-        self.functions = _compile(
-            law.torque, law.touchdown, law.slope_estimate, 2 + states, made, tuple(packer.classes.items()), layout()
-        )
-        self.world = world
+        made = packer.add((packed, shared, law.parameters))
+        classes = tuple(packer.classes.items())
+        values = 2 + world.states
+        self.functions = _compile(law.torque, law.touchdown, law.slope_estimate, values, made, classes, layout())
+        self.world, self.recording = world, recording
         self.record = packer.record()
 
     def fits(self, model: mujoco.MjModel) -> bool:
         """Whether all places that the callbacks use are there in a model: C code does not look."""
         world = self.world
         return bool(
-            model.nuserdata >= events.CONTROLLER_MEMORY + world.memory_size
+            model.nuserdata >= events.CONTROLLER_MEMORY + world.memory_size + world.states
             and model.ngeom == len(world.risers)
             and model.nsensordata >= max(world.contacts) + world.slots
             and (model.nq, model.nv, model.nu) == (4, 4, 3)
@@ -145,7 +148,7 @@ def check_offsets(data: mujoco.MjData) -> None:
         UnknownLayoutError: It does not.
     """
     at = layout()
-    for name in ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos"):
+    for name in ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos", "qacc"):
         found = ctypes.c_int64.from_address(data._address + getattr(at, name)).value
         if found != getattr(data, name).ctypes.data:
             raise UnknownLayoutError(f"MuJoCo {mujoco.__version__} keeps {name} elsewhere than in other models")
@@ -164,7 +167,8 @@ def _compile(
     """The callbacks for one kind of law and record."""
     import numba
 
-    roots = (callbacks.control, callbacks.sense, callbacks.refuses, torque, touchdown, slope_estimate)
+    own = (callbacks.control, callbacks.sense, callbacks.refuses, callbacks.contact_step, landing.stiffness)
+    roots = (*own, torque, touchdown, slope_estimate)
     known = (
         prepared(roots, inlined=(callbacks.control, torque)),
         described(memory_access.__wrapped__),
@@ -186,15 +190,14 @@ def bind(digest):
         record = record_of(model, data, TOKEN)
         if record != 0:
             p = numbers(record, SCALARS)
-            world, parameters = {made}
-            u = numbers(word(data + AT_USERDATA), MEMORY + world.memory_size)
-            x = numbers(word(data + AT_QPOS), 4)
-            v = numbers(word(data + AT_QVEL), 4)
+            world, recording, parameters = {made}
+            behind = MEMORY + world.memory_size
+            u = numbers(word(data + AT_USERDATA), behind + world.states)
             try:
                 control(
-                    Laws(_torque, touchdown, slope_estimate), parameters, world, numbers(model + AT_TIMESTEP, 1)[0],
-                    u, u[MEMORY:], numbers(word(data + AT_CTRL), 3), numbers(data + AT_TIME, 1)[0],
-                    (x[0], x[1], x[2], x[3]), (v[0], v[1], v[2], v[3]),
+                    Laws(_torque, touchdown, slope_estimate), parameters, world, recording, u, u[MEMORY:behind],
+                    u[behind:], numbers(word(data + AT_CTRL), 3), numbers(data + AT_TIME, 1)[0],
+                    four(word(data + AT_QPOS)), four(word(data + AT_QVEL)),
                 )
             except Exception:  # such as an index into a tuple; it could not pass through MuJoCo
                 u[RUNNING] = 0.0
@@ -205,9 +208,18 @@ def bind(digest):
         record = record_of(model, data, TOKEN) if stage == ACCELERATION else 0
         if record != 0:
             p = numbers(record, SCALARS)
-            world, _ = {made}
+            world, _, _ = {made}
             readings = numbers(word(data + AT_SENSORDATA), max(world.contacts[0], world.contacts[1]) + world.slots)
-            sense(world, numbers(word(data + AT_USERDATA), MEMORY), readings)
+            length, kick = sense(
+                world, numbers(word(data + AT_USERDATA), MEMORY), readings, numbers(data + AT_TIME, 1)[0],
+                four(word(data + AT_QPOS)), four(word(data + AT_QVEL)), four(word(data + AT_QACC)),
+            )
+            if length > 0.0:
+                numbers(model + AT_TIMESTEP, 1)[0] = length
+                if kick != length:
+                    accelerations = numbers(word(data + AT_QACC), 4)
+                    for index in range(4):
+                        accelerations[index] *= kick / length
 
     def filter_{name}(model, data, first, second):
         digest
@@ -215,9 +227,15 @@ def bind(digest):
         if record == 0:
             return 0
         p = numbers(record, SCALARS)
-        world, _ = {made}
+        world, _, _ = {made}
+        u = numbers(word(data + AT_USERDATA), MEMORY)
+        length, kick = contact_step(world, u, numbers(data + AT_TIME, 1)[0])
+        if length > 0.0:
+            softness = array(word(model + AT_GEOM_SOLREF), (len(world.risers), 2))
+            for foot in world.feet:
+                softness[foot, 0], softness[foot, 1] = -stiffness(length), -1.0 / kick
         places = array(word(data + AT_GEOM_XPOS), (len(world.risers), 3))
-        return 1 if refuses(world, numbers(word(data + AT_USERDATA), MEMORY), places, first, second) else 0
+        return 1 if refuses(world, u, places, first, second) else 0
 
     return control_{name}, sensor_{name}, filter_{name}
 """
@@ -227,6 +245,8 @@ def bind(digest):
         "control": callbacks.control,
         "sense": callbacks.sense,
         "refuses": callbacks.refuses,
+        "contact_step": callbacks.contact_step,
+        "stiffness": landing.stiffness,
         "torque": torque,
         "touchdown": touchdown,
         "slope_estimate": slope_estimate,

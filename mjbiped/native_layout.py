@@ -40,6 +40,7 @@ class Layout(NamedTuple):
         timestep: In mjModel: the number `opt.timestep`.
         numerics: In mjModel: number of floats in `numeric_data`.
         numeric_data: In mjModel: pointer.
+        geom_solref: The same.
         time: In mjData: the number `time`.
         qpos: In mjData: pointer, as all that follow.
         qvel: The same.
@@ -47,11 +48,13 @@ class Layout(NamedTuple):
         userdata: The same.
         sensordata: The same.
         geom_xpos: The same.
+        qacc: The same.
     """
 
     timestep: int
     numerics: int
     numeric_data: int
+    geom_solref: int
     time: int
     qpos: int
     qvel: int
@@ -59,6 +62,7 @@ class Layout(NamedTuple):
     userdata: int
     sensordata: int
     geom_xpos: int
+    qacc: int
 
 
 @lru_cache(maxsize=1)
@@ -100,6 +104,8 @@ def _specimen(joints: int, numerics: int, timestep: float) -> tuple[mujoco.MjMod
             objtype=mujoco.mjtObj.mjOBJ_JOINT,
             objname=f"joint{index}",
         )
+    spec.worldbody.add_body(name="marker", mocap=True)  # else what stands before `qacc` is empty
+    spec.add_equality(name="lock", type=mujoco.mjtEq.mjEQ_JOINT, name1="joint0")
     model = spec.compile()
     data = mujoco.MjData(model)
     data.time = 3.0e5 * timestep
@@ -112,12 +118,13 @@ def _model_marks(model: mujoco.MjModel) -> dict[str, int]:
         "timestep": _bits(model.opt.timestep),
         "numerics": int(model.nnumericdata),
         "numeric_data": _address(model.numeric_data),
+        "geom_solref": _address(model.geom_solref),
     }
 
 
 def _data_marks(data: mujoco.MjData) -> dict[str, int]:
     """What stands in mjData, as 64-bit words."""
-    arrays = ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos")
+    arrays = ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos", "qacc")
     return {"time": _bits(data.time), **{name: _address(getattr(data, name)) for name in arrays}}
 
 

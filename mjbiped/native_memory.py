@@ -21,8 +21,8 @@ def memory_access(at: Layout) -> dict[str, Any]:
 
     Returns:
         `word(address)`: the 64-bit integer at an address. `numbers(address, count)` and `array(address, shape)`: the
-        floats there, as an array that owns nothing. `record_of(model, data, token)`: address of a walk's record, 0
-        where it has none for the callbacks of this token.
+        floats there, as an array that owns nothing. `four(address)`: the four floats there.
+        `record_of(model, data, token)`: address of a walk's record, 0 where it has none for callbacks of this token.
     """
     numba: Any = importlib.import_module("numba")
     cgutils: Any = importlib.import_module("numba.core.cgutils")
@@ -75,6 +75,11 @@ def memory_access(at: Layout) -> dict[str, Any]:
         return types.int64(types.int64), generate
 
     @register_jitable
+    def four(address):  # type: ignore[no-untyped-def]
+        x = numbers(address, 4)
+        return x[0], x[1], x[2], x[3]
+
+    @register_jitable
     def record_of(model, data, token):  # type: ignore[no-untyped-def]
         if word(model + numerics) < size:
             return 0
@@ -86,4 +91,4 @@ def memory_access(at: Layout) -> dict[str, Any]:
             return 0
         return int(numbers(int(field[2]), int(field[3]))[int(which)])
 
-    return {"word": word, "numbers": numbers, "array": array, "record_of": record_of}
+    return {"word": word, "numbers": numbers, "array": array, "four": four, "record_of": record_of}

@@ -14,6 +14,24 @@ class NotPackableError(TypeError):
     """Parameters hold something else than numbers, arrays of floats, and tuples of these."""
 
 
+class Shared:
+    """An array that is not copied into the record: the record holds its address, and compiled code writes to it.
+
+    Attributes:
+        array: Of floats, contiguous; whoever shares it keeps it alive.
+    """
+
+    def __init__(self, array: NDArray[np.float64]) -> None:
+        """Take it as it is.
+
+        Raises:
+            NotPackableError: It is not contiguous, or not of floats.
+        """
+        if not (array.dtype == np.float64 and array.flags.c_contiguous):
+            raise NotPackableError("a shared array must be contiguous and of floats")
+        self.array = array
+
+
 class Packer:
     """Turns a value into numbers, and into the expression that makes the value of them again in compiled code.
 
@@ -31,7 +49,7 @@ class Packer:
         """Take a value into the record.
 
         Args:
-            value: Numbers, arrays of floats, and tuples and NamedTuples of these.
+            value: Numbers, arrays of floats, shared arrays, and tuples and NamedTuples of these.
 
         Returns:
             The expression for it: `record` is the record's address, `p` are its numbers, `array(address, shape)` is
@@ -55,6 +73,11 @@ class Packer:
             self._numbers += [0.0, *map(float, value.shape)]
             shape = "".join(f"int(p[{first + 1 + axis}]), " for axis in range(value.ndim))
             return f"array(record + {WORD} * int(p[{first}]), ({shape}))"
+        if isinstance(value, Shared):
+            first = len(self._numbers)
+            self._numbers += [float(value.array.ctypes.data), *map(float, value.array.shape)]  # addresses have 48 bits
+            shape = "".join(f"int(p[{first + 1 + axis}]), " for axis in range(value.array.ndim))
+            return f"array(int(p[{first}]), ({shape}))"
         self._numbers.append(0.0)
         place = f"p[{len(self._numbers) - 1}]"
         if isinstance(value, bool | np.bool_):

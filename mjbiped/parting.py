@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from mjbiped import measures
 from mjbiped.columns import Column
+from mjbiped.physics import DEFAULT_TIMESTEP
 from mjbiped.record import Walk
 from mjbiped.terrain import GROUND_FRICTION
-from mjbiped.walk import DEFAULT_TIMESTEP
 
 if TYPE_CHECKING:
     from controllers.base import Controller
@@ -111,7 +111,7 @@ def differences(there: Walk, here: Walk) -> dict[str, Array]:
     length, weight = robot.leg_length, robot.weight
     pace = math.sqrt(robot.gravity / length)
     # errors of a contact resolved in time are of first order in the timestep (docs/convergence.md)
-    coarse = max(1.0, there.settings["control_period"] / DEFAULT_TIMESTEP)
+    coarse = max(1.0, (there.settings["control_period"] or there.settings["timestep"]) / DEFAULT_TIMESTEP)
     limits = {
         "x": _FOOTHOLD * length,
         "period": _PERIOD / pace,

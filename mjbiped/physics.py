@@ -20,8 +20,9 @@ import mujoco
 import numpy as np
 from tqdm.auto import tqdm
 
-from mjbiped import callbacks, events, laws
-from mjbiped.callbacks import Laws, World
+from mjbiped import callbacks, events, landing, laws
+from mjbiped.callbacks import Laws, Recording, World
+from mjbiped.columns import SAMPLES, TOUCHDOWNS, width
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.events import Limits, Outcome
@@ -45,8 +46,11 @@ _CALLBACKS = ("mjcb_control", "mjcb_sensor", "mjcb_contactfilter")
 _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_ACC)
 _METHODS = Laws(laws.torque, laws.touchdown, laws.slope_estimate)
 _WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-LEAP = 50  # steps made at once, at most: with each touchdown as many are made twice
-LONGEST_TIMESTEP = 1e-3  # at it the worst impact of a passive walk is already off by 9 %, s
+LEAP = 500  # steps made at once, at most
+DEFAULT_TIMESTEP = 2e-4  # s
+DEFAULT_CONTACT_TIMESTEP = 2e-5  # s
+SHORTEST_CONTACT = 1e-6  # s
+LONGEST_TIMESTEP = 2e-3  # at it the worst impacts err by 0.5 %, s
 
 
 class Simulation:
@@ -67,7 +71,7 @@ class Simulation:
         data: Its state.
         controller: Drives stance ankle and hip.
         limits: What ends the walk.
-        control_period: Time between two ticks of the controller, s.
+        recording: Where samples and touchdowns are written as the walk goes on, until there is no room.
         warnings: What MuJoCo warned of while this simulation's callbacks were installed, and how often.
     """
 
@@ -81,11 +85,14 @@ class Simulation:
         dq: Sequence[float],
         steps: int | None = None,
         distance: float | None = None,
-        timestep: float = 1e-4,
+        timestep: float = DEFAULT_TIMESTEP,
+        contact_timestep: float = DEFAULT_CONTACT_TIMESTEP,
         control_period: float | None = None,
+        sample_period: float = math.inf,
         scuffing: ScuffingRule | None = None,
         ground: str = "auto",
         compile: bool = True,
+        lands: bool = True,
     ) -> None:
         """Build the scene and set the robot on it.
 
@@ -97,29 +104,34 @@ class Simulation:
             dq: Their rates, rad/s.
             steps: Touchdowns after which the walk is finished; None: no limit.
             distance: Place x of the stance foot at which it is finished, m; None: no limit.
-            timestep: Physics step, s.
-            control_period: Time between two ticks of the controller, s; a multiple of the timestep, by default one.
+            timestep: Longest physics step, s.
+            contact_timestep: Of the step that makes an impact, s; the timestep where that is shorter.
+            control_period: Time between two ticks of the controller, s; by default it ticks at every physics step.
+            sample_period: Time between two samples, s; infinity: none but the first and the last.
             scuffing: When the swing foot may touch the ground.
             ground: How the terrain is built; see `mjbiped.scene.build_scene`.
             compile: Whether laws that can be compiled are.
+            lands: Whether steps end at touchdowns (see `mjbiped.landing`); else all are of one length. Then the model
+                stays as it is, and may serve many walks at the same time.
 
         Raises:
             InputError: A value is outside its domain.
         """
-        period = timestep if control_period is None else control_period
-        _check_times(timestep, period)
+        _check_times(timestep, contact_timestep, control_period)
+        shortest = min(contact_timestep, timestep) if lands else timestep
         rule = scuffing or ScuffingRule()
         length = robot.leg_length
         reach = 2.0 * length + min(
             math.inf if steps is None else steps * LONGEST_STEP * length,
             math.inf if distance is None else distance,
         )
-        size = events.CONTROLLER_MEMORY + controller.memory_size
-        scene = build_scene(robot, terrain, timestep=timestep, reach=reach, ground=ground, userdata=size)
+        states = len(controller.states)
+        size = events.CONTROLLER_MEMORY + controller.memory_size + states
+        scene = build_scene(robot, terrain, timestep=shortest, reach=reach, ground=ground, userdata=size)
+        scene.model.opt.timestep = timestep
         self.model = scene.model
         self.data = mujoco.MjData(scene.model)
         self.controller = controller
-        self.control_period = period
         self.limits = Limits(
             leg_length=length,
             foot_radius=FOOT_RADIUS,
@@ -137,14 +149,27 @@ class Simulation:
         self._world = World(
             limits=self.limits,
             profile=terrain.profile,
+            rises=terrain.rises,
+            stepped=any(terrain.rises),
+            proud=scene.proud,
             feet=(int(model.geom("left_foot").id), int(model.geom("right_foot").id)),
             contacts=(int(left.adr[0]), int(right.adr[0])),
             slots=int(left.dim[0]),
             risers=tuple(float(model.geom(index).name.startswith("riser_")) for index in range(model.ngeom)),
             # twice the way at the fall of a leg
             deepest=2.0 * timestep * math.sqrt(2.0 * robot.gravity * length),
-            control_period=period,
+            timestep=timestep,
+            contact_timestep=shortest,
+            lands=lands,
+            control_period=0.0 if control_period is None else control_period,
             memory_size=controller.memory_size,
+            states=states,
+        )
+        room = LEAP + 1 if math.isfinite(sample_period) else 2
+        self.recording = Recording(
+            sample_period=sample_period,
+            samples=np.zeros((room, width(SAMPLES) + states)),
+            rows=np.zeros((LEAP, width(TOUCHDOWNS))),
         )
         self._compile = compile
         self._before: dict[str, Any] = {}
@@ -160,17 +185,43 @@ class Simulation:
         qvel = [length * math.cos(stance) * dq[0], -length * math.sin(stance) * dq[0], dq[0], dq[1]]
         self.data.qpos[:] = qpos
         self.data.qvel[:] = qvel
-        u = self.data.userdata.tolist()
-        events.begin(u, qpos, qvel, slope, (0.0, height))
-        memory = u[events.CONTROLLER_MEMORY :]
+        u, memory, rates = self._userdata()
+        events.begin(u, qpos, qvel, slope, (0.0, height), self._world.timestep)
         self.controller.start(memory, tuple(q), tuple(dq))
-        self.data.userdata[:] = u[: events.CONTROLLER_MEMORY] + memory
+        self.data.userdata[:] = u + memory + rates
+
+    def _userdata(self) -> tuple[list[float], list[float], list[float]]:
+        """Events' part of the userdata, the controller's memory, and the rates of its integrated states."""
+        u = self.data.userdata.tolist()
+        memory = events.CONTROLLER_MEMORY
+        rates = memory + self._world.memory_size
+        return u[:memory], u[memory:rates], u[rates:]
 
     @property
     def outcome(self) -> Outcome:
         """How the walk ended, or `Outcome.WALKING`; a MuJoCo warning means that it diverged."""
         code = Outcome(int(self.data.userdata[events.OUTCOME]))
         return Outcome.DIVERGED if self.data.warning.number.any() else code
+
+    def sample(self) -> None:
+        """Record the state now."""
+        u, memory, rates = self._userdata()
+        qpos = self.data.qpos.tolist()
+        callbacks.take_sample(_METHODS, self.controller, self._world, self.recording, u, memory, self.data.time, qpos)
+        self.data.userdata[:] = u + memory + rates
+
+    def take(self, recorder: Recorder) -> int:
+        """Hand what was recorded on, and make room; returns the number of touchdowns."""
+        u, recording = self.data.userdata, self.recording
+        rows, samples = recording.rows[: int(u[events.ROWS])], recording.samples[: int(u[events.SAMPLES])]
+        recorder.add(rows, samples)
+        u[events.ROWS] = u[events.SAMPLES] = 0.0
+        return len(rows)
+
+    @property
+    def over(self) -> bool:
+        """Whether the walk has ended."""
+        return self.outcome is not Outcome.WALKING
 
     @contextmanager
     def callbacks(self) -> Iterator[None]:
@@ -225,7 +276,7 @@ class Simulation:
             return None
         try:
             check_offsets(self.data)
-            return native(law, self._world, len(controller.states))
+            return native(law, self._world, self.recording)
         except UnknownLayoutError as error:
             _warn_once(str(error))
             return None
@@ -240,22 +291,34 @@ class Simulation:
         if model is not self.model:
             self._pass_on("mjcb_control", model, data)
             return
-        u = data.userdata.tolist()
-        memory = u[events.CONTROLLER_MEMORY :]
+        u, memory, rates = self._userdata()
         qpos, qvel = data.qpos.tolist(), data.qvel.tolist()
-        timestep = model.opt.timestep
         if callbacks.control(
-            _METHODS, self.controller, self._world, timestep, u, memory, data.ctrl, data.time, qpos, qvel
+            _METHODS,
+            self.controller,
+            self._world,
+            self.recording,
+            u,
+            memory,
+            rates,
+            data.ctrl,
+            data.time,
+            qpos,
+            qvel,
         ):
-            u[events.CONTROLLER_MEMORY :] = memory
-            data.userdata[:] = u
+            data.userdata[:] = u + memory + rates
 
     def _on_sensor(self, model: mujoco.MjModel, data: mujoco.MjData, stage: int) -> None:
         """`mjcb_sensor`; see `callbacks.sense`."""
         if model is not self.model:
             self._pass_on("mjcb_sensor", model, data, stage)
         elif stage == _ACCELERATION:
-            callbacks.sense(self._world, data.userdata, data.sensordata.tolist())
+            motion = (values.tolist() for values in (data.qpos, data.qvel, data.qacc))
+            length, kick = callbacks.sense(self._world, data.userdata, data.sensordata.tolist(), data.time, *motion)
+            if length > 0.0:
+                model.opt.timestep = length
+                if kick != length:
+                    data.qacc *= kick / length
 
     def _on_warning(self, message: str) -> None:
         """`mju_user_warning`: the first line says what it is; what follows differs from time to time."""
@@ -265,6 +328,9 @@ class Simulation:
         """`mjcb_contactfilter`: 1 refuses the pair; see `callbacks.refuses`."""
         if model is not self.model:
             return int(self._pass_on("mjcb_contactfilter", model, data, first, second) or 0)
+        length, kick = callbacks.contact_step(self._world, data.userdata, data.time)
+        if length > 0.0:
+            model.geom_solref[list(self._world.feet)] = -landing.stiffness(length), -1.0 / kick
         return int(callbacks.refuses(self._world, data.userdata, data.geom_xpos, first, second))
 
     def _pass_on(self, name: str, model: mujoco.MjModel, data: mujoco.MjData, *arguments: int) -> Any:
@@ -317,8 +383,7 @@ def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> O
     Raises:
         MjbipedError: A compiled law raised an exception.
     """
-    model, data, limits = simulation.model, simulation.data, simulation.limits
-    stride = max(1, round(recorder.sample_period / model.opt.timestep))
+    limits, u = simulation.limits, simulation.data.userdata
     by_steps = math.isfinite(limits.steps)
     with (
         tqdm(
@@ -331,67 +396,71 @@ def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> O
     ):
         bar.set_description("walking", refresh=False)
         bar.reset()
-        recorder.sample(data, simulation.controller)
         leaps = _Leaps(simulation)
-        u, since_sample = data.userdata, 0
-        while not u[events.OUTCOME]:
-            since_sample += leaps.advance(stride - since_sample)
-            if recorder.take_touchdown(data):
-                bar.update(1 if by_steps else max(0.0, round(float(u[events.FOOT_X]), 2) - bar.n))
-            if since_sample == stride or u[events.OUTCOME]:
-                recorder.sample(data, simulation.controller)
-                since_sample = 0
-                if simulation.outcome is not Outcome.WALKING:  # also where MuJoCo has warned
-                    break
-    if data.userdata[events.OUTCOME] == Outcome.INTERRUPTED:
+        try:
+            while not simulation.over:
+                leaps.advance()
+                taken = simulation.take(recorder)
+                bar.update(taken if by_steps else max(0.0, round(float(u[events.FOOT_X]), 2) - bar.n))
+        finally:
+            if u[events.OUTCOME] == Outcome.INTERRUPTED:
+                simulation.sample()
+            simulation.take(recorder)
+            if u[events.TOUCHED]:  # the controller was not told of it any more
+                recorder.add_touchdown(u[events.LAST_TOUCHDOWN : events.CONTROLLER_MEMORY])
+    if u[events.OUTCOME] == Outcome.INTERRUPTED:
         raise MjbipedError("a compiled law raised an exception; let law() return None to see where")
     return simulation.outcome
 
 
 class _Leaps:
-    """Steps a simulation, many steps at once where its callbacks are compiled and nothing has to be looked at between.
+    """Steps a simulation, many steps at once where its callbacks are compiled.
 
-    A leap in which a leg exchange or the end of the walk turns out to lie is taken back and made step by step.
+    A leap in which the walk's end lies, or a warning of MuJoCo's, is taken back and made step by step.
     """
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation, self._model, self._data = simulation, simulation.model, simulation.data
         self._state = np.empty(mujoco.mj_stateSize(simulation.model, _WHOLE_STATE))
-        self._single = 0 if _is_compiled(mujoco.get_mjcb_control()) else math.inf  # steps to be made one by one
+        self._leap = LEAP if _is_compiled(mujoco.get_mjcb_control()) else 1
 
-    def advance(self, most: int) -> int:
-        """Make at least one step and at most so many; returns how many."""
-        model, data, u = self._model, self._data, self._data.userdata
-        steps = min(most, LEAP)
-        if steps > 1 and self._single == 0:
-            count, warned = u[events.COUNT], self._simulation.warnings.copy()
-            mujoco.mj_getState(model, data, self._state, _WHOLE_STATE)
-            mujoco.mj_step(model, data, nstep=steps)
-            if u[events.COUNT] == count and not u[events.OUTCOME]:
-                return steps
-            mujoco.mj_setState(model, data, self._state, _WHOLE_STATE)
-            self._simulation.warnings = warned  # the steps made again warn again
-            self._single = steps
-        mujoco.mj_step(model, data)
-        self._single = max(self._single - 1, 0)
-        return 1
+    def advance(self) -> None:
+        """Make at least one step, at most so many as the recording has room for."""
+        model, data, simulation = self._model, self._data, self._simulation
+        if self._leap == 1:
+            mujoco.mj_step(model, data)
+            return
+        told, numbers = simulation.warnings.copy(), data.warning.number.copy()
+        mujoco.mj_getState(model, data, self._state, _WHOLE_STATE)
+        mujoco.mj_step(model, data, nstep=self._leap)
+        if not simulation.over:
+            return
+        mujoco.mj_setState(model, data, self._state, _WHOLE_STATE)
+        simulation.warnings, data.warning.number[:] = told, numbers  # the steps made again warn again
+        while not simulation.over:
+            mujoco.mj_step(model, data)
 
 
 def _is_compiled(callback: Any) -> bool:
     return hasattr(callback, "argtypes")  # a C function's pointer of ctypes
 
 
-def _check_times(timestep: float, period: float) -> None:
+def _check_times(timestep: float, contact_timestep: float, period: float | None) -> None:
     """Refuse a physics step or control period that the contact cannot be resolved with.
 
     Raises:
         InputError: One is outside its domain.
     """
-    for name, value in (("timestep", timestep), ("control_period", period)):
-        if not isinstance(value, Real):
+    given = {"timestep": timestep, "contact_timestep": contact_timestep, "control_period": period}
+    for name, value in given.items():
+        if not (isinstance(value, Real) or (name == "control_period" and value is None)):
             raise InputError(f"{name} must be a number of seconds, got {value!r}")
     if not 0.0 < timestep <= LONGEST_TIMESTEP:
         raise InputError(f"timestep must lie in (0, {LONGEST_TIMESTEP}] s, got {timestep!r}")
+    if not contact_timestep >= SHORTEST_CONTACT:
+        raise InputError(f"contact_timestep must be at least {SHORTEST_CONTACT} s, got {contact_timestep!r}")
+    if period is None:
+        return
     ratio = period / timestep if math.isfinite(period) else math.nan
     if not (ratio > 0.5 and np.isclose(ratio, round(ratio), rtol=1e-6)):
         raise InputError(f"control_period must be a multiple of the timestep {timestep!r} s, got {period!r}")

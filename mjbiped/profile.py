@@ -30,13 +30,18 @@ def height_of(ground: Any, segment: int, x: float) -> float:
     return float(ground.z[segment] + ground.gradient[segment] * (x - ground.x[segment]))
 
 
-def height_over(profile: Profile, x: float) -> float:
-    """Height of the ground at x, m: `Terrain.height_at` where no object can be asked; NaN gives NaN."""
-    low, high = 1, len(profile.x)  # the first segment extends backwards
+def segment_under(profile: Profile, x: float) -> int:
+    """Index of the segment at x, m; the first reaches backwards and the last forwards, NaN gives the last."""
+    low, high = 1, len(profile.x)
     while low < high:
         middle = (low + high) // 2
         if x < profile.x[middle]:
             high = middle
         else:
             low = middle + 1
-    return height_of(profile, low - 1, x)
+    return low - 1
+
+
+def height_over(profile: Profile, x: float) -> float:
+    """Height of the ground at x, m: `Terrain.height_at` where no object can be asked; NaN gives NaN."""
+    return height_of(profile, segment_under(profile, x), x)

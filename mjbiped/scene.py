@@ -27,14 +27,12 @@ import numpy as np
 
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError
+from mjbiped.landing import stiffness
 from mjbiped.scenery import add_earth
 from mjbiped.terrain import GROUND_FRICTION, Terrain
 
 FOOT_RADIUS = 1e-4
 """Radius of the colliding foot sphere, m: the step length's error is 0.009 % at 1e-4, 0.13 % at 1e-3, 1.2 % at 1e-2."""
-
-CONTACT_STIFFNESS = 1e5
-"""Stiffness of every contact over the mass it meets, 1/s²: a standing foot sinks by about g / stiffness = 0.1 mm."""
 
 SMALLEST_HIP_MASS = 1e-5
 """MuJoCo's compiler refuses a moving body without mass; this part of the robot's mass is invisible in every figure."""
@@ -65,11 +63,13 @@ class Scene:
         model: The MuJoCo model; its `userdata` has the size asked for.
         start: Where the ground begins, x in m.
         end: Where the ground ends, x in m: the terrain's own end, or as far as was built.
+        proud: How far at most a riser's plate stands before its face, m.
     """
 
     model: mujoco.MjModel
     start: float
     end: float
+    proud: float
 
 
 def build_scene(
@@ -87,7 +87,8 @@ def build_scene(
     Args:
         robot: The robot's parameters.
         terrain: The ground's profile.
-        timestep: Physics step, s. The contacts' damping is 1 / timestep: with it an impact is plastic within one step.
+        timestep: Of the steps that the contacts are made for, s. Their damping is 1 / timestep: with it an impact is
+            plastic within one step.
         reach: How far ahead of x = 0 the last segment must reach, m; a terrain that ends earlier keeps its end.
         ground: "auto" (see the module), or "heightfield" or "boxes" for all stretches alike.
         userdata: Number of floats in `mjData.userdata`.
@@ -112,7 +113,8 @@ def build_scene(
         add_earth(spec, profile, _HALF_WIDTH)
     for key in list(spec.keys):
         spec.delete(key)  # they hold Table I's postures on a 2 degree slope
-    return Scene(model=spec.compile(), start=terrain.x[0] - _BACKWARD, end=end)
+    leans = [_lean(terrain, index) for index in range(len(terrain.x))] if ground == "boxes" else [0.0]
+    return Scene(spec.compile(), start=terrain.x[0] - _BACKWARD, end=end, proud=_RISER_PROUD + max(leans))
 
 
 def models_folder() -> Path:
@@ -128,7 +130,7 @@ def _set_robot(spec: mujoco.MjSpec, robot: Compass, timestep: float) -> None:
     spec.option.gravity = [0.0, 0.0, -robot.gravity]
     length = robot.leg_length
     spec.body("hip").mass = max(robot.hip_mass, SMALLEST_HIP_MASS * robot.total_mass)
-    solref = [-CONTACT_STIFFNESS, -1.0 / timestep]
+    solref = [-stiffness(timestep), -1.0 / timestep]
     for side, y in (("left", 0.04), ("right", -0.04)):
         leg = spec.body(f"{side}_leg")
         leg.mass = robot.leg_mass
@@ -283,9 +285,7 @@ def _add_riser(spec: mujoco.MjSpec, name: str, terrain: Terrain, index: int, lea
     x, top, rise = terrain.x[index], terrain.z[index], terrain.rises[index]
     upper, lower = max(top, top - rise), min(top, top - rise)
     facing = -1.0 if rise > 0.0 else 1.0  # the face looks toward the lower side
-    upper_slope = terrain.angle[index] if rise > 0.0 else terrain.angle[index - 1]
-    lean = max(0.0, -facing * math.tan(upper_slope)) * abs(rise) if leaning else 0.0
-    proud = _RISER_PROUD + lean
+    proud = _RISER_PROUD + (_lean(terrain, index) if leaning else 0.0)
     edge = upper - FOOT_RADIUS - _LIP
     foot_of_bevel = edge - _BEVEL * proud
     if foot_of_bevel <= lower:
@@ -315,6 +315,13 @@ def _add_riser(spec: mujoco.MjSpec, name: str, terrain: Terrain, index: int, lea
         ],
         quat=_tilt(facing * steepness),
     )
+
+
+def _lean(terrain: Terrain, index: int) -> float:
+    """How far the end face of a tilted box leans out over the face of the step at a segment's start, m."""
+    rise = terrain.rises[index]
+    gradient = terrain.gradients[index] if rise > 0.0 else -terrain.gradients[index - 1]
+    return max(0.0, -gradient) * abs(rise)
 
 
 def _add_edge(spec: mujoco.MjSpec, name: str, x: float, z: float, rise: float) -> None:

@@ -24,7 +24,14 @@ from mjbiped.events import Outcome
 from mjbiped.gait import find_passive_gait
 from mjbiped.hybrid import HybridRecorder, HybridSimulation, simulate_hybrid
 from mjbiped.law_check import LawError
-from mjbiped.physics import Simulation, exclusive, simulate, walking
+from mjbiped.physics import (
+    DEFAULT_CONTACT_TIMESTEP,
+    DEFAULT_TIMESTEP,
+    Simulation,
+    exclusive,
+    simulate,
+    walking,
+)
 from mjbiped.record import Walk
 from mjbiped.recorder import Recorder
 from mjbiped.scuffing import ScuffingRule
@@ -37,7 +44,6 @@ if TYPE_CHECKING:
 ENGINES = ("mujoco", "hybrid")
 INITIAL_STATES = ("gait", "rest")
 DEFAULT_STEPS = 60
-DEFAULT_TIMESTEP = 1e-4  # s
 
 
 class WalkStopped(MjbipedError):  # noqa: N818 (its sister is a KeyboardInterrupt, no Error either)
@@ -76,6 +82,7 @@ def walk(
     initial: str | Sequence[float] = "gait",
     robot: Compass | None = None,
     timestep: float = DEFAULT_TIMESTEP,
+    contact_timestep: float = DEFAULT_CONTACT_TIMESTEP,
     control_period: float | None = None,
     sample_period: float = 0.005,
     scuffing: ScuffingRule | None = None,
@@ -91,15 +98,17 @@ def walk(
         terrain: The ground; the robot starts with its (left) stance foot at x = 0.
         engine: "mujoco" (rigid bodies and contacts), or "hybrid" (the paper's equations and impact map; see
             docs/hybrid.md): it has no timestep, its controller acts without pause, and it refuses `timestep`,
-            `control_period` and `ground`.
+            `contact_timestep`, `control_period` and `ground`.
         steps: Touchdowns after which the walk is finished; 60 unless a distance is given.
         distance: Place x of the stance foot at which it is finished, m. With both, the first to be reached counts.
         initial: "gait" (on the imitated limit cycle, just after an impact), "rest" (both legs together on the ground,
             at rest), or (q1, q2, dq1, dq2) from the ground's normal under x = 0, rad and rad/s.
         robot: The robot that walks; by default the controller's own model, or Table I.
-        timestep: Physics step, s.
-        control_period: Time between two ticks of the controller, s; a multiple of the timestep, by default one.
-        sample_period: Time between two samples of the record, s; in MuJoCo rounded to a multiple of the timestep.
+        timestep: Longest physics step, s; steps become shorter toward each touchdown, which ends one of them.
+        contact_timestep: Of the step that makes an impact, s; the timestep where that is shorter.
+        control_period: Time between two ticks of the controller, s, a multiple of the timestep; by default it ticks at
+            every physics step.
+        sample_period: Time between two samples of the record, s; in MuJoCo each is taken at the next physics step.
         scuffing: When the swing foot may touch the ground.
         ground: "auto", "heightfield" or "boxes"; see `mjbiped.scene`.
         progress: Show a progress bar (never where the output is not a terminal).
@@ -144,17 +153,19 @@ def walk(
     common: dict[str, Any] = {"robot": robot, "q": q, "dq": dq, "steps": steps, "distance": distance, "scuffing": rule}
     with ExitStack() as stack:
         if engine == "hybrid":
-            _check_hybrid(timestep, control_period, ground)
+            _check_hybrid(timestep, contact_timestep, control_period, ground)
             run: _Run = _HybridRun(HybridSimulation(controller, terrain, sample_period=sample_period, **common))
         else:
             stack.enter_context(exclusive())
             if walking():
                 raise MjbipedError("a walk cannot be started from inside another's controller")
-            simulation = Simulation(
-                controller, terrain, timestep=timestep, control_period=control_period, ground=ground, **common
-            )
-            sample_period = max(1, round(sample_period / timestep)) * timestep
-            run = _MujocoRun(simulation, sample_period, ground)
+            times: dict[str, Any] = {
+                "timestep": timestep,
+                "contact_timestep": contact_timestep,
+                "control_period": control_period,
+            }
+            simulation = Simulation(controller, terrain, sample_period=sample_period, ground=ground, **times, **common)
+            run = _MujocoRun(simulation, {**times, "ground": ground})
         settings.update(run.settings)
         try:
             outcome = run.go(progress)
@@ -186,15 +197,10 @@ class _Run(Protocol):
 
 
 class _MujocoRun:
-    def __init__(self, simulation: Simulation, sample_period: float, ground: str) -> None:
+    def __init__(self, simulation: Simulation, settings: dict[str, Any]) -> None:
         self.simulation = simulation
-        self.recorder = Recorder(sample_period)
-        self.settings = {
-            "timestep": simulation.model.opt.timestep,
-            "control_period": simulation.control_period,
-            "ground": ground,
-            "sample_period": sample_period,
-        }
+        self.recorder = Recorder()
+        self.settings = settings
 
     def go(self, progress: bool) -> Outcome:
         return simulate(self.simulation, self.recorder, progress=progress)
@@ -203,7 +209,7 @@ class _MujocoRun:
         return {"warnings": dict(self.simulation.warnings)}
 
     def record(self, outcome: Outcome, settings: dict[str, Any]) -> Walk:
-        u = self.recorder.userdata or [0.0] * events.CONTROLLER_MEMORY  # nothing recorded yet
+        u = self.simulation.data.userdata
         peak = np.array([u[events.PEAK_ANKLE], u[events.PEAK_HIP]])
         return _record(self.recorder, outcome, peak, settings)
 
@@ -249,7 +255,7 @@ def _is_interrupt(error: BaseException | None) -> bool:
     return False
 
 
-def _check_hybrid(timestep: float, control_period: float | None, ground: str) -> None:
+def _check_hybrid(timestep: float, contact_timestep: float, control_period: float | None, ground: str) -> None:
     """Refuse what only a time-stepping engine can do.
 
     Raises:
@@ -257,6 +263,7 @@ def _check_hybrid(timestep: float, control_period: float | None, ground: str) ->
     """
     for name, given in (
         ("timestep", timestep != DEFAULT_TIMESTEP),
+        ("contact_timestep", contact_timestep != DEFAULT_CONTACT_TIMESTEP),
         ("control_period", control_period is not None),
         ("ground", ground != "auto"),
     ):

@@ -293,21 +293,22 @@ def test_a_fall_is_a_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_ctrl_c_keeps_the_walk_so_far(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drawings: Drawings) -> None:
-    sample = recorder.Recorder.sample
+    add = recorder.Recorder.add
     count = iter(range(1000))
 
     def interrupted(*arguments: Any) -> None:
-        sample(*arguments)
-        if next(count) == 30:
+        add(*arguments)
+        if next(count) == 3:
             raise KeyboardInterrupt  # what Python's handler of SIGINT raises
 
-    monkeypatch.setattr(recorder.Recorder, "sample", interrupted)
+    monkeypatch.setattr(recorder.Recorder, "add", interrupted)
     out, plot = tmp_path / "walk.npz", tmp_path / "walk.png"
     result = run("walk", "--out", out, "--plot", plot, "--json")
     assert result.exit_code == 130
     assert result.stderr == f"Error: the walk was interrupted after 0 steps; what was walked is in {out}\n"
     walk = Walk.load(out)
-    assert (walk.outcome, len(walk.samples["time"])) == ("interrupted", 31)
+    assert walk.outcome == "interrupted"
+    assert len(walk.samples["time"]) > 60  # of some 500 physics steps each time
     assert json.loads(result.stdout)["files"] == {"record": str(out)}
     assert not drawings.calls
 

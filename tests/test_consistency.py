@@ -24,8 +24,9 @@ from mjbiped import compass, events, measures
 from mjbiped.columns import TOUCHDOWNS, split, width
 from mjbiped.compare import torque_differences
 from mjbiped.compass import Compass
-from mjbiped.physics import Simulation
-from mjbiped.scene import CONTACT_STIFFNESS, FOOT_RADIUS, build_scene
+from mjbiped.landing import STIFFNESS
+from mjbiped.physics import DEFAULT_CONTACT_TIMESTEP, Simulation
+from mjbiped.scene import FOOT_RADIUS, build_scene
 from mjbiped.scuffing import ScuffingRule
 from mjbiped.terrain import GROUND_FRICTION, Terrain
 
@@ -276,6 +277,7 @@ def about_to_land(case: Landing, timestep: float, torque: float) -> Simulation:
         q=case.q.tolist(),
         dq=case.dq.tolist(),
         timestep=timestep,
+        contact_timestep=timestep,
         steps=1,
         scuffing=ScuffingRule(reach=0.0, delay=0.0),
     )
@@ -307,7 +309,7 @@ def test_contact_step_is_the_impact_map_of_the_rates_at_its_end(seed: int, same_
     and lets the foot go by R times the impulse (efc_R).
     """
     case = landing(np.random.default_rng(seed), same_slope)
-    h = 1e-4
+    h = DEFAULT_CONTACT_TIMESTEP
     simulation = about_to_land(case, h, torque)
     model, data = simulation.model, simulation.data
     with simulation.callbacks():
@@ -342,7 +344,7 @@ def test_contact_step_is_the_impact_map_of_the_rates_at_its_end(seed: int, same_
     J = speed_of(contact.pos)
     softened = model.geom_solimp[model.geom("right_foot").id, 0]
     depth = np.array([-contact.dist, 0.0])
-    target = J @ before * (1.0 - 1.0 / softened) + CONTACT_STIFFNESS / softened * h * depth
+    target = J @ before * (1.0 - 1.0 / softened) + STIFFNESS / softened * h * depth
     smooth = before + h * np.linalg.solve(M, data.qfrc_smooth)
     resolved = after(smooth, J, target, data.efc_R[:2])
     # where Newton's solver stops: measured 7e-10
@@ -362,7 +364,7 @@ def test_error_of_an_impact_shrinks_with_the_timestep(torque: float) -> None:
     """
     random = np.random.default_rng(1)
     cases = [landing(random, same_slope=number % 3 == 0) for number in range(40)]
-    timesteps = 2e-4 * 0.5 ** np.arange(4)
+    timesteps = DEFAULT_CONTACT_TIMESTEP * 2.0 ** np.arange(4)
     errors = np.array([[impact_error(case, h, torque) for case in cases] for h in timesteps])
     # Order 1, bent by two small things: the push k d h of a foot that is d <= speed h deep, of order 2 and at 2e-4 up
     # to 0.4 % of its speed; and what does not shrink, below 4e-4: the constraint's softness and the foot's radius.

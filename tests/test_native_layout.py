@@ -13,7 +13,7 @@ from mjbiped import native_layout
 from mjbiped.native_layout import UnknownLayoutError, layout
 from mjbiped.physics import Simulation
 
-ARRAYS = ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos")
+ARRAYS = ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos", "qacc")
 
 
 @pytest.fixture(scope="module")

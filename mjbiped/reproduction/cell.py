@@ -18,9 +18,10 @@ import controllers
 from controllers import Controller
 from mjbiped import measures, scene
 from mjbiped.errors import MjbipedError
+from mjbiped.physics import DEFAULT_TIMESTEP
 from mjbiped.record import Walk
 from mjbiped.terrain import Terrain
-from mjbiped.walk import DEFAULT_TIMESTEP, WalkStopped, versions, walk
+from mjbiped.walk import WalkStopped, versions, walk
 
 Array = NDArray[np.float64]
 
