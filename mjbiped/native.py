@@ -126,9 +126,12 @@ def attached(model: mujoco.MjModel, walks: Sequence[Native]) -> Iterator[None]:
         walks: `userdata[events.RECORD]` is an index into them.
 
     Raises:
-        ValueError: The walks are not all driven by the same functions, or not made for such a model.
+        ValueError: The walks are not all driven by the same functions, or not made for such a model; or one of several
+            lands on its touchdowns, which changes the model's timestep.
     """
     functions = walks[0].functions
+    if len(walks) > 1 and any(walk.world.lands for walk in walks):
+        raise ValueError("walks that land on their touchdowns need a model each")
     if not all(walk.functions is functions and walk.fits(model) for walk in walks):
         raise ValueError("walks of one model need the same laws, and records made for a model like it")
     field = model.numeric_data[:RECORDS_SIZE]

@@ -171,13 +171,13 @@ def test_warnings_of_steps_made_twice_count_once(
 
 def test_one_model_serves_walks_of_many_gains_in_threads(controller: AdaptiveController) -> None:
     gains = (5.0, 3.0, 8.0)
-    walkers = [make(replace(controller, position_gain=gain)) for gain in gains]
+    walkers = [make(replace(controller, position_gain=gain), lands=False) for gain in gains]
     alone = []
     for walker in walkers:
         with walker.callbacks():
             mujoco.mj_step(walker.model, walker.data, nstep=3000)
         alone.append(state_of(walker.model, walker.data))
-    fresh = [make(replace(controller, position_gain=gain)) for gain in gains]
+    fresh = [make(replace(controller, position_gain=gain), lands=False) for gain in gains]
     shared = fresh[0].model
     natives = [walker._native for walker in fresh]
     assert natives[0]
@@ -203,8 +203,9 @@ def test_one_model_serves_walks_of_many_gains_in_threads(controller: AdaptiveCon
 
 def test_records_of_another_kind_are_refused(controller: AdaptiveController) -> None:
     """Of other laws, or of a ground with another number of risers: C code looks at no bounds."""
-    level, stairs = make(controller, Terrain.level()), make(controller, Terrain.stairs(rise=-0.06))
-    passive = make(PassiveController(), Terrain.level())
+    fixed: dict[str, object] = {"lands": False}
+    level, stairs = make(controller, Terrain.level(), **fixed), make(controller, Terrain.stairs(rise=-0.06), **fixed)
+    passive, lands = make(PassiveController(), Terrain.level(), **fixed), make(controller, Terrain.level())._native
     own, other, unlike = level._native, stairs._native, passive._native
     assert own
     assert other
@@ -212,6 +213,8 @@ def test_records_of_another_kind_are_refused(controller: AdaptiveController) -> 
     for walks in ([other], [own, unlike]):
         with pytest.raises(ValueError, match="the same laws"), attached(level.model, walks):
             pass
+    with pytest.raises(ValueError, match="a model each"), attached(level.model, [own, lands]):  # type: ignore[list-item]
+        pass
     with attached(level.model, [own, own]):
         assert level.model.numeric(RECORDS).data[3] == 2
 
