@@ -50,8 +50,8 @@ def test_a_step_ends_where_the_foot_meets_the_ground(
                 heights.append(z - terrain.height_at(x))
                 assert lengths[-1] == landing.planned(u, u[events.TIME])[0] == 2e-5
     assert len(heights) == 6
-    # no step is shorter than 1e-9 s, in which the foot falls by 1e-9 m at most
-    assert heights == pytest.approx([-landing.DEPTH] * 6, abs=1e-9)
+    # no step is shorter than 1e-9 s, in which the foot falls by 3e-9 m at most
+    assert heights == pytest.approx([-landing.DEPTH] * 6, abs=3e-9)
     assert max(lengths) == timestep
     assert min(lengths) > 0.0
 
