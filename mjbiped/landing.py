@@ -19,7 +19,7 @@ beginning, not at its end, and so leaves it with a velocity of t l q̇², away f
 within some 0.2 t. Without that time the impact would begin with a foot that leaves the ground.
 
 **Damping.** A contact's damping is 1 / k: plastic within the step. So the length that a step's contacts are made for is
-*planned* one step ahead, in userdata. A step may become shorter than planned, never longer.
+*planned* one step ahead, in userdata. A step may become shorter than planned; the one that lands, half as long again.
 
 **Faces.** Near a riser's face all steps are contact steps: the foot slides on it, or over its edge.
 """
@@ -129,10 +129,10 @@ def _approach(
             above = middle
         else:
             below = middle
-    if below > length + rest:
-        return length, length, 0.0
     if rest == 0.0:
         return max(below, _SHORTEST), shortest, 1.0  # it lands; the next step is the contact step
+    if below > length + rest:
+        return length, length, 0.0
     if below > rest:
         return max(below - rest, _SHORTEST), shorter, 0.0
     return max(0.5 * below, _SHORTEST), shorter, 0.0  # seen late, behind an edge
