@@ -19,7 +19,7 @@ import mjbiped
 from controllers import PassiveController
 from mjbiped import measures
 
-TIMESTEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
+TIMESTEPS = (2e-3, 1e-3, 5e-4, 2e-4, 1e-4)
 HEADINGS = (
     "timestep s",
     "outcome",
@@ -45,8 +45,8 @@ def row(timestep: float, steps: int, gait: mjbiped.Gait) -> list[str]:
         outcome,
         f"{100 * (measures.step_lengths(walk)[-last:].mean() / gait.step_length - 1):+.3f}",
         f"{100 * (measures.step_periods(walk)[-last:].mean() / gait.period - 1):+.3f}",
-        f"{100 * impact.mean():.2f}",
-        f"{100 * impact.max():.2f}",
+        f"{100 * impact.mean():.3f}",
+        f"{100 * impact.max():.3f}",
         f"{1e3 * walk.touchdowns['slip'].max():.3f}",
         f"{1e3 * walk.touchdowns['penetration'].max():.3f}",
     ]
