@@ -1,0 +1,282 @@
+"""The ground of a scene: a terrain, cut into the pieces that MuJoCo's ground is built of.
+
+* An endless terrain of a single slope becomes a **plane**;
+* a stretch between two steps becomes a **box** per segment where it is level, and **heightfields** where it is not: a
+  tilted box has leaning ends, and a step beside it would stand before or behind its place;
+* a step gets a thin frictionless **riser** before its face, bevelled at the top so that no foot can stand on it;
+* every slope change and step edge gets a stripe that only the eye meets.
+
+Where the pieces begin and end, and every number in them, depends on the terrain alone: any row of neighbours can be
+built without the others, and a foot meets bitwise the same ground on it (see `mjbiped.ground_window`).
+
+All ground lies lower by `FOOT_RADIUS` along its normal, so that a leg's end touches the profile exactly when the
+contact's distance is zero.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+import mujoco
+import numpy as np
+
+from mjbiped.errors import InputError
+from mjbiped.terrain import Terrain
+
+FOOT_RADIUS = 1e-4
+"""Radius of the colliding foot sphere, m: the step length's error is 0.009 % at 1e-4, 0.13 % at 1e-3, 1.2 % at 1e-2."""
+
+GROUND_KINDS = ("auto", "heightfield", "boxes")
+
+FEW_SEGMENTS = 40
+"""A terrain of no more segments is always built whole, with heightfields as long as its equal segments go on."""
+
+HALF_WIDTH = 0.6
+"""Of the ground across the walking direction, m."""
+
+_LONGEST_RUN = 16  # segments of one heightfield on a terrain of more than a few
+_THICKNESS = 0.12  # of boxes and heightfield bases, m; contacts are never deeper than some 0.1 mm
+_RISER_PROUD = 3e-4  # a riser stands before the tread's own frictional end face, m
+_RISER_BACK = 1.5e-3  # how far it reaches back into the step; below a tread of up to 28 degrees, m
+_BEVEL = 2.0  # rise over run of a riser's upper edge: its normal then faces up by 0.45, a face and no foothold
+_LIP = 1e-4  # of the tread's own end left above the bevel, m: a foot at the tread's edge stands on the tread alone
+_BACKWARD = 3.0  # ground behind the start, m: more than a fallen robot reaches
+
+Point = tuple[float, float]
+"""Place x and height z, m."""
+
+
+class Ground:
+    """A terrain as pieces: a box, or the segments that share a heightfield.
+
+    Attributes:
+        terrain: The profile.
+        end: Where the last segment ends, x in m.
+        proud: How far at most a riser's plate stands before its face, m.
+    """
+
+    def __init__(self, terrain: Terrain, *, reach: float, kind: str = "auto") -> None:
+        """Cut a terrain.
+
+        A heightfield's columns are equidistant, so neighbouring segments share one only while their widths are equal
+        (rough ground, surveyed trails); the profile itself is never resampled.
+
+        Args:
+            terrain: The profile.
+            reach: How far ahead of x = 0 the last segment must reach, m; a terrain that ends earlier keeps its end.
+            kind: "auto" (see the module), or "heightfield" or "boxes" for all stretches alike.
+
+        Raises:
+            InputError: The kind is unknown.
+        """
+        if kind not in GROUND_KINDS:
+            raise InputError(f"unknown ground {kind!r}; valid are {', '.join(GROUND_KINDS)}")
+        self.terrain = terrain
+        self.end = min(terrain.end, max(reach, terrain.x[-1] + 1.0))
+        self._leaning = kind == "boxes"
+        leans = [_lean(terrain, index) for index in range(len(terrain.x))] if self._leaning else [0.0]
+        self.proud = _RISER_PROUD + max(leans)
+        self._plane = len(terrain.x) == 1 and kind == "auto" and math.isinf(terrain.end)
+        self._starts = np.array(terrain.x)
+        self._starts[0] -= _BACKWARD
+        self._stops = np.append(terrain.x[1:], self.end)
+        widths = self._stops - self._starts
+        stepped = np.array(terrain.rises) != 0.0
+        self._stretch = np.cumsum(stepped)  # between two steps
+        uneven = np.bincount(self._stretch, np.array(terrain.angle) != 0.0) > 0.0
+        self._field = uneven[self._stretch] if kind == "auto" else np.full(len(widths), kind == "heightfield")
+        unlike = np.abs(np.diff(widths)) > 1e-9 * np.maximum(widths[1:], widths[:-1])
+        begins = np.append(True, unlike | stepped[1:] | ~self._field[1:])
+        if len(widths) > FEW_SEGMENTS:
+            index = np.arange(len(widths))
+            begins |= (index - np.maximum.accumulate(np.where(begins, index, 0))) % _LONGEST_RUN == 0
+        self._pieces = np.append(np.flatnonzero(begins), len(widths))
+
+    @property
+    def segments(self) -> range:
+        """All of them."""
+        return range(len(self.terrain.x))
+
+    def between(self, start: float, stop: float) -> range:
+        """The segments of all pieces that have a part between two places (m); at least one piece."""
+        first, last = np.searchsorted(self._starts, (start, stop), side="right") - 1
+        low = int(np.searchsorted(self._pieces, max(first, 0), side="right")) - 1
+        high = int(np.searchsorted(self._pieces, max(last, 0), side="right"))
+        return range(int(self._pieces[low]), int(self._pieces[high]))
+
+    def start_of(self, segment: int) -> float:
+        """Where a segment's ground begins, x in m."""
+        return float(self._starts[segment])
+
+    def stop_of(self, segment: int) -> float:
+        """Where it ends, x in m."""
+        return float(self._stops[segment])
+
+    def profile(self, segments: range) -> list[Point]:
+        """First and last point of each of these segments."""
+        return [point for index in segments for point in self._corners(index)]
+
+    def add_to(self, spec: mujoco.MjSpec, segments: range) -> None:
+        """Build ground.
+
+        Args:
+            spec: The scene, with default classes "terrain", "riser" and "edge".
+            segments: Those of whole pieces, as `between` gives them.
+        """
+        if self._plane:
+            _add_plane(spec, self.terrain)
+            return
+        for name, piece in self._named_pieces(segments):
+            corners = [self._corners(index) for index in piece]
+            if self._field[piece[0]]:
+                _add_heightfield(spec, name, [corners[0][0], *(stop for _, stop in corners)])
+            else:
+                _add_box(spec, name, *corners[0], self.terrain.angle[piece[0]])
+        for index in segments:
+            if index:
+                rise = self.terrain.rises[index]
+                _add_edge(spec, f"edge_{index}", self.terrain.x[index], self.terrain.z[index], rise)
+                if rise != 0.0:
+                    _add_riser(spec, f"riser_{index}", self.terrain, index, leaning=self._leaning)
+
+    def _corners(self, index: int) -> tuple[Point, Point]:
+        """A segment's first and last point; the first segment reaches back, the last one to the end."""
+        x, z, fall = self.terrain.x[index], self.terrain.z[index], math.tan(self.terrain.angle[index])
+        start, stop = self.start_of(index), self.stop_of(index)
+        return (start, z - fall * (start - x)), (stop, z - fall * (stop - x))
+
+    def _named_pieces(self, segments: range) -> Iterator[tuple[str, range]]:
+        """The pieces of these segments; each is called by its stretch, and by its number in there."""
+        low, high = (int(place) for place in np.searchsorted(self._pieces, (segments.start, segments.stop)))
+        for number in range(low, high):
+            first, stop = int(self._pieces[number]), int(self._pieces[number + 1])
+            stretch = int(self._stretch[first])
+            before = int(np.searchsorted(self._pieces, np.searchsorted(self._stretch, stretch)))
+            yield f"ground_{stretch}_{number - before}", range(first, stop)
+
+
+def _tilt(slope: float) -> list[float]:
+    """Quaternion that turns a level body down by `slope`, about +y."""
+    return [math.cos(slope / 2), 0.0, math.sin(slope / 2), 0.0]
+
+
+def _add_plane(spec: mujoco.MjSpec, terrain: Terrain) -> None:
+    slope = terrain.angle[0]
+    spec.worldbody.add_geom(
+        spec.find_default("terrain"),
+        name="ground_0",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[0.0, HALF_WIDTH, 0.05],
+        pos=[terrain.x[0] - FOOT_RADIUS * math.sin(slope), 0.0, terrain.z[0] - FOOT_RADIUS * math.cos(slope)],
+        quat=_tilt(slope),
+    )
+
+
+def _add_box(spec: mujoco.MjSpec, name: str, start: Point, stop: Point, slope: float) -> None:
+    """One segment as a box whose upper face, raised by the foot's radius, is the profile."""
+    depth = FOOT_RADIUS + _THICKNESS / 2
+    spec.worldbody.add_geom(
+        spec.find_default("terrain"),
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[math.dist(start, stop) / 2, HALF_WIDTH, _THICKNESS / 2],
+        pos=[
+            (start[0] + stop[0]) / 2 - depth * math.sin(slope),
+            0.0,
+            (start[1] + stop[1]) / 2 - depth * math.cos(slope),
+        ],
+        quat=_tilt(slope),
+    )
+
+
+def _add_heightfield(spec: mujoco.MjSpec, name: str, nodes: list[Point]) -> None:
+    """A heightfield of two rows, with a column at each of these equidistant points of the profile."""
+    slopes = [math.atan2(a[1] - b[1], b[0] - a[0]) for a, b in pairwise(nodes)]
+    # lowered along the normal: by r / cos(slope) in z, at a node by the mean of the two segments that meet there
+    lowering = [FOOT_RADIUS / math.cos(slope) for slope in slopes]
+    padded = [lowering[0], *lowering, lowering[-1]]
+    heights = np.array([z - (padded[k] + padded[k + 1]) / 2 for k, (_, z) in enumerate(nodes)])
+    lowest = float(heights.min())
+    rise = float(heights.max()) - lowest
+    elevation = rise if rise > 0.0 else 1e-3  # MuJoCo stretches the data to 0..1, and refuses a zero scale
+    relative = (heights - lowest) / elevation
+    spec.add_hfield(
+        name=name,
+        size=[(nodes[-1][0] - nodes[0][0]) / 2, HALF_WIDTH, elevation, _THICKNESS],
+        nrow=2,
+        ncol=len(nodes),
+        userdata=np.concatenate([relative, relative]),
+    )
+    spec.worldbody.add_geom(
+        spec.find_default("terrain"),
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_HFIELD,
+        hfieldname=name,
+        pos=[(nodes[0][0] + nodes[-1][0]) / 2, 0.0, lowest],
+    )
+
+
+def _add_riser(spec: mujoco.MjSpec, name: str, terrain: Terrain, index: int, leaning: bool) -> None:
+    """A thin frictionless plate with a bevelled top before the vertical face of the step at a segment's start.
+
+    Args:
+        spec: The scene.
+        name: Of the plate; the bevel's has a suffix.
+        terrain: The ground.
+        index: Of the segment.
+        leaning: Whether the upper tread is a tilted box; its end face then leans out at its foot, and the plate stands
+            before that, too.
+    """
+    x, top, rise = terrain.x[index], terrain.z[index], terrain.rises[index]
+    upper, lower = max(top, top - rise), min(top, top - rise)
+    facing = -1.0 if rise > 0.0 else 1.0  # the face looks toward the lower side
+    proud = _RISER_PROUD + (_lean(terrain, index) if leaning else 0.0)
+    edge = upper - FOOT_RADIUS - _LIP
+    foot_of_bevel = edge - _BEVEL * proud
+    if foot_of_bevel <= lower:
+        return  # lower than the bevel: nothing to strike
+    height = foot_of_bevel - (lower - _THICKNESS / 2)
+    thickness = proud + _RISER_BACK
+    spec.worldbody.add_geom(
+        spec.find_default("riser"),
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[thickness / 2, HALF_WIDTH, height / 2],
+        pos=[x + facing * (proud - thickness / 2), 0.0, foot_of_bevel - height / 2],
+    )
+    # the bevel: a box whose outer face runs from the tread's edge down and out to the plate's
+    steepness = math.atan(_BEVEL)
+    length, depth = math.hypot(proud, _BEVEL * proud), min(proud, 1e-3)
+    outward = facing * math.sin(steepness), math.cos(steepness)
+    spec.worldbody.add_geom(
+        spec.find_default("riser"),
+        name=f"{name}_bevel",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[length / 2, HALF_WIDTH, depth / 2],
+        pos=[
+            x + facing * proud / 2 - outward[0] * depth / 2,
+            0.0,
+            (edge + foot_of_bevel) / 2 - outward[1] * depth / 2,
+        ],
+        quat=_tilt(facing * steepness),
+    )
+
+
+def _lean(terrain: Terrain, index: int) -> float:
+    """How far the end face of a tilted box leans out over the face of the step at a segment's start, m."""
+    rise = terrain.rises[index]
+    gradient = terrain.gradients[index] if rise > 0.0 else -terrain.gradients[index - 1]
+    return max(0.0, -gradient) * abs(rise)
+
+
+def _add_edge(spec: mujoco.MjSpec, name: str, x: float, z: float, rise: float) -> None:
+    """A stripe across the ground where the slope changes (dark) or a step stands (red); for the eye only."""
+    spec.worldbody.add_geom(
+        spec.find_default("edge"),
+        name=name,
+        size=[0.006, HALF_WIDTH + 0.002, 0.0015],
+        pos=[x, 0.0, max(z, z - rise)],
+        material="step_edge" if rise != 0.0 else "slope_edge",
+    )
