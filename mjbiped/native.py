@@ -104,6 +104,11 @@ class Native:
         self.functions = _compile(law.torque, law.touchdown, law.slope_estimate, values, made, classes, layout())
         self.world, self.recording = world, recording
         self.record = packer.record()
+        self._law = law
+
+    def in_world(self, world: World) -> Native:
+        """The same walk in another scene."""
+        return Native(self._law, world, self.recording)
 
     def fits(self, model: mujoco.MjModel) -> bool:
         """Whether all places that the callbacks use are there in a model: C code does not look."""

@@ -26,12 +26,13 @@ from mjbiped.columns import SAMPLES, TOUCHDOWNS, width
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.events import Limits, Outcome
+from mjbiped.ground_window import MARGIN, GroundWindows, places_in
 from mjbiped.law_check import refusal
 from mjbiped.laws import gives_its_law
 from mjbiped.native import Native, attached, check_offsets, native
 from mjbiped.native_layout import UnknownLayoutError
 from mjbiped.recorder import Recorder
-from mjbiped.scene import FOOT_RADIUS, build_scene
+from mjbiped.scene import FOOT_RADIUS
 from mjbiped.scuffing import ScuffingRule
 from mjbiped.terrain import Terrain
 
@@ -64,6 +65,9 @@ class Simulation:
 
     The whole state, the controller's memory included, is in `data`: `mujoco.mj_getState` with
     `mjtState.mjSTATE_INTEGRATION` saves it, `mj_setState` on a like simulation resumes it, bit by bit the same.
+
+    Of a terrain of more than `mjbiped.ground.FEW_SEGMENTS` segments, `model` holds only the ground about the robot:
+    see `move_on`.
 
     Attributes:
         model: The compiled scene. qpos is hip x, hip z (m), left and right leg angle from the vertical (rad);
@@ -127,8 +131,20 @@ class Simulation:
         )
         states = len(controller.states)
         size = events.CONTROLLER_MEMORY + controller.memory_size + states
-        scene = build_scene(robot, terrain, timestep=shortest, reach=reach, ground=ground, userdata=size)
+        self._terrain = terrain
+        leap = LEAP * timestep * math.sqrt(robot.gravity * length)  # a faster hip would fly
+        self._windows = GroundWindows(
+            robot,
+            terrain,
+            timestep=shortest,
+            reach=reach,
+            ground=ground,
+            userdata=size,
+            margin=MARGIN * length + leap,
+        )
+        scene = self._windows.about(0.0)
         scene.model.opt.timestep = timestep
+        self._inside = self._windows.inside(scene)
         self.model = scene.model
         self.data = mujoco.MjData(scene.model)
         self.controller = controller
@@ -139,23 +155,16 @@ class Simulation:
             reach=rule.reach * length,
             delay=rule.delay,
             stall_time=events.STALL_TIME * math.sqrt(length / robot.gravity),
-            start=scene.start,
-            end=scene.end,
+            start=self._windows.start,
+            end=self._windows.end,
             steps=math.inf if steps is None else float(steps),
             distance=math.inf if distance is None else float(distance),
         )
-        model = self.model
-        left, right = (model.sensor(f"{side}_contact") for side in ("left", "right"))
         self._world = World(
-            limits=self.limits,
-            profile=terrain.profile,
-            rises=terrain.rises,
+            limits=self.limits._replace(start=scene.start, end=scene.end),
+            **places_in(scene, terrain),
             stepped=any(terrain.rises),
             proud=scene.proud,
-            feet=(int(model.geom("left_foot").id), int(model.geom("right_foot").id)),
-            contacts=(int(left.adr[0]), int(right.adr[0])),
-            slots=int(left.dim[0]),
-            risers=tuple(float(model.geom(index).name.startswith("riser_")) for index in range(model.ngeom)),
             # twice the way at the fall of a leg
             deepest=2.0 * timestep * math.sqrt(2.0 * robot.gravity * length),
             timestep=timestep,
@@ -173,6 +182,7 @@ class Simulation:
         )
         self._compile = compile
         self._before: dict[str, Any] = {}
+        self._attachment: ExitStack | None = None
         self.warnings: Counter[str] = Counter()
         self._place(terrain, length, q, dq)
 
@@ -196,6 +206,40 @@ class Simulation:
         memory = events.CONTROLLER_MEMORY
         rates = memory + self._world.memory_size
         return u[:memory], u[memory:rates], u[rates:]
+
+    def move_on(self) -> bool:
+        """Build the ground about the robot, where it comes near the end of what is built of a long terrain.
+
+        `model` and `data` are others then, in the same state; the walk goes on bit by bit as on the whole terrain. To
+        be called between steps, at least once in a leg length; `callbacks` begins with it. A hip that passes the end of
+        the ground that is built has left the terrain. What was changed in `model` by hand does not go along.
+
+        Returns:
+            Whether it was built.
+        """
+        data, x = self.data, float(self.data.qpos[0])
+        low, high = self._inside
+        if low < x < high or not math.isfinite(x) or data.warning.number.any():
+            return False
+        scene, before = self._windows.about(x), self._world
+        world = before._replace(
+            limits=self.limits._replace(start=scene.start, end=scene.end), **places_in(scene, self._terrain)
+        )
+        scene.model.opt.timestep = self.model.opt.timestep
+        scene.model.geom_solref[list(world.feet)] = self.model.geom_solref[list(before.feet)]
+        state = np.empty(mujoco.mj_stateSize(self.model, _WHOLE_STATE))
+        mujoco.mj_getState(self.model, data, state, _WHOLE_STATE)
+        data = mujoco.MjData(scene.model)
+        mujoco.mj_setState(scene.model, data, state, _WHOLE_STATE)
+        self.model, self.data, self._world, self._inside = scene.model, data, world, self._windows.inside(scene)
+        made = self.__dict__.get("_native")  # as `cached_property` keeps it
+        if made is not None:
+            check_offsets(self.data)
+            self._native = made.in_world(self._world)
+            if self._attachment is not None:
+                self._attachment.close()
+                self._attachment.enter_context(attached(self.model, [self._native]))
+        return True
 
     @property
     def outcome(self) -> Outcome:
@@ -233,10 +277,14 @@ class Simulation:
         """
         with ExitStack() as stack:
             stack.enter_context(exclusive())
+            self.move_on()
             before = {name: getattr(mujoco, f"get_{name}")() for name in (*_CALLBACKS, "mju_user_warning")}
             made = self._native
             if made and all(before[name] in (None, getattr(made.functions, name)) for name in _CALLBACKS):
-                stack.enter_context(attached(self.model, [made]))
+                if self._attachment is None:
+                    stack.callback(setattr, self, "_attachment", None)
+                    self._attachment = stack.enter_context(ExitStack())
+                    self._attachment.enter_context(attached(self.model, [made]))
                 chosen = {name: getattr(made.functions, name) for name in _CALLBACKS}
             else:
                 chosen = dict(zip(_CALLBACKS, (self._on_control, self._on_sensor, self._on_contact), strict=True))
@@ -383,6 +431,7 @@ def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> O
     Raises:
         MjbipedError: A compiled law raised an exception.
     """
+    simulation.move_on()
     limits, u = simulation.limits, simulation.data.userdata
     by_steps = math.isfinite(limits.steps)
     with (
@@ -399,6 +448,8 @@ def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> O
         leaps = _Leaps(simulation)
         try:
             while not simulation.over:
+                if simulation.move_on():
+                    leaps, u = _Leaps(simulation), simulation.data.userdata
                 leaps.advance()
                 taken = simulation.take(recorder)
                 bar.update(taken if by_steps else max(0.0, round(float(u[events.FOOT_X]), 2) - bar.n))

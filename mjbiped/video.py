@@ -20,12 +20,10 @@ from mjbiped.calm_camera import calm_offsets
 from mjbiped.caption import Pixels, draw_caption
 from mjbiped.errors import InputError, RenderError
 from mjbiped.gl import ensure_gl, gl_available
+from mjbiped.ground_window import MARGIN, GroundWindows
 from mjbiped.output import written_whole
-from mjbiped.scene import build_scene
 
 if TYPE_CHECKING:
-    import mujoco
-
     from mjbiped.record import Walk
 
 __all__ = ["ensure_gl", "gl_available", "render_frame", "render_frames", "render_video"]
@@ -39,7 +37,7 @@ FASTEST_FPS = 120
 LAST_FRAME_HELD = 1.0
 """How long a video shows its last frame, with the walk's outcome, s."""
 
-_SIGHT = 4.0  # ground built beyond the farthest place of the record, m
+_SIGHT = 4.0  # ground built beyond what the record or a frame needs, m
 _QUALITY = 20  # H.264's constant rate factor
 _ONE_AT_A_TIME = threading.Lock()
 
@@ -204,22 +202,25 @@ def _span(walk: Walk) -> tuple[float, float]:
 
 
 class _Stage:
-    """A scene with a renderer, on which the postures of a walk are drawn."""
+    """A scene with a renderer, on which the postures of a walk are drawn; on a long terrain, one about each place."""
 
-    def __init__(
-        self, walk: Walk, model: mujoco.MjModel, renderer: mujoco.Renderer, camera: int, shadows: bool
-    ) -> None:
-        import mujoco
-
+    def __init__(self, walk: Walk, width: int, height: int, camera: str, shadows: bool, open_now: ExitStack) -> None:
         self._walk = walk
-        self._model = model
-        self._data = mujoco.MjData(model)
-        self._renderer = renderer
-        self._camera = camera
-        tracking = mujoco.mjtCamLight.mjCAMLIGHT_TRACK, mujoco.mjtCamLight.mjCAMLIGHT_TRACKCOM
-        self._tracked = mujoco.mjtCamLight(int(model.cam_mode[camera])) in tracking
+        self._size = height, width
+        self._name = camera
+        self._shadows = shadows
+        self._open = open_now
         self._calm = calm_offsets(walk)
-        renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
+        self._windows = GroundWindows(
+            walk.robot,
+            walk.terrain,
+            timestep=walk.settings.get("timestep", 1e-4),
+            reach=float(np.max(walk.samples["qpos"][:, 0])) + _SIGHT,
+            ground=walk.settings.get("ground", "auto"),
+            scenery=True,
+            margin=max(_SIGHT, MARGIN * walk.robot.leg_length),
+        )
+        self._go_to(float(walk.samples["qpos"][0, 0]))
 
     @classmethod
     @contextmanager
@@ -230,37 +231,43 @@ class _Stage:
             InputError: There is no such camera.
             RenderError: No OpenGL platform works.
         """
+        with _ONE_AT_A_TIME, ExitStack() as stack:
+            yield cls(walk, width, height, camera, shadows, stack)
+
+    def _go_to(self, x: float) -> None:
+        """Build the scene about a place, m, in place of the one before."""
         import mujoco
 
-        model = build_scene(
-            walk.robot,
-            walk.terrain,
-            timestep=walk.settings.get("timestep", 1e-4),
-            reach=float(np.max(walk.samples["qpos"][:, 0])) + _SIGHT,
-            ground=walk.settings.get("ground", "auto"),
-            scenery=True,
-        ).model
+        scene = self._windows.about(x)
+        model, (height, width) = scene.model, self._size
         names = [model.camera(index).name for index in range(model.ncam)]
-        if camera not in names:
-            raise InputError(f"unknown camera {camera!r}; valid are {', '.join(names)}")
+        if self._name not in names:
+            raise InputError(f"unknown camera {self._name!r}; valid are {', '.join(names)}")
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
         platform = ensure_gl()
-        with _ONE_AT_A_TIME:
-            try:
-                renderer = mujoco.Renderer(model, height, width, max_geom=model.ngeom + 100)
-            except Exception as error:  # ImportError, RuntimeError, mujoco.FatalError, PyOpenGL's own
-                raise RenderError(
-                    f"OpenGL platform {platform} cannot draw {width} x {height} pixels: {error}"
-                ) from error
-            with renderer:
-                yield cls(walk, model, renderer, names.index(camera), shadows)
+        self._open.close()
+        try:
+            renderer = mujoco.Renderer(model, height, width, max_geom=model.ngeom + 100)
+        except Exception as error:  # ImportError, RuntimeError, mujoco.FatalError, PyOpenGL's own
+            raise RenderError(f"OpenGL platform {platform} cannot draw {width} x {height} pixels: {error}") from error
+        self._renderer = self._open.enter_context(renderer)
+        self._renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = self._shadows
+        self._model, self._data, self._inside = model, mujoco.MjData(model), self._windows.inside(scene)
+        tracking = mujoco.mjtCamLight.mjCAMLIGHT_TRACK, mujoco.mjtCamLight.mjCAMLIGHT_TRACKCOM
+        self._camera = names.index(self._name)
+        self._tracked = mujoco.mjtCamLight(int(model.cam_mode[self._camera])) in tracking
 
     def frame(self, time: float, caption: bool, slow_motion: float = 1.0, *, with_outcome: bool = False) -> Pixels:
         """The posture at a time (s) of the record, RGB."""
         import mujoco
 
-        samples, data = self._walk.samples, self._data
-        data.qpos[:] = [np.interp(time, samples["time"], column) for column in samples["qpos"].T]
+        samples = self._walk.samples
+        qpos = [float(np.interp(time, samples["time"], column)) for column in samples["qpos"].T]
+        low, high = self._inside
+        if math.isfinite(qpos[0]) and not low < qpos[0] < high:
+            self._go_to(qpos[0])
+        data = self._data
+        data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, data)
         mujoco.mj_comPos(self._model, data)
         mujoco.mj_camlight(self._model, data)
