@@ -12,6 +12,11 @@ from contextlib import contextmanager
 
 from tqdm.auto import tqdm
 
+from mjbiped.errors import InputError
+
+_PATIENCE = 30.0
+"""How long a scheduler, and then its first worker, is waited for, s."""
+
 
 @contextmanager
 def processes(count: int | None = None) -> Iterator[Executor]:
@@ -39,6 +44,47 @@ def processes(count: int | None = None) -> Iterator[Executor]:
         pool.shutdown(cancel_futures=True)
         raise
     pool.shutdown()
+
+
+@contextmanager
+def cluster(address: str) -> Iterator[Executor]:
+    """Have work done by the workers of a Dask scheduler.
+
+    Args:
+        address: Of the scheduler, as "tcp://host:8786".
+
+    Yields:
+        The executor. Work of a worker that died is given to another. Where the block raises, work not begun is dropped.
+
+    Raises:
+        InputError: Dask Distributed is not installed, nobody answers at the address, or there are no workers.
+    """
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise InputError(
+            "a --scheduler needs Dask Distributed, which is not installed: pip install 'mjbiped[cluster]'"
+        ) from error
+    try:
+        client = Client(address, timeout=_PATIENCE, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(
+            f"no Dask scheduler answers at {address!r} ({error}); start one with: dask scheduler"
+        ) from error
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=_PATIENCE)
+        except TimeoutError as error:
+            raise InputError(
+                f"the scheduler at {address} has no workers; start some with: dask worker {address} --nthreads 1"
+            ) from error
+        pool = client.get_executor()
+        try:
+            yield pool
+        except BaseException:
+            pool.shutdown(wait=False)
+            raise
+        pool.shutdown()
 
 
 def _begin() -> None:
