@@ -218,3 +218,13 @@ def test_imitated_slope_is_in_degrees() -> None:
     assert isinstance(law, AdaptiveController)
     assert law.gait.slope == math.radians(1.5)
     assert law.initial_slope_estimate == math.radians(1.0)
+
+
+def test_example_is_the_one_that_is_described() -> None:
+    root = Path(__file__).parents[1]
+    path = root / "scripts" / "studies" / "random_ground.toml"
+    assert len(read_study(path).cells) == 1000
+    blocks = (root / "docs" / "sweeps.md").read_text(encoding="utf-8").split("```toml\n")[1:]
+    described, alternatives = (tomllib.loads(block.split("```")[0]) for block in blocks)
+    assert described == tomllib.loads(path.read_text(encoding="utf-8"))
+    assert len(plan(path, alternatives).cells) == 5

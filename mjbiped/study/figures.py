@@ -44,7 +44,7 @@ _FEWEST_BINS = 3
 _WALKS_IN_BIN = 12  # at least, in the mean
 _MOST_GROUPS = 5
 _MOST_LISTED = 40  # where there is nothing else
-_MOST_NUMBERED = 10  # columns of a heat map that has its numbers written in
+_MOST_NUMBERED = 7  # columns of a heat map that has its numbers written in
 _LOG_RATIO = 30.0  # of greatest to least value, from which on a colour scale is logarithmic
 _MAP = ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.95, 256)))
 _LINES = ((BLUE, "-", "o"), (VERMILLION, (0, (5, 1.2)), "s"), (GREEN, (0, (2.5, 1)), "^"), (ORANGE, (0, (1, 0.8)), "D"),
@@ -160,7 +160,7 @@ def _draw_map(figure: Figure, axes: Axes, parameters: Sequence[Axis], table: Arr
         spine.set_visible(True)
     if x.count > _MOST_NUMBERED:
         return
-    size = min(7.0, 42.0 / x.count)
+    size = min(7.0, 33.0 / x.count)
     across, up = x.centres.tolist(), y.centres.tolist()
     for j, i in np.ndindex(table.shape):
         value = float(table[j, i])
