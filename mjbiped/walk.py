@@ -136,7 +136,7 @@ def walk(
         raise InputError(f"robot must be a mjbiped.Compass, got {type(robot).__name__}")
     if scuffing is not None and not isinstance(scuffing, ScuffingRule):
         raise InputError(f"scuffing must be a mjbiped.ScuffingRule, got {type(scuffing).__name__}")
-    q, dq = initial_state(initial, controller, robot, terrain)
+    q, dq = _initial_state(initial, controller, robot, terrain)
     rule = scuffing or ScuffingRule()
     settings = {
         "engine": engine,
@@ -312,7 +312,7 @@ def _check_limits(steps: int | None, distance: float | None, sample_period: floa
             raise InputError(f"{name} must be a finite number above zero, got {value!r}")
 
 
-def initial_state(
+def _initial_state(
     initial: str | Sequence[float], controller: Controller, robot: Compass, terrain: Terrain
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Angles from the ground's normal (rad) and rates (rad/s) at the start, stance leg first.

@@ -12,12 +12,12 @@ from mjbiped import measures
 from mjbiped.compass import Compass
 from mjbiped.controller_names import make_controller
 from mjbiped.errors import InputError
-from mjbiped.gait import Gait
+from mjbiped.gait import Gait, find_passive_gait
 from mjbiped.record import Walk
 from mjbiped.study.values import Scalar
 from mjbiped.terrain import Terrain
 from mjbiped.terrain_files import number, parse_parameters
-from mjbiped.walk import WalkStopped, initial_state, walk
+from mjbiped.walk import WalkStopped, walk
 
 Row = dict[str, Any]
 """A row of the table: values by the names of columns."""
@@ -119,10 +119,9 @@ class Cell:
         if "initial" in self.values:
             return str(self.values["initial"])
         state = self.section("initial")
-        base = [0.0] * 4
-        if "around" in state:
-            q, dq = initial_state(state["around"], controller, robot, terrain)
-            base = [*q, *dq]
+        base = [0.0] * 4  # at rest, or of the numbers alone
+        if state.get("around") == "gait":  # as in `walk`
+            base = (controller.gait or find_passive_gait(robot, terrain.slope_at(0.0))).start.tolist()
         added = [number(f"initial.{key}", state.get(key, 0.0)) for key in STATE]
         return tuple(start + change for start, change in zip(base, added, strict=True))
 
