@@ -124,13 +124,24 @@ def test_changed_study_is_refused(file: Path, tmp_path: Path, monkeypatch: pytes
     file.write_text("# a remark\n" + text + '[plot]\nmeasures = ["steps"]\n')
     run(read_study(file), tmp_path / "out")  # neither is part of the study
     file.write_text(text.replace("steps = 6", "steps = 7"))
-    with pytest.raises(InputError, match=r"study\.steps was 6, is 7"):
+    with pytest.raises(InputError, match=r"another study: study\.steps was 6, is 7\. Name another"):
         run(read_study(file), tmp_path / "out")
     file.write_text(text)
-    monkeypatch.setattr(running, "sources", lambda: "mended")
-    with pytest.raises(InputError, match="sources"):
+    monkeypatch.setattr(running, "sources", lambda: "mended" * 20)
+    with pytest.raises(InputError, match=r"another study: mjbiped's source files changed\."):
         run(read_study(file), tmp_path / "out")
     run(read_study(file), tmp_path / "out", fresh=True)
+
+
+@pytest.mark.usefixtures("studies_in_threads")
+def test_changed_terrain_file_is_refused(tmp_path: Path) -> None:
+    path, trail = tmp_path / "study.toml", tmp_path / "trail.toml"
+    path.write_text('engine = "hybrid"\nsteps = 1\nterrain = { file = "trail.toml" }')
+    trail.write_text("segments = [[1, 0], [1, 1]]")
+    run(read_study(path), tmp_path / "out")
+    trail.write_text("segments = [[1, 0], [1, 2]]")
+    with pytest.raises(InputError, match="content of a terrain file changed"):
+        run(read_study(path), tmp_path / "out")
 
 
 @pytest.mark.usefixtures("studies_in_threads")

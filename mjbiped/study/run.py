@@ -29,7 +29,7 @@ LONGEST_BATCH = 0.5
 
 def identity_of(study: Study) -> dict[str, Any]:
     """All that the rows of a study depend on."""
-    return {"study": dict(study.declared), "cells": study.digest, **_machinery()}
+    return {"study": dict(study.declared), **_machinery(), "cells": study.digest}
 
 
 def run(
@@ -126,8 +126,9 @@ def _walk_all(todo: Sequence[Cell], store: Store, executor: AbstractContextManag
         raise
     except Exception as error:
         raise MjbipedError(
-            f"the workers failed, of lack of memory perhaps ({type(error).__name__}: {error}); what had ended is in "
-            f"{store.folder}: the same command goes on from there, with fewer --workers if need be"
+            f"the workers failed ({type(error).__name__}: {error}): a process died, of lack of memory perhaps, or a "
+            f"scheduler is gone. What had ended is in {store.folder}: the same command goes on from there; with fewer "
+            "--workers where memory was short"
         ) from error
 
 

@@ -20,6 +20,8 @@ DATABASE, TABLE = "study.sqlite", "study.csv"
 _LOCK = ".running"
 _FORMAT = 1
 _SHOWN = 5  # differences in a message
+_IN_WORDS = {"sources": "mjbiped's source files", "cells": "the content of a terrain file"}
+"""Kinds of an identity that are digests; all else that cells depend on has a kind of its own."""
 
 
 def columns_of(study: Study) -> tuple[str, ...]:
@@ -156,6 +158,10 @@ def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], ide
     if kept.pop("format", None) != str(_FORMAT):
         raise RecordError(f"{path} is a table of another mjbiped's format: name another --out, or begin with --fresh")
     differences = [line for kind in text for line in _differences(kind, kept.get(kind), text[kind])]
+    if len(differences) > 1:
+        differences = [
+            line for line in differences if not line.startswith(_IN_WORDS["cells"])
+        ]  # follows from the others
     if differences:
         more = f" and {len(differences) - _SHOWN} more" if len(differences) > _SHOWN else ""
         raise InputError(
@@ -173,7 +179,7 @@ def _differences(kind: str, kept: str | None, now: str) -> Iterator[str]:
         old, new = before.get(name, "nothing"), after.get(name, "nothing")
         if old != new:
             long = max(len(old), len(new)) > 60
-            yield f"{name} is not the same" if long else f"{name} was {old}, is {new}"
+            yield f"{_IN_WORDS.get(name, name)} changed" if long else f"{name} was {old}, is {new}"
 
 
 def _flat(name: str, value: Any) -> dict[str, str]:
