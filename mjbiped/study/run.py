@@ -140,7 +140,7 @@ def _batches(cells: Iterable[Cell], most: int) -> Iterator[list[Cell]]:
 
 def _machinery() -> dict[str, Any]:
     """What computes the rows."""
-    return {"sources": sources(), "versions": versions()}
+    return {"sources": sources(), "versions": dict(versions())}
 
 
 def _plain(cell: Cell) -> Row:
