@@ -53,6 +53,7 @@ STATE = ("q1", "q2", "dq1", "dq2")
 FAILED = "failed"
 """Outcome of a walk that an error kept from ending."""
 
+_LIMITS = ("steps", "distance", "timestep", "contact_timestep")  # arguments of `walk` as they are
 _SPARSE = 1.0  # sample period, s: the samples are not kept
 _MUJOCO = threading.Lock()  # its callbacks belong to a whole process, and a remote worker may have several threads
 
@@ -128,7 +129,7 @@ class Cell:
     def walk(self) -> Walk:
         """Let it walk."""
         robot, terrain, controller = self.robot(), self.terrain(), self.controller()
-        limits = {key: self.values[key] for key in ("steps", "distance", "timestep") if key in self.values}
+        limits = {key: self.values[key] for key in _LIMITS if key in self.values}
         return walk(
             controller,
             terrain,

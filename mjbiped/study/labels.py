@@ -18,6 +18,7 @@ _UNITS = {
     "gravity": "m/s²",
     "distance": "m",
     "timestep": "s",
+    "contact_timestep": "s",
     "length": "m",
     "tread": "m",
     "rise": "m",

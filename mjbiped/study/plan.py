@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError
 from mjbiped.gait import Gait, find_passive_gait
-from mjbiped.physics import LONGEST_TIMESTEP
+from mjbiped.physics import LONGEST_TIMESTEP, SHORTEST_CONTACT
 from mjbiped.study.cell import MEASURES, STATE, Cell
 from mjbiped.study.sections import LIMITS, SECTIONS, Settings, parts_of
 from mjbiped.study.values import Draw, Scalar
@@ -226,10 +226,11 @@ def _check_limits(values: Mapping[str, Scalar]) -> None:
         whole_number("steps", values["steps"], least=1, most=2**31)
     if "distance" in values:
         number("distance (m)", values["distance"], above=0.0)
-    if "timestep" in values:
-        number("timestep (s)", values["timestep"], above=0.0, most=LONGEST_TIMESTEP)
-        if engine != "mujoco":
-            raise InputError(f"timestep is for the engine mujoco; the engine {engine} has none")
+    for key, least, most in (("timestep", 0.0, LONGEST_TIMESTEP), ("contact_timestep", SHORTEST_CONTACT, math.inf)):
+        if key in values:
+            number(f"{key} (s)", values[key], above=0.0, least=least, most=most)
+            if engine != "mujoco":
+                raise InputError(f"{key} is for the engine mujoco; the engine {engine} has none")
 
 
 def _plot(table: object, varied: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -16,7 +16,7 @@ from mjbiped.terrain import PRESETS
 from mjbiped.terrain_files import known_name
 from mjbiped.walk import ENGINES, INITIAL_STATES
 
-LIMITS = ("engine", "steps", "distance", "timestep")
+LIMITS = ("engine", "steps", "distance", "timestep", "contact_timestep")
 SECTIONS = ("initial", "controller", "robot", "model", "terrain")
 
 _PARTS_OF_RANGE = ("low", "high", "plus_minus")
