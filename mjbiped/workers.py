@@ -33,10 +33,12 @@ def processes(count: int | None = None) -> Iterator[Executor]:
         raises, work not begun is dropped and the processes are ended; else all that was submitted is waited for.
     """
     before = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(
-        count or os.cpu_count() or 1, mp_context=multiprocessing.get_context("spawn"), initializer=_begin
-    )
+    count = count or os.cpu_count() or 1
+    pool = ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"), initializer=_begin)
     try:
+        with _deaf_children():
+            for _ in range(count):  # each finds no worker idle, and starts one
+                pool.submit(_nothing)
         yield pool
     except BaseException:
         for child in set(multiprocessing.active_children()) - before:
@@ -85,6 +87,23 @@ def cluster(address: str) -> Iterator[Executor]:
             pool.shutdown(wait=False)
             raise
         pool.shutdown()
+
+
+@contextmanager
+def _deaf_children() -> Iterator[None]:
+    """Hold back Ctrl-C for a moment: a process that begins now does not hear it even before `_begin`."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    held = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, held)
+
+
+def _nothing() -> None:
+    pass
 
 
 def _begin() -> None:
