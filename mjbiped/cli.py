@@ -1,4 +1,4 @@
-"""The command line: `walk`, `compare`, `gait`, `stability` and `render`; the others in `cli_gaits`, `cli_reproduce`.
+"""The command line: `walk`, `compare`, `gait`, `stability` and `render`; the other commands in `cli_*.py`.
 
 Exit status: 0 for a walk that came to an end, a fall included; 2 for anything the user can mend, told in one line;
 1 for a walk or a drawing that failed on its own; 130 after Ctrl-C.
@@ -12,14 +12,17 @@ from typing import Any
 
 import click
 
-from controllers import AdaptiveController, Controller, PassiveController
+from controllers import Controller
 from mjbiped import cli_options as given
+from mjbiped import controller_names as names
 from mjbiped import measures, reports
 from mjbiped.cli_files import INTERRUPTED, Files, end
 from mjbiped.cli_gaits import basin, bifurcation
 from mjbiped.cli_reproduce import reproduce
+from mjbiped.cli_sweep import sweep
 from mjbiped.compare import compare
 from mjbiped.compass import Compass
+from mjbiped.controller_names import make_controller
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.gait import find_passive_gait
 from mjbiped.record import Walk
@@ -63,6 +66,7 @@ def main() -> None:
       mjbiped bifurcation --plot bifurcation.png
       mjbiped basin --slope-deg 2 --plot basin.png
       mjbiped render walk.npz --slow-motion 4
+      mjbiped sweep study.toml
       mjbiped reproduce --quick
 
     `mjbiped COMMAND --help` tells more. The exit status is 0 also where the robot falls, for that is a result; 2 where
@@ -285,6 +289,7 @@ def _render(record: Path, video: Path | None, plot: Path | None, no_video: bool,
     files.end()
 
 
+main.add_command(sweep)
 main.add_command(reproduce)
 
 
@@ -316,28 +321,26 @@ def _controller(ctx: click.Context, name: str, robot: Compass, values: dict[str,
     sections = (given.ADAPTIVE, given.COMPARISON)
     chosen = [p for p in ctx.command.params if getattr(p, "section", "") in sections]
     settings = {str(parameter.name): values.pop(str(parameter.name)) for parameter in chosen}
-    compared = given.GIVEN_SLOPE.get(name)
+    compared = names.GIVEN_SLOPE.get(name)
     for parameter in chosen:
         source = ctx.get_parameter_source(str(parameter.name))
         own = {"adaptive": given.ADAPTIVE, "passive": ""}.get(name, given.COMPARISON)
-        shared = compared is not None and parameter.name in given.SHARED
+        shared = compared is not None and parameter.name in names.SHARED
         section = getattr(parameter, "section", "")
         if source is click.core.ParameterSource.COMMANDLINE and section != own and not shared:
-            owners = "adaptive" if section == given.ADAPTIVE else ", ".join(given.GIVEN_SLOPE)
+            owners = "adaptive" if section == given.ADAPTIVE else ", ".join(names.GIVEN_SLOPE)
             raise click.UsageError(f"{parameter.opts[0]} is for --controller {owners}; {name} has no such thing.")
-    if name == "passive":
-        return PassiveController()
-    slope, estimate = (math.radians(settings.pop(key)) for key in given.SHARED)
     gains, slope_source = dict(settings.pop("gain")), settings.pop("slope_source")
+    if name == "passive":
+        return make_controller(name, robot, {})
     if compared is None:
-        gait = find_passive_gait(robot, slope)
-        return AdaptiveController(robot, gait, initial_slope_estimate=estimate, **settings)
-    valid = given.gains(compared)
+        return make_controller(name, robot, settings)
+    valid = names.gains(compared)
     for unknown in gains.keys() - valid.keys():
         raise click.UsageError(f"--gain {unknown}: {name} has no such gain; valid are {', '.join(valid)}.")
     if slope_source is not None:
         gains["slope_source"] = slope_source
-    return compared(robot, find_passive_gait(robot, slope), initial_slope=estimate, **gains)
+    return make_controller(name, robot, {**{key: settings[key] for key in names.SHARED}, **gains})
 
 
 def _warn_without_gl() -> None:

@@ -6,21 +6,15 @@ import inspect
 import math
 import tempfile
 from collections.abc import Callable
-from dataclasses import fields
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
-from controllers import (
-    AdaptiveController,
-    EnergyConstraintController,
-    KineticEnergyController,
-    LimitCycleController,
-    PassivityController,
-)
-from controllers.given_slope import SLOPE_SOURCES, GivenSlopeController
+from controllers import AdaptiveController
+from controllers.given_slope import SLOPE_SOURCES
 from mjbiped.compass import Compass
+from mjbiped.controller_names import CONTROLLERS, GIVEN_SLOPE, SHARED, gains
 from mjbiped.walk import DEFAULT_STEPS, ENGINES, INITIAL_STATES, walk
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -148,11 +142,6 @@ def gain(value: str) -> tuple[str, float]:
     return name.strip(), number
 
 
-def gains(kind: type[GivenSlopeController]) -> dict[str, Any]:
-    """Names of a comparison controller's gains, with their defaults."""
-    return {each.name: each.default for each in fields(kind) if not each.kw_only and each.name not in ("robot", "gait")}
-
-
 def _number(value: Any) -> float:
     """A number, or NaN for what is none."""
     try:
@@ -167,17 +156,6 @@ _TIMESTEP, _CONTACT = (inspect.signature(walk).parameters[name].default for name
 _LAW = AdaptiveController  # for its defaults
 
 ADAPTIVE, COMPARISON = "Adaptive controller", "Comparison controllers"
-GIVEN_SLOPE: dict[str, type[GivenSlopeController]] = {
-    "passivity": PassivityController,
-    "energy-constraint": EnergyConstraintController,
-    "kinetic-energy": KineticEnergyController,
-    "limit-cycle": LimitCycleController,
-}
-"""The comparison controllers by their names here."""
-
-SHARED = ("imitate_slope_deg", "initial_slope_estimate_deg")
-"""Options of the adaptive controller that the comparison controllers have too."""
-
 CAMERAS = ("track", "side", "overview")
 FASTEST_FPS = 120
 
@@ -196,7 +174,7 @@ walk_options = options(
     ),
     (
         "--controller",
-        click.Choice(("adaptive", "passive", *GIVEN_SLOPE)),
+        click.Choice(CONTROLLERS),
         "adaptive",
         None,
         "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque; the others are "
@@ -214,7 +192,13 @@ engine_option = options(
 
 adaptive_options = options(
     ADAPTIVE,
-    ("--imitate-slope-deg", float, 2.0, "X", "Slope of the passive gait that is imitated; for all but passive."),
+    (
+        "--imitate-slope-deg",
+        float,
+        SHARED["imitate_slope_deg"],
+        "X",
+        "Slope of the passive gait that is imitated; for all but passive.",
+    ),
     ("--position-gain", float, _LAW.position_gain, "X", "K1, 1/s."),
     ("--velocity-gain", float, _LAW.velocity_gain, "X", "K2, 1/s."),
     ("--adaptation-gain", float, _LAW.adaptation_gain, "X", "gamma of the slope estimator."),
@@ -235,7 +219,7 @@ adaptive_options = options(
     (
         "--initial-slope-estimate-deg",
         float,
-        0.0,
+        SHARED["initial_slope_estimate_deg"],
         "X",
         "Slope estimate at the start; for the comparison controllers the slope that they are given.",
     ),

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from mjbiped.stability import Stability
 
 # label; key of the summary; factor to the unit shown; format; unit
-_WALK_ROWS: tuple[tuple[str, str, float, str, str], ...] = (
+WALK_ROWS: tuple[tuple[str, str, float, str, str], ...] = (
     ("steps", "steps", 1, "d", ""),
     ("distance", "distance_m", 1, ".3f", "m"),
     ("last touchdown at", "time_s", 1, ".3f", "s"),
@@ -62,7 +62,7 @@ def walk_table(walk: Walk, summary: Mapping[str, Any]) -> Table:
     ]
     if summary["warnings"]:
         rows.append(("MuJoCo warned of", "; ".join(f"{text} ({n})" for text, n in summary["warnings"].items()), ""))
-    rows += [(label, _shown(summary[key], factor, form), unit) for label, key, factor, form, unit in _WALK_ROWS]
+    rows += [(label, _shown(summary[key], factor, form), unit) for label, key, factor, form, unit in WALK_ROWS]
     return _table(rows)
 
 
@@ -72,7 +72,7 @@ def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:
     sides = _bare_table("", "MuJoCo", "hybrid", "difference", "%", "unit")
     outcome = measures["outcome"]
     sides.add_row("outcome", outcome["mujoco"], outcome["hybrid"])
-    for label, key, factor, form, unit in _WALK_ROWS:
+    for label, key, factor, form, unit in WALK_ROWS:
         row = measures[key]
         difference = _shown(row["difference"], factor, "+.3g")
         percent = _shown(row["difference_percent"], 1, "+.2f")
@@ -194,6 +194,25 @@ def checks_table(checks: Iterable[Check]) -> Table:
         holds = "-" if check.holds is None else "yes" if check.holds else "no"
         table.add_row(*(Text(cell) for cell in (check.claim, check.engine, check.found, holds)))
     return table
+
+
+def sweep_tables(summary: Mapping[str, Any]) -> list[Table]:
+    """What `mjbiped.study.summary.summarised` says of a study: outcomes, quantiles, and errors where there are any."""
+    outcomes = _bare_table("outcome", "walks", "%")
+    for outcome, count in summary["outcomes"].items():
+        outcomes.add_row(outcome, str(count), f"{100.0 * count / summary['walks']:.1f}")
+    quantiles = _bare_table("of the finished walks", *(f"{100 * q:g} %" for q in summary["quantiles"]), "unit")
+    for label, key, factor, form, unit in WALK_ROWS:
+        values = summary["finished"].get(key)
+        if values is not None:
+            quantiles.add_row(label, *(_shown(value, factor, form) for value in values), unit)
+    tables = [outcomes] + ([quantiles] if quantiles.rows else [])
+    if summary["errors"]:
+        errors = _bare_table("error", "walks", "first cell")
+        for each in summary["errors"]:
+            errors.add_row(Text(each["error"]), str(each["walks"]), str(each["first_cell"]))
+        tables.append(errors)
+    return tables
 
 
 def show(table: Table) -> None:

@@ -1,6 +1,9 @@
 """What many tests share: Table I's robot, its passive gait on 2 degrees, and the paper's controller."""
 
 import math
+from collections.abc import Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
 
 import pytest
 
@@ -21,3 +24,16 @@ def gait(robot: mjbiped.Compass) -> mjbiped.Gait:
 @pytest.fixture(scope="session")
 def controller(robot: mjbiped.Compass, gait: mjbiped.Gait) -> AdaptiveController:
     return AdaptiveController(robot, gait)
+
+
+@pytest.fixture
+def studies_in_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Studies walk in threads of this process: without the cost of starting others, and in reach of monkeypatches."""
+    from mjbiped.study import run
+
+    @contextmanager
+    def threads(count: int) -> Iterator[Executor]:
+        with ThreadPoolExecutor(count) as pool:
+            yield pool
+
+    monkeypatch.setattr(run, "processes", threads)

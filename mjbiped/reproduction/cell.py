@@ -7,18 +7,17 @@ import hashlib
 import json
 import math
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from pathlib import Path
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-import controllers
 from controllers import Controller
-from mjbiped import measures, scene
+from mjbiped import measures
 from mjbiped.errors import MjbipedError
 from mjbiped.physics import DEFAULT_TIMESTEP
+from mjbiped.provenance import sources
 from mjbiped.record import Walk
 from mjbiped.terrain import Terrain
 from mjbiped.walk import WalkStopped, versions, walk
@@ -26,7 +25,6 @@ from mjbiped.walk import WalkStopped, versions, walk
 Array = NDArray[np.float64]
 
 _SPARSE = 1.0  # sample period where no record is kept, s
-_DRAWN = ("cli", "plot", "reports", "video", "caption")  # modules whose names begin so change no number
 
 
 @dataclass(frozen=True)
@@ -184,15 +182,3 @@ def _kept(done: Walk) -> Result:
         begun=tuple(begun.tolist()),
         ended=tuple(ended.tolist()),
     )
-
-
-@lru_cache(maxsize=1)
-def sources() -> str:
-    """Digest of all source files that a walk's numbers can depend on: a mended engine is another engine."""
-    package, laws = Path(scene.__file__).parent, Path(controllers.__file__).parent
-    files = [file for file in package.glob("*.py") if not file.name.startswith(_DRAWN)]
-    files += [*laws.glob("*.py"), *scene.models_folder().glob("*.xml"), Path(__file__)]
-    digest = hashlib.sha256()
-    for file in sorted(files, key=lambda path: (path.parent.name, path.name)):
-        digest.update(f"{file.parent.name}/{file.name}\n".encode() + file.read_bytes())
-    return digest.hexdigest()

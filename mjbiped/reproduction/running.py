@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
-import threading
 from collections.abc import Iterable
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import BrokenExecutor, Future, as_completed
 from typing import Any
 
 from tqdm.auto import tqdm
@@ -16,6 +12,7 @@ from tqdm.auto import tqdm
 from mjbiped.errors import MjbipedError
 from mjbiped.reproduction.cell import Cell, Result, measured
 from mjbiped.reproduction.store import Store
+from mjbiped.workers import processes
 
 
 def run_cells(
@@ -67,41 +64,16 @@ def _walked(cell: Cell, store: Store) -> Result:
 
 def _run_processes(cells: list[Cell], store: Store, workers: int, results: dict[str, Result], bar: tqdm[Any]) -> None:
     """Walk cells in processes of their own, the longest first."""
-    before = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(
-        min(workers, len(cells)), mp_context=multiprocessing.get_context("spawn"), initializer=_begin_worker
-    )
     try:
-        futures: dict[Future[Result], Cell] = {
-            pool.submit(_walked, cell, store): cell for cell in sorted(cells, key=lambda cell: -(cell.steps or 0))
-        }
-        for future in as_completed(futures):
-            results[futures[future].key] = future.result()
-            bar.update()
-    except BrokenProcessPool as error:
+        with processes(min(workers, len(cells))) as pool:
+            futures: dict[Future[Result], Cell] = {
+                pool.submit(_walked, cell, store): cell for cell in sorted(cells, key=lambda cell: -(cell.steps or 0))
+            }
+            for future in as_completed(futures):
+                results[futures[future].key] = future.result()
+                bar.update()
+    except BrokenExecutor as error:
         raise MjbipedError(
             "a process that walked in MuJoCo died, of lack of memory perhaps; what had ended is kept: start again, "
             "with fewer --workers"
         ) from error
-    except BaseException:
-        pool.shutdown(wait=False, cancel_futures=True)
-        for child in set(multiprocessing.active_children()) - before:
-            child.terminate()
-        raise
-    finally:
-        pool.shutdown()
-
-
-def _begin_worker() -> None:
-    """Leave Ctrl-C to the parent, and end where it ends, killed or not."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # tqdm's own lock is a semaphore of the system, which a worker that is ended would leave behind
-    tqdm.set_lock(threading.RLock())
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def leave_with_parent() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=leave_with_parent, daemon=True).start()

@@ -1,0 +1,1 @@
+"""Studies of many walks, as a file describes them."""
