@@ -15,7 +15,8 @@ from controllers import AdaptiveController
 from controllers.given_slope import SLOPE_SOURCES
 from mjbiped.compass import Compass
 from mjbiped.controller_names import CONTROLLERS, GIVEN_SLOPE, SHARED, gains
-from mjbiped.walk import DEFAULT_STEPS, ENGINES, INITIAL_STATES, walk
+from mjbiped.walk import walk
+from mjbiped.walk_plan import DEFAULT_STEPS, ENGINES, INITIAL_STATES
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 

@@ -73,14 +73,16 @@ def place(columns: Mapping[str, Column], name: str) -> int:
     return sum(columns[earlier].width for earlier in list(columns)[: list(columns).index(name)])
 
 
-def split(columns: Mapping[str, Column], rows: Sequence[Sequence[float]]) -> dict[str, NDArray[np.float64]]:
+def split(
+    columns: Mapping[str, Column], rows: Sequence[Sequence[float]] | NDArray[np.float64]
+) -> dict[str, NDArray[np.float64]]:
     """Rows as one array per column, of shape (rows,) or (rows, width).
 
     Args:
         columns: What a row is made of.
         rows: Each of `width(columns)` numbers.
     """
-    table = np.array(rows, dtype=np.float64).reshape(len(rows), width(columns))
+    table = np.asarray(rows, dtype=np.float64).reshape(len(rows), width(columns))
     arrays: dict[str, NDArray[np.float64]] = {}
     first = 0
     for name, column in columns.items():

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from mjbiped import measures, parting
 from mjbiped.compass import Compass
+from mjbiped.errors import InputError
 from mjbiped.hybrid import SHORTEST_SAMPLE_PERIOD
 from mjbiped.parting import Parting
 from mjbiped.physics import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
@@ -141,6 +142,8 @@ def compare(
         "scuffing": scuffing,
         "progress": progress,
     }
+    if sample_period is None:
+        raise InputError("sample_period must be a finite number above zero: the records' samples are compared")
     # MuJoCo first: it refuses all that the hybrid engine would, and more
     there = walk(
         controller,

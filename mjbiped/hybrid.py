@@ -7,7 +7,8 @@ method, `mjbiped.hybrid_walk` has it.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from tqdm.auto import tqdm
 
 from mjbiped import hybrid_state as at
-from mjbiped.columns import SAMPLES, TOUCHDOWNS, split, width
+from mjbiped.columns import SAMPLES, TOUCHDOWNS, width
 from mjbiped.compass import Compass
 from mjbiped.compiled import compiled
 from mjbiped.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
@@ -28,6 +29,7 @@ from mjbiped.hybrid_state import Buffers, Laws, World
 from mjbiped.hybrid_walk import advance
 from mjbiped.law_check import refusal
 from mjbiped.laws import gives_its_law, next_break, slope_estimate, torque, touchdown
+from mjbiped.recorder import Recorder
 from mjbiped.scuffing import ScuffingRule
 from mjbiped.terrain import Terrain
 
@@ -43,6 +45,7 @@ FIRST_STEP = 0.1  # the first one tried, in the same units
 SHORTEST_SAMPLE_PERIOD = 1e-5  # s
 _ROWS = 1024  # touchdowns between two looks at the progress bar and at Ctrl-C, some 20 ms
 _STALLS = 10  # longest gait steps of which the buffer holds the samples
+_SAMPLED, _TOUCHED = width(SAMPLES), width(TOUCHDOWNS)  # floats of a row
 _METHODS = (torque, touchdown, slope_estimate, next_break)
 
 
@@ -102,7 +105,7 @@ class HybridSimulation:
         )
         if law is not None:
             laws = Laws(law.torque, law.touchdown, law.slope_estimate, law.next_break, *integrator)
-            self._advance = compiled(advance, Laws, tuple(laws), inlined=(rates_where, law.torque))
+            self._advance: Any = compiled(advance, Laws, tuple(laws), inlined=(rates_where, law.torque))
             self._parameters = law.parameters
         else:
             laws = Laws(*_METHODS, *integrator)
@@ -158,8 +161,8 @@ class HybridSimulation:
             dense=self._table([0.0] * (n * POWERS)),
             w=self._table(w),
             memory=self._table(memory),
-            rows=np.zeros((_ROWS if self.compiled else 1, width(TOUCHDOWNS))),
-            samples=np.zeros((samples, width(SAMPLES) + own)),
+            rows=np.zeros((_ROWS if self.compiled else 1, _TOUCHED)),
+            samples=np.zeros((samples, _SAMPLED + own)),
         )
 
     @property
@@ -172,14 +175,32 @@ class HybridSimulation:
         """Greatest |ankle| and |hip| torque so far, N m."""
         return np.array([self.buffers.w[at.PEAK_ANKLE], self.buffers.w[at.PEAK_HIP]], dtype=np.float64)
 
+    def compile(self) -> None:
+        """Compile the controller's laws now, where they are compiled, and not at the first step.
+
+        Raises:
+            LawError: They cannot be compiled.
+        """
+        if self.compiled:
+            import numba
+
+            with self._refusal():
+                self._advance.compile(tuple(map(numba.typeof, (self._parameters, self.world, self.buffers))))
+
     def go_on(self) -> None:
         """Walk some steps further; rows and samples are then in the buffers, for `HybridRecorder.take`.
 
         Raises:
             LawError: The controller's laws cannot be compiled.
         """
-        try:
+        with self._refusal():
             self._advance(self._parameters, self.world, self.buffers)
+
+    @contextmanager
+    def _refusal(self) -> Iterator[None]:
+        """Say in words what is wrong with a law that cannot be compiled."""
+        try:
+            yield
         except Exception as error:  # whatever a law raises; Numba's own errors can be told once it is loaded
             if self._law is not None:
                 controller = self.controller
@@ -189,19 +210,13 @@ class HybridSimulation:
             raise
 
 
-class HybridRecorder:
-    """Gathers the touchdowns and samples of a walk; its tables may be asked for at any moment."""
-
-    def __init__(self) -> None:
-        """Begin an empty recording."""
-        self._rows: list[NDArray[np.float64]] = [np.empty((0, width(TOUCHDOWNS)))]
-        self._samples: list[NDArray[np.float64]] = []
+class HybridRecorder(Recorder):
+    """Takes what the buffers of a walk hold."""
 
     def take(self, buffers: Buffers) -> int:
         """Take what the buffers hold, and empty them; returns the number of touchdowns."""
         rows, samples = int(buffers.w[at.ROWS]), int(buffers.w[at.SAMPLES])
-        self._rows.append(buffers.rows[:rows].copy())
-        self._samples.append(buffers.samples[:samples].copy())
+        self.add(buffers.rows[:rows], buffers.samples[:samples])
         buffers.w[at.ROWS] = buffers.w[at.SAMPLES] = 0.0
         return rows
 
@@ -224,17 +239,7 @@ class HybridRecorder:
             *(legs[::-1] if w[at.STANCE] else legs),
             *states,
         ]
-        self._samples.append(np.array([row], dtype=np.float64))
-
-    def samples(self) -> dict[str, NDArray[np.float64]]:
-        """Samples so far; see `mjbiped.columns.SAMPLES`."""
-        table = np.concatenate(self._samples)
-        own = width(SAMPLES)
-        return {**split(SAMPLES, table[:, :own].tolist()), "controller_states": table[:, own:].copy()}
-
-    def touchdowns(self) -> dict[str, NDArray[np.float64]]:
-        """Touchdowns so far; see `mjbiped.columns.TOUCHDOWNS`."""
-        return split(TOUCHDOWNS, np.concatenate(self._rows).tolist())
+        self.add(np.empty((0, _TOUCHED)), np.array([row], dtype=np.float64))
 
 
 def simulate_hybrid(simulation: HybridSimulation, recorder: HybridRecorder, *, progress: bool) -> Outcome:
@@ -248,21 +253,36 @@ def simulate_hybrid(simulation: HybridSimulation, recorder: HybridRecorder, *, p
     Returns:
         The outcome.
     """
-    world, buffers = simulation.world, simulation.buffers
+    world = simulation.world
+    if not progress:  # a bar that is not shown costs as much as two gait steps
+        return _walk_on(simulation, recorder, _show_nothing)
     by_steps = math.isfinite(world.steps)
     with tqdm(
         total=int(world.steps) if by_steps else round(world.distance, 2),
         desc="walking",
         unit="step" if by_steps else "m",
-        disable=None if progress else True,
+        disable=None,
     ) as bar:
-        while simulation.outcome is Outcome.WALKING:
-            try:
-                simulation.go_on()
-            except BaseException:
-                recorder.take(buffers)
-                recorder.take_now(simulation)
-                raise
-            done = recorder.take(buffers)
-            bar.update(done if by_steps else max(0.0, round(float(buffers.w[at.FOOT_X]), 2) - bar.n))
+
+        def show(steps: int) -> None:
+            bar.update(steps if by_steps else max(0.0, round(float(simulation.buffers.w[at.FOOT_X]), 2) - bar.n))
+
+        return _walk_on(simulation, recorder, show)
+
+
+def _walk_on(simulation: HybridSimulation, recorder: HybridRecorder, show: Callable[[int], None]) -> Outcome:
+    """Walk until the walk ends; `show` is told of the touchdowns from time to time."""
+    while simulation.outcome is Outcome.WALKING:
+        try:
+            recorder.heed()
+            simulation.go_on()
+        except BaseException:
+            recorder.take(simulation.buffers)
+            recorder.take_now(simulation)
+            raise
+        show(recorder.take(simulation.buffers))
     return simulation.outcome
+
+
+def _show_nothing(steps: int) -> None:
+    """No progress bar."""

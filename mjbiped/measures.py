@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped.compass import Compass, impact_rates
 from mjbiped.errors import InputError
+from mjbiped.terrain import Terrain
 
 if TYPE_CHECKING:
     from mjbiped.record import Walk
+
+Touchdowns: TypeAlias = Mapping[str, NDArray[Any]]
+"""The table of a walk's touchdowns, or a part of it; see `mjbiped.columns.TOUCHDOWNS`."""
 
 WORK_KINDS = ("absolute", "net", "positive")
 
@@ -46,8 +52,11 @@ def cost_of_transport(walk: Walk, kind: str = "absolute") -> float:
     Raises:
         InputError: The kind is unknown.
     """
-    done, way = work(walk, kind), distance(walk)
-    return done / (walk.robot.weight * way) if way > 0.0 else math.nan
+    return _transport(work(walk, kind), walk.robot, distance(walk))
+
+
+def _transport(work: float, robot: Compass, way: float) -> float:
+    return work / (robot.weight * way) if way > 0.0 else math.nan
 
 
 def speed(walk: Walk) -> float:
@@ -57,9 +66,13 @@ def speed(walk: Walk) -> float:
 
 def step_lengths(walk: Walk) -> NDArray[np.float64]:
     """Distance from one stance foot to the next, shape (steps,), m."""
-    x = np.append(0.0, walk.touchdowns["x"])
-    z = np.append(walk.terrain.height(0.0), walk.touchdowns["z"])
-    return np.asarray(np.hypot(np.diff(x), np.diff(z)), dtype=np.float64)
+    return _lengths(walk.touchdowns, 0.0, walk.terrain.height_at(0.0))
+
+
+def _lengths(touchdowns: Touchdowns, x: float, z: float) -> NDArray[np.float64]:
+    """Step lengths from a first stance foot on, m."""
+    ways = (np.diff(np.append(first, touchdowns[name])) for name, first in (("x", x), ("z", z)))
+    return np.asarray(np.hypot(*ways), dtype=np.float64)
 
 
 def step_periods(walk: Walk) -> NDArray[np.float64]:
@@ -74,8 +87,12 @@ def estimate_errors(walk: Walk) -> tuple[NDArray[np.float64], NDArray[np.float64
         At each step's beginning, after the update (27) at its touchdown, and at each step's end, before the next
         touchdown's update; shape (steps,) each. The last beginning is that of the step that was not walked any more.
     """
-    touchdowns = walk.touchdowns
-    slope_before = np.append(walk.terrain.slope(0.0), touchdowns["slope"])[:-1]
+    return _errors(walk.touchdowns, walk.terrain.slope_at(0.0))
+
+
+def _errors(touchdowns: Touchdowns, slope: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Errors of the estimate from a first stance foot on, which stands on a slope (rad)."""
+    slope_before = np.append(slope, touchdowns["slope"])[:-1]
     return touchdowns["slope_estimate"] - touchdowns["slope"], touchdowns["slope_estimate_before"] - slope_before
 
 
@@ -85,8 +102,12 @@ def impact_errors(walk: Walk) -> NDArray[np.float64]:
     Relative: measured / map - 1, for the new stance and the new swing leg. What a simulator samples before and after an
     impact lies a physics step apart, and the motion in between is part of this number.
     """
-    robot, touchdowns = walk.robot, walk.touchdowns
-    mapped = [robot.impact(q, dq)[1] for q, dq in zip(touchdowns["q_before"], touchdowns["dq_before"], strict=True)]
+    return _impact_errors(walk.touchdowns, walk.robot)
+
+
+def _impact_errors(touchdowns: Touchdowns, robot: Compass) -> NDArray[np.float64]:
+    before = np.concatenate([touchdowns["q_before"], touchdowns["dq_before"]], axis=1)
+    mapped = [impact_rates(robot.constants, *state) for state in before.tolist()]
     return np.asarray(touchdowns["dq"] / np.reshape(mapped, (-1, 2)) - 1.0, dtype=np.float64)
 
 
@@ -95,43 +116,114 @@ def summary(walk: Walk) -> dict[str, Any]:
 
     A measure that does not exist (a cost without a distance, an estimate of a controller that makes none) is None.
     """
-    touchdowns = walk.touchdowns
-    begun, ended = estimate_errors(walk)
+    gathered = Summary(walk.robot, walk.terrain)
+    gathered.take(walk.touchdowns)
+    return gathered.told(
+        outcome=walk.outcome,
+        end=walk.end,
+        peak_torque=walk.peak_torque,
+        warnings=walk.settings.get("warnings", {}),
+    )
 
-    def largest(values: NDArray[np.float64]) -> float:
-        return float(np.max(values)) if values.size else math.nan
 
-    def mean(values: NDArray[np.float64]) -> float:
-        return float(np.mean(values)) if values.size else math.nan
+class Summary:
+    """The measures of a walk from its touchdowns, which are given part by part and not kept.
 
-    measured = {
-        "steps": walk.steps,
-        "distance_m": distance(walk),
-        "time_s": float(touchdowns["time"][-1]) if walk.steps else 0.0,
-        "speed_m_per_s": speed(walk),
-        "mean_step_length_m": mean(step_lengths(walk)),
-        "mean_step_period_s": mean(step_periods(walk)),
-        "cost_of_transport": cost_of_transport(walk),
-        "cost_of_transport_net": cost_of_transport(walk, "net"),
-        "cost_of_transport_positive": cost_of_transport(walk, "positive"),
-        "peak_ankle_torque_Nm": float(walk.peak_torque[0]),
-        "peak_hip_torque_Nm": float(walk.peak_torque[1]),
-        "estimate_error_at_touchdown_deg": math.degrees(largest(np.abs(begun))),
-        "estimate_error_at_step_end_deg": math.degrees(largest(np.abs(ended))),
-        "final_estimate_error_deg": math.degrees(float(ended[-1])) if walk.steps else math.nan,
-        "largest_impact_error": largest(np.abs(impact_errors(walk))),
-        "largest_slip_m": largest(touchdowns["slip"]),
-        "largest_penetration_m": largest(touchdowns["penetration"]),
-        "largest_stance_friction": largest(touchdowns["friction"]),
-        "strikes": int(np.sum(touchdowns["strikes"])),
-    }
-    plain = {
-        name: None if isinstance(value, float) and math.isnan(value) else value for name, value in measured.items()
-    }
-    return {
-        "outcome": walk.outcome,
-        "ended_at_time_s": walk.end[0],
-        "ended_at_x_m": walk.end[1],
-        **plain,
-        "warnings": dict(walk.settings.get("warnings", {})),
-    }
+    In which parts makes no difference, to the last bit.
+
+    Attributes:
+        steps: Touchdowns so far.
+    """
+
+    def __init__(self, robot: Compass, terrain: Terrain) -> None:
+        """Begin without a touchdown.
+
+        Args:
+            robot: The robot that walks.
+            terrain: The ground.
+        """
+        self.steps = 0
+        self._robot = robot
+        start = {"x": 0.0, "z": terrain.height_at(0.0), "slope": terrain.slope_at(0.0), "time": 0.0}
+        self._last = {**start, **{f"work_{kind}": 0.0 for kind in WORK_KINDS}}
+        self._length = 0.0  # sum of the steps', m
+        self._strikes = 0
+        self._largest: dict[str, float] = {}
+        self._last_error = math.nan
+
+    def take(self, touchdowns: Touchdowns) -> None:
+        """Take the touchdowns that follow.
+
+        Args:
+            touchdowns: Columns of `columns.TOUCHDOWNS`, any number of rows.
+        """
+        count = len(touchdowns["time"])
+        if not count:
+            return
+        last = self._last
+        begun, ended = _errors(touchdowns, last["slope"])
+        for name, values in (
+            ("estimate_error_at_touchdown", begun),
+            ("estimate_error_at_step_end", ended),
+            ("impact_error", _impact_errors(touchdowns, self._robot)),
+            ("slip", touchdowns["slip"]),
+            ("penetration", touchdowns["penetration"]),
+            ("friction", touchdowns["friction"]),
+        ):
+            largest = float(np.max(np.abs(values)))
+            self._largest[name] = float(np.maximum(self._largest.get(name, largest), largest))  # NaN stays
+        # one after another, which NumPy's sum would not do
+        self._length = float(np.cumsum(np.append(self._length, _lengths(touchdowns, last["x"], last["z"])))[-1])
+        self._strikes += int(np.sum(touchdowns["strikes"]))
+        self._last = {name: float(touchdowns[name][-1]) for name in last}
+        self._last_error = float(ended[-1])
+        self.steps += count
+
+    def told(
+        self,
+        *,
+        outcome: str,
+        end: tuple[float, float],
+        peak_torque: Sequence[float] | NDArray[np.float64],
+        warnings: Mapping[str, int],
+    ) -> dict[str, Any]:
+        """The measures, as `summary` gives them; the arguments are what touchdowns do not tell, as in `Walk`."""
+        last, steps = self._last, self.steps
+
+        def largest(name: str) -> float:
+            return self._largest.get(name, math.nan)
+
+        def cost(kind: str) -> float:
+            return _transport(last[f"work_{kind}"], self._robot, last["x"])
+
+        measured = {
+            "steps": steps,
+            "distance_m": last["x"],
+            "time_s": last["time"],
+            "speed_m_per_s": last["x"] / last["time"] if steps else math.nan,
+            "mean_step_length_m": self._length / steps if steps else math.nan,
+            "mean_step_period_s": last["time"] / steps if steps else math.nan,
+            "cost_of_transport": cost("absolute"),
+            "cost_of_transport_net": cost("net"),
+            "cost_of_transport_positive": cost("positive"),
+            "peak_ankle_torque_Nm": float(peak_torque[0]),
+            "peak_hip_torque_Nm": float(peak_torque[1]),
+            "estimate_error_at_touchdown_deg": math.degrees(largest("estimate_error_at_touchdown")),
+            "estimate_error_at_step_end_deg": math.degrees(largest("estimate_error_at_step_end")),
+            "final_estimate_error_deg": math.degrees(self._last_error),
+            "largest_impact_error": largest("impact_error"),
+            "largest_slip_m": largest("slip"),
+            "largest_penetration_m": largest("penetration"),
+            "largest_stance_friction": largest("friction"),
+            "strikes": self._strikes,
+        }
+        plain = {
+            name: None if isinstance(value, float) and math.isnan(value) else value for name, value in measured.items()
+        }
+        return {
+            "outcome": outcome,
+            "ended_at_time_s": end[0],
+            "ended_at_x_m": end[1],
+            **plain,
+            "warnings": dict(warnings),
+        }

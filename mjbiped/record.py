@@ -28,7 +28,7 @@ class Walk:
     """One walk of a biped, from its start to its outcome.
 
     Attributes:
-        samples: Arrays over time, by name:
+        samples: Arrays over time, empty where no samples were asked for, by name:
 
             | name | shape | unit | meaning |
             |---|---|---|---|
@@ -45,7 +45,7 @@ class Walk:
             posture (`q_before`, `q`) is that of the touchdown, in the old and the new roles; the rates `dq_before` and
             `dq` are those before and after the impact.
         outcome: "finished", "fell", "stalled", "slipped", "left the terrain", "diverged" or "interrupted".
-        end: Time (s) and hip x (m) of the last sample.
+        end: Time (s) and hip x (m) when it ended.
         peak_torque: Greatest |ankle| and |hip| torque of all control ticks, N m.
         settings: All that is needed to repeat the walk, in plain JSON types: robot, controller, terrain, engine and its
             parameters, initial state, limits, versions.

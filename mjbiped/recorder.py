@@ -2,18 +2,46 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TypeAlias
+
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.columns import SAMPLES, TOUCHDOWNS, split, width
+from mjbiped.columns import SAMPLES, TOUCHDOWNS, place, split, width
+
+if TYPE_CHECKING:
+    from mjbiped.measures import Summary
+
+Heed: TypeAlias = Callable[[], None]
+"""Called now and then while a walk is recorded; what it raises breaks the walk off."""
+
+_SAMPLED, _TOUCHED = width(SAMPLES), width(TOUCHDOWNS)  # floats of a row
+
+
+def unheeded() -> None:
+    """Let the walk go on."""
 
 
 class Recorder:
-    """Grows with the walk; its tables may be asked for at any moment."""
+    """Grows with the walk; its tables may be asked for at any moment.
 
-    def __init__(self) -> None:
-        """Begin an empty recording."""
-        self._rows: list[NDArray[np.float64]] = [np.empty((0, width(TOUCHDOWNS)))]
+    Attributes:
+        heed: To be called by the engine each time before the walk goes on.
+    """
+
+    def __init__(self, *, keep_samples: bool = True, summary: Summary | None = None, heed: Heed = unheeded) -> None:
+        """Begin an empty recording.
+
+        Args:
+            keep_samples: Whether the table of samples is wanted; without it the last is known, no more.
+            summary: Takes the touchdowns, which are not kept then.
+            heed: See the attribute.
+        """
+        self.heed = heed
+        self._keep_samples = keep_samples
+        self._summary = summary
+        self._rows: list[NDArray[np.float64]] = [np.empty((0, _TOUCHED))]
         self._samples: list[NDArray[np.float64]] = []
 
     def add(self, rows: NDArray[np.float64], samples: NDArray[np.float64]) -> None:
@@ -23,19 +51,46 @@ class Recorder:
             rows: Of touchdowns, shape (any, columns of `columns.TOUCHDOWNS`).
             samples: Shape (any, columns of `columns.SAMPLES` and the controller's states).
         """
-        self._rows.append(rows.copy())
-        self._samples.append(samples.copy())
+        if len(rows):
+            if self._summary is not None:
+                self._summary.take(split(TOUCHDOWNS, rows))
+            else:
+                self._rows.append(rows.copy())
+        if len(samples):
+            if self._keep_samples:
+                self._samples.append(samples.copy())
+            else:
+                self._samples = [samples[-1:].copy()]
 
     def add_touchdown(self, row: NDArray[np.float64]) -> None:
         """Take a copy of one touchdown's row."""
-        self._rows.append(row[None].copy())
+        self.add(row[None], np.empty((0, _SAMPLED)))
+
+    @property
+    def end(self) -> tuple[float, float]:
+        """Time (s) and hip x (m) of the last sample; zeros without one."""
+        if not self._samples:
+            return 0.0, 0.0
+        last = self._samples[-1][-1]
+        return float(last[place(SAMPLES, "time")]), float(last[place(SAMPLES, "qpos")])
+
+    @property
+    def steps(self) -> int:
+        """Number of touchdowns."""
+        return self._summary.steps if self._summary is not None else sum(map(len, self._rows))
+
+    def summary(self) -> Summary:
+        """The summary that this recording was begun with."""
+        assert self._summary is not None
+        return self._summary
 
     def samples(self) -> dict[str, NDArray[np.float64]]:
         """Samples so far; see `mjbiped.columns.SAMPLES`."""
-        own = width(SAMPLES)
-        table = np.concatenate(self._samples) if self._samples else np.empty((0, own))
-        return {**split(SAMPLES, table[:, :own].tolist()), "controller_states": table[:, own:].copy()}
+        table = np.concatenate(self._samples) if self._samples else np.empty((0, _SAMPLED))
+        if not self._keep_samples:
+            table = table[:0]
+        return {**split(SAMPLES, table[:, :_SAMPLED]), "controller_states": table[:, _SAMPLED:].copy()}
 
     def touchdowns(self) -> dict[str, NDArray[np.float64]]:
         """Touchdowns so far; see `mjbiped.columns.TOUCHDOWNS`."""
-        return split(TOUCHDOWNS, np.concatenate(self._rows).tolist())
+        return split(TOUCHDOWNS, np.concatenate(self._rows))

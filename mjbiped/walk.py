@@ -2,28 +2,22 @@
 
 from __future__ import annotations
 
-import dataclasses
-import json
 import math
-import platform
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from contextlib import ExitStack
-from importlib.metadata import version
-from numbers import Real
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
-import mujoco
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from mjbiped import events
 from mjbiped.compass import Compass
-from mjbiped.errors import InputError, MjbipedError
+from mjbiped.errors import MjbipedError
 from mjbiped.events import Outcome
-from mjbiped.gait import find_passive_gait
 from mjbiped.hybrid import HybridRecorder, HybridSimulation, simulate_hybrid
 from mjbiped.law_check import LawError
+from mjbiped.measures import Summary
 from mjbiped.physics import (
     DEFAULT_CONTACT_TIMESTEP,
     DEFAULT_TIMESTEP,
@@ -33,17 +27,13 @@ from mjbiped.physics import (
     walking,
 )
 from mjbiped.record import Walk
-from mjbiped.recorder import Recorder
+from mjbiped.recorder import Heed, Recorder, unheeded
 from mjbiped.scuffing import ScuffingRule
 from mjbiped.terrain import Terrain
-from mjbiped.version import __version__
+from mjbiped.walk_plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, planned
 
 if TYPE_CHECKING:
     from controllers.base import Controller
-
-ENGINES = ("mujoco", "hybrid")
-INITIAL_STATES = ("gait", "rest")
-DEFAULT_STEPS = 60
 
 
 class WalkStopped(MjbipedError):  # noqa: N818 (its sister is a KeyboardInterrupt, no Error either)
@@ -84,7 +74,7 @@ def walk(
     timestep: float = DEFAULT_TIMESTEP,
     contact_timestep: float = DEFAULT_CONTACT_TIMESTEP,
     control_period: float | None = None,
-    sample_period: float = 0.005,
+    sample_period: float | None = DEFAULT_SAMPLE_PERIOD,
     scuffing: ScuffingRule | None = None,
     ground: str = "auto",
     progress: bool = False,
@@ -109,6 +99,7 @@ def walk(
         control_period: Time between two ticks of the controller, s, a multiple of the timestep; by default it ticks at
             every physics step.
         sample_period: Time between two samples of the record, s; in MuJoCo each is taken at the next physics step.
+            None: no samples, for long or many walks; nothing can then be drawn of them.
         scuffing: When the swing foot may touch the ground.
         ground: "auto", "heightfield" or "boxes"; see `mjbiped.scene`.
         progress: Show a progress bar (never where the output is not a terminal).
@@ -123,232 +114,206 @@ def walk(
         WalkStopped: The controller raised an exception; the error carries the walk so far.
         WalkInterrupted: Ctrl-C; a `KeyboardInterrupt` that carries the walk so far.
     """
-    if engine not in ENGINES:
-        raise InputError(f"unknown engine {engine!r}; valid are {', '.join(ENGINES)}")
-    _check_controller(controller)
-    if not isinstance(terrain, Terrain):
-        raise InputError(f"terrain must be a mjbiped.Terrain, got {type(terrain).__name__}")
-    if steps is None and distance is None:
-        steps = DEFAULT_STEPS
-    _check_limits(steps, distance, sample_period)
-    robot = controller.robot or Compass() if robot is None else robot
-    if not isinstance(robot, Compass):
-        raise InputError(f"robot must be a mjbiped.Compass, got {type(robot).__name__}")
-    if scuffing is not None and not isinstance(scuffing, ScuffingRule):
-        raise InputError(f"scuffing must be a mjbiped.ScuffingRule, got {type(scuffing).__name__}")
-    q, dq = _initial_state(initial, controller, robot, terrain)
-    rule = scuffing or ScuffingRule()
-    settings = {
-        "engine": engine,
-        "robot": dataclasses.asdict(robot),
-        "controller": controller.describe(),
-        "terrain": terrain.to_dict(),
-        "initial": [*q, *dq],
-        "steps": steps,
-        "distance": distance,
-        "sample_period": sample_period,
-        "scuffing": dataclasses.asdict(rule),
-        "versions": versions(),
-    }
-    common: dict[str, Any] = {"robot": robot, "q": q, "dq": dq, "steps": steps, "distance": distance, "scuffing": rule}
+    terms = Terms(
+        engine=engine,
+        steps=steps,
+        distance=distance,
+        robot=robot,
+        timestep=timestep,
+        contact_timestep=contact_timestep,
+        control_period=control_period,
+        sample_period=sample_period,
+        scuffing=ScuffingRule() if scuffing is None else scuffing,
+        ground=ground,
+    )
+    plan = planned(terms, controller, terrain, initial)
     with ExitStack() as stack:
-        if engine == "hybrid":
-            _check_hybrid(timestep, contact_timestep, control_period, ground)
-            run: _Run = _HybridRun(HybridSimulation(controller, terrain, sample_period=sample_period, **common))
-        else:
+        if engine == "mujoco":
             stack.enter_context(exclusive())
             if walking():
                 raise MjbipedError("a walk cannot be started from inside another's controller")
-            times: dict[str, Any] = {
-                "timestep": timestep,
-                "contact_timestep": contact_timestep,
-                "control_period": control_period,
-            }
-            simulation = Simulation(controller, terrain, sample_period=sample_period, ground=ground, **times, **common)
-            run = _MujocoRun(simulation, {**times, "ground": ground})
-        settings.update(run.settings)
+        run = begun(plan)
         try:
-            outcome = run.go(progress)
-        except KeyboardInterrupt as stop:
-            raise WalkInterrupted(run.record(Outcome.INTERRUPTED, settings)) from stop
+            run.go(progress=progress)
         except LawError:
             raise
-        except Exception as error:
-            if _is_interrupt(error):
-                raise WalkInterrupted(run.record(Outcome.INTERRUPTED, settings)) from error
-            partial = run.record(Outcome.INTERRUPTED, settings)
-            place = f"at {partial.end[0]:.3f} s, after {partial.steps} steps"
-            raise WalkStopped(
-                f"{type(controller).__name__} failed {place}: {type(error).__name__}: {error}", partial
-            ) from error
-        return run.record(outcome, {**settings, **run.notes()})
+        except BaseException as error:
+            if is_interrupt(error):
+                raise WalkInterrupted(run.record()) from error
+            if not isinstance(error, Exception):
+                raise
+            raise WalkStopped(run.told(error), run.record()) from error
+        return run.record()
 
 
-class _Run(Protocol):
-    """A walk in one engine: what `walk` needs to know of it."""
+class Run(ABC):
+    """A walk that has been begun in one of the engines.
 
-    settings: dict[str, Any]
+    Attributes:
+        plan: As checked.
+        outcome: "interrupted" until `go` has come to the walk's end.
+    """
 
-    def go(self, progress: bool) -> Outcome: ...
+    def __init__(self, plan: Plan, recorder: Recorder) -> None:
+        """Keep what every engine needs."""
+        self.plan = plan
+        self.outcome = Outcome.INTERRUPTED
+        self._recorder = recorder
 
-    def notes(self) -> dict[str, Any]: ...
+    def go(self, *, progress: bool = False) -> None:
+        """Walk to the end; what is recorded is complete at any moment, also when this raises.
 
-    def record(self, outcome: Outcome, settings: dict[str, Any]) -> Walk: ...
+        Args:
+            progress: Show a progress bar (never where the output is not a terminal).
+        """
+        self.outcome = self._go(progress)
+
+    def record(self) -> Walk:
+        """The record so far."""
+        return Walk(
+            samples=self._recorder.samples(),
+            touchdowns=self._recorder.touchdowns(),
+            outcome=self.outcome.words,
+            end=self._recorder.end,
+            peak_torque=self._peak_torque(),
+            settings={**self.plan.settings(), **self._settings()},
+        )
+
+    def summary(self) -> dict[str, Any]:
+        """The measures so far, of a recorder that was begun with a `measures.Summary`."""
+        return self._recorder.summary().told(
+            outcome=self.outcome.words,
+            end=self._recorder.end,
+            peak_torque=self._peak_torque(),
+            warnings=self._settings().get("warnings", {}),
+        )
+
+    def told(self, error: Exception) -> str:
+        """What went wrong in the controller, and when."""
+        named, at = type(self.plan.controller).__name__, self._recorder
+        return f"{named} failed at {at.end[0]:.3f} s, after {at.steps} steps: {type(error).__name__}: {error}"
+
+    @abstractmethod
+    def _go(self, progress: bool) -> Outcome: ...
+
+    @abstractmethod
+    def _peak_torque(self) -> NDArray[np.float64]: ...
+
+    @abstractmethod
+    def _settings(self) -> dict[str, Any]:
+        """What the engine adds to the plan's settings."""
 
 
-class _MujocoRun:
-    def __init__(self, simulation: Simulation, settings: dict[str, Any]) -> None:
-        self.simulation = simulation
-        self.recorder = Recorder()
-        self.settings = settings
+class MujocoRun(Run):
+    """A walk in MuJoCo.
 
-    def go(self, progress: bool) -> Outcome:
-        return simulate(self.simulation, self.recorder, progress=progress)
+    Attributes:
+        simulation: Model and state.
+    """
 
-    def notes(self) -> dict[str, Any]:
-        return {"warnings": dict(self.simulation.warnings)}
+    def __init__(self, plan: Plan, summarised: bool, heed: Heed) -> None:
+        """Build the scene; see `begun`."""
+        terms = plan.terms
+        self.simulation = Simulation(
+            plan.controller,
+            plan.terrain,
+            robot=plan.robot,
+            q=plan.q,
+            dq=plan.dq,
+            steps=terms.steps,
+            distance=terms.distance,
+            timestep=terms.timestep,
+            contact_timestep=terms.contact_timestep,
+            control_period=terms.control_period,
+            scuffing=terms.scuffing,
+            ground=terms.ground,
+            # also where no samples are kept: the last one tells where a walk that was broken off has been
+            sample_period=DEFAULT_SAMPLE_PERIOD if terms.sample_period is None else terms.sample_period,
+        )
+        super().__init__(
+            plan,
+            Recorder(
+                keep_samples=terms.sample_period is not None and not summarised,
+                summary=Summary(plan.robot, plan.terrain) if summarised else None,
+                heed=heed,
+            ),
+        )
 
-    def record(self, outcome: Outcome, settings: dict[str, Any]) -> Walk:
+    def _go(self, progress: bool) -> Outcome:
+        return simulate(self.simulation, self._recorder, progress=progress)
+
+    def _peak_torque(self) -> NDArray[np.float64]:
         u = self.simulation.data.userdata
-        peak = np.array([u[events.PEAK_ANKLE], u[events.PEAK_HIP]])
-        return _record(self.recorder, outcome, peak, settings)
+        return np.array([u[events.PEAK_ANKLE], u[events.PEAK_HIP]])
+
+    def _settings(self) -> dict[str, Any]:
+        terms = self.plan.terms
+        return {
+            "timestep": terms.timestep,
+            "contact_timestep": terms.contact_timestep,
+            "control_period": terms.control_period,
+            "ground": terms.ground,
+            "warnings": dict(self.simulation.warnings),
+        }
 
 
-class _HybridRun:
-    def __init__(self, simulation: HybridSimulation) -> None:
-        self.simulation = simulation
-        self.recorder = HybridRecorder()
-        self.settings: dict[str, Any] = {"tolerance": simulation.world.tolerance, "compiled": simulation.compiled}
+class HybridRun(Run):
+    """A walk in the hybrid model.
 
-    def go(self, progress: bool) -> Outcome:
-        return simulate_hybrid(self.simulation, self.recorder, progress=progress)
+    Attributes:
+        simulation: The model and its state.
+    """
 
-    def notes(self) -> dict[str, Any]:
-        return {}
+    def __init__(self, plan: Plan, summarised: bool, heed: Heed) -> None:
+        """Set the robot on the ground; see `begun`."""
+        terms = plan.terms
+        sampled = terms.sample_period is not None and not summarised
+        self.simulation = HybridSimulation(
+            plan.controller,
+            plan.terrain,
+            robot=plan.robot,
+            q=plan.q,
+            dq=plan.dq,
+            steps=terms.steps,
+            distance=terms.distance,
+            sample_period=terms.sample_period if terms.sample_period is not None and sampled else math.inf,
+            scuffing=terms.scuffing,
+        )
+        recorder = HybridRecorder(
+            keep_samples=sampled, summary=Summary(plan.robot, plan.terrain) if summarised else None, heed=heed
+        )
+        super().__init__(plan, recorder)
+        self._recorder: HybridRecorder = recorder
 
-    def record(self, outcome: Outcome, settings: dict[str, Any]) -> Walk:
-        return _record(self.recorder, outcome, self.simulation.peak_torque, settings)
+    def _go(self, progress: bool) -> Outcome:
+        return simulate_hybrid(self.simulation, self._recorder, progress=progress)
+
+    def _peak_torque(self) -> NDArray[np.float64]:
+        return self.simulation.peak_torque
+
+    def _settings(self) -> dict[str, Any]:
+        return {"tolerance": self.simulation.world.tolerance, "compiled": self.simulation.compiled}
 
 
-def _record(
-    recorder: Recorder | HybridRecorder, outcome: Outcome, peak_torque: NDArray[np.float64], settings: dict[str, Any]
-) -> Walk:
-    """What a recorder holds, as a walk."""
-    samples = recorder.samples()
-    begun = len(samples["time"]) > 0
-    return Walk(
-        samples=samples,
-        touchdowns=recorder.touchdowns(),
-        outcome=outcome.words,
-        end=(float(samples["time"][-1]), float(samples["qpos"][-1, 0])) if begun else (0.0, 0.0),
-        peak_torque=peak_torque,
-        settings=settings,
-    )
+def begun(plan: Plan, *, summarised: bool = False, heed: Heed = unheeded) -> Run:
+    """Begin a walk.
+
+    Args:
+        plan: As checked.
+        summarised: Keep no tables, but what `Run.summary` needs.
+        heed: Called now and then while it walks; what it raises breaks the walk off.
+
+    Raises:
+        InputError: A value is outside its domain.
+    """
+    kind = HybridRun if plan.terms.engine == "hybrid" else MujocoRun
+    return kind(plan, summarised, heed)
 
 
-def _is_interrupt(error: BaseException | None) -> bool:
+def is_interrupt(error: BaseException | None) -> bool:
     """Whether Ctrl-C is behind an error: one that comes while MuJoCo's C code runs can surface as a SystemError."""
     while error is not None:
         if isinstance(error, KeyboardInterrupt):
             return True
         error = error.__cause__ or error.__context__
     return False
-
-
-def _check_hybrid(timestep: float, contact_timestep: float, control_period: float | None, ground: str) -> None:
-    """Refuse what only a time-stepping engine can do.
-
-    Raises:
-        InputError: An argument was given that the hybrid engine does not have.
-    """
-    for name, given in (
-        ("timestep", timestep != DEFAULT_TIMESTEP),
-        ("contact_timestep", contact_timestep != DEFAULT_CONTACT_TIMESTEP),
-        ("control_period", control_period is not None),
-        ("ground", ground != "auto"),
-    ):
-        if given:
-            raise InputError(f"{name} is for the engine mujoco; the hybrid engine integrates without a fixed step")
-
-
-def _check_controller(controller: object) -> None:
-    """Refuse what lacks a controller's parts.
-
-    Raises:
-        InputError: A part is missing; the message names them all.
-    """
-    parts = ("states", "memory_size", "robot", "gait", "start", "on_touchdown", "torque", "slope_estimate", "describe")
-    missing = [part for part in parts if not hasattr(controller, part)]
-    if isinstance(controller, type) or missing:
-        what = "is a class, not an object of it" if isinstance(controller, type) else f"lacks {', '.join(missing)}"
-        raise InputError(f"the controller {controller!r} {what}; derive your class from controllers.Controller")
-    named = type(controller).__name__
-    states: Any = controller.states  # type: ignore[attr-defined]
-    size: Any = controller.memory_size  # type: ignore[attr-defined]
-    if isinstance(states, str) or not all(isinstance(state, str) for state in states):
-        raise InputError(f"{named}.states must be a tuple of names, got {states!r}")
-    if not isinstance(size, int) or size < len(states):
-        raise InputError(
-            f"{named}.memory_size must be a whole number of at least its {len(states)} states, got {size!r}"
-        )
-    try:
-        json.dumps(controller.describe())  # type: ignore[attr-defined]
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{named}.describe() must give plain JSON types, for the record: {error}") from error
-
-
-def _check_limits(steps: int | None, distance: float | None, sample_period: float) -> None:
-    """Refuse limits that no walk can have.
-
-    Raises:
-        InputError: One is not a number above zero.
-    """
-    if steps is not None and (isinstance(steps, bool) or not isinstance(steps, int | np.integer) or steps < 1):
-        raise InputError(f"steps must be a whole number of at least 1, got {steps!r}")
-    for name, value in (("distance", distance), ("sample_period", sample_period)):
-        if value is None and name == "distance":
-            continue
-        if not (isinstance(value, Real) and math.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} must be a finite number above zero, got {value!r}")
-
-
-def _initial_state(
-    initial: str | Sequence[float], controller: Controller, robot: Compass, terrain: Terrain
-) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Angles from the ground's normal (rad) and rates (rad/s) at the start, stance leg first.
-
-    Raises:
-        InputError: The name is unknown, or the numbers are not four finite ones.
-        GaitError: No passive gait exists on the slope under x = 0.
-    """
-    if isinstance(initial, str):
-        if initial == "rest":
-            return (0.0, 0.0), (0.0, 0.0)
-        if initial == "gait":
-            gait = controller.gait or find_passive_gait(robot, terrain.slope_at(0.0))
-            q1, q2, dq1, dq2 = (float(value) for value in gait.start)
-            return (q1, q2), (dq1, dq2)
-        raise InputError(
-            f"unknown initial state {initial!r}; valid are {', '.join(INITIAL_STATES)}, "
-            "or four numbers q1, q2, dq1, dq2"
-        )
-    try:
-        values = [float(value) for value in initial]
-    except (TypeError, ValueError):
-        values = []
-    if len(values) != 4 or not all(map(math.isfinite, values)):
-        raise InputError(f"an initial state is four finite numbers q1, q2, dq1, dq2; got {initial!r}")
-    return (values[0], values[1]), (values[2], values[3])
-
-
-def versions() -> dict[str, str]:
-    """Versions of everything that a walk's numbers depend on."""
-    return {
-        "mjbiped": __version__,
-        "mujoco": mujoco.__version__,
-        "numba": version("numba"),
-        "numpy": np.__version__,
-        "scipy": scipy.__version__,
-        "python": platform.python_version(),
-        "machine": platform.machine(),
-    }

@@ -2,6 +2,7 @@
 
 import json
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -108,3 +109,40 @@ def test_touchdown_posture_is_one_posture_in_two_roles(walk: mjbiped.Walk) -> No
     assert change == pytest.approx(touchdowns["slope"] - before, abs=1e-15)
     assert touchdowns["z"] == pytest.approx(walk.terrain.height(touchdowns["x"]), abs=3e-4)  # penetration
     assert not math.isnan(touchdowns["friction"].sum())
+
+
+@pytest.mark.parametrize("parts", [[1] * 500, [200, 0, 300], [499, 1]])
+def test_summary_in_parts_is_the_same_to_the_last_bit(walk: mjbiped.Walk, parts: list[int]) -> None:
+    rows = {name: np.concatenate([column] * 100) for name, column in walk.touchdowns.items()}
+    gathered, whole = (measures.Summary(walk.robot, walk.terrain) for _ in range(2))
+    first = 0
+    for count in parts:
+        gathered.take({name: column[first : first + count] for name, column in rows.items()})
+        first += count
+        assert gathered.steps == first
+    whole.take(rows)
+    rest: dict[str, Any] = {"outcome": "fell", "end": walk.end, "peak_torque": walk.peak_torque, "warnings": {}}
+    assert gathered.told(**rest) == whole.told(**rest)
+
+
+def test_summary_holds_the_measures(walk: mjbiped.Walk) -> None:
+    """Each figure against the function or the column that it is of."""
+    found = measures.summary(walk)
+    begun, ended = np.degrees(np.abs(measures.estimate_errors(walk)))
+    for name, expected in {
+        "mean_step_length_m": measures.step_lengths(walk).mean(),
+        "mean_step_period_s": measures.step_periods(walk).mean(),
+        "cost_of_transport": measures.cost_of_transport(walk),
+        "cost_of_transport_net": measures.cost_of_transport(walk, "net"),
+        "cost_of_transport_positive": measures.cost_of_transport(walk, "positive"),
+        "estimate_error_at_touchdown_deg": begun.max(),
+        "estimate_error_at_step_end_deg": ended.max(),
+        "largest_impact_error": np.abs(measures.impact_errors(walk)).max(),
+        "largest_slip_m": walk.touchdowns["slip"].max(),
+        "largest_penetration_m": walk.touchdowns["penetration"].max(),
+        "largest_stance_friction": walk.touchdowns["friction"].max(),
+        "peak_hip_torque_Nm": walk.peak_torque[1],
+        "speed_m_per_s": measures.speed(walk),
+    }.items():
+        assert found[name] == pytest.approx(expected, rel=1e-14), name  # sums in another order
+    assert abs(found["final_estimate_error_deg"]) == pytest.approx(ended[-1], rel=1e-14)

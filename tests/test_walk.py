@@ -4,12 +4,16 @@ import math
 import sys
 import threading
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
+from mjbiped import measures
+from mjbiped.plots import plot_walk
 
 
 def test_same_arguments_same_record(controller: AdaptiveController) -> None:
@@ -45,7 +49,7 @@ def test_distance_ends_a_walk(controller: AdaptiveController) -> None:
         ({"distance": "a"}, "distance"),
         ({"timestep": "a"}, "timestep"),
         ({"control_period": "a"}, "control_period"),
-        ({"sample_period": None}, "sample_period"),
+        ({"sample_period": "a"}, "sample_period"),
         ({"initial": None}, "four"),
         ({"initial": (0, 0, "a", 0)}, "four"),
         ({"robot": "x"}, "Compass"),
@@ -178,3 +182,24 @@ def test_walks_of_two_threads_do_not_mix() -> None:
     assert (
         walk.touchdowns["x"] == mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), steps=1).touchdowns["x"]
     )
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
+def test_without_samples_all_else_is_the_same(engine: str, controller: AdaptiveController, tmp_path: Path) -> None:
+    terrain = mjbiped.Terrain.random(seed=2)
+    asked: list[dict[str, Any]] = [{}, {"sample_period": None}]
+    sampled, bare = (mjbiped.walk(controller, terrain, engine=engine, steps=3, **each) for each in asked)
+    assert replace(bare, samples=sampled.samples, settings=sampled.settings) == sampled
+    assert bare.settings == {**sampled.settings, "sample_period": None}
+    assert not any(map(len, bare.samples.values()))
+    assert measures.summary(bare) == measures.summary(sampled)
+    bare.save(tmp_path / "bare.npz")
+    assert mjbiped.Walk.load(tmp_path / "bare.npz") == bare
+    with pytest.raises(mjbiped.RenderError, match="no samples"):
+        plot_walk(bare)
+
+
+def test_a_comparison_needs_samples(controller: AdaptiveController) -> None:
+    bad: Any = None
+    with pytest.raises(mjbiped.InputError, match="sample_period"):
+        mjbiped.compare(controller, mjbiped.Terrain.level(), steps=1, sample_period=bad)

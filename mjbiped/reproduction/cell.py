@@ -20,7 +20,8 @@ from mjbiped.physics import DEFAULT_TIMESTEP
 from mjbiped.provenance import sources
 from mjbiped.record import Walk
 from mjbiped.terrain import Terrain
-from mjbiped.walk import WalkStopped, versions, walk
+from mjbiped.walk import WalkStopped, walk
+from mjbiped.walk_plan import versions
 
 Array = NDArray[np.float64]
 

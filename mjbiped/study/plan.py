@@ -21,7 +21,7 @@ from mjbiped.study.sections import LIMITS, SECTIONS, Settings, parts_of
 from mjbiped.study.values import Draw, Scalar
 from mjbiped.terrain import Terrain
 from mjbiped.terrain_files import FILE_SUFFIXES, known_name, number, whole_number
-from mjbiped.walk import ENGINES, INITIAL_STATES
+from mjbiped.walk_plan import ENGINES, INITIAL_STATES
 
 KEYS = ("seed", "samples", *LIMITS, *SECTIONS, "plot")
 

@@ -19,7 +19,7 @@ from mjbiped.provenance import sources
 from mjbiped.study.cell import Cell, Row, measured
 from mjbiped.study.plan import Study
 from mjbiped.study.store import Store, opened
-from mjbiped.walk import versions
+from mjbiped.walk_plan import versions
 from mjbiped.workers import cluster, processes
 
 MOST_IN_BATCH = 32

@@ -14,7 +14,7 @@ from mjbiped.study.cell import STATE
 from mjbiped.study.values import Choice, Draw, read_choice
 from mjbiped.terrain import PRESETS
 from mjbiped.terrain_files import known_name
-from mjbiped.walk import ENGINES, INITIAL_STATES
+from mjbiped.walk_plan import ENGINES, INITIAL_STATES
 
 LIMITS = ("engine", "steps", "distance", "timestep", "contact_timestep")
 SECTIONS = ("initial", "controller", "robot", "model", "terrain")

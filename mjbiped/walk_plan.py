@@ -1,0 +1,254 @@
+"""What `walk()` and `walk_many()` are asked for, checked before anything is computed."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import version
+from numbers import Real
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+import scipy
+
+from mjbiped.compass import Compass
+from mjbiped.errors import InputError
+from mjbiped.gait import find_passive_gait
+from mjbiped.physics import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
+from mjbiped.scuffing import ScuffingRule
+from mjbiped.terrain import Terrain
+from mjbiped.version import __version__
+
+if TYPE_CHECKING:
+    from controllers.base import Controller
+
+ENGINES = ("mujoco", "hybrid")
+INITIAL_STATES = ("gait", "rest")
+DEFAULT_STEPS = 60
+DEFAULT_SAMPLE_PERIOD = 0.005  # s
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What walks have in common; see `mjbiped.walk.walk` for the meanings.
+
+    Attributes:
+        engine: One of `ENGINES`.
+        steps: With neither a number of steps nor a distance given, `DEFAULT_STEPS`.
+        distance: m.
+        robot: None: the controller's own, or Table I.
+        timestep: s.
+        contact_timestep: s.
+        control_period: s.
+        sample_period: s; None: no samples.
+        scuffing: The default rule unless given.
+        ground: How MuJoCo's ground is built.
+
+    Raises:
+        InputError: A value is outside its domain, or for the other engine.
+    """
+
+    engine: str
+    steps: int | None
+    distance: float | None
+    robot: Compass | None
+    timestep: float
+    contact_timestep: float
+    control_period: float | None
+    sample_period: float | None
+    scuffing: ScuffingRule
+    ground: str
+
+    def __post_init__(self) -> None:
+        """Check what can be checked without a controller and a terrain."""
+        if self.engine not in ENGINES:
+            raise InputError(f"unknown engine {self.engine!r}; valid are {', '.join(ENGINES)}")
+        if self.steps is None and self.distance is None:
+            object.__setattr__(self, "steps", DEFAULT_STEPS)
+        _check_limits(self.steps, self.distance, self.sample_period)
+        if not isinstance(self.robot, Compass | None):
+            raise InputError(f"robot must be a mjbiped.Compass, got {type(self.robot).__name__}")
+        if not isinstance(self.scuffing, ScuffingRule):
+            raise InputError(f"scuffing must be a mjbiped.ScuffingRule, got {type(self.scuffing).__name__}")
+        if self.engine == "hybrid":
+            _check_hybrid(self.timestep, self.contact_timestep, self.control_period, self.ground)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One walk, checked and not yet begun.
+
+    Attributes:
+        terms: What it has in common with others.
+        controller: Drives stance ankle and hip.
+        terrain: The ground.
+        robot: The robot that walks.
+        q: Stance and swing angle at the start, from the ground's normal under x = 0, rad.
+        dq: Their rates, rad/s.
+        description: What `controller.describe()` gave.
+    """
+
+    terms: Terms
+    controller: Controller
+    terrain: Terrain
+    robot: Compass
+    q: tuple[float, float]
+    dq: tuple[float, float]
+    description: Mapping[str, Any]
+
+    def settings(self) -> dict[str, Any]:
+        """All that is needed to repeat the walk, in plain JSON types, but for what its engine adds."""
+        terms = self.terms
+        return {
+            "engine": terms.engine,
+            "robot": dict(_fields(self.robot)),
+            "controller": dict(self.description),
+            "terrain": self.terrain.to_dict(),
+            "initial": [*self.q, *self.dq],
+            "steps": terms.steps,
+            "distance": terms.distance,
+            "sample_period": terms.sample_period,
+            "scuffing": dict(_fields(terms.scuffing)),
+            "versions": dict(versions()),
+        }
+
+
+def planned(
+    terms: Terms,
+    controller: Controller,
+    terrain: Terrain,
+    initial: str | Sequence[float],
+    description: Mapping[str, Any] | None = None,
+) -> Plan:
+    """Check a controller, a terrain and an initial state, and put them together.
+
+    Args:
+        terms: The rest.
+        controller: See `controllers.Controller`.
+        terrain: The ground.
+        initial: A name of `INITIAL_STATES`, or four numbers.
+        description: What `check_controller` gave for this controller, if it has been asked.
+
+    Raises:
+        InputError: One of them is not what is expected.
+        GaitError: No passive gait exists on the slope under x = 0.
+    """
+    description = check_controller(controller) if description is None else description
+    if not isinstance(terrain, Terrain):
+        raise InputError(f"terrain must be a mjbiped.Terrain, got {type(terrain).__name__}")
+    robot = terms.robot or controller.robot or Compass()
+    if not isinstance(robot, Compass):
+        raise InputError(f"{type(controller).__name__}.robot must be a mjbiped.Compass, got {type(robot).__name__}")
+    q, dq = _initial_state(initial, controller, robot, terrain)
+    return Plan(terms, controller, terrain, robot, q, dq, description)
+
+
+def _check_hybrid(timestep: float, contact_timestep: float, control_period: float | None, ground: str) -> None:
+    """Refuse what only a time-stepping engine can do.
+
+    Raises:
+        InputError: An argument was given that the hybrid engine does not have.
+    """
+    for name, given in (
+        ("timestep", timestep != DEFAULT_TIMESTEP),
+        ("contact_timestep", contact_timestep != DEFAULT_CONTACT_TIMESTEP),
+        ("control_period", control_period is not None),
+        ("ground", ground != "auto"),
+    ):
+        if given:
+            raise InputError(f"{name} is for the engine mujoco; the hybrid engine integrates without a fixed step")
+
+
+def check_controller(controller: object) -> dict[str, Any]:
+    """Refuse what lacks a controller's parts; returns its description.
+
+    Raises:
+        InputError: A part is missing; the message names them all.
+    """
+    parts = ("states", "memory_size", "robot", "gait", "start", "on_touchdown", "torque", "slope_estimate", "describe")
+    missing = [part for part in parts if not hasattr(controller, part)]
+    if isinstance(controller, type) or missing:
+        what = "is a class, not an object of it" if isinstance(controller, type) else f"lacks {', '.join(missing)}"
+        raise InputError(f"the controller {controller!r} {what}; derive your class from controllers.Controller")
+    named = type(controller).__name__
+    states: Any = controller.states  # type: ignore[attr-defined]
+    size: Any = controller.memory_size  # type: ignore[attr-defined]
+    if isinstance(states, str) or not all(isinstance(state, str) for state in states):
+        raise InputError(f"{named}.states must be a tuple of names, got {states!r}")
+    if not isinstance(size, int) or size < len(states):
+        raise InputError(
+            f"{named}.memory_size must be a whole number of at least its {len(states)} states, got {size!r}"
+        )
+    description: dict[str, Any] = controller.describe()  # type: ignore[attr-defined]
+    try:
+        json.dumps(description)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{named}.describe() must give plain JSON types, for the record: {error}") from error
+    return description
+
+
+def _check_limits(steps: int | None, distance: float | None, sample_period: float | None) -> None:
+    """Refuse limits that no walk can have.
+
+    Raises:
+        InputError: One is not a number above zero.
+    """
+    if steps is not None and (isinstance(steps, bool) or not isinstance(steps, int | np.integer) or steps < 1):
+        raise InputError(f"steps must be a whole number of at least 1, got {steps!r}")
+    for name, value in (("distance", distance), ("sample_period", sample_period)):
+        if value is not None and not (isinstance(value, Real) and math.isfinite(value) and value > 0.0):
+            raise InputError(f"{name} must be a finite number above zero, got {value!r}")
+
+
+def _initial_state(
+    initial: str | Sequence[float], controller: Controller, robot: Compass, terrain: Terrain
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Angles from the ground's normal (rad) and rates (rad/s) at the start, stance leg first.
+
+    Raises:
+        InputError: The name is unknown, or the numbers are not four finite ones.
+        GaitError: No passive gait exists on the slope under x = 0.
+    """
+    if isinstance(initial, str):
+        if initial == "rest":
+            return (0.0, 0.0), (0.0, 0.0)
+        if initial == "gait":
+            gait = controller.gait or find_passive_gait(robot, terrain.slope_at(0.0))
+            q1, q2, dq1, dq2 = (float(value) for value in gait.start)
+            return (q1, q2), (dq1, dq2)
+        raise InputError(
+            f"unknown initial state {initial!r}; valid are {', '.join(INITIAL_STATES)}, "
+            "or four numbers q1, q2, dq1, dq2"
+        )
+    try:
+        values = [float(value) for value in initial]
+    except (TypeError, ValueError):
+        values = []
+    if len(values) != 4 or not all(map(math.isfinite, values)):
+        raise InputError(f"an initial state is four finite numbers q1, q2, dq1, dq2; got {initial!r}")
+    return (values[0], values[1]), (values[2], values[3])
+
+
+@lru_cache(maxsize=64)
+def _fields(values: Compass | ScuffingRule) -> Mapping[str, Any]:
+    return dataclasses.asdict(values)
+
+
+@lru_cache(maxsize=1)
+def versions() -> Mapping[str, str]:
+    """Versions of everything that a walk's numbers depend on."""
+    return {
+        "mjbiped": __version__,
+        "mujoco": mujoco.__version__,
+        "numba": version("numba"),
+        "numpy": np.__version__,
+        "scipy": scipy.__version__,
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+    }
