@@ -40,10 +40,11 @@ test: setup check ## set-up, lint, types and tests
 test-slow: setup ## the long checks
 	$(BIN)/python -m pytest -n 2 -m slow
 
-bench: setup ## measure the speed, some ten minutes: docs/performance.md
+bench: setup ## measure the speed, some thirteen minutes: docs/performance.md
 	$(BIN)/python scripts/benchmark.py
 	$(BIN)/python scripts/step_benchmark.py
 	$(BIN)/python scripts/long_benchmark.py
+	$(BIN)/python scripts/many_benchmark.py
 
 check: setup ## lint and types
 	$(BIN)/ruff format --check .

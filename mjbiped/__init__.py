@@ -1,7 +1,8 @@
 """A laboratory for underactuated biped walking on rough ground.
 
 One controller, one terrain, one record: `walk(controller, terrain)` lets a compass biped walk in MuJoCo and returns a
-`Walk`. Control laws are in the package `controllers`, which is installed beside this one.
+`Walk`; `walk_many` lets many walk at once. Control laws are in the package `controllers`, which is installed beside
+this one.
 """
 
 from mjbiped import gl as gl  # first: it imports MuJoCo, also where MUJOCO_GL names a platform that is not there
@@ -18,6 +19,7 @@ from mjbiped.scuffing import ScuffingRule
 from mjbiped.terrain import Terrain
 from mjbiped.version import __version__
 from mjbiped.walk import WalkInterrupted, WalkStopped, walk
+from mjbiped.walk_many import WalksInterrupted, WalksStopped, walk_many
 
 __all__ = [
     "Comparison",
@@ -34,6 +36,8 @@ __all__ = [
     "Walk",
     "WalkInterrupted",
     "WalkStopped",
+    "WalksInterrupted",
+    "WalksStopped",
     "__version__",
     "basin_of_attraction",
     "basin_of_control",
@@ -43,4 +47,5 @@ __all__ = [
     "find_passive_gait",
     "find_periodic_gait",
     "walk",
+    "walk_many",
 ]

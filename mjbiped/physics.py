@@ -29,7 +29,7 @@ from mjbiped.events import Limits, Outcome
 from mjbiped.ground_window import MARGIN, GroundWindows, places_in
 from mjbiped.law_check import refusal
 from mjbiped.laws import gives_its_law
-from mjbiped.native import Native, attached, check_offsets, native
+from mjbiped.native import Functions, Native, attached, check_offsets, native
 from mjbiped.native_layout import UnknownLayoutError
 from mjbiped.recorder import Recorder
 from mjbiped.scene import FOOT_RADIUS
@@ -43,6 +43,8 @@ LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how f
 START_DEPTH = 1e-6  # a foot set exactly on the surface may find a heightfield's inner edge instead, m
 _ONE_THREAD = threading.RLock()  # whose callbacks are installed
 _walking: list[Simulation] = []  # those whose callbacks are installed, the last one innermost
+_shared: Functions | None = None  # compiled callbacks that are installed for walks in any thread
+_stepped = threading.local()  # `simulation`: the one that this thread steps under them
 _CALLBACKS = ("mjcb_control", "mjcb_sensor", "mjcb_contactfilter")
 _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_ACC)
 _METHODS = Laws(laws.torque, laws.touchdown, laws.slope_estimate)
@@ -274,17 +276,23 @@ class Simulation:
         Compiled ones are not installed over others than their like: those could not be asked for other models.
 
         MuJoCo's warnings are counted meanwhile, where it would write them to the terminal and to MUJOCO_LOG.TXT.
+
+        Within `shared_callbacks` of its functions nothing has to be installed, and any thread may ask.
         """
+        if _shared is not None and self.functions is _shared and self._native is not None:
+            with ExitStack() as stack:
+                self._attach(stack)
+                stack.callback(setattr, _stepped, "simulation", None)
+                _stepped.simulation = self
+                yield
+            return
         with ExitStack() as stack:
             stack.enter_context(exclusive())
             self.move_on()
             before = {name: getattr(mujoco, f"get_{name}")() for name in (*_CALLBACKS, "mju_user_warning")}
             made = self._native
             if made and all(before[name] in (None, getattr(made.functions, name)) for name in _CALLBACKS):
-                if self._attachment is None:
-                    stack.callback(setattr, self, "_attachment", None)
-                    self._attachment = stack.enter_context(ExitStack())
-                    self._attachment.enter_context(attached(self.model, [made]))
+                self._attach(stack)
                 chosen = {name: getattr(made.functions, name) for name in _CALLBACKS}
             else:
                 chosen = dict(zip(_CALLBACKS, (self._on_control, self._on_sensor, self._on_contact), strict=True))
@@ -297,6 +305,13 @@ class Simulation:
                 getattr(mujoco, f"set_{name}")(callback)
             yield
 
+    def _attach(self, stack: ExitStack) -> None:
+        """Tell the compiled callbacks of this walk for as long as `stack` lasts, whatever model it moves on to."""
+        if self._attachment is None and self._native is not None:
+            stack.callback(setattr, self, "_attachment", None)
+            self._attachment = stack.enter_context(ExitStack())
+            self._attachment.enter_context(attached(self.model, [self._native]))
+
     def _restore(self, installed: list[str], before: dict[str, Any], before_that: dict[str, Any]) -> None:
         for name in reversed(installed):
             getattr(mujoco, f"set_{name}")(before[name])
@@ -308,6 +323,14 @@ class Simulation:
     def compiled(self) -> bool:
         """Whether the callbacks can be compiled ones."""
         return self._native is not None
+
+    @property
+    def functions(self) -> Functions | None:
+        """Its compiled callbacks, None where it needs Python's; raises as `compiled` does, where a law will not do.
+
+        Walks of the same kind of law and world share theirs.
+        """
+        return self._native.functions if self._native is not None else None
 
     @cached_property
     def _native(self) -> Native | None:
@@ -390,6 +413,48 @@ class Simulation:
 
 
 @contextmanager
+def shared_callbacks(functions: Functions) -> Iterator[None]:
+    """Install compiled callbacks for all simulations that they belong to: any number of threads may step these.
+
+    New models can be compiled meanwhile, unlike under Python's callbacks: what has no record is left alone.
+
+    Raises:
+        MjbipedError: Another thread is walking, or something else's callbacks are installed.
+    """
+    global _shared
+    chosen = {name: getattr(functions, name) for name in _CALLBACKS}
+    with ExitStack() as stack:
+        stack.enter_context(exclusive())
+        require_no_callbacks()
+        for name, callback in {**chosen, "mju_user_warning": _on_shared_warning}.items():
+            install = getattr(mujoco, f"set_{name}")
+            stack.callback(install, getattr(mujoco, f"get_{name}")())
+            install(callback)
+        _shared = functions
+        try:
+            yield
+        finally:
+            _shared = None
+
+
+def require_no_callbacks() -> None:
+    """Refuse to begin many walks where something else's callbacks are installed.
+
+    Raises:
+        MjbipedError: They are.
+    """
+    if any(getattr(mujoco, f"get_{name}")() is not None for name in _CALLBACKS):
+        raise MjbipedError("other callbacks of MuJoCo's are installed; remove them before many walks are begun")
+
+
+def _on_shared_warning(message: str) -> None:
+    """`mju_user_warning` of many walks: MuJoCo calls it in the thread that steps."""
+    simulation: Simulation | None = getattr(_stepped, "simulation", None)
+    if simulation is not None:
+        simulation._on_warning(message)
+
+
+@contextmanager
 def exclusive() -> Iterator[None]:
     """Keep other threads from building or stepping a walk meanwhile.
 
@@ -399,7 +464,7 @@ def exclusive() -> Iterator[None]:
     if not _ONE_THREAD.acquire(blocking=False):
         raise MjbipedError(
             "another thread of this process is walking, and MuJoCo's callbacks are shared by all threads; "
-            "let walks run one after another, or in processes of their own"
+            "let walks run one after another, or all of them by mjbiped.walk_many"
         )
     try:
         yield
@@ -408,8 +473,8 @@ def exclusive() -> Iterator[None]:
 
 
 def walking() -> bool:
-    """Whether a simulation's callbacks are installed; MuJoCo cannot compile a model then."""
-    return bool(_walking)
+    """Whether callbacks are installed; under Python's MuJoCo cannot compile a model."""
+    return bool(_walking) or _shared is not None
 
 
 @lru_cache(maxsize=1)
@@ -450,6 +515,7 @@ def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> O
             while not simulation.over:
                 if simulation.move_on():
                     leaps, u = _Leaps(simulation), simulation.data.userdata
+                recorder.heed()
                 leaps.advance()
                 taken = simulation.take(recorder)
                 bar.update(taken if by_steps else max(0.0, round(float(u[events.FOOT_X]), 2) - bar.n))

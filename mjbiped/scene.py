@@ -71,7 +71,7 @@ def build_scene(
         reach: How far ahead of x = 0 the last segment must reach, m; a terrain that ends earlier keeps its end.
         ground: "auto" (see `mjbiped.ground`), or "heightfield" or "boxes" for all stretches alike.
         userdata: Number of floats in `mjData.userdata`.
-        scenery: Add the earth under the ground, for pictures.
+        scenery: For pictures: the earth under the ground, and textures, which take 5 MB and 12 ms.
 
     Returns:
         The scene.
@@ -107,6 +107,11 @@ def compose_scene(
     ground.add_to(spec, segments)
     if scenery:
         add_earth(spec, ground.profile(segments), HALF_WIDTH)
+    else:
+        for texture in list(spec.textures):
+            spec.delete(texture)
+        for material in spec.materials:
+            material.textures = [""] * len(material.textures)
     for key in list(spec.keys):
         spec.delete(key)  # they hold Table I's postures on a 2 degree slope
     start, end = ground.start_of(segments[0]), ground.stop_of(segments[-1])
