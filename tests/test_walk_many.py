@@ -71,6 +71,15 @@ def test_as_many_by_themselves(engine: str, steps: int, count: int, controller: 
         assert mjbiped.walk_many(controller, terrains, workers=workers, **given) == expected
 
 
+@pytest.mark.slow
+def test_windows_of_long_grounds_move_on(controller: AdaptiveController) -> None:
+    """A thread builds new ground about its robot while the others step."""
+    finely: dict[str, Any] = {"segment_length": (0.1, 0.2), "slope_deg": (-1.0, 1.0), "rise": (0.0, 0.0)}
+    terrains = [Terrain.random(seed=seed, length=400.0, **finely) for seed in range(3)]
+    expected = [mjbiped.walk(controller, terrain, steps=60) for terrain in terrains]
+    assert mjbiped.walk_many(controller, terrains, steps=60, workers=3) == expected
+
+
 def test_one_of_a_kind_serves_all(controller: AdaptiveController) -> None:
     given: dict[str, Any] = {"engine": "hybrid", "steps": 3}
     terrains = (Terrain.random(seed=seed) for seed in (4, 5))  # any iterable
