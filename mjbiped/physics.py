@@ -1,13 +1,12 @@
 """MuJoCo engine: rigid bodies, contacts, and a controller in `mjcb_control`.
 
 Nothing of the paper's impact map is used here: the contact solver makes the impact, and the contact sensors say when
-the legs exchange. `Simulation` holds model and state; `simulate` walks it to its end.
+the legs exchange. `Simulation` holds model and state; `mjbiped.stepping` walks it to its end.
 """
 
 from __future__ import annotations
 
 import math
-import threading
 import warnings
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -18,15 +17,23 @@ from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
-from tqdm.auto import tqdm
 
 from mjbiped import callbacks, events, landing, laws
 from mjbiped.callbacks import Laws, Recording, World
 from mjbiped.columns import SAMPLES, TOUCHDOWNS, width
 from mjbiped.compass import Compass
-from mjbiped.errors import InputError, MjbipedError
+from mjbiped.errors import InputError
 from mjbiped.events import Limits, Outcome
 from mjbiped.ground_window import MARGIN, GroundWindows, places_in
+from mjbiped.installation import (
+    CALLBACKS,
+    exclusive,
+    installed,
+    is_compiled,
+    own_callbacks,
+    shared,
+    stepped_under_shared,
+)
 from mjbiped.law_check import refusal
 from mjbiped.laws import gives_its_law
 from mjbiped.native import Functions, Native, attached, check_offsets, native
@@ -41,19 +48,14 @@ if TYPE_CHECKING:
 
 LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how far the ground is built
 START_DEPTH = 1e-6  # a foot set exactly on the surface may find a heightfield's inner edge instead, m
-_ONE_THREAD = threading.RLock()  # whose callbacks are installed
-_walking: list[Simulation] = []  # those whose callbacks are installed, the last one innermost
-_shared: Functions | None = None  # compiled callbacks that are installed for walks in any thread
-_stepped = threading.local()  # `simulation`: the one that this thread steps under them
-_CALLBACKS = ("mjcb_control", "mjcb_sensor", "mjcb_contactfilter")
 _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_ACC)
 _METHODS = Laws(laws.torque, laws.touchdown, laws.slope_estimate)
-_WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 LEAP = 500  # steps made at once, at most
 DEFAULT_TIMESTEP = 2e-4  # s
 DEFAULT_CONTACT_TIMESTEP = 2e-5  # s
 SHORTEST_CONTACT = 1e-6  # s
-LONGEST_TIMESTEP = 2e-3  # at it the worst impacts err by 0.5 %, s
+LONGEST_TIMESTEP = 2e-3  # at it a stance foot slides by 0.2 to 1.3 mm a step, s
 
 
 class Simulation:
@@ -229,10 +231,10 @@ class Simulation:
         )
         scene.model.opt.timestep = self.model.opt.timestep
         scene.model.geom_solref[list(world.feet)] = self.model.geom_solref[list(before.feet)]
-        state = np.empty(mujoco.mj_stateSize(self.model, _WHOLE_STATE))
-        mujoco.mj_getState(self.model, data, state, _WHOLE_STATE)
+        state = np.empty(mujoco.mj_stateSize(self.model, WHOLE_STATE))
+        mujoco.mj_getState(self.model, data, state, WHOLE_STATE)
         data = mujoco.MjData(scene.model)
-        mujoco.mj_setState(scene.model, data, state, _WHOLE_STATE)
+        mujoco.mj_setState(scene.model, data, state, WHOLE_STATE)
         self.model, self.data, self._world, self._inside = scene.model, data, world, self._windows.inside(scene)
         made = self.__dict__.get("_native")  # as `cached_property` keeps it
         if made is not None:
@@ -279,30 +281,24 @@ class Simulation:
 
         Within `shared_callbacks` of its functions nothing has to be installed, and any thread may ask.
         """
-        if _shared is not None and self.functions is _shared and self._native is not None:
-            with ExitStack() as stack:
-                self._attach(stack)
-                stack.callback(setattr, _stepped, "simulation", None)
-                _stepped.simulation = self
-                yield
-            return
+        made = self._native
         with ExitStack() as stack:
+            if made is not None and made.functions is shared():
+                self._attach(stack)
+                stack.enter_context(stepped_under_shared(self._on_warning))
+                yield
+                return
             stack.enter_context(exclusive())
             self.move_on()
-            before = {name: getattr(mujoco, f"get_{name}")() for name in (*_CALLBACKS, "mju_user_warning")}
-            made = self._native
-            if made and all(before[name] in (None, getattr(made.functions, name)) for name in _CALLBACKS):
+            before, made = installed(), self._native
+            if made and all(before[name] in (None, getattr(made.functions, name)) for name in CALLBACKS):
                 self._attach(stack)
-                chosen = {name: getattr(made.functions, name) for name in _CALLBACKS}
+                chosen = {name: getattr(made.functions, name) for name in CALLBACKS}
             else:
-                chosen = dict(zip(_CALLBACKS, (self._on_control, self._on_sensor, self._on_contact), strict=True))
-            installed: list[str] = []
-            stack.callback(self._restore, installed, before, self._before)
+                chosen = dict(zip(CALLBACKS, (self._on_control, self._on_sensor, self._on_contact), strict=True))
+            stack.callback(setattr, self, "_before", self._before)
             self._before = before
-            _walking.append(self)
-            for name, callback in {**chosen, "mju_user_warning": self._on_warning}.items():
-                installed.append(name)
-                getattr(mujoco, f"set_{name}")(callback)
+            stack.enter_context(own_callbacks(self, {**chosen, "mju_user_warning": self._on_warning}))
             yield
 
     def _attach(self, stack: ExitStack) -> None:
@@ -311,13 +307,6 @@ class Simulation:
             stack.callback(setattr, self, "_attachment", None)
             self._attachment = stack.enter_context(ExitStack())
             self._attachment.enter_context(attached(self.model, [self._native]))
-
-    def _restore(self, installed: list[str], before: dict[str, Any], before_that: dict[str, Any]) -> None:
-        for name in reversed(installed):
-            getattr(mujoco, f"set_{name}")(before[name])
-        if self in _walking:
-            _walking.remove(self)
-        self._before = before_that
 
     @property
     def compiled(self) -> bool:
@@ -407,159 +396,14 @@ class Simulation:
     def _pass_on(self, name: str, model: mujoco.MjModel, data: mujoco.MjData, *arguments: int) -> Any:
         """Hand a callback for another model to what stood there before this simulation's."""
         before: Any = self._before.get(name)
-        if _is_compiled(before):
+        if is_compiled(before):
             return before(model._address, data._address, *arguments)
         return before(model, data, *arguments) if callable(before) else None
-
-
-@contextmanager
-def shared_callbacks(functions: Functions) -> Iterator[None]:
-    """Install compiled callbacks for all simulations that they belong to: any number of threads may step these.
-
-    New models can be compiled meanwhile, unlike under Python's callbacks: what has no record is left alone.
-
-    Raises:
-        MjbipedError: Another thread is walking, or something else's callbacks are installed.
-    """
-    global _shared
-    chosen = {name: getattr(functions, name) for name in _CALLBACKS}
-    with ExitStack() as stack:
-        stack.enter_context(exclusive())
-        require_no_callbacks()
-        for name, callback in {**chosen, "mju_user_warning": _on_shared_warning}.items():
-            install = getattr(mujoco, f"set_{name}")
-            stack.callback(install, getattr(mujoco, f"get_{name}")())
-            install(callback)
-        _shared = functions
-        try:
-            yield
-        finally:
-            _shared = None
-
-
-def require_no_callbacks() -> None:
-    """Refuse to begin many walks where something else's callbacks are installed.
-
-    Raises:
-        MjbipedError: They are.
-    """
-    if any(getattr(mujoco, f"get_{name}")() is not None for name in _CALLBACKS):
-        raise MjbipedError("other callbacks of MuJoCo's are installed; remove them before many walks are begun")
-
-
-def _on_shared_warning(message: str) -> None:
-    """`mju_user_warning` of many walks: MuJoCo calls it in the thread that steps."""
-    simulation: Simulation | None = getattr(_stepped, "simulation", None)
-    if simulation is not None:
-        simulation._on_warning(message)
-
-
-@contextmanager
-def exclusive() -> Iterator[None]:
-    """Keep other threads from building or stepping a walk meanwhile.
-
-    Raises:
-        MjbipedError: Another thread does already.
-    """
-    if not _ONE_THREAD.acquire(blocking=False):
-        raise MjbipedError(
-            "another thread of this process is walking, and MuJoCo's callbacks are shared by all threads; "
-            "let walks run one after another, or all of them by mjbiped.walk_many"
-        )
-    try:
-        yield
-    finally:
-        _ONE_THREAD.release()
-
-
-def walking() -> bool:
-    """Whether callbacks are installed; under Python's MuJoCo cannot compile a model."""
-    return bool(_walking) or _shared is not None
 
 
 @lru_cache(maxsize=1)
 def _warn_once(reason: str) -> None:
     warnings.warn(f"{reason}; walks run with callbacks in Python, which gives the same, only slower", stacklevel=4)
-
-
-def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> Outcome:
-    """Step a simulation until its walk ends, recording as it goes.
-
-    Args:
-        simulation: As built; it may have been resumed in the middle.
-        recorder: Takes samples and touchdowns; what it holds is complete at any moment, also when this raises.
-        progress: Whether to show a progress bar (never where the output is not a terminal).
-
-    Returns:
-        The outcome.
-
-    Raises:
-        MjbipedError: A compiled law raised an exception.
-    """
-    simulation.move_on()
-    limits, u = simulation.limits, simulation.data.userdata
-    by_steps = math.isfinite(limits.steps)
-    with (
-        tqdm(
-            total=int(limits.steps) if by_steps else round(limits.distance, 2),
-            desc="preparing",  # the first walk with a kind of law compiles it
-            unit="step" if by_steps else "m",
-            disable=None if progress else True,
-        ) as bar,
-        simulation.callbacks(),
-    ):
-        bar.set_description("walking", refresh=False)
-        bar.reset()
-        leaps = _Leaps(simulation)
-        try:
-            while not simulation.over:
-                if simulation.move_on():
-                    leaps, u = _Leaps(simulation), simulation.data.userdata
-                recorder.heed()
-                leaps.advance()
-                taken = simulation.take(recorder)
-                bar.update(taken if by_steps else max(0.0, round(float(u[events.FOOT_X]), 2) - bar.n))
-        finally:
-            if u[events.OUTCOME] == Outcome.INTERRUPTED:
-                simulation.sample()
-            simulation.take(recorder)
-            if u[events.TOUCHED]:  # the controller was not told of it any more
-                recorder.add_touchdown(u[events.LAST_TOUCHDOWN : events.CONTROLLER_MEMORY])
-    if u[events.OUTCOME] == Outcome.INTERRUPTED:
-        raise MjbipedError("a compiled law raised an exception; let law() return None to see where")
-    return simulation.outcome
-
-
-class _Leaps:
-    """Steps a simulation, many steps at once where its callbacks are compiled.
-
-    A leap in which the walk's end lies, or a warning of MuJoCo's, is taken back and made step by step.
-    """
-
-    def __init__(self, simulation: Simulation) -> None:
-        self._simulation, self._model, self._data = simulation, simulation.model, simulation.data
-        self._state = np.empty(mujoco.mj_stateSize(simulation.model, _WHOLE_STATE))
-        self._leap = LEAP if _is_compiled(mujoco.get_mjcb_control()) else 1
-
-    def advance(self) -> None:
-        """Make at least one step, at most so many as the recording has room for."""
-        model, data, simulation = self._model, self._data, self._simulation
-        if self._leap == 1:
-            mujoco.mj_step(model, data)
-            return
-        told, numbers = simulation.warnings.copy(), data.warning.number.copy()
-        mujoco.mj_getState(model, data, self._state, _WHOLE_STATE)
-        mujoco.mj_step(model, data, nstep=self._leap)
-        if not simulation.over:
-            return
-        mujoco.mj_setState(model, data, self._state, _WHOLE_STATE)
-        simulation.warnings, data.warning.number[:] = told, numbers  # the steps made again warn again
-        while not simulation.over:
-            mujoco.mj_step(model, data)
-
-
-def _is_compiled(callback: Any) -> bool:
-    return hasattr(callback, "argtypes")  # a C function's pointer of ctypes
 
 
 def _check_times(timestep: float, contact_timestep: float, period: float | None) -> None:

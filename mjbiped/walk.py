@@ -16,19 +16,14 @@ from mjbiped.compass import Compass
 from mjbiped.errors import MjbipedError
 from mjbiped.events import Outcome
 from mjbiped.hybrid import HybridRecorder, HybridSimulation, simulate_hybrid
+from mjbiped.installation import exclusive, walking
 from mjbiped.law_check import LawError
 from mjbiped.measures import Summary
-from mjbiped.physics import (
-    DEFAULT_CONTACT_TIMESTEP,
-    DEFAULT_TIMESTEP,
-    Simulation,
-    exclusive,
-    simulate,
-    walking,
-)
+from mjbiped.physics import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP, Simulation
 from mjbiped.record import Walk
 from mjbiped.recorder import Heed, Recorder, unheeded
 from mjbiped.scuffing import ScuffingRule
+from mjbiped.stepping import simulate
 from mjbiped.terrain import Terrain
 from mjbiped.walk_plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, planned
 

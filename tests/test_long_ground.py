@@ -18,10 +18,11 @@ from mjbiped import events, ground_window
 from mjbiped.events import Outcome
 from mjbiped.ground import FEW_SEGMENTS, GROUND_KINDS, Ground
 from mjbiped.ground_window import MARGIN, GroundWindows, places_in, python_callbacks_removed
-from mjbiped.physics import Simulation, simulate
+from mjbiped.physics import Simulation
 from mjbiped.profile import height_over
 from mjbiped.recorder import Recorder
 from mjbiped.scene import Scene, build_scene
+from mjbiped.stepping import simulate
 from mjbiped.video import gl_available, render_frames
 
 Terrain = mjbiped.Terrain

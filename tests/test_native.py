@@ -24,6 +24,7 @@ from mjbiped.native_record import NotPackableError, Packer
 from mjbiped.physics import Simulation
 from mjbiped.recorder import Recorder
 from mjbiped.scene import RECORDS
+from mjbiped.stepping import simulate
 
 Terrain = mjbiped.Terrain
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -155,7 +156,7 @@ def test_warnings_of_steps_made_twice_count_once(
         simulation.warnings["of each step"] += nstep
 
     monkeypatch.setattr(mujoco, "mj_step", warning_step)
-    physics.simulate(simulation, Recorder(), progress=False)
+    simulate(simulation, Recorder(), progress=False)
     assert simulation.data.userdata[events.COUNT] == 2
     times: list[float] = []
     again = make(controller, steps=2, compile=False)  # whose steps are made one by one
@@ -165,7 +166,7 @@ def test_warnings_of_steps_made_twice_count_once(
         step(model, data)
 
     monkeypatch.setattr(mujoco, "mj_step", counting_step)
-    physics.simulate(again, Recorder(), progress=False)
+    simulate(again, Recorder(), progress=False)
     assert simulation.warnings["of each step"] == len(times)
 
 
