@@ -271,9 +271,9 @@ def contact_step(world: World, u: Sequence[float], time: float) -> tuple[float, 
 def refuses(world: World, u: Sequence[float], places: Any, first: int, second: int) -> bool:
     """`mjcb_contactfilter`: whether a pair of geoms does not collide.
 
-    The swing foot passes through everything until it is armed (scuffing rule); the stance foot passes through
-    risers, and through the ground from the step on that resolves the other foot's touchdown, as it does after the
-    exchange. A solver with a convex friction cone would drag a foot that leaves the ground obliquely.
+    The swing foot passes through everything until it is armed (scuffing rule); the stance foot, which stands still,
+    passes through risers, and through the ground from the step on that resolves the other foot's touchdown, as it does
+    after the exchange. A solver with a convex friction cone would drag a foot that leaves the ground obliquely.
 
     Args:
         world: The walk's.
@@ -289,8 +289,8 @@ def refuses(world: World, u: Sequence[float], places: Any, first: int, second: i
     armed = bool(u[events.ARMED])
     if swing in (first, second):
         return not armed
-    if not armed or stance not in (first, second):
+    if stance not in (first, second):
         return False
     if world.risers[first] or world.risers[second]:
         return True
-    return bool(-world.deepest < places[swing, 2] - height_over(world.profile, places[swing, 0]) < 0.0)
+    return armed and bool(-world.deepest < places[swing, 2] - height_over(world.profile, places[swing, 0]) < 0.0)

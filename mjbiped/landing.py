@@ -92,9 +92,7 @@ def step_length(
         due = u[events.NEXT_CONTROL] - time
         if due < length - _SHORTEST:
             length, following, plain = due, u[events.PLANNED], 0.0
-    if world.stepped and (
-        _near_face(world, u, 0, length, qpos, qvel, qacc) or _near_face(world, u, 1, length, qpos, qvel, qacc)
-    ):
+    if world.stepped and u[events.ARMED] and _near_face(world, u, length, qpos, qvel, qacc):
         following, plain = world.contact_timestep, 1.0
     u[events.PLANNED_NEXT], u[events.PLAIN_NEXT] = following, plain
     u[events.KICK] = length if u[events.PLAIN] else 0.5 * (u[events.LAST_STEP] + length)
@@ -173,17 +171,15 @@ def _clearance(
 def _near_face(
     world: World,
     u: Sequence[float],
-    side: int,
     t: float,
     qpos: Sequence[float],
     qvel: Sequence[float],
     qacc: Sequence[float],
 ) -> bool:
-    """Whether a foot that collides could touch a riser in the step after this one, which is of length t."""
-    if side != (1 if u[events.STANCE] else 0) and not u[events.ARMED]:
-        return False
-    x, z = _foot(world, u, side, t, qpos, qvel, qacc)
-    further, _ = _foot(world, u, side, t + 2.0 * world.timestep, qpos, qvel, qacc)
+    """Whether the swing foot could touch a riser in the step after this one, which is of length t."""
+    swing = 0 if u[events.STANCE] else 1
+    x, z = _foot(world, u, swing, t, qpos, qvel, qacc)
+    further, _ = _foot(world, u, swing, t + 2.0 * world.timestep, qpos, qvel, qacc)
     margin = world.proud + MARGIN + abs(further - x)
     profile = world.profile
     segment = segment_under(profile, x)
