@@ -27,7 +27,8 @@ from mjbiped.compiled import compiled
 from mjbiped.terrain import Terrain
 
 COUNTS = {"hybrid": (1, 4, 16, 64, 256), "mujoco": (1, 4, 16, 64)}
-STEPS = {"hybrid": 25_600, "mujoco": 16}  # gait steps of all walks together, but at least one each
+STEPS = {"hybrid": 25_600, "mujoco": 64}  # gait steps of all walks together, but at least `FEWEST` each
+FEWEST = 4  # so that a walk takes longer than its scene
 MILLION = ((1000, 1000), (10_000, 100))  # walks, steps of each
 STEP_COUNTS = (1000, 10_000, 100_000, 1_000_000)
 ROUNDS = 50_000_000  # of bare arithmetic
@@ -71,7 +72,7 @@ def over_walks(engine: str, repeats: int) -> Iterator[list[str]]:
     """Rows over the number of walks."""
     walking(engine, 2, 1, 2)()  # compilation, caches
     for count in tqdm(COUNTS[engine], desc=f"walks, {engine}", disable=None):
-        steps = max(1, STEPS[engine] // count)
+        steps = max(FEWEST, STEPS[engine] // count)
         one, two = (walking(engine, count, steps, workers) for workers in (1, 2))
         pairs = np.array([(one(), arithmetic(1), two(), arithmetic(2)) for _ in range(repeats)])
         walks_one, walks_two = (Timing(pairs[:, column], count * steps) for column in (0, 2))
