@@ -38,9 +38,8 @@ if TYPE_CHECKING:
 
 STIFFNESS = 1e5
 """Of a contact over the mass it meets, at most, 1/s²: a standing foot sinks by about g / stiffness = 0.1 mm."""
-SOFTNESS = (
-    0.2  # stiffness times step length squared, at most: a sunk foot comes up by a fifth a step; 0.5 makes it bounce
-)
+SOFTNESS = 0.2
+"""Stiffness times step length squared, at most: a sunk foot comes up by a fifth a step; at 0.5 it bounces."""
 DEPTH = 1e-6  # under the ground to which a step leads the swing foot, m; single precision of a heightfield is 3e-7
 SHORTER = 4.0  # factor between the steps of the approach
 MARGIN = 1e-3  # about a riser's plate, m
@@ -117,10 +116,11 @@ def _approach(
     while part > shortest:
         part = max(part / SHORTER, shortest)
         rest += part
-    horizon = _LOOK_AHEAD * (length + rest)
-    if _clearance(world, u, swing, horizon, qpos, qvel, qacc) > -DEPTH:
-        return length, world.timestep, 0.0
-    above, below = 0.0, horizon
+    above, below = 0.0, length
+    if _clearance(world, u, swing, below, qpos, qvel, qacc) > -DEPTH:
+        below = _LOOK_AHEAD * (length + rest)  # which may be behind an edge already
+        if _clearance(world, u, swing, below, qpos, qvel, qacc) > -DEPTH:
+            return length, world.timestep, 0.0
     for _ in range(_HALVINGS):
         middle = 0.5 * (above + below)
         if _clearance(world, u, swing, middle, qpos, qvel, qacc) > -DEPTH:

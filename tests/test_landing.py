@@ -61,8 +61,11 @@ def test_a_step_ends_where_the_foot_meets_the_ground(
 def test_every_impact_is_the_impact_map(name: str, timestep: float, controller: AdaptiveController) -> None:
     walk = mjbiped.walk(controller, GROUNDS[name], steps=12, timestep=timestep)
     assert walk.outcome == "finished"
-    # 2e-5 s of motion at up to 30 rad/s² of some 0.8 rad/s, and what the approach leaves of the stance foot's velocity
-    assert np.abs(measures.impact_errors(walk)).max() < 1e-3
+    # 2e-5 s of motion at up to 30 rad/s², of some 0.8 rad/s, and 1e-3 m/s of a stance foot that happens to be out of
+    # contact in the approach; the median has none of that
+    errors = np.abs(measures.impact_errors(walk))
+    assert errors.max() < 2e-3
+    assert np.median(errors) < 3e-4
 
 
 def test_half_a_kick_after_the_impact(controller: AdaptiveController) -> None:
