@@ -41,16 +41,16 @@ DISPLAYED: Mapping[str, tuple[float, str]] = {
 }
 """Factor and unit that differences of a unit are told in."""
 
-# What the resolution of a contact at 1e-4 s explains: some five times the greatest difference seen at 1650 touchdowns
-# on 138 rough terrains without strikes (0.8 mm, 0.36 ms, 6e-4 rad, 3e-3 rad/s, 1.4e-6 rad, 1e-2 J; the estimate
-# 1.2e-4 rad but where the controller decided differently). Scaled by leg length, weight and gravity.
-_FOOTHOLD = 5e-3  # leg lengths
-_PERIOD = 5e-3  # sqrt(l / g)
-_ANGLE = 3e-3  # rad
-_RATE = 5e-3  # sqrt(g / l)
-_SLOPE = 1e-4  # rad
-_ESTIMATE = 6e-4  # rad
-_WORK, _WORK_SHARE = 2e-4, 0.02  # weight times leg length; and of the step's work
+# What the resolution of contacts and motion at the default steps explains: five times the greatest difference seen at
+# 1610 touchdowns on 138 rough terrains (scripts/agreement_study.py; docs/convergence.md has the figures), up to the
+# first one that has another cause. Scaled by leg length, weight and gravity.
+_FOOTHOLD = 1e-4  # leg lengths a step: the stance foot slides and rolls alike in every step, which adds up
+_PERIOD = 1.4e-3  # sqrt(l / g)
+_ANGLE = 4.5e-4  # rad
+_RATE = 2e-3  # sqrt(g / l)
+_SLOPE = 5e-6  # rad
+_ESTIMATE = 7.5e-4  # rad
+_WORK, _WORK_SHARE = 1.2e-4, 0.012  # weight times leg length; and of the step's work
 
 SLID = 1e-4  # leg lengths; ordinary steps slide by 2e-6 to 2e-5
 EDGE = 5e-4  # m; a foot nearer to a break of the ground may meet its edge
@@ -110,10 +110,10 @@ def differences(there: Walk, here: Walk) -> dict[str, Array]:
     robot = there.robot
     length, weight = robot.leg_length, robot.weight
     pace = math.sqrt(robot.gravity / length)
-    # errors of a contact resolved in time are of first order in the timestep (docs/convergence.md)
+    # what the controller is told errs in first order of the timestep (docs/convergence.md)
     coarse = max(1.0, (there.settings["control_period"] or there.settings["timestep"]) / DEFAULT_TIMESTEP)
     limits = {
-        "x": _FOOTHOLD * length,
+        "x": _FOOTHOLD * length * np.arange(1, n + 1),
         "period": _PERIOD / pace,
         "angle": _ANGLE,
         "rate": _RATE * pace,
@@ -149,7 +149,7 @@ def find(there: Walk, here: Walk, table: Mapping[str, Array], controller: Contro
         return None
     if beyond.any() and strikes[0][k] != strikes[1][k]:
         said.append(f"a strike in {_engine(there if strikes[0][k] else here)} alone")
-    causes = list(_causes(there, here, k, controller))
+    causes = list(explanations(there, here, k, controller))
     if not causes and 0 < k < len(beyond):
         name, grown = max(((name, share[k - 1]) for name, share in shares.items()), key=lambda pair: pair[1])
         if grown > GROWN:
@@ -173,7 +173,7 @@ def _engine(walk: Walk) -> str:
     return {"mujoco": "MuJoCo", "hybrid": "the hybrid engine"}[walk.settings["engine"]]
 
 
-def _causes(there: Walk, here: Walk, k: int, controller: Controller) -> Iterator[str]:
+def explanations(there: Walk, here: Walk, k: int, controller: Controller) -> Iterator[str]:
     """What happened in the step that ends with touchdown k (from 0) or the one before, likeliest first."""
     steps = [row for row in (k - 1, k) if row >= 0]
 

@@ -1,7 +1,8 @@
 """How far both engines agree: the adaptive controller on every kind of ground and on random ones, as a table.
 
-Differences are MuJoCo - hybrid engine. Where the walks part, the cause follows under the table. Some four minutes. The
-result stands in `docs/convergence.md`.
+Differences are MuJoCo - hybrid engine. Where the walks part, the cause follows under the table. Then the greatest
+differences at touchdowns on rough ground that nothing but the contact's resolution explains: what the limits in
+`mjbiped/parting.py` come from. Some four minutes. The result stands in `docs/convergence.md`.
 
     python scripts/agreement_study.py --page docs/convergence.md
 """
@@ -19,7 +20,7 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped import measures
+from mjbiped import measures, parting
 from mjbiped.compare import torque_differences
 
 HEADINGS = (
@@ -54,11 +55,48 @@ def row(name: str, walked: mjbiped.Comparison) -> list[str]:
     ]
 
 
+def resolved(walked: mjbiped.Comparison, controller: AdaptiveController) -> int:
+    """Touchdowns before the first one at which something else than the contact's resolution parts the walks."""
+    there, here = walked.mujoco, walked.hybrid
+    n = len(walked.touchdowns["x"])
+    return next((k for k in range(n) if any(parting.explanations(there, here, k, controller))), n)
+
+
+def greatest(controller: AdaptiveController, count: int, steps: int) -> tuple[list[list[str]], int]:
+    """Greatest differences on so many rough grounds, their limits, and at how many touchdowns they were looked for."""
+    shares = {name: [np.zeros(0)] for name in parting.COLUMNS}
+    values = {name: [np.zeros(0)] for name in parting.COLUMNS}
+    for seed in tqdm(range(count), desc="rough terrains", disable=None):
+        terrain = mjbiped.Terrain.random(seed=seed + 1000, roughness=0.001 * (1 + seed % 3))
+        walked = mjbiped.compare(controller, terrain, steps=steps)
+        n = resolved(walked, controller)
+        for name in parting.COLUMNS:
+            difference = np.abs(np.nan_to_num(walked.touchdowns[name][:n]))
+            values[name].append(difference)
+            shares[name].append(difference / walked.touchdowns[f"limit_{name}"][:n])
+    rows = []
+    for name, column in parting.COLUMNS.items():
+        factor, unit = parting.DISPLAYED[column.unit]
+        most = factor * np.concatenate(values[name])
+        rows.append(
+            [
+                column.meaning,
+                f"{np.median(most):.2g} {unit}",
+                f"{np.percentile(most, 99):.2g} {unit}",
+                f"{most.max():.2g} {unit}",
+                f"{1.0 / np.concatenate(shares[name]).max():.1f} ×",
+            ]
+        )
+    return rows, len(np.concatenate(values["x"]))
+
+
 @click.command(help=__doc__)
 @click.option("--steps", default=20, show_default=True, type=click.IntRange(min=1), help="Steps per walk.")
 @click.option("--random", "count", default=30, show_default=True, type=click.IntRange(min=0), help="Random terrains.")
+@click.option("--rough", default=138, show_default=True, type=click.IntRange(min=1), help="Grounds for the limits.")
+@click.option("--rough-steps", default=12, show_default=True, type=click.IntRange(min=1), help="Steps on each.")
 @click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the table into.")
-def main(steps: int, count: int, page: Path | None) -> None:
+def main(steps: int, count: int, rough: int, rough_steps: int, page: Path | None) -> None:
     """Walk on all terrains and print the table."""
     robot = mjbiped.Compass()
     controller = AdaptiveController(robot, mjbiped.find_passive_gait(robot, math.radians(2)))
@@ -80,7 +118,16 @@ def main(steps: int, count: int, page: Path | None) -> None:
     console.print(table)
     for name, verdict in partings:
         console.print(f"{name}: {verdict}")
+    rows_of_limits, touchdowns = greatest(controller, rough, rough_steps)
+    headings = ("difference", "median", "99 %", f"greatest of {touchdowns} touchdowns", "limit : greatest")
+    limits = Table(title=f"{rough} rough terrains, {rough_steps} steps")
+    for heading in headings:
+        limits.add_column(heading, justify="right")
+    for cells in rows_of_limits:
+        limits.add_row(*cells)
+    console.print(limits)
     if page is not None:
+        write_table(page, "limits", headings, rows_of_limits)
         write_table(page, "agreement", HEADINGS, rows)
         write_table(page, "partings", ("ground", "where and why"), partings)
 

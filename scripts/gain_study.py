@@ -18,6 +18,7 @@ import mjbiped
 from controllers import AdaptiveController
 from mjbiped import measures
 from mjbiped.error_dynamics import Array, cycle_stability, impact_gain, lyapunov_gain
+from mjbiped.physics import DEFAULT_TIMESTEP
 from mjbiped.plot_style import BLACK, BLUE, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
 
 TERRAINS = {
@@ -129,7 +130,8 @@ def walk(controller: AdaptiveController, ground: str, steps: int) -> Outcome:
 
 def mujoco_walk(controller: AdaptiveController, control_period: float, steps: int) -> str:
     """Rms error of the estimate at the steps' ends on `mixed`, and peak ankle torque in N m, or how else it ended."""
-    done = mjbiped.walk(controller, TERRAINS["mixed"], steps=steps, control_period=control_period)
+    timestep = min(control_period, DEFAULT_TIMESTEP)
+    done = mjbiped.walk(controller, TERRAINS["mixed"], steps=steps, control_period=control_period, timestep=timestep)
     if done.outcome != "finished":
         return done.outcome
     _, ended = measures.estimate_errors(done)

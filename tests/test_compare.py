@@ -97,9 +97,9 @@ def test_threshold_of_the_controller(controller: AdaptiveController) -> None:
     """On level ground MuJoCo's states are 2e-4 rad/s off the cycle and re-planned, the hybrid engine's are not."""
     touchy = dataclasses.replace(controller, replanning_threshold=1e-4)
     walked = mjbiped.compare(touchy, Terrain.level(), steps=2)
-    causes = list(parting._causes(walked.mujoco, walked.hybrid, 1, touchy))
+    causes = list(parting.explanations(walked.mujoco, walked.hybrid, 1, touchy))
     assert any("plans the new step in one engine alone" in cause for cause in causes)
-    assert not list(parting._causes(walked.mujoco, walked.hybrid, 1, controller))  # of which both were within
+    assert not list(parting.explanations(walked.mujoco, walked.hybrid, 1, controller))  # of which both were within
 
 
 def test_strike_in_one_engine_alone(agreeing: Comparison, controller: AdaptiveController) -> None:
@@ -136,8 +136,7 @@ def test_no_cause_is_invented(agreeing: Comparison, controller: AdaptiveControll
 
 
 def test_growing_differences_are_told_from_sudden_ones(agreeing: Comparison, controller: AdaptiveController) -> None:
-    limit = float(agreeing.touchdowns["limit_x"][0])
-    x = agreeing.mujoco.touchdowns["x"] + np.array([0.0, 0.6 * limit, 1.5 * limit])
+    x = agreeing.mujoco.touchdowns["x"] + agreeing.touchdowns["limit_x"] * [0.0, 0.6, 1.5]
     found = again(agreeing.mujoco, changed(agreeing.hybrid, x=x), controller)
     assert found.parting is not None
     assert found.parting.touchdown == 3
