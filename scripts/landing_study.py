@@ -1,0 +1,394 @@
+"""Accuracy against speed of all ways to step a walk in MuJoCo: steps of one length, and steps that land.
+
+Each setting walks the same grounds with the adaptive controller, and passively down 2 degrees. Impacts are compared
+with the impact map, all else with the hybrid engine, whose own error is below 1e-9. Then the settings are timed in
+turn. Some ten minutes. The result stands in `docs/landing.md`.
+
+    python scripts/landing_study.py --page docs/landing.md --plot docs/images/landing.png
+"""
+
+import importlib
+import math
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import click
+import mujoco
+import numpy as np
+from benchmark import Case, Timing, interleaved, machine
+from gallery import TERRAINS
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+from pages import write_table
+from rich.console import Console
+from rich.table import Table
+from tqdm.auto import tqdm
+
+import mjbiped
+from controllers import AdaptiveController, Controller, PassiveController
+from mjbiped import landing, measures, plot_style
+from mjbiped.physics import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP, Simulation
+
+STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+STATES, LENGTH = 100, 40  # from which bare steps are made, and how many from each
+WANTED_SPEED, WANTED_ERROR = 300.0, 0.005
+NO_SAMPLES = 1e9  # s
+PASSIVE = "passive, 2° down"
+ROBOT = mjbiped.Compass()
+GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))
+ADAPTIVE = AdaptiveController(ROBOT, GAIT)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One way to step: step lengths (s), and which of MuJoCo's options are others."""
+
+    family: str
+    timestep: float = DEFAULT_TIMESTEP
+    contact_timestep: float = DEFAULT_CONTACT_TIMESTEP
+    lands: bool = True
+    changed: str = ""
+
+    @property
+    def name(self) -> str:
+        """For tables."""
+        contact = f", contact {1e6 * self.contact_timestep:g} µs" if self.lands else ""
+        return f"{1e3 * self.timestep:g} ms{contact}{', ' if self.changed else ''}{self.changed}"
+
+    def change(self, model: mujoco.MjModel) -> None:
+        """Set MuJoCo's options."""
+        if "implicitfast" in self.changed:
+            model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        if "pyramidal" in self.changed:
+            model.opt.cone = mujoco.mjtCone.mjCONE_PYRAMIDAL
+
+    @contextmanager
+    def in_use(self) -> Iterator[None]:
+        """Let `mjbiped.walk` step so: it gives no way to change what should not be changed."""
+        with mock.patch.object(importlib.import_module("mjbiped.walk"), "Simulation", partial(Stepped, self)):
+            yield
+
+    def walk(self, controller: Controller, terrain: mjbiped.Terrain, steps: int) -> mjbiped.Walk:
+        """A walk without samples."""
+        times: dict[str, Any] = {"timestep": self.timestep, "contact_timestep": self.contact_timestep}
+        with self.in_use():
+            return mjbiped.walk(controller, terrain, steps=steps, sample_period=NO_SAMPLES, **times)
+
+
+class Stepped(Simulation):
+    """A simulation that steps as a setting says, on every window of the ground."""
+
+    def __init__(self, setting: Setting, *arguments: Any, **settings: Any) -> None:
+        """Build it, and change what the setting changes."""
+        super().__init__(*arguments, **{**settings, "lands": setting.lands})
+        self.setting = setting
+        setting.change(self.model)
+
+    def move_on(self) -> bool:
+        """Build the next window, see `Simulation.move_on`, and change it as well."""
+        moved = super().move_on()
+        if moved:
+            self.setting.change(self.model)
+        return moved
+
+
+ONE_LENGTH, LANDING = "one length", "landing"
+CONTACT, OPTIONS = "landing at 0.2 ms, contact step varied", "landing at 2 ms, otherwise"
+SETTINGS = (
+    *(Setting(ONE_LENGTH, h, lands=False) for h in (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)),
+    *(Setting(LANDING, h) for h in (2e-3, 1e-3, 5e-4, 2e-4, 1e-4)),
+    *(Setting(CONTACT, contact_timestep=h) for h in (1e-4, 1e-5)),
+    Setting(OPTIONS, 2e-3, 1e-4),
+    Setting(OPTIONS, 2e-3, changed="implicitfast"),
+    Setting(OPTIONS, 2e-3, changed="pyramidal"),
+    Setting(OPTIONS, 2e-3, 1e-4, changed="pyramidal"),
+)
+ON_ALL_GROUNDS = tuple(s for s in SETTINGS if s.family == LANDING and s.timestep in (2e-3, 1e-3, 2e-4)) + SETTINGS[-1:]
+STYLES: Mapping[str, Mapping[str, Any]] = {
+    ONE_LENGTH: {"color": plot_style.VERMILLION, "linestyle": (0, (4, 1.2)), "marker": "o"},
+    LANDING: {"color": plot_style.BLUE, "linestyle": "-", "marker": "s"},
+    CONTACT: {"color": plot_style.GREEN, "linestyle": (0, (1.5, 1.2)), "marker": "^"},
+    OPTIONS: {"color": plot_style.BLACK, "linestyle": "none", "marker": "x"},
+}
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Of one walk: worst impact and c_mt (shares), peak torque (N m), time per step (s), and how it ended."""
+
+    impact: float
+    cost: float
+    torque: float
+    drift: float
+    ended: str
+
+    @classmethod
+    def of(cls, walk: mjbiped.Walk, exact: mjbiped.Walk) -> "Errors":
+        """Of a walk against the hybrid engine's; NaN where it did not come to its end."""
+        if walk.outcome != exact.outcome or walk.steps != exact.steps:
+            worst = float(np.abs(measures.impact_errors(walk)).max()) if walk.steps else math.nan
+            return cls(worst, math.nan, math.nan, math.nan, f"{walk.outcome} after {walk.steps}")
+        return cls(
+            float(np.abs(measures.impact_errors(walk)).max()),
+            abs(walk.cost_of_transport / exact.cost_of_transport - 1.0) if exact.cost_of_transport else math.nan,
+            float(np.abs(walk.peak_torque - exact.peak_torque).max()),
+            abs(walk.touchdowns["time"][-1] - exact.touchdowns["time"][-1]) / walk.steps,
+            walk.outcome,
+        )
+
+
+def grounds(count: int) -> dict[str, tuple[Controller, mjbiped.Terrain]]:
+    """Controller and ground of each walk."""
+    found: dict[str, tuple[Controller, mjbiped.Terrain]] = {name: (ADAPTIVE, t) for name, t in TERRAINS.items()}
+    for seed in range(count):
+        found[f"random {seed}"] = ADAPTIVE, mjbiped.Terrain.random(seed=seed, roughness=0.002 * (seed % 3))
+    found[PASSIVE] = PassiveController(), mjbiped.Terrain.incline(2.0)
+    return found
+
+
+def accuracy(walks: Mapping[str, tuple[Controller, mjbiped.Terrain]], steps: int) -> dict[Setting, dict[str, Errors]]:
+    """Errors of all settings on all grounds."""
+    exact = {name: mjbiped.walk(*walk, steps=steps, engine="hybrid") for name, walk in walks.items()}
+    work = sum(1.0 / setting.timestep for setting in SETTINGS)
+    found: dict[Setting, dict[str, Errors]] = {}
+    with tqdm(total=round(work), desc="accuracy", disable=None, bar_format="{l_bar}{bar}| {elapsed}") as bar:
+        for setting in SETTINGS:
+            found[setting] = {name: Errors.of(setting.walk(*walks[name], steps), exact[name]) for name in walks}
+            bar.update(round(1.0 / setting.timestep))
+    return found
+
+
+def built(setting: Setting, terrain: mjbiped.Terrain, steps: int) -> Simulation:
+    """The simulation of such a walk of the adaptive controller."""
+    start = GAIT.start.tolist()
+    times: dict[str, Any] = {"timestep": setting.timestep, "contact_timestep": setting.contact_timestep}
+    return Stepped(setting, ADAPTIVE, terrain, robot=ROBOT, q=start[:2], dq=start[2:], steps=steps, **times)
+
+
+def cases(setting: Setting, terrain: mjbiped.Terrain, steps: int) -> tuple[dict[str, tuple[Case, int]], float, int]:
+    """A whole walk and bare `mj_step`s to be timed, simulated time (s), and how many physics steps it takes."""
+    walker, taken = built(setting, terrain, steps), 0
+    states: list[NDArray[np.float64]] = []
+    first = walker.model
+    with walker.callbacks():
+        while not walker.over:
+            if taken % 97 == 0 and len(states) < STATES and walker.model is first:  # else of another window
+                states.append(np.empty(mujoco.mj_stateSize(walker.model, STATE)))
+                mujoco.mj_getState(walker.model, walker.data, states[-1], STATE)
+            mujoco.mj_step(walker.model, walker.data)
+            walker.move_on()
+            taken += 1
+    bare = built(setting, terrain, steps)
+    feet = [bare.model.geom(f"{side}_foot").id for side in ("left", "right")]
+    bare.model.geom_solref[feet] = -landing.stiffness(setting.timestep), -1.0 / setting.timestep
+
+    def walk() -> float:
+        begun = time.thread_time()
+        setting.walk(ADAPTIVE, terrain, steps)
+        return time.thread_time() - begun
+
+    def step() -> float:
+        spent = 0.0
+        for state in states:
+            mujoco.mj_setState(bare.model, bare.data, state, STATE)
+            begun = time.thread_time()
+            mujoco.mj_step(bare.model, bare.data, nstep=LENGTH)
+            spent += time.thread_time() - begun
+        return spent
+
+    return {"walk": (walk, 1), "bare": (step, LENGTH * len(states))}, walker.data.time, taken
+
+
+@dataclass(frozen=True)
+class Speed:
+    """Simulated over CPU time of a walk: repetitions; and of bare steps, as many as the walk takes."""
+
+    walk: NDArray[np.float64]
+    bare: NDArray[np.float64]
+    steps: int
+    time: float
+
+    @property
+    def told(self) -> list[str]:
+        """Physics steps per second of walking, median, best, bare, and their ratio pair by pair."""
+        return [
+            f"{self.steps / self.time:.0f}",
+            f"{np.median(self.walk):.0f}",
+            f"{self.walk.max():.0f}",
+            f"{np.median(self.bare):.0f}",
+            f"{np.median(self.bare / self.walk):.2f}",
+        ]
+
+
+SPEED_HEADINGS = ("steps per s", "× real time", "best", "bare `mj_step`", "bare : walk")
+
+
+def speeds(
+    which: Sequence[tuple[Setting, str]], steps: int, repeats: int, title: str
+) -> dict[tuple[Setting, str], Speed]:
+    """Of all settings and grounds given, timed in turn."""
+    timed: dict[str, tuple[Case, int]] = {}
+    about = {}
+    for setting, name in which:
+        made, simulated, taken = cases(setting, TERRAINS[name], steps)
+        about[setting, name] = simulated, taken
+        timed |= {f"{setting.family}/{setting.name}/{name}/{what}": case for what, case in made.items()}
+    timings: dict[str, Timing] = interleaved(timed, repeats, title)
+    found = {}
+    for (setting, name), (simulated, taken) in about.items():
+        walk, bare = (timings[f"{setting.family}/{setting.name}/{name}/{what}"] for what in ("walk", "bare"))
+        found[setting, name] = Speed(
+            simulated / walk.seconds, simulated / (taken * bare.seconds / bare.work), taken, simulated
+        )
+    return found
+
+
+def error_cells(found: Mapping[str, Errors]) -> list[str]:
+    """Worst impact, worst and median c_mt, worst torque and drift, and which walks did not come to their end."""
+    values = np.array([[e.impact, e.cost, e.torque, e.drift] for e in found.values()])
+    impact, cost, torque, drift = np.nanmax(values, axis=0)
+    lost = [f"{name}: {e.ended}" for name, e in found.items() if e.ended != "finished"]
+    return [
+        f"{100 * impact:.2g}",
+        f"{100 * cost:.2g}",
+        f"{100 * np.nanmedian(values[:, 1]):.2g}",
+        f"{torque:.2g}",
+        f"{1e3 * drift:.2g}",
+        "; ".join(lost) or "all",
+    ]
+
+
+ERROR_HEADINGS = (
+    "impact, worst %",
+    "c_mt, worst %",
+    "c_mt, median %",
+    "peak torque N m",
+    "time per step ms",
+    "finished",
+)
+
+
+def draw(path: Path, found: Mapping[Setting, Mapping[str, Errors]], speed: Mapping[Setting, Speed]) -> None:
+    """Speed on level ground against the worst errors of all grounds."""
+    with plot_style.styled():
+        figure = plot_style.new_figure(5.0)
+        left, right = figure.subplots(1, 2, sharey=True)
+        for axes, attribute, label in (
+            (left, "impact", "worst error of an impact (%)"),
+            (right, "cost", "worst error of c$_{mt}$ (%)"),
+        ):
+            worst = {s: 100.0 * np.nanmax([getattr(e, attribute) for e in found[s].values()]) for s in SETTINGS}
+            draw_panel(axes, worst, speed)
+            axes.set(xlabel=label)
+        left.axvline(100.0 * WANTED_ERROR, color=plot_style.GUIDE, linewidth=0.9)
+        left.annotate(
+            f"{100.0 * WANTED_ERROR:g} %",
+            (100.0 * WANTED_ERROR, 0.02),
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+            xytext=(3, 0),
+            color=plot_style.SHADE,
+            fontsize=8.0,
+        )
+        left.set(ylabel="× real time on one core, level ground\n(median; thin lines up to the best repetition)")
+        left.set_title("(a) Impacts against the impact map")
+        right.set_title("(b) Cost of transport against the hybrid engine")
+        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    plot_style.save_figure(figure, path)
+
+
+def draw_panel(axes: Axes, worst: Mapping[Setting, float], speed: Mapping[Setting, Speed]) -> None:
+    """One error, a line per family, each setting with its step length (of the contact step, where that is varied)."""
+    for family, style in STYLES.items():
+        members = [s for s in SETTINGS if s.family == family]
+        if family == CONTACT:
+            default = next(s for s in SETTINGS if s.family == LANDING and s.timestep == DEFAULT_TIMESTEP)
+            members = sorted([*members, default], key=lambda s: s.contact_timestep)
+        x, y = [worst[s] for s in members], [float(np.median(speed[s].walk)) for s in members]
+        label = (
+            f"{family}: A 100 µs;  B implicitfast;  C pyramidal;  D pyramidal, 100 µs" if family == OPTIONS else family
+        )
+        axes.vlines(x, y, [speed[s].walk.max() for s in members], color=style["color"], linewidth=0.7)
+        axes.loglog(x, y, label=label, markersize=5.0, linewidth=1.1, **style)
+        for setting, place in zip(members, zip(x, y, strict=True), strict=True):
+            if family == CONTACT and setting.family == LANDING:
+                continue
+            told, offset, side = f"{1e3 * setting.timestep:g} ms", (7, -9), "left"
+            if family == CONTACT:
+                told, offset, side = f"{1e6 * setting.contact_timestep:g} µs", (0, 7), "center"
+            if family == OPTIONS:
+                told, offset, side = "ABCD"[members.index(setting)], (0, -12), "center"
+            axes.annotate(
+                told, place, textcoords="offset points", xytext=offset, fontsize=7.5, color=style["color"], ha=side
+            )
+    axes.axhline(WANTED_SPEED, color=plot_style.GUIDE, linewidth=0.9)
+    axes.annotate(
+        f"{WANTED_SPEED:g} ×",
+        (0.01, WANTED_SPEED),
+        xycoords=("axes fraction", "data"),
+        textcoords="offset points",
+        xytext=(0, 3),
+        color=plot_style.SHADE,
+        fontsize=8.0,
+    )
+    axes.set_ylim(6.0, 600.0)
+
+
+def tabulate(page: Path | None, name: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table, and write it into the page."""
+    table = Table(title=name)
+    for heading in headings:
+        table.add_column(heading, justify="right")
+    for cells in rows:
+        table.add_row(*cells)
+    Console(width=200).print(table)
+    if page is not None:
+        write_table(page, name, headings, rows)
+
+
+@click.command(help=__doc__)
+@click.option("--steps", default=12, show_default=True, type=click.IntRange(min=2), help="Of the walks for accuracy.")
+@click.option("--random", "count", default=4, show_default=True, type=click.IntRange(min=0), help="Random grounds.")
+@click.option(
+    "--timed-steps", default=40, show_default=True, type=click.IntRange(min=2), help="Of the walks for speed."
+)
+@click.option("--repeats", default=5, show_default=True, type=click.IntRange(min=1), help="Repetitions of timings.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Figure to write.")
+@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the tables into.")
+def main(steps: int, count: int, timed_steps: int, repeats: int, plot: Path | None, page: Path | None) -> None:
+    """Walk, time, tabulate and draw."""
+    found = accuracy(grounds(count), steps)
+    level = speeds([(s, "level") for s in SETTINGS], timed_steps, repeats, "speed, level ground")
+    speed = {setting: level[setting, "level"] for setting in SETTINGS}
+    rows = [[s.name, s.family, *error_cells(found[s]), *speed[s].told] for s in SETTINGS]
+    tabulate(page, "settings", ("step", "family", *ERROR_HEADINGS, *SPEED_HEADINGS), rows)
+    pairs = [(s, name) for s in ON_ALL_GROUNDS for name in TERRAINS]
+    everywhere = speeds(pairs, timed_steps, repeats, "speed, all grounds")
+    rows = []
+    for setting, name in pairs:
+        errors = found[setting][name]
+        rows.append(
+            [
+                setting.name,
+                name,
+                f"{100 * errors.impact:.2g}",
+                f"{100 * errors.cost:.2g}",
+                f"{errors.torque:.2g}",
+                *everywhere[setting, name].told,
+            ]
+        )
+    tabulate(page, "grounds", ("step", "ground", "impact, worst %", "c_mt %", "peak torque N m", *SPEED_HEADINGS), rows)
+    if page is not None:
+        write_table(page, "machine", ("", ""), machine())
+    if plot is not None:
+        draw(plot, found, speed)
+
+
+if __name__ == "__main__":
+    main()
