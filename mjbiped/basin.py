@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from tqdm.auto import tqdm
 
 from mjbiped import return_map
 from mjbiped.columns import TOUCHDOWNS, place
@@ -283,6 +282,8 @@ def _filled(basin: Basin, row: Callable[[int], None], threads: int | None, progr
         InputError: The number of threads is none.
         BasinInterrupted: Ctrl-C.
     """
+    from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
+
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise InputError(f"threads must be a whole number of at least 1, got {threads!r}")
     rows = range(len(basin.swing_rates))

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from tqdm.auto import tqdm
 
 from mjbiped.compass import Array, Compass
 from mjbiped.continuation import (
@@ -107,6 +106,8 @@ def find_cascade(robot: Compass, doublings: int = 4, *, progress: bool = False) 
         InputError: `doublings` is not a whole number from 1 to 6; beyond, rounding decides.
         GaitError: The robot has no gait on 0.1 degrees.
     """
+    from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
+
     if isinstance(doublings, bool) or not isinstance(doublings, int | np.integer) or not 1 <= doublings <= 6:
         raise InputError(f"doublings must be a whole number from 1 to 6, got {doublings!r}")
     branches: list[Branch] = []
@@ -232,6 +233,8 @@ def bifurcation_diagram(
         InputError: The slopes do not ascend from above zero, or `keep` does not lie between 1 and `steps`.
         GaitError: There is no gait of period one on the first plane, to begin with.
     """
+    from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
+
     planes = np.array(slopes, dtype=np.float64)
     if planes.ndim != 1 or not len(planes) or not (np.isfinite(planes).all() and planes[0] > 0.0):
         raise InputError("slopes must be a row of finite numbers above zero")

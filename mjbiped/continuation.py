@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 
 from mjbiped.compass import Array, Compass, finite
 from mjbiped.errors import GaitError, InputError
@@ -222,7 +222,7 @@ def zero_on_branch(
             gaits[slope] = find_periodic_gait(below.robot, slope, extrapolated(nearest, slope))
         return value(gaits[slope])
 
-    slope = float(brentq(at, below.slope, above.slope, xtol=tolerance, rtol=1e-14))
+    slope = float(scipy.optimize.brentq(at, below.slope, above.slope, xtol=tolerance, rtol=1e-14))
     at(slope)
     return gaits[slope]
 

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from scipy.integrate import DOP853
+import scipy
 
 STAGES = 12  # of a step; the rates at its end are stage 12, the next step's stage 0
 STAGES_WITH_DENSE = 16
@@ -70,13 +70,14 @@ def _begin(n: int, given: str) -> Iterable[str]:
 
 def _step(n: int, untested: int, given: str) -> Iterable[str]:
     """Source of `Integrator.step`."""
+    scheme = scipy.integrate.DOP853
     yield f"def step(rates, {given}t, h, y, k, out, tolerance):"
     yield from _unpacked("y", n, "y", 0)
     yield from _unpacked("k0", n, "k", 0)
     for stage in range(1, STAGES):
-        yield from _stage(stage, DOP853.A[stage], DOP853.C[stage], n, given)
+        yield from _stage(stage, scheme.A[stage], scheme.C[stage], n, given)
     for c in range(n):
-        yield f"    z_{c} = y_{c} + h * ({_sum(DOP853.B, c)})"
+        yield f"    z_{c} = y_{c} + h * ({_sum(scheme.B, c)})"
     yield f"    {_all(f'k{STAGES}', n)}, = rates({given}t + h, ({_all('z', n)},))"
     for c in range(n):
         yield f"    out[{c}] = z_{c}"
@@ -87,7 +88,7 @@ def _step(n: int, untested: int, given: str) -> Iterable[str]:
     yield "    norm3 = norm5 = 0.0"
     for c in range(n - untested):
         yield f"    scale = 1.0 / (tolerance * (1.0 + max(abs(y_{c}), abs(z_{c}))))"
-        yield f"    error3, error5 = scale * ({_sum(DOP853.E3, c)}), scale * ({_sum(DOP853.E5, c)})"
+        yield f"    error3, error5 = scale * ({_sum(scheme.E3, c)}), scale * ({_sum(scheme.E5, c)})"
         yield "    norm3, norm5 = norm3 + error3 * error3, norm5 + error5 * error5"
     yield "    if norm5 == 0.0 and norm3 == 0.0:"
     yield "        return 0.0"
@@ -96,6 +97,7 @@ def _step(n: int, untested: int, given: str) -> Iterable[str]:
 
 def _dense(n: int, given: str) -> Iterable[str]:
     """Source of `Integrator.dense`."""
+    scheme = scipy.integrate.DOP853
     yield f"def dense(rates, {given}t, h, y, k, out, dense):"
     yield from _unpacked("y", n, "y", 0)
     yield from _unpacked("z", n, "out", 0)
@@ -103,14 +105,14 @@ def _dense(n: int, given: str) -> Iterable[str]:
         if stage not in _UNTESTED_STAGES:
             yield from _unpacked(f"k{stage}", n, "k", stage * n)
     for extra in range(STAGES_WITH_DENSE - STAGES - 1):
-        yield from _stage(STAGES + 1 + extra, DOP853.A_EXTRA[extra], DOP853.C_EXTRA[extra], n, given)
+        yield from _stage(STAGES + 1 + extra, scheme.A_EXTRA[extra], scheme.C_EXTRA[extra], n, given)
     for c in range(n):
         yield f"    change = z_{c} - y_{c}"
         yield f"    dense[{c}] = change"
         yield f"    dense[{n + c}] = h * k0_{c} - change"
         yield f"    dense[{2 * n + c}] = 2.0 * change - h * (k{STAGES}_{c} + k0_{c})"
         for power in range(3, POWERS):
-            yield f"    dense[{power * n + c}] = h * ({_sum(DOP853.D[power - 3], c)})"
+            yield f"    dense[{power * n + c}] = h * ({_sum(scheme.D[power - 3], c)})"
 
 
 def _stage(stage: int, weights: Iterable[float], place: float, n: int, given: str) -> Iterable[str]:

@@ -15,11 +15,8 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
+import scipy  # it loads a part when that is first used: half a second for all of these
 from numpy.typing import ArrayLike
-from scipy.integrate import solve_ivp
-from scipy.interpolate import KroghInterpolator
-from scipy.linalg import eigh
-from scipy.optimize import brentq, root
 
 from mjbiped.compass import Array, Compass, acceleration, finite, impact_rates, kinetic_energy, mass_terms
 from mjbiped.errors import GaitError, InputError
@@ -163,7 +160,9 @@ def _motion(robot: Compass, slope: float, start: Array, duration: float, steps: 
             return [width * rate for rate in law(state)]
 
         # time counts steps, so that it stays exact
-        solution = solve_ivp(scaled, (0.0, count), start, "DOP853", first_step=1.0, max_step=1.0, rtol=1e-8, atol=1e-8)
+        solution = scipy.integrate.solve_ivp(
+            scaled, (0.0, count), start, "DOP853", first_step=1.0, max_step=1.0, rtol=1e-8, atol=1e-8
+        )
         if len(solution.t) == count + 1:
             return np.ascontiguousarray(solution.y.T[::finer])
     raise _no_gait(slope, "the motion is too fast to follow; check the robot's lengths and masses")
@@ -205,7 +204,7 @@ def _solve(robot: Compass, slope: float, guess: Array, steps: int, tolerance: fl
         return difference
 
     # eps: relative differences of 1e-7 for the Jacobian
-    solution = root(mismatch, guess, method="hybr", tol=tolerance, options={"eps": 1e-14})
+    solution = scipy.optimize.root(mismatch, guess, method="hybr", tol=tolerance, options={"eps": 1e-14})
     return solution.x if np.abs(solution.fun).max() < 10 * tolerance else None
 
 
@@ -218,7 +217,7 @@ def _follow_branch(robot: Compass, slope: float) -> Array:
     places, gaits, step = [0.0], [_level_limit(robot)], 1 / 256
     while places[-1] < 1:
         place = places[-1] + min(step, 1 - places[-1])
-        guess = np.asarray(KroghInterpolator(places[-3:], gaits[-3:])(place))
+        guess = np.asarray(scipy.interpolate.KroghInterpolator(places[-3:], gaits[-3:])(place))
         found = _solve(robot, slope * place**1.5, guess, STEPS // 3, 1e-7)
         if found is not None and (np.abs(found - guess) < 0.01 * (1 + np.abs(guess))).all():
             places.append(place)
@@ -246,7 +245,7 @@ def _level_limit(robot: Compass) -> Array:
     """The scaled gait in the limit of level ground, shape (4,)."""
     constants = robot.constants
     m11, m12, m22 = mass_terms(constants, 0.0, 0.0)
-    eigenvalues, modes = eigh(np.diag([-constants[3], constants[4]]), np.array([[m11, m12], [m12, m22]]))
+    eigenvalues, modes = scipy.linalg.eigh(np.diag([-constants[3], constants[4]]), np.array([[m11, m12], [m12, m22]]))
     fall, swing = math.sqrt(-eigenvalues[0]), math.sqrt(eigenvalues[1])  # rates of sinh and sin, 1/s
     together, apart = modes.sum(axis=0), modes[0] - modes[1]
 
@@ -257,7 +256,7 @@ def _level_limit(robot: Compass) -> Array:
 
     grid = (np.linspace(0.01, 2, 200) * math.pi / swing).tolist()
     bracket = next((x, y) for x, y in pairwise(grid) if condition(x) * condition(y) <= 0)  # one at pi..2 pi at least
-    half = float(brentq(condition, *bracket, xtol=1e-14))
+    half = float(scipy.optimize.brentq(condition, *bracket, xtol=1e-14))
     # of that motion, the ratio of the rate to the stance angle at touchdown
     part1 = together[1] * modes[0, 0] * fall / math.tanh(fall * half)
     part2 = together[0] * modes[0, 1] * swing / math.tan(swing * half)

@@ -14,8 +14,8 @@ from functools import cache, cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.linalg import eigvalsh
 
 from mjbiped.compass import Array, Compass, Constants, acceleration, finite, impact_rates, mass_terms
 from mjbiped.compiled import Function, compiled
@@ -358,7 +358,9 @@ def _machine_code() -> Function:
 def plane_of(robot: Compass, slope: float, scuffing: ScuffingRule) -> Plane:
     """What the compiled functions take for a robot on a plane under a rule."""
     m11, m12, m22 = mass_terms(robot.constants, 0.0, 0.0)
-    fastest = eigvalsh(np.diag([-robot.constants[3], robot.constants[4]]), np.array([[m11, m12], [m12, m22]]))
+    fastest = scipy.linalg.eigvalsh(
+        np.diag([-robot.constants[3], robot.constants[4]]), np.array([[m11, m12], [m12, m22]])
+    )
     return Plane(
         constants=robot.constants,
         length=robot.leg_length,

@@ -14,8 +14,6 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
-
 from mjbiped.errors import InputError
 
 SEGMENT_KEYS = ("length", "slope_deg", "step")
@@ -164,6 +162,8 @@ def read_segments(path: Path) -> list[tuple[object, ...]]:
     Raises:
         InputError: The file cannot be read or parsed, or holds anything else; the message names the line or segment.
     """
+    import yaml  # here: few need it
+
     text = _read_text(path)
     yaml_file = path.suffix.lower() != ".toml"
     try:
