@@ -17,6 +17,7 @@ from mjbiped import cli_options as given
 from mjbiped import reports
 from mjbiped.cli_files import INTERRUPTED, Files
 from mjbiped.compass import Compass
+from mjbiped.compiled import announced
 from mjbiped.errors import InputError
 from mjbiped.gait import find_passive_gait
 
@@ -89,7 +90,8 @@ def bifurcation(
         raise click.UsageError(f"--keep {keep} is more than the {steps} steps that are walked.")
     robot = Compass(**values)
     began = time.perf_counter()
-    cascade = find_cascade(robot, doublings, progress=not quiet)
+    with announced("the return map", wanted=not quiet):
+        cascade = find_cascade(robot, doublings, progress=not quiet)
     low, high = np.radians(slope_deg)
     grid = np.linspace(low, high, slopes)
     if cascade.window is not None:
@@ -230,10 +232,11 @@ def basin(
     }
     files, began, interrupted = Files(), time.perf_counter(), False
     try:
-        if adaptive:
-            found = basin_of_control(AdaptiveController(robot, gait), slope, **settings)
-        else:
-            found = basin_of_attraction(robot, slope, **settings)
+        with announced("the walks of this map", wanted=not quiet):
+            if adaptive:
+                found = basin_of_control(AdaptiveController(robot, gait), slope, **settings)
+            else:
+                found = basin_of_attraction(robot, slope, **settings)
     except BasinInterrupted as stop:
         found, interrupted = stop.basin, True
     seconds = time.perf_counter() - began

@@ -9,13 +9,16 @@ from __future__ import annotations
 
 import dis
 import hashlib
+import sys
 from collections.abc import Callable, Iterator, Sequence
-from functools import lru_cache
+from contextlib import contextmanager
+from functools import cache, lru_cache
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 Function = Callable[..., Any]
 _registered: set[Function] = set()
+_announcements: list[list[str]] = []  # what waits to be said if something is compiled, one for each `announced`
 
 
 @lru_cache(maxsize=64)
@@ -52,6 +55,7 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function]) -> str:
     """
     from numba.extending import register_jitable
 
+    _listen()
     parts = {part: None for root in roots for part in _called(root, set())}
     hot = {part for root in inlined for part in _called(root, set())}
     for part in parts:
@@ -59,6 +63,41 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function]) -> str:
             register_jitable(forceinline=part in hot)(part)
             _registered.add(part)
     return hashlib.sha256(repr([described(part) for part in parts]).encode()).hexdigest()
+
+
+@contextmanager
+def announced(what: str, *, wanted: bool) -> Iterator[None]:
+    """If something has to be compiled meanwhile, say so in one line on stderr, be it a terminal or not.
+
+    Args:
+        what: Is compiled, such as "PassiveController for the engine mujoco".
+        wanted: Whether to say it.
+    """
+    sentence = [f"compiling {what}, once; it takes up to half a minute ..."] if wanted else []
+    _announcements.append(sentence)
+    try:
+        yield
+    finally:
+        _announcements[:] = [other for other in _announcements if other is not sentence]
+
+
+@cache
+def _listen() -> None:
+    """Hear when Numba begins to compile a function, which it does not where its machine code is on disk."""
+    from numba.core import event
+
+    class Compiling(event.Listener):  # type: ignore[misc]
+        def on_start(self, _: Any) -> None:
+            from tqdm.auto import tqdm
+
+            for waiting in _announcements:
+                while waiting:
+                    tqdm.write(waiting.pop(), file=sys.stderr)  # above a bar that is there
+
+        def on_end(self, _: Any) -> None:
+            """Nothing waits for it."""
+
+    event.register("numba:compile", Compiling())
 
 
 @lru_cache(maxsize=64)

@@ -11,8 +11,6 @@ from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from tqdm.auto import tqdm
-
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.installation import shared_callbacks
 from mjbiped.laws import gives_its_law
@@ -24,6 +22,8 @@ from mjbiped.walk_plan import Plan
 from mjbiped.workers import processes
 
 if TYPE_CHECKING:
+    from tqdm.auto import tqdm
+
     from controllers.base import Controller
 
 Result: TypeAlias = Walk | dict[str, Any]

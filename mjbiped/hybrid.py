@@ -14,12 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm.auto import tqdm
 
 from mjbiped import hybrid_state as at
 from mjbiped.columns import SAMPLES, TOUCHDOWNS, width
 from mjbiped.compass import Compass
-from mjbiped.compiled import compiled
+from mjbiped.compiled import announced, compiled
 from mjbiped.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
 from mjbiped.errors import InputError
 from mjbiped.events import STALL_TIME, Outcome
@@ -248,7 +247,8 @@ def simulate_hybrid(simulation: HybridSimulation, recorder: HybridRecorder, *, p
     Args:
         simulation: As built.
         recorder: Takes samples and touchdowns; what it holds is complete at any moment, also when this raises.
-        progress: Whether to show a progress bar (never where the output is not a terminal).
+        progress: Whether to show a progress bar (never where the output is not a terminal), and to say that something
+            is being compiled.
 
     Returns:
         The outcome.
@@ -256,13 +256,18 @@ def simulate_hybrid(simulation: HybridSimulation, recorder: HybridRecorder, *, p
     world = simulation.world
     if not progress:  # a bar that is not shown costs as much as two gait steps
         return _walk_on(simulation, recorder, _show_nothing)
+    from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
+
     by_steps = math.isfinite(world.steps)
-    with tqdm(
-        total=int(world.steps) if by_steps else round(world.distance, 2),
-        desc="walking",
-        unit="step" if by_steps else "m",
-        disable=None,
-    ) as bar:
+    with (
+        announced(f"{type(simulation.controller).__name__} for the engine hybrid", wanted=True),
+        tqdm(
+            total=int(world.steps) if by_steps else round(world.distance, 2),
+            desc="walking",
+            unit="step" if by_steps else "m",
+            disable=None,
+        ) as bar,
+    ):
 
         def show(steps: int) -> None:
             bar.update(steps if by_steps else max(0.0, round(float(simulation.buffers.w[at.FOOT_X]), 2) - bar.n))

@@ -6,9 +6,9 @@ import math
 
 import mujoco
 import numpy as np
-from tqdm.auto import tqdm
 
 from mjbiped import events
+from mjbiped.compiled import announced
 from mjbiped.errors import MjbipedError
 from mjbiped.events import Outcome
 from mjbiped.installation import is_compiled
@@ -22,7 +22,8 @@ def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> O
     Args:
         simulation: As built; it may have been resumed in the middle.
         recorder: Takes samples and touchdowns; what it holds is complete at any moment, also when this raises.
-        progress: Whether to show a progress bar (never where the output is not a terminal).
+        progress: Whether to show a progress bar (never where the output is not a terminal), and to say that something
+            is being compiled.
 
     Returns:
         The outcome.
@@ -30,20 +31,21 @@ def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> O
     Raises:
         MjbipedError: A compiled law raised an exception.
     """
+    from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
+
     simulation.move_on()
     limits, u = simulation.limits, simulation.data.userdata
     by_steps = math.isfinite(limits.steps)
     with (
+        announced(f"{type(simulation.controller).__name__} for the engine mujoco", wanted=progress),
+        simulation.callbacks(),
         tqdm(
             total=int(limits.steps) if by_steps else round(limits.distance, 2),
-            desc="preparing",  # the first walk with a kind of law compiles it
+            desc="walking",
             unit="step" if by_steps else "m",
             disable=None if progress else True,
         ) as bar,
-        simulation.callbacks(),
     ):
-        bar.set_description("walking", refresh=False)
-        bar.reset()
         leaps = _Leaps(simulation)
         try:
             while not simulation.over:

@@ -97,7 +97,8 @@ def walk(
             None: no samples, for long or many walks; nothing can then be drawn of them.
         scuffing: When the swing foot may touch the ground.
         ground: "auto", "heightfield" or "boxes"; see `mjbiped.scene`.
-        progress: Show a progress bar (never where the output is not a terminal).
+        progress: Show a progress bar (never where the output is not a terminal), and say it on stderr, wherever that
+            goes, when this kind of controller has to be compiled first.
 
     Returns:
         The record.

@@ -9,9 +9,9 @@ from numbers import Real
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 import numpy as np
-from tqdm.auto import tqdm
 
 from mjbiped.compass import Compass
+from mjbiped.compiled import announced
 from mjbiped.crowd import Crowd, Result
 from mjbiped.errors import GaitError, InputError, MjbipedError
 from mjbiped.installation import exclusive, require_no_callbacks, walking
@@ -178,6 +178,8 @@ def walk_many(
         workers = cores()
     if isinstance(workers, bool) or not isinstance(workers, int | np.integer) or workers < 1:
         raise InputError(f"workers must be a whole number of at least 1, got {workers!r}")
+    from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
+
     plans = _plans(terms, controllers, terrains, initial)
     with ExitStack() as stack:
         if engine == "mujoco":
@@ -185,6 +187,7 @@ def walk_many(
             if walking():
                 raise MjbipedError("walks cannot be started from inside another's controller")
             require_no_callbacks()
+        stack.enter_context(announced("the controllers of these walks", wanted=progress))
         bar = stack.enter_context(
             tqdm(total=len(plans), desc="preparing", unit="walk", disable=None if progress else True)
         )

@@ -10,8 +10,6 @@ from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 
-from tqdm.auto import tqdm
-
 from mjbiped.errors import InputError
 
 _PATIENCE = 30.0
@@ -109,6 +107,8 @@ def _nothing() -> None:
 def _begin() -> None:
     """Leave Ctrl-C to the parent, and end where it ends, killed or not."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    from tqdm.auto import tqdm
+
     # tqdm's own lock is a semaphore of the system, which a worker that is ended would leave behind
     tqdm.set_lock(threading.RLock())
     parent = multiprocessing.parent_process()

@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 COMMON = """
 from typing import Any, NamedTuple
 from mjbiped.compiled import compiled
@@ -38,13 +40,29 @@ print(compiled(outer, Group, (twice,), ())((3.0,), 1.0, 1.0))
 )
 
 
+ANNOUNCED = (
+    COMMON
+    + """
+from mjbiped.compiled import announced
+with announced("everything", wanted={wanted}):
+    compiled(outer, Group, (twice,), ())((3.0,), 1.0, 1.0)
+compiled(outer, Group, (twice,), ())((3,), 1.0, 1.0)  # of another type, so compiled again, and nobody waits for it
+"""
+)
+SENTENCE = "compiling everything, once; it takes up to half a minute ...\n"
+
+
 def run(folder: Path, cache: Path, program: str) -> str:
+    return finished(folder, cache, program).stdout.strip()
+
+
+def finished(folder: Path, cache: Path, program: str) -> subprocess.CompletedProcess[str]:
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": f"{Path(__file__).parents[1]}"}
     done = subprocess.run(
         [sys.executable, "-c", program], cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    return done.stdout.strip()
+    return done
 
 
 def test_types_of_one_program_do_not_keep_another_from_its_cache(tmp_path: Path) -> None:
@@ -61,3 +79,23 @@ def test_types_of_one_program_do_not_keep_another_from_its_cache(tmp_path: Path)
     before = {path: path.stat().st_mtime_ns for path in cache.rglob("*.nb?")}
     assert run(mine, cache, "import my_controller") == "8.0"  # from the cache: nothing is written
     assert {path: path.stat().st_mtime_ns for path in cache.rglob("*.nb?")} == before
+
+
+def test_only_what_is_not_on_disk_is_announced(tmp_path: Path) -> None:
+    for name, wanted in (("told", "True"), ("quiet", "False")):
+        (tmp_path / f"{name}.py").write_text(ANNOUNCED.replace("{wanted}", wanted), encoding="utf-8")
+    runs = (("a", "told"), ("a", "told"), ("b", "quiet"))
+    said = [finished(tmp_path, tmp_path / cache, f"import {name}").stderr for cache, name in runs]
+    assert said == [SENTENCE, "", ""]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
+def test_the_first_walk_says_what_it_waits_for(engine: str, tmp_path: Path) -> None:
+    program = f"""
+import mjbiped.cli
+mjbiped.cli.main(["walk", "incline:slope_deg=2", "--controller", "passive", "--steps", "1", "--engine", "{engine}"])
+"""
+    first, second = (finished(tmp_path, tmp_path / "cache", program).stderr for _ in range(2))
+    assert first == f"compiling PassiveController for the engine {engine}, once; it takes up to half a minute ...\n"
+    assert second == ""
