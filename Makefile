@@ -40,11 +40,13 @@ test: setup check ## set-up, lint, types and tests
 test-slow: setup ## the long checks
 	$(BIN)/python -m pytest -n 2 -m slow
 
-bench: setup ## measure the speed, some thirteen minutes: docs/performance.md
+bench: setup ## measure the speed, some seventeen minutes: docs/performance.md
 	$(BIN)/python scripts/benchmark.py
 	$(BIN)/python scripts/step_benchmark.py
 	$(BIN)/python scripts/long_benchmark.py
 	$(BIN)/python scripts/many_benchmark.py
+	$(BIN)/python scripts/startup_benchmark.py
+	$(BIN)/python scripts/peer_benchmark.py
 
 check: setup ## lint and types
 	$(BIN)/ruff format --check .

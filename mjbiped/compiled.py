@@ -86,7 +86,7 @@ def _listen() -> None:
     """Hear when Numba begins to compile a function, which it does not where its machine code is on disk."""
     from numba.core import event
 
-    class Compiling(event.Listener):  # type: ignore[misc]
+    class Compiling(event.Listener):
         def on_start(self, _: Any) -> None:
             from tqdm.auto import tqdm
 
@@ -97,7 +97,7 @@ def _listen() -> None:
         def on_end(self, _: Any) -> None:
             """Nothing waits for it."""
 
-    event.register("numba:compile", Compiling())
+    event.register("numba:compile", Compiling())  # type: ignore[no-untyped-call]
 
 
 @lru_cache(maxsize=64)

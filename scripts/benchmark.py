@@ -14,7 +14,6 @@ import platform
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
@@ -22,9 +21,9 @@ from typing import NamedTuple
 import click
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 from pages import write_table
 from scipy_walk import ScipyWalk
+from timing import PAGE, Case, Timing, interleaved
 from tqdm.auto import tqdm
 
 import mjbiped
@@ -38,7 +37,6 @@ from mjbiped.terrain import Terrain
 ROBOT = mjbiped.Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))
 ADAPTIVE = AdaptiveController(ROBOT, GAIT)
-PAGE = Path("docs/performance.md")
 FIGURE = Path("docs/images/performance.png")
 STARTS = tuple(
     GAIT.start * np.array(part) for part in ((1, 1, 1, 1), (1, 1, 1.01, 1), (1, 1, 1, 0.97), (1.01, 1.01, 1, 1))
@@ -47,46 +45,6 @@ STARTS = tuple(
 STEP_COUNTS = (100, 1000, 10_000, 100_000)
 SEGMENT_COUNTS = (10, 100, 1000, 10_000, 100_000)
 TOLERANCES = 10.0 ** np.arange(-7.0, -12.6, -0.5)
-
-Case = Callable[[], float]
-"""Runs something and returns the seconds that it took."""
-
-
-@dataclass(frozen=True)
-class Timing:
-    """Repeated timings of one case.
-
-    Attributes:
-        seconds: One per repetition, in the order of the run.
-        work: What is counted (gait steps) in one repetition.
-    """
-
-    seconds: NDArray[np.float64]
-    work: int
-
-    @property
-    def rate(self) -> str:
-        """Median per second, with the slowest and the fastest repetition."""
-        low, middle, high = (self.work / np.percentile(self.seconds, part) for part in (100, 50, 0))
-        return f"{middle:,.0f} ({low:,.0f} to {high:,.0f})"
-
-    def ratio(self, other: Timing) -> str:
-        """How many times as fast as another, from paired repetitions: median, least and greatest."""
-        ratios = (other.seconds / other.work) / (self.seconds / self.work)
-        return f"{np.median(ratios):.3g} ({ratios.min():.3g} to {ratios.max():.3g})"
-
-
-def interleaved(cases: Mapping[str, tuple[Case, int]], repeats: int, title: str) -> dict[str, Timing]:
-    """Time cases in turn, after one run of each that does not count (compilation, caches)."""
-    seconds: dict[str, list[float]] = {name: [] for name in cases}
-    with tqdm(total=len(cases) * (repeats + 1), desc=title, disable=None) as bar:
-        for repeat in range(repeats + 1):
-            for name, (case, _) in cases.items():
-                taken = case()
-                bar.update()
-                if repeat:
-                    seconds[name].append(taken)
-    return {name: Timing(np.array(seconds[name]), work) for name, (_, work) in cases.items()}
 
 
 def hybrid_case(

@@ -13,9 +13,10 @@ from unittest.mock import patch
 
 import click
 import numpy as np
-from benchmark import ADAPTIVE, GAIT, PAGE, Case, interleaved
+from benchmark import ADAPTIVE, GAIT
 from pages import write_table
-from step_benchmark import LENGTH, microseconds, simulation, states_of, stepping
+from step_benchmark import LENGTH, simulation, states_of, stepping
+from timing import PAGE, Case, interleaved
 
 import mjbiped
 from mjbiped import ground_window
@@ -84,8 +85,8 @@ def rows_of(name: str, repeats: int) -> list[list[str]]:
         walks.append(f"{walked(terrain):.2f}")
     step = interleaved(cases, repeats, name)
     return [
-        [f"**{name}**: step, all of it, µs", *(microseconds(step[f"True {count}"]) for count in SEGMENTS)],
-        ["step, window, µs", *(microseconds(step[f"False {count}"]) for count in SEGMENTS)],
+        [f"**{name}**: step, all of it, µs", *(step[f"True {count}"].each(1e-6) for count in SEGMENTS)],
+        ["step, window, µs", *(step[f"False {count}"].each(1e-6) for count in SEGMENTS)],
         ["and against 10 segments", *(step["False 10"].ratio(step[f"False {count}"]) for count in SEGMENTS)],
         ["`Simulation`, all of it, ms", *made["True"]],
         ["`Simulation`, window, ms", *made["False"]],

@@ -17,8 +17,9 @@ from typing import Any
 
 import click
 import numpy as np
-from benchmark import ADAPTIVE, PAGE, Case, NoFunctions, Timing, turn
+from benchmark import ADAPTIVE, NoFunctions, turn
 from pages import write_table
+from timing import PAGE, Case, Timing
 from tqdm.auto import tqdm
 
 import mjbiped
