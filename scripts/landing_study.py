@@ -21,13 +21,14 @@ from unittest import mock
 import click
 import mujoco
 import numpy as np
-from benchmark import Case, Timing, interleaved, machine
+from benchmark import machine
 from gallery import TERRAINS
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 from pages import write_table
 from rich.console import Console
 from rich.table import Table
+from timing import Case, Timing, interleaved
 from tqdm.auto import tqdm
 
 import mjbiped
