@@ -43,11 +43,13 @@ DISPLAYED: Mapping[str, tuple[float, str]] = {
 
 # What the resolution of contacts and motion at the default steps explains: five times the greatest difference seen at
 # 1610 touchdowns on 138 rough terrains (scripts/agreement_study.py; docs/convergence.md has the figures), up to the
-# first one that has another cause. Scaled by leg length, weight and gravity.
-_FOOTHOLD = 1e-4  # leg lengths a step: the stance foot slides and rolls alike in every step, which adds up
-_PERIOD = 1.4e-3  # sqrt(l / g)
-_ANGLE = 4.5e-4  # rad
-_RATE = 2e-3  # sqrt(g / l)
+# first one that has another cause. Foothold, period, angle and rate are wider, to hold for ten steps of the comparison
+# controllers too (0.1 mm, 1.5 ms, 4.5e-4 rad, 1.5e-3 rad/s on slopes and small steps): their errors fade slowly.
+# Scaled by leg length, weight and gravity.
+_FOOTHOLD = 5e-4  # leg lengths a step: the stance foot slides and rolls alike in every step, which adds up
+_PERIOD = 5e-3  # sqrt(l / g)
+_ANGLE = 2.2e-3  # rad
+_RATE = 2.5e-3  # sqrt(g / l)
 _SLOPE = 5e-6  # rad
 _ESTIMATE = 7.5e-4  # rad
 _WORK, _WORK_SHARE = 1.2e-4, 0.012  # weight times leg length; and of the step's work

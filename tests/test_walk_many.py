@@ -131,7 +131,7 @@ def test_the_bar_counts_walks(controller: AdaptiveController, monkeypatch: pytes
         def shown(*, disable: bool | None, file: io.StringIO = file, **options: Any) -> Any:
             return tqdm(disable=disable is True, file=file, **options)
 
-        monkeypatch.setattr(sys.modules["mjbiped.walk_many"], "tqdm", shown)
+        monkeypatch.setattr("tqdm.auto.tqdm", shown)
         mjbiped.walk_many(controller, [Terrain.level()] * 3, engine="hybrid", steps=1, progress=progress)
         texts.append(file.getvalue())
     assert not texts[0]
@@ -253,11 +253,16 @@ def test_ctrl_c_keeps_what_was_walked(
     """One fell before it, one is under way, one had not begun."""
 
     class Bar(tqdm):  # type: ignore[type-arg]
+        def __init__(self, *arguments: Any, **options: Any) -> None:
+            super().__init__(*arguments, **options)
+            self.counts_walks = options["unit"] == "walk"  # and is not the bar of the single walk under way
+
         def update(self, n: float | None = 1) -> bool | None:
-            threading.Timer(0.3, _thread.interrupt_main).start()
+            if self.counts_walks:
+                threading.Timer(0.3, _thread.interrupt_main).start()
             return super().update(n)
 
-    monkeypatch.setattr(sys.modules["mjbiped.walk_many"], "tqdm", Bar)
+    monkeypatch.setattr("tqdm.auto.tqdm", Bar)
     terrains = [FALLS, Terrain.level(), Terrain.mixed()]
     with pytest.raises(mjbiped.WalksInterrupted) as caught:
         mjbiped.walk_many(controller, terrains, engine=engine, steps=10**7, workers=1, summaries=True)
