@@ -31,7 +31,7 @@ walk: setup ## walk over mixed slopes and steps: record, figure and video in out
 	@mkdir -p $(OUT)
 	$(BIN)/mjbiped walk mixed --initial rest --steps 60 --out $(OUT)/walk.npz --plot $(OUT)/walk.png --video $(OUT)/walk.mp4
 
-reproduce: setup ## section V of the paper again, into docs/: some 30 minutes on two cores, goes on where it was stopped
+reproduce: setup ## section V of the paper again, into docs/: five to fifteen minutes, goes on where it was stopped
 	$(BIN)/mjbiped reproduce --report docs
 
 test: setup check ## set-up, lint, types and tests
