@@ -18,9 +18,9 @@ STEPS = 60
 FEWER = 36  # over ten treads or slope segments
 
 # Distance between a discrete contact and an instantaneous one. The rates after an impact are those of the impact map
-# plus 2e-5 s of motion at up to 30 rad/s², 6e-4 rad/s of 0.8 rad/s, and of a stance foot that happens to be out of
-# contact in the approach (see `mjbiped.landing`) 1e-3 m/s.
-IMPACT = 2e-3
+# plus 2e-5 s of motion at up to 30 rad/s², 6e-4 rad/s of 0.8 rad/s, and what a stance foot falls that happens to be out
+# of contact in the approach (see `mjbiped.landing`): g times 2e-4 s, 2e-3 m/s of 0.8 m/s.
+IMPACT = 3.2e-3
 # A step of length t = 5e-4 s holds the stance foot at its beginning: the foot moves by t l q̇² / 2 per second, in the
 # second of a fast step (q̇ up to 1.5 rad/s) by 3e-4 m, half of it along the ground at most.
 SLIP = 2e-4
