@@ -213,15 +213,10 @@ class MujocoRun(Run):
         self.simulation = Simulation(
             plan.controller,
             plan.terrain,
-            robot=plan.robot,
-            q=plan.q,
-            dq=plan.dq,
-            steps=terms.steps,
-            distance=terms.distance,
+            **plan.arguments(),
             timestep=terms.timestep,
             contact_timestep=terms.contact_timestep,
             control_period=terms.control_period,
-            scuffing=terms.scuffing,
             ground=terms.ground,
             # also where no samples are kept: the last one tells where a walk that was broken off has been
             sample_period=DEFAULT_SAMPLE_PERIOD if terms.sample_period is None else terms.sample_period,
@@ -267,13 +262,8 @@ class HybridRun(Run):
         self.simulation = HybridSimulation(
             plan.controller,
             plan.terrain,
-            robot=plan.robot,
-            q=plan.q,
-            dq=plan.dq,
-            steps=terms.steps,
-            distance=terms.distance,
+            **plan.arguments(),
             sample_period=terms.sample_period if terms.sample_period is not None and sampled else math.inf,
-            scuffing=terms.scuffing,
         )
         recorder = HybridRecorder(
             keep_samples=sampled, summary=Summary(plan.robot, plan.terrain) if summarised else None, heed=heed

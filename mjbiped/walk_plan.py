@@ -102,6 +102,18 @@ class Plan:
     dq: tuple[float, float]
     description: Mapping[str, Any]
 
+    def arguments(self) -> dict[str, Any]:
+        """What a simulation of either engine is made with, beside controller and terrain."""
+        terms = self.terms
+        return {
+            "robot": self.robot,
+            "q": self.q,
+            "dq": self.dq,
+            "steps": terms.steps,
+            "distance": terms.distance,
+            "scuffing": terms.scuffing,
+        }
+
     def settings(self) -> dict[str, Any]:
         """All that is needed to repeat the walk, in plain JSON types, but for what its engine adds."""
         terms = self.terms

@@ -11,9 +11,9 @@ from __future__ import annotations
 import math
 import os
 import platform
-import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
@@ -23,7 +23,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from pages import write_table
 from scipy_walk import ScipyWalk
-from timing import PAGE, Case, Timing, interleaved
+from timing import PAGE, Case, Timing, interleaved, side_by_side
 from tqdm.auto import tqdm
 
 import mjbiped
@@ -182,16 +182,7 @@ def over_threads(repeats: int, steps: int) -> list[list[str]]:
 
     rows = []
     for name, (one, work) in {**cases, "bare arithmetic (a million rounds)": (arithmetic, rounds // 1_000_000)}.items():
-
-        def both(case: Case = one) -> float:
-            threads = [threading.Thread(target=case) for _ in range(2)]
-            begun = time.perf_counter()
-            for thread in threads:
-                thread.start()
-            for thread in threads:
-                thread.join()
-            return time.perf_counter() - begun
-
+        both = partial(side_by_side, one, 2)
         timings = interleaved({"one": (one, work), "two": (both, 2 * work)}, repeats, f"threads, {name}")
         rows.append([name, timings["one"].rate, timings["two"].rate, timings["two"].ratio(timings["one"])])
     return rows

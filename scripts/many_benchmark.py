@@ -9,17 +9,17 @@ tells what two threads that share nothing get from this machine in the same minu
 from __future__ import annotations
 
 import gc
-import threading
 import time
 import tracemalloc
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import click
 import numpy as np
 from benchmark import ADAPTIVE, NoFunctions, turn
 from pages import write_table
-from timing import PAGE, Case, Timing
+from timing import PAGE, Case, Timing, side_by_side
 from tqdm.auto import tqdm
 
 import mjbiped
@@ -60,13 +60,7 @@ def arithmetic(threads: int) -> float:
     """Seconds in which so many threads do the same arithmetic, each for itself."""
     alone = compiled(turn, NoFunctions, (), inlined=())
     alone(1, 1.0, 0.0)
-    both = [threading.Thread(target=alone, args=(ROUNDS, 1.0, 0.0)) for _ in range(threads)]
-    begun = time.perf_counter()
-    for thread in both:
-        thread.start()
-    for thread in both:
-        thread.join()
-    return time.perf_counter() - begun
+    return side_by_side(partial(alone, ROUNDS, 1.0, 0.0), threads)
 
 
 def over_walks(engine: str, repeats: int) -> Iterator[list[str]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -56,3 +58,14 @@ def interleaved(cases: Mapping[str, tuple[Case, int]], repeats: int, title: str)
                 if repeat:
                     seconds[name].append(taken)
     return {name: Timing(np.array(seconds[name]), work) for name, (_, work) in cases.items()}
+
+
+def side_by_side(case: Callable[[], object], threads: int) -> float:
+    """Seconds by the clock on the wall in which so many threads each do the same."""
+    working = [threading.Thread(target=case) for _ in range(threads)]
+    begun = time.perf_counter()
+    for thread in working:
+        thread.start()
+    for thread in working:
+        thread.join()
+    return time.perf_counter() - begun

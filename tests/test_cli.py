@@ -17,7 +17,8 @@ from typing import Any
 import click
 import mujoco
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
+from command_line import run
 
 import mjbiped
 from controllers import AdaptiveController, PassivityController
@@ -27,14 +28,6 @@ from mjbiped.record import Walk
 from mjbiped.stability import stability
 
 ROOT = Path(__file__).parents[1]
-
-
-def run(*words: object) -> Result:
-    """Run a command line in this process; whatever is no exit is raised."""
-    result = CliRunner().invoke(cli.main, [str(word) for word in words])
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result
 
 
 def complaints(result: Result | subprocess.CompletedProcess[str]) -> str:

@@ -8,19 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from command_line import run
 
-from mjbiped import basin, cli
+from mjbiped import basin
 from mjbiped.basin import Fate
-
-
-def run(*words: object) -> Result:
-    """Run a command line in this process; whatever is no exit is raised."""
-    result = CliRunner().invoke(cli.main, [str(word) for word in words])
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result
-
 
 SMALL = ("--slopes", 24, "--steps", 60, "--keep", 12, "--doublings", 2)
 

@@ -6,21 +6,12 @@ import json
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
+from command_line import run
 
-from mjbiped import cli
 from mjbiped.plot_style import new_figure, save_figure
 from mjbiped.reproduction import methods, plan, running
 from mjbiped.reproduction import reproduce as whole
 from mjbiped.reproduction.cell import Cell, measured
-
-
-def run(*words: object) -> Result:
-    """Run a command line in this process; whatever is no exit is raised."""
-    result = CliRunner().invoke(cli.main, [str(word) for word in words])
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result
 
 
 @pytest.fixture

@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
+from command_line import run
 
-from mjbiped import cli, workers
+from mjbiped import workers
 from mjbiped.study import run as running
 
 STUDY = """
@@ -18,14 +18,6 @@ steps = 3
 controller = [{ name = "passive" }, { position_gain = [3, 6] }]
 terrain = { name = "incline", slope_deg = [2, -2] }
 """
-
-
-def run(*words: object) -> Result:
-    """Run a command line in this process; whatever is no exit is raised."""
-    result = CliRunner().invoke(cli.main, [str(word) for word in words])
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    return result
 
 
 @pytest.fixture

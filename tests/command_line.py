@@ -1,0 +1,13 @@
+"""The command line as tests run it."""
+
+from click.testing import CliRunner, Result
+
+from mjbiped import cli
+
+
+def run(*words: object) -> Result:
+    """Run a command line in this process; whatever is no exit is raised."""
+    result = CliRunner().invoke(cli.main, [str(word) for word in words])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result
