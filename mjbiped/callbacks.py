@@ -123,8 +123,7 @@ def control(
     u[events.PLANNED], u[events.PLAIN] = u[events.PLANNED_NEXT], u[events.PLAIN_NEXT]
     if u[events.TOUCHED] and u[events.NOTED]:
         _write_row(recording, u)  # of a touchdown that the controller is never told of
-    fresh = u[events.NOTED] != 0.0 or u[events.TIME] < 0.0  # no motion before that it goes on with
-    u[events.LAST_STEP] = 0.0 if fresh else time - u[events.TIME]
+    u[events.LAST_STEP] = landing.step_before(u, time)
     events.observe(u, world.limits, world.profile, time, qpos, qvel)
     due = time > u[events.NEXT_CONTROL] - _NOW
     if due:
@@ -244,28 +243,29 @@ def sense(
         qacc: Their accelerations.
 
     Returns:
-        Length of the physics step from now on and of its kick, s; 0 where it is not for this walk to say.
+        Length of the physics step from now on, s, 0 where it is not for this walk to say; and by what factor its
+        accelerations count.
     """
     if not u[events.RUNNING]:
-        return 0.0, 0.0
+        return 0.0, 1.0
     stance = 1 if u[events.STANCE] else 0
     own, other = world.contacts[stance], world.contacts[1 - stance]
     events.feel(u, world.limits, readings[own : own + world.slots], readings[other : other + world.slots])
     if not world.lands:
-        return 0.0, 0.0
+        return 0.0, 1.0
     length = landing.step_length(u, world, time, qpos, qvel, qacc)
-    return length, u[events.KICK]
+    return length, u[events.KICK] / length
 
 
-def contact_step(world: World, u: Sequence[float], time: float) -> tuple[float, float]:
-    """`mjcb_contactfilter`, first: length and kick that the feet's contacts are made for, s; 0: as the model has it.
+def softness(world: World, u: Sequence[float], time: float) -> tuple[float, float]:
+    """`mjcb_contactfilter`, first: the feet's `solref` in this step; zeros: as the model has it.
 
     Args:
         world: The walk's.
         u: Userdata.
         time: Now, s.
     """
-    return landing.planned(u, time) if u[events.RUNNING] and world.lands else (0.0, 0.0)
+    return landing.softness(u, time) if u[events.RUNNING] and world.lands else (0.0, 0.0)
 
 
 def refuses(world: World, u: Sequence[float], places: Any, first: int, second: int) -> bool:

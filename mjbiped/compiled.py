@@ -97,7 +97,7 @@ def _listen() -> None:
         def on_end(self, _: Any) -> None:
             """Nothing waits for it."""
 
-    event.register("numba:compile", Compiling())  # type: ignore[no-untyped-call]
+    event.register("numba:compile", Compiling())  # type: ignore[no-untyped-call]  # Numba has no types
 
 
 @lru_cache(maxsize=64)

@@ -53,19 +53,28 @@ def stiffness(length: float) -> float:
     return min(STIFFNESS, SOFTNESS / (length * length))
 
 
-def planned(u: Sequence[float], time: float) -> tuple[float, float]:
-    """Length and kick that the contacts of the step from now on are made for, s; the same however often it is asked.
+def softness(u: Sequence[float], time: float) -> tuple[float, float]:
+    """The feet's `solref` for the step from now on; the same however often it is asked.
 
     Args:
         u: Userdata.
         time: Now, s.
     """
     if time > u[events.TIME]:  # not observed yet
-        length, plain = u[events.PLANNED_NEXT], u[events.PLAIN_NEXT]
-        before = 0.0 if u[events.NOTED] or u[events.TIME] < 0.0 else time - u[events.TIME]
+        length, plain, before = u[events.PLANNED_NEXT], u[events.PLAIN_NEXT], step_before(u, time)
     else:
         length, plain, before = u[events.PLANNED], u[events.PLAIN], u[events.LAST_STEP]
-    return length, length if plain else 0.5 * (before + length)
+    return -stiffness(length), -1.0 / _kick(plain, before, length)
+
+
+def step_before(u: Sequence[float], time: float) -> float:
+    """How long the step was that led to a time (s) not observed yet; 0 where the motion begins anew with it, s."""
+    return 0.0 if u[events.NOTED] or u[events.TIME] < 0.0 else time - u[events.TIME]
+
+
+def _kick(plain: float, before: float, length: float) -> float:
+    """Time for which accelerations act in a step, by its length and that of the one before, s."""
+    return length if plain else 0.5 * (before + length)
 
 
 def step_length(
@@ -94,7 +103,7 @@ def step_length(
     if world.stepped and u[events.ARMED] and _near_face(world, u, length, qpos, qvel, qacc):
         following, plain = world.contact_timestep, 1.0
     u[events.PLANNED_NEXT], u[events.PLAIN_NEXT] = following, plain
-    u[events.KICK] = length if u[events.PLAIN] else 0.5 * (u[events.LAST_STEP] + length)
+    u[events.KICK] = _kick(u[events.PLAIN], u[events.LAST_STEP], length)
     return length
 
 
@@ -146,7 +155,7 @@ def _foot(
     qacc: Sequence[float],
 ) -> tuple[float, float]:
     """Place of the left (0) or right (1) foot after a step of length t, x and z in m."""
-    kick = t if u[events.PLAIN] else 0.5 * (u[events.LAST_STEP] + t)
+    kick = _kick(u[events.PLAIN], u[events.LAST_STEP], t)
     x = qpos[0] + t * (qvel[0] + kick * qacc[0])
     z = qpos[1] + t * (qvel[1] + kick * qacc[1])
     leg = qpos[2 + side] + t * (qvel[2 + side] + kick * qacc[2 + side])

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import mujoco
 import numpy as np
 
-from mjbiped import callbacks, events, landing
+from mjbiped import callbacks, events
 from mjbiped.callbacks import Recording, World
 from mjbiped.compiled import described, prepared, raises
 from mjbiped.native_layout import Layout, UnknownLayoutError, layout
@@ -175,7 +175,7 @@ def _compile(
     """The callbacks for one kind of law and record."""
     import numba
 
-    own = (callbacks.control, callbacks.sense, callbacks.refuses, callbacks.contact_step, landing.stiffness)
+    own = (callbacks.control, callbacks.sense, callbacks.refuses, callbacks.softness)
     roots = (*own, torque, touchdown, slope_estimate)
     known = (
         prepared(roots, inlined=(callbacks.control, torque)),
@@ -218,16 +218,16 @@ def bind(digest):
             p = numbers(record, SCALARS)
             world, _, _ = {made}
             readings = numbers(word(data + AT_SENSORDATA), max(world.contacts[0], world.contacts[1]) + world.slots)
-            length, kick = sense(
+            length, weight = sense(
                 world, numbers(word(data + AT_USERDATA), MEMORY), readings, numbers(data + AT_TIME, 1)[0],
                 four(word(data + AT_QPOS)), four(word(data + AT_QVEL)), four(word(data + AT_QACC)),
             )
             if length > 0.0:
                 numbers(model + AT_TIMESTEP, 1)[0] = length
-                if kick != length:
+                if weight != 1.0:
                     accelerations = numbers(word(data + AT_QACC), 4)
                     for index in range(4):
-                        accelerations[index] *= kick / length
+                        accelerations[index] *= weight
 
     def filter_{name}(model, data, first, second):
         digest
@@ -237,11 +237,11 @@ def bind(digest):
         p = numbers(record, SCALARS)
         world, _, _ = {made}
         u = numbers(word(data + AT_USERDATA), MEMORY)
-        length, kick = contact_step(world, u, numbers(data + AT_TIME, 1)[0])
-        if length > 0.0:
-            softness = array(word(model + AT_GEOM_SOLREF), (len(world.risers), 2))
+        minus_stiffness, minus_damping = softness(world, u, numbers(data + AT_TIME, 1)[0])
+        if minus_stiffness < 0.0:
+            solref = array(word(model + AT_GEOM_SOLREF), (len(world.risers), 2))
             for foot in world.feet:
-                softness[foot, 0], softness[foot, 1] = -stiffness(length), -1.0 / kick
+                solref[foot, 0], solref[foot, 1] = minus_stiffness, minus_damping
         places = array(word(data + AT_GEOM_XPOS), (len(world.risers), 3))
         return 1 if refuses(world, u, places, first, second) else 0
 
@@ -253,8 +253,7 @@ def bind(digest):
         "control": callbacks.control,
         "sense": callbacks.sense,
         "refuses": callbacks.refuses,
-        "contact_step": callbacks.contact_step,
-        "stiffness": landing.stiffness,
+        "softness": callbacks.softness,
         "torque": torque,
         "touchdown": touchdown,
         "slope_estimate": slope_estimate,

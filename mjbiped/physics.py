@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
-from mjbiped import callbacks, events, landing, laws
+from mjbiped import callbacks, events, laws
 from mjbiped.callbacks import Laws, Recording, World
 from mjbiped.columns import SAMPLES, TOUCHDOWNS, width
 from mjbiped.compass import Compass
@@ -374,11 +374,11 @@ class Simulation:
             self._pass_on("mjcb_sensor", model, data, stage)
         elif stage == _ACCELERATION:
             motion = (values.tolist() for values in (data.qpos, data.qvel, data.qacc))
-            length, kick = callbacks.sense(self._world, data.userdata, data.sensordata.tolist(), data.time, *motion)
+            length, weight = callbacks.sense(self._world, data.userdata, data.sensordata.tolist(), data.time, *motion)
             if length > 0.0:
                 model.opt.timestep = length
-                if kick != length:
-                    data.qacc *= kick / length
+                if weight != 1.0:
+                    data.qacc *= weight
 
     def _on_warning(self, message: str) -> None:
         """`mju_user_warning`: the first line says what it is; what follows differs from time to time."""
@@ -388,9 +388,9 @@ class Simulation:
         """`mjcb_contactfilter`: 1 refuses the pair; see `callbacks.refuses`."""
         if model is not self.model:
             return int(self._pass_on("mjcb_contactfilter", model, data, first, second) or 0)
-        length, kick = callbacks.contact_step(self._world, data.userdata, data.time)
-        if length > 0.0:
-            model.geom_solref[list(self._world.feet)] = -landing.stiffness(length), -1.0 / kick
+        solref = callbacks.softness(self._world, data.userdata, data.time)
+        if solref[0] < 0.0:
+            model.geom_solref[list(self._world.feet)] = solref
         return int(callbacks.refuses(self._world, data.userdata, data.geom_xpos, first, second))
 
     def _pass_on(self, name: str, model: mujoco.MjModel, data: mujoco.MjData, *arguments: int) -> Any:

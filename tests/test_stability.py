@@ -136,7 +136,7 @@ def test_mujoco_walk_obeys_22_up_to_its_step(wrong: AdaptiveController, uneven: 
         for h in (4e-4, 1e-4)
     )
     assert fine < 3e-3
-    assert 2.0 < coarse / fine < 17.0
+    assert 3.0 < coarse / fine < 17.0  # 4 to 16, and what is left of other errors
 
 
 def test_record_suffices(walk: mjbiped.Walk, wrong: AdaptiveController, found: Stability, tmp_path: Path) -> None:
