@@ -1,4 +1,14 @@
-"""The package's exceptions: one base, so that `except MjbipedError` catches everything that is a user's to mend."""
+"""The package's exceptions: one base, so that `except MjbipedError` catches everything that is a user's to mend.
+
+Beside them, how a value that a user gave is shown in their messages: short, whatever it is.
+"""
+
+from __future__ import annotations
+
+import math
+import reprlib
+
+LONGEST_SHOWN = 80
 
 
 class MjbipedError(Exception):
@@ -19,3 +29,48 @@ class RecordError(MjbipedError):
 
 class RenderError(MjbipedError):
     """Nothing can be drawn: no GL platform, no video encoder, or nothing to show."""
+
+
+class _Short(reprlib.Repr):
+    """Values cut to what fits into a sentence; containers show their first entries."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxlevel = 3
+        self.maxtuple = self.maxlist = self.maxdict = self.maxset = self.maxfrozenset = self.maxdeque = 12
+        self.maxstring = self.maxlong = self.maxother = LONGEST_SHOWN
+
+    def repr_int(self, x: int, level: int) -> str:
+        try:
+            return super().repr_int(x, level)
+        except ValueError:  # Python writes out no number of more than 4300 digits
+            return f"<a whole number of about {math.ceil(x.bit_length() * math.log10(2.0))} digits>"
+
+    def repr_instance(self, x: object, level: int) -> str:
+        try:
+            return " ".join(repr(x).split())
+        except Exception:  # anything may be given, and its own repr may be what is wrong with it
+            return f"<an object of type {type(x).__name__}>"
+
+
+_SHORT = _Short()
+
+
+def shown(value: object) -> str:
+    """A value as an error message repeats it.
+
+    Args:
+        value: Anything that a user may have given.
+
+    Returns:
+        Its `repr` on one line where that is short, else the beginning and the end of it with `...` between; never more
+        than `LONGEST_SHOWN` characters, and never an exception.
+    """
+    try:
+        text = _SHORT.repr(value)
+    except Exception:  # a subclass of a built-in type with a repr or a length of its own
+        text = f"<an object of type {type(value).__name__}>"
+    if len(text) <= LONGEST_SHOWN:
+        return text
+    half = (LONGEST_SHOWN - len(_SHORT.fillvalue)) // 2
+    return f"{text[:half]}{_SHORT.fillvalue}{text[-half:]}"
