@@ -161,6 +161,10 @@ class AdaptiveController(Controller):
         """What is tracked at time t of the step: q_r (rad), its rates and accelerations, stance leg first each."""
         return _reference(self.parameters, memory, t)
 
+    def transition_end(self, memory: Memory) -> float:
+        """Until when a re-planned transition is tracked in the step, s; 0 where the step was not re-planned."""
+        return self.parameters.transition_time if memory[_REPLANNED] else 0.0
+
     def next_break(self, memory: Memory, t: float) -> float:
         """The transition's end, then the end of the gait's trajectory; see `Controller.next_break`."""
         return _next_break(self.parameters, memory, t)

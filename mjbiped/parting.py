@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from mjbiped import measures
 from mjbiped.columns import Column
 from mjbiped.physics import DEFAULT_TIMESTEP
 from mjbiped.record import Walk
+from mjbiped.replay import replayed
 from mjbiped.terrain import GROUND_FRICTION
 
 if TYPE_CHECKING:
@@ -269,15 +271,11 @@ def _next_breaks(walk: Walk, controller: Controller, last: int) -> list[float]:
     """When the controller's law breaks next, just after each touchdown up to the last one asked for, s."""
     if not hasattr(controller, "next_break"):
         return [math.inf] * (last + 1)
-    samples, touchdowns = walk.samples, walk.touchdowns
-    own = len(controller.states)
-    memory = [0.0] * controller.memory_size
-    first = walk.settings["initial"]
-    controller.start(memory, first[:2], first[2:])
-    found = []
-    for row in range(min(last + 1, walk.steps)):
-        before = max(int(np.searchsorted(samples["time"], touchdowns["time"][row])) - 1, 0)
-        memory[:own] = samples["controller_states"][before].tolist()
-        controller.on_touchdown(memory, *(tuple(touchdowns[name][row].tolist()) for name in ("q_before", "q", "dq")))
-        found.append(float(controller.next_break(memory, 0.0)))
+    own, found = len(controller.states), []
+    for number, (_, memory) in enumerate(islice(replayed(walk, controller), last + 2)):
+        if number:
+            found.append(float(controller.next_break(memory, 0.0)))
+        if number < walk.steps:
+            end = np.searchsorted(walk.samples["time"], walk.touchdowns["time"][number])
+            memory[:own] = walk.samples["controller_states"][max(int(end) - 1, 0)].tolist()
     return found

@@ -26,6 +26,9 @@ ANKLE, HIP = STANCE, {"color": VERMILLION, "linestyle": (0, (4, 1.2))}
 TRUTH: Mapping[str, Any] = {"color": BLACK, "linestyle": (0, (1.5, 1.2))}
 """Lines differ in style as well as in colour."""
 
+PLANNED: Mapping[str, Any] = {"color": "#9FD9C7", "linestyle": "-", "linewidth": 3.5, "zorder": 1.5}
+"""A broad band of pale `GREEN` behind other lines: what follows it is seen on it, and where it leaves it."""
+
 STYLE: Mapping[str, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 9.0,

@@ -24,6 +24,7 @@ from mjbiped.plot_style import (
     GUIDE,
     HIP,
     ORANGE,
+    PLANNED,
     STANCE,
     SWING,
     TRUTH,
@@ -33,6 +34,7 @@ from mjbiped.plot_style import (
     styled,
 )
 from mjbiped.plot_timelapse import draw_row, rows_of
+from mjbiped.replay import recorded_controller, transitions
 
 if TYPE_CHECKING:
     from mjbiped.record import Walk
@@ -45,8 +47,8 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
     """Draw a walk in the manner of the paper's Fig. 4.
 
     (a) Time lapse over the ground, in rows where it is long, x and z in one scale; slopes and steps are written under
-    the ground. (b) Slope estimate and true slope. (c) Torques. (d) Phase portraits of stance and swing leg, beside the
-    limit cycle of the gait that the controller imitates.
+    the ground. (b) Slope estimate and true slope. (c) Torques. (d) Phase portraits of stance and swing leg, with the
+    limit cycle of the gait that the controller imitates and the transitions to it that it re-planned.
 
     Args:
         walk: Any record, a fall in the first step included.
@@ -185,19 +187,22 @@ def _draw_torques(axes: Axes, walk: Walk) -> None:
 
 
 def _draw_phases(grid: NDArray[np.object_], walk: Walk) -> None:
-    """Panel (d): a line per step, without the jumps between steps."""
+    """Panel (d): a line per step, without the jumps between steps, over the re-planned reference where there is one."""
     samples = walk.samples
     first_of_step = np.flatnonzero(np.diff(samples["stance"])) + 1
     # a sample at a touchdown's own instant has the rates after the impact, but still the old roles
     nearest = np.searchsorted(samples["time"], walk.touchdowns["time"] - 1e-9).clip(max=len(samples["time"]) - 1)
     at_impact = nearest[np.abs(samples["time"][nearest] - walk.touchdowns["time"]) < 1e-9]
-    gait = _imitated_gait(walk)
+    gait, replanned = _imitated_gait(walk), _transitions(walk)
     for leg, (axes, name, style) in enumerate(zip(grid, ("stance", "swing"), (STANCE, SWING), strict=True)):
         q = samples["q"][:, leg].copy()
         q[at_impact] = np.nan
         q = np.insert(q, first_of_step, np.nan)
         dq = np.insert(samples["dq"][:, leg], first_of_step, np.nan)
         axes.plot(q, dq, color=style["color"], linewidth=0.7, alpha=0.8, label=f"{name} leg")
+        for number, planned in enumerate(replanned):
+            look = {**PLANNED, "label": "re-planned reference" if number == 0 else None}
+            axes.plot(planned[:, leg], planned[:, 2 + leg], **look)
         if gait is not None:
             reference, rate, _ = gait.reference(np.linspace(0.0, gait.period, 200))
             axes.plot(reference[:, leg], rate[:, leg], label="imitated gait", **TRUTH, linewidth=1.4)
@@ -214,6 +219,14 @@ def _imitated_gait(walk: Walk) -> Gait | None:
         return find_passive_gait(Compass(**described["robot"]), described["slope"])
     except (TypeError, KeyError, MjbipedError):
         return None
+
+
+def _transitions(walk: Walk) -> list[NDArray[np.float64]]:
+    """The re-planned references of a controller that plans, made again from the record; none of any other."""
+    try:
+        return transitions(walk, recorded_controller(walk))
+    except (TypeError, KeyError, MjbipedError):
+        return []
 
 
 def _draw_cycle(axes: Axes, gait: Gait) -> None:

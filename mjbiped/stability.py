@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +13,6 @@ from scipy.interpolate import CubicSpline
 
 from controllers import AdaptiveController
 from controllers.tracking import tracking_errors
-from mjbiped.compass import Compass
 from mjbiped.error_dynamics import (
     ESTIMATES,
     SIZE,
@@ -25,8 +24,9 @@ from mjbiped.error_dynamics import (
     regressor,
 )
 from mjbiped.errors import InputError
-from mjbiped.gait import find_passive_gait
 from mjbiped.record import Walk
+from mjbiped.replay import recorded_controller as recorded_controller
+from mjbiped.replay import replayed
 
 Array = NDArray[np.float64]
 
@@ -146,29 +146,6 @@ class Stability:
         return np.asarray(largest - np.linalg.norm(self.start[:, ESTIMATES], axis=1), dtype=np.float64)
 
 
-def recorded_controller(walk: Walk) -> AdaptiveController:
-    """The adaptive controller of a walk, built anew from the record.
-
-    Raises:
-        InputError: Another controller walked.
-        GaitError: The gait that it imitated is not found.
-    """
-    described = dict(walk.settings["controller"])
-    name = described.pop("name")
-    if name != "AdaptiveController":
-        raise InputError(
-            f"Theorem 1 is about the adaptive controller, and this walk's is {name}; if that derives from "
-            "AdaptiveController, give it as the argument `controller`"
-        )
-    known = {field.name for field in fields(AdaptiveController)}
-    if described.keys() != known:
-        odd = ", ".join(sorted(described.keys() ^ known))
-        raise InputError(f"the record's AdaptiveController has not the parameters of this version's: {odd}")
-    gait = described.pop("gait")
-    robot = Compass(**described.pop("robot"))
-    return AdaptiveController(robot, find_passive_gait(Compass(**gait["robot"]), gait["slope"]), **described)
-
-
 def stability(walk: Walk, controller: AdaptiveController | None = None) -> Stability:
     """Evaluate Theorem 1 along a walk.
 
@@ -227,25 +204,23 @@ def _steps(walk: Walk, controller: AdaptiveController) -> Iterator[_Step]:
         InputError: A step has too few samples.
     """
     samples, touchdowns = walk.samples, walk.touchdowns
-    memory = [0.0] * controller.memory_size
-    initial: list[float] = walk.settings["initial"]
-    q, dq, begun, slope = initial[:2], initial[2:], 0.0, walk.terrain.slope_at(0.0)
-    controller.start(memory, q, dq)
-    for number in range(walk.steps):
+    for number, (begun, memory) in enumerate(replayed(walk, controller)):
+        if number == walk.steps:
+            return
         row: dict[str, Any] = {name: column[number].tolist() for name, column in touchdowns.items()}
-        inside = (samples["time"] > begun + _SAME_TIME) & (samples["time"] < row["time"] - _SAME_TIME)
+        inside = (samples["time"] > begun.time + _SAME_TIME) & (samples["time"] < row["time"] - _SAME_TIME)
         if inside.sum() < _FEWEST - 2:
             raise InputError(
-                f"step {number + 1} of {row['time'] - begun:.3g} s has only {inside.sum()} samples; "
+                f"step {number + 1} of {row['time'] - begun.time:.3g} s has only {inside.sum()} samples; "
                 "record the walk with a shorter sample_period (5e-3 s is the default)"
             )
-        time = np.array([begun, *samples["time"][inside], row["time"]])
-        angles = np.vstack([q, samples["q"][inside], row["q_before"]])
-        rates = np.vstack([dq, samples["dq"][inside], row["dq_before"]])
+        time = np.array([begun.time, *samples["time"][inside], row["time"]])
+        angles = np.vstack([begun.q, samples["q"][inside], row["q_before"]])
+        rates = np.vstack([begun.dq, samples["dq"][inside], row["dq_before"]])
         tracking = np.array(
             [
                 tracking_errors(controller.position_gain, controller.reference(memory, t), *a, *r)
-                for t, a, r in zip((time - begun).tolist(), angles.tolist(), rates.tolist(), strict=True)
+                for t, a, r in zip((time - begun.time).tolist(), angles.tolist(), rates.tolist(), strict=True)
             ]
         )
         z1, z2 = tracking[:, 0:2], tracking[:, 4:6]
@@ -256,10 +231,9 @@ def _steps(walk: Walk, controller: AdaptiveController) -> Iterator[_Step]:
         adaptation = controller.adaptation_gain * (w @ z2[late, :, None])[:, :, 0]
         gained = CubicSpline(time[late], adaptation).integrate(time[-2], time[-1])
         estimates = np.vstack([estimates, estimates[-1] + gained])
-        yield _Step(time, angles, rates, np.hstack([z1, z2, [math.sin(slope), math.cos(slope)] - estimates]))
         memory[:2] = estimates[-1].tolist()
-        q, dq, begun, slope = row["q"], row["dq"], row["time"], row["slope"]
-        controller.on_touchdown(memory, row["q_before"], q, dq)
+        truth = [math.sin(begun.slope), math.cos(begun.slope)]
+        yield _Step(time, angles, rates, np.hstack([z1, z2, truth - estimates]))
 
 
 def _evaluate(controller: AdaptiveController, step: _Step) -> dict[str, Any]:

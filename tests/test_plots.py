@@ -15,9 +15,11 @@ from PIL import Image
 import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.errors import InputError, RenderError
+from mjbiped.plot_style import PLANNED
 from mjbiped.plot_timelapse import outline, rows_of
 from mjbiped.plots import plot_gait, plot_walk
 from mjbiped.record import Walk
+from mjbiped.replay import recorded_controller, transitions
 from mjbiped.terrain import Terrain
 
 TWO_STEPS = Terrain.from_segments([(0.6, 0.0), (2.0, 2.0, -0.02)])
@@ -141,6 +143,19 @@ def test_no_step_is_joined_to_the_next_in_the_phase_portraits(walk: Walk) -> Non
         shown = ~np.isnan(q)
         dq[~shown] = np.nan
         assert np.nanmax(np.abs(np.diff(dq))) < 0.2
+
+
+def test_phase_portraits_have_the_re_planned_reference(walk: Walk, fallen: Walk) -> None:
+    """One band per transition under the motion, each from the state at its step's start on; none without a plan."""
+    planned = transitions(walk, recorded_controller(walk))
+    for leg, axes in enumerate(plot_walk(walk).axes[-2:]):
+        bands = [line for line in axes.lines if line.get_linewidth() == PLANNED["linewidth"]]
+        assert [band.get_label() for band in bands][:1] == ["re-planned reference"]
+        for band, curve in zip(bands, planned, strict=True):
+            q, dq = (np.asarray(data, dtype=float) for data in band.get_data())
+            np.testing.assert_array_equal(np.stack([q, dq], axis=1), curve[:, [leg, 2 + leg]])
+            assert band.get_zorder() < axes.lines[0].get_zorder()
+    assert "re-planned reference" not in [line.get_label() for line in plot_walk(fallen).axes[-1].lines]
 
 
 def test_the_outline_has_both_ends_of_a_step() -> None:
