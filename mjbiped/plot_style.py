@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Any, cast
 
 import matplotlib
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from mjbiped.errors import InputError, RenderError
 from mjbiped.output import written_whole
@@ -61,6 +63,10 @@ SUFFIXES = (".png", ".pdf", ".svg")
 WIDTH = 9.6
 """Width of a figure, inches."""
 
+_LAYOUT_DIGITS = 9
+"""Digits of a panel's place, as a share of the figure. matplotlib's layout solver takes its equations in the order in
+which they lie in memory, so digits 14 and beyond differ from run to run, and with them the bytes of the file."""
+
 
 @contextmanager
 def styled() -> Iterator[None]:
@@ -71,9 +77,23 @@ def styled() -> Iterator[None]:
 
 def new_figure(height: float) -> Figure:
     """An empty figure of the house's width, `height` inches high, that leaves pyplot alone."""
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    figure = Figure(figsize=(WIDTH, height), layout=_EvenLayout())
     FigureCanvasAgg(figure)
     return figure
+
+
+class _EvenLayout(ConstrainedLayoutEngine):
+    """matplotlib's constrained layout with places of so few digits that they are the same in every run."""
+
+    def execute(self, fig: Any) -> Any:
+        """Lay out a figure; as matplotlib's own."""
+        layout = super().execute(fig)
+        for part in fig.subfigs:
+            part.bbox_relative.set_points(part.bbox_relative.get_points().round(_LAYOUT_DIGITS))
+        for axes in fig.axes:
+            axes.set_position(np.round(axes.get_position(original=True).bounds, _LAYOUT_DIGITS))
+            axes.set_in_layout(True)  # which set_position takes from it
+        return layout
 
 
 def check_path(path: str | Path | None) -> Path | None:
