@@ -26,7 +26,7 @@ from mjbiped.gait import find_passive_gait
 from mjbiped.hybrid import HybridSimulation
 from mjbiped.hybrid_state import ROWS, SAMPLES
 from mjbiped.return_map import ReturnMap, plane_of, walk_all
-from mjbiped.scuffing import ScuffingRule
+from mjbiped.scuffing import ScuffingRule, check_landing
 from mjbiped.terrain import Terrain
 
 if TYPE_CHECKING:
@@ -132,12 +132,13 @@ def basin_of_attraction(
         progress: Whether to show a progress bar (never where the output is not a terminal).
 
     Raises:
-        InputError: An argument is outside its domain.
+        InputError: An argument is outside its domain, or the scuffing rule would never let the gait land.
         GaitError: The robot has no gait on that slope.
         BasinInterrupted: Ctrl-C; the exception holds the rows computed so far.
     """
     gait = find_passive_gait(robot, slope)
     rule = scuffing or ScuffingRule()
+    check_landing(gait, gait.slope, rule)
     plane = plane_of(robot, gait.slope, rule)
     walked = ReturnMap(robot, gait.slope, rule).walk(gait.start + np.array([_KICK, -_KICK, 0.0, 0.0]), _TRANSIENT)
     goals = np.unique(np.round(walked.states[-_ATTRACTOR:], 6), axis=0)
@@ -184,13 +185,15 @@ def basin_of_control(
         progress: Whether to show a progress bar (never where the output is not a terminal).
 
     Raises:
-        InputError: An argument is outside its domain, or the controller imitates no gait.
+        InputError: An argument is outside its domain, or the controller imitates no gait, or one that the scuffing
+            rule would never let land.
         BasinInterrupted: Ctrl-C; the exception holds the rows computed so far.
     """
     gait = controller.gait
     walker = robot or controller.robot
     if gait is None or walker is None:
         raise InputError(f"{type(controller).__name__} imitates no gait: there is nothing to settle on")
+    check_landing(gait, slope, scuffing or ScuffingRule())
     terrain = Terrain.incline(math.degrees(slope))
     q1, q2 = float(gait.start[0]), float(gait.start[1])
     near = _nearness(walker)

@@ -21,8 +21,9 @@ from mjbiped.continuation import (
 )
 from mjbiped.errors import GaitError, InputError
 from mjbiped.events import Outcome
+from mjbiped.gait import find_passive_gait
 from mjbiped.return_map import TOUCHDOWN, ReturnMap, plane_of, walk_all
-from mjbiped.scuffing import ScuffingRule
+from mjbiped.scuffing import ScuffingRule, check_landing
 
 FIRST_SLOPE = math.radians(0.1)
 FEIGENBAUM = 4.669201609
@@ -230,7 +231,8 @@ def bifurcation_diagram(
         progress: Whether to show a progress bar (never where the output is not a terminal).
 
     Raises:
-        InputError: The slopes do not ascend from above zero, or `keep` does not lie between 1 and `steps`.
+        InputError: The slopes do not ascend from above zero, or `keep` does not lie between 1 and `steps`, or the
+            scuffing rule would never let the gait on the first plane land.
         GaitError: There is no gait of period one on the first plane, to begin with.
     """
     from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
@@ -246,6 +248,7 @@ def bifurcation_diagram(
     if keep > steps:
         raise InputError(f"keep = {keep}: must not be more than the {steps} steps that are walked")
     rule = scuffing or ScuffingRule()
+    check_landing(find_passive_gait(robot, float(planes[0])), float(planes[0]), rule)
     start = first_gait(robot, float(planes[0])).states[0].copy()
     start[0] += _KICK  # off the gait itself, which may be unstable
     start[1] -= _KICK

@@ -26,6 +26,7 @@ from mjbiped.controller_names import make_controller
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.gait import find_passive_gait
 from mjbiped.record import Walk
+from mjbiped.scuffing import ScuffingRule
 from mjbiped.terrain import Terrain, parse_terrain
 from mjbiped.terrain_files import parse_parameters
 from mjbiped.version import __version__
@@ -77,6 +78,7 @@ def main() -> None:
 @main.command("walk", cls=given.SectionCommand)
 @click.argument("terrain", default="mixed")
 @given.walk_options
+@given.scuffing_option("Walk")
 @given.engine_option
 @given.adaptive_options
 @given.comparison_options
@@ -99,6 +101,7 @@ def _walk(
     video: Path | None,
     json: bool,
     quiet: bool,
+    scuffing_reach: float,
     **values: Any,
 ) -> None:
     """Let the biped walk on TERRAIN, and tell how it went.
@@ -123,6 +126,7 @@ def _walk(
     ground = _terrain(terrain, seed)
     robot = Compass(**{name: values.pop(name) for name in _ROBOT})
     law = _controller(ctx, controller, robot, values)
+    values["scuffing"] = ScuffingRule(reach=scuffing_reach)
     if video is not None and not quiet:
         _warn_without_gl()
     status, trouble = 0, ""
@@ -151,6 +155,7 @@ def _walk(
 @main.command("compare", cls=given.SectionCommand)
 @click.argument("terrain", default="mixed")
 @given.walk_options
+@given.scuffing_option("Walk")
 @given.adaptive_options
 @given.comparison_options
 @given.robot_options
@@ -169,6 +174,7 @@ def _compare(
     plot: Path | None,
     json: bool,
     quiet: bool,
+    scuffing_reach: float,
     **values: Any,
 ) -> None:
     """Let the biped walk on TERRAIN in both engines, and tell where they part, and why.
@@ -186,6 +192,7 @@ def _compare(
     ground = _terrain(terrain, seed)
     robot = Compass(**{name: values.pop(name) for name in _ROBOT})
     law = _controller(ctx, controller, robot, values)
+    values["scuffing"] = ScuffingRule(reach=scuffing_reach)
     done = compare(law, ground, robot=robot, progress=not quiet, **values)
     files = Files()
     files.save_both(done, out)

@@ -20,6 +20,7 @@ from mjbiped.compass import Compass
 from mjbiped.compiled import announced
 from mjbiped.errors import InputError
 from mjbiped.gait import find_passive_gait
+from mjbiped.scuffing import ScuffingRule, check_landing
 
 _MULTIPLIERS_EVERY = math.radians(0.02)
 
@@ -49,6 +50,7 @@ _out = given.options("Results", ("--out", given.output(".npz"), None, "FILE", "W
     ("--keep", click.IntRange(min=1), 100, "N", "The last so many of them are kept."),
     ("--doublings", click.IntRange(1, 6), 4, "N", "Period doublings to look for."),
 )
+@given.scuffing_option("Diagram")
 @given.robot_options
 @_out
 @given.plot_option
@@ -69,6 +71,7 @@ def bifurcation(
     plot_multipliers: Path | None,
     json: bool,
     quiet: bool,
+    scuffing_reach: float,
     **values: Any,
 ) -> None:
     """Follow the passive gait with slope: where its period doubles, and where the robot is lost.
@@ -88,18 +91,18 @@ def bifurcation(
         raise click.UsageError("--slope-deg: slopes must lie between 0 and 90 degrees, downhill.")
     if keep > steps:
         raise click.UsageError(f"--keep {keep} is more than the {steps} steps that are walked.")
-    robot = Compass(**values)
+    robot, rule, (low, high) = Compass(**values), ScuffingRule(reach=scuffing_reach), np.radians(slope_deg).tolist()
+    check_landing(find_passive_gait(robot, low), low, rule)  # before the search
     began = time.perf_counter()
     with announced("the return map", wanted=not quiet):
         cascade = find_cascade(robot, doublings, progress=not quiet)
-    low, high = np.radians(slope_deg)
     grid = np.linspace(low, high, slopes)
     if cascade.window is not None:
         near = np.clip(cascade.window, low, high)
         if near[0] < near[1]:
             grid = np.union1d(np.linspace(low, high, slopes // 2), np.linspace(near[0], near[1], slopes - slopes // 2))
     searched = time.perf_counter()
-    diagram = bifurcation_diagram(robot, grid, steps=steps, keep=keep, progress=not quiet)
+    diagram = bifurcation_diagram(robot, grid, steps=steps, keep=keep, scuffing=rule, progress=not quiet)
     ended = time.perf_counter()
     files = Files()
     files.save_arrays(
@@ -178,6 +181,7 @@ def bifurcation(
     ("--limit", click.IntRange(1, 10_000), None, "N", "Steps at most; 100, or 10 with the adaptive controller."),
     ("--threads", click.IntRange(min=1), None, "N", "Threads; one for each core unless given."),
 )
+@given.scuffing_option("Map")
 @given.robot_options
 @_out
 @given.plot_option
@@ -196,6 +200,7 @@ def basin(
     plot: Path | None,
     json: bool,
     quiet: bool,
+    scuffing_reach: float,
     **values: Any,
 ) -> None:
     """Map from which first rates of the legs the robot comes to walk, and from which it falls.
@@ -228,6 +233,7 @@ def basin(
         "swing_rates": sides[1],
         "limit": limit or (10 if adaptive else 100),
         "threads": threads,
+        "scuffing": ScuffingRule(reach=scuffing_reach),
         "progress": not quiet,
     }
     files, began, interrupted = Files(), time.perf_counter(), False

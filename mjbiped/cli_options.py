@@ -15,6 +15,7 @@ from controllers import AdaptiveController
 from controllers.given_slope import SLOPE_SOURCES
 from mjbiped.compass import Compass
 from mjbiped.controller_names import CONTROLLERS, GIVEN_SLOPE, SHARED, gains
+from mjbiped.scuffing import ScuffingRule
 from mjbiped.walk import walk
 from mjbiped.walk_plan import DEFAULT_STEPS, ENGINES, INITIAL_STATES
 
@@ -185,6 +186,13 @@ walk_options = options(
     ("--contact-timestep", float, _CONTACT, "X", "Physics step that makes an impact, s."),
     ("--control-period", float, None, "X", "Time between ticks of the controller, s; each physics step unless given."),
 )
+
+
+def scuffing_option(section: str) -> Callable[[_Function], _Function]:
+    """The option for the scuffing rule: which scuffs are passed through, and which steps are long enough."""
+    text = "Leg lengths ahead of the stance foot from which the swing foot may touch the ground; steps must be longer."
+    return options(section, ("--scuffing-reach", float, ScuffingRule.reach, "X", text))
+
 
 engine_option = options(
     "Walk",

@@ -67,6 +67,8 @@ _LAYOUT_DIGITS = 9
 """Digits of a panel's place, as a share of the figure. matplotlib's layout solver takes its equations in the order in
 which they lie in memory, so digits 14 and beyond differ from run to run, and with them the bytes of the file."""
 
+_COLOURS = 128  # of a small PNG's palette
+
 
 @contextmanager
 def styled() -> Iterator[None]:
@@ -123,3 +125,13 @@ def save_figure(figure: Figure, path: Path) -> None:
             figure.savefig(unfinished, format=kind, metadata=dateless)
     except OSError as error:
         raise RenderError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def make_small(path: Path) -> None:
+    """Give a PNG file a palette: a third of the bytes, for a page."""
+    from PIL import Image  # imported where it is used: figures need not wait for it
+
+    with Image.open(path) as picture:
+        small = picture.convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE)
+    with written_whole(path) as unfinished:
+        small.save(unfinished, optimize=True)

@@ -95,7 +95,8 @@ def walk(
             every physics step.
         sample_period: Time between two samples of the record, s; in MuJoCo each is taken at the next physics step.
             None: no samples, for long or many walks; nothing can then be drawn of them.
-        scuffing: When the swing foot may touch the ground.
+        scuffing: When the swing foot may touch the ground. A gait whose swing foot it would never let land, because
+            the steps are shorter than the rule's reach, is refused.
         ground: "auto", "heightfield" or "boxes"; see `mjbiped.scene`.
         progress: Show a progress bar (never where the output is not a terminal), and say it on stderr, wherever that
             goes, when this kind of controller has to be compiled first.

@@ -19,9 +19,9 @@ import scipy
 
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError
-from mjbiped.gait import find_passive_gait
+from mjbiped.gait import Gait, find_passive_gait
 from mjbiped.physics import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
-from mjbiped.scuffing import ScuffingRule
+from mjbiped.scuffing import ScuffingRule, check_landing
 from mjbiped.terrain import Terrain
 from mjbiped.version import __version__
 
@@ -148,7 +148,7 @@ def planned(
         description: What `check_controller` gave for this controller, if it has been asked.
 
     Raises:
-        InputError: One of them is not what is expected.
+        InputError: One of them is not what is expected, or the scuffing rule would never let the gait land.
         GaitError: No passive gait exists on the slope under x = 0.
     """
     description = check_controller(controller) if description is None else description
@@ -157,7 +157,13 @@ def planned(
     robot = terms.robot or controller.robot or Compass()
     if not isinstance(robot, Compass):
         raise InputError(f"{type(controller).__name__}.robot must be a mjbiped.Compass, got {type(robot).__name__}")
-    q, dq = _initial_state(initial, controller, robot, terrain)
+    slope = terrain.slope_at(0.0)
+    gait = controller.gait
+    if gait is None and isinstance(initial, str) and initial == "gait":
+        gait = find_passive_gait(robot, slope)
+    q, dq = _initial_state(initial, gait)
+    if isinstance(gait, Gait):
+        check_landing(gait, slope, terms.scuffing)
     return Plan(terms, controller, terrain, robot, q, dq, description)
 
 
@@ -219,19 +225,17 @@ def _check_limits(steps: int | None, distance: float | None, sample_period: floa
 
 
 def _initial_state(
-    initial: str | Sequence[float], controller: Controller, robot: Compass, terrain: Terrain
+    initial: str | Sequence[float], gait: Gait | None
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Angles from the ground's normal (rad) and rates (rad/s) at the start, stance leg first.
 
     Raises:
         InputError: The name is unknown, or the numbers are not four finite ones.
-        GaitError: No passive gait exists on the slope under x = 0.
     """
     if isinstance(initial, str):
         if initial == "rest":
             return (0.0, 0.0), (0.0, 0.0)
-        if initial == "gait":
-            gait = controller.gait or find_passive_gait(robot, terrain.slope_at(0.0))
+        if initial == "gait" and gait is not None:
             q1, q2, dq1, dq2 = (float(value) for value in gait.start)
             return (q1, q2), (dq1, dq2)
         raise InputError(

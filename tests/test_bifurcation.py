@@ -110,7 +110,8 @@ def test_diagram_is_bitwise_deterministic() -> None:
 
 def test_rule_is_the_engines_unless_given() -> None:
     gentle = [math.radians(0.2)]
-    assert bifurcation_diagram(TABLE_ONE, gentle, steps=20, keep=5).outcomes == ("fell",)
+    with pytest.raises(InputError, match=r"from 0\.2 on"):
+        bifurcation_diagram(TABLE_ONE, gentle, steps=20, keep=5)
     free = bifurcation_diagram(TABLE_ONE, gentle, steps=20, keep=5, scuffing=ScuffingRule(0.0, 0.0))
     assert free.outcomes == ("walking",)
 

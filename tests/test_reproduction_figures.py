@@ -9,8 +9,9 @@ import pytest
 from PIL import Image
 
 import mjbiped
+from mjbiped import plot_style
 from mjbiped.errors import InputError
-from mjbiped.reproduction import plan, reproduce
+from mjbiped.reproduction import plan
 from mjbiped.reproduction.cell import measured
 from mjbiped.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.reproduction.methods import adaptive
@@ -66,7 +67,7 @@ def test_pages_pictures_are_small(walks: list[mjbiped.Walk], tmp_path: Path) -> 
     path = tmp_path / "six.png"
     plot_figure_6({0.8: walks[0]}, path)
     before, pixels = path.stat().st_size, np.asarray(Image.open(path).convert("L"), dtype=np.float64)
-    reproduce._make_small(path)
+    plot_style.make_small(path)
     assert path.stat().st_size < before
     after = np.asarray(Image.open(path).convert("L"), dtype=np.float64)
     assert np.abs(after - pixels).mean() < 1.0  # of 255

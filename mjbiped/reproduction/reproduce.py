@@ -7,9 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PIL import Image
-
 from mjbiped.output import written_whole
+from mjbiped.plot_style import make_small
 from mjbiped.plots import plot_walk
 from mjbiped.record import Walk
 from mjbiped.reproduction import plan
@@ -26,8 +25,6 @@ from mjbiped.reproduction.table_2 import Choice, agreements, choices
 PRINTS = "figures"
 MUJOCO_STEPS = 60
 QUICK_STEPS = 20
-
-_COLOURS = 128  # of a page's figures
 
 
 def reproduce(
@@ -136,20 +133,12 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], store: Store, pages: Pat
         if name.endswith(shown) or name == "table_3":
             written.append(pages / f"reproduction_{name}.png")
             make(written[-1])
-            _make_small(written[-1])
+            make_small(written[-1])
     return written
 
 
 def _law(entry: Entry) -> dict[str, Any]:
     return entry.cell.controller.describe()
-
-
-def _make_small(path: Path) -> None:
-    """Give a PNG file a palette: a third of the bytes, for a page."""
-    with Image.open(path) as picture:
-        small = picture.convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE)
-    with written_whole(path) as unfinished:
-        small.save(unfinished, optimize=True)
 
 
 def _walk(entries: Sequence[Entry], store: Store, workers: int | None, progress: bool) -> list[Row]:
