@@ -86,6 +86,12 @@ class Basin:
     limit: int
     walker: str
 
+    def __repr__(self) -> str:
+        """One line; the maps are long."""
+        shares = ", ".join(f"{100 * self.share(fate):.3g} % {fate.name.lower()}" for fate in Fate if self.share(fate))
+        rows, columns = self.fates.shape
+        return f"<Basin of {self.walker} on {math.degrees(self.slope):.4g} deg, {rows} x {columns} starts: {shares}>"
+
     def share(self, fate: Fate) -> float:
         """Part of the starts that have this fate."""
         return float(np.mean(self.fates == fate))

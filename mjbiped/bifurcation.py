@@ -62,6 +62,11 @@ class Cascade:
     branches: tuple[Branch, ...]
     end: str
 
+    def __repr__(self) -> str:
+        """One line."""
+        begins = ", ".join(f"{degrees:.6g}" for degrees in np.degrees(self.onsets))
+        return f"<Cascade: periods double on {begins} deg>" if begins else "<Cascade: no period doubles>"
+
     @property
     def onsets(self) -> Array:
         """Slopes at which periods 2, 4, 8, ... begin, rad."""
@@ -184,6 +189,15 @@ class BifurcationDiagram:
     states: Array = field(repr=False)
     periods: Array = field(repr=False)
     outcomes: tuple[str, ...] = field(repr=False)
+
+    def __repr__(self) -> str:
+        """One line; the tables are long."""
+        first, last = np.degrees(self.slopes[[0, -1]])
+        fallen = sum(outcome != "walking" for outcome in self.outcomes)
+        return (
+            f"<BifurcationDiagram of {len(self.slopes)} slopes from {first:.6g} to {last:.6g} deg, "
+            f"{self.periods.shape[1]} steps each; lost on {fallen}>"
+        )
 
     @property
     def step_lengths(self) -> Array:

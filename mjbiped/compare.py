@@ -49,6 +49,16 @@ class Comparison:
     touchdowns: Mapping[str, Array]
     parting: Parting | None
 
+    def __repr__(self) -> str:
+        """One line; the tables are long."""
+        found = "they agree" if self.parting is None else f"they part at touchdown {self.parting.touchdown}"
+        ends = (
+            f"{walk.outcome} after {walk.steps} steps, {walk.distance:.3f} m" for walk in (self.mujoco, self.hybrid)
+        )
+        return "<Comparison on {}: MuJoCo {}; hybrid {}; {}>".format(
+            self.mujoco.settings["terrain"]["name"], *ends, found
+        )
+
     @property
     def verdict(self) -> str:
         """In one or more sentences: whether they agree, or where and why they part."""

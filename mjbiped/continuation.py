@@ -51,6 +51,11 @@ class PeriodicGait:
     multipliers: NDArray[np.complex128] = field(compare=False)
     doubling: float = field(compare=False)
 
+    def __repr__(self) -> str:
+        """One line."""
+        kind = "stable" if self.stable else "unstable"
+        return f"<PeriodicGait of period {len(self.states)} on {math.degrees(self.slope):.6g} deg: {kind}>"
+
     @property
     def stable(self) -> bool:
         """Whether small disturbances die out."""

@@ -173,6 +173,11 @@ class CycleStability:
     beta: float
     return_map: Array
 
+    def __repr__(self) -> str:
+        """One line; the matrices are long."""
+        largest = abs(self.multipliers[0])
+        return f"<CycleStability: contraction {self.contraction:.6g} a step, largest multiplier {largest:.6g}>"
+
     @property
     def contraction(self) -> float:
         """Norm of Phi over the period: the sharp k_C exp(-lambda T) of (23)."""

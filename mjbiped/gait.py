@@ -51,6 +51,14 @@ class Gait:
     multipliers: np.ndarray[tuple[int], np.dtype[np.complex128]] = field(compare=False)
     table: Table = field(compare=False, repr=False)
 
+    def __repr__(self) -> str:
+        """One line."""
+        kind = "stable" if self.stable else "unstable"
+        return (
+            f"<Gait on {math.degrees(self.slope):.4g} deg: {kind}, period {self.period:.6g} s, "
+            f"step {self.step_length:.6g} m>"
+        )
+
     @property
     def speed(self) -> float:
         """Mean speed along the ground, m/s."""

@@ -388,6 +388,10 @@ class Steps:
     periods: Array
     outcome: str
 
+    def __repr__(self) -> str:
+        """One line; the tables are long."""
+        return f"<Steps: {self.outcome} after {len(self.states)}>"
+
 
 @dataclass(frozen=True)
 class ReturnMap:

@@ -86,6 +86,11 @@ class Stability:
     residual: Array
     balance: Array
 
+    def __repr__(self) -> str:
+        """One line; the tables are long."""
+        name, holds = type(self.controller).__name__, int((self.condition[1:] < 1.0).sum())
+        return f"<Stability of {name} over {self.steps} steps: (24) holds at {holds} of {self.steps - 1} touchdowns>"
+
     @property
     def steps(self) -> int:
         """Number of whole steps."""

@@ -141,6 +141,12 @@ class Terrain:
             raise InputError(f"name must be text, got {self.name!r}")
         object.__setattr__(self, "parameters", tuple((str(key), _frozen(v)) for key, v in self.parameters))
 
+    def __repr__(self) -> str:
+        """One line; the profile can be long, and `to_dict` has it."""
+        count = f"{len(self.x)} segment{'' if len(self.x) == 1 else 's'}"
+        reach = f"up to x = {self.end:g} m" if math.isfinite(self.end) else "without end"
+        return f"<Terrain {self.caption}: {count} {reach}>"
+
     # ---- making one ----------------------------------------------------------------------------------------------
 
     @classmethod
