@@ -46,6 +46,7 @@ bench: setup ## measure the speed, some seventeen minutes: docs/performance.md
 	$(BIN)/python scripts/long_benchmark.py
 	$(BIN)/python scripts/many_benchmark.py
 	$(BIN)/python scripts/startup_benchmark.py
+	$(BIN)/python scripts/plain_python_benchmark.py
 	$(BIN)/python scripts/peer_benchmark.py
 
 check: setup ## lint and types

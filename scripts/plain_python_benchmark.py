@@ -1,0 +1,84 @@
+"""How much slower a walk is whose controller cannot be compiled: whole walks in both engines, in pairs.
+
+A controller without `law()` runs as ordinary Python. In the hybrid engine all of the engine does so with it, in MuJoCo
+the three callbacks. CPU times of the thread; compilation is not counted. The result stands in `docs/hybrid.md`.
+
+    python scripts/plain_python_benchmark.py        (part of: make bench)
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+import click
+from benchmark import GAIT, ROBOT
+from pages import write_table
+from timing import interleaved
+
+import mjbiped
+from controllers import AdaptiveController, Controller, Memory, PassiveController
+from mjbiped.terrain import Terrain
+
+PAGE = Path("docs/hybrid.md")
+STEPS = {("hybrid", True): 3000, ("hybrid", False): 20, ("mujoco", True): 20, ("mujoco", False): 4}
+"""Gait steps of a timed walk, by engine and whether it is compiled: some tenths of a second each."""
+
+
+class PlainPassive(PassiveController):
+    """The passive walk as a user writes it who knows nothing of compilation."""
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        """Nothing, in plain Python: a class with a `torque` of its own has no law to be compiled."""
+        return super().torque(memory, t, q, dq)
+
+
+class PlainAdaptive(AdaptiveController):
+    """The paper's controller as a user writes it who knows nothing of compilation."""
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        """The same torques, in plain Python."""
+        return super().torque(memory, t, q, dq)
+
+
+PAIRS: dict[str, tuple[Controller, Controller, Terrain]] = {
+    "passive, 2° down": (PassiveController(), PlainPassive(), Terrain.incline(2.0)),
+    "closed loop, level": (AdaptiveController(ROBOT, GAIT), PlainAdaptive(ROBOT, GAIT), Terrain.level()),
+}
+
+
+def walking(controller: Controller, terrain: Terrain, engine: str, steps: int) -> float:
+    """CPU time of a walk without samples, s."""
+    begun = time.thread_time()
+    walk = mjbiped.walk(
+        controller, terrain, engine=engine, steps=steps, initial=GAIT.start.tolist(), sample_period=None
+    )
+    taken = time.thread_time() - begun
+    if walk.outcome != "finished":
+        raise RuntimeError(f"the walk {walk.outcome}")
+    return taken
+
+
+@click.command(help=__doc__)
+@click.option("--repeats", default=9, show_default=True, type=click.IntRange(3), help="Repetitions of each case.")
+def main(repeats: int) -> None:
+    """Measure, and write the table of docs/hybrid.md."""
+    rows = []
+    for name, (compiled, plain, terrain) in PAIRS.items():
+        for engine in ("hybrid", "mujoco"):
+            cases = {}
+            for controller, fast in ((compiled, True), (plain, False)):
+                steps = STEPS[engine, fast]
+                cases[str(fast)] = (partial(walking, controller, terrain, engine, steps), steps)
+            timings = interleaved(cases, repeats, f"{name}, {engine}")
+            fast_one, slow_one = timings["True"], timings["False"]
+            rows.append([name, engine, fast_one.rate, slow_one.rate, fast_one.ratio(slow_one)])
+    headings = ("walk", "engine", "steps/s, compiled", "steps/s, plain Python", "compiled : plain")
+    write_table(PAGE, "plain python", headings, rows)
+    click.echo("\n".join(" | ".join(row) for row in [list(headings), *rows]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,85 @@
+"""What agrees with the hybrid engine where nothing but plain `mj_step` makes the motion.
+
+The default physics steps end at touchdowns, which are foreseen from the terrain's profile, and their softness and the
+weight of their accelerations change with them. Here steps are of one length instead: step length, softness and `qacc`
+are MuJoCo's own at every step. The same figures of both, against the hybrid engine. Some four minutes. The result
+stands in `docs/convergence.md`.
+
+    python scripts/plain_steps_study.py --page docs/convergence.md
+"""
+
+from pathlib import Path
+
+import click
+import numpy as np
+from gallery import TERRAINS
+from landing_study import ADAPTIVE, PASSIVE, Setting
+from pages import write_table
+from rich.console import Console
+from rich.table import Table
+from tqdm.auto import tqdm
+
+import mjbiped
+from controllers import Controller, PassiveController
+from mjbiped import measures
+
+SETTINGS = (Setting("default"), Setting("plain", 1e-4, lands=False), Setting("plain", 5e-5, lands=False))
+WALKS: dict[str, tuple[Controller, mjbiped.Terrain]] = {
+    PASSIVE: (PassiveController(), mjbiped.Terrain.incline(2.0)),
+    **{name: (ADAPTIVE, terrain) for name, terrain in TERRAINS.items() if name != "rough"},
+}
+HEADINGS = (
+    "ground",
+    "physics steps",
+    "c_mt %",
+    "peak ankle, hip N m",
+    "impact, mean %",
+    "impact, worst %",
+    "step length mm",
+    "period ms",
+)
+"""Differences to the hybrid engine; of step lengths and periods the greatest of any step. Impacts: to the impact map."""
+
+
+def row(name: str, setting: Setting, there: mjbiped.Walk, here: mjbiped.Walk) -> list[str]:
+    """One line of the table."""
+    kind = f"{1e3 * setting.timestep:g} ms, {setting.family}"
+    if there.outcome != here.outcome or there.steps != here.steps:
+        return [name, kind, f"{there.outcome} after {there.steps} steps", *["-"] * (len(HEADINGS) - 3)]
+    impacts = 100.0 * np.abs(measures.impact_errors(there)).max(axis=1)
+    ankle, hip = there.peak_torque - here.peak_torque
+    powered = here.peak_torque.max() > 0.0
+    lengths, periods = (of(there) - of(here) for of in (measures.step_lengths, measures.step_periods))
+    return [
+        name,
+        kind,
+        f"{100.0 * (there.cost_of_transport / here.cost_of_transport - 1.0):+.3f}" if powered else "-",
+        f"{ankle:+.3f}, {hip:+.3f}" if powered else "-",
+        f"{impacts.mean():.3f}",
+        f"{impacts.max():.3f}",
+        f"{1e3 * np.abs(lengths).max():.3f}",
+        f"{1e3 * np.abs(periods).max():.3f}",
+    ]
+
+
+@click.command(help=__doc__)
+@click.option("--steps", default=20, show_default=True, type=click.IntRange(min=1), help="Steps per walk.")
+@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the table into.")
+def main(steps: int, page: Path | None) -> None:
+    """Walk everything and print the table."""
+    rows = []
+    for name, (controller, terrain) in tqdm(WALKS.items(), desc="grounds", disable=None):
+        here = mjbiped.walk(controller, terrain, engine="hybrid", steps=steps, sample_period=None)
+        rows += [row(name, setting, setting.walk(controller, terrain, steps), here) for setting in SETTINGS]
+    table = Table(title=f"MuJoCo - hybrid engine, {steps} steps")
+    for heading in HEADINGS:
+        table.add_column(heading, justify="right")
+    for cells in rows:
+        table.add_row(*cells)
+    Console(width=140).print(table)
+    if page is not None:
+        write_table(page, "plain", HEADINGS, rows)
+
+
+if __name__ == "__main__":
+    main()
