@@ -1,8 +1,9 @@
 """MuJoCo engine: rigid bodies, contacts, and a controller in `mjcb_control`.
 
 Nothing of the paper's impact map is used here: the contact solver makes the impact, and the contact sensors say when
-the legs exchange. What the callbacks do take from the terrain's profile is how long a step is, and with it the contacts'
-softness (`mjbiped.landing`), and when the departing foot ceases to collide. `Simulation` holds model and state; `mjbiped.stepping` walks it to its end.
+the legs exchange. What the callbacks do take from the terrain's profile is how long a step is, and with it the
+contacts' softness (`mjbiped.landing`), and when the departing foot ceases to collide. `Simulation` holds model and
+state; `mjbiped.stepping` walks it to its end.
 """
 
 from __future__ import annotations

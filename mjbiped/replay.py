@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers import AdaptiveController, Controller
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError
 from mjbiped.gait import find_passive_gait
 
 if TYPE_CHECKING:
+    from controllers import AdaptiveController, Controller
     from mjbiped.record import Walk
 
 Array = NDArray[np.float64]
@@ -29,6 +29,8 @@ def recorded_controller(walk: Walk) -> AdaptiveController:
         InputError: Another controller walked.
         GaitError: The gait that it imitated is not found.
     """
+    from controllers import AdaptiveController  # not above: `controllers` imports this package, whichever comes first
+
     described = dict(walk.settings["controller"])
     name = described.pop("name")
     if name != "AdaptiveController":

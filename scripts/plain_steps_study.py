@@ -38,7 +38,7 @@ HEADINGS = (
     "step length mm",
     "period ms",
 )
-"""Differences to the hybrid engine; of step lengths and periods the greatest of any step. Impacts: to the impact map."""
+"""Differences to the hybrid engine; of step lengths and periods the greatest. Impacts: to the impact map."""
 
 
 def row(name: str, setting: Setting, there: mjbiped.Walk, here: mjbiped.Walk) -> list[str]:
