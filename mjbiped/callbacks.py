@@ -252,6 +252,7 @@ def sense(
     own, other = world.contacts[stance], world.contacts[1 - stance]
     events.feel(u, world.limits, readings[own : own + world.slots], readings[other : other + world.slots])
     if not world.lands:
+        u[events.KICK] = world.timestep
         return 0.0, 1.0
     length = landing.step_length(u, world, time, qpos, qvel, qacc)
     return length, u[events.KICK] / length

@@ -57,6 +57,9 @@ TOUCHDOWNS: Mapping[str, Column] = {
     "strikes": Column(1, "", "1 where the swing foot struck a vertical face"),
     "slope_estimate_before": Column(1, "rad", "the controller's estimate at the step's end"),
     "slope_estimate": Column(1, "rad", "the same after its update"),
+    "normal_force": Column(
+        1, "N", "least normal force of the ground on the old stance foot; below zero it would have to pull"
+    ),
 }
 """Columns of the touchdowns, one row per leg exchange, in their order in a row."""
 

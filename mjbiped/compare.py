@@ -83,7 +83,7 @@ class Comparison:
         table: dict[str, dict[str, Any]] = {}
         for name, value in there.items():
             other, difference, percent = here[name], None, None
-            if all(isinstance(number, int | float) for number in (value, other)):
+            if all(isinstance(number, int | float) and math.isfinite(number) for number in (value, other)):
                 difference = value - other
                 percent = 100.0 * difference / abs(other) if abs(difference) < 10.0 * abs(other) else None
             table[name] = {"mujoco": value, "hybrid": other, "difference": difference, "difference_percent": percent}

@@ -66,12 +66,17 @@ from mjbiped.scuffing import swing_foot_collides
     SLIP,  # greatest in this step: way that the stance foot slid along the ground, m
     PENETRATION,  # m
     FRICTION,  # |F_t| / F_n
+    FORCE,  # F_n of the stance foot in the physics step last resolved, N
+    IMPULSE,  # of F_n since the last stretch ended over which it is averaged, N s
+    STRETCH,  # how long that is ago, s
+    WITHOUT_CONTACT,  # how long the stance foot has had none, s
+    NORMAL_FORCE,  # least average in this step, N
     STRIKES,  # 1: the swing foot struck a vertical face in this step
     COUNT,  # touchdowns so far
     OUTCOME,
     RECORD,  # which of its model's records holds for this walk where the callbacks are compiled; see `native`
     LAST_TOUCHDOWN,  # first place of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
-) = range(41)
+) = range(46)
 
 # of the touchdown's row, each the first of two places: what the controller is told
 TOLD_Q_BEFORE, TOLD_Q, TOLD_DQ = (LAST_TOUCHDOWN + place(TOUCHDOWNS, name) for name in ("q_before", "q", "dq"))
@@ -85,6 +90,9 @@ FALLEN_HIP = 0.5  # hip height over the ground, along its normal, in leg lengths
 SLIPPED_FOOT = 0.1  # way of a stance foot within one step, in leg lengths
 STALL_TIME = 10.0  # without touchdown, in sqrt(leg length / gravity): four periods of the passive gait
 LIGHT_CONTACT = 0.01  # of the weight: below it the friction ratio is noise
+AVERAGED = 0.016  # least stretch of time that the stance foot's force is averaged over, in sqrt(leg length / gravity)
+FEWEST_AVERAGED = 5.0  # physics steps in such a stretch, at least: the foot loses contact for single ones
+AIRBORNE = 0.06  # without contact the stance foot is off the ground, in the same units: sliding, it hops half as long
 
 
 class Outcome(IntEnum):
@@ -121,6 +129,8 @@ class Limits(NamedTuple):
         reach: Scuffing rule, m.
         delay: Scuffing rule, s.
         stall_time: Longest time without touchdown, s.
+        averaged: Least stretch of time that the stance foot's normal force is averaged over, s.
+        airborne: A stance foot that has had no contact for so long is off the ground, s.
         start: Ground begins here, x in m.
         end: Ground ends here, x in m.
         steps: Touchdowns after which the walk is finished.
@@ -133,6 +143,8 @@ class Limits(NamedTuple):
     reach: float
     delay: float
     stall_time: float
+    averaged: float
+    airborne: float
     start: float
     end: float
     steps: float
@@ -160,6 +172,7 @@ def begin(
     u[RUNNING] = 1.0
     u[TIME] = -1.0
     u[PLANNED_NEXT] = timestep
+    u[NORMAL_FORCE] = math.inf
     u[SLOPE] = slope
     u[FOOT_X], u[FOOT_Z] = foot
     u[FOOT_ANGLE] = qpos[2]
@@ -191,6 +204,7 @@ def observe(
         _exchange(u, limits, time, qpos, qvel)
     else:
         _count_work(u, left, right)
+        _weigh(u, limits)
     u[TIME] = time
     u[LEFT], u[RIGHT], u[LEFT_RATE], u[RIGHT_RATE] = left, right, left_rate, right_rate
 
@@ -231,6 +245,33 @@ def _count_work(u: MutableSequence[float], left: float, right: float) -> None:
     u[WORK_ABSOLUTE] += abs(ankle) + abs(hip)
     u[WORK_NET] += ankle + hip
     u[WORK_POSITIVE] += (0.0 if ankle < 0.0 else ankle) + (0.0 if hip < 0.0 else hip)
+
+
+def _weigh(u: MutableSequence[float], limits: Limits) -> None:
+    """Take the stance foot's normal force in the physics step before into its averages.
+
+    A standing foot loses contact for single physics steps, a sliding one for some milliseconds, and the force of the
+    step after makes up for it. So the force is averaged, over stretches of time that end with a step in contact. A foot
+    that stays off the ground for longer bears nothing.
+    """
+    kick, force = u[KICK], u[FORCE]
+    u[IMPULSE] += kick * force
+    u[STRETCH] += kick
+    u[WITHOUT_CONTACT] = 0.0 if force > 0.0 else u[WITHOUT_CONTACT] + kick
+    if u[WITHOUT_CONTACT] >= limits.airborne:
+        u[NORMAL_FORCE] = 0.0
+    elif force > 0.0 and u[STRETCH] >= limits.averaged:
+        average = u[IMPULSE] / u[STRETCH]
+        if average < u[NORMAL_FORCE]:
+            u[NORMAL_FORCE] = average
+        u[IMPULSE] = u[STRETCH] = 0.0
+
+
+def _least_normal_force(u: Sequence[float]) -> float:
+    """Of the step that ends, N; that of a step too short for an average is the mean of what there was, or NaN."""
+    if u[NORMAL_FORCE] < math.inf:
+        return u[NORMAL_FORCE]
+    return u[IMPULSE] / u[STRETCH] if u[STRETCH] > 0.0 else math.nan
 
 
 def _exchange(
@@ -281,6 +322,7 @@ def _exchange(
         u[STRIKES],
         math.nan,
         math.nan,
+        _least_normal_force(u),
     )
     for index, value in enumerate(row):
         u[LAST_TOUCHDOWN + index] = value
@@ -293,6 +335,8 @@ def _exchange(
         -u[HIP],
     )  # until the controller ticks: the lifted leg's ankle is off, the hip's motor goes on
     u[SLIP] = u[PENETRATION] = u[FRICTION] = u[STRIKES] = 0.0
+    u[IMPULSE] = u[STRETCH] = u[WITHOUT_CONTACT] = 0.0
+    u[NORMAL_FORCE] = math.inf
     if not u[OUTCOME]:
         if u[COUNT] >= limits.steps or u[FOOT_X] >= limits.distance:
             u[OUTCOME] = _FINISHED
@@ -328,6 +372,11 @@ def feel(u: MutableSequence[float], limits: Limits, stance: Sequence[float], swi
                     if -swing[slot + _DISTANCE] > u[PENETRATION]:
                         u[PENETRATION] = -swing[slot + _DISTANCE]
     u[NOTED] = noted
+    force = 0.0
+    for slot in range(0, len(stance), READING):
+        if stance[slot + _FOUND] > 0.0:
+            force += stance[slot + _FORCE]
+    u[FORCE] = force
     if stance[_FOUND] > 0.0 and not noted and -stance[_NORMAL + 2] >= SMALLEST_UPWARD_NORMAL:
         if -stance[_DISTANCE] > u[PENETRATION]:
             u[PENETRATION] = -stance[_DISTANCE]

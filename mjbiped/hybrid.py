@@ -147,7 +147,7 @@ class HybridSimulation:
         w[at.SLOPE], w[at.SINE], w[at.COSINE] = slope, math.sin(slope), math.cos(slope)
         w[at.FOOT_Z] = terrain.height_at(0.0)
         w[at.SEGMENT] = float(terrain.segment_at(0.0))
-        w[at.FACE_X] = math.nan
+        w[at.FACE_X], w[at.NORMAL_FORCE] = math.nan, math.inf
         w[at.NEXT_STEP] = FIRST_STEP * math.sqrt(world.length / world.gravity)
         samples = 1
         if math.isfinite(world.sample_period):

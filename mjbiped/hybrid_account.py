@@ -21,10 +21,13 @@ from mjbiped.hybrid_state import (
     BEFORE,
     CLOCK,
     COSINE,
+    FACE,
     FRICTION,
     HIP,
+    NORMAL_FORCE,
     PEAK_ANKLE,
     PEAK_HIP,
+    PRESS,
     SAMPLE,
     SAMPLES,
     SINE,
@@ -43,6 +46,7 @@ from mjbiped.hybrid_state import (
 
 PIECES = 16  # of a step, in which a change of the power's sign or a peak is looked for
 BARELY = 1.0 + 1e-9  # a peak is not looked for within the step for less: periodic walking would ask again every step
+HARDLY = 0.7  # of the weight: in a step that bears less, the least force is looked for within integration steps, too
 NO_WORK = 1e-14  # J in a step: rounding
 
 
@@ -72,7 +76,10 @@ def account(
         w[WORK_ABSOLUTE] += way
         w[WORK_NET] += net
         w[WORK_POSITIVE] += 0.5 * (way + net)
-    note_friction(world, b, legs, b.out, STAGES * n)
+    note_ground_force(world, b, legs, b.out, STAGES * n)
+    if w[NORMAL_FORCE] < HARDLY * world.mass * world.gravity and w[FACE] == 0.0:
+        ensure_dense(laws, parameters, world, b, t, h)
+        _normal_force_within(world, b, h)
     first = w[SAMPLE] * world.sample_period
     if first < w[CLOCK] + t + h:
         ensure_dense(laws, parameters, world, b, t, h)
@@ -156,23 +163,49 @@ def _total_variation(b: Buffers, n: int, component: int) -> float:
     return float(total + abs(b.out[component] - last))
 
 
-def note_friction(world: World, b: Buffers, legs: Legs, state: Sequence[float], at: int) -> None:
-    """Greatest |F_t / F_n| that the motion asks of the stance foot; `at` is the place of the state's rates in `k`.
+def note_ground_force(world: World, b: Buffers, legs: Legs, state: Sequence[float], at: int) -> None:
+    """Least F_n and greatest |F_t / F_n| that the motion asks of the ground under the stance foot.
 
-    From the momentum of the whole robot. Where the foot hardly presses on the ground the ratio is left out.
+    F_n < 0 means that the ground would have to pull. Where the foot hardly presses on it the ratio is left out. `at` is
+    the place of the state's rates in `k`.
     """
-    ddq1, ddq2 = b.k[at + 2], b.k[at + 3]
+    along, normal = _ground_force(world, b, legs, state[2], state[3], b.k[at + 2], b.k[at + 3])
+    if b.w[FACE] != 0.0:  # the face's push at the swing foot is none of the ground's
+        push = b.w[FACE] * b.w[PRESS]
+        along += push * b.w[COSINE]
+        normal += push * b.w[SINE]
+    b.w[NORMAL_FORCE] = min(b.w[NORMAL_FORCE], normal)
+    if normal > LIGHT_CONTACT * world.mass * world.gravity:
+        b.w[FRICTION] = max(b.w[FRICTION], abs(along) / normal)
+
+
+def _ground_force(
+    world: World, b: Buffers, legs: Legs, dq1: float, dq2: float, ddq1: float, ddq2: float
+) -> tuple[float, float]:
+    """Force on the feet along the stance foot's ground and normal to it, N: the rate of the robot's momentum."""
     first, second = world.constants[3] / world.gravity, world.constants[4] / world.gravity
     sine1, cosine1, sine2, cosine2 = legs
-    square1, square2 = state[2] * state[2], state[3] * state[3]
+    square1, square2 = dq1 * dq1, dq2 * dq2
     force_x = first * (cosine1 * ddq1 - sine1 * square1) - second * (cosine2 * ddq2 - sine2 * square2)
     force_z = second * (sine2 * ddq2 + cosine2 * square2) - first * (sine1 * ddq1 + cosine1 * square1)
-    weight = world.mass * world.gravity
-    force_z += weight
-    normal = force_x * b.w[SINE] + force_z * b.w[COSINE]
-    along = force_x * b.w[COSINE] - force_z * b.w[SINE]
-    if normal > LIGHT_CONTACT * weight:
-        b.w[FRICTION] = max(b.w[FRICTION], abs(along) / normal)
+    force_z += world.mass * world.gravity
+    return force_x * b.w[COSINE] - force_z * b.w[SINE], force_x * b.w[SINE] + force_z * b.w[COSINE]
+
+
+def _normal_force_within(world: World, b: Buffers, h: float) -> None:
+    """Least F_n inside the step, as `_peak_within` finds peaks."""
+    w, n = b.w, len(b.y)
+    last = before = 0.0
+    for piece in range(PIECES + 1):
+        x = piece / PIECES
+        dense_state(b, x, b.spare)
+        ddq1, ddq2 = dense_rate_at(b.dense, n, 2, x) / h, dense_rate_at(b.dense, n, 3, x) / h
+        legs = legs_at(b, b.spare[0], b.spare[1])
+        _, normal = _ground_force(world, b, legs, b.spare[2], b.spare[3], ddq1, ddq2)
+        w[NORMAL_FORCE] = min(w[NORMAL_FORCE], normal)
+        if piece > 1 and last < min(before, normal):
+            w[NORMAL_FORCE] = min(w[NORMAL_FORCE], _parabola_top(before, last, normal))
+        before, last = last, normal
 
 
 def take_sample(

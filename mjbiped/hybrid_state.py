@@ -35,6 +35,7 @@ from mjbiped.compass import Constants
     PEAK_ANKLE,  # since the start
     PEAK_HIP,
     FRICTION,  # greatest |F_t / F_n| of this step
+    NORMAL_FORCE,  # least F_n of this step, N; below zero the ground would have to pull
     STRIKES,  # 1: one in this step
     WORK_ABSOLUTE,  # since the start, J
     WORK_NET,
@@ -48,8 +49,8 @@ from mjbiped.compass import Constants
     TIME,  # now, s
     OUTCOME,
     EVALUATIONS,  # of the law, since the start
-) = range(37)
-SCALARS = 37
+) = range(38)
+SCALARS = 38
 
 ANGLES_AND_RATES = 4
 WORKS = 2

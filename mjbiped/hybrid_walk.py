@@ -12,7 +12,7 @@ from typing import Any
 from mjbiped.compass import impact_rates
 from mjbiped.dormand_prince import STAGES
 from mjbiped.events import FALLEN_HIP
-from mjbiped.hybrid_account import account, note_friction, note_peak, take_sample
+from mjbiped.hybrid_account import account, note_ground_force, note_peak, take_sample
 from mjbiped.hybrid_events import (
     NOTHING,
     OVER_THE_TOP,
@@ -47,6 +47,7 @@ from mjbiped.hybrid_state import (
     HIP,
     LANDING,
     NEXT_STEP,
+    NORMAL_FORCE,
     OUTCOME,
     PRESS,
     ROWS,
@@ -171,7 +172,7 @@ def _begin(laws: Laws, parameters: Any, world: World, b: Buffers, t: float) -> N
     """Rates of a state that no step has led to, with its torques and its friction."""
     begin(laws, parameters, world, b, t)
     note_peak(b.w, b.w[ANKLE], b.w[HIP])
-    note_friction(world, b, legs_at(b, b.y[0], b.y[1]), b.y, 0)
+    note_ground_force(world, b, legs_at(b, b.y[0], b.y[1]), b.y, 0)
 
 
 def _look_ahead(laws: Laws, parameters: Any, world: World, b: Buffers, t: float) -> float:
@@ -287,10 +288,11 @@ def exchange(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
     row[17], row[18], row[19] = w[WORK_ABSOLUTE], w[WORK_NET], w[WORK_POSITIVE]
     row[20] = row[21] = 0.0  # slip and penetration
     row[22], row[23] = w[FRICTION], w[STRIKES]
+    row[26] = w[NORMAL_FORCE]
     w[ROWS] += 1.0
     w[COUNT] += 1.0
     w[ARMED] = w[FACE] = w[FRICTION] = w[STRIKES] = 0.0
-    w[FACE_X] = math.nan
+    w[FACE_X], w[NORMAL_FORCE] = math.nan, math.inf
     if w[COUNT] >= world.steps or foot_x >= world.distance:
         w[OUTCOME] = FINISHED
     elif foot_x >= world.end:

@@ -111,6 +111,24 @@ def _impact_errors(touchdowns: Touchdowns, robot: Compass) -> NDArray[np.float64
     return np.asarray(touchdowns["dq"] / np.reshape(mapped, (-1, 2)) - 1.0, dtype=np.float64)
 
 
+def pulls(touchdowns: Touchdowns) -> NDArray[np.bool_]:
+    """Whether the ground would have had to pull at the stance foot in the step that ends, shape (steps,).
+
+    In the hybrid engine, whose stance foot cannot leave the ground, the least normal force is then below zero. In
+    MuJoCo it is zero: the foot was off the ground. Not known (False) in records that do not hold that force.
+    """
+    return np.asarray(touchdowns["normal_force"] <= 0.0)
+
+
+def friction_asked(touchdowns: Touchdowns) -> NDArray[np.float64]:
+    """Greatest |F_t| / F_n of the stance foot in the step that ends, shape (steps,).
+
+    Infinite where F_n falls below zero, as it can in the hybrid engine: the record's ratio leaves out a foot that
+    hardly presses on the ground, and says little where the force goes through zero.
+    """
+    return np.where(touchdowns["normal_force"] < 0.0, np.inf, touchdowns["friction"])
+
+
 def summary(walk: Walk) -> dict[str, Any]:
     """All measures of a walk in plain JSON types; angles here are in degrees, as the names say.
 
@@ -149,6 +167,8 @@ class Summary:
         self._length = 0.0  # sum of the steps', m
         self._strikes = 0
         self._largest: dict[str, float] = {}
+        self._least_force = math.inf  # N
+        self._pulls = 0
         self._last_error = math.nan
 
     def take(self, touchdowns: Touchdowns) -> None:
@@ -168,12 +188,14 @@ class Summary:
             ("impact_error", _impact_errors(touchdowns, self._robot)),
             ("slip", touchdowns["slip"]),
             ("penetration", touchdowns["penetration"]),
-            ("friction", touchdowns["friction"]),
+            ("friction", friction_asked(touchdowns)),
         ):
             largest = float(np.max(np.abs(values)))
             self._largest[name] = float(np.maximum(self._largest.get(name, largest), largest))  # NaN stays
         # one after another, which NumPy's sum would not do
         self._length = float(np.cumsum(np.append(self._length, _lengths(touchdowns, last["x"], last["z"])))[-1])
+        self._least_force = float(np.minimum(self._least_force, np.min(touchdowns["normal_force"])))  # NaN stays
+        self._pulls += int(np.sum(pulls(touchdowns)))
         self._strikes += int(np.sum(touchdowns["strikes"]))
         self._last = {name: float(touchdowns[name][-1]) for name in last}
         self._last_error = float(ended[-1])
@@ -215,6 +237,8 @@ class Summary:
             "largest_slip_m": largest("slip"),
             "largest_penetration_m": largest("penetration"),
             "largest_stance_friction": largest("friction"),
+            "least_normal_force_weights": self._least_force / self._robot.weight if steps else math.nan,
+            "steps_that_pull": None if math.isnan(self._least_force) else self._pulls,
             "strikes": self._strikes,
         }
         plain = {

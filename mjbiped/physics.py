@@ -131,6 +131,7 @@ class Simulation:
         shortest = min(contact_timestep, timestep) if lands else timestep
         rule = scuffing or ScuffingRule()
         length = robot.leg_length
+        pendulum = math.sqrt(length / robot.gravity)
         reach = 2.0 * length + min(
             math.inf if steps is None else steps * LONGEST_STEP * length,
             math.inf if distance is None else distance,
@@ -160,7 +161,9 @@ class Simulation:
             weight=robot.weight,
             reach=rule.reach * length,
             delay=rule.delay,
-            stall_time=events.STALL_TIME * math.sqrt(length / robot.gravity),
+            stall_time=events.STALL_TIME * pendulum,
+            averaged=max(events.AVERAGED * pendulum, events.FEWEST_AVERAGED * timestep),
+            airborne=events.AIRBORNE * pendulum,
             start=self._windows.start,
             end=self._windows.end,
             steps=math.inf if steps is None else float(steps),

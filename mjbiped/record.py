@@ -20,7 +20,8 @@ from mjbiped.output import written_whole
 from mjbiped.terrain import Terrain
 
 FORMAT = "mjbiped walk"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+"""2: touchdowns have `normal_force`; in a record of version 1 it is NaN."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,6 +171,8 @@ class Walk:
             kind, _, column = name.partition("/")
             if column and kind in tables:
                 tables[kind][column] = array
+        if header["version"] == 1 and "time" in tables["touchdowns"]:
+            tables["touchdowns"].setdefault("normal_force", np.full(len(tables["touchdowns"]["time"]), np.nan))
         missing = sorted({*SAMPLES} - {*tables["samples"]}) + sorted({*TOUCHDOWNS} - {*tables["touchdowns"]})
         if missing or "peak_torque" not in arrays:
             raise RecordError(f"{path} is an incomplete record: it lacks {', '.join(missing) or 'peak_torque'}")

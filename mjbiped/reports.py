@@ -42,6 +42,8 @@ WALK_ROWS: tuple[tuple[str, str, float, str, str], ...] = (
     ("slip, largest", "largest_slip_m", 1e3, ".4f", "mm"),
     ("penetration, largest", "largest_penetration_m", 1e3, ".4f", "mm"),
     ("stance friction used, largest", "largest_stance_friction", 1, ".3f", ""),
+    ("normal force on the stance foot, least", "least_normal_force_weights", 1, ".3f", "weights"),
+    ("steps in which the ground would have to pull", "steps_that_pull", 1, "d", ""),
     ("strikes against vertical faces", "strikes", 1, "d", ""),
 )
 
@@ -232,7 +234,7 @@ def as_json(values: Mapping[str, Any]) -> str:
 
 def _shown(value: float | None, factor: float, form: str) -> str:
     """A number with its format, a dash for one that does not exist."""
-    return "-" if value is None else format(value * factor, form)
+    return "-" if value is None else "unbounded" if value == math.inf else format(value * factor, form)
 
 
 def _bare_table(*headings: str) -> Table:

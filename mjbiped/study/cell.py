@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -41,6 +42,8 @@ MEASURES = (
     "largest_slip_m",
     "largest_penetration_m",
     "largest_stance_friction",
+    "least_normal_force_weights",
+    "steps_that_pull",
     "strikes",
     "ended_at_time_s",
     "ended_at_x_m",
@@ -167,7 +170,8 @@ def measured(cell: Cell) -> Row:
 
 def _measures(done: Walk) -> Row:
     summary = measures.summary(done)
-    return {name: summary[name] for name in MEASURES}
+    unbounded = [name for name in MEASURES if summary[name] == math.inf]  # friction where the ground would have to pull
+    return {name: summary[name] for name in MEASURES} | dict.fromkeys(unbounded)
 
 
 def _compass(settings: Mapping[str, Any]) -> Compass:

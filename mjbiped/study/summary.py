@@ -18,6 +18,7 @@ SUMMARISED = (
     "peak_hip_torque_Nm",
     "estimate_error_at_step_end_deg",
     "largest_stance_friction",
+    "least_normal_force_weights",
 )
 QUANTILES = (0.05, 0.5, 0.95)
 
