@@ -13,8 +13,6 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from mjbiped.errors import InputError
 
 if TYPE_CHECKING:
@@ -73,7 +71,8 @@ def check_landing(gait: Gait, slope: float, rule: ScuffingRule) -> None:
         InputError: Up to the gait's touchdown the rule's conditions never hold together.
     """
     length, farthest = gait.robot.leg_length, 0.0
-    for time in np.linspace(gait.period, 0.0, _LOOKS, endpoint=False).tolist():  # backwards: most land at its end
+    for look in range(_LOOKS, 0, -1):  # backwards: most are let land at the last
+        time = look / _LOOKS * gait.period
         q1, q2 = gait.reference(time)[0].tolist()
         ahead = math.sin(q1 + slope) - math.sin(q2 + slope)
         # at the touchdown itself it has just ceased to be above the ground
