@@ -51,10 +51,7 @@ def reproduce(quick: bool, workers: int | None, out: Path, report: Path | None, 
     asked = checks(rows, choices(rows)[0])
     failed = [row for row in rows if row.outcome == "failed"]
     if json:
-        plain = [
-            {"claim": check.claim, "engine": check.engine, "found": check.found, "holds": check.holds}
-            for check in asked
-        ]
+        plain = [{**check.answer._asdict(), "engine": check.engine, "group": check.group} for check in asked]
         errors = [{"ground": row.ground, "method": row.method, "error": row.error} for row in failed]
         summary = {"walks": len(rows), "failed": errors, "checks": plain, "files": [str(file) for file in files]}
         click.echo(reports.as_json(summary))

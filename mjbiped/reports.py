@@ -193,8 +193,10 @@ def checks_table(checks: Iterable[Check]) -> Table:
     """The paper's claims and whether they hold."""
     table = _bare_table("claim", "engine", "found", "holds")
     for check in checks:
-        holds = "-" if check.holds is None else "yes" if check.holds else "no"
-        table.add_row(*(Text(cell) for cell in (check.claim, check.engine, check.found, holds)))
+        answer = check.answer
+        holds = "-" if answer.holds is None else "yes" if answer.holds else "no"
+        asked = f"{holds}, of {answer.of}" if answer.of else holds
+        table.add_row(*(Text(cell) for cell in (answer.claim, check.engine, answer.found, asked)))
     return table
 
 

@@ -34,13 +34,14 @@ def test_page_table_and_figures_are_written(tmp_path: Path, monkeypatch: pytest.
         assert (tmp_path / "page" / name).is_file()
         assert name in result.stdout.replace("\n", "")
     assert (tmp_path / "walks" / "figures" / "reproduction_table_3.pdf").stat().st_size > 5_000
-    assert "level ground, adaptive" in result.stdout
+    assert "0.03492" in result.stdout  # c_mt on level ground
     first = (tmp_path / "page" / "reproduction.md").read_bytes()
     monkeypatch.setattr(whole, "draw", lambda *_: [])
     told = json.loads(run("reproduce", "--out", tmp_path / "walks", "--quick", "--json").stdout)
     assert (tmp_path / "walks" / "reproduction.md").read_bytes() == first
     assert told["failed"] == []
-    assert {"claim", "engine", "found", "holds"} == set(told["checks"][0])
+    assert told["checks"][0]["claim"] == "On level ground the adaptive controller's c_mt is 0.0350"
+    assert {"claim", "source", "holds", "found", "of", "engine", "group"} == set(told["checks"][0])
 
 
 @pytest.mark.usefixtures("small")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from PIL import Image
 import mjbiped
 from mjbiped import plot_style
 from mjbiped.errors import InputError
+from mjbiped.plot_style import TRUTH
 from mjbiped.reproduction import plan
 from mjbiped.reproduction.cell import measured
 from mjbiped.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
@@ -27,16 +29,31 @@ def walks() -> list[mjbiped.Walk]:
     ]
 
 
-def test_figure_5_has_a_row_for_each_gamma(walks: list[mjbiped.Walk], tmp_path: Path) -> None:
-    figure = plot_figure_5([(gain, walks[0], walks[1]) for gain in (0.3, 3.0)], tmp_path / "five.png")
+def test_figure_5_has_a_row_for_each_gamma_and_a_curve_for_each_walk(walks: list[mjbiped.Walk], tmp_path: Path) -> None:
+    curves = {(3.0, True): walks[0], (3.0, False): walks[1], (-3.0, True): walks[1], (-3.0, False): walks[0]}
+    figure = plot_figure_5(dict.fromkeys((0.3, 3.0), curves), tmp_path / "five.png")
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["γ = 0.3", "γ = 3"]
     for axes in figure.axes:
         lines = {line.get_label(): line for line in axes.lines}
-        for name, walk in zip(("with the update (27)", "without"), walks, strict=True):
-            drawn = np.asarray(lines[name].get_ydata(), dtype=np.float64)
+        for (start, update), walk in curves.items():
+            line = lines[f"{'with' if update else 'without'} the update (27), from {start:+g}°".replace("-", "−")]
+            drawn = np.asarray(line.get_ydata(), dtype=np.float64)
             assert np.array_equal(drawn, np.degrees(walk.samples["slope_estimate"]))
+        looks = {(lines[name].get_color(), str(lines[name].get_linestyle())) for name in lines if "from" in str(name)}
+        assert len(looks) == 4
     assert figure.axes[-1].get_xlabel() == "time (s)"
     assert (tmp_path / "five.png").stat().st_size > 10_000
+
+
+def test_figure_5_has_the_truth_of_each_ground_that_was_walked(walks: list[mjbiped.Walk]) -> None:
+    """Where one walk landed on the other side of an edge than another."""
+    elsewhere = dict(walks[0].touchdowns)
+    elsewhere["slope"] = np.roll(elsewhere["slope"], 1)
+    assert not np.array_equal(elsewhere["slope"], walks[0].touchdowns["slope"])
+    other = dataclasses.replace(walks[0], touchdowns=elsewhere)
+    for second, count in ((walks[0], 1), (other, 2)):
+        figure = plot_figure_5({0.3: {(3.0, True): walks[0], (-3.0, True): second}})
+        assert sum(line.get_color() == TRUTH["color"] for line in figure.axes[0].lines) == count
 
 
 def test_figure_6_names_the_greatest_torque(walks: list[mjbiped.Walk], tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import re
 from pathlib import Path
@@ -17,6 +16,7 @@ from mjbiped.reproduction.report import PAGE, TABLE, render
 from mjbiped.reproduction.report_table_3 import distance, walks_of
 from mjbiped.reproduction.rows import Row, read_rows, write_rows
 from mjbiped.reproduction.table_2 import UNEVEN, choices, side_distances
+from mjbiped.reproduction.traces import RESOLVED_SLOPE, traced
 from mjbiped.terrain import GROUND_FRICTION
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -30,7 +30,7 @@ def rows() -> list[Row]:
 def identity(row: Row) -> tuple[object, ...]:
     """What a walk is, without what was measured."""
     parts = (row.part, row.ground, row.pattern, row.first, row.engine, row.method, row.slope_source, row.update)
-    return *parts, repr(row.delay), repr(row.adaptation_gain)
+    return *parts, repr(row.delay), repr(row.adaptation_gain), repr(row.start_estimate)
 
 
 def test_page_is_made_of_the_table(rows: list[Row]) -> None:
@@ -55,7 +55,8 @@ def test_walks_in_mujoco_again_give_the_table(rows: list[Row]) -> None:
 
 def compare(entry: plan.Entry, known: dict[tuple[object, ...], Row]) -> None:
     """Walk an entry and compare it with its row."""
-    fresh = entry.row(measured(dataclasses.replace(entry.cell, record=False))[0])
+    result, walk = measured(entry.cell)
+    fresh = entry.row(result, None if walk is None else traced(walk))
     row = known[identity(fresh)]
     assert (fresh.outcome, fresh.steps, fresh.strikes) == (row.outcome, row.steps, row.strikes)
     for name in ("place", "ankle", "hip", "friction"):
@@ -64,6 +65,8 @@ def compare(entry: plan.Entry, known: dict[tuple[object, ...], Row]) -> None:
     assert fresh.cost == pytest.approx(row.cost, rel=2e-5, nan_ok=True)
     for name in ("begun", "ended", "rms"):
         assert getattr(fresh, name) == pytest.approx(getattr(row, name), abs=1e-5, nan_ok=True), name
+    # distances from a line and ways up and down are sums of differences: more of the arithmetic is seen in them
+    assert fresh.traces == pytest.approx(row.traces, rel=1e-3, abs=1e-4, nan_ok=True)
 
 
 def test_table_is_whole(rows: list[Row]) -> None:
@@ -118,6 +121,26 @@ def test_start_alone_sets_the_torque_of_the_smallest_delays(rows: list[Row]) -> 
     whole = walks_of(rows, "mixed", "hybrid")
     assert start[0.1] == whole[0.1].torque
     assert start[1.0] < whole[1.0].torque
+
+
+def test_prose_on_figure_5_is_true_of_the_table(rows: list[Row]) -> None:
+    walks = {
+        (row.engine, row.adaptation_gain, row.start_estimate, row.update): row for row in rows if row.part == "figure 5"
+    }
+    assert len(walks) == 2 * 4 * 2 * 2
+    small = math.degrees(RESOLVED_SLOPE)
+    for (engine, gain, start, update), walk in walks.items():
+        other = walks[engine, gain, start, "no" if update == "yes" else "yes"]
+        assert walk.traces.settled == pytest.approx(other.traces.settled, rel=1e-5), "alike before the first change"
+        if update == "yes":
+            assert walk.jump < 0.02, "(27) leaves an error as it is"
+            assert walk.traces.off_time < other.traces.off_time
+            assert walk.traces.later < small or gain == 0.03, "along at once"
+        else:
+            assert walk.begun > 1.0
+            assert (walk.ended > small) == (gain == 0.03), "it does not get there before the next change"
+            fast = walks[engine, 3.0, start, update].traces.off_time
+            assert (walk.traces.off_time > fast) == (gain != 3.0)
 
 
 def test_found_ground_is_nearer_to_table_3_than_ours(rows: list[Row]) -> None:

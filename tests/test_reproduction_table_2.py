@@ -6,8 +6,8 @@ import dataclasses
 import math
 
 import pytest
+from reproduction_rows import made_row
 
-from mjbiped.measures import WORK_KINDS
 from mjbiped.reproduction.methods import SLOPE_SOURCES
 from mjbiped.reproduction.published import GROUNDS, TABLE_2
 from mjbiped.reproduction.rows import LENGTHS, Row, read_rows, write_rows
@@ -20,14 +20,8 @@ def row(ground: str, pattern: str, first: float, factor: float, delay: float = 0
     """A walk whose c_mt is the paper's times a factor, of whatever kind and length."""
     paper = PAPER[ground]
     assert paper is not None
-    fields: dict[str, object] = {
-        "part": "table 2", "ground": ground, "pattern": pattern, "first": first, "engine": "hybrid",
-        "method": "adaptive", "delay": delay, "slope_source": "", "adaptation_gain": 0.3, "update": "yes",
-        "outcome": "finished", "steps": 100, "place": 38.0, "ankle": 2.0, "hip": 1.0, "friction": 0.2, "strikes": 0,
-        "begun": 0.0, "ended": 0.0, "rms": 0.0, "error": "",
-        "cost": {(kind, n): factor * paper for kind in WORK_KINDS for n in (*LENGTHS, None)},
-    }  # fmt: skip
-    return Row(**{**fields, **others})  # type: ignore[arg-type]
+    fields = {"ground": ground, "pattern": pattern, "first": first, "delay": delay, **others}
+    return made_row(factor * paper, **fields)
 
 
 @pytest.fixture

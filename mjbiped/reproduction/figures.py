@@ -19,7 +19,6 @@ from mjbiped.plot_style import (
     HIP,
     ORANGE,
     STANCE,
-    SWING,
     TRUTH,
     check_path,
     new_figure,
@@ -31,7 +30,8 @@ from mjbiped.reproduction.published import TABLE_3
 from mjbiped.reproduction.report_table_3 import ENGINES, walks_of
 from mjbiped.reproduction.rows import Row
 
-_SHOWN = 12.0  # s of Fig. 5
+_SHOWN = 16.0  # s of Fig. 5
+_STARTS = ({"linestyle": (0, (5, 1.5)), "linewidth": 1.6}, {"linestyle": "-", "linewidth": 1.0})
 _ENGINE_LOOKS = {
     "hybrid": {"color": BLUE, "marker": "s", "markersize": 5.5, "linestyle": "-", "markerfacecolor": "white"},
     "mujoco": {"color": ORANGE, "marker": "x", "markersize": 5.0, "linestyle": (0, (1.5, 1.2))},
@@ -40,11 +40,12 @@ _PAPER_LOOK = {"color": BLACK, "marker": "o", "markersize": 4.0, "linestyle": (0
 _LABELS = {"hybrid": "hybrid", "mujoco": "MuJoCo"}
 
 
-def plot_figure_5(walks: Sequence[tuple[float, Walk, Walk]], path: str | Path | None = None) -> Figure:
-    """Draw the slope estimate with and without the estimate update (27).
+def plot_figure_5(walks: Mapping[float, Mapping[tuple[float, bool], Walk]], path: str | Path | None = None) -> Figure:
+    """Draw the slope estimate with and without the estimate update (27), from several estimates at the start.
 
     Args:
-        walks: gamma, the walk with the update, and that without; one row of the figure each.
+        walks: By gamma, a row of the figure each; then by the estimate at the start (degrees) and whether the update
+            acts, a curve each.
         path: File to write as well, `.png`, `.pdf` or `.svg`.
 
     Returns:
@@ -55,26 +56,27 @@ def plot_figure_5(walks: Sequence[tuple[float, Walk, Walk]], path: str | Path | 
         RenderError: The file cannot be written.
     """
     path = check_path(path)
+    first = next(iter(next(iter(walks.values())).values()))
     with styled():
-        figure = new_figure(0.6 + 1.65 * len(walks))
-        figure.suptitle(_caption("Fig. 5", walks[0][1]), fontsize=9.5, x=0.01, ha="left")
+        figure = new_figure(0.9 + 1.65 * len(walks))
+        figure.suptitle(_caption("Fig. 5", first), fontsize=9.5, x=0.01, ha="left")
         grid = figure.subplots(len(walks), 1, sharex=True, sharey=True, squeeze=False)
-        bounds = []
-        for (axes,), (gain, updated, plain) in zip(grid, walks, strict=True):
-            for walk, label, style in (
-                (updated, "with the update (27)", STANCE),
-                (plain, "without", SWING),
-            ):
+        for (axes,), (gain, curves) in zip(grid, walks.items(), strict=True):
+            styles = dict(zip(sorted({start for start, _ in curves}), _STARTS, strict=True))
+            for (start, update), walk in sorted(curves.items()):  # those with the update over those without
+                name = f"{'with' if update else 'without'} the update (27), from {start:+g}°".replace("-", "−")
                 shown = walk.samples["time"] <= _SHOWN
                 estimate = np.degrees(walk.samples["slope_estimate"][shown])
-                axes.plot(walk.samples["time"][shown], estimate, label=label, **style)
-                if gain <= 1.0:
-                    bounds += [float(estimate.min()), float(estimate.max())]
-            _draw_truth(axes, updated)
+                color = BLUE if update else ORANGE
+                axes.plot(walk.samples["time"][shown], estimate, label=name, color=color, **styles[start])
+            # a walk that lands on the other side of an edge has another truth there
+            truths = {tuple(walk.touchdowns["slope"].round(6).tolist()): walk for walk in curves.values()}
+            for number, walk in enumerate(truths.values()):
+                _draw_truth(axes, walk, named=number == 0)
             axes.set(ylabel="slope (°)", xlim=(0.0, _SHOWN))
             axes.set_title(f"γ = {gain:g}")
-        grid[0, 0].set_ylim(min(bounds) - 0.6, max(bounds) + 0.6)
-        grid[0, 0].legend(loc="upper right", ncols=3, bbox_to_anchor=(1.0, 1.28), borderaxespad=0.0)
+        handles, names = grid[0, 0].get_legend_handles_labels()
+        figure.legend(handles, names, loc="outside lower center", ncols=3)
         grid[-1, 0].set_xlabel("time (s)")
     if path is not None:
         save_figure(figure, path)
@@ -175,9 +177,12 @@ def _draw_over_zeta(
     axes.axhline(without, color=look["color"], linestyle=look["linestyle"], linewidth=0.8, alpha=0.8)
 
 
-def _draw_truth(axes: Axes, walk: Walk) -> None:
-    """The slope under the stance foot, and the touchdowns."""
-    axes.plot(walk.samples["time"], np.degrees(walk.samples["slope"]), label="true", **TRUTH)
+def _draw_truth(axes: Axes, walk: Walk, named: bool = True) -> None:
+    """The slope under the stance foot; in the legend, and with the touchdowns, where it is named."""
+    label = "true" if named else None
+    axes.plot(walk.samples["time"], np.degrees(walk.samples["slope"]), label=label, **TRUTH)
+    if not named:
+        return
     for moment in walk.touchdowns["time"]:
         axes.axvline(moment, color=GUIDE, linewidth=0.3, alpha=0.5, zorder=0)
 

@@ -10,9 +10,9 @@ from mjbiped.reproduction.rows import Row
 NONE = "–"
 
 
-def table(headings: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
-    """A Markdown table, words to the left and all other columns to the right."""
-    places = ["---", *["---:"] * (len(headings) - 1)]
+def table(headings: Sequence[str], lines: Iterable[Sequence[str]], words: int = 1) -> str:
+    """A Markdown table, the first columns, of words, to the left and all others to the right."""
+    places = ["---"] * words + ["---:"] * (len(headings) - words)
     return "\n".join(f"| {' | '.join(cells)} |" for cells in (headings, places, *lines))
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mjbiped.compass import Compass
 from mjbiped.reproduction.cell import Cell, Result
@@ -12,13 +13,20 @@ from mjbiped.reproduction.grounds import Reading, readings
 from mjbiped.reproduction.methods import METHODS, Variant, adaptive, variants
 from mjbiped.reproduction.published import GROUNDS, TABLE_3
 from mjbiped.reproduction.rows import LENGTHS, Row, row
+from mjbiped.reproduction.traces import Traces
 from mjbiped.terrain import Terrain
 
 DRAWN_DELAYS = (0.4, 0.8, None)
 """zeta in Fig. 6; Fig. 4 has the second."""
 
-ADAPTATION_GAINS = (0.03, 0.3, 3.0, 30.0)
-"""gamma in Fig. 5: the paper's is 0.3."""
+PAPER_GAIN = 0.3
+"""gamma of section V-B."""
+
+ADAPTATION_GAINS = (0.03, PAPER_GAIN, 3.0, 30.0)
+"""gamma in Fig. 5."""
+
+START_ESTIMATES = (3.0, -3.0)
+"""Slope estimate at the start of Fig. 5, degrees: wrong by so much, for `mixed` begins level. Fig. 4 has the first."""
 
 MIXED_STEPS = 60
 OTHER_GRAVITY = 9.8  # m/s²
@@ -44,8 +52,8 @@ class Entry:
     pattern: str = ""
     first: float = 0.0
 
-    def row(self, result: Result) -> Row:
-        """What the report has of it."""
+    def row(self, result: Result, traces: Traces | None = None) -> Row:
+        """What the report has of it, and of its record where it keeps one."""
         return row(
             self.part,
             self.ground,
@@ -54,6 +62,7 @@ class Entry:
             method=self.method,
             pattern=self.pattern,
             first=self.first,
+            traces=traces,
         )
 
 
@@ -126,7 +135,10 @@ def start() -> list[Entry]:
 
 
 def figure_5(engine: str, gains: Iterable[float] = ADAPTATION_GAINS) -> list[Entry]:
-    """The mixed ground with and without the estimate update."""
+    """The mixed ground with and without the estimate update, from estimates that are wrong either way.
+
+    From a right one the adaptive law (17) would have nothing to do, for the update (27) keeps it right.
+    """
     return [
         Entry(
             "figure 5",
@@ -134,7 +146,10 @@ def figure_5(engine: str, gains: Iterable[float] = ADAPTATION_GAINS) -> list[Ent
             "adaptive",
             Cell(
                 engine,
-                adaptive(DRAWN_DELAYS[1], adaptation_gain=gain, estimate_update=update),
+                replace(
+                    adaptive(DRAWN_DELAYS[1], adaptation_gain=gain, estimate_update=update),
+                    initial_slope_estimate=math.radians(start),
+                ),
                 Terrain.mixed(),
                 initial="rest",
                 steps=MIXED_STEPS,
@@ -142,6 +157,7 @@ def figure_5(engine: str, gains: Iterable[float] = ADAPTATION_GAINS) -> list[Ent
             ),
         )
         for gain in gains
+        for start in START_ESTIMATES
         for update in (True, False)
     ]
 

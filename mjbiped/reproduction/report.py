@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from importlib import resources
 from string import Template
 
-from mjbiped.reproduction import report_table_2, report_table_3
-from mjbiped.reproduction.checks import checks
+from mjbiped.reproduction import checks, report_table_2, report_table_3
 from mjbiped.reproduction.markdown import table
 from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.table_2 import choices
@@ -25,15 +24,11 @@ def render(rows: Sequence[Row]) -> str:
     """
     template = (resources.files("mjbiped.reproduction") / "template.md").read_text(encoding="utf-8")
     best = choices(rows)[0]
-    asked = checks(rows, best)
-    lines = [[check.claim, check.engine, check.found, check.verdict] for check in asked]
     failed = [row for row in rows if row.outcome == "failed"]
     parts = {
         **report_table_2.sections(rows),
         **report_table_3.sections(rows),
-        "checks": table(("claim", "engine", "found", ""), lines),
-        "missed": str(sum(check.holds is False for check in asked)),
-        "asked": str(sum(check.holds is not None for check in asked)),
+        **checks.sections(checks.checks(rows, best)),
         "engine": engine_shown(rows),
         "walks": str(len(rows)),
         "in_mujoco": str(sum(row.engine == "mujoco" for row in rows)),

@@ -10,9 +10,10 @@ import numpy as np
 from mjbiped.reproduction import search
 from mjbiped.reproduction.found import found_segments
 from mjbiped.reproduction.markdown import NONE, cost, delay, ending, number, percent, table
-from mjbiped.reproduction.plan import MIXED_STEPS
+from mjbiped.reproduction.plan import MIXED_STEPS, START_ESTIMATES
 from mjbiped.reproduction.published import TABLE_3
 from mjbiped.reproduction.rows import Row
+from mjbiped.reproduction.traces import RESOLVED_SLOPE
 from mjbiped.terrain import GROUND_FRICTION, Terrain
 
 ENGINES = ("hybrid", "mujoco")
@@ -33,6 +34,8 @@ def sections(rows: Sequence[Row]) -> dict[str, str]:
         "printed_3": str(2 * len(TABLE_3)),
         "family": _family(),
         "figure_5": _figure_5(rows),
+        "epsilon": number(math.degrees(RESOLVED_SLOPE), ".2f"),
+        "start_estimate": number(START_ESTIMATES[0], "g"),
     }
 
 
@@ -124,15 +127,18 @@ def _family() -> str:
 
 
 def _figure_5(rows: Sequence[Row]) -> str:
-    """Errors of the estimate with and without the update, by gamma."""
+    """Errors of the estimate with and without the update, by gamma and estimate at the start."""
     lines = []
     for row in rows:
         if row.part == "figure 5":
-            errors = (number(value, ".4f") for value in (row.begun, row.ended, row.rms))
+            traces = row.traces
+            errors = (number(value, ".4f") for value in (traces.settled, row.begun, row.ended, traces.error))
             end = f"{row.steps} steps" if row.finished else ending(row)
+            start = f"{number(row.start_estimate, '+g')}°"
             lines.append(
-                [f"{row.adaptation_gain:g}", row.update, _LABELS[row.engine], end, *errors, number(row.torque, ".1f"),
-                 number(row.cost["absolute", None])]
+                [f"{row.adaptation_gain:g}", start, row.update, _LABELS[row.engine], end,
+                 number(traces.off_time, ".2f"), *errors, number(row.torque, ".1f"), number(row.cost["absolute", None])]
             )  # fmt: skip
-    headings = ("γ", "update (27)", "engine", "walk", "step's beginning, °", "step's end, °", "rms at end, °")
-    return table((*headings, "torque, N m", "c_mt"), lines)
+    headings = ("γ", "start", "update (27)", "engine", "walk", "off by more than ε, s", "before the first change, °")
+    errors_at = ("steps' beginnings, °", "steps' ends, °", "rms, °")
+    return table((*headings, *errors_at, "torque, N m", "c_mt"), lines)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -21,6 +22,7 @@ from mjbiped.reproduction.rows import Row, write_rows
 from mjbiped.reproduction.running import run_cells
 from mjbiped.reproduction.store import Store
 from mjbiped.reproduction.table_2 import Choice, agreements, choices
+from mjbiped.reproduction.traces import traced
 
 PRINTS = "figures"
 MUJOCO_STEPS = 60
@@ -108,24 +110,8 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], store: Store, pages: Pat
     shown = engine_shown(rows)
     for engine in ("hybrid", "mujoco"):
         mine = [entry for entry in entries if entry.cell.record and entry.cell.engine == engine]
-        for ground in ("mixed", "found"):
-            walks = {
-                _law(entry)["replanning_delay"]: store.record(entry.cell)
-                for entry in mine
-                if (entry.part, entry.ground) == ("table 3", ground)
-            }
-            if walks:
-                drawings[f"fig_4_{ground}_{engine}"] = partial(plot_walk, walks[plan.DRAWN_DELAYS[1]])
-                ordered = {delay: walks[delay] for delay in plan.DRAWN_DELAYS}
-                drawings[f"fig_6_{ground}_{engine}"] = partial(plot_figure_6, ordered)
-        updates: dict[float, dict[bool, Walk]] = {}
-        for entry in mine:
-            if entry.part == "figure 5":
-                both = updates.setdefault(_law(entry)["adaptation_gain"], {})
-                both[_law(entry)["estimate_update"]] = store.record(entry.cell)
-        if updates:
-            pairs = [(gain, both[True], both[False]) for gain, both in updates.items()]
-            drawings[f"fig_5_{engine}"] = partial(plot_figure_5, pairs)
+        for name, make in _of_records(mine, store).items():
+            drawings[f"{name}_{engine}"] = make
     written = []
     for name, make in drawings.items():
         written.append(prints / f"reproduction_{name}.pdf")
@@ -137,13 +123,44 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], store: Store, pages: Pat
     return written
 
 
+def _of_records(entries: Sequence[Entry], store: Store) -> dict[str, Callable[[Path], object]]:
+    """Figs. 4 to 6 of one engine's records, by name: what draws them to a path."""
+    drawings: dict[str, Callable[[Path], object]] = {}
+    for ground in ("mixed", "found"):
+        walks = {
+            _law(entry)["replanning_delay"]: store.record(entry.cell)
+            for entry in entries
+            if (entry.part, entry.ground) == ("table 3", ground)
+        }
+        if walks:
+            ordered = {delay: walks[delay] for delay in plan.DRAWN_DELAYS}
+            drawings[f"fig_6_{ground}"] = partial(plot_figure_6, ordered)
+            if ground == "found":  # its first slope is not the level that the controller starts with
+                drawings["fig_4_found"] = partial(plot_walk, walks[plan.DRAWN_DELAYS[1]])
+    curves: dict[float, dict[tuple[float, bool], Walk]] = {}
+    for entry in entries:
+        if entry.part == "figure 5":
+            law = _law(entry)
+            start = round(math.degrees(law["initial_slope_estimate"]), 9)
+            curves.setdefault(law["adaptation_gain"], {})[start, law["estimate_update"]] = store.record(entry.cell)
+    if curves:
+        drawings["fig_5"] = partial(plot_figure_5, curves)
+        drawings["fig_4_mixed"] = partial(plot_walk, curves[plan.PAPER_GAIN][plan.START_ESTIMATES[0], True])
+    return drawings
+
+
 def _law(entry: Entry) -> dict[str, Any]:
     return entry.cell.controller.describe()
 
 
 def _walk(entries: Sequence[Entry], store: Store, workers: int | None, progress: bool) -> list[Row]:
     results = run_cells([entry.cell for entry in entries], store, workers=workers, progress=progress)
-    return [entry.row(results[entry.cell.key]) for entry in entries]
+    rows = []
+    for entry in entries:
+        result = results[entry.cell.key]
+        recorded = entry.cell.record and result.outcome != "failed"
+        rows.append(entry.row(result, traced(store.record(entry.cell)) if recorded else None))
+    return rows
 
 
 def _delay(best: Choice) -> float | None:

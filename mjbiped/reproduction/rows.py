@@ -14,12 +14,14 @@ import numpy as np
 from mjbiped.errors import RecordError
 from mjbiped.measures import WORK_KINDS
 from mjbiped.reproduction.cell import Cell, Result
+from mjbiped.reproduction.traces import Traces
 
 LENGTHS = (20, 45, 60, 100)
 """Numbers of steps after which c_mt is taken, from one walk."""
 
 _DIGITS = 6
 _COSTS = [(kind, length) for kind in WORK_KINDS for length in (*LENGTHS, None)]
+_TABLES = ("cost", "traces")  # fields of a row that are several columns
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,7 @@ class Row:
         slope_source: Of comparison controllers.
         adaptation_gain: gamma; NaN for controllers without one.
         update: Whether the estimate is updated (27), "yes", "no", or empty.
+        start_estimate: Slope estimate at the start, degrees; NaN for controllers without one.
         outcome: Of the walk.
         steps: Touchdowns.
         place: Hip's x when it ended, m.
@@ -47,7 +50,9 @@ class Row:
         begun: Greatest error of the slope estimate at a step's beginning, degrees.
         ended: The same at the steps' ends.
         rms: Root mean square of the errors at the steps' ends, degrees.
+        jump: Greatest change of the size of the error at a touchdown, degrees.
         cost: c_mt by (kind, steps); None: to the last touchdown.
+        traces: See `mjbiped.reproduction.traces.Traces`; all NaN where no record was kept.
         error: Why a walk failed that has no outcome of its own.
     """
 
@@ -61,6 +66,7 @@ class Row:
     slope_source: str
     adaptation_gain: float
     update: str
+    start_estimate: float
     outcome: str
     steps: int
     place: float
@@ -71,7 +77,9 @@ class Row:
     begun: float
     ended: float
     rms: float
+    jump: float
     cost: Mapping[tuple[str, int | None], float]
+    traces: Traces
     error: str
 
     @property
@@ -86,9 +94,17 @@ class Row:
 
 
 def row(
-    part: str, ground: str, cell: Cell, result: Result, *, method: str, pattern: str = "", first: float = 0.0
+    part: str,
+    ground: str,
+    cell: Cell,
+    result: Result,
+    *,
+    method: str,
+    pattern: str = "",
+    first: float = 0.0,
+    traces: Traces | None = None,
 ) -> Row:
-    """The row of a finished cell."""
+    """The row of a finished cell, and of its record where there is one."""
     law = cell.controller.describe()
     begun, ended = (np.abs(np.degrees(np.array(values, dtype=np.float64))) for values in (result.begun, result.ended))
     update = law.get("estimate_update")
@@ -103,6 +119,7 @@ def row(
         slope_source=law.get("slope_source", ""),
         adaptation_gain=float(law.get("adaptation_gain", math.nan)),
         update="" if update is None else "yes" if update else "no",
+        start_estimate=_rounded(math.degrees(law.get("initial_slope_estimate", math.nan))),
         outcome=result.outcome,
         steps=result.steps,
         place=_rounded(result.place),
@@ -113,19 +130,21 @@ def row(
         begun=_rounded(float(begun.max())) if begun.size else math.nan,
         ended=_rounded(float(ended.max())) if ended.size else math.nan,
         rms=_rounded(math.sqrt(float(np.mean(ended**2)))) if ended.size else math.nan,
+        jump=_rounded(float(np.abs(begun - ended).max())) if begun.size else math.nan,
         cost={(kind, length): _rounded(result.cost_of_transport(kind, length)) for kind, length in _COSTS},
+        traces=Traces(*map(_rounded, traces or Traces())),
         error=" ".join(result.error.split()),
     )
 
 
 def write_rows(rows: Iterable[Row]) -> str:
     """Rows as CSV, a heading first; an empty cell is a number that does not exist."""
-    plain = [field.name for field in fields(Row) if field.name != "cost"]
+    plain = [field.name for field in fields(Row) if field.name not in _TABLES]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*plain, *(_name(kind, length) for kind, length in _COSTS)])
+    writer.writerow([*plain, *(_name(kind, length) for kind, length in _COSTS), *map(_trace, Traces._fields)])
     for entry in rows:
-        values = [*(getattr(entry, name) for name in plain), *(entry.cost[key] for key in _COSTS)]
+        values = [*(getattr(entry, name) for name in plain), *(entry.cost[key] for key in _COSTS), *entry.traces]
         writer.writerow([_cell(value) for value in values])
     return text.getvalue()
 
@@ -144,6 +163,8 @@ def read_rows(text: str) -> list[Row]:
             for name, kind in kinds.items():
                 if name == "cost":
                     values[name] = {(k, n): float(line[_name(k, n)] or "nan") for k, n in _COSTS}
+                elif name == "traces":
+                    values[name] = Traces(*(float(line[_trace(n)] or "nan") for n in Traces._fields))
                 else:
                     values[name] = _read(line[name], str(kind))
             found.append(Row(**values))
@@ -160,6 +181,10 @@ def _read(text: str, kind: str) -> Any:
 
 def _name(kind: str, length: int | None) -> str:
     return f"{kind}_{'end' if length is None else length}"
+
+
+def _trace(name: str) -> str:
+    return f"trace_{name}"
 
 
 def _cell(value: Any) -> str:

@@ -1,0 +1,26 @@
+"""Rows of a reproduction that was never walked, for tests that know what should come of them."""
+
+from __future__ import annotations
+
+import math
+
+from mjbiped.measures import WORK_KINDS
+from mjbiped.reproduction.rows import LENGTHS, Row
+from mjbiped.reproduction.traces import Traces
+
+
+def made_row(cost: float, **others: object) -> Row:
+    """A walk of 100 steps to its end, whose c_mt is this one for whatever kind and length."""
+    fields: dict[str, object] = {
+        "part": "table 2", "ground": "level", "pattern": "", "first": 0.0, "engine": "hybrid", "method": "adaptive",
+        "delay": 0.8, "slope_source": "", "adaptation_gain": 0.3, "update": "yes", "start_estimate": 0.0,
+        "outcome": "finished", "steps": 100, "place": 38.0, "ankle": 2.0, "hip": 1.0, "friction": 0.2, "strikes": 0,
+        "begun": 0.0, "ended": 0.0, "rms": 0.0, "jump": 0.0, "traces": Traces(), "error": "",
+        "cost": {(kind, n): cost for kind in WORK_KINDS for n in (*LENGTHS, None)},
+    }  # fmt: skip
+    return Row(**{**fields, **others})  # type: ignore[arg-type]
+
+
+def fallen(**others: object) -> Row:
+    """A walk that fell in its fourth step."""
+    return made_row(math.nan, **{"outcome": "fell", "steps": 3, **others})
