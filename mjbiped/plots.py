@@ -67,7 +67,7 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
     with styled():
         rows = rows_of(walk)
         title = _title(walk)
-        heights = [sum(row.height + 0.25 for row in rows) + 0.45, 3.3, 3.1]
+        heights = [sum(row.height + 0.25 for row in rows) + 0.45, 3.3, 3.3]
         figure = new_figure(sum(heights) + 0.25 * (1 + title.count("\n")))
         # a file's name may hold a dollar sign: no formulas in the title
         figure.suptitle(title, fontsize=9.5, x=0.01, ha="left", linespacing=1.4, parse_math=False)
@@ -89,7 +89,7 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
         slopes, torques = histories.subplots(2, 1, sharex=True)
         _draw_slopes(slopes, walk)
         _draw_torques(torques, walk)
-        _draw_phases(phases.subplots(1, 2), walk)
+        _draw_phases(phases, walk)
     if path is not None:
         save_figure(figure, path)
     return figure
@@ -186,7 +186,7 @@ def _draw_torques(axes: Axes, walk: Walk) -> None:
     axes.legend(loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.2), borderaxespad=0.0)
 
 
-def _draw_phases(grid: NDArray[np.object_], walk: Walk) -> None:
+def _draw_phases(figure: Any, walk: Walk) -> None:
     """Panel (d): a line per step, without the jumps between steps, over the re-planned reference where there is one."""
     samples = walk.samples
     first_of_step = np.flatnonzero(np.diff(samples["stance"])) + 1
@@ -194,6 +194,8 @@ def _draw_phases(grid: NDArray[np.object_], walk: Walk) -> None:
     nearest = np.searchsorted(samples["time"], walk.touchdowns["time"] - 1e-9).clip(max=len(samples["time"]) - 1)
     at_impact = nearest[np.abs(samples["time"][nearest] - walk.touchdowns["time"]) < 1e-9]
     gait, replanned = _imitated_gait(walk), _transitions(walk)
+    grid = figure.subplots(1, 2)
+    entries: dict[str, Any] = {}
     for leg, (axes, name, style) in enumerate(zip(grid, ("stance", "swing"), (STANCE, SWING), strict=True)):
         q = samples["q"][:, leg].copy()
         q[at_impact] = np.nan
@@ -209,7 +211,10 @@ def _draw_phases(grid: NDArray[np.object_], walk: Walk) -> None:
         axes.plot(samples["q"][0, leg], samples["dq"][0, leg], "k.", markersize=6, label="start")
         axes.set(xlabel=_axis_label("angle", "q"), ylabel=_axis_label("rate", "dq"))
         axes.set_title(f"(d) Phase portrait, {name} leg")
-        axes.legend(loc="best")
+        handles, names = axes.get_legend_handles_labels()
+        entries |= dict(zip(names, handles, strict=True))
+    order = [*(name for name in entries if name.endswith("leg")), *(n for n in entries if not n.endswith("leg"))]
+    figure.legend([entries[name] for name in order], order, loc="outside lower center", ncols=len(order))
 
 
 def _imitated_gait(walk: Walk) -> Gait | None:

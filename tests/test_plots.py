@@ -150,7 +150,7 @@ def test_phase_portraits_have_the_re_planned_reference(walk: Walk, fallen: Walk)
     planned = transitions(walk, recorded_controller(walk))
     for leg, axes in enumerate(plot_walk(walk).axes[-2:]):
         bands = [line for line in axes.lines if line.get_linewidth() == PLANNED["linewidth"]]
-        assert [band.get_label() for band in bands][:1] == ["re-planned reference"]
+        assert bands[0].get_label() == "re-planned reference"
         for band, curve in zip(bands, planned, strict=True):
             q, dq = (np.asarray(data, dtype=float) for data in band.get_data())
             np.testing.assert_array_equal(np.stack([q, dq], axis=1), curve[:, [leg, 2 + leg]])

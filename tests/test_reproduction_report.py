@@ -135,7 +135,8 @@ def test_prose_on_figure_5_is_true_of_the_table(rows: list[Row]) -> None:
         if update == "yes":
             assert walk.jump < 0.02, "(27) leaves an error as it is"
             assert walk.traces.off_time < other.traces.off_time
-            assert walk.traces.later < small or gain == 0.03, "along at once"
+            if gain in (0.3, 3.0):
+                assert walk.traces.later < small, "along at once"
         else:
             assert walk.begun > 1.0
             assert (walk.ended > small) == (gain == 0.03), "it does not get there before the next change"

@@ -99,9 +99,7 @@ def figure_5(rows: Sequence[Row], title: str, engine: str) -> Iterator[Answer]:
     found = f"{number(max(ended), '.4f')}° at most" if there else ""
     yield Answer(claim, "V-C, Fig. 5", max(ended) < _EPSILON if there else None, found)
     holds, found = pairs("begun", ".4f", "°")
-    claim = (
-        f"{ground}: the update brings the estimate closer to the truth: its greatest error after a touchdown is smaller"
-    )
+    claim = f"{ground}: with the update the greatest error of the estimate after a touchdown is smaller than without"
     yield Answer(claim, "V-C, Fig. 5", holds, found)
     claim = (
         f"{ground}, γ = {_SLOW_GAIN:g}: the update makes no wrong estimate right, that is left to (17): it changes the "
