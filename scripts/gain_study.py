@@ -45,12 +45,17 @@ class Cycle:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Of a walk: outcome, peak torques (N m), share of the first step's estimate error that is left at its end."""
+    """Of a walk.
+
+    Outcome, peak torques (N m), share of the first step's estimate error that is left at its end, and the least normal
+    force on a stance foot, in weights.
+    """
 
     outcome: str
     ankle: float
     hip: float
     left: float
+    force: float
 
 
 @click.command(help=__doc__)
@@ -125,17 +130,23 @@ def walk(controller: AdaptiveController, ground: str, steps: int) -> Outcome:
     _, ended = measures.estimate_errors(done)
     first = controller.initial_slope_estimate - done.terrain.slope_at(0.0)
     left = abs(ended[0] / first) if done.steps else math.nan
-    return Outcome(done.outcome, float(done.peak_torque[0]), float(done.peak_torque[1]), float(left))
+    force = float(done.touchdowns["normal_force"].min()) / done.robot.weight if done.steps else math.nan
+    return Outcome(done.outcome, float(done.peak_torque[0]), float(done.peak_torque[1]), float(left), force)
 
 
 def mujoco_walk(controller: AdaptiveController, control_period: float, steps: int) -> str:
-    """Rms error of the estimate at the steps' ends on `mixed`, and peak ankle torque in N m, or how else it ended."""
+    """Rms error of the estimate at the steps' ends on `mixed`, and peak ankle torque in N m, or how else it ended.
+
+    And in how many steps the stance foot left the ground, if it did.
+    """
     timestep = min(control_period, DEFAULT_TIMESTEP)
     done = mjbiped.walk(controller, TERRAINS["mixed"], steps=steps, control_period=control_period, timestep=timestep)
     if done.outcome != "finished":
         return done.outcome
     _, ended = measures.estimate_errors(done)
-    return f"{math.degrees(math.sqrt(np.mean(ended**2))):.3f}°, {done.peak_torque[0]:.1f}"
+    lifted = int(measures.pulls(done.touchdowns).sum())
+    text = f"{math.degrees(math.sqrt(np.mean(ended**2))):.3f}°, {done.peak_torque[0]:.1f}"
+    return f"{text}, off the ground in {lifted} steps" if lifted else text
 
 
 Walked = dict[tuple[str, float, str, float | None], Outcome]
@@ -172,12 +183,22 @@ def _cells(cycle: Cycle) -> tuple[str, ...]:
 
 
 def _peaks(walked: Walked, kind: str, value: float) -> tuple[str, ...]:
-    """Error left after the first step, then per terrain the peak ankle torque re-planned / not re-planned."""
+    """Error left after the first step, then per terrain the peak ankle torque re-planned / not re-planned.
+
+    Where the ground would have to pull, the least normal force in weights stands behind it.
+    """
     cells = [f"{walked[kind, value, 'stairs −6 mm', 0.8].left:.3f}"]
     for ground in TERRAINS:
         pair = (walked[kind, value, ground, delay] for delay in (0.8, None))
-        cells.append(" / ".join(f"{each.ankle:.3g}" if each.outcome == "finished" else each.outcome for each in pair))
+        cells.append(" / ".join(map(_peak, pair)))
     return tuple(cells)
+
+
+def _peak(walked: Outcome) -> str:
+    if walked.outcome != "finished":
+        return walked.outcome
+    pulls = f" ({walked.force:.2f})".replace("-", "−") if walked.force < 0.0 else ""
+    return f"{walked.ankle:.3g}{pulls}"
 
 
 def _markdown(headings: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
