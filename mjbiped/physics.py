@@ -43,7 +43,7 @@ from mjbiped.native_layout import UnknownLayoutError
 from mjbiped.recorder import Recorder
 from mjbiped.scene import FOOT_RADIUS
 from mjbiped.scuffing import ScuffingRule
-from mjbiped.terrain import Terrain
+from mjbiped.terrain import FARTHEST, Terrain
 
 if TYPE_CHECKING:
     from controllers.base import Controller
@@ -132,10 +132,9 @@ class Simulation:
         rule = scuffing or ScuffingRule()
         length = robot.leg_length
         pendulum = math.sqrt(length / robot.gravity)
-        reach = 2.0 * length + min(
-            math.inf if steps is None else steps * LONGEST_STEP * length,
-            math.inf if distance is None else distance,
-        )
+        ways = [steps * LONGEST_STEP * length] if steps is not None else []
+        ways += [distance] if distance is not None else []
+        reach = 2.0 * length + min(ways, default=FARTHEST)  # no geom can be infinite
         states = len(controller.states)
         size = events.CONTROLLER_MEMORY + controller.memory_size + states
         self._terrain = terrain

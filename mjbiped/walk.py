@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -229,6 +230,17 @@ class MujocoRun(Run):
                 summary=Summary(plan.robot, plan.terrain) if summarised else None,
                 heed=heed,
             ),
+        )
+
+    def told(self, error: Exception) -> str:
+        """What went wrong, and when: in the controller, or in MuJoCo itself."""
+        if not isinstance(error, mujoco.FatalError):
+            return super().told(error)
+        at, reason = self._recorder, " ".join(str(error).split())
+        return (
+            f"MuJoCo gave up at {at.end[0]:.3f} s, after {at.steps} steps, for no fault of the controller: {reason}. "
+            f"Its scene has {self.simulation.model.ngeom} geoms; a ground of fewer, longer segments needs fewer, and "
+            "the hybrid engine has none"
         )
 
     def _go(self, progress: bool) -> Outcome:

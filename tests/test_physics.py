@@ -14,6 +14,7 @@ from controllers import AdaptiveController, Controller, Memory, PassiveControlle
 from mjbiped import events, measures
 from mjbiped.events import Outcome
 from mjbiped.physics import Simulation
+from mjbiped.terrain import FARTHEST
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 STEPS = 3800  # of the physics: three touchdowns from rest
@@ -334,3 +335,13 @@ def test_outcome_words() -> None:
         "diverged",
         "interrupted",
     }
+
+
+@pytest.mark.parametrize("ground", ["auto", "boxes", "heightfield"])
+def test_without_a_limit_the_ground_is_long_but_finite(ground: str, robot: mjbiped.Compass) -> None:
+    simulation = Simulation(
+        PassiveController(), mjbiped.Terrain.stairs(count=2), robot=robot, q=(0.0, 0.0), dq=(0.0, 0.0), ground=ground
+    )
+    assert np.isfinite(simulation.model.geom_size).all()
+    assert np.isfinite(simulation.model.geom_pos).all()
+    assert simulation.limits.end == pytest.approx(FARTHEST, rel=1e-4)
