@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from mjbiped.record import Walk
 
 _CALM = 0.35  # standard deviation of the bell curve that smooths the path, s: half a step
+_MOST_PLACES = 1_000_000  # at which the path is smoothed; in ten hours of walking the curve widens, and nobody sees it
 
 
 def calm_offsets(walk: Walk) -> NDArray[np.float64]:
@@ -28,7 +29,7 @@ def calm_offsets(walk: Walk) -> NDArray[np.float64]:
     centre = qpos[:, :2] - share * legs
     if len(time) < 2:
         return np.zeros_like(centre)
-    pitch = _CALM / 10.0
+    pitch = max(_CALM / 10.0, (time[-1] - time[0]) / _MOST_PLACES)
     even = np.arange(time[0], time[-1] + pitch, pitch)
     lags = np.arange(-30, 31)
     bell = np.exp(-0.5 * (lags / 10.0) ** 2)

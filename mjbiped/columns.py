@@ -16,20 +16,25 @@ class Column(NamedTuple):
         width: Numbers per row.
         unit: For axes and headings; empty where it has none.
         meaning: One line.
+        finite: Whether no record holds anything but finite numbers here. What a controller gives, and what is made of
+            it, need not be: a walk with such a torque diverges, and its record says by which.
+        since: Version of the record's format in which it came; NaN in records of earlier ones.
     """
 
     width: int
     unit: str
     meaning: str
+    finite: bool = True
+    since: int = 1
 
 
 SAMPLES: Mapping[str, Column] = {
     "time": Column(1, "s", "since the walk's start"),
     "q": Column(2, "rad", "stance and swing leg from the ground's normal under the stance foot"),
     "dq": Column(2, "rad/s", "their rates"),
-    "torque": Column(2, "N m", "ankle and hip, from now on"),
+    "torque": Column(2, "N m", "ankle and hip, from now on", finite=False),
     "slope": Column(1, "rad", "of the ground under the stance foot"),
-    "slope_estimate": Column(1, "rad", "the controller's; NaN where it has none"),
+    "slope_estimate": Column(1, "rad", "the controller's; NaN where it has none", finite=False),
     "stance": Column(1, "", "0 left, 1 right"),
     "qpos": Column(4, "m, m, rad, rad", "hip x, hip z, left and right leg from the vertical"),
 }
@@ -46,19 +51,23 @@ TOUCHDOWNS: Mapping[str, Column] = {
     "dq_before": Column(2, "rad/s", "their rates just before the impact"),
     "q": Column(2, "rad", "stance and swing leg in the new roles, from the new ground's normal"),
     "dq": Column(2, "rad/s", "their rates just after the impact"),
-    "work_absolute": Column(1, "J", "since the start, the absolute work of both joints"),
-    "work_net": Column(1, "J", "the same, with its sign"),
-    "work_positive": Column(1, "J", "the same, positive work alone"),
+    "work_absolute": Column(1, "J", "since the start, the absolute work of both joints", finite=False),
+    "work_net": Column(1, "J", "the same, with its sign", finite=False),
+    "work_positive": Column(1, "J", "the same, positive work alone", finite=False),
     "slip": Column(
         1, "m", "greatest way that the old stance foot slid along the ground (rolling on its radius is none)"
     ),
     "penetration": Column(1, "m", "deepest contact of the step that ends"),
     "friction": Column(1, "", "greatest |F_t| / F_n of the old stance foot"),
     "strikes": Column(1, "", "1 where the swing foot struck a vertical face"),
-    "slope_estimate_before": Column(1, "rad", "the controller's estimate at the step's end"),
-    "slope_estimate": Column(1, "rad", "the same after its update"),
+    "slope_estimate_before": Column(1, "rad", "the controller's estimate at the step's end", finite=False),
+    "slope_estimate": Column(1, "rad", "the same after its update", finite=False),
     "normal_force": Column(
-        1, "N", "least normal force of the ground on the old stance foot; below zero it would have to pull"
+        1,
+        "N",
+        "least normal force of the ground on the old stance foot; below zero it would have to pull",
+        finite=False,
+        since=2,
     ),
 }
 """Columns of the touchdowns, one row per leg exchange, in their order in a row."""

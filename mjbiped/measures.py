@@ -61,7 +61,11 @@ def _transport(work: float, robot: Compass, way: float) -> float:
 
 def speed(walk: Walk) -> float:
     """Mean horizontal speed up to the last touchdown, m/s; NaN without one."""
-    return distance(walk) / float(walk.touchdowns["time"][-1]) if walk.steps else math.nan
+    return _speed(distance(walk), float(walk.touchdowns["time"][-1])) if walk.steps else math.nan
+
+
+def _speed(way: float, time: float) -> float:
+    return way / time if time > 0.0 else math.nan
 
 
 def step_lengths(walk: Walk) -> NDArray[np.float64]:
@@ -222,7 +226,7 @@ class Summary:
             "steps": steps,
             "distance_m": last["x"],
             "time_s": last["time"],
-            "speed_m_per_s": last["x"] / last["time"] if steps else math.nan,
+            "speed_m_per_s": _speed(last["x"], last["time"]),
             "mean_step_length_m": self._length / steps if steps else math.nan,
             "mean_step_period_s": last["time"] / steps if steps else math.nan,
             "cost_of_transport": cost("absolute"),

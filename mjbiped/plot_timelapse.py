@@ -62,7 +62,10 @@ def rows_of(walk: Walk) -> list[Row]:
         first = start + index * length
         _, z = outline(walk.terrain, first, first + length)
         inside = (qpos[:, 0] >= first) & (qpos[:, 0] <= first + length)
-        high = max(float(z.max()), float(qpos[inside, 1].max()) if inside.any() else -math.inf) + _ABOVE
+        highest = float(z.max())
+        if inside.any():  # at most two legs over the ground: where a robot that diverges gets to, nothing is drawn
+            highest = max(highest, min(float(qpos[inside, 1].max()), highest + 2.0 * leg))
+        high = highest + _ABOVE
         low = float(z.min()) - _BELOW / scale
         rows.append(Row(first, first + length, low, high, (high - low) * scale))
     return rows

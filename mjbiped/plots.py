@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from mjbiped.record import Walk
 
 _LETTERS_PER_LINE = 118
+_LINES = 3  # at most, of who walked where: a terrain's name may be of any length
 _MOST_TICKED = 60  # touchdowns that are marked on time axes
 
 
@@ -138,7 +139,8 @@ def _title(walk: Walk) -> str:
         f"{walk.outcome} after {steps}, {walk.end[0]:.2f} s and {walk.distance:.2f} m;  c_mt {cost};  "
         f"peak torque {walk.peak_torque[0]:.2f} (ankle), {walk.peak_torque[1]:.2f} (hip) N m",
     ]
-    return "\n".join(part for line in lines for part in textwrap.wrap(line, _LETTERS_PER_LINE) or [""])
+    wrapped = (textwrap.wrap(line, _LETTERS_PER_LINE, max_lines=_LINES, placeholder=" ...") or [""] for line in lines)
+    return "\n".join(part for parts in wrapped for part in parts)
 
 
 def _axis_label(name: str, column: str) -> str:

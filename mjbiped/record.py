@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import zipfile
+import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,15 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped import measures
-from mjbiped.columns import SAMPLES, TOUCHDOWNS
 from mjbiped.compass import Compass
-from mjbiped.errors import RecordError
+from mjbiped.errors import LONGEST_SHOWN, RecordError, shown
 from mjbiped.output import written_whole
+from mjbiped.record_file import read_arrays
+from mjbiped.record_schema import FORMAT as FORMAT
+from mjbiped.record_schema import FORMAT_VERSION as FORMAT_VERSION
+from mjbiped.record_schema import checked_fields
 from mjbiped.terrain import Terrain
-
-FORMAT = "mjbiped walk"
-FORMAT_VERSION = 2
-"""2: touchdowns have `normal_force`; in a record of version 1 it is NaN."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +90,8 @@ class Walk:
 
     def __repr__(self) -> str:
         """One line; the tables are long."""
-        name, way = self.settings["terrain"]["name"], self.distance
+        name = textwrap.shorten(self.settings["terrain"]["name"], LONGEST_SHOWN, placeholder="...")
+        way = self.distance
         return f"<Walk on {name}: {self.outcome} after {self.steps} steps, {way:.3f} m, {self.end[0]:.3f} s>"
 
     def __eq__(self, other: object) -> bool:
@@ -122,7 +122,7 @@ class Walk:
         """
         path = Path(path)
         if path.suffix != ".npz":
-            raise RecordError(f"a walk's record is an .npz file; cannot save as {path.name!r}")
+            raise RecordError(f"a walk's record is an .npz file; cannot save as {shown(path.name)}")
         header = {
             "format": FORMAT,
             "version": FORMAT_VERSION,
@@ -153,54 +153,12 @@ class Walk:
             The same walk.
 
         Raises:
-            RecordError: The file is missing, truncated, not a walk's record, or of a newer version.
+            RecordError: The file is missing, damaged, not a walk's record, or of a newer version. What is loaded can be
+                measured and drawn: `mjbiped.record_schema` says what has been checked.
         """
         path = Path(path)
+        arrays = read_arrays(path)
         try:
-            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-                arrays = {name: file[name] for name in file.files}
-        except (OSError, TypeError) as error:
-            if isinstance(error, TypeError):  # a single array, or no path at all
-                raise RecordError(f"{path} is no walk's record ({error})") from error
-            raise RecordError(f"cannot read {path}: {error.strerror or error}") from error
-        except (ValueError, EOFError, zipfile.BadZipFile, zipfile.LargeZipFile, AttributeError) as error:
-            raise RecordError(f"{path} is no walk's record, or only a part of one ({error})") from error
-        header = _header(path, arrays)
-        tables: dict[str, dict[str, NDArray[Any]]] = {"samples": {}, "touchdowns": {}}
-        for name, array in arrays.items():
-            kind, _, column = name.partition("/")
-            if column and kind in tables:
-                tables[kind][column] = array
-        if header["version"] == 1 and "time" in tables["touchdowns"]:
-            tables["touchdowns"].setdefault("normal_force", np.full(len(tables["touchdowns"]["time"]), np.nan))
-        missing = sorted({*SAMPLES} - {*tables["samples"]}) + sorted({*TOUCHDOWNS} - {*tables["touchdowns"]})
-        if missing or "peak_torque" not in arrays:
-            raise RecordError(f"{path} is an incomplete record: it lacks {', '.join(missing) or 'peak_torque'}")
-        return cls(
-            samples=tables["samples"],
-            touchdowns=tables["touchdowns"],
-            outcome=header["outcome"],
-            end=(header["end"][0], header["end"][1]),
-            peak_torque=arrays["peak_torque"],
-            settings=header["settings"],
-        )
-
-
-def _header(path: Path, arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """The record's header.
-
-    Raises:
-        RecordError: There is none, or it is of another format or a newer version.
-    """
-    try:
-        header = json.loads(str(arrays["header"]))
-        named, version = header["format"], header["version"]
-    except (KeyError, TypeError, ValueError) as error:
-        raise RecordError(f"{path} is no walk's record: it has no header of one") from error
-    if named != FORMAT:
-        raise RecordError(f"{path} is no walk's record but a {named!r}")
-    if version > FORMAT_VERSION:
-        raise RecordError(
-            f"{path} is a record of version {version}; this mjbiped reads up to {FORMAT_VERSION}: install a newer one"
-        )
-    return dict(header)
+            return cls(**checked_fields(arrays))
+        except RecordError as error:
+            raise RecordError(f"{path} {error}") from error

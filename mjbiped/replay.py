@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.compass import Compass
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, shown
 from mjbiped.gait import find_passive_gait
 
 if TYPE_CHECKING:
@@ -42,9 +42,13 @@ def recorded_controller(walk: Walk) -> AdaptiveController:
     if described.keys() != known:
         odd = ", ".join(sorted(described.keys() ^ known))
         raise InputError(f"the record's AdaptiveController has not the parameters of this version's: {odd}")
-    gait = described.pop("gait")
-    robot = Compass(**described.pop("robot"))
-    return AdaptiveController(robot, find_passive_gait(Compass(**gait["robot"]), gait["slope"]), **described)
+    try:
+        gait = described.pop("gait")
+        robot = Compass(**described.pop("robot"))
+        imitated = find_passive_gait(Compass(**gait["robot"]), gait["slope"])
+        return AdaptiveController(robot, imitated, **described)
+    except (KeyError, TypeError) as error:
+        raise InputError(f"the record does not tell its controller's robot and gait: {shown(error)}") from error
 
 
 class Begun(NamedTuple):

@@ -163,15 +163,19 @@ def stability(walk: Walk, controller: AdaptiveController | None = None) -> Stabi
         controller: The law that walked, where the record does not say it: an object of a derived class.
 
     Raises:
-        InputError: The walk has no step, too few samples, or another controller.
+        InputError: The walk has no step, too few samples, another controller, or numbers that are none or too great.
     """
     controller = recorded_controller(walk) if controller is None else controller
     if not isinstance(controller, AdaptiveController):
         raise InputError(f"controller must be an AdaptiveController, got {type(controller).__name__}")
     if walk.steps == 0:
         raise InputError("the walk has no touchdown: there is no whole step to look at")
-    walked = list(_steps(walk, controller))
-    rows = [_evaluate(controller, step) for step in walked]
+    with np.errstate(over="ignore", invalid="ignore"):  # what is no number then is told below, or in `_steps`
+        try:
+            walked = list(_steps(walk, controller))
+            rows = [_evaluate(controller, step) for step in walked]
+        except (np.linalg.LinAlgError, ArithmeticError) as error:
+            raise InputError(f"the walk holds numbers that are too great to compute with: {error}") from error
     start, end = (np.array([step.errors[place] for step in walked]) for place in (0, -1))
     alpha, beta, gain = _impacts(walk, controller, start, end)
     errors = np.concatenate([step.errors for step in walked])
@@ -206,7 +210,7 @@ def _steps(walk: Walk, controller: AdaptiveController) -> Iterator[_Step]:
     """The steps, with the controller's memory replayed through the touchdowns: it holds the references.
 
     Raises:
-        InputError: A step has too few samples.
+        InputError: A step has too few samples, or holds what is no finite number.
     """
     samples, touchdowns = walk.samples, walk.touchdowns
     for number, (begun, memory) in enumerate(replayed(walk, controller)):
@@ -234,6 +238,8 @@ def _steps(walk: Walk, controller: AdaptiveController) -> Iterator[_Step]:
         late = slice(-4, None)
         w = regressor(controller.robot.constants, angles[late])
         adaptation = controller.adaptation_gain * (w @ z2[late, :, None])[:, :, 0]
+        if not all(np.isfinite(values**2).all() for values in (tracking, estimates, adaptation)):
+            raise InputError(f"step {number + 1} of the walk holds what is no finite number, or becomes none")
         gained = CubicSpline(time[late], adaptation).integrate(time[-2], time[-1])
         estimates = np.vstack([estimates, estimates[-1] + gained])
         memory[:2] = estimates[-1].tolist()

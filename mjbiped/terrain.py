@@ -417,11 +417,11 @@ class Terrain:
         """The name and the parameters in one line; a list of segments only by its number."""
         shown = ", ".join(
             f"{len(v)} segments"
-            if key == "segments"
+            if key == "segments" and isinstance(v, tuple)
             else f"{key}={'..'.join(map(str, v)) if isinstance(v, tuple) else v}"
             for key, v in self.parameters
         )
-        return f"{self.name} ({shown})" if shown else self.name
+        return " ".join((f"{self.name} ({shown})" if shown else self.name).split())
 
     def segment_at(self, x: float) -> int:
         """Return the index of the segment under x (m)."""

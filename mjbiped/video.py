@@ -18,7 +18,7 @@ from tqdm import tqdm
 
 from mjbiped.calm_camera import calm_offsets
 from mjbiped.caption import Pixels, draw_caption
-from mjbiped.errors import InputError, RenderError
+from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.gl import ensure_gl, gl_available
 from mjbiped.ground_window import MARGIN, GroundWindows
 from mjbiped.output import written_whole
@@ -77,17 +77,16 @@ def render_video(
     """
     path = Path(path)
     if path.suffix.lower() != ".mp4":
-        raise InputError(f"a video is an .mp4 file; cannot render to {path.name!r}")
+        raise InputError(f"a video is an .mp4 file; cannot render to {shown(path.name)}")
     _check_size(width, height)
     if width % 2 or height % 2:
         raise InputError(f"H.264 needs an even width and height in pixels, got {width} x {height}")
     if isinstance(fps, bool) or not isinstance(fps, int | np.integer) or not 1 <= fps <= FASTEST_FPS:
-        raise InputError(f"fps must be a whole number from 1 to {FASTEST_FPS}, got {fps!r}")
+        raise InputError(f"fps must be a whole number from 1 to {FASTEST_FPS}, got {shown(fps)}")
     if not (isinstance(slow_motion, int | float) and math.isfinite(slow_motion) and slow_motion > 0.0):
-        raise InputError(f"slow_motion must be a finite number above zero, got {slow_motion!r}")
+        raise InputError(f"slow_motion must be a finite number above zero, got {shown(slow_motion)}")
     begin, end = _span(walk)
     frames = math.floor((end - begin) * slow_motion * fps + 1e-9) + 1
-    times = begin + np.arange(frames) / (slow_motion * fps)
     with ExitStack() as stack:
         # a failure inside is told as what it is by those who raise it; an OSError left is the file's
         try:
@@ -96,8 +95,8 @@ def render_video(
         except OSError as error:
             raise RenderError(f"cannot write {path}: {error.strerror or error}") from error
         with _encoder(unfinished, width, height, fps) as add:
-            for time in tqdm(times, desc="video", unit="frame", disable=None if progress else True):
-                add(stage.frame(time, caption, slow_motion))
+            for number in tqdm(range(frames), desc="video", unit="frame", disable=None if progress else True):
+                add(stage.frame(begin + number / (slow_motion * fps), caption, slow_motion))
             last = stage.frame(end, caption, slow_motion, with_outcome=True)
             for _ in range(round(LAST_FRAME_HELD * fps)):
                 add(last)
@@ -185,7 +184,7 @@ def _check_size(width: int, height: int) -> None:
         whole = isinstance(size, int | np.integer) and not isinstance(size, bool)
         if not (whole and SMALLEST_SIZE <= size <= LARGEST_SIZE):
             raise InputError(
-                f"{name} must be a whole number of pixels from {SMALLEST_SIZE} to {LARGEST_SIZE}, got {size!r}"
+                f"{name} must be a whole number of pixels from {SMALLEST_SIZE} to {LARGEST_SIZE}, got {shown(size)}"
             )
 
 
@@ -214,7 +213,7 @@ class _Stage:
         self._windows = GroundWindows(
             walk.robot,
             walk.terrain,
-            timestep=walk.settings.get("timestep", 1e-4),
+            timestep=1e-4,  # any: nothing is stepped
             reach=float(np.max(walk.samples["qpos"][:, 0])) + _SIGHT,
             ground=walk.settings.get("ground", "auto"),
             scenery=True,
@@ -242,7 +241,7 @@ class _Stage:
         model, (height, width) = scene.model, self._size
         names = [model.camera(index).name for index in range(model.ncam)]
         if self._name not in names:
-            raise InputError(f"unknown camera {self._name!r}; valid are {', '.join(names)}")
+            raise InputError(f"unknown camera {shown(self._name)}; valid are {', '.join(names)}")
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
         platform = ensure_gl()
         self._open.close()

@@ -1,0 +1,108 @@
+"""The arrays of an .npz file that may come from anyone.
+
+Nothing in it is executed, and nothing is unpacked or allocated before the sizes that it claims have been compared with
+each other and with the size of the file.
+"""
+
+from __future__ import annotations
+
+import math
+import zipfile
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+from mjbiped.errors import RecordError, shown
+
+MOST_UNPACKED, ROOM = 100, 256 << 20
+"""An archive may unpack to so many times its size, and so many bytes more. Records do to 1.0 to 37 times, most where a
+robot stands still."""
+
+_SUFFIX = ".npy"
+_NUMBERS = (np.dtype(np.float64), np.dtype(np.int64))
+
+
+def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
+    """Read an .npz file of floats, whole numbers of 64 bits, and single texts.
+
+    Args:
+        path: The file.
+
+    Returns:
+        Its arrays by their names, in this machine's byte order; members that are no arrays are left out.
+
+    Raises:
+        RecordError: The file is missing, damaged, no such archive, or does not hold what it claims.
+    """
+    try:
+        with path.open("rb") as stream:
+            size = stream.seek(0, 2)
+            stream.seek(0)
+            with zipfile.ZipFile(stream) as archive:
+                return {name: _read(archive, member) for name, member in _members(archive, size).items()}
+    except RecordError as error:
+        raise RecordError(f"{path} is no walk's record: {error}") from error
+    except OSError as error:
+        raise RecordError(f"cannot read {path}: {error.strerror or error}") from error
+    except MemoryError as error:
+        raise RecordError(f"cannot read {path}: there is not enough memory for it") from error
+    except Exception as error:  # whatever damaged bytes make the parsers of zipfile, zlib and NumPy raise
+        raise RecordError(f"{path} is no walk's record, or only a part of one ({shown(error)})") from error
+
+
+def _members(archive: zipfile.ZipFile, size: int) -> dict[str, zipfile.ZipInfo]:
+    """The members of an archive of so many bytes that are arrays, by the arrays' names.
+
+    Raises:
+        RecordError: There are two of one name, they are packed in a way that no record is, or claim to be too large.
+    """
+    members: dict[str, zipfile.ZipInfo] = {}
+    for member in archive.infolist():
+        if not member.filename.endswith(_SUFFIX):
+            continue
+        name = member.filename.removesuffix(_SUFFIX)
+        if name in members:
+            raise RecordError(f"it holds {shown(name)} twice")
+        if member.flag_bits & 1 or member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            raise RecordError(f"{shown(name)} is encrypted, or compressed by another method than deflate")
+        members[name] = member
+    claimed = sum(member.file_size for member in members.values())
+    if claimed > MOST_UNPACKED * size + ROOM:
+        raise RecordError(f"it claims to hold {claimed} bytes in a file of {size}")
+    return members
+
+
+def _read(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
+    """Read one array.
+
+    Raises:
+        RecordError: It is not of a kind that records have, or its size is not what it claims.
+    """
+    with archive.open(member) as stream:
+        shape, dtype = _header(stream)
+        text = dtype.kind == "U" and shape == ()
+        if not text and dtype.newbyteorder("=") not in _NUMBERS:
+            raise RecordError(f"{shown(member.filename)} is of type {dtype}; expected numbers of 64 bits")
+        if min(shape, default=0) < 0 or stream.tell() + math.prod(shape) * dtype.itemsize != member.file_size:
+            raise RecordError(f"{shown(member.filename)} claims the shape {shown(shape)}, which is not its size")
+        stream.seek(0)
+        array: NDArray[Any] = npy.read_array(stream, allow_pickle=False)
+        if stream.read(1):  # the end is where zipfile compares checksums
+            raise RecordError(f"{shown(member.filename)} is longer than it claims")
+    return array.astype(dtype.newbyteorder("="), copy=False)
+
+
+def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    """Shape and type of the array in a stream, which then stands at its first number.
+
+    Raises:
+        RecordError: It is in a format in which NumPy writes no such array.
+    """
+    version = npy.read_magic(stream)
+    if version != (1, 0):
+        raise RecordError(f"an array is in the format {version} of NumPy; expected (1, 0)")
+    shape, _, dtype = npy.read_array_header_1_0(stream)
+    return shape, dtype
