@@ -9,12 +9,13 @@ from functools import cached_property
 from typing import ClassVar, NamedTuple
 
 import mjbiped.compass as compass
-from controllers.base import Controller, Law, Memory, is_number, require_positive
+from controllers.base import Controller, Law, Memory
 from controllers.replanning import transition, transition_at
 from controllers.slope_estimator import estimate_rates, slope_of, updated_estimate
 from controllers.tracking import tracking_errors, tracking_torque
+from mjbiped import domains
 from mjbiped.compass import Compass
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, shown
 from mjbiped.gait import Gait
 from mjbiped.reference import Table, in_arrays, reference_at, reference_break
 
@@ -97,29 +98,26 @@ class AdaptiveController(Controller):
         """Refuse parameters outside their domain.
 
         Raises:
-            InputError: A gain is not positive, zeta is outside (0, 1], or the start's estimate is no slope.
+            InputError: One is; see `mjbiped.domains`.
         """
-        require_positive(
-            position_gain=self.position_gain,
-            velocity_gain=self.velocity_gain,
-            adaptation_gain=self.adaptation_gain,
-            update_threshold=self.update_threshold,
-            replanning_threshold=self.replanning_threshold,
+        domains.check_fields(
+            self,
+            position_gain=domains.GAIN,
+            velocity_gain=domains.GAIN,
+            adaptation_gain=domains.ADAPTATION_GAIN,
+            update_threshold=domains.SLOPE_THRESHOLD,
+            replanning_threshold=domains.STATE_THRESHOLD,
+            initial_slope_estimate=domains.SLOPE,
         )
+        if self.replanning_delay is not None:
+            domains.check_fields(self, replanning_delay=domains.REPLANNING_DELAY)
         if not isinstance(self.robot, Compass) or not isinstance(self.gait, Gait):
             raise InputError(
                 "an AdaptiveController needs a mjbiped.Compass and a mjbiped.Gait (see mjbiped.find_passive_gait), "
                 f"got {type(self.robot).__name__} and {type(self.gait).__name__}"
             )
         if not isinstance(self.estimate_update, bool):
-            raise InputError(f"estimate_update must be True or False, got {self.estimate_update!r}")
-        zeta = self.replanning_delay
-        if zeta is not None and not (is_number(zeta) and 0.0 < zeta <= 1.0):
-            raise InputError(f"replanning_delay (zeta) must lie in (0, 1], or be None to switch it off; got {zeta!r}")
-        if not (is_number(self.initial_slope_estimate) and abs(self.initial_slope_estimate) < math.pi / 2):
-            raise InputError(
-                f"initial_slope_estimate must lie within (-pi/2, pi/2) rad, got {self.initial_slope_estimate!r}"
-            )
+            raise InputError(f"estimate_update = {shown(self.estimate_update)}: must be True or False")
 
     @cached_property
     def parameters(self) -> Parameters:

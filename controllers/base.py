@@ -19,7 +19,6 @@ from numbers import Real
 from typing import Any, ClassVar, NamedTuple
 
 from mjbiped.compass import Compass
-from mjbiped.errors import InputError
 from mjbiped.gait import Gait
 
 Memory = MutableSequence[float]
@@ -148,19 +147,3 @@ class Controller(ABC):
 def never(parameters: Any, memory: Memory, t: float) -> float:
     """`Law.next_break` of a law without kinks: infinity."""
     return math.inf
-
-
-def require_positive(**values: float) -> None:
-    """Refuse gains that are not finite numbers above zero.
-
-    Raises:
-        InputError: One is not; the message names it.
-    """
-    for name, value in values.items():
-        if not is_number(value) or value <= 0:
-            raise InputError(f"{name} must be a finite number above zero, got {value!r}")
-
-
-def is_number(value: object) -> bool:
-    """Whether a value is a finite real number, of Python's or NumPy's, and no truth value."""
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)

@@ -8,9 +8,10 @@ from functools import cached_property
 from typing import NamedTuple
 
 import mjbiped.compass as compass
-from controllers.base import Memory, is_number, require_positive
+from controllers.base import Memory
 from controllers.given_slope import GivenSlopeController, against_slope
 from controllers.virtual_gravity import energy_error
+from mjbiped import domains
 from mjbiped.errors import InputError
 
 
@@ -87,14 +88,12 @@ class EnergyConstraintController(GivenSlopeController):
         """Refuse parameters outside their domain.
 
         Raises:
-            InputError: A gain is not positive, the ratio no number or zero, or as in `GivenSlopeController`.
+            InputError: One is (see `mjbiped.domains`), the ratio is zero, or as in `GivenSlopeController`.
         """
         super().__post_init__()
-        require_positive(gain=self.gain, singular_band=self.singular_band)
-        if not is_number(self.ratio) or self.ratio == 0.0:
-            raise InputError(
-                f"ratio (mu, ankle over hip torque) must be a finite number other than 0, got {self.ratio!r}"
-            )
+        domains.check_fields(self, gain=domains.GAIN, ratio=domains.TORQUE_RATIO, singular_band=domains.SLOWEST_RATE)
+        if self.ratio == 0.0:
+            raise InputError("ratio = 0 (mu, ankle over hip torque): must be another number than 0")
 
     @cached_property
     def parameters(self) -> Parameters:

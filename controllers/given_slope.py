@@ -5,15 +5,15 @@
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar
 
-from controllers.base import Controller, Law, Memory, is_number, never
+from controllers.base import Controller, Law, Memory, never
 from controllers.slope_estimator import slope_change
+from mjbiped import domains
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError
 from mjbiped.gait import Gait
@@ -69,10 +69,8 @@ class GivenSlopeController(Controller):
                 f"{type(self).__name__} needs a mjbiped.Compass and a mjbiped.Gait (see mjbiped.find_passive_gait), "
                 f"got {type(self.robot).__name__} and {type(self.gait).__name__}"
             )
-        if self.slope_source not in SLOPE_SOURCES:
-            raise InputError(f"unknown slope_source {self.slope_source!r}; valid are {', '.join(SLOPE_SOURCES)}")
-        if not (is_number(self.initial_slope) and abs(self.initial_slope) < math.pi / 2):
-            raise InputError(f"initial_slope must lie within (-pi/2, pi/2) rad, got {self.initial_slope!r}")
+        domains.known_name("slope_source", self.slope_source, SLOPE_SOURCES)
+        domains.check_fields(self, initial_slope=domains.SLOPE)
 
     @cached_property
     @abstractmethod

@@ -7,9 +7,10 @@ from functools import cached_property
 from typing import NamedTuple
 
 import mjbiped.compass as compass
-from controllers.base import Memory, require_positive
+from controllers.base import Memory
 from controllers.given_slope import GivenSlopeController, against_slope
 from controllers.virtual_gravity import energy_error, shaped_torque
+from mjbiped import domains
 
 
 class Parameters(NamedTuple):
@@ -68,10 +69,10 @@ class KineticEnergyController(GivenSlopeController):
         """Refuse parameters outside their domain.
 
         Raises:
-            InputError: A gain is not positive, or as in `GivenSlopeController`.
+            InputError: One is (see `mjbiped.domains`), or as in `GivenSlopeController`.
         """
         super().__post_init__()
-        require_positive(gain=self.gain, slowest=self.slowest)
+        domains.check_fields(self, gain=domains.GAIN, slowest=domains.SLOWEST_RATE)
 
     @cached_property
     def parameters(self) -> Parameters:

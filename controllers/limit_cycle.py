@@ -8,9 +8,10 @@ from functools import cached_property
 from typing import NamedTuple
 
 import mjbiped.compass as compass
-from controllers.base import Law, Memory, require_positive
+from controllers.base import Law, Memory
 from controllers.given_slope import GivenSlopeController, against_slope
 from controllers.tracking import computed_torque, tracking_errors
+from mjbiped import domains
 from mjbiped.reference import Table, in_arrays, reference_at, reference_break
 
 
@@ -61,10 +62,10 @@ class LimitCycleController(GivenSlopeController):
         """Refuse parameters outside their domain.
 
         Raises:
-            InputError: A gain is not positive, or as in `GivenSlopeController`.
+            InputError: One is (see `mjbiped.domains`), or as in `GivenSlopeController`.
         """
         super().__post_init__()
-        require_positive(rate_gain=self.rate_gain, position_gain=self.position_gain)
+        domains.check_fields(self, rate_gain=domains.GAIN, position_gain=domains.POSITION_GAIN)
 
     @cached_property
     def parameters(self) -> Parameters:

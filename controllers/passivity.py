@@ -7,9 +7,10 @@ from functools import cached_property
 from typing import NamedTuple
 
 import mjbiped.compass as compass
-from controllers.base import Memory, require_positive
+from controllers.base import Memory
 from controllers.given_slope import GivenSlopeController, against_slope
 from controllers.virtual_gravity import energy_error, shaped_torque
+from mjbiped import domains
 
 
 class Parameters(NamedTuple):
@@ -59,10 +60,10 @@ class PassivityController(GivenSlopeController):
         """Refuse parameters outside their domain.
 
         Raises:
-            InputError: The gain is not positive, or as in `GivenSlopeController`.
+            InputError: It is (see `mjbiped.domains`), or as in `GivenSlopeController`.
         """
         super().__post_init__()
-        require_positive(gain=self.gain)
+        domains.check_fields(self, gain=domains.DAMPING_GAIN)
 
     @cached_property
     def parameters(self) -> Parameters:

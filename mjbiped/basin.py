@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mjbiped import return_map
+from mjbiped import domains, return_map
 from mjbiped.columns import TOUCHDOWNS, place
 from mjbiped.compass import Array, Compass
 from mjbiped.errors import InputError
@@ -26,8 +26,9 @@ from mjbiped.gait import find_passive_gait
 from mjbiped.hybrid import HybridSimulation
 from mjbiped.hybrid_state import ROWS, SAMPLES
 from mjbiped.return_map import ReturnMap, plane_of, walk_all
-from mjbiped.scuffing import ScuffingRule, check_landing
+from mjbiped.scuffing import ScuffingRule, check_landing, chosen
 from mjbiped.terrain import Terrain
+from mjbiped.walk_plan import check_controller
 
 if TYPE_CHECKING:
     from controllers.base import Controller
@@ -143,14 +144,15 @@ def basin_of_attraction(
         BasinInterrupted: Ctrl-C; the exception holds the rows computed so far.
     """
     gait = find_passive_gait(robot, slope)
-    rule = scuffing or ScuffingRule()
+    rule = chosen(scuffing)
     check_landing(gait, gait.slope, rule)
+    basin = _empty(gait.slope, gait.start, stance_rates, swing_rates, limit, "passive")
+    _check_threads(threads)
     plane = plane_of(robot, gait.slope, rule)
     walked = ReturnMap(robot, gait.slope, rule).walk(gait.start + np.array([_KICK, -_KICK, 0.0, 0.0]), _TRANSIENT)
     goals = np.unique(np.round(walked.states[-_ATTRACTOR:], 6), axis=0)
     if walked.outcome != "walking":
         goals = np.empty((0, 4))
-    basin = _empty(gait.slope, gait.start, stance_rates, swing_rates, limit, "passive")
     near = _nearness(robot)
 
     def row(number: int) -> None:
@@ -195,15 +197,16 @@ def basin_of_control(
             rule would never let land.
         BasinInterrupted: Ctrl-C; the exception holds the rows computed so far.
     """
-    gait = controller.gait
-    walker = robot or controller.robot
+    check_controller(controller)
+    gait, walker = controller.gait, controller.robot if robot is None else domains.check_kind("robot", robot, Compass)
     if gait is None or walker is None:
         raise InputError(f"{type(controller).__name__} imitates no gait: there is nothing to settle on")
-    check_landing(gait, slope, scuffing or ScuffingRule())
+    check_landing(gait, domains.SLOPE.check("slope", slope), chosen(scuffing))
     terrain = Terrain.incline(math.degrees(slope))
     q1, q2 = float(gait.start[0]), float(gait.start[1])
     near = _nearness(walker)
     basin = _empty(slope, gait.start, stance_rates, swing_rates, limit, type(controller).__name__)
+    _check_threads(threads)
 
     def row(number: int) -> None:
         rate2 = float(basin.swing_rates[number])
@@ -251,17 +254,16 @@ def _empty(
     Raises:
         InputError: The rates do not ascend, or the limit is no number of steps.
     """
-    if isinstance(limit, bool) or not isinstance(limit, int | np.integer) or not 1 <= limit <= 10_000:
-        raise InputError(f"limit must be a whole number of steps from 1 to 10000, got {limit!r}")
+    limit = domains.LIMIT.check("limit", limit)
     greatest = float(np.abs(start[2:]).max())
     grids: list[Array] = []
     for name, given, low, high in (
         ("stance_rates", stance_rates, 0.5 * start[2], 1.6 * start[2]),
         ("swing_rates", swing_rates, -2.2 * greatest, 2.2 * greatest),
     ):
-        grid = np.linspace(low, high, 300) if given is None else np.array(given, dtype=np.float64)
-        if grid.ndim != 1 or not len(grid) or not np.isfinite(grid).all() or (np.diff(grid) <= 0.0).any():
-            raise InputError(f"{name} must be a row of finite, ascending numbers")
+        grid = np.linspace(low, high, 300) if given is None else domains.RATE.array(name, given, (None,))
+        if not 1 <= len(grid) <= domains.GRID.high or (np.diff(grid) <= 0.0).any():
+            raise InputError(f"{name}: expected 1 to {domains.GRID.high} numbers that ascend, got {len(grid)}")
         grids.append(grid)
     shape = (len(grids[1]), len(grids[0]))
     fates = np.full(shape, Fate.UNDECIDED, dtype=np.int8)
@@ -273,7 +275,7 @@ def _empty(
         fates,
         np.zeros(shape, dtype=np.int16),
         np.zeros(shape),
-        int(limit),
+        limit,
         walker,
     )
 
@@ -284,17 +286,19 @@ def _nearness(robot: Compass) -> Array:
     return SETTLED * np.array([1.0, 1.0, frequency, frequency])
 
 
+def _check_threads(threads: int | None) -> None:
+    if threads is not None:
+        domains.WORKERS.check("threads", threads)
+
+
 def _filled(basin: Basin, row: Callable[[int], None], threads: int | None, progress: bool) -> Basin:
     """The map with all rows computed, in threads.
 
     Raises:
-        InputError: The number of threads is none.
         BasinInterrupted: Ctrl-C.
     """
     from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
 
-    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
-        raise InputError(f"threads must be a whole number of at least 1, got {threads!r}")
     rows = range(len(basin.swing_rates))
     with ThreadPoolExecutor(threads or _cores()) as pool:
         try:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mjbiped import domains
 from mjbiped.compass import Array, Compass
 from mjbiped.continuation import (
     GUARD,
@@ -23,7 +24,7 @@ from mjbiped.errors import GaitError, InputError
 from mjbiped.events import Outcome
 from mjbiped.gait import find_passive_gait
 from mjbiped.return_map import TOUCHDOWN, ReturnMap, plane_of, walk_all
-from mjbiped.scuffing import ScuffingRule, check_landing
+from mjbiped.scuffing import ScuffingRule, check_landing, chosen
 
 FIRST_SLOPE = math.radians(0.1)
 FEIGENBAUM = 4.669201609
@@ -114,8 +115,7 @@ def find_cascade(robot: Compass, doublings: int = 4, *, progress: bool = False) 
     """
     from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
 
-    if isinstance(doublings, bool) or not isinstance(doublings, int | np.integer) or not 1 <= doublings <= 6:
-        raise InputError(f"doublings must be a whole number from 1 to 6, got {doublings!r}")
+    doublings = domains.DOUBLINGS.check("doublings", doublings)
     branches: list[Branch] = []
     gait, step, end = first_gait(robot, FIRST_SLOPE), _FIRST_STEP, ""
     with tqdm(total=doublings, desc="doublings", disable=None if progress else True) as bar:
@@ -215,6 +215,7 @@ class BifurcationDiagram:
 
         Shape (n,); 0 also where the robot fell.
         """
+        tolerance = domains.LENGTH_TOLERANCE.check("tolerance", tolerance)
         lengths = self.step_lengths
         result = np.zeros(len(lengths), dtype=np.int64)
         for row, values in enumerate(lengths):
@@ -251,17 +252,17 @@ def bifurcation_diagram(
     """
     from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
 
-    planes = np.array(slopes, dtype=np.float64)
-    if planes.ndim != 1 or not len(planes) or not (np.isfinite(planes).all() and planes[0] > 0.0):
-        raise InputError("slopes must be a row of finite numbers above zero")
+    domains.check_kind("robot", robot, Compass)
+    planes = domains.DOWNHILL.array("slopes", slopes, (None,))
+    if not len(planes):
+        raise InputError("slopes: expected at least one")
     if (np.diff(planes) <= 0.0).any():
         raise InputError("slopes must ascend, for the walk on each begins where that on the one before ended")
-    for name, value in (("steps", steps), ("keep", keep)):
-        if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-            raise InputError(f"{name} must be a whole number of at least 1, got {value!r}")
+    steps, keep = domains.MAP_STEPS.check("steps", steps), domains.MAP_STEPS.check("keep", keep)
     if keep > steps:
         raise InputError(f"keep = {keep}: must not be more than the {steps} steps that are walked")
-    rule = scuffing or ScuffingRule()
+    domains.KEPT.check("keep times the number of slopes", keep * len(planes))
+    rule = chosen(scuffing)
     check_landing(find_passive_gait(robot, float(planes[0])), float(planes[0]), rule)
     start = first_gait(robot, float(planes[0])).states[0].copy()
     start[0] += _KICK  # off the gait itself, which may be unstable
@@ -270,7 +271,7 @@ def bifurcation_diagram(
     times = np.full((len(planes), keep), np.nan)
     outcomes = []
     for row, slope in enumerate(tqdm(planes.tolist(), desc="slopes", disable=None if progress else True)):
-        batch = walk_all(plane_of(robot, slope, rule), start[None], int(steps), room=int(steps))
+        batch = walk_all(plane_of(robot, slope, rule), start[None], steps, room=steps)
         outcomes.append(Outcome(batch.outcomes[0]).name.lower())
         if batch.outcomes[0] == TOUCHDOWN:
             kept[row], times[row] = batch.states[0, -keep:], batch.periods[0, -keep:]

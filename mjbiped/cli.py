@@ -7,6 +7,8 @@ Exit status: 0 for a walk that came to an end, a fall included; 2 for anything t
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +17,15 @@ import click
 from controllers import Controller
 from mjbiped import cli_options as given
 from mjbiped import controller_names as names
-from mjbiped import measures, reports
-from mjbiped.cli_files import INTERRUPTED, Files, end
+from mjbiped import domains, measures, reports
+from mjbiped.cli_files import INTERRUPTED, LONGEST_LINE, Files, end
 from mjbiped.cli_gaits import basin, bifurcation
 from mjbiped.cli_reproduce import reproduce
 from mjbiped.cli_sweep import sweep
 from mjbiped.compare import compare
 from mjbiped.compass import Compass
 from mjbiped.controller_names import make_controller
-from mjbiped.errors import InputError, MjbipedError
+from mjbiped.errors import InputError, MjbipedError, shortened, shown
 from mjbiped.gait import find_passive_gait
 from mjbiped.record import Walk
 from mjbiped.scuffing import ScuffingRule
@@ -47,11 +49,29 @@ class _Commands(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command."""
         try:
-            return super().invoke(ctx)
+            with _told_shortly():
+                return super().invoke(ctx)
         except MjbipedError as error:
             end(2, str(error))
         except KeyboardInterrupt:
             end(INTERRUPTED, "interrupted")
+
+    def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
+        """Read what stands before the command."""
+        with _told_shortly():
+            return super().make_context(*args, **kwargs)
+
+
+@contextmanager
+def _told_shortly() -> Iterator[None]:
+    """Click repeats words of the command line whole, however long they are."""
+    try:
+        yield
+    except click.UsageError as error:
+        message = error.format_message()
+        if len(message) <= LONGEST_LINE:
+            raise
+        raise click.UsageError(shortened(message, LONGEST_LINE), error.ctx) from error
 
 
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
@@ -209,7 +229,7 @@ def _compare(
 
 
 @main.command("gait", cls=given.SectionCommand)
-@given.options("Gait", ("--slope-deg", float, 2.0, "X", "Slope that it walks down."))
+@given.options("Gait", ("--slope-deg", given.quantity(domains.SLOPE_DEG), 2.0, "X", "Slope that it walks down."))
 @given.robot_options
 @given.plot_option
 @given.json_option
@@ -311,10 +331,10 @@ def _terrain(text: str, seed: int | None) -> Terrain:
         return terrain
     name, _, rest = text.strip().partition(":")
     if name.strip() != "random":
-        raise InputError(f"--seed is for the terrain 'random'; {text!r} has none")
+        raise InputError(f"--seed is for the terrain 'random'; {shown(text)} has none")
     parameters = parse_parameters(rest) if rest else {}
     if parameters.setdefault("seed", seed) != seed:
-        raise InputError(f"--seed {seed} contradicts {text!r}; give one of them")
+        raise InputError(f"--seed {seed} contradicts {shown(text)}; give one of them")
     return Terrain.preset("random", **parameters)
 
 
@@ -344,7 +364,7 @@ def _controller(ctx: click.Context, name: str, robot: Compass, values: dict[str,
         return make_controller(name, robot, settings)
     valid = names.gains(compared)
     for unknown in gains.keys() - valid.keys():
-        raise click.UsageError(f"--gain {unknown}: {name} has no such gain; valid are {', '.join(valid)}.")
+        raise click.UsageError(f"--gain {shortened(unknown)}: {name} has no such gain; valid are {', '.join(valid)}.")
     if slope_source is not None:
         gains["slope_source"] = slope_source
     return make_controller(name, robot, {**{key: settings[key] for key in names.SHARED}, **gains})

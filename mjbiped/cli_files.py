@@ -10,7 +10,7 @@ import click
 import numpy as np
 
 from mjbiped.compare import Comparison
-from mjbiped.errors import MjbipedError, RecordError
+from mjbiped.errors import MjbipedError, RecordError, shortened
 from mjbiped.gait import Gait
 from mjbiped.output import written_whole
 from mjbiped.record import Walk
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C, as shells have it."""
+
+LONGEST_LINE = 1000
+"""Characters of an error, at most."""
 
 
 class Files:
@@ -154,5 +157,5 @@ def save_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
 def end(status: int, *messages: str) -> NoReturn:
     """Print errors and end with an exit status."""
     for message in messages:
-        click.echo(f"Error: {' '.join(message.splitlines())}", err=True)
+        click.echo(f"Error: {shortened(' '.join(message.splitlines()), LONGEST_LINE)}", err=True)
     raise click.exceptions.Exit(status)

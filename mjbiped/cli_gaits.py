@@ -14,28 +14,14 @@ from rich.table import Table
 
 from controllers import AdaptiveController
 from mjbiped import cli_options as given
-from mjbiped import reports
+from mjbiped import domains, reports
 from mjbiped.cli_files import INTERRUPTED, Files
 from mjbiped.compass import Compass
 from mjbiped.compiled import announced
-from mjbiped.errors import InputError
 from mjbiped.gait import find_passive_gait
 from mjbiped.scuffing import ScuffingRule, check_landing
 
 _MULTIPLIERS_EVERY = math.radians(0.02)
-
-
-def span(value: Any) -> tuple[float, float]:
-    """Two numbers as "0.8..1.6", the first below the second."""
-    first, dots, second = str(value).partition("..")
-    try:
-        low, high = float(first), float(second)
-    except ValueError:
-        dots = ""
-        low = high = math.nan
-    if not dots or not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise click.BadParameter(f"{value!r}; expected two numbers LOW..HIGH, the first below the second, as 0.8..1.6.")
-    return low, high
 
 
 _out = given.options("Results", ("--out", given.output(".npz"), None, "FILE", "Write the data, an .npz file."))
@@ -44,11 +30,17 @@ _out = given.options("Results", ("--out", given.output(".npz"), None, "FILE", "W
 @click.command("bifurcation", cls=given.SectionCommand)
 @given.options(
     "Diagram",
-    ("--slope-deg", span, "2.4..3.6", "LOW..HIGH", "Slopes of the diagram."),
-    ("--slopes", click.IntRange(min=4), 1000, "N", "How many; half of them where the period doubles again and again."),
-    ("--steps", click.IntRange(min=1), 600, "N", "Steps on each slope."),
-    ("--keep", click.IntRange(min=1), 100, "N", "The last so many of them are kept."),
-    ("--doublings", click.IntRange(1, 6), 4, "N", "Period doublings to look for."),
+    ("--slope-deg", given.span(domains.SLOPE_DEG), "2.4..3.6", "LOW..HIGH", "Slopes of the diagram."),
+    (
+        "--slopes",
+        given.quantity(domains.SLOPES),
+        1000,
+        "N",
+        "How many; half of them where the period doubles again and again.",
+    ),
+    ("--steps", given.quantity(domains.MAP_STEPS), 600, "N", "Steps on each slope."),
+    ("--keep", given.quantity(domains.MAP_STEPS), 100, "N", "The last so many of them are kept."),
+    ("--doublings", given.quantity(domains.DOUBLINGS), 4, "N", "Period doublings to look for."),
 )
 @given.scuffing_option("Diagram")
 @given.robot_options
@@ -87,10 +79,11 @@ def bifurcation(
     from mjbiped.bifurcation import bifurcation_diagram, find_cascade
     from mjbiped.continuation import first_gait, follow
 
-    if not 0.0 < slope_deg[0] < slope_deg[1] < 90.0:
-        raise click.UsageError("--slope-deg: slopes must lie between 0 and 90 degrees, downhill.")
+    if math.radians(slope_deg[0]) < domains.DOWNHILL.low:
+        raise click.UsageError("--slope-deg: slopes must be above 0, downhill.")
     if keep > steps:
         raise click.UsageError(f"--keep {keep} is more than the {steps} steps that are walked.")
+    domains.KEPT.check("--keep times --slopes", keep * slopes)
     robot, rule, (low, high) = Compass(**values), ScuffingRule(reach=scuffing_reach), np.radians(slope_deg).tolist()
     check_landing(find_passive_gait(robot, low), low, rule)  # before the search
     began = time.perf_counter()
@@ -166,20 +159,44 @@ def bifurcation(
 @click.command("basin", cls=given.SectionCommand)
 @given.options(
     "Map",
-    ("--slope-deg", float, None, "X", "Slope of the plane; 2 for the passive robot, 0 for the adaptive controller."),
+    (
+        "--slope-deg",
+        given.quantity(domains.SLOPE_DEG),
+        None,
+        "X",
+        "Slope of the plane; 2 for the passive robot, 0 for the adaptive controller.",
+    ),
     ("--controller", click.Choice(("passive", "adaptive")), "passive", None, "Who walks."),
-    ("--imitate-slope-deg", float, 2.0, "X", "Slope of the passive gait that the adaptive controller imitates."),
+    (
+        "--imitate-slope-deg",
+        given.quantity(domains.SLOPE_DEG),
+        2.0,
+        "X",
+        "Slope of the passive gait that the adaptive controller imitates.",
+    ),
     (
         "--stance-rates",
-        span,
+        given.span(domains.RATE),
         None,
         "LOW..HIGH",
         "First rates of the stance leg, rad/s; around the gait's if left out.",
     ),
-    ("--swing-rates", span, None, "LOW..HIGH", "First rates of the swing leg, rad/s; the same."),
-    ("--grid", click.IntRange(min=2), None, "N", "Starts along each side; 300, or 100 with the adaptive controller."),
-    ("--limit", click.IntRange(1, 10_000), None, "N", "Steps at most; 100, or 10 with the adaptive controller."),
-    ("--threads", click.IntRange(min=1), None, "N", "Threads; one for each core unless given."),
+    ("--swing-rates", given.span(domains.RATE), None, "LOW..HIGH", "First rates of the swing leg, rad/s; the same."),
+    (
+        "--grid",
+        given.quantity(domains.GRID),
+        None,
+        "N",
+        "Starts along each side; 300, or 100 with the adaptive controller.",
+    ),
+    (
+        "--limit",
+        given.quantity(domains.LIMIT),
+        None,
+        "N",
+        "Steps at most; 100, or 10 with the adaptive controller.",
+    ),
+    ("--threads", given.quantity(domains.WORKERS), None, "N", "Threads; one for each core unless given."),
 )
 @given.scuffing_option("Map")
 @given.robot_options
@@ -218,8 +235,6 @@ def basin(
     robot = Compass(**values)
     adaptive = controller == "adaptive"
     slope = math.radians(slope_deg if slope_deg is not None else (0.0 if adaptive else 2.0))
-    if not abs(slope) < math.pi / 2:
-        raise InputError(f"--slope-deg {slope_deg!r}: must lie within 90 degrees")
     count = grid or (100 if adaptive else 300)
     gait = find_passive_gait(robot, math.radians(imitate_slope_deg) if adaptive else slope)
     greatest = float(np.abs(gait.start[2:]).max())

@@ -13,9 +13,13 @@ import click
 
 from controllers import AdaptiveController
 from controllers.given_slope import SLOPE_SOURCES
+from mjbiped import domains
 from mjbiped.compass import Compass
 from mjbiped.controller_names import CONTROLLERS, GIVEN_SLOPE, SHARED, gains
+from mjbiped.domains import Count, Domain
+from mjbiped.errors import InputError, shown
 from mjbiped.scuffing import ScuffingRule
+from mjbiped.terrain_files import parse_number
 from mjbiped.walk import walk
 from mjbiped.walk_plan import DEFAULT_STEPS, ENGINES, INITIAL_STATES
 
@@ -81,75 +85,97 @@ def output(*suffixes: str) -> Callable[[Any], Path]:
     def convert(value: Any) -> Path:
         path = Path(value)
         if path.suffix not in suffixes:
-            raise click.BadParameter(f"{str(path)!r} must end in {' or '.join(suffixes)}.")
+            raise click.BadParameter(f"{shown(str(path))} must end in {' or '.join(suffixes)}.")
         try:
             if path.is_dir():
-                raise click.BadParameter(f"{str(path)!r} is a folder.")
+                raise click.BadParameter(f"{shown(str(path))} is a folder.")
             if not path.parent.is_dir():
-                raise click.BadParameter(f"{str(path)!r}: there is no folder {str(path.parent)!r}; make it first.")
+                raise click.BadParameter(
+                    f"{shown(str(path))}: there is no folder {shown(str(path.parent))}; make it first."
+                )
             # under the kind of name that files are written under before they take their place
             with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix):
                 pass
-        except OSError as error:
-            raise click.BadParameter(f"{str(path)!r} cannot be written: {error.strerror or error}.") from error
+        except (OSError, ValueError) as error:  # a name that no file can have is a ValueError
+            reason = getattr(error, "strerror", None) or error
+            raise click.BadParameter(f"{shown(str(path))} cannot be written: {reason}.") from error
         return path
 
     return convert
 
 
+def quantity(domain: Domain | Count) -> Callable[[Any], float]:
+    """The type of a number of a domain."""
+
+    def number(value: Any) -> float:
+        try:
+            return domain.check("", parse_number(value) if isinstance(value, str) else value)
+        except InputError as error:
+            raise click.BadParameter(f"{shown(value)}; expected {domain.words}.") from error
+
+    return number
+
+
+def span(domain: Domain) -> Callable[[Any], tuple[float, float]]:
+    """The type of two numbers of a domain as "0.8..1.6", the first below the second."""
+
+    def ends(value: Any) -> tuple[float, float]:
+        first, _, second = str(value).partition("..")
+        try:
+            low, high = (domain.check("", parse_number(end)) for end in (first, second))
+        except InputError:
+            low = high = math.nan
+        if not low < high:
+            raise click.BadParameter(
+                f"{shown(value)}; expected two numbers LOW..HIGH, {domain}, the first below the second, as 0.8..1.6."
+            )
+        return low, high
+
+    return ends
+
+
 def size(value: str) -> tuple[int, int]:
     """Width and height in pixels, as "640x480"; H.264 wants them even."""
     width, _, height = value.lower().partition("x")
-    sizes = [int(part) if part.isascii() and part.isdecimal() else 0 for part in (width, height)]
-    if not all(64 <= size <= 4096 and size % 2 == 0 for size in sizes):
-        raise click.BadParameter(f"{value!r}; expected WIDTHxHEIGHT, even pixels from 64 to 4096 each, as 1280x720.")
+    try:
+        sizes = [domains.PIXELS.check("", parse_number(part)) for part in (width, height)]
+    except InputError:
+        sizes = [1]
+    if any(size % 2 for size in sizes):
+        least, most = domains.PIXELS.low, domains.PIXELS.high
+        wanted = f"WIDTHxHEIGHT, even pixels from {least} to {most} each, as 1280x720"
+        raise click.BadParameter(f"{shown(value)}; expected {wanted}.")
     return sizes[0], sizes[1]
 
 
-def factor(value: Any) -> float:
-    """A number from 0.01 to 100."""
-    number = _number(value)
-    if not 0.01 <= number <= 100.0:
-        raise click.BadParameter(f"{value!r}; expected a number from 0.01 to 100.")
-    return number
-
-
 def delay(value: Any) -> float | None:
-    """A number, whose domain the controller knows, or "none"."""
-    if str(value).strip().lower() == "none":
+    """A number, or "none"."""
+    if isinstance(value, str) and value.strip().lower() == "none":
         return None
-    number = _number(value)
-    if math.isnan(number):
-        raise click.BadParameter(f"{value!r}; expected a number in (0, 1], or 'none' to switch re-planning off.")
-    return number
+    try:
+        return quantity(domains.REPLANNING_DELAY)(value)
+    except click.BadParameter as error:
+        raise click.BadParameter(f"{error.message[:-1]}, or 'none' to switch re-planning off.") from error
 
 
 def initial_state(value: str) -> str | tuple[float, ...]:
     """The name of a walk's first state, or four numbers."""
     if value in INITIAL_STATES:
         return value
-    numbers = tuple(_number(part) for part in value.split(","))
-    if len(numbers) != 4 or not all(map(math.isfinite, numbers)):
+    try:
+        return tuple(domains.check_states("", [parse_number(part) for part in value.split(",")], (4,)).tolist())
+    except InputError as error:
         wanted = f"{', '.join(map(repr, INITIAL_STATES))} or four numbers q1,q2,dq1,dq2 (rad, rad/s)"
-        raise click.BadParameter(f"{value!r}; expected {wanted}.")
-    return numbers
+        raise click.BadParameter(f"{shown(value)}; expected {wanted}.") from error
 
 
 def gain(value: str) -> tuple[str, float]:
-    """A gain's name and value, as "ratio=-2"; the controller knows which it has."""
+    """A gain's name and value, as "ratio=-2"; the controller knows which it has, and their domains."""
     name, _, rest = value.partition("=")
-    number = _number(rest)
-    if math.isnan(number):
-        raise click.BadParameter(f"{value!r}; expected NAME=NUMBER, as gain=10.")
+    number = parse_number(rest)
+    if number is None:
+        raise click.BadParameter(f"{shown(value)}; expected NAME=NUMBER, as gain=10.")
     return name.strip(), number
-
-
-def _number(value: Any) -> float:
-    """A number, or NaN for what is none."""
-    try:
-        return float(value)
-    except ValueError:
-        return math.nan
 
 
 _PLOT = output(".png", ".pdf", ".svg")
@@ -159,13 +185,12 @@ _LAW = AdaptiveController  # for its defaults
 
 ADAPTIVE, COMPARISON = "Adaptive controller", "Comparison controllers"
 CAMERAS = ("track", "side", "overview")
-FASTEST_FPS = 120
 
 walk_options = options(
     "Walk",
-    ("--seed", int, None, "N", "Seed of the terrain 'random'."),
-    ("--steps", click.IntRange(min=1), None, "N", f"End after so many steps; {DEFAULT_STEPS} without a distance."),
-    ("--distance", float, None, "X", "End at this place x of the stance foot, m."),
+    ("--seed", quantity(domains.SEED), None, "N", "Seed of the terrain 'random'."),
+    ("--steps", quantity(domains.STEPS), None, "N", f"End after so many steps; {DEFAULT_STEPS} without a distance."),
+    ("--distance", quantity(domains.DISTANCE), None, "X", "End at this place x of the stance foot, m."),
     (
         "--initial",
         initial_state,
@@ -182,16 +207,22 @@ walk_options = options(
         "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque; the others are "
         "those that the paper compares with, see docs/comparison.md.",
     ),
-    ("--timestep", float, _TIMESTEP, "X", "Longest physics step, s."),
-    ("--contact-timestep", float, _CONTACT, "X", "Physics step that makes an impact, s."),
-    ("--control-period", float, None, "X", "Time between ticks of the controller, s; each physics step unless given."),
+    ("--timestep", quantity(domains.TIMESTEP), _TIMESTEP, "X", "Longest physics step, s."),
+    ("--contact-timestep", quantity(domains.CONTACT_TIMESTEP), _CONTACT, "X", "Physics step that makes an impact, s."),
+    (
+        "--control-period",
+        quantity(domains.CONTROL_PERIOD),
+        None,
+        "X",
+        "Time between ticks of the controller, s; each physics step unless given.",
+    ),
 )
 
 
 def scuffing_option(section: str) -> Callable[[_Function], _Function]:
     """The option for the scuffing rule: which scuffs are passed through, and which steps are long enough."""
     text = "Leg lengths ahead of the stance foot from which the swing foot may touch the ground; steps must be longer."
-    return options(section, ("--scuffing-reach", float, ScuffingRule.reach, "X", text))
+    return options(section, ("--scuffing-reach", quantity(domains.REACH), ScuffingRule.reach, "X", text))
 
 
 engine_option = options(
@@ -203,14 +234,20 @@ adaptive_options = options(
     ADAPTIVE,
     (
         "--imitate-slope-deg",
-        float,
+        quantity(domains.SLOPE_DEG),
         SHARED["imitate_slope_deg"],
         "X",
         "Slope of the passive gait that is imitated; for all but passive.",
     ),
-    ("--position-gain", float, _LAW.position_gain, "X", "K1, 1/s."),
-    ("--velocity-gain", float, _LAW.velocity_gain, "X", "K2, 1/s."),
-    ("--adaptation-gain", float, _LAW.adaptation_gain, "X", "gamma of the slope estimator."),
+    ("--position-gain", quantity(domains.GAIN), _LAW.position_gain, "X", "K1, 1/s."),
+    ("--velocity-gain", quantity(domains.GAIN), _LAW.velocity_gain, "X", "K2, 1/s."),
+    (
+        "--adaptation-gain",
+        quantity(domains.ADAPTATION_GAIN),
+        _LAW.adaptation_gain,
+        "X",
+        "gamma of the slope estimator.",
+    ),
     (
         "--replanning-delay",
         delay,
@@ -227,7 +264,7 @@ adaptive_options = options(
     ),
     (
         "--initial-slope-estimate-deg",
-        float,
+        quantity(domains.SLOPE_DEG),
         SHARED["initial_slope_estimate_deg"],
         "X",
         "Slope estimate at the start; for the comparison controllers the slope that they are given.",
@@ -260,18 +297,30 @@ comparison_options = options(
 
 robot_options = options(
     "Robot",
-    ("--leg-mass", float, Compass.leg_mass, "X", "Mass of one leg, kg."),
-    ("--hip-mass", float, Compass.hip_mass, "X", "Mass at the hip, kg."),
-    ("--lower-length", float, Compass.lower_length, "X", "From the foot to the leg's centre of mass, m."),
-    ("--upper-length", float, Compass.upper_length, "X", "From the leg's centre of mass to the hip, m."),
+    ("--leg-mass", quantity(domains.LEG_MASS), Compass.leg_mass, "X", "Mass of one leg, kg."),
+    ("--hip-mass", quantity(domains.HIP_MASS), Compass.hip_mass, "X", "Mass at the hip, kg."),
+    (
+        "--lower-length",
+        quantity(domains.LENGTH),
+        Compass.lower_length,
+        "X",
+        "From the foot to the leg's centre of mass, m.",
+    ),
+    (
+        "--upper-length",
+        quantity(domains.LENGTH),
+        Compass.upper_length,
+        "X",
+        "From the leg's centre of mass to the hip, m.",
+    ),
     (
         "--leg-inertia",
-        float,
+        quantity(domains.INERTIA),
         None,
         "X",
         "Inertia of a leg about its centre of mass, kg m^2; a uniform rod's unless given.",
     ),
-    ("--gravity", float, Compass.gravity, "X", "Acceleration of gravity, m/s^2."),
+    ("--gravity", quantity(domains.GRAVITY), Compass.gravity, "X", "Acceleration of gravity, m/s^2."),
 )
 
 records_option = options(
@@ -294,8 +343,8 @@ video_options = options(
     "Video",
     ("--video-size", size, "640x480", "WxH", "Width and height, pixels."),
     ("--camera", click.Choice(CAMERAS), CAMERAS[0], None, "Where it is seen from."),
-    ("--slow-motion", factor, 1.0, "X", "Seconds of video per second of the walk."),
-    ("--fps", click.IntRange(1, FASTEST_FPS), 30, "N", "Frames per second."),
+    ("--slow-motion", quantity(domains.SLOW_MOTION), 1.0, "X", "Seconds of video per second of the walk."),
+    ("--fps", quantity(domains.FPS), 30, "N", "Frames per second."),
     ("--caption/--no-caption", bool, True, None, "Time, step and slope written on the frames."),
     ("--shadows/--no-shadows", bool, True, None, "Without them a software renderer is faster."),
 )

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from mjbiped import cli_options as given
-from mjbiped import reports
+from mjbiped import domains, reports
 from mjbiped.cli_files import INTERRUPTED, end
 
 
@@ -15,7 +15,7 @@ from mjbiped.cli_files import INTERRUPTED, end
 @given.options(
     "Walks",
     ("--quick", bool, False, None, "Only a few short walks in MuJoCo; all of the hybrid engine's."),
-    ("--workers", click.IntRange(min=1), None, "N", "Processes for MuJoCo; one for each core unless given."),
+    ("--workers", given.quantity(domains.WORKERS), None, "N", "Processes for MuJoCo; one for each core unless given."),
 )
 @given.options(
     "Results",

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from mjbiped import measures, parting
 from mjbiped.compass import Compass
 from mjbiped.errors import InputError
-from mjbiped.hybrid import SHORTEST_SAMPLE_PERIOD
 from mjbiped.parting import Parting
 from mjbiped.physics import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
 from mjbiped.record import Walk
@@ -154,7 +153,7 @@ def compare(
         "progress": progress,
     }
     if sample_period is None:
-        raise InputError("sample_period must be a finite number above zero: the records' samples are compared")
+        raise InputError("sample_period = None: must be a number, for the records' samples are compared")
     # MuJoCo first: it refuses all that the hybrid engine would, and more
     there = walk(
         controller,
@@ -166,8 +165,7 @@ def compare(
         ground=ground,
         **common,
     )
-    same_period = max(there.settings["sample_period"], SHORTEST_SAMPLE_PERIOD)
-    here = walk(controller, terrain, engine="hybrid", sample_period=same_period, **common)
+    here = walk(controller, terrain, engine="hybrid", sample_period=sample_period, **common)
     table = parting.differences(there, here)
     return Comparison(there, here, table, parting.find(there, here, table, controller))
 

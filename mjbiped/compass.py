@@ -9,15 +9,14 @@ slope positive downhill. Forces are generalised forces B tau, N m. docs/model.md
 """
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
-from numbers import Real
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mjbiped.errors import InputError
+from mjbiped import domains
 
 Constants: TypeAlias = tuple[float, float, float, float, float, float, float]
 """Lumped parameters: stance inertia m a^2 + J + (m_H + m) l^2, coupling m b l and swing inertia m b^2 + J in kg m^2;
@@ -126,7 +125,7 @@ class Compass:
         gravity: g, m/s^2, > 0.
 
     Raises:
-        InputError: a value is not a finite number of its domain.
+        InputError: a value is not a finite number of its domain; see `mjbiped.domains`.
     """
 
     leg_mass: float = 5.0
@@ -138,19 +137,18 @@ class Compass:
 
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.name == "leg_inertia" and value is None:
+        for name, domain in (
+            ("leg_mass", domains.LEG_MASS),
+            ("hip_mass", domains.HIP_MASS),
+            ("lower_length", domains.LENGTH),
+            ("upper_length", domains.LENGTH),
+            ("leg_inertia", domains.INERTIA),
+            ("gravity", domains.GRAVITY),
+        ):
+            value = getattr(self, name)
+            if name == "leg_inertia" and value is None:
                 value = self.leg_mass * (self.lower_length + self.upper_length) ** 2 / 12
-            zero_allowed = field.name in ("hip_mass", "leg_inertia")
-            value = finite(field.name, value)
-            if value < 0 or (value == 0 and not zero_allowed):
-                raise InputError(f"{field.name} = {value!r}: must be {'>= 0' if zero_allowed else '> 0'}")
-            object.__setattr__(self, field.name, value)
-            if field.name == "upper_length" and not math.isfinite(self.leg_length):
-                raise InputError(f"upper_length = {value!r}: the leg's length must be finite")
-        if not all(map(math.isfinite, self.constants)):
-            raise InputError(f"masses, lengths and gravity are too great to compute with: {self!r}")
+            object.__setattr__(self, name, domain.check(name, value))
 
     @property
     def leg_length(self) -> float:
@@ -189,27 +187,27 @@ class Compass:
 
     def mass_matrix(self, q: ArrayLike) -> Array:
         """M(q) of eq. (1), shape (2, 2), kg m^2, for q of shape (2,) in rad."""
-        m11, m12, m22 = mass_terms(self.constants, *pair("q", q))
+        m11, m12, m22 = mass_terms(self.constants, *_angles(q))
         return np.array([[m11, m12], [m12, m22]])
 
     def coriolis_matrix(self, q: ArrayLike, dq: ArrayLike) -> Array:
         """C(q, dq) of eq. (1), shape (2, 2), kg m^2/s; dM/dt - 2 C is skew. q, dq of shape (2,) in rad and rad/s."""
-        c12, c21 = coriolis_entries(self.constants, *pair("q", q), *pair("dq", dq))
+        c12, c21 = coriolis_entries(self.constants, *_angles(q), *_rates(dq))
         return np.array([[0.0, c12], [c21, 0.0]])
 
     def gravity_vector(self, q: ArrayLike, slope: float) -> Array:
         """g(q, slope) of eq. (1) and (13), shape (2,), N m, for q of shape (2,) and the slope in rad, > 0 downhill."""
-        gc1, gc2, gs1, gs2 = gravity_terms(self.constants, *pair("q", q))
-        sine, cosine = math.sin(finite("slope", slope)), math.cos(slope)
+        gc1, gc2, gs1, gs2 = gravity_terms(self.constants, *_angles(q))
+        sine, cosine = math.sin(_slope(slope)), math.cos(slope)
         return np.array([gc1 * sine + gs1 * cosine, gc2 * sine + gs2 * cosine])
 
     def kinetic_energy(self, q: ArrayLike, dq: ArrayLike) -> float:
         """Kinetic energy, J, for q and dq of shape (2,) in rad and rad/s."""
-        return kinetic_energy(self.constants, *pair("q", q), *pair("dq", dq))
+        return kinetic_energy(self.constants, *_angles(q), *_rates(dq))
 
     def potential_energy(self, q: ArrayLike, slope: float) -> float:
         """Potential energy about the stance foot, J, for q of shape (2,) and the slope in rad."""
-        return potential_energy(self.constants, *pair("q", q), finite("slope", slope))
+        return potential_energy(self.constants, *_angles(q), _slope(slope))
 
     def energy(self, q: ArrayLike, dq: ArrayLike, slope: float) -> float:
         """Kinetic plus potential energy about the stance foot, J; constant while no torque acts."""
@@ -221,33 +219,27 @@ class Compass:
         The angles stay relative to the normal that `q` was measured from; where the ground's slope changes under the
         new stance foot, subtract the change from both (eq. 2).
         """
-        q1, q2 = pair("q", q)
-        return np.array([q2, q1]), np.array(impact_rates(self.constants, q1, q2, *pair("dq", dq)))
+        q1, q2 = _angles(q)
+        return np.array([q2, q1]), np.array(impact_rates(self.constants, q1, q2, *_rates(dq)))
 
     def swing_foot(self, q: ArrayLike) -> Array:
         """Swing foot from the stance foot, shape (2,), m: (along the ground, along its normal), for q of shape (2,).
 
         The second component is H of eq. (4) on a plane.
         """
-        q1, q2 = pair("q", q)
+        q1, q2 = _angles(q)
         return self.leg_length * np.array([math.sin(q1) - math.sin(q2), math.cos(q1) - math.cos(q2)])
 
 
-def finite(name: str, value: object) -> float:
-    """`value` as a float; InputError with its name if it is not a finite real number."""
-    if isinstance(value, bool | np.bool) or not isinstance(value, Real) or not math.isfinite(value):
-        raise InputError(f"{name} = {value!r}: must be a finite number")
-    return float(value)
+def _angles(q: ArrayLike) -> tuple[float, float]:
+    q1, q2 = domains.ANGLE.array("q", q, (2,)).tolist()
+    return q1, q2
 
 
-def pair(name: str, value: ArrayLike) -> tuple[float, float]:
-    """`value` as two floats; InputError with its name if it is not two finite numbers."""
-    try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: expected two numbers, got {value!r}") from error
-    if array.shape != (2,):
-        raise InputError(f"{name}: expected shape (2,), got {array.shape}")
-    if not np.isfinite(array).all():
-        raise InputError(f"{name} = {array}: must be finite")
-    return float(array[0]), float(array[1])
+def _rates(dq: ArrayLike) -> tuple[float, float]:
+    dq1, dq2 = domains.RATE.array("dq", dq, (2,)).tolist()
+    return dq1, dq2
+
+
+def _slope(slope: float) -> float:
+    return domains.ANGLE.check("slope", slope)

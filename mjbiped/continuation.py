@@ -14,7 +14,8 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from mjbiped.compass import Array, Compass, finite
+from mjbiped import domains
+from mjbiped.compass import Array, Compass
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gait import find_passive_gait
 from mjbiped.return_map import TOUCHDOWN, Plane, plane_of, walk_all
@@ -108,10 +109,11 @@ def find_periodic_gait(robot: Compass, slope: float, states: ArrayLike) -> Perio
         GaitError: Newton's method does not converge, the gait found repeats itself sooner, or its trailing foot stays
             down after the impact.
     """
-    slope = finite("slope", slope)
-    guess = np.array(states, dtype=np.float64)
-    if guess.ndim != 2 or guess.shape[1] != 4 or not len(guess) or not np.isfinite(guess).all():
-        raise InputError(f"states: expected finite numbers of shape (n, 4), got shape {guess.shape}")
+    domains.check_kind("robot", robot, Compass)
+    slope = domains.SLOPE.check("slope", slope)
+    guess = domains.check_states("states", states, (None, 4))
+    if not len(guess):
+        raise InputError("states: expected shape (n, 4) with at least one state, got none")
     places = guess[:, [0, 2, 3]]
     n = len(places)
     frequency = math.sqrt(robot.gravity / robot.leg_length)

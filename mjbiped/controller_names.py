@@ -19,8 +19,8 @@ from controllers import (
 )
 from controllers.given_slope import GivenSlopeController
 from mjbiped.compass import Compass
+from mjbiped.domains import SLOPE_DEG, known_name
 from mjbiped.gait import Gait, find_passive_gait
-from mjbiped.terrain_files import known_name, number
 
 GIVEN_SLOPE: Mapping[str, type[GivenSlopeController]] = MappingProxyType(
     {
@@ -81,7 +81,7 @@ def make_controller(name: str, robot: Compass, settings: Mapping[str, Any], gait
     if name == "passive":
         return PassiveController()
     given = {**SHARED, **settings}
-    slope, estimate = (math.radians(number(f"{key} (degrees)", given.pop(key))) for key in SHARED)
+    slope, estimate = (math.radians(SLOPE_DEG.check(key, given.pop(key))) for key in SHARED)
     gait = gait or find_passive_gait(robot, slope)
     if name == "adaptive":
         return AdaptiveController(robot, gait, initial_slope_estimate=estimate, **given)

@@ -70,7 +70,17 @@ def shown(value: object) -> str:
         text = _SHORT.repr(value)
     except Exception:  # a subclass of a built-in type with a repr or a length of its own
         text = f"<an object of type {type(value).__name__}>"
-    if len(text) <= LONGEST_SHOWN:
+    return shortened(text, LONGEST_SHOWN)
+
+
+def shortened(text: str, longest: int = 300) -> str:
+    """A text that must not be quoted, as a path or the words of another library, without its middle where it is long.
+
+    Args:
+        text: Any.
+        longest: Characters that are left of it at most.
+    """
+    if len(text) <= longest:
         return text
-    half = (LONGEST_SHOWN - len(_SHORT.fillvalue)) // 2
+    half = (longest - len(_SHORT.fillvalue)) // 2
     return f"{text[:half]}{_SHORT.fillvalue}{text[-half:]}"

@@ -18,8 +18,9 @@ import numpy as np
 import scipy  # it loads a part when that is first used: half a second for all of these
 from numpy.typing import ArrayLike
 
-from mjbiped.compass import Array, Compass, acceleration, finite, impact_rates, kinetic_energy, mass_terms
-from mjbiped.errors import GaitError, InputError
+from mjbiped import domains
+from mjbiped.compass import Array, Compass, acceleration, impact_rates, kinetic_energy, mass_terms
+from mjbiped.errors import GaitError
 from mjbiped.reference import Table, reference_at
 
 STEPS = 48  # fixed integration steps per period: the state at touchdown is then good to 1e-13
@@ -94,9 +95,7 @@ class Gait:
         Raises:
             InputError: a time is negative or not finite.
         """
-        times = np.asarray(t, dtype=np.float64)
-        if not (np.isfinite(times) & (times >= 0)).all():
-            raise InputError(f"t = {t!r}: times must be finite and >= 0")
+        times = domains.TIME.array("t", t, None)
         rows = [reference_at(self.table, time) for time in times.ravel().tolist()]
         values = np.array(rows).reshape(*times.shape, 3, 2)
         return values[..., 0, :], values[..., 1, :], values[..., 2, :]
@@ -114,12 +113,13 @@ def find_passive_gait(robot: Compass, slope: float) -> Gait:
         slope: of the plane, rad, > 0 (downhill).
 
     Raises:
-        InputError: the slope is not a finite number.
+        InputError: the slope is no number within a right angle of level, or the robot is no `Compass`.
         GaitError: the robot has no such gait on that slope.
     """
-    slope = finite("slope", slope)
-    if not 0 < slope < math.pi / 2:
-        raise _no_gait(slope, "without torques the robot walks only downhill; give a slope between 0 and 90 degrees")
+    domains.check_kind("robot", robot, Compass)
+    slope = domains.SLOPE.check("slope", slope)
+    if slope < domains.DOWNHILL.low:
+        raise _no_gait(slope, f"without torques the robot walks only downhill; give a slope {domains.DOWNHILL}")
     return _find(robot, slope)
 
 

@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped import domains
 from mjbiped import hybrid_state as at
 from mjbiped.columns import SAMPLES, TOUCHDOWNS, width
 from mjbiped.compass import Compass
 from mjbiped.compiled import announced, compiled
 from mjbiped.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
-from mjbiped.errors import InputError
 from mjbiped.events import STALL_TIME, Outcome
 from mjbiped.hybrid_events import hip, legs_at
 from mjbiped.hybrid_motion import HANDED_ON, rates_where
@@ -29,7 +29,7 @@ from mjbiped.hybrid_walk import advance
 from mjbiped.law_check import refusal
 from mjbiped.laws import gives_its_law, next_break, slope_estimate, torque, touchdown
 from mjbiped.recorder import Recorder
-from mjbiped.scuffing import ScuffingRule
+from mjbiped.scuffing import ScuffingRule, chosen
 from mjbiped.terrain import Terrain
 
 if TYPE_CHECKING:
@@ -41,7 +41,6 @@ TOLERANCE = 1e-8
 
 LONGEST_STEP = 0.22  # of an integration step, in units of sqrt(l / g): passive walking needs no other limit
 FIRST_STEP = 0.1  # the first one tried, in the same units
-SHORTEST_SAMPLE_PERIOD = 1e-5  # s
 _ROWS = 1024  # touchdowns between two looks at the progress bar and at Ctrl-C, some 20 ms
 _STALLS = 10  # longest gait steps of which the buffer holds the samples
 _SAMPLED, _TOUCHED = width(SAMPLES), width(TOUCHDOWNS)  # floats of a row
@@ -91,11 +90,10 @@ class HybridSimulation:
         Raises:
             InputError: A value is outside its domain.
         """
-        if not sample_period >= SHORTEST_SAMPLE_PERIOD:
-            raise InputError(f"sample_period must be at least {SHORTEST_SAMPLE_PERIOD} s, got {sample_period!r}")
-        if not 1e-14 <= tolerance <= 1e-3:
-            raise InputError(f"tolerance must lie in [1e-14, 1e-3], got {tolerance!r}")
-        rule = scuffing or ScuffingRule()
+        if not (isinstance(sample_period, float) and sample_period == math.inf):
+            domains.SAMPLE_PERIOD.check("sample_period", sample_period)
+        tolerance = domains.TOLERANCE.check("tolerance", tolerance)
+        rule = chosen(scuffing)
         law = self._law = controller.law() if compile and gives_its_law(controller) else None
         self.controller = controller
         self.compiled = law is not None

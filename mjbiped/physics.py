@@ -14,17 +14,16 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import cached_property, lru_cache
-from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 
-from mjbiped import callbacks, events, laws
+from mjbiped import callbacks, domains, events, laws
 from mjbiped.callbacks import Laws, Recording, World
 from mjbiped.columns import SAMPLES, TOUCHDOWNS, width
 from mjbiped.compass import Compass
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, shown
 from mjbiped.events import Limits, Outcome
 from mjbiped.ground_window import MARGIN, GroundWindows, places_in
 from mjbiped.installation import (
@@ -42,8 +41,8 @@ from mjbiped.native import Functions, Native, attached, check_offsets, native
 from mjbiped.native_layout import UnknownLayoutError
 from mjbiped.recorder import Recorder
 from mjbiped.scene import FOOT_RADIUS
-from mjbiped.scuffing import ScuffingRule
-from mjbiped.terrain import FARTHEST, Terrain
+from mjbiped.scuffing import ScuffingRule, chosen
+from mjbiped.terrain import Terrain
 
 if TYPE_CHECKING:
     from controllers.base import Controller
@@ -56,8 +55,7 @@ WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 LEAP = 500  # steps made at once, at most
 DEFAULT_TIMESTEP = 2e-4  # s
 DEFAULT_CONTACT_TIMESTEP = 2e-5  # s
-SHORTEST_CONTACT = 1e-6  # s
-LONGEST_TIMESTEP = 2e-3  # at it a stance foot slides by 0.2 to 1.3 mm a step, s
+LONGEST_TIMESTEP = domains.TIMESTEP.high  # at it a stance foot slides by 0.2 to 1.3 mm a step, s
 
 
 class Simulation:
@@ -128,13 +126,14 @@ class Simulation:
             InputError: A value is outside its domain.
         """
         _check_times(timestep, contact_timestep, control_period)
+        domains.MUJOCO_LEG.check("leg length in MuJoCo (engine='hybrid' takes any)", robot.leg_length)
         shortest = min(contact_timestep, timestep) if lands else timestep
-        rule = scuffing or ScuffingRule()
+        rule = chosen(scuffing)
         length = robot.leg_length
         pendulum = math.sqrt(length / robot.gravity)
         ways = [steps * LONGEST_STEP * length] if steps is not None else []
         ways += [distance] if distance is not None else []
-        reach = 2.0 * length + min(ways, default=FARTHEST)  # no geom can be infinite
+        reach = 2.0 * length + min(ways, default=domains.PLACE.high)  # no geom can be infinite
         states = len(controller.states)
         size = events.CONTROLLER_MEMORY + controller.memory_size + states
         self._terrain = terrain
@@ -416,16 +415,10 @@ def _check_times(timestep: float, contact_timestep: float, period: float | None)
     Raises:
         InputError: One is outside its domain.
     """
-    given = {"timestep": timestep, "contact_timestep": contact_timestep, "control_period": period}
-    for name, value in given.items():
-        if not (isinstance(value, Real) or (name == "control_period" and value is None)):
-            raise InputError(f"{name} must be a number of seconds, got {value!r}")
-    if not 0.0 < timestep <= LONGEST_TIMESTEP:
-        raise InputError(f"timestep must lie in (0, {LONGEST_TIMESTEP}] s, got {timestep!r}")
-    if not contact_timestep >= SHORTEST_CONTACT:
-        raise InputError(f"contact_timestep must be at least {SHORTEST_CONTACT} s, got {contact_timestep!r}")
+    domains.TIMESTEP.check("timestep", timestep)
+    domains.CONTACT_TIMESTEP.check("contact_timestep", contact_timestep)
     if period is None:
         return
-    ratio = period / timestep if math.isfinite(period) else math.nan
+    ratio = domains.CONTROL_PERIOD.check("control_period", period) / timestep
     if not (ratio > 0.5 and np.isclose(ratio, round(ratio), rtol=1e-6)):
-        raise InputError(f"control_period must be a multiple of the timestep {timestep!r} s, got {period!r}")
+        raise InputError(f"control_period = {shown(period)}: must be a multiple of the timestep {timestep!r} s")

@@ -17,10 +17,10 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from mjbiped.compass import Array, Compass, Constants, acceleration, finite, impact_rates, mass_terms
+from mjbiped import domains
+from mjbiped.compass import Array, Compass, Constants, acceleration, impact_rates, mass_terms
 from mjbiped.compiled import Function, compiled
 from mjbiped.dormand_prince import STAGES, unrolled
-from mjbiped.errors import InputError
 from mjbiped.events import FALLEN_HIP, STALL_TIME, Outcome
 from mjbiped.scuffing import ScuffingRule, swing_foot_collides
 
@@ -412,9 +412,9 @@ class ReturnMap:
 
     def __post_init__(self) -> None:
         """Refuse a slope on which nothing stands."""
-        if not abs(finite("slope", self.slope)) < math.pi / 2:
-            raise InputError(f"slope = {self.slope!r}: must lie within 90 degrees (pi/2 rad)")
-        object.__setattr__(self, "slope", float(self.slope))
+        domains.check_kind("robot", self.robot, Compass)
+        object.__setattr__(self, "slope", domains.SLOPE.check("slope", self.slope))
+        domains.check_kind("scuffing", self.scuffing, ScuffingRule)
 
     @cached_property
     def plane(self) -> Plane:
@@ -431,24 +431,8 @@ class ReturnMap:
         Raises:
             InputError: The state is not four finite numbers, or steps is below 1.
         """
-        start = checked_state(state)
-        if not isinstance(steps, int | np.integer) or steps < 1:
-            raise InputError(f"steps must be a whole number of at least 1, got {steps!r}")
-        batch = walk_all(self.plane, start[None], int(steps), room=int(steps))
+        start = domains.check_states("state", state, (4,))
+        steps = domains.MAP_STEPS.check("steps", steps)
+        batch = walk_all(self.plane, start[None], steps, room=steps)
         done = int(batch.counts[0])
         return Steps(batch.states[0, :done], batch.periods[0, :done], Outcome(batch.outcomes[0]).name.lower())
-
-
-def checked_state(state: ArrayLike) -> Array:
-    """A state as a fresh array.
-
-    Raises:
-        InputError: It is not four finite numbers.
-    """
-    try:
-        y = np.array(state, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"a state is four numbers q1, q2, dq1, dq2; got {state!r}") from error
-    if y.shape != (4,) or not np.isfinite(y).all():
-        raise InputError(f"a state is four finite numbers q1, q2, dq1, dq2; got {state!r}")
-    return y

@@ -13,7 +13,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mjbiped.errors import InputError
+from mjbiped import domains
+from mjbiped.errors import InputError, shown
 
 if TYPE_CHECKING:
     from mjbiped.gait import Gait
@@ -36,14 +37,23 @@ class ScuffingRule:
     name: str = "drawn in until ahead"
 
     def __post_init__(self) -> None:
-        """Refuse a reach or delay that is negative or not finite.
+        """Refuse a reach, a delay or a name that is none.
 
         Raises:
-            InputError: One is.
+            InputError: One is; see `mjbiped.domains`.
         """
-        for field, value in (("reach", self.reach), ("delay", self.delay)):
-            if not (math.isfinite(value) and value >= 0.0):
-                raise InputError(f"scuffing rule: {field} must be a finite number not below zero, got {value!r}")
+        domains.check_fields(self, reach=domains.REACH, delay=domains.DELAY)
+        if not isinstance(self.name, str):
+            raise InputError(f"name = {shown(self.name)}: must be text")
+
+
+def chosen(scuffing: ScuffingRule | None) -> ScuffingRule:
+    """The rule that is given, or the engines' own.
+
+    Raises:
+        InputError: What is given is none.
+    """
+    return ScuffingRule() if scuffing is None else domains.check_kind("scuffing", scuffing, ScuffingRule)
 
 
 def swing_foot_collides(reach: float, delay: float, time: float, ahead: float, clearance: float) -> bool:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from inspect import signature
@@ -19,18 +20,11 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.errors import InputError
+from mjbiped import domains
+from mjbiped.domains import Domain, check_interval, known_name
+from mjbiped.errors import InputError, shortened, shown
 from mjbiped.profile import Profile, height_of
-from mjbiped.terrain_files import (
-    FILE_SUFFIXES,
-    interval,
-    known_name,
-    number,
-    parse_parameters,
-    read_samples,
-    read_segments,
-    whole_number,
-)
+from mjbiped.terrain_files import FILE_SUFFIXES, parse_parameters, read_samples, read_segments
 
 GROUND_FRICTION = 0.8
 """Coefficient of Coulomb friction of all walking ground."""
@@ -38,17 +32,17 @@ GROUND_FRICTION = 0.8
 STEEPEST_SLOPE = math.atan(GROUND_FRICTION)
 """A slope of this angle (rad) or more cannot be stood on."""
 
-HIGHEST_STEP = 0.5
+HIGHEST_STEP = domains.STEP.high
 """Greatest height of a vertical step, up or down (m): half a leg of Table I."""
 
-FARTHEST = 1e5
-"""Greatest |x| and |z| (m): up to here heights keep the resolution below."""
-
 STEP_RESOLUTION = 1e-9
-"""Height differences at a break of no more than this (m) are rounding, not steps."""
+"""Height differences at a break of no more than this (m) are rounding, not steps; `domains.PLACE` keeps it so."""
 
-MOST_SEGMENTS = 100_000
+MOST_SEGMENTS = domains.SEGMENTS.high
 """Greatest number of segments of one terrain."""
+
+_RISE = Domain(-HIGHEST_STEP - STEP_RESOLUTION, HIGHEST_STEP + STEP_RESOLUTION, "m")  # a difference of rounded heights
+_DEEPEST = 8  # tuples in tuples, of a parameter
 
 _MIXED: tuple[tuple[float, float, float], ...] = (
     (2.0, 0.0, 0.0),
@@ -106,12 +100,13 @@ class Terrain:
 
     def __post_init__(self) -> None:
         """Bring the fields into plain tuples and check them."""
-        for field, unit in (("x", "m"), ("z", "m"), ("angle", "rad")):
-            values = tuple(getattr(self, field))
-            bound = math.inf if field == "angle" else FARTHEST
-            checked = tuple(
-                number(f"segment {i + 1}: {field} ({unit})", v, least=-bound, most=bound) for i, v in enumerate(values)
-            )
+        for field, domain in (("x", domains.PLACE), ("z", domains.PLACE), ("angle", domains.ANGLE)):
+            values = _listed(field, getattr(self, field))
+            if len(values) > MOST_SEGMENTS:
+                raise InputError(
+                    f"the terrain has {len(values)} segments; at most {MOST_SEGMENTS} can be walked, make them longer"
+                )
+            checked = tuple(domain.check(f"segment {i}: {field}", value) for i, value in enumerate(values, start=1))
             object.__setattr__(self, field, checked)
         n = len(self.x)
         if not n or len(self.z) != n or len(self.angle) != n:
@@ -119,10 +114,8 @@ class Terrain:
                 f"a terrain needs as many starts x as heights z and angles, at least one; "
                 f"got {n}, {len(self.z)} and {len(self.angle)}"
             )
-        if n > MOST_SEGMENTS:
-            raise InputError(f"the terrain has {n} segments; at most {MOST_SEGMENTS} can be walked, make them longer")
-        end = math.inf if self.end == math.inf else number("end (m)", self.end, most=FARTHEST)
-        object.__setattr__(self, "end", end)
+        endless = isinstance(self.end, float) and self.end == math.inf
+        object.__setattr__(self, "end", math.inf if endless else domains.PLACE.check("end", self.end))
         for i, (here, there) in enumerate(pairwise((*self.x, self.end)), start=1):
             if not here < there:
                 raise InputError(
@@ -134,12 +127,11 @@ class Terrain:
             )
         for i, angle in enumerate(self.angle, start=1):
             _check_slope(f"segment {i}", angle)
-        highest = HIGHEST_STEP + STEP_RESOLUTION  # the rises are differences of rounded heights
         for i, rise in enumerate(self.rises, start=1):
-            number(f"segment {i}: its step (m)", rise, least=-highest, most=highest)
+            _RISE.check(f"segment {i}: its step", rise)
         if not isinstance(self.name, str):
-            raise InputError(f"name must be text, got {self.name!r}")
-        object.__setattr__(self, "parameters", tuple((str(key), _frozen(v)) for key, v in self.parameters))
+            raise InputError(f"name = {shown(self.name)}: must be text")
+        object.__setattr__(self, "parameters", _frozen_pairs(self.parameters))
 
     def __repr__(self) -> str:
         """One line; the profile can be long, and `to_dict` has it."""
@@ -192,10 +184,10 @@ class Terrain:
         Raises:
             InputError: A value outside its domain.
         """
-        tread = number("tread (m)", tread, above=0.0, most=FARTHEST)
-        rise = number("rise (m)", rise, least=-HIGHEST_STEP, most=HIGHEST_STEP)
-        first = number("first (m)", tread / 2.0 if first is None else first, above=0.0, most=FARTHEST)
-        count = whole_number("count", count, least=1, most=MOST_SEGMENTS - 1)
+        tread = domains.STRETCH.check("tread", tread)
+        rise = domains.STEP.check("rise", rise)
+        first = tread / 2.0 if first is None else domains.STRETCH.check("first", first)
+        count = domains.CHANGES.check("count", count)
         rows = [(first, 0.0, 0.0)] + [(tread, 0.0, rise)] * count
         return _chained(rows, "stairs", (("tread", tread), ("rise", rise), ("first", first), ("count", count)))
 
@@ -214,11 +206,11 @@ class Terrain:
         Raises:
             InputError: A value outside its domain, or a slope that gets too steep: ask for fewer or smaller changes.
         """
-        length = number("length (m)", length, above=0.0, most=FARTHEST)
-        change = number("change_deg (degrees)", change_deg)
-        count = whole_number("count", count, least=1, most=MOST_SEGMENTS - 1)
+        length = domains.STRETCH.check("length", length)
+        change = domains.SLOPE_DEG.check("change_deg", change_deg)
+        count = domains.CHANGES.check("count", count)
         start = _checked_slope("start_deg", start_deg)
-        _checked_slope(f"start_deg + {count} x change_deg", start + count * change)
+        _check_slope(f"start_deg + {count} x change_deg", math.radians(start + count * change))
         rows = [(length, start + k * change, 0.0) for k in range(count + 1)]
         parameters = (("length", length), ("change_deg", change), ("count", count), ("start_deg", start))
         return _chained(rows, "slopes", parameters)
@@ -273,7 +265,7 @@ class Terrain:
 
         Args:
             seed: Seed of the generator, >= 0.
-            length: Length of the ground along itself, m, > 1.
+            length: Length of the ground along itself, m, >= 1.
             segment_length: Range of the segments' lengths, m, > 0.
             slope_deg: Range of the slopes, degrees.
             rise: Range of the steps, m, positive up.
@@ -286,16 +278,16 @@ class Terrain:
             InputError: A value outside its domain, or a slope too steep to be stood on: less roughness or a wider
                 spacing keeps slopes gentle.
         """
-        seed = whole_number("seed", seed, least=0, most=2**64 - 1)
-        length = number("length (m)", length, above=1.0, most=FARTHEST)
-        lengths = interval("segment_length (m)", segment_length, above=0.0, most=FARTHEST)
-        slopes = interval("slope_deg (degrees)", slope_deg)
+        seed = domains.SEED.check("seed", seed)
+        length = domains.RANDOM_STRETCH.check("length", length)
+        lengths = check_interval("segment_length", segment_length, domains.STRETCH)
+        slopes = check_interval("slope_deg", slope_deg, domains.SLOPE_DEG)
         for slope in slopes:
             _checked_slope("slope_deg", slope)
-        rises = interval("rise (m)", rise, least=-HIGHEST_STEP, most=HIGHEST_STEP)
-        probability = number("step_probability", step_probability, least=0.0, most=1.0)
-        roughness = number("roughness (m)", roughness, least=0.0, most=HIGHEST_STEP)
-        spacing = number("spacing (m)", spacing, above=0.0, most=FARTHEST)
+        rises = check_interval("rise", rise, domains.STEP)
+        probability = domains.PROBABILITY.check("step_probability", step_probability)
+        roughness = domains.ROUGHNESS.check("roughness", roughness)
+        spacing = domains.STRETCH.check("spacing", spacing)
         finest = min(lengths[0], spacing) if roughness else lengths[0]
         if (length + lengths[1]) / finest > MOST_SEGMENTS:
             raise InputError(
@@ -337,7 +329,7 @@ class Terrain:
                 segment.
         """
         if not isinstance(path, str | Path):
-            raise InputError(f"a terrain file must be given as its path, got {path!r}")
+            raise InputError(f"a terrain file must be given as its path, got {shown(path)}")
         path = Path(path)
         suffix = path.suffix.lower()
         try:
@@ -346,9 +338,9 @@ class Terrain:
             if suffix in FILE_SUFFIXES:
                 rows = _checked_segments(read_segments(path))
                 return _chained(rows, path.name, (("segments", rows),))
-            raise InputError(f"unknown suffix {suffix!r}: valid are {', '.join(FILE_SUFFIXES)}")
+            raise InputError(f"unknown suffix {shown(suffix)}: valid are {', '.join(FILE_SUFFIXES)}")
         except InputError as error:
-            raise InputError(f"terrain file {path}: {error}") from error
+            raise InputError(f"terrain file {shortened(str(path))}: {error}") from error
 
     @classmethod
     def _from_samples(cls, path: Path) -> Terrain:
@@ -358,7 +350,7 @@ class Terrain:
         for here, there in pairwise(samples):
             where = f"lines {here.line} to {there.line}"
             if there.x == here.x:
-                number(f"{where}: the step (m)", there.z - here.z, least=-HIGHEST_STEP, most=HIGHEST_STEP)
+                domains.STEP.check(f"{where}: the step", there.z - here.z)
                 continue
             angle = math.atan2(here.z - there.z, there.x - here.x)
             _check_slope(where, angle)
@@ -510,7 +502,7 @@ class Terrain:
         """
         names = ("x", "z", "angle", "end", "name", "parameters")
         if not isinstance(fields, Mapping):
-            raise InputError(f"a terrain's record must be a mapping with {', '.join(names)}, got {fields!r}")
+            raise InputError(f"a terrain's record must be a mapping with {', '.join(names)}, got {shown(fields)}")
         for key in fields:
             known_name("field of a terrain", key, names)
         missing = [key for key in names if key not in fields]
@@ -518,7 +510,7 @@ class Terrain:
             raise InputError(f"a terrain's record lacks {', '.join(missing)}; it has {', '.join(names)}")
         try:
             return cls(**{**fields, "end": math.inf if fields["end"] is None else fields["end"]})
-        except (TypeError, ValueError) as error:
+        except InputError as error:
             raise InputError(f"not a terrain's record: {error}") from error
 
 
@@ -573,7 +565,7 @@ def _check_slope(where: str, angle: float) -> None:
 
 def _checked_slope(what: str, degrees: object) -> float:
     """Check a slope in degrees and return it as a plain float."""
-    slope = number(f"{what} (degrees)", degrees)
+    slope = domains.SLOPE_DEG.check(what, degrees)
     _check_slope(what, math.radians(slope))
     return slope
 
@@ -582,16 +574,16 @@ def _checked_segments(segments: Iterable[object]) -> list[tuple[float, float, fl
     """Check segments as users give them and return them as (length, slope in degrees, step) of plain floats."""
     rows = []
     if isinstance(segments, str | Mapping) or not isinstance(segments, Iterable):
-        raise InputError(f"segments must be a list of (length_m, slope_deg, step_up_m), got {segments!r}")
+        raise InputError(f"segments must be a list of (length_m, slope_deg, step_up_m), got {shown(segments)}")
     for k, segment in enumerate(segments, start=1):
         values: tuple[Any, ...] = (
             () if isinstance(segment, str) or not isinstance(segment, Iterable) else tuple(segment)
         )
         if len(values) not in (2, 3):
-            raise InputError(f"segment {k} is {segment!r}; expected (length_m, slope_deg, step_up_m)")
-        length = number(f"segment {k}: length (m)", values[0], above=0.0, most=FARTHEST)
+            raise InputError(f"segment {k} is {shown(segment)}; expected (length_m, slope_deg, step_up_m)")
+        length = domains.STRETCH.check(f"segment {k}: length", values[0])
         slope = _checked_slope(f"segment {k}: slope", values[1])
-        step = number(f"segment {k}: step (m)", (*values, 0.0)[2], least=-HIGHEST_STEP, most=HIGHEST_STEP)
+        step = domains.STEP.check(f"segment {k}: step", (*values, 0.0)[2])
         rows.append((length, slope, step))
     if not rows:
         raise InputError("there are no segments; give at least one (length_m, slope_deg, step_up_m)")
@@ -628,24 +620,41 @@ def _roughened(
     return [*rough, (1.0, rows[-1][1], 0.0)]
 
 
+def _listed(name: str, values: object) -> tuple[Any, ...]:
+    """Return the entries of a list, tuple or row of an array."""
+    if not isinstance(values, str | bytes | Mapping) and isinstance(values, Iterable):
+        with suppress(TypeError):  # an array of no dimension
+            return tuple(values)
+    raise InputError(f"{name} = {shown(values)}: must be a list")
+
+
 def _places(x: object) -> NDArray[np.float64]:
     """Return x as an array of floats."""
     try:
         places = np.asarray(x)
-    except ValueError as error:
-        raise InputError(f"x must be numbers in m, got {x!r}") from error
+    except (ValueError, TypeError) as error:
+        raise InputError(f"x = {shown(x)}: must be numbers in m") from error
     if places.dtype.kind not in "iuf":
-        raise InputError(f"x must be numbers in m, got {x!r}")
+        raise InputError(f"x = {shown(x)}: must be numbers in m")
     return places.astype(np.float64)
 
 
-def _frozen(value: Any) -> Any:
+def _frozen_pairs(pairs: object) -> tuple[tuple[str, Any], ...]:
+    """Check parameters, which are pairs of a name and a value."""
+    listed = [(pair, _listed("a terrain's parameter", pair)) for pair in _listed("parameters", pairs)]
+    for pair, parts in listed:
+        if len(parts) != 2 or not isinstance(parts[0], str):
+            raise InputError(f"a terrain's parameter is {shown(pair)}; expected a pair of a name and a value")
+    return tuple((name, _frozen(value)) for _, (name, value) in listed)
+
+
+def _frozen(value: Any, depth: int = 0) -> Any:
     """Turn lists into tuples and NumPy scalars into plain ones, so that parameters can be compared and hashed."""
-    if isinstance(value, list | tuple):
-        return tuple(_frozen(v) for v in value)
+    if isinstance(value, list | tuple) and depth < _DEEPEST:
+        return tuple(_frozen(v, depth + 1) for v in value)
     value = value.item() if isinstance(value, np.generic) else value
     if not isinstance(value, str | int | float | None) or value != value:
-        raise InputError(f"a terrain's parameter holds {value!r}; expected numbers, text, None and tuples of them")
+        raise InputError(f"a terrain's parameter holds {shown(value)}; expected numbers, text, None and tuples of them")
     return value
 
 

@@ -1,4 +1,4 @@
-"""What users hand to a `Terrain`: numbers, elevation and segment files, text on the command line.
+"""What users hand to a `Terrain`: elevation and segment files, text on the command line.
 
 Everything here turns such input into plain Python values or refuses it with an `InputError` that says what was
 wrong, what was expected and what to do. Nothing here knows what a terrain is.
@@ -6,18 +6,19 @@ wrong, what was expected and what to do. Nothing here knows what a terrain is.
 
 from __future__ import annotations
 
-import difflib
-import math
-import numbers
+import re
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mjbiped.errors import InputError
+from mjbiped import domains
+from mjbiped.domains import known_name
+from mjbiped.errors import InputError, shortened, shown
 
 SEGMENT_KEYS = ("length", "slope_deg", "step")
 FILE_SUFFIXES = (".csv", ".toml", ".yaml", ".yml")
+_MOST_KEYS = 1000  # of one table in YAML
 
 
 class Sample(NamedTuple):
@@ -26,80 +27,6 @@ class Sample(NamedTuple):
     x: float
     z: float
     line: int
-
-
-def number(
-    what: str, value: object, *, above: float = -math.inf, least: float = -math.inf, most: float = math.inf
-) -> float:
-    """Check one real number.
-
-    Args:
-        what: The value's name and unit, for the message.
-        value: Anything; `bool` and text are refused.
-        above: The value must be greater than this.
-        least: The value must not be less than this.
-        most: The value must not be greater than this.
-
-    Returns:
-        The value as a plain float; negative zero becomes zero, so that equal terrains are equal bit by bit.
-
-    Raises:
-        InputError: Not a number, not finite, or outside the domain.
-    """
-    limits = ((">", above), (">=", least), ("<=", most))
-    domain = " and".join(f" {sign} {bound:g}" for sign, bound in limits if math.isfinite(bound))
-    wanted = f"{what} must be a finite number{domain}"
-    if isinstance(value, bool) or not isinstance(value, numbers.Real):
-        raise InputError(f"{wanted}, got {_shown(value)}")
-    try:
-        result = float(value) + 0.0
-    except OverflowError:
-        result = math.inf
-    if not (math.isfinite(result) and result > above and least <= result <= most):
-        raise InputError(f"{wanted}, got {result!r}")
-    return result
-
-
-def whole_number(what: str, value: object, *, least: int, most: int) -> int:
-    """Check one whole number between `least` and `most`, both included.
-
-    Raises:
-        InputError: Not an integer, or outside the domain.
-    """
-    if isinstance(value, bool) or not isinstance(value, numbers.Integral) or not least <= int(value) <= most:
-        raise InputError(f"{what} must be a whole number from {least} to {most}, got {_shown(value)}")
-    return int(value)
-
-
-def interval(
-    what: str, value: object, *, above: float = -math.inf, least: float = -math.inf, most: float = math.inf
-) -> tuple[float, float]:
-    """Check a range (low, high) with low <= high; each end is checked as by `number`.
-
-    Raises:
-        InputError: Not a pair, an end outside the domain, or ends in the wrong order.
-    """
-    if isinstance(value, str) or not isinstance(value, Sequence) or len(value) != 2:
-        raise InputError(f"{what} must be a range (low, high), on the command line low..high, got {_shown(value)}")
-    low, high = (number(f"{what}, {end} end", v, above=above, least=least, most=most)
-                 for end, v in zip(("low", "high"), value, strict=True))  # fmt: skip
-    if low > high:
-        raise InputError(f"{what} must have its low end first, got ({low:g}, {high:g}): swap them")
-    return low, high
-
-
-def known_name(what: str, name: object, valid: Iterable[str]) -> str:
-    """Check that `name` is one of the `valid` names.
-
-    Raises:
-        InputError: It is not; the message lists the valid names and suggests the nearest.
-    """
-    names = tuple(valid)
-    if isinstance(name, str) and name in names:
-        return name
-    near = difflib.get_close_matches(str(name), names, n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    raise InputError(f"unknown {what} {_shown(name)}: valid are {', '.join(names) or 'none'}{hint}")
 
 
 def read_samples(path: Path) -> list[Sample]:
@@ -116,25 +43,25 @@ def read_samples(path: Path) -> list[Sample]:
     """
     samples: list[Sample] = []
     header = False
-    for line, full in enumerate(_read_text(path).splitlines(), start=1):
+    for line, full in enumerate(read_text(path).splitlines(), start=1):
         row = full.split("#", 1)[0].strip()
         if not row:
             continue
         cells = [cell.strip().strip("\"'").strip() for cell in row.split(",")]
         if len(cells) != 2:
             raise InputError(
-                f"line {line}: {len(cells)} column(s) in {_shown(row)}; expected two, x and z in m, and a comma"
+                f"line {line}: {len(cells)} column(s) in {shown(row)}; expected two, x and z in m, and a comma"
             )
-        values = [_parse_number(cell) for cell in cells]
+        values = [parse_number(cell) for cell in cells]
         if not samples and not header and values == [None, None]:
             header = True
             if cells[0].lower().startswith("z") or cells[1].lower().startswith("x"):
                 raise InputError(
-                    f"line {line}: the header reads {_shown(row)}; expected x first, then z: swap the columns"
+                    f"line {line}: the header reads {shown(row)}; expected x first, then z: swap the columns"
                 )
             continue
         x, z = (
-            number(f"line {line}: {name} (m)", cell if value is None else value)
+            domains.PLACE.check(f"line {line}: {name}", cell if value is None else value)
             for name, cell, value in zip("xz", cells, values, strict=True)
         )
         _check_order(samples, Sample(x, z, line))
@@ -162,15 +89,9 @@ def read_segments(path: Path) -> list[tuple[object, ...]]:
     Raises:
         InputError: The file cannot be read or parsed, or holds anything else; the message names the line or segment.
     """
-    import yaml  # here: few need it
-
-    text = _read_text(path)
+    text = read_text(path)
     yaml_file = path.suffix.lower() != ".toml"
-    try:
-        content: object = yaml.safe_load(text) if yaml_file else tomllib.loads(text)
-    except (yaml.YAMLError, tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
-        reason = " ".join(str(error).split())
-        raise InputError(f"not readable as {'YAML' if yaml_file else 'TOML'}: {reason}") from error
+    content: object = _parse_yaml(text) if yaml_file else parse_toml(text)
     form = (
         "segments = [[length_m, slope_deg, step_m], ...]"
         if not yaml_file
@@ -182,7 +103,7 @@ def read_segments(path: Path) -> list[tuple[object, ...]]:
         known_name("key", key, ("segments",))
     segments = content.get("segments")
     if not isinstance(segments, list):
-        raise InputError(f"'segments' is {'missing' if segments is None else _shown(segments)}; expected {form}")
+        raise InputError(f"'segments' is {'missing' if segments is None else shown(segments)}; expected {form}")
     return [_read_segment(k, segment, yaml_file) for k, segment in enumerate(segments, start=1)]
 
 
@@ -201,24 +122,95 @@ def parse_parameters(text: str) -> dict[str, Any]:
     for item in text.split(","):
         key, equals, value = (part.strip() for part in item.partition("="))
         if not key or not equals or not value:
-            raise InputError(f"cannot read {_shown(item.strip())} in {_shown(text)}; expected key=value,key=value")
+            raise InputError(f"cannot read {shown(item.strip())} in {shown(text)}; expected key=value,key=value")
         if key in parameters:
-            raise InputError(f"{key} is given twice in {_shown(text)}; give it once")
-        ends = [_parse_number(end.strip()) for end in value.split("..", 1)]
+            raise InputError(f"{shown(key)} is given twice in {shown(text)}; give it once")
+        ends = [parse_number(end.strip()) for end in value.split("..", 1)]
         if None in ends:
-            raise InputError(f"{key}={value}: {_shown(value)} is no number; expected a number or a range low..high")
+            raise InputError(f"{shown(key)}: {shown(value)} is no number; expected a number or a range low..high")
         parameters[key] = ends[0] if len(ends) == 1 else tuple(ends)
     return parameters
 
 
-def _read_text(path: Path) -> str:
-    """Read a text file that is not empty."""
+def parse_number(text: str) -> int | float | None:
+    """Return the number that a text spells, None if it spells none."""
+    if "_" in text:
+        return None
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return None
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """Parse TOML.
+
+    Raises:
+        InputError: It is none; the message names the line.
+    """
     try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        reason = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
+        endless = re.search(r"[0-9_]{4300}", text)  # what Python makes no whole number of, without saying where
+        if endless and not isinstance(error, tomllib.TOMLDecodeError):
+            reason = f"line {text.count(chr(10), 0, endless.start()) + 1}: a whole number of more than 4300 digits"
+        raise InputError(f"not readable as TOML: {shortened(' '.join(reason.split()))}") from error
+
+
+def _parse_yaml(text: str) -> object:
+    """Parse YAML.
+
+    Raises:
+        InputError: It is none; the message names the line.
+    """
+    import yaml  # here: few need it
+
+    class Loader(yaml.SafeLoader):
+        """PyYAML's safe loader, which says of every value that it cannot make where it stands."""
+
+        def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+            try:
+                return super().construct_object(node, deep)
+            except (yaml.YAMLError, RecursionError):
+                raise
+            except Exception as error:  # of whatever kind: `!!bool x` is a KeyError, `!!float ''` an IndexError
+                kind = node.tag.rpartition(":")[2]
+                problem = f"{shown(node.value)} is not of the kind {kind}"
+                raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark) from error
+
+        def flatten_mapping(self, node: yaml.MappingNode) -> None:
+            super().flatten_mapping(node)
+            if len(node.value) > _MOST_KEYS:  # before merges of merges fill the memory
+                raise yaml.constructor.ConstructorError(None, None, "too many keys are merged", node.start_mark)
+
+    loader = None
+    try:
+        loader = Loader(text)
+        return loader.get_single_data()
+    except Exception as error:  # of whatever kind, see above
+        reason = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
+        if loader is not None and not isinstance(error, yaml.YAMLError):
+            reason = f"line {loader.line + 1}: {reason}"
+        raise InputError(f"not readable as YAML: {shortened(' '.join(reason.split()))}") from error
+
+
+def read_text(path: Path) -> str:
+    """Read a text file that is not empty.
+
+    Raises:
+        InputError: It cannot be read, or is no text; the message does not name it.
+    """
+    try:
+        if not path.is_file() and path.exists() and not path.is_dir():
+            raise InputError("is a device or a pipe; expected a file")
         data = path.read_bytes()
     except FileNotFoundError as error:
         raise InputError("there is no such file; check the path and the working folder") from error
     except IsADirectoryError as error:
-        raise InputError(f"is a folder; expected a file with one of the suffixes {', '.join(FILE_SUFFIXES)}") from error
+        raise InputError("is a folder; expected a file") from error
     except (OSError, ValueError) as error:
         raise InputError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from error
     try:
@@ -267,27 +259,9 @@ def _read_segment(k: int, segment: object, yaml_file: bool) -> tuple[object, ...
                 )
         segment = [segment[key] for key in SEGMENT_KEYS if key in segment]
     if not isinstance(segment, list):
-        raise InputError(f"segment {k} is {_shown(segment)}; expected [length_m, slope_deg, step_m] or a table")
-    if yaml_file and any(isinstance(v, str) and _parse_number(v) is not None for v in segment):
+        raise InputError(f"segment {k} is {shown(segment)}; expected [length_m, slope_deg, step_m] or a table")
+    if yaml_file and any(isinstance(v, str) and parse_number(v) is not None for v in segment):
         raise InputError(
-            f"segment {k}: {_shown(segment)} holds a number as text; YAML wants 1.0e-3 for 1e-3, and no quotes"
+            f"segment {k}: {shown(segment)} holds a number as text; YAML wants 1.0e-3 for 1e-3, and no quotes"
         )
     return tuple(segment)
-
-
-def _parse_number(text: str) -> int | float | None:
-    """Return the number that a text spells, None if it spells none."""
-    if "_" in text:
-        return None
-    for kind in (int, float):
-        try:
-            return kind(text)
-        except ValueError:
-            continue
-    return None
-
-
-def _shown(value: object) -> str:
-    """Return a value's repr, short enough for a message."""
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from tqdm import tqdm
 
+from mjbiped import domains
 from mjbiped.calm_camera import calm_offsets
 from mjbiped.caption import Pixels, draw_caption
 from mjbiped.errors import InputError, RenderError, shown
@@ -27,12 +28,6 @@ if TYPE_CHECKING:
     from mjbiped.record import Walk
 
 __all__ = ["ensure_gl", "gl_available", "render_frame", "render_frames", "render_video"]
-
-SMALLEST_SIZE, LARGEST_SIZE = 64, 4096
-"""Least and greatest width and height of a frame, pixels."""
-
-FASTEST_FPS = 120
-"""Most frames per second."""
 
 LAST_FRAME_HELD = 1.0
 """How long a video shows its last frame, with the walk's outcome, s."""
@@ -66,7 +61,7 @@ def render_video(
         height: Pixels, even, 64 to 4096.
         fps: Frames per second of the video, 1 to 120.
         camera: Name of a camera of the scene: "track", "side" or "overview".
-        slow_motion: How many seconds of video show a second of the walk, > 0; below 1 time passes faster.
+        slow_motion: How many seconds of video show a second of the walk, 0.01 to 100; below 1 time passes faster.
         caption: Write time, step, slope, its estimate and slow motion on the frames.
         shadows: Draw shadows; without them a software renderer is about three times as fast.
         progress: Show a progress bar (never where the output is not a terminal).
@@ -81,10 +76,8 @@ def render_video(
     _check_size(width, height)
     if width % 2 or height % 2:
         raise InputError(f"H.264 needs an even width and height in pixels, got {width} x {height}")
-    if isinstance(fps, bool) or not isinstance(fps, int | np.integer) or not 1 <= fps <= FASTEST_FPS:
-        raise InputError(f"fps must be a whole number from 1 to {FASTEST_FPS}, got {shown(fps)}")
-    if not (isinstance(slow_motion, int | float) and math.isfinite(slow_motion) and slow_motion > 0.0):
-        raise InputError(f"slow_motion must be a finite number above zero, got {shown(slow_motion)}")
+    fps = domains.FPS.check("fps", fps)
+    slow_motion = domains.SLOW_MOTION.check("slow_motion", slow_motion)
     begin, end = _span(walk)
     frames = math.floor((end - begin) * slow_motion * fps + 1e-9) + 1
     with ExitStack() as stack:
@@ -164,12 +157,7 @@ def render_frames(
     """
     _check_size(width, height)
     begin, end = _span(walk)
-    moments = [float(time) for time in times]
-    for time in moments:
-        if not begin <= time <= end:
-            raise InputError(
-                f"the record reaches from {begin:g} s to {end:g} s; there is nothing to show at {time!r} s"
-            )
+    moments = domains.Domain(begin, end, "s of the record").array("times", [*times], (None,)).tolist()
     with _Stage.open(walk, width, height, camera, shadows) as stage:
         return [stage.frame(time, caption) for time in moments]
 
@@ -181,11 +169,7 @@ def _check_size(width: int, height: int) -> None:
         InputError: A size is not a whole number of pixels from 64 to 4096.
     """
     for name, size in (("width", width), ("height", height)):
-        whole = isinstance(size, int | np.integer) and not isinstance(size, bool)
-        if not (whole and SMALLEST_SIZE <= size <= LARGEST_SIZE):
-            raise InputError(
-                f"{name} must be a whole number of pixels from {SMALLEST_SIZE} to {LARGEST_SIZE}, got {shown(size)}"
-            )
+        domains.PIXELS.check(name, size)
 
 
 def _span(walk: Walk) -> tuple[float, float]:

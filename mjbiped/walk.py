@@ -23,7 +23,7 @@ from mjbiped.measures import Summary
 from mjbiped.physics import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP, Simulation
 from mjbiped.record import Walk
 from mjbiped.recorder import Heed, Recorder, unheeded
-from mjbiped.scuffing import ScuffingRule
+from mjbiped.scuffing import ScuffingRule, chosen
 from mjbiped.stepping import simulate
 from mjbiped.terrain import Terrain
 from mjbiped.walk_plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, planned
@@ -121,7 +121,7 @@ def walk(
         contact_timestep=contact_timestep,
         control_period=control_period,
         sample_period=sample_period,
-        scuffing=ScuffingRule() if scuffing is None else scuffing,
+        scuffing=chosen(scuffing),
         ground=ground,
     )
     plan = planned(terms, controller, terrain, initial)

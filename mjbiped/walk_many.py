@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from numbers import Real
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
-
-import numpy as np
 
 from mjbiped.compass import Compass
 from mjbiped.compiled import announced
 from mjbiped.crowd import Crowd, Result
+from mjbiped.domains import WORKERS
 from mjbiped.errors import GaitError, InputError, MjbipedError
 from mjbiped.installation import exclusive, require_no_callbacks, walking
 from mjbiped.physics import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
 from mjbiped.record import Walk
-from mjbiped.scuffing import ScuffingRule
+from mjbiped.scuffing import ScuffingRule, chosen
 from mjbiped.terrain import Terrain
 from mjbiped.walk_plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, check_controller, planned
 
@@ -171,13 +170,12 @@ def walk_many(
         contact_timestep=contact_timestep,
         control_period=control_period,
         sample_period=sample_period,
-        scuffing=ScuffingRule() if scuffing is None else scuffing,
+        scuffing=chosen(scuffing),
         ground=ground,
     )
     if workers is None:
         workers = cores()
-    if isinstance(workers, bool) or not isinstance(workers, int | np.integer) or workers < 1:
-        raise InputError(f"workers must be a whole number of at least 1, got {workers!r}")
+    workers = WORKERS.check("workers", workers)
     from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
 
     plans = _plans(terms, controllers, terrains, initial)
@@ -191,7 +189,7 @@ def walk_many(
         bar = stack.enter_context(
             tqdm(total=len(plans), desc="preparing", unit="walk", disable=None if progress else True)
         )
-        crowd = Crowd(plans, summaries, int(workers), bar)
+        crowd = Crowd(plans, summaries, workers, bar)
         try:
             groups = crowd.groups()
             bar.set_description("walking")
@@ -223,11 +221,10 @@ def _plans(
         GaitError: A walk has no passive gait to start on.
     """
     given: dict[str, Any] = {"controllers": controllers, "terrains": terrains}
-    each = {name: list(value) for name, value in given.items() if isinstance(value, Iterable)}
-    if not isinstance(initial, str) and isinstance(initial, Iterable):
-        starts: list[Any] = list(initial)
-        if not all(isinstance(start, Real) for start in starts):
-            each["initial"] = starts
+    each = {name: values for name, value in given.items() if (values := _listed(value)) is not None}
+    starts = None if isinstance(initial, str) else _listed(initial)
+    if starts is not None and not all(isinstance(start, Real) for start in starts):
+        each["initial"] = starts
     counts = {name: len(values) for name, values in each.items()}
     if len(set(counts.values())) > 1:
         got = ", ".join(f"{count} of {name}" for name, count in counts.items())
@@ -246,6 +243,14 @@ def _plans(
         except (InputError, GaitError) as error:
             raise type(error)(f"walk {index} of {count} (counted from 0): {error}") from error
     return plans
+
+
+def _listed(value: object) -> list[Any] | None:
+    """The entries of what is several; None for what is one."""
+    if isinstance(value, Iterable):
+        with suppress(TypeError):  # an array of no dimension
+            return list(value)
+    return None
 
 
 def _stopped(crowd: Crowd) -> WalksStopped:

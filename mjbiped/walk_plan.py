@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import version
-from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 import scipy
 
+from mjbiped import domains
 from mjbiped.compass import Compass
-from mjbiped.errors import InputError
+from mjbiped.domains import MEMORY_SIZE, Count, Domain, check_kind, check_states, known_name
+from mjbiped.errors import InputError, shown
 from mjbiped.gait import Gait, find_passive_gait
+from mjbiped.ground import GROUND_KINDS
 from mjbiped.physics import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
 from mjbiped.scuffing import ScuffingRule, check_landing
 from mjbiped.terrain import Terrain
@@ -32,6 +33,15 @@ ENGINES = ("mujoco", "hybrid")
 INITIAL_STATES = ("gait", "rest")
 DEFAULT_STEPS = 60
 DEFAULT_SAMPLE_PERIOD = 0.005  # s
+_NUMBERS: dict[str, Domain | Count] = {
+    "steps": domains.STEPS,
+    "distance": domains.DISTANCE,
+    "timestep": domains.TIMESTEP,
+    "contact_timestep": domains.CONTACT_TIMESTEP,
+    "control_period": domains.CONTROL_PERIOD,
+    "sample_period": domains.SAMPLE_PERIOD,
+}
+_NEEDED = ("timestep", "contact_timestep")  # of these; the others may be None
 
 
 @dataclass(frozen=True)
@@ -67,15 +77,16 @@ class Terms:
 
     def __post_init__(self) -> None:
         """Check what can be checked without a controller and a terrain."""
-        if self.engine not in ENGINES:
-            raise InputError(f"unknown engine {self.engine!r}; valid are {', '.join(ENGINES)}")
+        known_name("engine", self.engine, ENGINES)
+        known_name("ground", self.ground, GROUND_KINDS)
         if self.steps is None and self.distance is None:
             object.__setattr__(self, "steps", DEFAULT_STEPS)
-        _check_limits(self.steps, self.distance, self.sample_period)
-        if not isinstance(self.robot, Compass | None):
-            raise InputError(f"robot must be a mjbiped.Compass, got {type(self.robot).__name__}")
-        if not isinstance(self.scuffing, ScuffingRule):
-            raise InputError(f"scuffing must be a mjbiped.ScuffingRule, got {type(self.scuffing).__name__}")
+        for name, domain in _NUMBERS.items():
+            value = getattr(self, name)
+            if value is not None or name in _NEEDED:
+                object.__setattr__(self, name, domain.check(name, value))
+        if self.robot is not None:
+            check_kind("robot", self.robot, Compass)
         if self.engine == "hybrid":
             _check_hybrid(self.timestep, self.contact_timestep, self.control_period, self.ground)
 
@@ -152,17 +163,14 @@ def planned(
         GaitError: No passive gait exists on the slope under x = 0.
     """
     description = check_controller(controller) if description is None else description
-    if not isinstance(terrain, Terrain):
-        raise InputError(f"terrain must be a mjbiped.Terrain, got {type(terrain).__name__}")
-    robot = terms.robot or controller.robot or Compass()
-    if not isinstance(robot, Compass):
-        raise InputError(f"{type(controller).__name__}.robot must be a mjbiped.Compass, got {type(robot).__name__}")
+    check_kind("terrain", terrain, Terrain)
+    robot = next(robot for robot in (terms.robot, controller.robot, Compass()) if robot is not None)
     slope = terrain.slope_at(0.0)
     gait = controller.gait
     if gait is None and isinstance(initial, str) and initial == "gait":
         gait = find_passive_gait(robot, slope)
     q, dq = _initial_state(initial, gait)
-    if isinstance(gait, Gait):
+    if gait is not None:
         check_landing(gait, slope, terms.scuffing)
     return Plan(terms, controller, terrain, robot, q, dq, description)
 
@@ -193,35 +201,23 @@ def check_controller(controller: object) -> dict[str, Any]:
     missing = [part for part in parts if not hasattr(controller, part)]
     if isinstance(controller, type) or missing:
         what = "is a class, not an object of it" if isinstance(controller, type) else f"lacks {', '.join(missing)}"
-        raise InputError(f"the controller {controller!r} {what}; derive your class from controllers.Controller")
+        raise InputError(f"the controller {shown(controller)} {what}; derive your class from controllers.Controller")
     named = type(controller).__name__
     states: Any = controller.states  # type: ignore[attr-defined]
     size: Any = controller.memory_size  # type: ignore[attr-defined]
-    if isinstance(states, str) or not all(isinstance(state, str) for state in states):
-        raise InputError(f"{named}.states must be a tuple of names, got {states!r}")
-    if not isinstance(size, int) or size < len(states):
-        raise InputError(
-            f"{named}.memory_size must be a whole number of at least its {len(states)} states, got {size!r}"
-        )
+    if not isinstance(states, tuple | list) or not all(isinstance(state, str) for state in states):
+        raise InputError(f"{named}.states = {shown(states)}: must be a tuple of names")
+    if MEMORY_SIZE.check(f"{named}.memory_size", size) < len(states):
+        raise InputError(f"{named}.memory_size = {size}: must be at least its {len(states)} states")
+    for part, kind in (("robot", Compass), ("gait", Gait)):
+        if getattr(controller, part) is not None:
+            check_kind(f"{named}.{part}", getattr(controller, part), kind)
     description: dict[str, Any] = controller.describe()  # type: ignore[attr-defined]
     try:
         json.dumps(description)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, RecursionError) as error:
         raise InputError(f"{named}.describe() must give plain JSON types, for the record: {error}") from error
     return description
-
-
-def _check_limits(steps: int | None, distance: float | None, sample_period: float | None) -> None:
-    """Refuse limits that no walk can have.
-
-    Raises:
-        InputError: One is not a number above zero.
-    """
-    if steps is not None and (isinstance(steps, bool) or not isinstance(steps, int | np.integer) or steps < 1):
-        raise InputError(f"steps must be a whole number of at least 1, got {steps!r}")
-    for name, value in (("distance", distance), ("sample_period", sample_period)):
-        if value is not None and not (isinstance(value, Real) and math.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} must be a finite number above zero, got {value!r}")
 
 
 def _initial_state(
@@ -239,16 +235,14 @@ def _initial_state(
             q1, q2, dq1, dq2 = (float(value) for value in gait.start)
             return (q1, q2), (dq1, dq2)
         raise InputError(
-            f"unknown initial state {initial!r}; valid are {', '.join(INITIAL_STATES)}, "
+            f"unknown initial state {shown(initial)}; valid are {', '.join(INITIAL_STATES)}, "
             "or four numbers q1, q2, dq1, dq2"
         )
     try:
-        values = [float(value) for value in initial]
-    except (TypeError, ValueError):
-        values = []
-    if len(values) != 4 or not all(map(math.isfinite, values)):
-        raise InputError(f"an initial state is four finite numbers q1, q2, dq1, dq2; got {initial!r}")
-    return (values[0], values[1]), (values[2], values[3])
+        q1, q2, dq1, dq2 = check_states("initial", initial, (4,)).tolist()
+    except InputError as error:
+        raise InputError(f"an initial state is four finite numbers q1, q2, dq1, dq2: {error}") from error
+    return (q1, q2), (dq1, dq2)
 
 
 @lru_cache(maxsize=64)

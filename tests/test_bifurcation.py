@@ -119,12 +119,12 @@ def test_rule_is_the_engines_unless_given() -> None:
 @pytest.mark.parametrize(
     ("slopes", "options", "message"),
     [
-        ([], {}, "above zero"),
-        ([0.0, 0.1], {}, "above zero"),
+        ([], {}, "at least one"),
+        ([0.0, 0.1], {}, "0.0 in it: must be numbers from 1e-12"),
         ([0.1, math.nan], {}, "finite"),
         ([0.05, 0.04], {}, "ascend"),
-        ([0.05], {"steps": 0}, "steps must be"),
-        ([0.05], {"keep": 2.5}, "keep must be"),
+        ([0.05], {"steps": 0}, "steps = 0: must be"),
+        ([0.05], {"keep": 2.5}, "keep = 2.5: must be"),
         ([0.05], {"steps": 10, "keep": 11}, "not be more than the 10"),
     ],
 )

@@ -57,7 +57,7 @@ def test_interrupted_it_says_how_to_go_on(study: Path, tmp_path: Path, monkeypat
 def test_bad_input_is_refused(study: Path, tmp_path: Path) -> None:
     missing = run("sweep", tmp_path / "none.toml")
     assert missing.exit_code == 2
-    assert "cannot read the study" in missing.stderr
+    assert "there is no such file" in missing.stderr
     study.write_text(STUDY.replace("position_gain", "position_gian"))
     misspelt = run("sweep", study)
     assert misspelt.exit_code == 2

@@ -232,7 +232,7 @@ POSITIVE = ("position_gain", "velocity_gain", "adaptation_gain", "update_thresho
 
 
 @pytest.mark.parametrize("name", POSITIVE)
-@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, "5", None])
+@pytest.mark.parametrize("value", [-1e-9, -1.0, math.nan, math.inf, "5", None])
 def test_gains_and_thresholds_outside_their_domain_are_refused_by_name(name: str, value: Any) -> None:
     with pytest.raises(InputError, match=f"^{name} "):
         replace(PAPER, **{name: value})

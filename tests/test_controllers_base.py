@@ -12,9 +12,7 @@ from scipy.integrate import solve_ivp
 
 import controllers
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from controllers.base import require_positive
 from mjbiped.compass import Array, Compass
-from mjbiped.errors import InputError
 from mjbiped.gait import Gait, find_passive_gait
 
 TABLE_ONE = Compass()
@@ -139,17 +137,6 @@ def test_description_is_json_whatever_the_parameters(gait: Gait) -> None:
         "nothing": None,
         "table": "array([0., 1., 2.])",
     }
-
-
-@pytest.mark.parametrize("value", [0, 0.0, -1e-300, -3, math.nan, math.inf, -math.inf, "5", None, True, [5.0], 5j])
-def test_what_is_no_positive_number_is_refused_by_name(value: Any) -> None:
-    with pytest.raises(InputError, match=r"second must be a finite number above zero, got "):
-        require_positive(first=1.0, second=value)
-
-
-@pytest.mark.parametrize("value", [5e-324, 1, 1.5, 1e308, np.float64(2.0)])
-def test_positive_numbers_pass(value: float) -> None:
-    require_positive(gain=value)
 
 
 def test_passive_controller_gives_no_torque_and_keeps_nothing() -> None:

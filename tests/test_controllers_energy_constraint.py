@@ -150,8 +150,8 @@ def test_level_walk() -> None:
 def test_bad_gains_are_refused() -> None:
     for name in ("gain", "singular_band"):
         for value in (0.0, -1.0, math.nan, "3", True):
-            with pytest.raises(InputError, match=f"{name} must be a finite number above zero"):
+            with pytest.raises(InputError, match=f"{name} = .*: must be "):
                 EnergyConstraintController(ROBOT, GAIT, **{name: value})  # type: ignore[arg-type]
     for ratio in (0.0, math.nan, math.inf, "2", True, None):
-        with pytest.raises(InputError, match=r"ratio .* must be a finite number other than 0"):
+        with pytest.raises(InputError, match=r"ratio = .* must be "):
             EnergyConstraintController(ROBOT, GAIT, ratio=ratio)  # type: ignore[arg-type]

@@ -68,5 +68,5 @@ def test_the_imitated_gait_needs_no_damping() -> None:
 
 def test_bad_gains_are_refused() -> None:
     for gain in (0.0, -1.0, math.nan, math.inf, "3", True):
-        with pytest.raises(InputError, match="gain must be a finite number above zero"):
+        with pytest.raises(InputError, match=r"gain = .*: must be "):
             PassivityController(ROBOT, GAIT, gain=gain)  # type: ignore[arg-type]

@@ -159,7 +159,7 @@ def test_reference_takes_arrays_and_numpy_tables(gait: Gait) -> None:
 
 @pytest.mark.parametrize("t", [-1e-9, [0.1, -0.1], math.nan, math.inf])
 def test_times_outside_the_domain_are_refused(gait: Gait, t: float) -> None:
-    with pytest.raises(InputError, match="must be finite and >= 0"):
+    with pytest.raises(InputError, match=r"^t.*must be .*from 0 to 1e.09 s"):
         gait.reference(t)
 
 
@@ -183,10 +183,10 @@ def test_slope_must_be_a_number(slope: float) -> None:
     [
         (TABLE_ONE, 0.0, "walks only downhill; give a slope"),
         (TABLE_ONE, -2.0, "walks only downhill; give a slope"),
-        (TABLE_ONE, 90.0, "walks only downhill; give a slope"),
+        (TABLE_ONE, -89.0, "walks only downhill; give a slope"),
         (TABLE_ONE, 28.0, "the trailing foot already stays down; choose a gentler slope"),
         (Compass(leg_inertia=50.0), 2.0, "check the robot's"),
-        (Compass(upper_length=1e-6, leg_inertia=0.0), 2.0, "check the robot's"),
+        (Compass(lower_length=1000.0, upper_length=1e-3, leg_inertia=0.0), 2.0, "check the robot's"),
     ],
 )
 def test_no_gait_says_where_why_and_what_to_do(robot: Compass, degrees: float, reason: str) -> None:

@@ -12,9 +12,9 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
 from mjbiped import events, measures
+from mjbiped.domains import PLACE
 from mjbiped.events import Outcome
 from mjbiped.physics import Simulation
-from mjbiped.terrain import FARTHEST
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 STEPS = 3800  # of the physics: three touchdowns from rest
@@ -344,4 +344,4 @@ def test_without_a_limit_the_ground_is_long_but_finite(ground: str, robot: mjbip
     )
     assert np.isfinite(simulation.model.geom_size).all()
     assert np.isfinite(simulation.model.geom_pos).all()
-    assert simulation.limits.end == pytest.approx(FARTHEST, rel=1e-4)
+    assert simulation.limits.end == pytest.approx(PLACE.high, rel=1e-4)

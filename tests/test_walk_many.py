@@ -305,7 +305,7 @@ def test_ctrl_c_in_a_controller(workers: int) -> None:
 
 def test_warnings_go_to_the_walk_that_they_are_of(controller: AdaptiveController) -> None:
     """MuJoCo has one handler of warnings for all threads."""
-    wild = replace(controller, velocity_gain=1e9)  # torques beyond MuJoCo's greatest number
+    wild = replace(controller, position_gain=1e6, velocity_gain=1e6)  # torques beyond MuJoCo's greatest number
     walks = mjbiped.walk_many([controller, wild, controller], Terrain.level(), steps=1, workers=3)
     assert [bool(walk.settings["warnings"]) for walk in walks] == [False, True, False]
     assert walks[1] == mjbiped.walk(wild, Terrain.level(), steps=1)

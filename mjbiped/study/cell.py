@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from controllers import Controller
-from mjbiped import measures
+from mjbiped import domains, measures
 from mjbiped.compass import Compass
 from mjbiped.controller_names import make_controller
 from mjbiped.errors import InputError
@@ -17,7 +17,7 @@ from mjbiped.gait import Gait, find_passive_gait
 from mjbiped.record import Walk
 from mjbiped.study.values import Scalar
 from mjbiped.terrain import Terrain
-from mjbiped.terrain_files import number, parse_parameters
+from mjbiped.terrain_files import parse_parameters
 from mjbiped.walk import WalkStopped, walk
 
 Row = dict[str, Any]
@@ -50,8 +50,8 @@ MEASURES = (
 )
 """Columns of a walk's measures, named as in `mjbiped.measures.summary`."""
 
-STATE = ("q1", "q2", "dq1", "dq2")
-"""A first state: angles of stance and swing leg from the ground's normal, rad, and their rates, rad/s."""
+STATE = {"q1": domains.ANGLE, "q2": domains.ANGLE, "dq1": domains.RATE, "dq2": domains.RATE}
+"""Domains of a first state: angles of stance and swing leg from the ground's normal, rad, and their rates, rad/s."""
 
 FAILED = "failed"
 """Outcome of a walk that an error kept from ending."""
@@ -126,7 +126,7 @@ class Cell:
         base = [0.0] * 4  # at rest, or of the numbers alone
         if state.get("around") == "gait":  # as in `walk`
             base = (controller.gait or find_passive_gait(robot, terrain.slope_at(0.0))).start.tolist()
-        added = [number(f"initial.{key}", state.get(key, 0.0)) for key in STATE]
+        added = [STATE[key].check(f"initial.{key}", state.get(key, 0.0)) for key in STATE]
         return tuple(start + change for start, change in zip(base, added, strict=True))
 
     def walk(self) -> Walk:
@@ -184,7 +184,7 @@ def _range(where: str, value: Any) -> Any:
         return parse_parameters(f"{where}={value}")[where]
     if isinstance(value, Mapping):
         if "plus_minus" in value:
-            half = number(f"{where}.plus_minus", value["plus_minus"], least=0.0)
+            half = domains.STUDY_HALF.check(f"{where}.plus_minus", value["plus_minus"])
             return (-half, half)
         if not {"low", "high"} <= value.keys():
             raise InputError(f"{where} needs both low and high, or plus_minus alone")

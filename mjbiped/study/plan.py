@@ -6,26 +6,26 @@ import hashlib
 import itertools
 import json
 import math
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from mjbiped import domains
 from mjbiped.compass import Compass
-from mjbiped.errors import InputError
+from mjbiped.domains import known_name
+from mjbiped.errors import InputError, shortened, shown
 from mjbiped.gait import Gait, find_passive_gait
-from mjbiped.physics import LONGEST_TIMESTEP, SHORTEST_CONTACT
 from mjbiped.study.cell import MEASURES, STATE, Cell
 from mjbiped.study.sections import LIMITS, SECTIONS, Settings, parts_of
 from mjbiped.study.values import Draw, Scalar
 from mjbiped.terrain import Terrain
-from mjbiped.terrain_files import FILE_SUFFIXES, known_name, number, whole_number
+from mjbiped.terrain_files import FILE_SUFFIXES, parse_toml, read_text
 from mjbiped.walk_plan import ENGINES, INITIAL_STATES
 
 KEYS = ("seed", "samples", *LIMITS, *SECTIONS, "plot")
 
-MOST_CELLS = 1_000_000
+MOST_CELLS = domains.WALKS.high
 
 FINISHED = "finished"
 """Measure beside `MEASURES` in a study's figures: the share of walks that finished."""
@@ -79,15 +79,9 @@ def read_study(path: Path) -> Study:
         InputError: It cannot be read, or says anything that no walk can have; the message names the place.
     """
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"cannot read the study {path}: {error.strerror or error}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"the study {path} is not readable as TOML: {error}") from error
-    try:
-        return plan(path, content)
+        return plan(path, parse_toml(read_text(path)))
     except InputError as error:
-        raise InputError(f"study {path}: {error}") from error
+        raise InputError(f"study {shortened(str(path))}: {error}") from error
 
 
 def plan(path: Path, content: Mapping[str, Any]) -> Study:
@@ -98,8 +92,10 @@ def plan(path: Path, content: Mapping[str, Any]) -> Study:
     """
     for key in content:
         known_name("key", key, KEYS)
-    seed = whole_number("seed", content.get("seed", 0), least=0, most=2**64 - 1)
-    parts = [_expanded(part) for part in parts_of(content)]
+    seed = domains.SEED.check("seed", content.get("seed", 0))
+    read = list(parts_of(content))
+    _check_count(math.prod(sum(map(_combinations, part)) for part in read))
+    parts = [_expanded(part) for part in read]
     varied = tuple(name for combinations in parts for name in _varied(combinations))
     draws = {name: value for each in parts for one in each for name, value in one.items() if isinstance(value, Draw)}
     drawn = bool(draws)
@@ -109,15 +105,24 @@ def plan(path: Path, content: Mapping[str, Any]) -> Study:
             if drawn
             else "samples is given, but nothing is drawn: no value has a distribution, as {uniform = [low, high]}"
         )
-    samples = whole_number("samples", content["samples"], least=1, most=MOST_CELLS) if drawn else 1
-    count = samples * math.prod(map(len, parts))
-    if count > MOST_CELLS:
-        raise InputError(f"these are {count} walks; at most {MOST_CELLS} are one study: take fewer values or samples")
+    samples = domains.WALKS.check("samples", content["samples"]) if drawn else 1
+    _check_count(samples * math.prod(map(len, parts)))
     grounds = _read_grounds(path, parts[-1])
     cells = tuple(_cells(parts, seed, samples, drawn, grounds))
     _check(cells, varied)
     logarithmic = frozenset(name for name, value in draws.items() if value.kind == "log_uniform")
     return Study(path, cells, varied, drawn, logarithmic, _declared(content), *_plot(content.get("plot", {}), varied))
+
+
+def _combinations(settings: Settings) -> int:
+    return math.prod(1 if isinstance(choice, Draw) else len(choice) for choice in settings.values())
+
+
+def _check_count(count: int) -> None:
+    if count > MOST_CELLS:
+        raise InputError(
+            f"these are {shown(count)} walks; at most {MOST_CELLS} are one study: take fewer values or samples"
+        )
 
 
 def _declared(content: Mapping[str, Any]) -> dict[str, Any]:
@@ -172,7 +177,7 @@ def _read_grounds(path: Path, combinations: Sequence[Combination]) -> dict[str, 
     grounds = {}
     for name in named:
         if not isinstance(name, str):
-            raise InputError(f"terrain.file must be the path of a file ({', '.join(FILE_SUFFIXES)}), got {name!r}")
+            raise InputError(f"terrain.file must be the path of a file ({', '.join(FILE_SUFFIXES)}), got {shown(name)}")
         grounds[name] = Terrain.from_file(path.parent / name)
     return grounds
 
@@ -196,7 +201,7 @@ def _check(cells: Sequence[Cell], varied: Sequence[str]) -> None:
             try:
                 _check_part(cell, part[0], gait)
             except (InputError, TypeError) as error:
-                named = ", ".join(f"{name} = {value!r}" for name, value in mine.items() if name in varied)
+                named = ", ".join(f"{name} = {shown(value)}" for name, value in mine.items() if name in varied)
                 place = f"cell {cell.index} ({named}): " if named else ""
                 raise InputError(f"{place}{error}") from error
 
@@ -215,7 +220,7 @@ def _check_part(cell: Cell, first: str, gait: Gait) -> None:
         _check_limits(cell.values)
         for name, value in cell.section("initial").items():
             if name in STATE:
-                number(f"initial.{name}", value)
+                STATE[name].check(f"initial.{name}", value)
 
 
 def _check_limits(values: Mapping[str, Scalar]) -> None:
@@ -223,12 +228,12 @@ def _check_limits(values: Mapping[str, Scalar]) -> None:
     if "initial" in values:
         known_name("initial state", values["initial"], INITIAL_STATES)
     if "steps" in values:
-        whole_number("steps", values["steps"], least=1, most=2**31)
+        domains.STEPS.check("steps", values["steps"])
     if "distance" in values:
-        number("distance (m)", values["distance"], above=0.0)
-    for key, least, most in (("timestep", 0.0, LONGEST_TIMESTEP), ("contact_timestep", SHORTEST_CONTACT, math.inf)):
+        domains.DISTANCE.check("distance", values["distance"])
+    for key, domain in (("timestep", domains.TIMESTEP), ("contact_timestep", domains.CONTACT_TIMESTEP)):
         if key in values:
-            number(f"{key} (s)", values[key], above=0.0, least=least, most=most)
+            domain.check(key, values[key])
             if engine != "mujoco":
                 raise InputError(f"{key} is for the engine mujoco; the engine {engine} has none")
 
@@ -240,13 +245,13 @@ def _plot(table: object, varied: Sequence[str]) -> tuple[tuple[str, ...], tuple[
         InputError: The table holds anything else.
     """
     if not isinstance(table, Mapping):
-        raise InputError(f"plot must be a table [plot], got {table!r}")
+        raise InputError(f"plot must be a table [plot], got {shown(table)}")
     for key in table:
         known_name("key of plot", key, ("parameters", "measures"))
     found = []
     for key, valid, most in (("parameters", varied, 3), ("measures", (*MEASURES, FINISHED), 6)):
         names = table.get(key, [])
         if not isinstance(names, list) or len(names) > most:
-            raise InputError(f"plot.{key} must be a list of up to {most} names, got {names!r}")
+            raise InputError(f"plot.{key} must be a list of up to {most} names, got {shown(names)}")
         found.append(tuple(known_name(f"name in plot.{key}", name, valid) for name in names))
     return found[0], found[1]

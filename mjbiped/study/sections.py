@@ -9,11 +9,11 @@ from typing import Any, TypeAlias
 
 from mjbiped.compass import Compass
 from mjbiped.controller_names import CONTROLLERS, settings_of
-from mjbiped.errors import InputError
+from mjbiped.domains import known_name
+from mjbiped.errors import InputError, shown
 from mjbiped.study.cell import STATE
 from mjbiped.study.values import Choice, Draw, read_choice
 from mjbiped.terrain import PRESETS
-from mjbiped.terrain_files import known_name
 from mjbiped.walk_plan import ENGINES, INITIAL_STATES
 
 LIMITS = ("engine", "steps", "distance", "timestep", "contact_timestep")
@@ -57,7 +57,7 @@ def _tables(key: str, value: object) -> list[Mapping[str, Any]]:
     """
     tables: list[Any] = value if isinstance(value, list) else [value]
     if not tables or not all(isinstance(table, Mapping) for table in tables):
-        raise InputError(f"{key} must be a table [{key}], or several, [[{key}]] each; got {value!r}")
+        raise InputError(f"{key} must be a table [{key}], or several, [[{key}]] each; got {shown(value)}")
     return tables
 
 
@@ -132,13 +132,13 @@ def _read_range_setting(where: str, value: object) -> Settings:
         for key in value:
             known_name(f"part of the range {where}", key, _PARTS_OF_RANGE)
         if {*value} not in ({"low", "high"}, {"plus_minus"}):
-            raise InputError(f"{where}: expected {{low, high}} or {{plus_minus}}, got {', '.join(value) or 'nothing'}")
+            raise InputError(f"{where}: expected {{low, high}} or {{plus_minus}}, got {shown([*value])}")
         return {f"{where}.{key}": read_choice(f"{where}.{key}", part) for key, part in value.items()}
     choice = read_choice(where, value)
     if isinstance(choice, Draw) or not all(isinstance(each, str) for each in choice):
         raise InputError(
             f'{where} is a range: give it as "low..high", several as a list of these, or its ends as '
-            f"{{low = ..., high = ...}} or {{plus_minus = ...}}; got {value!r}"
+            f"{{low = ..., high = ...}} or {{plus_minus = ...}}; got {shown(value)}"
         )
     return {where: choice}
 

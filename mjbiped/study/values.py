@@ -10,8 +10,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from mjbiped.errors import InputError
-from mjbiped.terrain_files import known_name, number, whole_number
+from mjbiped import domains
+from mjbiped.domains import Count, Domain, known_name
+from mjbiped.errors import InputError, shortened, shown
 
 Scalar: TypeAlias = bool | int | float | str
 
@@ -19,7 +20,12 @@ SCALES = ("linear", "log")
 DISTRIBUTIONS = ("uniform", "log_uniform", "normal", "integer")
 
 _RANGE = ("from", "to", "count", "scale")
-_MOST_IN_RANGE = 1_000_000
+_ENDS: dict[str, tuple[Domain | Count, Domain | Count]] = {
+    "uniform": (domains.STUDY_NUMBER, domains.STUDY_NUMBER),
+    "log_uniform": (domains.STUDY_POSITIVE, domains.STUDY_POSITIVE),
+    "normal": (domains.STUDY_NUMBER, domains.STUDY_POSITIVE),
+    "integer": (domains.STUDY_EXACT, domains.STUDY_EXACT),
+}
 _DIGITS = 12  # of a range's inner values: 0.3 and not 0.30000000000000004
 
 
@@ -69,25 +75,23 @@ def read_choice(where: str, value: object) -> Choice:
         if not value:
             raise InputError(f"{where} is an empty list; expected at least one value")
         values = tuple(_scalar(f"{where}, value {i}", each) for i, each in enumerate(value, start=1))
-        twice = next((each for i, each in enumerate(values) if _twice(each, values[:i])), None)
-        if twice is not None:
-            raise InputError(f"{where} has {twice!r} twice; give it once")
+        seen: set[tuple[type, Scalar]] = set()
+        for each in values:
+            if (type(each), each) in seen:
+                raise InputError(f"{where} has {shown(each)} twice; give it once")
+            seen.add((type(each), each))
         return values
     if isinstance(value, Mapping):
         return _read_table(where, value)
     return (_scalar(where, value),)
 
 
-def _twice(value: Scalar, before: tuple[Scalar, ...]) -> bool:
-    return any(type(value) is type(other) and value == other for other in before)
-
-
 def _scalar(where: str, value: object) -> Scalar:
-    if isinstance(value, float) and not math.isfinite(value):
-        raise InputError(f"{where} must be finite, got {value!r}")
     if not isinstance(value, bool | int | float | str):
-        raise InputError(f"{where} must be a number, a text, true or false, got {value!r}")
-    return value
+        raise InputError(f"{where} = {shown(value)}: must be a number, a text, true or false")
+    if isinstance(value, float) and not math.isfinite(value):
+        raise InputError(f"{where} = {shown(value)}: must be finite")
+    return domains.STUDY_WHOLE.check(where, value) if type(value) is int else value
 
 
 def _read_table(where: str, table: Mapping[str, object]) -> Choice:
@@ -95,27 +99,19 @@ def _read_table(where: str, table: Mapping[str, object]) -> Choice:
         return _read_range(where, table)
     forms = f"{{from, to, count}} or one of {', '.join(DISTRIBUTIONS)}"
     if len(table) != 1:
-        raise InputError(f"{where} has the keys {', '.join(table) or 'none'}; expected {forms}")
+        raise InputError(f"{where} has the keys {shortened(', '.join(table)) or 'none'}; expected {forms}")
     ((kind, ends),) = table.items()
     if kind not in DISTRIBUTIONS:
         known_name(f"way to vary {where}", kind, (*_RANGE, *DISTRIBUTIONS))
-        raise InputError(f"{where} has {kind!r} alone; expected {forms}")
+        raise InputError(f"{where} has {shown(kind)} alone; expected {forms}")
     words = {"normal": "mean, deviation", "integer": "least, greatest"}.get(kind, "low, high")
     if not isinstance(ends, list) or len(ends) != 2:
-        raise InputError(f"{where}: expected {kind} = [{words}], got {ends!r}")
+        raise InputError(f"{where}: expected {kind} = [{words}], got {shown(ends)}")
     names = [f"{where}: {kind}, {word}" for word in words.split(", ")]
-    if kind == "integer":
-        least, greatest = (whole_number(name, end, least=-(2**63), most=2**63 - 1)
-                           for name, end in zip(names, ends, strict=True))  # fmt: skip
-        first, second = float(least), float(greatest)
-        if int(first) != least or int(second) != greatest:
-            raise InputError(f"{where}: integer takes whole numbers up to 2^53 either way, got {ends!r}")
-    else:
-        above = 0.0 if kind == "log_uniform" else -math.inf
-        first = number(names[0], ends[0], above=above)
-        second = number(names[1], ends[1], above=0.0 if kind == "normal" else above)
+    lower, upper = _ENDS[kind]
+    first, second = float(lower.check(names[0], ends[0])), float(upper.check(names[1], ends[1]))
     if kind != "normal" and not first < second:
-        raise InputError(f"{where}: {kind} = {ends!r} needs its lower end first")
+        raise InputError(f"{where}: {kind} = {shown(ends)} needs its lower end first")
     return Draw(kind, first, second)
 
 
@@ -126,10 +122,10 @@ def _read_range(where: str, table: Mapping[str, object]) -> tuple[Scalar, ...]:
     if missing:
         raise InputError(f"{where}: the range lacks {', '.join(missing)}; expected {{from, to, count}}")
     scale = known_name(f"scale of {where}", table.get("scale", "linear"), SCALES)
-    above = 0.0 if scale == "log" else -math.inf
-    first = number(f"{where}: from", table["from"], above=above)
-    last = number(f"{where}: to", table["to"], above=above)
-    count = whole_number(f"{where}: count", table["count"], least=2, most=_MOST_IN_RANGE)
+    domain = domains.STUDY_POSITIVE if scale == "log" else domains.STUDY_NUMBER
+    first = domain.check(f"{where}: from", table["from"])
+    last = domain.check(f"{where}: to", table["to"])
+    count = domains.STUDY_RANGE.check(f"{where}: count", table["count"])
     if first == last:
         raise InputError(f"{where} goes from {first:g} to {last:g}; give one value, or two different ends")
     whole = isinstance(table["from"], int) and isinstance(table["to"], int)

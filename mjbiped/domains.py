@@ -1,0 +1,293 @@
+"""What a number that a user gives can be: the domain of every quantity, with both ends, in one place.
+
+The ends are wide: they hold whatever the engines were measured to work with (docs/model.md), and leave out what no
+arithmetic survives. Scaled alike, robots within them walk alike. What depends on several numbers at once, as a slope
+too steep to stand on, is checked where it arises.
+
+Beside the domains stand the checks of everything else that a user names or lists, so that all are told in one way:
+the name, the value that was given, and what it must be.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from numbers import Integral, Real
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.errors import InputError, shown
+
+Kind = TypeVar("Kind")
+
+
+@dataclass(frozen=True)
+class Domain:
+    """The real numbers that a quantity can be, both ends included.
+
+    Attributes:
+        low: The least.
+        high: The greatest.
+        unit: As it stands behind a number; empty for pure numbers.
+    """
+
+    low: float
+    high: float
+    unit: str = ""
+
+    def __str__(self) -> str:
+        """Both ends and the unit, as they stand in messages."""
+        return f"from {self.low:g} to {self.high:g} {self.unit}".rstrip()
+
+    @property
+    def words(self) -> str:
+        """What a value must be, in words."""
+        return f"a number {self}"
+
+    def check(self, name: str, value: object) -> float:
+        """Check a number.
+
+        Args:
+            name: What it is called, for the message.
+            value: Anything; only real numbers pass, of Python's or NumPy's, and no truth values.
+
+        Returns:
+            It as a plain float; negative zero becomes zero, so that equal things are equal bit by bit.
+
+        Raises:
+            InputError: It is no finite number of the domain.
+        """
+        number = _as_float(value)
+        if not math.isfinite(number):
+            raise InputError(f"{name} = {shown(value)}: must be a finite number {self}")
+        if not self.low <= number <= self.high:
+            raise InputError(f"{name} = {shown(value)}: must be {self}")
+        return number
+
+    def array(self, name: str, value: object, shape: tuple[int | None, ...] | None) -> NDArray[np.float64]:
+        """Check an array of numbers, in whatever form it is given.
+
+        Args:
+            name: What it is called, for the message.
+            value: Numbers in sequences or arrays.
+            shape: Expected, with None where any length will do; None for any shape.
+
+        Returns:
+            A fresh array.
+
+        Raises:
+            InputError: It has another shape, or holds what is no finite number of the domain.
+        """
+        # entries of lists stay what they are: NumPy would make numbers of texts and truth values among numbers
+        given = value if isinstance(value, np.ndarray) else np.array(value, dtype=object)
+        if given.dtype.kind == "O" and all(_is_real(each) for each in given.flat):
+            given = np.array([_as_float(each) for each in given.flat], dtype=np.float64).reshape(given.shape)
+        if given.dtype.kind not in "iuf":
+            raise InputError(f"{name} = {shown(value)}: must be numbers {self}")
+        if shape is not None and not _fits(given.shape, shape):
+            expected = f"({', '.join('n' if n is None else str(n) for n in shape)}{',' * (len(shape) == 1)})"
+            raise InputError(f"{name}: expected shape {expected}, got {given.shape}")
+        numbers = np.array(given, dtype=np.float64)
+        outside = ~((self.low <= numbers) & (numbers <= self.high))
+        if outside.any():
+            worst = float(numbers[outside][0])
+            if numbers.ndim == 0:
+                self.check(name, worst)
+            word = "" if math.isfinite(worst) else "finite "
+            raise InputError(f"{name}: {shown(worst)} in it: must be {word}numbers {self}")
+        return numbers
+
+
+@dataclass(frozen=True)
+class Count:
+    """The whole numbers that a quantity can be, both ends included.
+
+    Attributes:
+        low: The least.
+        high: The greatest.
+    """
+
+    low: int
+    high: int
+
+    def __str__(self) -> str:
+        """Both ends, as they stand in messages."""
+        return f"a whole number from {self.low} to {self.high}"
+
+    @property
+    def words(self) -> str:
+        """What a value must be, in words."""
+        return str(self)
+
+    def check(self, name: str, value: object) -> int:
+        """Check a whole number, which also a NumPy integer is, but no float.
+
+        Raises:
+            InputError: It is no whole number of the domain.
+        """
+        if isinstance(value, bool) or not isinstance(value, Integral) or not self.low <= int(value) <= self.high:
+            raise InputError(f"{name} = {shown(value)}: must be {self}")
+        return int(value)
+
+
+def _fits(shape: tuple[int, ...], expected: tuple[int | None, ...]) -> bool:
+    return len(shape) == len(expected) and all(n in (None, m) for n, m in zip(expected, shape, strict=True))
+
+
+def _is_real(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def _as_float(value: object) -> float:
+    """A real number as a float; infinity where it is too great for one, NaN for what is no real number."""
+    if not _is_real(value):
+        return math.nan
+    try:
+        return float(value) + 0.0  # type: ignore[arg-type]  # a real number
+    except OverflowError:
+        return math.inf
+
+
+def check_states(name: str, value: object, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
+    """Check states (q1, q2, dq1, dq2) in rad and rad/s, in an array whose last dimension they are.
+
+    Raises:
+        InputError: The array has another shape, or a number is outside its domain.
+    """
+    states = STATE.array(name, value, shape)
+    ANGLE.array(f"{name}, its angles", states[..., :2], None)
+    return states
+
+
+def check_kind(name: str, value: object, kind: type[Kind]) -> Kind:
+    """Check that a value is an object of a class of this package.
+
+    Raises:
+        InputError: It is not.
+    """
+    if isinstance(value, kind):
+        return value
+    raise InputError(f"{name} must be a mjbiped.{kind.__name__}, got {type(value).__name__}")
+
+
+def check_fields(instance: object, **domains: Domain | Count) -> None:
+    """Check attributes of a dataclass by their names, in the order given, and make plain numbers of them.
+
+    Raises:
+        InputError: One is outside its domain.
+    """
+    for name, domain in domains.items():
+        object.__setattr__(instance, name, domain.check(name, getattr(instance, name)))
+
+
+def check_interval(name: str, value: object, domain: Domain) -> tuple[float, float]:
+    """Check a range (low, high) with low <= high, both ends in the domain.
+
+    Raises:
+        InputError: Not a pair, an end outside the domain, or ends in the wrong order.
+    """
+    if isinstance(value, str) or not isinstance(value, Sequence) or len(value) != 2:
+        raise InputError(f"{name} = {shown(value)}: must be a range (low, high), on the command line low..high")
+    low, high = (domain.check(f"{name}, {end} end", v) for end, v in zip(("low", "high"), value, strict=True))
+    if low > high:
+        raise InputError(f"{name} = ({low:g}, {high:g}): must have its low end first, swap them")
+    return low, high
+
+
+def known_name(what: str, name: object, valid: Iterable[str]) -> str:
+    """Check that `name` is one of the `valid` names.
+
+    Raises:
+        InputError: It is not; the message lists the valid names and suggests the nearest.
+    """
+    names = tuple(valid)
+    if isinstance(name, str) and name in names:
+        return name
+    near = difflib.get_close_matches(name, names, n=1) if isinstance(name, str) and len(name) < 100 else []
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    raise InputError(f"unknown {what} {shown(name)}: valid are {', '.join(names) or 'none'}{hint}")
+
+
+# ---- the robot -------------------------------------------------------------------------------------------------------
+
+LEG_MASS = Domain(1e-6, 1e6, "kg")
+HIP_MASS = Domain(0.0, 1e6, "kg")
+LENGTH = Domain(1e-3, 1e3, "m")
+INERTIA = Domain(0.0, 1e12, "kg m^2")
+GRAVITY = Domain(1e-3, 1e3, "m/s^2")
+MUJOCO_LEG = Domain(0.01, 10.0, "m")
+
+# ---- its state -------------------------------------------------------------------------------------------------------
+
+ANGLE = Domain(-1e3, 1e3, "rad")
+RATE = Domain(-1e9, 1e9, "rad/s")
+STATE = Domain(min(ANGLE.low, RATE.low), max(ANGLE.high, RATE.high), "rad or rad/s")
+SLOPE = Domain(-1.57, 1.57, "rad")
+SLOPE_DEG = Domain(-89.95, 89.95, "degrees")
+DOWNHILL = Domain(1e-12, SLOPE.high, "rad")
+TIME = Domain(0.0, 1e9, "s")
+
+# ---- a walk ----------------------------------------------------------------------------------------------------------
+
+STEPS = Count(1, 1_000_000_000)
+DISTANCE = Domain(1e-6, 1e7, "m")
+TIMESTEP = Domain(1e-6, 2e-3, "s")
+CONTACT_TIMESTEP = Domain(1e-6, 1.0, "s")
+CONTROL_PERIOD = Domain(1e-6, 1e3, "s")
+SAMPLE_PERIOD = Domain(1e-5, 1e4, "s")
+TOLERANCE = Domain(1e-14, 1e-3)
+REACH = Domain(0.0, 2.0, "leg lengths")
+DELAY = Domain(0.0, 1e4, "s")
+WORKERS = Count(1, 1024)
+
+# ---- gains -----------------------------------------------------------------------------------------------------------
+
+GAIN = Domain(1e-6, 1e6, "1/s")
+POSITION_GAIN = Domain(1e-9, 1e9, "1/s^2")
+ADAPTATION_GAIN = Domain(1e-9, 1e9, "s^2")
+DAMPING_GAIN = Domain(1e-6, 1e6, "s")
+TORQUE_RATIO = Domain(-1e6, 1e6)
+SLOWEST_RATE = Domain(1e-9, 1e6, "rad/s")
+REPLANNING_DELAY = Domain(1e-3, 1.0, "gait periods")
+SLOPE_THRESHOLD = Domain(0.0, 1e3, "rad")
+STATE_THRESHOLD = Domain(0.0, 1e6, "rad and rad/s")
+MEMORY_SIZE = Count(0, 10_000)
+
+# ---- the ground ------------------------------------------------------------------------------------------------------
+
+PLACE = Domain(-1e5, 1e5, "m")
+STRETCH = Domain(1e-6, 1e5, "m")
+RANDOM_STRETCH = Domain(1.0, 1e5, "m")
+STEP = Domain(-0.5, 0.5, "m")
+ROUGHNESS = Domain(0.0, 0.5, "m")
+PROBABILITY = Domain(0.0, 1.0)
+SEGMENTS = Count(1, 100_000)
+CHANGES = Count(1, SEGMENTS.high - 1)
+SEED = Count(0, 2**64 - 1)
+
+# ---- many walks and gaits --------------------------------------------------------------------------------------------
+
+MAP_STEPS = Count(1, 1_000_000)
+KEPT = Count(1, 20_000_000)
+LENGTH_TOLERANCE = Domain(0.0, LENGTH.high, "m")
+DOUBLINGS = Count(1, 6)
+SLOPES = Count(4, 100_000)
+GRID = Count(2, 10_000)
+LIMIT = Count(1, 10_000)
+WALKS = Count(1, 1_000_000)
+STUDY_NUMBER = Domain(-1e18, 1e18)
+STUDY_POSITIVE = Domain(1e-18, 1e18)
+STUDY_HALF = Domain(0.0, 1e18)
+STUDY_RANGE = Count(2, WALKS.high)
+STUDY_WHOLE = Count(-(2**64), 2**64)
+STUDY_EXACT = Count(-(2**53), 2**53)
+
+# ---- pictures --------------------------------------------------------------------------------------------------------
+
+PIXELS = Count(64, 4096)
+FPS = Count(1, 120)
+SLOW_MOTION = Domain(0.01, 100.0)
