@@ -72,6 +72,13 @@ def test_cost_after_some_steps_is_that_of_the_shorter_walk(cell: Cell, length: i
     assert result.steps == 7
 
 
+def test_least_force_is_that_of_the_whole_walk_in_weights(cell: Cell) -> None:
+    result, _ = measured(cell)
+    walk = mjbiped.walk(cell.controller, cell.terrain, engine="hybrid", steps=7)
+    assert result.least_force == walk.touchdowns["normal_force"].min() / (10.0 * 9.81)
+    assert 0.0 < result.least_force < 1.0
+
+
 def test_record_is_kept_where_it_is_asked_for(cell: Cell) -> None:
     result, record = measured(dataclasses.replace(cell, record=True, steps=2))
     assert record is not None

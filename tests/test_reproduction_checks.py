@@ -232,6 +232,21 @@ def test_page_s_counts() -> None:
     assert told["checks_found"].splitlines()[2:] == ["| b | II | – | – |"]
 
 
+def test_methods_are_asked_with_fitted_gains_where_there_are_any() -> None:
+    """And never one with, one without: an engine that did not walk them is not asked."""
+    rows = paper_s()
+    assert "PBC 0.0362" in asked(rows, "stair 1 the adaptive", TABLE_2).found
+    place = dict(zip(("ground", "pattern", "first"), BEST.places[1], strict=True))
+    fit = [
+        made_row(cost, part="fitted", method=method, slope_source="two_point", delay=math.nan, **place)
+        for method, cost in (("PBC", 0.0380), ("ECC", 0.0381), ("KETC", 0.0382))
+    ]
+    answer = asked([*rows, *fit], "stair 1 the adaptive", TABLE_2)
+    assert answer.found == "PBC 0.0380, ECC 0.0381, KETC 0.0382, adaptive 0.0357"
+    assert asked([*rows, *fit], "PBC's c_mt is 0.0342", TABLE_2).holds is None  # fitted on level ground it did not walk
+    assert asked([*rows, *fit], "the adaptive controller's c_mt is 0.0350", UNFITTED).holds is True
+
+
 def test_every_ground_of_table_2_is_asked_about() -> None:
     text = " ".join(check.answer.claim for check in checks(paper_s(), BEST) if check.group == TABLE_2)
     assert all(ground in text.lower() for ground in GROUNDS)

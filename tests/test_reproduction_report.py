@@ -59,7 +59,7 @@ def compare(entry: plan.Entry, known: dict[tuple[object, ...], Row]) -> None:
     fresh = entry.row(result, None if walk is None else traced(walk))
     row = known[identity(fresh)]
     assert (fresh.outcome, fresh.steps, fresh.strikes) == (row.outcome, row.steps, row.strikes)
-    for name in ("place", "ankle", "hip", "friction"):
+    for name in ("place", "ankle", "hip", "friction", "least_force"):
         # six digits are kept; the rest is for other processors' arithmetic, which 60 steps do not magnify
         assert getattr(fresh, name) == pytest.approx(getattr(row, name), rel=2e-5), name
     assert fresh.cost == pytest.approx(row.cost, rel=2e-5, nan_ok=True)
@@ -106,6 +106,9 @@ def test_prose_is_true_of_the_table(rows: list[Row]) -> None:
             asked = walks_of(rows, ground, "hybrid")[zeta].friction
             assert walk.outcome in ("finished", "slipped")
             assert walk.finished or asked > GROUND_FRICTION, "walks end where more friction is asked"
+        forces = {zeta: walk.least_force for zeta, walk in walks_of(rows, ground, "hybrid").items()}
+        assert forces[0.1] < 0.0, "the smallest zeta needs glue"
+        assert min(walk.least_force for walk in walks_of(rows, ground, "mujoco").values() if walk.steps) >= 0.0
     assert walks_of(rows, "mixed", "mujoco")[0.1].steps == 0, "the smallest zeta ends in the first step"
     costs = {
         (row.ground, None if math.isnan(row.delay) else row.delay): row.cost[best.kind, best.length]

@@ -85,6 +85,7 @@ class Result:
         peak_torque: Greatest |ankle| and |hip| torque, N m.
         weight: Of the robot, N.
         friction: Greatest |F_t|/F_n asked of a stance foot.
+        least_force: Least normal force of the ground on a stance foot, weights; below zero it would have to pull.
         strikes: Swing feet that struck a riser.
         x: Places of the touchdowns, m.
         work: Work since the start at each touchdown by kind, J.
@@ -99,6 +100,7 @@ class Result:
     peak_torque: tuple[float, float] = (math.nan, math.nan)
     weight: float = math.nan
     friction: float = math.nan
+    least_force: float = math.nan
     strikes: int = 0
     x: tuple[float, ...] = ()
     work: dict[str, tuple[float, ...]] = dataclasses.field(default_factory=dict)
@@ -177,6 +179,7 @@ def _kept(done: Walk) -> Result:
         peak_torque=(float(done.peak_torque[0]), float(done.peak_torque[1])),
         weight=done.robot.weight,
         friction=float(rows["friction"].max()) if done.steps else math.nan,
+        least_force=float(rows["normal_force"].min()) / done.robot.weight if done.steps else math.nan,
         strikes=int(rows["strikes"].sum()),
         x=tuple(rows["x"].tolist()),
         work={kind: tuple(rows[f"work_{kind}"].tolist()) for kind in measures.WORK_KINDS},

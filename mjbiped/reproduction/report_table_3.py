@@ -34,6 +34,7 @@ def sections(rows: Sequence[Row]) -> dict[str, str]:
         "printed_3": str(2 * len(TABLE_3)),
         "family": _family(),
         "figure_5": _figure_5(rows),
+        "pulls": _pulls(rows),
         "epsilon": number(math.degrees(RESOLVED_SLOPE), ".2f"),
         "start_estimate": number(START_ESTIMATES[0], "g"),
     }
@@ -88,20 +89,39 @@ def _table(rows: Sequence[Row], ground: str) -> str:
                 number(paper),
                 *(_cost(walk) for walk in walks),
                 percent(math.nan if here is None else here.cost["absolute", None], paper),
-                number(None if here is None else here.friction, ".3g"),
+                *(number(None if walk is None else walk.least_force, ".2f") for walk in walks),
+                _friction(here),
             ]
         )
     sides = ("paper", "hybrid", "MuJoCo", "hybrid − paper")
     torques = [f"torque, {side}" for side in sides]
     if begun is not None:
         torques.insert(1, "start alone")
-    return table(("ζ", *torques, *(f"c_mt, {side}" for side in sides), "friction asked, hybrid"), lines)
+    forces = ("least F_n, hybrid", "least F_n, MuJoCo", "friction asked, hybrid")
+    return table(("ζ", *torques, *(f"c_mt, {side}" for side in sides), *forces), lines)
 
 
 def _shown(walk: Row | None, value: float | None, form: str) -> str:
     if walk is None or walk.finished:
         return number(value, form)
     return ending(walk)
+
+
+def _pulls(rows: Sequence[Row]) -> str:
+    """Which walks of the hybrid engine need a ground that pulls, in words."""
+    told = []
+    for ground, title in (("mixed", "our mixed ground"), ("found", "the ground that was found")):
+        walks = walks_of(rows, ground, "hybrid")
+        named = ["no re-planning" if zeta is None else f"ζ = {zeta:g}" for zeta, walk in walks.items() if walk.pulls]
+        told.append(f"with {' and '.join(named) if named else 'no ζ'} on {title}")
+    return ", and ".join(told)
+
+
+def _friction(walk: Row | None) -> str:
+    """The greatest |F_t / F_n|, where the ground need not pull: no friction holds a foot then."""
+    if walk is not None and walk.pulls:
+        return "pulls"
+    return number(None if walk is None else walk.friction, ".3g")
 
 
 def _cost(walk: Row | None) -> str:

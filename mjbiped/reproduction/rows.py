@@ -46,6 +46,7 @@ class Row:
         ankle: Greatest |torque|, N m.
         hip: The same.
         friction: Greatest |F_t|/F_n asked of a stance foot.
+        least_force: Least normal force of the ground on a stance foot, weights; below zero it would have to pull.
         strikes: Swing feet that struck a riser.
         begun: Greatest error of the slope estimate at a step's beginning, degrees.
         ended: The same at the steps' ends.
@@ -73,6 +74,7 @@ class Row:
     ankle: float
     hip: float
     friction: float
+    least_force: float
     strikes: int
     begun: float
     ended: float
@@ -86,6 +88,11 @@ class Row:
     def finished(self) -> bool:
         """Whether the robot walked as far as it should."""
         return self.outcome == "finished"
+
+    @property
+    def pulls(self) -> bool:
+        """Whether the motion needs a ground that pulls at the stance foot."""
+        return self.least_force < 0.0
 
     @property
     def torque(self) -> float:
@@ -126,6 +133,7 @@ def row(
         ankle=_rounded(result.peak_torque[0]),
         hip=_rounded(result.peak_torque[1]),
         friction=_rounded(result.friction),
+        least_force=_rounded(result.least_force),
         strikes=result.strikes,
         begun=_rounded(float(begun.max())) if begun.size else math.nan,
         ended=_rounded(float(ended.max())) if ended.size else math.nan,
