@@ -24,10 +24,12 @@ FORMAT_VERSION = 2
 FARTHEST = 1e10
 """Greatest place (m) or angle (rad): MuJoCo takes a state beyond it as diverged."""
 
+OUTCOMES = tuple(outcome.words for outcome in Outcome if outcome is not Outcome.WALKING)
+"""All that can become of a walk, in words."""
+
 _DEEPEST = 40  # levels of nested settings; the engines' own have five
 _LONGEST_REASON = 300  # characters
 _LONGEST_NUMBER = 40  # digits of a whole number; a seed has up to twenty
-_OUTCOMES = tuple(outcome.words for outcome in Outcome if outcome is not Outcome.WALKING)
 _BETWEEN = 2.0  # a step may take so many times the time after which engines call it stalled, ...
 _LATER = 1.0  # ... and so much more, s: the longest physics step is shorter
 
@@ -93,8 +95,8 @@ def _header(arrays: Arrays) -> dict[str, Any]:
         raise RecordError(
             f"is a record of version {version}; this mjbiped reads up to {FORMAT_VERSION}: install a newer one"
         )
-    if header.get("outcome") not in _OUTCOMES:
-        raise _damaged(f"its outcome is {shown(header.get('outcome'))}; valid are {', '.join(_OUTCOMES)}")
+    if header.get("outcome") not in OUTCOMES:
+        raise _damaged(f"its outcome is {shown(header.get('outcome'))}; valid are {', '.join(OUTCOMES)}")
     return dict(header)
 
 

@@ -15,15 +15,19 @@ from numpy.typing import NDArray
 
 from controllers import Controller
 from mjbiped import measures
-from mjbiped.errors import MjbipedError
+from mjbiped.errors import MjbipedError, RecordError, shown
 from mjbiped.physics import DEFAULT_TIMESTEP
 from mjbiped.provenance import sources
 from mjbiped.record import Walk
+from mjbiped.record_schema import OUTCOMES
 from mjbiped.terrain import Terrain
 from mjbiped.walk import WalkStopped, walk
 from mjbiped.walk_plan import versions
 
 Array = NDArray[np.float64]
+
+FAILED = "failed"
+"""Outcome of a walk that an error kept from ending."""
 
 _SPARSE = 1.0  # sample period where no record is kept, s
 
@@ -129,15 +133,35 @@ class Result:
         return dataclasses.asdict(self)
 
     @classmethod
-    def from_dict(cls, fields: dict[str, Any]) -> Result:
+    def from_dict(cls, fields: Any) -> Result:
         """The result that `to_dict` wrote.
 
         Raises:
-            TypeError: A field is unknown or missing.
+            RecordError: A field is unknown, missing, or not what it must be.
         """
-        work = {kind: tuple(values) for kind, values in fields["work"].items()}
-        lists = {name: tuple(fields[name]) for name in ("peak_torque", "x", "begun", "ended")}
-        return cls(**{**fields, **lists, "work": work})
+        try:
+            work = {kind: tuple(values) for kind, values in fields["work"].items()}
+            lists = {name: tuple(fields[name]) for name in ("peak_torque", "x", "begun", "ended")}
+            result = cls(**{**fields, **lists, "work": work})
+        except (AttributeError, KeyError, TypeError) as error:
+            raise RecordError(f"no result of a walk: {shown(error)}") from error
+        if not result._sound():
+            raise RecordError("no result of a walk: its values are of other kinds or numbers than a walk's")
+        return result
+
+    def _sound(self) -> bool:
+        """Whether every field is of its kind, and there is a number for each step."""
+        by_step = (self.begun, self.ended, *self.work.values())
+        numbers = (self.time, self.place, self.weight, self.friction, *self.peak_torque, *self.x)
+        return (
+            self.outcome in (*OUTCOMES, FAILED)
+            and isinstance(self.error, str)
+            and type(self.strikes) is int
+            and len(self.peak_torque) == 2
+            and all(type(number) in (int, float) for numbers in (numbers, *by_step) for number in numbers)
+            and all(len(values) == self.steps for values in by_step)
+            and ({*self.work} == {*measures.WORK_KINDS} or not self.work)
+        )
 
 
 def measured(cell: Cell) -> tuple[Result, Walk | None]:
@@ -162,9 +186,9 @@ def measured(cell: Cell) -> tuple[Result, Walk | None]:
             **settings,
         )
     except WalkStopped as stop:
-        return dataclasses.replace(_kept(stop.walk), outcome="failed", error=str(stop)), None
+        return dataclasses.replace(_kept(stop.walk), outcome=FAILED, error=str(stop)), None
     except (MjbipedError, ArithmeticError, ValueError) as error:
-        return Result("failed", f"{type(error).__name__}: {error}"), None
+        return Result(FAILED, f"{type(error).__name__}: {error}"), None
     return _kept(done), done if cell.record else None
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mjbiped.errors import RecordError
+from mjbiped.errors import RecordError, shown
 from mjbiped.measures import WORK_KINDS
 from mjbiped.reproduction.cell import Cell, Result
 from mjbiped.reproduction.traces import Traces
@@ -147,14 +147,22 @@ def row(
 
 def write_rows(rows: Iterable[Row]) -> str:
     """Rows as CSV, a heading first; an empty cell is a number that does not exist."""
-    plain = [field.name for field in fields(Row) if field.name not in _TABLES]
+    plain = _plain()
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*plain, *(_name(kind, length) for kind, length in _COSTS), *map(_trace, Traces._fields)])
+    writer.writerow(_columns())
     for entry in rows:
         values = [*(getattr(entry, name) for name in plain), *(entry.cost[key] for key in _COSTS), *entry.traces]
         writer.writerow([_cell(value) for value in values])
     return text.getvalue()
+
+
+def _plain() -> list[str]:
+    return [field.name for field in fields(Row) if field.name not in _TABLES]
+
+
+def _columns() -> list[str]:
+    return [*_plain(), *(_name(kind, length) for kind, length in _COSTS), *map(_trace, Traces._fields)]
 
 
 def read_rows(text: str) -> list[Row]:
@@ -166,7 +174,12 @@ def read_rows(text: str) -> list[Row]:
     kinds = {field.name: field.type for field in fields(Row)}
     found = []
     try:
-        for line in csv.DictReader(io.StringIO(text)):
+        lines = csv.DictReader(io.StringIO(text))
+        if lines.fieldnames != _columns():
+            raise ValueError("its columns are others")
+        for line in lines:
+            if None in line or None in line.values():
+                raise ValueError("a line has not one entry for each column")
             values: dict[str, Any] = {}
             for name, kind in kinds.items():
                 if name == "cost":
@@ -176,8 +189,8 @@ def read_rows(text: str) -> list[Row]:
                 else:
                     values[name] = _read(line[name], str(kind))
             found.append(Row(**values))
-    except (KeyError, TypeError, ValueError) as error:
-        raise RecordError(f"not a table of the reproduction: {error!r}") from error
+    except (KeyError, TypeError, ValueError, csv.Error) as error:
+        raise RecordError(f"not a table of the reproduction: {shown(error)}") from error
     return found
 
 

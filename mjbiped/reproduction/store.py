@@ -8,7 +8,7 @@ from pathlib import Path
 from mjbiped.errors import InputError, RecordError
 from mjbiped.output import written_whole
 from mjbiped.record import Walk
-from mjbiped.reproduction.cell import Cell, Result
+from mjbiped.reproduction.cell import FAILED, Cell, Result
 
 
 class Store:
@@ -31,14 +31,14 @@ class Store:
             raise InputError(f"cannot make the folder {folder}: {error.strerror or error}") from error
 
     def load(self, cell: Cell) -> Result | None:
-        """The result of a cell that was finished; None where it was not, or failed, or its file is no good."""
+        """The result of a cell that was finished; None where it was not, or failed, or a file of it is no good."""
         try:
             result = Result.from_dict(json.loads(self._path(cell).read_text(encoding="utf-8"))["result"])
-        except (OSError, ValueError, TypeError, KeyError):
+            if cell.record and result.outcome != FAILED:
+                self.record(cell)
+        except (OSError, ValueError, TypeError, KeyError, RecursionError, RecordError):
             return None
-        if result.outcome == "failed" or (cell.record and not self.record_path(cell).is_file()):
-            return None
-        return result
+        return None if result.outcome == FAILED else result
 
     def save(self, cell: Cell, result: Result, walk: Walk | None) -> None:
         """Keep a result, and its record first.

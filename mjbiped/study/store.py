@@ -6,19 +6,23 @@ import csv
 import json
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import Any
 
-from mjbiped.errors import InputError, RecordError
+from mjbiped.errors import InputError, RecordError, shown
 from mjbiped.output import written_whole
-from mjbiped.study.cell import MEASURES, Row
+from mjbiped.record_schema import OUTCOMES
+from mjbiped.study.cell import FAILED, MEASURES, Row
 from mjbiped.study.plan import Study
 
 DATABASE, TABLE = "study.sqlite", "study.csv"
 
 _LOCK = ".running"
 _FORMAT = 1
+_BROKEN = (sqlite3.Error, UnicodeDecodeError)  # an error's text may hold what stands in a damaged file
+_IDENTITY = "CREATE TABLE identity (kind TEXT PRIMARY KEY, value TEXT)"
+_WAY_OUT = "; name another --out, or begin again with --fresh"
 _SHOWN = 5  # differences in a message
 _IN_WORDS = {"sources": "mjbiped's source files", "cells": "the content of a terrain file"}
 """Kinds of an identity that are digests; all else that cells depend on has a kind of its own."""
@@ -37,15 +41,20 @@ class Store:
         columns: Of the table.
     """
 
-    def __init__(self, folder: Path, columns: Sequence[str], database: sqlite3.Connection) -> None:
+    def __init__(self, folder: Path, study: Study, database: sqlite3.Connection) -> None:
         """Take an open file; see `opened`."""
         self.folder = folder
-        self.columns = tuple(columns)
+        self.columns = columns_of(study)
+        self._cells = len(study.cells)
         self._database = database
 
     def done(self) -> set[int]:
-        """Indices of the cells that have a row."""
-        return {index for (index,) in self._database.execute('SELECT "cell" FROM cells')}
+        """Indices of the cells that have a row.
+
+        Raises:
+            RecordError: The file is damaged.
+        """
+        return {row["cell"] for row in self.rows()}
 
     def save(self, rows: Sequence[Row]) -> None:
         """Add rows, all of them or none.
@@ -58,13 +67,36 @@ class Store:
         try:
             with _transaction(self._database):
                 self._database.executemany(f"INSERT INTO cells VALUES ({marks})", values)
-        except sqlite3.Error as error:
+        except _BROKEN as error:
             raise RecordError(f"cannot write {self.folder / DATABASE}: {error}") from error
 
     def rows(self) -> list[Row]:
-        """All rows, in the order of the cells."""
-        found = self._database.execute('SELECT * FROM cells ORDER BY "cell"')
-        return [dict(zip(self.columns, values, strict=True)) for values in found]
+        """All rows, in the order of the cells.
+
+        Raises:
+            RecordError: The file is damaged.
+        """
+        try:
+            found = self._database.execute('SELECT * FROM cells ORDER BY "cell"').fetchall()
+        except _BROKEN as error:
+            raise _damaged(self.folder / DATABASE, str(error)) from error
+        rows = [dict(zip(self.columns, values, strict=True)) for values in found]
+        for row in rows:
+            wrong = next((name for name, value in row.items() if not self._fits(name, value)), None)
+            if wrong is not None:
+                place = f"{wrong} of cell {shown(row['cell'])} is {shown(row[wrong])}"
+                raise _damaged(self.folder / DATABASE, f"{place}, which no walk of this study has")
+        return rows
+
+    def _fits(self, name: str, value: Any) -> bool:
+        """Whether a value can stand in a column."""
+        if name == "cell":
+            return value in range(self._cells)
+        if name == "outcome":
+            return value in (*OUTCOMES, FAILED)
+        if name == "error":
+            return isinstance(value, str | None)
+        return isinstance(value, float | int | None) or (name not in MEASURES and isinstance(value, str))
 
     def export(self) -> Path:
         """Write the table as a CSV file; the same rows are the same bytes.
@@ -95,7 +127,7 @@ def opened(folder: Path, study: Study, identity: Mapping[str, Any], *, fresh: bo
 
     Raises:
         InputError: The folder cannot be made, another process has it, or its rows are of another identity.
-        RecordError: The file is no study's table, or cannot be written.
+        RecordError: The file is no study's table, or a damaged one, or cannot be written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -108,12 +140,11 @@ def opened(folder: Path, study: Study, identity: Mapping[str, Any], *, fresh: bo
                 for file in (path, path.with_name(f"{path.name}-journal"), folder / TABLE):
                     file.unlink(missing_ok=True)
             database = sqlite3.connect(path, isolation_level=None)
-        except (OSError, sqlite3.Error) as error:
+        except (OSError, *_BROKEN) as error:
             raise RecordError(f"cannot write {path}: {error}") from error
         try:
-            columns = columns_of(study)
-            _begin(database, path, columns, identity)
-            yield Store(folder, columns, database)
+            _begin(database, path, columns_of(study), identity)
+            yield Store(folder, study, database)
         finally:
             database.close()
 
@@ -125,39 +156,49 @@ def _exclusive(folder: Path) -> Iterator[None]:
     Raises:
         InputError: Another one is in.
     """
-    lock = sqlite3.connect(folder / _LOCK, isolation_level=None, timeout=0.0)
-    try:
+    with ExitStack() as stack:
         try:
+            lock = stack.enter_context(closing(sqlite3.connect(folder / _LOCK, isolation_level=None, timeout=0.0)))
             lock.execute("BEGIN EXCLUSIVE")
         except sqlite3.OperationalError as error:
             raise InputError(
                 f"the study in {folder} cannot be taken: another process is at it, or the folder cannot be written "
                 f"({error})"
             ) from error
+        except _BROKEN as error:
+            raise InputError(
+                f"the study in {folder} cannot be taken: {folder / _LOCK} is no lock of ours ({error}); delete it"
+            ) from error
         yield
-    finally:
-        lock.close()
 
 
 def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], identity: Mapping[str, Any]) -> None:
     """Make the tables, or compare the identity of what is there."""
     text = {key: json.dumps(value, sort_keys=True) for key, value in identity.items()}
+    # no types: a value comes back as what it was
+    named = ", ".join(f'"{name}"' + (" INTEGER PRIMARY KEY" if name == "cell" else "") for name in columns)
+    made = [_IDENTITY, f"CREATE TABLE cells ({named})"]
     try:
         with _transaction(database):
             empty = not database.execute("SELECT name FROM sqlite_master").fetchall()
             if empty:
-                database.execute("CREATE TABLE identity (kind TEXT PRIMARY KEY, value TEXT)")
+                for statement in made:
+                    database.execute(statement)
                 database.execute("INSERT INTO identity VALUES ('format', ?)", (str(_FORMAT),))
                 database.executemany("INSERT INTO identity VALUES (?, ?)", text.items())
-                # no types: a value comes back as what it was
-                named = ", ".join(f'"{name}"' + (" INTEGER PRIMARY KEY" if name == "cell" else "") for name in columns)
-                database.execute(f"CREATE TABLE cells ({named})")
         kept = dict(database.execute("SELECT kind, value FROM identity"))
-    except sqlite3.Error as error:
-        raise RecordError(f"{path} is no study's table, or cannot be written: {error}") from error
+        found = [sql for (sql,) in database.execute("SELECT sql FROM sqlite_master WHERE sql NOT NULL ORDER BY rowid")]
+        health = database.execute("PRAGMA quick_check").fetchall()
+    except _BROKEN as error:
+        raise RecordError(f"{path} is no study's table, or cannot be written: {error}{_WAY_OUT}") from error
+    if health != [("ok",)]:
+        raise _damaged(path, str(health[0][0]))
     if kept.pop("format", None) != str(_FORMAT):
-        raise RecordError(f"{path} is a table of another mjbiped's format: name another --out, or begin with --fresh")
-    differences = [line for kind in text for line in _differences(kind, kept.get(kind), text[kind])]
+        raise RecordError(f"{path} is a table of another mjbiped's format{_WAY_OUT}")
+    try:
+        differences = [line for kind in text for line in _differences(kind, kept.get(kind), text[kind])]
+    except (TypeError, ValueError, RecursionError) as error:
+        raise _damaged(path, f"it does not tell its study ({shown(error)})") from error
     if len(differences) > 1:
         differences = [
             line for line in differences if not line.startswith(_IN_WORDS["cells"])
@@ -168,6 +209,12 @@ def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], ide
             f"the rows in {path.parent} are of another study: {'; '.join(differences[:_SHOWN])}{more}. Name another "
             "--out, undo the change, or delete these rows and begin again with --fresh"
         )
+    if found != made:
+        raise _damaged(path, "its tables are others than this study's")
+
+
+def _damaged(path: Path, why: str) -> RecordError:
+    return RecordError(f"{path} is damaged: {' '.join(why.split())}{_WAY_OUT}")
 
 
 def _differences(kind: str, kept: str | None, now: str) -> Iterator[str]:
