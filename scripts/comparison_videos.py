@@ -1,5 +1,7 @@
 """Videos of Table II's five grounds, all methods one above the other, in the reading that fits the table best.
 
+The gains of the comparison methods are those that settle (docs/reproduction.md).
+
 python scripts/comparison_videos.py --folder out/videos --steps 12
 """
 
@@ -16,8 +18,8 @@ import mjbiped
 from mjbiped.caption import Pixels, draw_caption
 from mjbiped.output import written_whole
 from mjbiped.reproduction import report, rows, table_2
-from mjbiped.reproduction.grounds import readings
-from mjbiped.reproduction.methods import METHODS, Variant
+from mjbiped.reproduction.grounds import reading_at
+from mjbiped.reproduction.methods import METHODS, Variant, settled
 from mjbiped.video import render_frames
 
 WIDTH, HEIGHT = 720, 180
@@ -27,9 +29,9 @@ HELD = 1.0  # s, the last frame
 def walks_of(reading: table_2.Choice, source: str, ground: str, engine: str, steps: int) -> dict[str, mjbiped.Walk]:
     """A walk of each method on a ground."""
     place = next(place for place in reading.places if place[0] == ground)
-    terrain = next(found.terrain for found in readings(ground) if (found.ground, found.pattern, found.first) == place)
+    terrain = reading_at(place).terrain
     zeta = None if math.isnan(reading.delay) else reading.delay
-    chosen = {name: Variant(name, slope_source=source) for name in METHODS[1:]}
+    chosen = {name: settled(name, source) for name in METHODS[1:]}
     chosen[METHODS[0]] = Variant(METHODS[0], zeta)
     return {
         name: mjbiped.walk(chosen[name].controller(terrain), terrain, engine=engine, steps=steps) for name in METHODS

@@ -13,7 +13,7 @@ def made_row(cost: float, **others: object) -> Row:
     """A walk of 100 steps to its end, whose c_mt is this one for whatever kind and length."""
     fields: dict[str, object] = {
         "part": "table 2", "ground": "level", "pattern": "", "first": 0.0, "engine": "hybrid", "method": "adaptive",
-        "delay": 0.8, "slope_source": "", "adaptation_gain": 0.3, "update": "yes", "start_estimate": 0.0,
+        "delay": 0.8, "slope_source": "", "gains": "", "adaptation_gain": 0.3, "update": "yes", "start_estimate": 0.0,
         "outcome": "finished", "steps": 100, "place": 38.0, "ankle": 2.0, "hip": 1.0, "friction": 0.2,
         "least_force": 0.9, "strikes": 0, "begun": 0.0, "ended": 0.0, "rms": 0.0, "jump": 0.0,
         "traces": Traces(), "error": "",

@@ -9,18 +9,20 @@ import pytest
 from command_line import run
 
 from mjbiped.plot_style import new_figure, save_figure
-from mjbiped.reproduction import methods, plan, running
+from mjbiped.reproduction import methods, plan, running, scan
 from mjbiped.reproduction import reproduce as whole
 from mjbiped.reproduction.cell import Cell, measured
+from mjbiped.reproduction.methods import settled
 
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A reproduction of the adaptive controller with one zeta, without MuJoCo's processes."""
+    """A reproduction of the adaptive controller with one zeta, of one setting of PBC, without MuJoCo's processes."""
     all_of_table_2 = plan.table_2
     monkeypatch.setattr(methods, "DELAYS", (0.6,))
     monkeypatch.setattr(plan, "table_2", lambda: all_of_table_2(methods=("adaptive",)))
     monkeypatch.setattr(whole, "in_mujoco", lambda *_: [])
+    monkeypatch.setattr(scan, "settings", lambda: [settled("PBC", "none")])
     # these take seconds to draw, and have tests of their own
     for name in ("plot_walk", "plot_figure_5", "plot_figure_6"):
         monkeypatch.setattr(whole, name, lambda _, path: save_figure(new_figure(1.0), path))
@@ -30,7 +32,12 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_page_table_and_figures_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     result = run("reproduce", "--out", tmp_path / "walks", "--report", tmp_path / "page", "--quick")
     assert result.exit_code == 0
-    for name in ("reproduction.md", "reproduction.csv", "images/reproduction_fig_4_mixed_hybrid.png"):
+    for name in (
+        "reproduction.md",
+        "reproduction.csv",
+        "reproduction_gains.csv",
+        "images/reproduction_fig_4_mixed_hybrid.png",
+    ):
         assert (tmp_path / "page" / name).is_file()
         assert name in result.stdout.replace("\n", "")
     assert (tmp_path / "walks" / "figures" / "reproduction_table_3.pdf").stat().st_size > 5_000

@@ -134,6 +134,7 @@ DOCUMENTED = {
     "`gain` of PBC": domains.DAMPING_GAIN,
     "`ratio` of ECC, not 0": domains.TORQUE_RATIO,
     "`singular_band`, `slowest`": domains.SLOWEST_RATE,
+    "`hip_weight` of KETC": domains.HIP_WEIGHT,
     "`replanning_delay`": domains.REPLANNING_DELAY,
     "`update_threshold`": domains.SLOPE_THRESHOLD,
     "`replanning_threshold`": domains.STATE_THRESHOLD,

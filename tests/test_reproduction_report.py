@@ -12,9 +12,10 @@ from mjbiped.reproduction import plan
 from mjbiped.reproduction.cell import measured
 from mjbiped.reproduction.grounds import AS_PRINTED
 from mjbiped.reproduction.published import TABLE_3
-from mjbiped.reproduction.report import PAGE, TABLE, render
+from mjbiped.reproduction.report import PAGE, TABLE, TRIED, render
 from mjbiped.reproduction.report_table_3 import distance, walks_of
 from mjbiped.reproduction.rows import Row, read_rows, write_rows
+from mjbiped.reproduction.scan import read_tried
 from mjbiped.reproduction.table_2 import UNEVEN, choices, side_distances
 from mjbiped.reproduction.traces import RESOLVED_SLOPE, traced
 from mjbiped.terrain import GROUND_FRICTION
@@ -34,7 +35,8 @@ def identity(row: Row) -> tuple[object, ...]:
 
 
 def test_page_is_made_of_the_table(rows: list[Row]) -> None:
-    assert (DOCS / PAGE).read_text(encoding="utf-8") == render(rows)
+    tried = read_tried((DOCS / TRIED).read_text(encoding="utf-8"))
+    assert (DOCS / PAGE).read_text(encoding="utf-8") == render(rows, tried)
     assert write_rows(rows) == (DOCS / TABLE).read_text(encoding="utf-8")
 
 
@@ -75,7 +77,9 @@ def test_table_is_whole(rows: list[Row]) -> None:
     best = choices(rows)[0]
     gravity = plan.gravity(best.places, None if math.isnan(best.delay) else best.delay)
     engines = [sum(row.engine == engine for row in rows) for engine in ("hybrid", "mujoco")]
-    assert engines[0] == len(hybrid) + len(gravity)
+    fitted = [row for row in rows if row.part == "fitted" and row.engine == "hybrid"]
+    assert len(fitted) == 3 * len(best.places)
+    assert engines[0] == len(hybrid) + len(gravity) + len(fitted)
     assert engines[1] > 50
     assert not [row for row in rows if row.outcome == "failed"]
 

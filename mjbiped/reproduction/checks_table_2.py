@@ -10,7 +10,7 @@ from mjbiped.reproduction.markdown import cost, number
 from mjbiped.reproduction.published import IMITATED_SLOPE, TABLE_2
 from mjbiped.reproduction.report_table_2 import walk_of
 from mjbiped.reproduction.rows import Row
-from mjbiped.reproduction.table_2 import Choice, agreements
+from mjbiped.reproduction.table_2 import Choice, walks_read
 
 _UNIT = 10.0**-DIGITS
 _PASSIVE = math.sin(IMITATED_SLOPE)
@@ -22,23 +22,13 @@ Walks = Mapping[str, Row | None]
 def walks_asked(rows: Sequence[Row], best: Choice, engine: str, ground: str) -> Walks:
     """The walks of the methods of Table II that its claims are asked of, on a ground as the best reading has it.
 
-    Of the other methods these are the walks with the gains that were fitted to the table, where there are any: the
-    paper does not give its gains, and none are nearer to its numbers.
+    Of the other methods these are the walks with the gains that were fitted to the table: the paper does not give its
+    gains, and none are nearer to its numbers.
     """
     place = next(place for place in best.places if place[0] == ground)
-    if not any_fitted(rows):
-        source = agreements(rows, best)[0].source
-        return {method: walk_of(rows, engine, place, method, best.delay, source) for method in TABLE_2}
     walks: dict[str, Row | None] = dict.fromkeys(TABLE_2)
-    for row in rows:
-        if (row.part, row.engine, row.ground, row.pattern, row.first) == ("fitted", engine, *place):
-            walks[row.method] = row
+    walks |= {row.method: row for row in walks_read(rows, best, "fitted", engine) if row.ground == ground}
     return {**walks, "adaptive": walk_of(rows, engine, place, "adaptive", best.delay)}
-
-
-def any_fitted(rows: Sequence[Row]) -> bool:
-    """Whether there are walks with gains that were fitted to Table II."""
-    return any(row.part == "fitted" for row in rows)
 
 
 def unfitted(rows: Sequence[Row], best: Choice, engine: str) -> Iterator[Answer]:

@@ -88,3 +88,12 @@ def readings(ground: str) -> list[Reading]:
                 rows = [(length, factor * change, 0.0) for length, factor in zip(lengths, factors, strict=True)]
                 found.append(Reading(ground, pattern, first, Terrain.from_segments(rows, name=ground)))
     return found
+
+
+def reading_at(place: tuple[str, str, float]) -> Reading:
+    """The reading of a ground, a pattern and a first change.
+
+    Args:
+        place: These three, as `Reading` has them.
+    """
+    return next(found for found in readings(place[0]) if (found.ground, found.pattern, found.first) == place)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 from controllers import (
     AdaptiveController,
@@ -38,19 +39,24 @@ _COMPARED: Mapping[str, type[_Compared]] = {
 }
 
 
+_GAINS = ("ratio", "gain", "hip_weight", "rate_gain", "position_gain")
+
+
 @dataclass(frozen=True)
 class Variant:
-    """A method with the one parameter that the paper leaves open.
+    """A method with the parameters that the paper leaves open.
 
     Attributes:
         method: One of `METHODS`.
         delay: zeta of the adaptive controller.
         slope_source: Of the comparison controllers; empty for the adaptive one, which estimates.
+        gains: Of the comparison controllers, by the names of their classes' fields.
     """
 
     method: str
     delay: float | None = None
     slope_source: str = ""
+    gains: tuple[tuple[str, float], ...] = ()
 
     def controller(self, terrain: Terrain, robot: Compass | None = None) -> Controller:
         """The law, for a ground: comparison controllers are told its slope at the start."""
@@ -58,21 +64,40 @@ class Variant:
         gait = _imitated(model)
         if self.method == "adaptive":
             return AdaptiveController(model, gait, replanning_delay=self.delay)
-        source, slope = self.slope_source, terrain.slope_at(0.0)
-        return _COMPARED[self.method](model, gait, slope_source=source, initial_slope=slope)
+        kind: Any = _COMPARED[self.method]
+        law: Controller = kind(
+            model, gait, slope_source=self.slope_source, initial_slope=terrain.slope_at(0.0), **dict(self.gains)
+        )
+        return law
+
+
+_SETTLED = (
+    Variant("PBC", slope_source="two_point", gains=(("gain", 5.0),)),
+    Variant("ECC", slope_source="local", gains=(("ratio", -2.3), ("gain", 5.0))),
+    Variant("KETC", slope_source="local", gains=(("gain", 6.0), ("hip_weight", 1.0))),
+    Variant("LCTC", slope_source="local", gains=(("rate_gain", 10.0), ("position_gain", 25.0))),
+)
+SETTLED: Mapping[str, Variant] = {variant.method: variant for variant in _SETTLED}
+"""Gains with which every step on level ground becomes like the one before, found as docs/comparison.md says and without
+a look at Table II, and the slope source with which they were found; LCTC's are its source's own."""
+
+
+def settled(method: str, source: str) -> Variant:
+    """A comparison method with the gains that settle, and any slope source."""
+    return replace(SETTLED[method], slope_source=source)
 
 
 def variants(method: str) -> Iterator[Variant]:
-    """All variants of a method."""
+    """The adaptive controller with every zeta; a comparison method, its gains settled, with every slope source."""
     if method == "adaptive":
         yield from (Variant(method, delay) for delay in DELAYS)
     else:
-        yield from (Variant(method, slope_source=source) for source in SLOPE_SOURCES)
+        yield from (settled(method, source) for source in SLOPE_SOURCES)
 
 
-def default_source(method: str) -> str:
-    """The slope source that a comparison controller has unless told otherwise."""
-    return str(_COMPARED[method].slope_source)
+def gains_told(law: Mapping[str, Any]) -> str:
+    """A comparison controller's gains in words, of its description or of pairs of names and numbers."""
+    return ", ".join(f"{name} {law[name]:g}" for name in _GAINS if name in law)
 
 
 def adaptive(

@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 from mjbiped.compass import Compass
 from mjbiped.reproduction.cell import Cell, Result
 from mjbiped.reproduction.found import end_of, found_segments, found_terrain
-from mjbiped.reproduction.grounds import Reading, readings
+from mjbiped.reproduction.grounds import Reading, reading_at, readings
 from mjbiped.reproduction.methods import METHODS, Variant, adaptive, variants
 from mjbiped.reproduction.published import GROUNDS, TABLE_3
 from mjbiped.reproduction.rows import LENGTHS, Row, row
+from mjbiped.reproduction.table_2 import Choice
 from mjbiped.reproduction.traces import Traces
 from mjbiped.terrain import Terrain
 
@@ -37,7 +38,7 @@ class Entry:
     """A cell and its place in the report.
 
     Attributes:
-        part: "table 2", "gravity", "table 3", "start" or "figure 5".
+        part: "table 2", "fitted", "gravity", "table 3", "start" or "figure 5".
         ground: The ground's name.
         method: The paper's name of the controller.
         cell: The walk.
@@ -86,6 +87,13 @@ def table_2_in_mujoco(places: Iterable[tuple[str, str, float]], chosen: Iterable
         for reading in readings(ground)
         if (reading.ground, reading.pattern, reading.first) in wanted
         for variant in chosen
+    ]
+
+
+def fitted(choice: Choice, chosen: Iterable[Variant], engine: str, steps: int) -> list[Entry]:
+    """The comparison methods with the gains nearest to Table II, on the grounds of the reading chosen."""
+    return [
+        _walked("fitted", engine, reading_at(place), variant, steps) for place in choice.places for variant in chosen
     ]
 
 

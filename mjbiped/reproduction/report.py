@@ -6,36 +6,33 @@ from collections.abc import Sequence
 from importlib import resources
 from string import Template
 
-from mjbiped.reproduction import checks, checks_table_2, report_table_2, report_table_3
+from mjbiped.reproduction import checks, report_fit, report_table_2, report_table_3
 from mjbiped.reproduction.markdown import table
 from mjbiped.reproduction.rows import Row
+from mjbiped.reproduction.scan import Tried
 from mjbiped.reproduction.table_2 import choices
 
 PAGE = "reproduction.md"
 TABLE = "reproduction.csv"
+TRIED = "reproduction_gains.csv"
 PICTURES = "images"
 
-_SOURCE_FITTED = "what the other methods take for the slope was chosen by where their X stand (Table II below)"
-_METHODS_FITTED = (
-    "gains and slope source of PBC, ECC and KETC, whose gains the paper does not give, were fitted to their own rows "
-    '("fitted" in Table II below)'
-)
 
-
-def render(rows: Sequence[Row]) -> str:
-    """The page, every number of it from the rows.
+def render(rows: Sequence[Row], tried: Sequence[Tried]) -> str:
+    """The page, every number of it from the rows and the settings that were tried.
 
     Args:
         rows: Of a whole reproduction; walks in MuJoCo may be missing.
+        tried: Gains and slope sources of the comparison methods, on the reading that the rows choose.
     """
     template = (resources.files("mjbiped.reproduction") / "template.md").read_text(encoding="utf-8")
     best = choices(rows)[0]
     failed = [row for row in rows if row.outcome == "failed"]
     parts = {
         **report_table_2.sections(rows),
+        **report_fit.sections(rows, best, tried),
         **report_table_3.sections(rows),
         **checks.sections(checks.checks(rows, best)),
-        "asked_methods": _METHODS_FITTED if checks_table_2.any_fitted(rows) else _SOURCE_FITTED,
         "engine": engine_shown(rows),
         "walks": str(len(rows)),
         "in_mujoco": str(sum(row.engine == "mujoco" for row in rows)),

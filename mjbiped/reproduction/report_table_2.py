@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS, SLOPE_PATTERNS, STAIR_PATTERNS
 from mjbiped.reproduction.markdown import NONE, cost, delay, ending, number, percent, table
-from mjbiped.reproduction.methods import DELAYS, METHODS, SLOPE_SOURCES, default_source
+from mjbiped.reproduction.methods import DELAYS, METHODS, SETTLED, SLOPE_SOURCES
 from mjbiped.reproduction.published import GROUNDS, TABLE_2
 from mjbiped.reproduction.rows import LENGTHS, Row
 from mjbiped.reproduction.table_2 import UNEVEN, Choice, agreements, choices, side_distances
@@ -19,8 +19,7 @@ def sections(rows: Sequence[Row]) -> dict[str, str]:
     """What the template wants to know of Table II, by name."""
     found = choices(rows)
     best = found[0]
-    agreed = agreements(rows, best)
-    source = agreed[0].source
+    source = agreements(rows, best)[0].source
     return {
         "readings": str(len(found)),
         "best": _words(best),
@@ -28,18 +27,12 @@ def sections(rows: Sequence[Row]) -> dict[str, str]:
         "best_kind": best.kind,
         "best_length": str(best.length),
         "best_delay": delay(best.delay),
-        "table_2": _main(rows, best, source),
         "source": source,
-        "agreement": table(
-            ("slope", "X and numbers where the paper has them", "distance of the numbers %"),
-            ([a.source, f"{a.agreeing} of {a.asked}", number(100 * a.distance, ".1f")] for a in agreed),
-        ),
         "stair_patterns": str(len(STAIR_PATTERNS)),
         "slope_patterns": str(len(SLOPE_PATTERNS)),
         "delays_tried": str(len(DELAYS)),
         "lengths": str(len(LENGTHS)),
         "hybrid_steps": str(max(LENGTHS)),
-        "ends": _ends(rows, best, source),
         "nearest": _nearest(found),
         "stairs": _sides(rows, UNEVEN[:2]),
         "slopes": _sides(rows, UNEVEN[2:]),
@@ -86,44 +79,6 @@ def _words(choice: Choice) -> str:
         f"{choice.kind} work over the first {choice.length} steps, {replanned}; stairs {choice.stairs[0]}, first riser "
         f"at {choice.stairs[1]:g} m; slopes {choice.slopes[0]}, first change after {choice.slopes[1]:g} m"
     )
-
-
-def _main(rows: Sequence[Row], best: Choice, source: str) -> str:
-    """Every number of Table II and ours, line by line."""
-    lines = []
-    for place in best.places:
-        for method in METHODS:
-            paper = TABLE_2.get(method, {}).get(place[0], math.nan)
-            printed = "X" if paper is None else number(paper)
-            walks = [walk_of(rows, engine, place, method, best.delay, source) for engine in ("hybrid", "mujoco")]
-            ours = math.nan if walks[0] is None else walks[0].cost[best.kind, best.length]
-            known = paper if paper is not None and paper == paper else None
-            lines.append(
-                [
-                    place[0],
-                    method,
-                    printed,
-                    *(cost(walk, best.kind, best.length) for walk in walks),
-                    NONE if known is None else number(ours - known, "+.4f"),
-                    percent(ours, known),
-                ]
-            )
-    return table(("ground", "method", "paper", "hybrid", "MuJoCo", "hybrid − paper", "%"), lines)
-
-
-def _ends(rows: Sequence[Row], best: Choice, source: str) -> str:
-    """Every walk of the table that did not come to its end."""
-    lines = []
-    for place in best.places:
-        for method in METHODS:
-            walks = [walk_of(rows, engine, place, method, best.delay, source) for engine in ("hybrid", "mujoco")]
-            if any(walk is not None and not walk.finished for walk in walks):
-                cells = (
-                    NONE if walk is None else f"{walk.steps} steps" if walk.finished else ending(walk) for walk in walks
-                )
-                paper = TABLE_2.get(method, {}).get(place[0], math.nan)
-                lines.append([place[0], method, "X" if paper is None else number(paper), *cells])
-    return table(("ground", "method", "paper", "hybrid", "MuJoCo"), lines) if lines else "None: all walks came to it."
 
 
 def _nearest(found: Sequence[Choice]) -> str:
@@ -174,7 +129,7 @@ def _delays(rows: Sequence[Row], best: Choice) -> str:
 
 
 def _sources(rows: Sequence[Row], best: Choice) -> str:
-    """All slope sources of the comparison controllers, on the grounds as the best reading has them."""
+    """All slope sources of the comparison controllers with gains that settle, on the best reading's grounds."""
     lines = []
     for method in METHODS[1:]:
         for source in SLOPE_SOURCES:
@@ -187,7 +142,7 @@ def _sources(rows: Sequence[Row], best: Choice) -> str:
                     and (row.ground, row.pattern, row.first) == place
                 ]
                 cells.append(cost(mine[0] if mine else None, best.kind, best.length))
-            lines.append([method, source + (" *" if source == default_source(method) else ""), *cells])
+            lines.append([method, source + (" *" if source == SETTLED[method].slope_source else ""), *cells])
         printed = TABLE_2.get(method)
         if printed is not None:
             values = ("X" if printed[ground] is None else number(printed[ground]) for ground in GROUNDS)
@@ -212,8 +167,9 @@ def _printed(rows: Sequence[Row], best: Choice) -> str:
 
 def _pairs(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
     """Walks of Table II that were made in both engines, the hybrid one first."""
-    hybrid = {_identity(row): row for row in rows if row.part == "table 2" and row.engine == "hybrid"}
-    there = [row for row in rows if row.part == "table 2" and row.engine == "mujoco"]
+    mine = [row for row in rows if row.part in ("table 2", "fitted")]
+    hybrid = {_identity(row): row for row in mine if row.engine == "hybrid"}
+    there = [row for row in mine if row.engine == "mujoco"]
     return [(hybrid[_identity(row)], row) for row in there if _identity(row) in hybrid]
 
 
@@ -244,14 +200,18 @@ def _engines(rows: Sequence[Row]) -> str:
             cells = [*(number(value) for value in costs), percent(costs[1], costs[0], "+.2f")]
         else:
             cells = [*(f"{walk.outcome}, {walk.steps} steps" for walk in (here, there)), NONE]
-        law = f"ζ = {delay(there.delay)}" if there.method == "adaptive" else there.slope_source
+        law = (
+            f"ζ = {delay(there.delay)}"
+            if there.method == "adaptive"
+            else f"{there.gains.replace('-', '−')}, {there.slope_source}"
+        )
         lines.append([f"{there.ground} {there.pattern}".strip(), f"{there.method}, {law}", *cells])
     return table(("ground", "method", "hybrid", "MuJoCo", "%"), lines) if lines else "No walks in MuJoCo yet."
 
 
 def _identity(row: Row) -> tuple[object, ...]:
     zeta = None if math.isnan(row.delay) else row.delay
-    return row.ground, row.pattern, row.first, row.method, zeta, row.slope_source
+    return row.part, row.ground, row.pattern, row.first, row.method, zeta, row.slope_source
 
 
 def _gravity(rows: Sequence[Row], best: Choice) -> str:

@@ -15,11 +15,12 @@ from mjbiped.record import Walk
 from mjbiped.reproduction import plan
 from mjbiped.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS
-from mjbiped.reproduction.methods import METHODS, Variant, default_source
+from mjbiped.reproduction.methods import METHODS, SETTLED, Variant, settled
 from mjbiped.reproduction.plan import Entry
-from mjbiped.reproduction.report import PAGE, PICTURES, TABLE, engine_shown, render
-from mjbiped.reproduction.rows import Row, write_rows
+from mjbiped.reproduction.report import PAGE, PICTURES, TABLE, TRIED, engine_shown, render
+from mjbiped.reproduction.rows import LENGTHS, Row, write_rows
 from mjbiped.reproduction.running import run_cells
+from mjbiped.reproduction.scan import fitted, scan, write_tried
 from mjbiped.reproduction.store import Store
 from mjbiped.reproduction.table_2 import Choice, agreements, choices
 from mjbiped.reproduction.traces import traced
@@ -57,19 +58,30 @@ def reproduce(
     entries = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
     rows = _walk(entries, store, workers, progress)
     best = choices(rows)[0]
-    more = [*plan.gravity(best.places, _delay(best)), *in_mujoco(best, agreements(rows, best)[0].source, quick)]
+    tried = scan(best, store, progress=progress)
+    nearest = [each.variant for each in fitted(tried).values()]
+    more = [
+        *plan.gravity(best.places, _delay(best)),
+        *plan.fitted(best, nearest, "hybrid", max(LENGTHS)),
+        *in_mujoco(best, agreements(rows, best)[0].source, nearest, quick),
+    ]
     rows += _walk(more, store, workers, progress)
     entries += more
-    written = [_write(report / TABLE, write_rows(rows)), _write(report / PAGE, render(rows))]
+    written = [
+        _write(report / TABLE, write_rows(rows)),
+        _write(report / TRIED, write_tried(tried)),
+        _write(report / PAGE, render(rows, tried)),
+    ]
     return rows, [*written, *draw(entries, rows, store, report / PICTURES, folder / PRINTS)]
 
 
-def in_mujoco(best: Choice, source: str, quick: bool) -> list[Entry]:
+def in_mujoco(best: Choice, source: str, nearest: Sequence[Variant], quick: bool) -> list[Entry]:
     """The walks that MuJoCo repeats.
 
     Args:
         best: The reading of Table II's grounds that fits.
-        source: Of the slope, for the energy-based methods.
+        source: Of the slope, for the energy-based methods with gains that settle.
+        nearest: These methods with the gains and sources nearest to Table II.
         quick: Whether only a few short ones.
     """
     mine = Variant("adaptive", _delay(best))
@@ -78,16 +90,18 @@ def in_mujoco(best: Choice, source: str, quick: bool) -> list[Entry]:
     delays = dict.fromkeys((mine.delay, *plan.DRAWN_DELAYS[1:]))
     chosen = [Variant("adaptive", delay) for delay in delays]
     chosen += [
-        Variant(method, slope_source=named)
+        settled(method, named)
         for method in METHODS[1:]
-        for named in dict.fromkeys((source, default_source(method)))
+        for named in dict.fromkeys((source, SETTLED[method].slope_source))
     ]
     printed = [
         (ground, pattern, (FIRST_RISERS if ground.startswith("stair") else FIRST_CHANGES)[0])
         for ground, pattern in AS_PRINTED.items()
     ]
+    steps = max(MUJOCO_STEPS, best.length)
     return [
-        *plan.table_2_in_mujoco([*best.places, *printed], chosen, max(MUJOCO_STEPS, best.length)),
+        *plan.table_2_in_mujoco([*best.places, *printed], chosen, steps),
+        *plan.fitted(best, nearest, "mujoco", steps),
         *plan.table_3("mujoco"),
         *plan.figure_5("mujoco"),
     ]

@@ -14,6 +14,7 @@ import numpy as np
 from mjbiped.errors import RecordError, shown
 from mjbiped.measures import WORK_KINDS
 from mjbiped.reproduction.cell import Cell, Result
+from mjbiped.reproduction.methods import gains_told
 from mjbiped.reproduction.traces import Traces
 
 LENGTHS = (20, 45, 60, 100)
@@ -37,6 +38,7 @@ class Row:
         method: The paper's name of the controller.
         delay: zeta; NaN without re-planning.
         slope_source: Of comparison controllers.
+        gains: The same.
         adaptation_gain: gamma; NaN for controllers without one.
         update: Whether the estimate is updated (27), "yes", "no", or empty.
         start_estimate: Slope estimate at the start, degrees; NaN for controllers without one.
@@ -65,6 +67,7 @@ class Row:
     method: str
     delay: float
     slope_source: str
+    gains: str
     adaptation_gain: float
     update: str
     start_estimate: float
@@ -124,23 +127,24 @@ def row(
         method=method,
         delay=math.nan if law.get("replanning_delay") is None else float(law["replanning_delay"]),
         slope_source=law.get("slope_source", ""),
+        gains=gains_told(law),
         adaptation_gain=float(law.get("adaptation_gain", math.nan)),
         update="" if update is None else "yes" if update else "no",
-        start_estimate=_rounded(math.degrees(law.get("initial_slope_estimate", math.nan))),
+        start_estimate=rounded(math.degrees(law.get("initial_slope_estimate", math.nan))),
         outcome=result.outcome,
         steps=result.steps,
-        place=_rounded(result.place),
-        ankle=_rounded(result.peak_torque[0]),
-        hip=_rounded(result.peak_torque[1]),
-        friction=_rounded(result.friction),
-        least_force=_rounded(result.least_force),
+        place=rounded(result.place),
+        ankle=rounded(result.peak_torque[0]),
+        hip=rounded(result.peak_torque[1]),
+        friction=rounded(result.friction),
+        least_force=rounded(result.least_force),
         strikes=result.strikes,
-        begun=_rounded(float(begun.max())) if begun.size else math.nan,
-        ended=_rounded(float(ended.max())) if ended.size else math.nan,
-        rms=_rounded(math.sqrt(float(np.mean(ended**2)))) if ended.size else math.nan,
-        jump=_rounded(float(np.abs(begun - ended).max())) if begun.size else math.nan,
-        cost={(kind, length): _rounded(result.cost_of_transport(kind, length)) for kind, length in _COSTS},
-        traces=Traces(*map(_rounded, traces or Traces())),
+        begun=rounded(float(begun.max())) if begun.size else math.nan,
+        ended=rounded(float(ended.max())) if ended.size else math.nan,
+        rms=rounded(math.sqrt(float(np.mean(ended**2)))) if ended.size else math.nan,
+        jump=rounded(float(np.abs(begun - ended).max())) if begun.size else math.nan,
+        cost={(kind, length): rounded(result.cost_of_transport(kind, length)) for kind, length in _COSTS},
+        traces=Traces(*map(rounded, traces or Traces())),
         error=" ".join(result.error.split()),
     )
 
@@ -214,6 +218,6 @@ def _cell(value: Any) -> str:
     return str(value)
 
 
-def _rounded(value: float) -> float:
-    """A number of six digits."""
+def rounded(value: float) -> float:
+    """A number of six digits, as tables keep it."""
     return float(f"{value:.{_DIGITS}g}")

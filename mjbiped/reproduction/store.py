@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 from mjbiped.errors import InputError, RecordError
 from mjbiped.output import written_whole
@@ -48,13 +49,23 @@ class Store:
         """
         if walk is not None:
             walk.save(self.record_path(cell))
-        path = self._path(cell)
+        self._write(self._path(cell), {"cell": cell.inputs, "result": result.to_dict()})
+
+    def load_numbers(self, key: str) -> list[list[float]] | None:
+        """The numbers that were kept under a key; None where there are none, or their file is no good."""
         try:
-            with written_whole(path) as unfinished:
-                text = json.dumps({"cell": cell.inputs, "result": result.to_dict()})
-                unfinished.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise RecordError(f"cannot write {path}: {error.strerror or error}") from error
+            rows = json.loads(self._numbers_path(key).read_text(encoding="utf-8"))["numbers"]
+            return [[float(value) for value in row] for row in rows]
+        except (OSError, ValueError, TypeError, KeyError):
+            return None
+
+    def save_numbers(self, key: str, numbers: list[list[float]]) -> None:
+        """Keep numbers of many walks, a row each.
+
+        Raises:
+            RecordError: The file cannot be written.
+        """
+        self._write(self._numbers_path(key), {"numbers": numbers})
 
     def record(self, cell: Cell) -> Walk:
         """The record of a finished cell that kept it.
@@ -67,6 +78,16 @@ class Store:
     def record_path(self, cell: Cell) -> Path:
         """File of a cell's record."""
         return self.folder / f"{cell.key}.npz"
+
+    def _write(self, path: Path, content: Any) -> None:
+        try:
+            with written_whole(path) as unfinished:
+                unfinished.write_text(json.dumps(content), encoding="utf-8")
+        except OSError as error:
+            raise RecordError(f"cannot write {path}: {error.strerror or error}") from error
+
+    def _numbers_path(self, key: str) -> Path:
+        return self.folder / f"many_{key}.json"
 
     def _path(self, cell: Cell) -> Path:
         return self.folder / f"{cell.key}.json"

@@ -72,36 +72,75 @@ def choices(rows: Iterable[Row]) -> list[Choice]:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Where the energy-based methods fail, with one source of the slope, beside where the paper's do.
+    """Where methods fail, beside where the paper's do, and how far their numbers are from its.
 
     Attributes:
-        source: Of the slope.
         agreeing: Grounds and methods that are walked to the end in both, or in neither.
         asked: Grounds and methods in all.
-        distance: Root mean square of ln(ours / paper's) where both have a number.
+        distance: Root mean square of ln(ours / paper's) where both have a number; NaN where that is nowhere.
+        source: Of the slope, where all of them have the same.
     """
 
-    source: str
     agreeing: int
     asked: int
     distance: float
+    source: str = ""
+
+    @property
+    def rank(self) -> tuple[int, float]:
+        """Smaller for better ones: first as many X and numbers as possible where the paper has them."""
+        return -self.agreeing, self.distance if self.distance == self.distance else math.inf
+
+
+def agreement(costs: Iterable[tuple[str, str, float]], source: str = "") -> Agreement:
+    """Compare with the paper's Table II.
+
+    Args:
+        costs: Method, ground, and c_mt, which is NaN where the robot did not come to the end.
+        source: Of the slope, where all have the same.
+    """
+    agreeing, logs = [], []
+    for method, ground, ours in costs:
+        paper = TABLE_2[method][ground]
+        agreeing.append((paper is None) == math.isnan(ours))
+        if paper is not None and ours > 0.0:
+            logs.append(_log(ours, paper))
+    distance = math.sqrt(sum(value**2 for value in logs) / len(logs)) if logs else math.nan
+    return Agreement(sum(agreeing), len(agreeing), distance, source)
+
+
+def walks_read(rows: Iterable[Row], choice: Choice, part: str, engine: str, source: str | None = None) -> list[Row]:
+    """The energy-based methods' walks on a reading's grounds.
+
+    Args:
+        rows: Of the report.
+        choice: The reading.
+        part: "table 2" for the gains that settle, "fitted" for those nearest to the table.
+        engine: "hybrid" or "mujoco".
+        source: Of the slope; any unless given.
+    """
+    return [
+        row
+        for row in rows
+        if (row.part, row.engine) == (part, engine)
+        and row.method in TABLE_2
+        and row.method != "adaptive"
+        and source in (None, row.slope_source)
+        and choice.reads(row)
+    ]
+
+
+def agreement_of(walks: Iterable[Row], choice: Choice, source: str = "") -> Agreement:
+    """How far walks agree with the paper, by the reading's kind of work and number of steps."""
+    return agreement(((row.method, row.ground, row.cost[choice.kind, choice.length]) for row in walks), source)
 
 
 def agreements(rows: Sequence[Row], choice: Choice) -> list[Agreement]:
-    """How far the energy-based methods' walks in the hybrid engine agree with the paper, the best source first."""
-    found = []
-    for source in SLOPE_SOURCES:
-        agreeing, logs = [], []
-        for row in rows:
-            mine = (row.part, row.engine, row.slope_source) == ("table 2", "hybrid", source) and choice.reads(row)
-            if mine and row.method in TABLE_2:
-                paper, ours = TABLE_2[row.method][row.ground], row.cost[choice.kind, choice.length]
-                agreeing.append((paper is None) == math.isnan(ours))
-                if paper is not None and ours > 0.0:
-                    logs.append(_log(ours, paper))
-        distance = math.sqrt(sum(value**2 for value in logs) / len(logs)) if logs else math.nan
-        found.append(Agreement(source, sum(agreeing), len(agreeing), distance))
-    return sorted(found, key=lambda agreement: (-agreement.agreeing, agreement.distance))
+    """How far the energy-based methods, with gains that settle, agree in the hybrid engine, the best source first."""
+    found = [
+        agreement_of(walks_read(rows, choice, "table 2", "hybrid", source), choice, source) for source in SLOPE_SOURCES
+    ]
+    return sorted(found, key=lambda each: each.rank)
 
 
 def side_distances(rows: Iterable[Row], pair: Sequence[str]) -> Iterator[tuple[float, float, str, int, str, float]]:
