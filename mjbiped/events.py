@@ -106,6 +106,7 @@ class Outcome(IntEnum):
     LEFT_TERRAIN = 5
     DIVERGED = 6
     INTERRUPTED = 7
+    UNRESOLVED = 8
 
     @property
     def words(self) -> str:

@@ -13,17 +13,21 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import scipy  # it loads a part when that is first used: half a second for all of these
 from numpy.typing import ArrayLike
 
 from mjbiped import domains
-from mjbiped.compass import Array, Compass, acceleration, impact_rates, kinetic_energy, mass_terms
+from mjbiped.compass import Array, Compass, Constants, acceleration, impact_rates, kinetic_energy, mass_terms
 from mjbiped.errors import GaitError
 from mjbiped.reference import Table, reference_at
 
 STEPS = 48  # fixed integration steps per period: the state at touchdown is then good to 1e-13
+MOST_TRIALS = 100  # motions tried for one gait; those that are found take 10 to 60
+MOST_PLACES = 100  # slopes on the way from level ground to the one asked for; 5 to 50 do
+WIDEST = 2.0  # no leg of a walker turns so far from the normal, rad: only on slopes of 40 degrees and more
 FALLEN = math.radians(60)  # the reference ends where the stance leg has fallen this far from the normal
 
 
@@ -123,28 +127,70 @@ def find_passive_gait(robot: Compass, slope: float) -> Gait:
     return _find(robot, slope)
 
 
+class _Model(NamedTuple):
+    """A robot in units in which its legs and gravity are those of Table I: 1 m and 9.81 m/s^2.
+
+    So the search, its tolerances included, is the same for all sizes and gravities.
+
+    Attributes:
+        constants: As of `Compass`.
+        leg_length: m.
+        gravity: m/s^2.
+        weight: N.
+        metre: The unit of length, m; exactly 1 for the legs of Table I.
+        second: The unit of time, s; exactly 1 for its legs and gravity.
+    """
+
+    constants: Constants
+    leg_length: float
+    gravity: float
+    weight: float
+    metre: float
+    second: float
+
+
+def _model(robot: Compass) -> _Model:
+    known = Compass()
+    metre = robot.leg_length / known.leg_length
+    second = math.sqrt(robot.leg_length / robot.gravity) / math.sqrt(known.leg_length / known.gravity)
+    square, moment = metre * metre, metre * robot.gravity / known.gravity
+    m11, m12, m22, g1, g2, about_point, about_hip = robot.constants
+    return _Model(
+        (m11 / square, m12 / square, m22 / square, g1 / moment, g2 / moment, about_point / square, about_hip / square),
+        known.leg_length,
+        known.gravity,
+        robot.total_mass * known.gravity,
+        metre,
+        second,
+    )
+
+
 @lru_cache(maxsize=256)
 def _find(robot: Compass, slope: float) -> Gait:
-    scaled = _follow_branch(robot, slope)
-    start, period = _unscale(robot, slope, scaled)
-    end = _motion(robot, slope, start, period, STEPS)[-1]
-    _check(robot, slope, start, period)
-    multipliers = np.linalg.eigvals(_return_map_jacobian(robot, slope, scaled)).astype(np.complex128)
+    model = _model(robot)
+    scaled = _follow_branch(model, slope)
+    start, period = _unscale(model, slope, scaled)
+    end = _motion(model, slope, start, period, STEPS)[-1]
+    _check(model, slope, start, period)
+    multipliers = np.linalg.eigvals(_return_map_jacobian(model, slope, scaled)).astype(np.complex128)
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
+    step_length = 2 * robot.leg_length * math.sin(end[0])
+    rate, horizon, pieces = _tabulate(model, slope, start, period)
+    for state in (start, end):
+        state[2:] /= model.second
     for array in (start, end, multipliers):
         array.flags.writeable = False
-    step_length = 2 * robot.leg_length * math.sin(end[0])
-    table = _tabulate(robot, slope, start, period)
-    return Gait(robot, slope, start, end, period, step_length, multipliers, table)
+    table: Table = (rate / model.second, horizon * model.second, pieces)
+    return Gait(robot, slope, start, end, period * model.second, step_length, multipliers, table)
 
 
 def _no_gait(slope: float, reason: str) -> GaitError:
     return GaitError(f"no passive gait on a slope of {math.degrees(slope):.6g} degrees: {reason}")
 
 
-def _passive(robot: Compass, slope: float) -> Callable[[Array], list[float]]:
+def _passive(model: _Model, slope: float) -> Callable[[Array], list[float]]:
     """The unpowered motion's law: state -> its rates (dq1, dq2, ddq1, ddq2)."""
-    constants, sine, cosine = robot.constants, math.sin(slope), math.cos(slope)
+    constants, sine, cosine = model.constants, math.sin(slope), math.cos(slope)
 
     def rates(state: Array) -> list[float]:
         q1, q2, dq1, dq2 = state.tolist()
@@ -153,80 +199,96 @@ def _passive(robot: Compass, slope: float) -> Callable[[Array], list[float]]:
     return rates
 
 
-def _motion(robot: Compass, slope: float, start: Array, duration: float, steps: int) -> Array:
+def _motion(model: _Model, slope: float, start: Array, duration: float, steps: int, widest: float = math.inf) -> Array:
     """States at `steps` + 1 equal intervals of the unpowered motion, shape (steps + 1, 4).
 
     The integration steps are fixed, so that the result depends smoothly on `start` and `duration`; DOP853's error
     estimate only decides whether they are short enough, and its own order makes the result far better than `rtol`.
+
+    Raises:
+        GaitError: No steps are short enough, or a leg turns from the normal by more than `widest` (rad).
     """
-    law = _passive(robot, slope)
+    law = _passive(model, slope)
     for finer in (1, 2, 4, 8, 16, 32):
         count = finer * steps
         width = duration / count
 
-        def scaled(_: float, state: Array, width: float = width) -> list[float]:
-            return [width * rate for rate in law(state)]
+        def scaled(_: float, state: Array, width: float = width) -> Array:
+            return np.array([width * rate for rate in law(state)])
 
         # time counts steps, so that it stays exact
-        solution = scipy.integrate.solve_ivp(
-            scaled, (0.0, count), start, "DOP853", first_step=1.0, max_step=1.0, rtol=1e-8, atol=1e-8
+        solver = scipy.integrate.DOP853(
+            scaled, 0.0, start, float(count), first_step=1.0, max_step=1.0, rtol=1e-8, atol=1e-8
         )
-        if len(solution.t) == count + 1:
-            return np.ascontiguousarray(solution.y.T[::finer])
+        states = [solver.y]
+        while solver.status == "running":
+            solver.step()
+            if solver.t != len(states):
+                break  # a step was too long
+            states.append(solver.y)
+            if max(abs(solver.y[0]), abs(solver.y[1])) > widest:
+                raise _no_gait(slope, "a leg turns over")
+        if len(states) == count + 1:
+            return np.array(states[::finer])
     raise _no_gait(slope, "the motion is too fast to follow; check the robot's lengths and masses")
 
 
-def _scales(robot: Compass, slope: float) -> Array:
+def _scales(model: _Model, slope: float) -> Array:
     """Scales (r, r w, r w, 1/w) of (q1, dq1, dq2, period), with r = slope^(1/3) and w = sqrt(g/l).
 
     A gait divided by them, a "scaled" gait, stays finite as the slope vanishes.
     """
-    ratio, frequency = math.cbrt(slope), math.sqrt(robot.gravity / robot.leg_length)
+    ratio, frequency = math.cbrt(slope), math.sqrt(model.gravity / model.leg_length)
     return np.array([ratio, ratio * frequency, ratio * frequency, 1 / frequency])
 
 
-def _unscale(robot: Compass, slope: float, scaled: Array) -> tuple[Array, float]:
+def _unscale(model: _Model, slope: float, scaled: Array) -> tuple[Array, float]:
     """State after the impact, shape (4,), and period of a scaled gait."""
-    q1, dq1, dq2, period = (_scales(robot, slope) * scaled).tolist()
+    q1, dq1, dq2, period = (_scales(model, slope) * scaled).tolist()
     return np.array([q1, -q1, dq1, dq2]), period
 
 
-def _step(robot: Compass, slope: float, scaled: Array, steps: int) -> Array:
+def _step(model: _Model, slope: float, scaled: Array, steps: int) -> Array:
     """Scaled (q1 + q2 at the end of the period, then q1, dq1, dq2 after the impact); for a gait, (0, q1, dq1, dq2)."""
-    start, period = _unscale(robot, slope, scaled)
-    q1, q2, dq1, dq2 = _motion(robot, slope, start, period, steps)[-1].tolist()
-    after = np.array([q1 + q2, q2, *impact_rates(robot.constants, q1, q2, dq1, dq2)])
-    return after / _scales(robot, slope)[[0, 0, 1, 2]]
+    start, period = _unscale(model, slope, scaled)
+    q1, q2, dq1, dq2 = _motion(model, slope, start, period, steps, WIDEST)[-1].tolist()
+    after = np.array([q1 + q2, q2, *impact_rates(model.constants, q1, q2, dq1, dq2)])
+    return after / _scales(model, slope)[[0, 0, 1, 2]]
 
 
-def _solve(robot: Compass, slope: float, guess: Array, steps: int, tolerance: float) -> Array | None:
+def _solve(model: _Model, slope: float, guess: Array, steps: int, tolerance: float) -> Array | None:
     """The scaled gait near `guess`, by SciPy's root finder; None where there is none."""
 
     def mismatch(scaled: Array) -> Array:
         if np.abs(scaled).max() > 12 or scaled[3] < 0.1:
             return np.full(4, 1e3)  # far from any walking: turn back
         try:
-            difference: Array = _step(robot, slope, scaled, steps) - np.concatenate([np.zeros(1), scaled[:3]])
+            difference: Array = _step(model, slope, scaled, steps) - np.concatenate([np.zeros(1), scaled[:3]])
         except GaitError:
             return np.full(4, 1e3)
         return difference
 
     # eps: relative differences of 1e-7 for the Jacobian
-    solution = scipy.optimize.root(mismatch, guess, method="hybr", tol=tolerance, options={"eps": 1e-14})
+    options = {"eps": 1e-14, "maxfev": MOST_TRIALS}
+    solution = scipy.optimize.root(  # type: ignore[call-overload]  # the stubs misspell maxfev
+        mismatch, guess, method="hybr", tol=tolerance, options=options
+    )
     return solution.x if np.abs(solution.fun).max() < 10 * tolerance else None
 
 
-def _follow_branch(robot: Compass, slope: float) -> Array:
+def _follow_branch(model: _Model, slope: float) -> Array:
     """Follow the gaits from level ground to `slope`; returns the scaled gait there.
 
     The scaled gait is smooth in slope^(2/3), in which the steps are taken; one counts only if the gait found is close
     to the one extrapolated, so that the search does not slip onto the other family (the "short" gaits).
     """
-    places, gaits, step = [0.0], [_level_limit(robot)], 1 / 256
-    while places[-1] < 1:
+    places, gaits, step = [0.0], [_level_limit(model)], 1 / 256
+    for _ in range(MOST_PLACES):
+        if places[-1] >= 1:
+            break
         place = places[-1] + min(step, 1 - places[-1])
         guess = np.asarray(scipy.interpolate.KroghInterpolator(places[-3:], gaits[-3:])(place))
-        found = _solve(robot, slope * place**1.5, guess, STEPS // 3, 1e-7)
+        found = _solve(model, slope * place**1.5, guess, STEPS // 3, 1e-7)
         if found is not None and (np.abs(found - guess) < 0.01 * (1 + np.abs(guess))).all():
             places.append(place)
             gaits.append(found)
@@ -243,15 +305,17 @@ def _follow_branch(robot: Compass, slope: float) -> Array:
             raise _no_gait(slope, "none leaves level ground; check the robot's lengths, masses and inertia")
         if step < 1e-5:
             raise _no_gait(slope, f"the gaits from level ground end at {limit:.4g} degrees; choose a gentler slope")
-    polished = _solve(robot, slope, gaits[-1], STEPS, 1e-12)
+    else:
+        raise _no_gait(slope, "the search finds no end; choose a gentler slope")
+    polished = _solve(model, slope, gaits[-1], STEPS, 1e-12)
     if polished is None:
         raise _no_gait(slope, "the search did not converge; choose a gentler slope")
     return polished
 
 
-def _level_limit(robot: Compass) -> Array:
+def _level_limit(model: _Model) -> Array:
     """The scaled gait in the limit of level ground, shape (4,)."""
-    constants = robot.constants
+    constants = model.constants
     m11, m12, m22 = mass_terms(constants, 0.0, 0.0)
     eigenvalues, modes = scipy.linalg.eigh(np.diag([-constants[3], constants[4]]), np.array([[m11, m12], [m12, m22]]))
     fall, swing = math.sqrt(-eigenvalues[0]), math.sqrt(eigenvalues[1])  # rates of sinh and sin, 1/s
@@ -273,28 +337,28 @@ def _level_limit(robot: Compass) -> Array:
     q, dq = 1e-2, 1e-2 * growth
     before = kinetic_energy(constants, q, -q, dq, dq)
     loss = before - kinetic_energy(constants, -q, q, *impact_rates(constants, q, -q, dq, dq))
-    slope = loss / (robot.weight * 2 * robot.leg_length * q)
-    return np.array([-q, dq, dq, 2 * half]) / _scales(robot, slope)
+    slope = loss / (model.weight * 2 * model.leg_length * q)
+    return np.array([-q, dq, dq, 2 * half]) / _scales(model, slope)
 
 
-def _check(robot: Compass, slope: float, start: Array, period: float) -> None:
+def _check(model: _Model, slope: float, start: Array, period: float) -> None:
     """Refuse a closed orbit whose swing foot, once ahead of the stance foot, meets the ground before the period's end.
 
     The scuffing behind and beside the stance foot, which straight legs cannot avoid, is ignored (eq. 4).
     """
-    states = _motion(robot, slope, start, period, 4 * STEPS)
+    states = _motion(model, slope, start, period, 4 * STEPS)
     lean, spread = states[:, 0] + states[:, 1], states[:, 0] - states[:, 1]  # H = -2 sin(lean / 2) sin(spread / 2)
     early = (lean[:-2] < 0) & (lean[1:-1] >= 0) & (spread[1:-1] > 0)
     if start[0] >= 0 or spread[-1] <= 0 or lean[-2] >= 0 or early.any():
         raise _no_gait(slope, "the swing foot does not land ahead of the stance foot; choose a gentler slope")
 
 
-def _return_map_jacobian(robot: Compass, slope: float, scaled: Array) -> Array:
+def _return_map_jacobian(model: _Model, slope: float, scaled: Array) -> Array:
     """Jacobian of the return map of the scaled (q1, dq1, dq2), shape (3, 3)."""
     columns = []
     for direction in 1e-3 * np.eye(4):  # the differences' truncation ~1e-12, the integration's noise ~1e-11
-        near = _step(robot, slope, scaled + direction, STEPS) - _step(robot, slope, scaled - direction, STEPS)
-        far = _step(robot, slope, scaled + 2 * direction, STEPS) - _step(robot, slope, scaled - 2 * direction, STEPS)
+        near = _step(model, slope, scaled + direction, STEPS) - _step(model, slope, scaled - direction, STEPS)
+        far = _step(model, slope, scaled + 2 * direction, STEPS) - _step(model, slope, scaled - 2 * direction, STEPS)
         columns.append((8 * near - far) / (12 * 1e-3))
     jacobian = np.column_stack(columns)
     # the touchdown's time follows from the condition q1 + q2 = 0, the first row
@@ -302,7 +366,7 @@ def _return_map_jacobian(robot: Compass, slope: float, scaled: Array) -> Array:
     return result
 
 
-def _tabulate(robot: Compass, slope: float, start: Array, period: float) -> Table:
+def _tabulate(model: _Model, slope: float, start: Array, period: float) -> Table:
     """The motion from `start` in pieces of degree 9, twice continuously differentiable.
 
     Each piece matches q and dq at its ends and thirds, and ddq at its ends. The pieces are halved until the equations
@@ -313,10 +377,10 @@ def _tabulate(robot: Compass, slope: float, start: Array, period: float) -> Tabl
     derivatives = np.hstack([np.zeros((4, 1)), powers[1:] * values[:, :-1]])
     seconds = np.hstack([np.zeros((4, 1)), powers[1:] * derivatives[:, :-1]])
     matrix = np.vstack([values, derivatives, seconds[::3]])
-    law = _passive(robot, slope)
+    law = _passive(model, slope)
     for count in (16, 32, 64, 128, 256, 512, 1024):
         width = period / count
-        states = _motion(robot, slope, start, 2 * period, 6 * count)
+        states = _motion(model, slope, start, 2 * period, 6 * count)
         fallen = np.abs(states[::3, 0]) >= FALLEN
         length = int(np.argmax(fallen)) - 1 if fallen.any() else 2 * count
         q, dq = states[:, :2], width * states[:, 2:]
@@ -326,6 +390,6 @@ def _tabulate(robot: Compass, slope: float, start: Array, period: float) -> Tabl
         table: Table = (1 / width, length * width, tuple(map(tuple, coefficients.tolist())))
         middles = np.array([reference_at(table, (k + 0.5) * width) for k in range(length)])
         defects = np.array([law(state) for state in middles[:, :4]]) - middles[:, 2:]
-        if np.abs(defects).max() < 1e-10 * robot.gravity / robot.leg_length:
+        if np.abs(defects).max() < 1e-10 * model.gravity / model.leg_length:
             return table
     raise _no_gait(slope, "its trajectory is too fast to tabulate; check the robot's lengths and masses")

@@ -7,6 +7,7 @@ method, `mjbiped.hybrid_walk` has it.
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -28,7 +29,7 @@ from mjbiped.hybrid_state import Buffers, Laws, World
 from mjbiped.hybrid_walk import advance
 from mjbiped.law_check import refusal
 from mjbiped.laws import gives_its_law, next_break, slope_estimate, torque, touchdown
-from mjbiped.recorder import Recorder
+from mjbiped.recorder import Heed, Recorder, unheeded
 from mjbiped.scuffing import ScuffingRule, chosen
 from mjbiped.terrain import Terrain
 
@@ -41,9 +42,16 @@ TOLERANCE = 1e-8
 
 LONGEST_STEP = 0.22  # of an integration step, in units of sqrt(l / g): passive walking needs no other limit
 FIRST_STEP = 0.1  # the first one tried, in the same units
-_ROWS = 1024  # touchdowns between two looks at the progress bar and at Ctrl-C, some 20 ms
+_ROWS = 1024  # touchdowns between two looks at the progress bar, some 20 ms
+_FIRST_STINT = 24_000  # evaluations of the law until Python first has its turn, some 2 ms
+_SHORT, _LONG = 0.02, 0.08  # s: a stint shall take a time between these
 _STALLS = 10  # longest gait steps of which the buffer holds the samples
 _SAMPLED, _TOUCHED = width(SAMPLES), width(TOUCHDOWNS)  # floats of a row
+_WHY = {
+    Outcome.UNRESOLVED: "the torque switches, or changes, faster than the integrator can follow: name the times of its "
+    "jumps in the controller's next_break, make it smooth, or walk with engine='mujoco' and a control_period",
+    Outcome.DIVERGED: "torques or motion are beyond all bounds, or no numbers",
+}
 _METHODS = (torque, touchdown, slope_estimate, next_break)
 
 
@@ -128,6 +136,7 @@ class HybridSimulation:
             sample_period=float(sample_period),
         )
         self.buffers = self._begin(terrain, q, dq)
+        self._stint = _FIRST_STINT
 
     def _table(self, values: Sequence[float]) -> Any:
         """Numbers as the engine reads them: an array for compiled code, which plain Python reads slower than a list."""
@@ -146,6 +155,7 @@ class HybridSimulation:
         w[at.FOOT_Z] = terrain.height_at(0.0)
         w[at.SEGMENT] = float(terrain.segment_at(0.0))
         w[at.FACE_X], w[at.NORMAL_FORCE] = math.nan, math.inf
+        w[at.PAUSE] = math.inf
         w[at.NEXT_STEP] = FIRST_STEP * math.sqrt(world.length / world.gravity)
         samples = 1
         if math.isfinite(world.sample_period):
@@ -168,6 +178,11 @@ class HybridSimulation:
         return Outcome(int(self.buffers.w[at.OUTCOME]))
 
     @property
+    def warnings(self) -> dict[str, int]:
+        """Why the walk ended, where its outcome does not say it: sentences, and how often each is meant."""
+        return {_WHY[self.outcome]: 1} if self.outcome in _WHY else {}
+
+    @property
     def peak_torque(self) -> NDArray[np.float64]:
         """Greatest |ankle| and |hip| torque so far, N m."""
         return np.array([self.buffers.w[at.PEAK_ANKLE], self.buffers.w[at.PEAK_HIP]], dtype=np.float64)
@@ -184,14 +199,32 @@ class HybridSimulation:
             with self._refusal():
                 self._advance.compile(tuple(map(numba.typeof, (self._parameters, self.world, self.buffers))))
 
-    def go_on(self) -> None:
+    def go_on(self, heed: Heed = unheeded) -> None:
         """Walk some steps further; rows and samples are then in the buffers, for `HybridRecorder.take`.
+
+        Compiled code cannot be interrupted. So Python has its turn, and thus Ctrl-C, after stints of so many
+        evaluations that they take less than 0.1 s; how many they are changes nothing in the walk.
+
+        Args:
+            heed: Called between the stints; what it raises breaks the walk off.
 
         Raises:
             LawError: The controller's laws cannot be compiled.
         """
+        w = self.buffers.w
         with self._refusal():
-            self._advance(self._parameters, self.world, self.buffers)
+            while True:
+                w[at.PAUSE] = w[at.EVALUATIONS] + self._stint
+                begun = time.perf_counter()
+                self._advance(self._parameters, self.world, self.buffers)
+                if w[at.EVALUATIONS] < w[at.PAUSE] or self.outcome is not Outcome.WALKING:
+                    return
+                taken = time.perf_counter() - begun
+                if taken < _SHORT:
+                    self._stint *= 4
+                elif taken > _LONG:
+                    self._stint = max(self._stint // 4, 1)
+                heed()
 
     @contextmanager
     def _refusal(self) -> Iterator[None]:
@@ -278,7 +311,7 @@ def _walk_on(simulation: HybridSimulation, recorder: HybridRecorder, show: Calla
     while simulation.outcome is Outcome.WALKING:
         try:
             recorder.heed()
-            simulation.go_on()
+            simulation.go_on(recorder.heed)
         except BaseException:
             recorder.take(simulation.buffers)
             recorder.take_now(simulation)

@@ -49,8 +49,15 @@ from mjbiped.compass import Constants
     TIME,  # now, s
     OUTCOME,
     EVALUATIONS,  # of the law, since the start
-) = range(38)
-SCALARS = 38
+    PAUSE,  # so many of them bring the engine back to Python, wherever it is
+    UNDER_WAY,  # 1: it came back in the middle of a gait step
+    ELAPSED,  # there: time since the leg exchange, s
+    LIMIT,  # there: time up to which the law is smooth, s
+    BEGUN,  # evaluations at the gait step's beginning
+    LOOK,  # so many of them, and the gait step's progress is looked at
+    LOOKED,  # time since the leg exchange when it was looked at, s
+) = range(45)
+SCALARS = 45
 
 ANGLES_AND_RATES = 4
 WORKS = 2

@@ -30,6 +30,7 @@ from mjbiped.hybrid_events import (
     swing_foot,
 )
 from mjbiped.hybrid_motion import attempt, begin, ensure_dense, strike_rates
+from mjbiped.hybrid_progress import is_tame, lags, watch
 from mjbiped.hybrid_state import (
     AFTER,
     ANGLES_AND_RATES,
@@ -39,6 +40,8 @@ from mjbiped.hybrid_state import (
     CLOCK,
     COSINE,
     COUNT,
+    ELAPSED,
+    EVALUATIONS,
     FACE,
     FACE_X,
     FOOT_X,
@@ -46,9 +49,12 @@ from mjbiped.hybrid_state import (
     FRICTION,
     HIP,
     LANDING,
+    LIMIT,
+    LOOK,
     NEXT_STEP,
     NORMAL_FORCE,
     OUTCOME,
+    PAUSE,
     PRESS,
     ROWS,
     SAMPLES,
@@ -57,6 +63,7 @@ from mjbiped.hybrid_state import (
     STANCE,
     STRIKES,
     TIME,
+    UNDER_WAY,
     WORK_ABSOLUTE,
     WORK_NET,
     WORK_POSITIVE,
@@ -67,7 +74,7 @@ from mjbiped.hybrid_state import (
 )
 from mjbiped.profile import height_of
 
-FINISHED, FELL, STALLED, LEFT_TERRAIN, DIVERGED = 1, 2, 3, 5, 6  # as in `events.Outcome`
+FINISHED, FELL, STALLED, LEFT_TERRAIN, DIVERGED, UNRESOLVED = 1, 2, 3, 5, 6, 8  # as in `events.Outcome`
 CAUTION, LEAST, GREATEST = 0.8, 0.2, 1.5  # of a step's change of length; measured: few steps are rejected
 JUST_BESIDE = 2.3e-16  # next to a break's time, relative
 SLIDING_STEP = 2e-3  # longest integration step while the foot slides on a face, s
@@ -76,7 +83,10 @@ POLISHED = 1e-7  # a touchdown found so closely is brought home by one term of i
 
 
 def advance(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
-    """Walk until the outcome is decided, or the buffers have no room for one more step.
+    """Walk until the outcome is decided, the buffers have no room for one more step, or `b.w[PAUSE]` is reached.
+
+    After a pause the next call goes on where this one stopped, be it in the middle of a gait step: the walk is bitwise
+    the same, however often it pauses.
 
     Args:
         laws: The controller's and the integrator's functions.
@@ -88,7 +98,7 @@ def advance(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
     room = len(b.samples) - 1
     if math.isfinite(world.sample_period):
         room -= int(world.stall_time / world.sample_period) + 2
-    while w[OUTCOME] == 0.0 and w[ROWS] < len(b.rows) and w[SAMPLES] <= room:
+    while w[OUTCOME] == 0.0 and w[ROWS] < len(b.rows) and w[SAMPLES] <= room and w[EVALUATIONS] < w[PAUSE]:
         if gait_step(laws, parameters, world, b):
             exchange(laws, parameters, world, b)
     if w[OUTCOME] != 0.0:
@@ -96,13 +106,28 @@ def advance(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
 
 
 def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
-    """Move from just after a leg exchange to the next touchdown; whether there was one. The state is then in `b.y`."""
+    """Move from just after a leg exchange to the next touchdown; whether there was one. The state is then in `b.y`.
+
+    Where there was none, the outcome is decided, or the engine pauses.
+    """
     w, n = b.w, len(b.y)
-    t, step = 0.0, w[NEXT_STEP]
-    limit = _look_ahead(laws, parameters, world, b, t)
-    _begin(laws, parameters, world, b, t)
+    t, step, limit = w[ELAPSED], w[NEXT_STEP], w[LIMIT]
+    if w[UNDER_WAY] == 0.0:
+        t = 0.0
+        limit = _look_ahead(laws, parameters, world, b, t)
+        _begin(laws, parameters, world, b, t)
+        watch(w)
     here = foot_over_ground(world, b, legs_at(b, b.y[0], b.y[1]))
+    check = min(w[LOOK], w[PAUSE])
     while True:
+        if w[EVALUATIONS] >= check:
+            if w[EVALUATIONS] >= w[LOOK] and lags(world, w, t):
+                w[OUTCOME], w[TIME] = UNRESOLVED, w[CLOCK] + t
+                return False
+            if w[EVALUATIONS] >= w[PAUSE]:
+                w[ELAPSED], w[NEXT_STEP], w[LIMIT] = t, step, limit
+                return False
+            check = min(w[LOOK], w[PAUSE])
         whole = limit - t
         step = min(step, SLIDING_STEP if w[FACE] != 0.0 else world.longest_step)
         h = step if step < 0.5 * whole else (0.5 * whole if step < whole else whole)
@@ -110,7 +135,7 @@ def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
         if not error <= 1.0:
             step = h * (max(LEAST, CAUTION * _eighth_root(1.0 / error)) if error > 1.0 else LEAST)
             if step < SHORTEST_STEP or not math.isfinite(b.y[2] + b.y[3]):
-                w[OUTCOME] = DIVERGED
+                w[OUTCOME] = UNRESOLVED if math.isfinite(error) and is_tame(world, b) else DIVERGED
                 w[TIME] = w[CLOCK] + t
                 return False
             continue
@@ -140,6 +165,7 @@ def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
         w[TIME] = w[CLOCK] + t
         w[NEXT_STEP] = step
         if event == TOUCHDOWN:
+            w[UNDER_WAY] = 0.0
             return True
         if event == STRIKE:
             _strike(world, b)

@@ -144,7 +144,7 @@ def summary(walk: Walk) -> dict[str, Any]:
         outcome=walk.outcome,
         end=walk.end,
         peak_torque=walk.peak_torque,
-        warnings=walk.settings.get("warnings", {}),
+        warnings=walk.warnings,
     )
 
 

@@ -44,7 +44,8 @@ class Walk:
         touchdowns: Arrays with a row per leg exchange; `mjbiped.columns.TOUCHDOWNS` lists them all with units. The
             posture (`q_before`, `q`) is that of the touchdown, in the old and the new roles; the rates `dq_before` and
             `dq` are those before and after the impact.
-        outcome: "finished", "fell", "stalled", "slipped", "left the terrain", "diverged" or "interrupted".
+        outcome: "finished", "fell", "stalled", "slipped", "left the terrain", "diverged", "unresolved" (the hybrid
+            engine could not follow the torques) or "interrupted".
         end: Time (s) and hip x (m) when it ended.
         peak_torque: Greatest |ankle| and |hip| torque of all control ticks, N m.
         settings: All that is needed to repeat the walk, in plain JSON types: robot, controller, terrain, engine and its
@@ -79,6 +80,12 @@ class Walk:
         return self.outcome == "fell"
 
     @property
+    def warnings(self) -> Mapping[str, int]:
+        """What the engine said of the walk, and how often: why it diverged or could not be resolved, for example."""
+        warnings: Mapping[str, int] = self.settings.get("warnings", {})
+        return warnings
+
+    @property
     def distance(self) -> float:
         """Horizontal way of the stance foot, m."""
         return measures.distance(self)
@@ -92,7 +99,8 @@ class Walk:
         """One line; the tables are long."""
         name = textwrap.shorten(self.settings["terrain"]["name"], LONGEST_SHOWN, placeholder="...")
         way = self.distance
-        return f"<Walk on {name}: {self.outcome} after {self.steps} steps, {way:.3f} m, {self.end[0]:.3f} s>"
+        said = "".join(f"; {text}" for text in self.warnings)
+        return f"<Walk on {name}: {self.outcome} after {self.steps} steps, {way:.3f} m, {self.end[0]:.3f} s{said}>"
 
     def __eq__(self, other: object) -> bool:
         """Bitwise equality of everything recorded."""

@@ -63,7 +63,8 @@ def walk_table(walk: Walk, summary: Mapping[str, Any]) -> Table:
         ("controller", f"{settings['controller']['name']}, engine {settings['engine']}", ""),
     ]
     if summary["warnings"]:
-        rows.append(("MuJoCo warned of", "; ".join(f"{text} ({n})" for text, n in summary["warnings"].items()), ""))
+        told = (f"{text} ({n} times)" if n > 1 else text for text, n in summary["warnings"].items())
+        rows.append(("warning", "; ".join(told), ""))
     rows += [(label, _shown(summary[key], factor, form), unit) for label, key, factor, form, unit in WALK_ROWS]
     return _table(rows)
 

@@ -77,7 +77,8 @@ def walk(
 ) -> Walk:
     """Let a robot walk on a terrain until it has done its steps, or cannot go on.
 
-    A fall is a result, not an exception: see `Walk.outcome`. The same arguments give bitwise the same record.
+    A fall is a result, not an exception: see `Walk.outcome` and `Walk.warnings`. The same arguments give bitwise the
+    same record.
 
     Args:
         controller: Drives stance ankle and hip; see `controllers.Controller`.
@@ -291,7 +292,9 @@ class HybridRun(Run):
         return self.simulation.peak_torque
 
     def _settings(self) -> dict[str, Any]:
-        return {"tolerance": self.simulation.world.tolerance, "compiled": self.simulation.compiled}
+        simulation = self.simulation
+        told = {"tolerance": simulation.world.tolerance, "compiled": simulation.compiled}
+        return {**told, "warnings": simulation.warnings} if simulation.warnings else told
 
 
 def begun(plan: Plan, *, summarised: bool = False, heed: Heed = unheeded) -> Run:

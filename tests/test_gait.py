@@ -1,6 +1,7 @@
 """Passive gaits against integrations written independently; published numbers are in `test_published.py`."""
 
 import math
+import time
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -237,6 +238,37 @@ def test_motion_scales_with_mass_length_and_gravity(gait: Gait) -> None:
     np.testing.assert_allclose(scaled.start, gait.start / [1, 1, 4, 4], rtol=1e-10)
     assert scaled.period == pytest.approx(4 * gait.period, rel=1e-10)
     assert scaled.step_length == pytest.approx(4 * gait.step_length, rel=1e-10)
+
+
+@pytest.mark.parametrize("length", [0.002, 2000.0])
+@pytest.mark.parametrize("gravity", [1e-3, 1e3])
+def test_search_is_the_same_for_all_sizes_and_gravities(gravity: float, length: float, gait: Gait) -> None:
+    robot = Compass(lower_length=0.5 * length, upper_length=0.5 * length, gravity=gravity)
+    scaled = find_passive_gait(robot, gait.slope)
+    unit = math.sqrt(length / gravity) / math.sqrt(1.0 / 9.81)
+    # rounding of the units alone; multipliers are differences over 1e-3
+    np.testing.assert_allclose(scaled.start * [1.0, 1.0, unit, unit], gait.start, rtol=1e-13)
+    assert scaled.period == pytest.approx(unit * gait.period, rel=1e-13)
+    assert scaled.multipliers == pytest.approx(gait.multipliers, abs=1e-10)
+    times = np.linspace(0.0, 1.2 * gait.period, 50)
+    for order, (found, expected) in enumerate(zip(scaled.reference(unit * times), gait.reference(times), strict=True)):
+        np.testing.assert_allclose(found * unit**order, expected, atol=1e-11)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("robot", "slope_deg"),
+    [
+        (Compass(lower_length=0.1), 80.0),
+        (Compass(4.082406423932509, 0.0, 0.20412676805462374, 0.7958732319453763, 0.3402005353277091, 60.0), 72.6),
+    ],
+)
+def test_search_that_fails_ends_soon(robot: Compass, slope_deg: float) -> None:
+    begun = time.process_time()
+    with pytest.raises(GaitError):
+        find_passive_gait(robot, math.radians(slope_deg))
+    # 3 s and 7 s; they once took 60 s and more, for a single wild motion of a search takes half a second
+    assert time.process_time() - begun < 30.0
 
 
 def test_guard_as_printed_ends_the_step_where_the_foot_scuffs(gait: Gait) -> None:

@@ -333,6 +333,7 @@ def test_outcome_words() -> None:
         "slipped",
         "left the terrain",
         "diverged",
+        "unresolved",
         "interrupted",
     }
 
