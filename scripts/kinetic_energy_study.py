@@ -35,7 +35,7 @@ TURNS = (-3.0, 3.0)
 """Single changes of slope from level ground, degrees downhill."""
 
 CLAIM = ("−50 mm", "−3°", "+3°")
-"""What the method is said to bear; the step down, for the gait's swing foot does not clear one of 50 mm up."""
+"""What the method is said to bear; the step down, for the imitated gait's swing foot clears 46 mm."""
 
 PLACES = 6
 """Of the change, evenly over two steps, so that it is met after a long and after a short one."""
