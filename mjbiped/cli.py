@@ -1,7 +1,7 @@
 """The command line: `walk`, `compare`, `gait`, `stability` and `render`; the other commands in `cli_*.py`.
 
 Exit status: 0 for a walk that came to an end, a fall included; 2 for anything the user can mend, told in one line;
-1 for a walk or a drawing that failed on its own; 130 after Ctrl-C.
+1 for a walk or a drawing that failed on its own; 130 after Ctrl-C, 143 after SIGTERM.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from controllers import Controller
 from mjbiped import cli_options as given
 from mjbiped import controller_names as names
 from mjbiped import domains, measures, reports
-from mjbiped.cli_files import INTERRUPTED, LONGEST_LINE, Files, end
+from mjbiped.cli_files import INTERRUPTED, LONGEST_LINE, Files, end, terminable
 from mjbiped.cli_gaits import basin, bifurcation
 from mjbiped.cli_reproduce import reproduce
 from mjbiped.cli_sweep import sweep
@@ -48,13 +48,14 @@ class _Commands(click.Group):
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command."""
-        try:
-            with _told_shortly():
-                return super().invoke(ctx)
-        except MjbipedError as error:
-            end(2, str(error))
-        except KeyboardInterrupt:
-            end(INTERRUPTED, "interrupted")
+        with terminable():
+            try:
+                with _told_shortly():
+                    return super().invoke(ctx)
+            except MjbipedError as error:
+                end(2, str(error))
+            except KeyboardInterrupt:
+                end(INTERRUPTED, "interrupted")
 
     def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
         """Read what stands before the command."""
@@ -91,7 +92,7 @@ def main() -> None:
       mjbiped reproduce --quick
 
     `mjbiped COMMAND --help` tells more. The exit status is 0 also where the robot falls, for that is a result; 2 where
-    something has to be put right, 130 after Ctrl-C.
+    something has to be put right, 130 after Ctrl-C, 143 after SIGTERM.
     """  # noqa: D301 (click reads the backspace)
 
 

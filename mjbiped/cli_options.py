@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import math
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -18,6 +17,7 @@ from mjbiped.compass import Compass
 from mjbiped.controller_names import CONTROLLERS, GIVEN_SLOPE, SHARED, gains
 from mjbiped.domains import Count, Domain
 from mjbiped.errors import InputError, shown
+from mjbiped.output import check_writable
 from mjbiped.scuffing import ScuffingRule
 from mjbiped.terrain_files import parse_number
 from mjbiped.walk import walk
@@ -93,9 +93,7 @@ def output(*suffixes: str) -> Callable[[Any], Path]:
                 raise click.BadParameter(
                     f"{shown(str(path))}: there is no folder {shown(str(path.parent))}; make it first."
                 )
-            # under the kind of name that files are written under before they take their place
-            with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix):
-                pass
+            check_writable(path)
         except (OSError, ValueError) as error:  # a name that no file can have is a ValueError
             reason = getattr(error, "strerror", None) or error
             raise click.BadParameter(f"{shown(str(path))} cannot be written: {reason}.") from error

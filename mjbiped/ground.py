@@ -22,7 +22,7 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, shown
 from mjbiped.terrain import Terrain
 
 FOOT_RADIUS = 1e-4
@@ -72,7 +72,7 @@ class Ground:
             InputError: The kind is unknown.
         """
         if kind not in GROUND_KINDS:
-            raise InputError(f"unknown ground {kind!r}; valid are {', '.join(GROUND_KINDS)}")
+            raise InputError(f"unknown ground {shown(kind)}; valid are {', '.join(GROUND_KINDS)}")
         self.terrain = terrain
         self.end = min(terrain.end, max(reach, terrain.x[-1] + 1.0))
         self._leaning = kind == "boxes"

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, shown
 
 if TYPE_CHECKING:
     from controllers.base import Law
@@ -48,7 +48,7 @@ def _blame(law: Law, states: Sequence[str]) -> str:
     try:
         parameters = numba.typeof(law.parameters)
     except ValueError:
-        return f"parameters are {law.parameters!r}; expected numbers, arrays, tuples and NamedTuples of these"
+        return f"parameters are {shown(law.parameters)}; expected numbers, arrays, tuples and NamedTuples of these"
     memory, number = types.Array(types.float64, 1, "C"), types.float64
     for name, count, values in (
         ("torque", 5, 2 + len(states)),

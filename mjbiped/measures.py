@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.compass import Compass, impact_rates
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, shown
 from mjbiped.terrain import Terrain
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def work(walk: Walk, kind: str = "absolute") -> float:
         InputError: The kind is unknown.
     """
     if kind not in WORK_KINDS:
-        raise InputError(f"unknown kind of work {kind!r}; valid are {', '.join(WORK_KINDS)}")
+        raise InputError(f"unknown kind of work {shown(kind)}; valid are {', '.join(WORK_KINDS)}")
     return float(walk.touchdowns[f"work_{kind}"][-1]) if walk.steps else 0.0
 
 

@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from mjbiped.errors import InputError, RenderError
+from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.output import written_whole
 
 BLUE, ORANGE, VERMILLION, GREEN, BLACK = "#0072B2", "#E69F00", "#D55E00", "#009E73", "#000000"
@@ -108,7 +108,7 @@ def check_path(path: str | Path | None) -> Path | None:
         return None
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
-        raise InputError(f"a figure is a file of {', '.join(SUFFIXES)}; cannot draw to {path.name!r}")
+        raise InputError(f"a figure is a file of {', '.join(SUFFIXES)}; cannot draw to {shown(path.name)}")
     return path
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -17,6 +17,14 @@ Heed: TypeAlias = Callable[[], None]
 """Called now and then while a walk is recorded; what it raises breaks the walk off."""
 
 _SAMPLED, _TOUCHED = width(SAMPLES), width(TOUCHDOWNS)  # floats of a row
+_TIME = 0  # place of the time in a row of either
+
+
+def _later(table: NDArray[np.float64], taken: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """The rows after the last of those taken, by their times."""
+    if not len(table) or not taken or not len(taken[-1]) or table[0, _TIME] > taken[-1][-1, _TIME]:
+        return table
+    return table[table[:, _TIME] > taken[-1][-1, _TIME]]
 
 
 def unheeded() -> None:
@@ -47,10 +55,13 @@ class Recorder:
     def add(self, rows: NDArray[np.float64], samples: NDArray[np.float64]) -> None:
         """Take copies of rows of both tables.
 
+        What has been taken is not taken again: Ctrl-C may come before an engine notes that its rows were taken.
+
         Args:
             rows: Of touchdowns, shape (any, columns of `columns.TOUCHDOWNS`).
             samples: Shape (any, columns of `columns.SAMPLES` and the controller's states).
         """
+        rows, samples = _later(rows, self._rows), _later(samples, self._samples)
         if len(rows):
             if self._summary is not None:
                 self._summary.take(split(TOUCHDOWNS, rows))

@@ -6,14 +6,20 @@ import multiprocessing
 import os
 import signal
 import threading
+import time
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
+from typing import NoReturn
 
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, shown
+from mjbiped.output import remove_unfinished
 
 _PATIENCE = 30.0
 """How long a scheduler, and then its first worker, is waited for, s."""
+
+_MERCY = 5.0
+"""How long a process may take to end that is told to, s: compiled code does not hear it before it returns."""
 
 
 @contextmanager
@@ -39,8 +45,13 @@ def processes(count: int | None = None) -> Iterator[Executor]:
                 pool.submit(_nothing)
         yield pool
     except BaseException:
-        for child in set(multiprocessing.active_children()) - before:
+        begun = set(multiprocessing.active_children()) - before
+        for child in begun:
             child.terminate()
+        end = time.monotonic() + _MERCY
+        for child in begun:
+            child.join(max(0.0, end - time.monotonic()))
+            child.kill()  # which does nothing to those that have ended
         pool.shutdown(cancel_futures=True)
         raise
     pool.shutdown()
@@ -69,7 +80,7 @@ def cluster(address: str) -> Iterator[Executor]:
         client = Client(address, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(
-            f"no Dask scheduler answers at {address!r} ({error}); start one with: dask scheduler"
+            f"no Dask scheduler answers at {shown(address)} ({error}); start one with: dask scheduler"
         ) from error
     with client:
         try:
@@ -105,8 +116,9 @@ def _nothing() -> None:
 
 
 def _begin() -> None:
-    """Leave Ctrl-C to the parent, and end where it ends, killed or not."""
+    """Leave Ctrl-C to the parent, and end where it ends, killed or not; leave no unfinished file in either case."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, lambda number, _: _leave(128 + number))
     from tqdm.auto import tqdm
 
     # tqdm's own lock is a semaphore of the system, which a worker that is ended would leave behind
@@ -116,6 +128,12 @@ def _begin() -> None:
 
     def leave_with_parent() -> None:
         parent.join()
-        os._exit(1)
+        _leave(1)
 
     threading.Thread(target=leave_with_parent, daemon=True).start()
+
+
+def _leave(status: int) -> NoReturn:
+    """End this process at once, whatever it is doing."""
+    remove_unfinished()
+    os._exit(status)

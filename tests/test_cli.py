@@ -8,6 +8,7 @@ import json
 import math
 import os
 import re
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -290,25 +291,59 @@ def test_a_fall_is_a_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert "fell" in run(*words[:-3], "--timestep", 5e-4).stdout
 
 
-def test_ctrl_c_keeps_the_walk_so_far(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drawings: Drawings) -> None:
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_ctrl_c_and_sigterm_keep_the_walk_so_far(
+    number: signal.Signals, status: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drawings: Drawings
+) -> None:
     add = recorder.Recorder.add
     count = iter(range(1000))
 
     def interrupted(*arguments: Any) -> None:
         add(*arguments)
         if next(count) == 3:
-            raise KeyboardInterrupt  # what Python's handler of SIGINT raises
+            signal.raise_signal(number)
 
     monkeypatch.setattr(recorder.Recorder, "add", interrupted)
     out, plot = tmp_path / "walk.npz", tmp_path / "walk.png"
     result = run("walk", "--out", out, "--plot", plot, "--json")
-    assert result.exit_code == 130
+    assert result.exit_code == status
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
     assert result.stderr == f"Error: the walk was interrupted after 0 steps; what was walked is in {out}\n"
     walk = Walk.load(out)
     assert walk.outcome == "interrupted"
     assert len(walk.samples["time"]) > 60  # of some 500 physics steps each time
     assert json.loads(result.stdout)["files"] == {"record": str(out)}
     assert not drawings.calls
+
+
+def test_sigterm_ends_the_process_cleanly(tmp_path: Path) -> None:
+    """In the midst of a file, with the exit status that shells have; a second one ends it at once."""
+    program = tmp_path / "program.py"
+    program.write_text(
+        "import signal, sys, time\n"
+        "from pathlib import Path\n"
+        "from mjbiped import cli, measures\n"
+        "from mjbiped.output import written_whole\n"
+        "def walk(*_, **__):\n"
+        "    with written_whole(Path(sys.argv[1])) as unfinished:\n"
+        "        unfinished.write_text('half')\n"
+        "        signal.raise_signal(signal.SIGTERM)\n"
+        "        time.sleep(600.0)\n"
+        "cli.walk = walk\n"
+        "cli.main(['walk', 'level', '--controller', 'passive'])\n"
+    )
+    root = str(Path(__file__).parents[1])
+    path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
+    done = subprocess.run(
+        [sys.executable, str(program), str(tmp_path / "walk.npz")],
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (143, "", "Error: interrupted\n")
+    assert [file.name for file in tmp_path.iterdir()] == [program.name]
 
 
 def test_a_controller_that_fails_keeps_the_walk_so_far(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
