@@ -62,7 +62,11 @@ class Simulation:
     """A robot, a controller and a terrain in MuJoCo.
 
     ```python
-    simulation = Simulation(controller, Terrain.mixed(), steps=10)
+    robot = mjbiped.Compass()
+    gait = mjbiped.find_passive_gait(robot, slope=np.deg2rad(2))
+    controller = AdaptiveController(robot, gait)
+    terrain = mjbiped.Terrain.mixed()
+    simulation = Simulation(controller, terrain, robot=robot, q=gait.start[:2], dq=gait.start[2:], steps=10)
     with simulation.callbacks():
         mujoco.mj_step(simulation.model, simulation.data, nstep=1000)
     ```

@@ -1,9 +1,12 @@
 """The MuJoCo engine as a machine: callbacks, memory, resuming, outcomes."""
 
 import math
+import re
+import textwrap
 import threading
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -36,6 +39,18 @@ def state_of(simulation: Simulation) -> bytes:
     state = np.zeros(mujoco.mj_stateSize(simulation.model, STATE))
     mujoco.mj_getState(simulation.model, simulation.data, state, STATE)
     return state.tobytes()
+
+
+def test_example_of_the_docstring_runs() -> None:
+    """As it stands, with the names that a reader has imported."""
+    example = re.search(r"```python\n(.*?)```", Simulation.__doc__ or "", re.DOTALL)
+    assert example
+    names: dict[str, Any] = {
+        name: globals()[name] for name in ("AdaptiveController", "Simulation", "mjbiped", "mujoco", "np")
+    }
+    exec(textwrap.dedent(example[1]), names)
+    assert names["simulation"].data.time > 0.1
+    assert names["simulation"].outcome is Outcome.WALKING
 
 
 def test_extra_forward_calls_change_nothing(controller: AdaptiveController) -> None:
