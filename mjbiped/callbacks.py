@@ -13,9 +13,10 @@ from typing import Any, NamedTuple
 from mjbiped import events, landing
 from mjbiped.columns import SAMPLES, TOUCHDOWNS, width
 from mjbiped.events import Limits
-from mjbiped.profile import Floats, Profile, height_over
+from mjbiped.profile import Floats, Profile, height_of, height_over_ground, segment_met, segment_stood_on
 
 _SAMPLE, _ROW = width(SAMPLES), width(TOUCHDOWNS)
+SUNK = 5e-4  # no standing foot lies deeper in the ground, m
 _NOW = 1e-9  # times so close are the same, s
 
 
@@ -43,11 +44,12 @@ class World(NamedTuple):
         profile: The ground.
         rises: Steps up at the starts of its segments, m.
         stepped: Whether there are any.
-        proud: How far a riser's plate stands before its face, m.
         feet: Geoms of the left and the right foot.
         contacts: Places in the sensor data where the left and the right foot's contacts begin.
         slots: Floats of one foot's contacts.
-        risers: 1 for each geom that is a riser, 0 for the others.
+        risers: For each geom the segment at whose start it is the riser; -1 for the others.
+        first: For each geom the first of the segments that it is the ground of; all are where it is none.
+        last: The last of them.
         deepest: No foot is deeper in the ground than this in the first step of a contact, m.
         timestep: Longest physics step, s.
         contact_timestep: Of the step that makes an impact, s.
@@ -61,11 +63,12 @@ class World(NamedTuple):
     profile: Profile
     rises: Floats
     stepped: bool
-    proud: float
     feet: tuple[int, int]
     contacts: tuple[int, int]
     slots: int
     risers: Floats
+    first: Floats
+    last: Floats
     deepest: float
     timestep: float
     contact_timestep: float
@@ -272,9 +275,13 @@ def softness(world: World, u: Sequence[float], time: float) -> tuple[float, floa
 def refuses(world: World, u: Sequence[float], places: Any, first: int, second: int) -> bool:
     """`mjcb_contactfilter`: whether a pair of geoms does not collide.
 
-    The swing foot passes through everything until it is armed (scuffing rule); the stance foot, which stands still,
-    passes through risers, and through the ground from the step on that resolves the other foot's touchdown, as it does
-    after the exchange. A solver with a convex friction cone would drag a foot that leaves the ground obliquely.
+    The swing foot passes through everything until it is armed (scuffing rule). From then on it is a point: it meets
+    the piece of the ground that it is over, and a riser if it is beside that (`profile.segment_met`). It cannot
+    meet a piece's corner.
+
+    The stance foot, which stands still, meets all ground but what stands beside it: not the risers, nor a higher piece.
+    And it passes through the ground from the step on that resolves the other foot's touchdown, as it does after the
+    exchange: a solver with a convex friction cone would drag a foot that leaves the ground obliquely.
 
     Args:
         world: The walk's.
@@ -289,9 +296,29 @@ def refuses(world: World, u: Sequence[float], places: Any, first: int, second: i
     stance, swing = world.feet[right], world.feet[1 - right]
     armed = bool(u[events.ARMED])
     if swing in (first, second):
-        return not armed
+        return not armed or not _meets(world, places[swing, 0], places[swing, 2], second if first == swing else first)
     if stance not in (first, second):
         return False
-    if world.risers[first] or world.risers[second]:
+    if armed and -world.deepest < height_over_ground(world.profile, places[swing, 0], places[swing, 2]) < 0.0:
         return True
-    return armed and bool(-world.deepest < places[swing, 2] - height_over(world.profile, places[swing, 0]) < 0.0)
+    return _beside(world, places[stance, 0], places[stance, 2], second if first == stance else first)
+
+
+def _meets(world: World, x: float, z: float, geom: int) -> bool:
+    """Whether a foot at x, z can meet a geom of the ground."""
+    segment = segment_met(world.profile, x, z)
+    riser = int(world.risers[geom])
+    if riser >= 0:
+        return (segment < riser) == (world.rises[riser] > 0.0)
+    return bool(world.first[geom] <= segment <= world.last[geom])
+
+
+def _beside(world: World, x: float, z: float, geom: int) -> bool:
+    """Whether a standing foot at x, z, which may have sunk a little, has a geom of the ground beside it."""
+    if world.risers[geom] >= 0.0:
+        return True
+    segment = segment_stood_on(world.profile, x, z, SUNK)
+    if world.first[geom] <= segment <= world.last[geom]:
+        return False
+    nearest = int(world.first[geom]) if segment < world.first[geom] else int(world.last[geom])
+    return height_of(world.profile, nearest, x) > z + SUNK

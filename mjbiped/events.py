@@ -25,7 +25,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from mjbiped.columns import TOUCHDOWNS, place, width
-from mjbiped.profile import Profile, height_over
+from mjbiped.profile import Profile, height_over, segment_stood_on
 from mjbiped.scuffing import swing_foot_collides
 
 # --- places in userdata -----------------------------------------------------------------------------------------------
@@ -51,7 +51,6 @@ from mjbiped.scuffing import swing_foot_collides
     FOOT_Z,
     FOOT_ANGLE,  # stance leg at the exchange, rad
     NOTED,  # 1: touchdown resolved in the last step
-    NOTED_SLOPE,  # rad
     ANKLE,  # torque held, N m
     HIP,
     LEFT,  # leg angles and rates of the last observation
@@ -76,7 +75,7 @@ from mjbiped.scuffing import swing_foot_collides
     OUTCOME,
     RECORD,  # which of its model's records holds for this walk where the callbacks are compiled; see `native`
     LAST_TOUCHDOWN,  # first place of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
-) = range(46)
+) = range(45)
 
 # of the touchdown's row, each the first of two places: what the controller is told
 TOLD_Q_BEFORE, TOLD_Q, TOLD_DQ = (LAST_TOUCHDOWN + place(TOUCHDOWNS, name) for name in ("q_before", "q", "dq"))
@@ -202,7 +201,7 @@ def observe(
     hip_x, hip_z, left, right = qpos
     _, _, left_rate, right_rate = qvel
     if u[NOTED]:
-        _exchange(u, limits, time, qpos, qvel)
+        _exchange(u, limits, profile, time, qpos, qvel)
     else:
         _count_work(u, left, right)
         _weigh(u, limits)
@@ -276,10 +275,16 @@ def _least_normal_force(u: Sequence[float]) -> float:
 
 
 def _exchange(
-    u: MutableSequence[float], limits: Limits, time: float, qpos: Sequence[float], qvel: Sequence[float]
+    u: MutableSequence[float],
+    limits: Limits,
+    profile: Profile,
+    time: float,
+    qpos: Sequence[float],
+    qvel: Sequence[float],
 ) -> None:
     """Swap the legs' roles and write the touchdown's row; the estimates are not known before the controller's tick.
 
+    The slope is that of the segment that the foot stands on: no contact's normal, which at an edge can be any.
     The contact step itself counts for no work: half of it belongs to either step's roles.
     """
     hip_x, hip_z, left, right = qpos
@@ -290,10 +295,11 @@ def _exchange(
     else:
         old, new, old_rate, new_rate = left, right, left_rate, right_rate
         old_before, new_before = u[LEFT_RATE], u[RIGHT_RATE]
-    slope_before, slope = u[SLOPE], u[NOTED_SLOPE]
     u[STANCE] = 1.0 - u[STANCE]
     u[FOOT_X] = hip_x - limits.leg_length * math.sin(new)
     u[FOOT_Z] = hip_z - limits.leg_length * math.cos(new)
+    slope_before = u[SLOPE]
+    slope = -math.atan(profile.gradient[segment_stood_on(profile, u[FOOT_X], u[FOOT_Z])])
     u[FOOT_ANGLE] = new
     u[COUNT] += 1.0
     row = (
@@ -369,7 +375,6 @@ def feel(u: MutableSequence[float], limits: Limits, stance: Sequence[float], swi
                     u[STRIKES] = 1.0
                 elif not noted:
                     noted = 1.0
-                    u[NOTED_SLOPE] = math.atan2(-swing[slot + _NORMAL], upward)
                     if -swing[slot + _DISTANCE] > u[PENETRATION]:
                         u[PENETRATION] = -swing[slot + _DISTANCE]
     u[NOTED] = noted

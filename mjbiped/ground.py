@@ -3,11 +3,14 @@
 * An endless terrain of a single slope becomes a **plane**;
 * a stretch between two steps becomes a **box** per segment where it is level, and **heightfields** where it is not: a
   tilted box has leaning ends, and a step beside it would stand before or behind its place;
-* a step gets a thin frictionless **riser** before its face, bevelled at the top so that no foot can stand on it;
+* a step gets a frictionless **riser**, a plate behind its face by the foot's radius: the end of the leg meets it there;
 * every slope change and step edge gets a stripe that only the eye meets.
 
 Where the pieces begin and end, and every number in them, depends on the terrain alone: any row of neighbours can be
 built without the others, and a foot meets bitwise the same ground on it (see `mjbiped.ground_window`).
+
+Which of these a foot can meet is a matter of where it is: a piece only over its own segments, a riser only beside it
+(`mjbiped.callbacks.refuses`). So no foot meets a corner, whose normal would be none of the ground's.
 
 All ground lies lower by `FOOT_RADIUS` along its normal, so that a leg's end touches the profile exactly when the
 contact's distance is zero.
@@ -23,6 +26,7 @@ import mujoco
 import numpy as np
 
 from mjbiped.errors import InputError, shown
+from mjbiped.profile import EDGE
 from mjbiped.terrain import Terrain
 
 FOOT_RADIUS = 1e-4
@@ -38,10 +42,7 @@ HALF_WIDTH = 0.6
 
 _LONGEST_RUN = 16  # segments of one heightfield on a terrain of more than a few
 _THICKNESS = 0.12  # of boxes and heightfield bases, m; contacts are never deeper than some 0.1 mm
-_RISER_PROUD = 3e-4  # a riser stands before the tread's own frictional end face, m
-_RISER_BACK = 1.5e-3  # how far it reaches back into the step; below a tread of up to 28 degrees, m
-_BEVEL = 2.0  # rise over run of a riser's upper edge: its normal then faces up by 0.45, a face and no foothold
-_LIP = 1e-4  # of the tread's own end left above the bevel, m: a foot at the tread's edge stands on the tread alone
+_RISER_THICKNESS = 4e-3  # m; a foot gets no deeper into it than its way in a step
 _BACKWARD = 3.0  # ground behind the start, m: more than a fallen robot reaches
 
 Point = tuple[float, float]
@@ -54,7 +55,6 @@ class Ground:
     Attributes:
         terrain: The profile.
         end: Where the last segment ends, x in m.
-        proud: How far at most a riser's plate stands before its face, m.
     """
 
     def __init__(self, terrain: Terrain, *, reach: float, kind: str = "auto") -> None:
@@ -75,9 +75,6 @@ class Ground:
             raise InputError(f"unknown ground {shown(kind)}; valid are {', '.join(GROUND_KINDS)}")
         self.terrain = terrain
         self.end = min(terrain.end, max(reach, terrain.x[-1] + 1.0))
-        self._leaning = kind == "boxes"
-        leans = [_lean(terrain, index) for index in range(len(terrain.x))] if self._leaning else [0.0]
-        self.proud = _RISER_PROUD + max(leans)
         self._plane = len(terrain.x) == 1 and kind == "auto" and math.isinf(terrain.end)
         self._starts = np.array(terrain.x)
         self._starts[0] -= _BACKWARD
@@ -118,6 +115,19 @@ class Ground:
         """First and last point of each of these segments."""
         return [point for index in segments for point in self._corners(index)]
 
+    def pieces(self, segments: range) -> dict[str, range]:
+        """The segments of each geom of the ground, by its name; the plane is of all."""
+        return {"ground_0": self.segments} if self._plane else dict(self._named_pieces(segments))
+
+    def faces(self, segments: range) -> list[tuple[float, float, float]]:
+        """Of each step at one of these segments' starts its place x, and the heights before and after it, m."""
+        terrain = self.terrain
+        return [
+            (terrain.x[index], terrain.heights_before[index], terrain.z[index])
+            for index in segments
+            if terrain.rises[index] != 0.0
+        ]
+
     def add_to(self, spec: mujoco.MjSpec, segments: range) -> None:
         """Build ground.
 
@@ -138,8 +148,8 @@ class Ground:
             if index:
                 rise = self.terrain.rises[index]
                 _add_edge(spec, f"edge_{index}", self.terrain.x[index], self.terrain.z[index], rise)
-                if rise != 0.0:
-                    _add_riser(spec, f"riser_{index}", self.terrain, index, leaning=self._leaning)
+                if abs(rise) > EDGE:
+                    _add_riser(spec, f"riser_{index}", self.terrain, index)
 
     def _corners(self, index: int) -> tuple[Point, Point]:
         """A segment's first and last point; the first segment reaches back, the last one to the end."""
@@ -218,57 +228,18 @@ def _add_heightfield(spec: mujoco.MjSpec, name: str, nodes: list[Point]) -> None
     )
 
 
-def _add_riser(spec: mujoco.MjSpec, name: str, terrain: Terrain, index: int, leaning: bool) -> None:
-    """A thin frictionless plate with a bevelled top before the vertical face of the step at a segment's start.
-
-    Args:
-        spec: The scene.
-        name: Of the plate; the bevel's has a suffix.
-        terrain: The ground.
-        index: Of the segment.
-        leaning: Whether the upper tread is a tilted box; its end face then leans out at its foot, and the plate stands
-            before that, too.
-    """
+def _add_riser(spec: mujoco.MjSpec, name: str, terrain: Terrain, index: int) -> None:
+    """A frictionless plate behind the face of the step at a segment's start, up to the upper ground's height."""
     x, top, rise = terrain.x[index], terrain.z[index], terrain.rises[index]
-    upper, lower = max(top, top - rise), min(top, top - rise)
-    facing = -1.0 if rise > 0.0 else 1.0  # the face looks toward the lower side
-    proud = _RISER_PROUD + (_lean(terrain, index) if leaning else 0.0)
-    edge = upper - FOOT_RADIUS - _LIP
-    foot_of_bevel = edge - _BEVEL * proud
-    if foot_of_bevel <= lower:
-        return  # lower than the bevel: nothing to strike
-    height = foot_of_bevel - (lower - _THICKNESS / 2)
-    thickness = proud + _RISER_BACK
+    upper, lower = max(top, top - rise), min(top, top - rise) - _THICKNESS / 2
+    inward = 1.0 if rise > 0.0 else -1.0
     spec.worldbody.add_geom(
         spec.find_default("riser"),
         name=name,
         type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[thickness / 2, HALF_WIDTH, height / 2],
-        pos=[x + facing * (proud - thickness / 2), 0.0, foot_of_bevel - height / 2],
+        size=[_RISER_THICKNESS / 2, HALF_WIDTH, (upper - lower) / 2],
+        pos=[x + inward * (FOOT_RADIUS + _RISER_THICKNESS / 2), 0.0, (upper + lower) / 2],
     )
-    # the bevel: a box whose outer face runs from the tread's edge down and out to the plate's
-    steepness = math.atan(_BEVEL)
-    length, depth = math.hypot(proud, _BEVEL * proud), min(proud, 1e-3)
-    outward = facing * math.sin(steepness), math.cos(steepness)
-    spec.worldbody.add_geom(
-        spec.find_default("riser"),
-        name=f"{name}_bevel",
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[length / 2, HALF_WIDTH, depth / 2],
-        pos=[
-            x + facing * proud / 2 - outward[0] * depth / 2,
-            0.0,
-            (edge + foot_of_bevel) / 2 - outward[1] * depth / 2,
-        ],
-        quat=_tilt(facing * steepness),
-    )
-
-
-def _lean(terrain: Terrain, index: int) -> float:
-    """How far the end face of a tilted box leans out over the face of the step at a segment's start, m."""
-    rise = terrain.rises[index]
-    gradient = terrain.gradients[index] if rise > 0.0 else -terrain.gradients[index - 1]
-    return max(0.0, -gradient) * abs(rise)
 
 
 def _add_edge(spec: mujoco.MjSpec, name: str, x: float, z: float, rise: float) -> None:

@@ -106,20 +106,30 @@ class Places(TypedDict):
     contacts: tuple[int, int]
     slots: int
     risers: tuple[float, ...]
+    first: tuple[float, ...]
+    last: tuple[float, ...]
 
 
 def places_in(scene: Scene, terrain: Terrain) -> Places:
     """Where things are in a scene: the segments that it shows of a terrain, geoms, and sensor data."""
     model = scene.model
     left, right = (model.sensor(f"{side}_contact") for side in ("left", "right"))
-    shown = slice(scene.segments.start, scene.segments.stop)
+    begin = scene.segments.start
+    shown = slice(begin, scene.segments.stop)
+    names = [model.geom(index).name for index in range(model.ngeom)]
+    whole = range(begin, scene.segments.stop)  # what is none of the ground's pieces can be met anywhere
+    pieces = [scene.pieces.get(name, whole) for name in names]
     return {
         "profile": Profile(*(values[shown] for values in terrain.profile)),
         "rises": terrain.rises[shown],
         "feet": (int(model.geom("left_foot").id), int(model.geom("right_foot").id)),
         "contacts": (int(left.adr[0]), int(right.adr[0])),
         "slots": int(left.dim[0]),
-        "risers": tuple(float(model.geom(index).name.startswith("riser_")) for index in range(model.ngeom)),
+        "risers": tuple(
+            float(int(name.removeprefix("riser_")) - begin) if name.startswith("riser_") else -1.0 for name in names
+        ),
+        "first": tuple(float(piece[0] - begin) for piece in pieces),
+        "last": tuple(float(piece[-1] - begin) for piece in pieces),
     }
 
 

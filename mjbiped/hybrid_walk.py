@@ -14,6 +14,8 @@ from mjbiped.dormand_prince import STAGES
 from mjbiped.events import FALLEN_HIP
 from mjbiped.hybrid_account import account, note_ground_force, note_peak, take_sample
 from mjbiped.hybrid_events import (
+    CORNER,
+    FACE_WIDTH,
     NOTHING,
     OVER_THE_TOP,
     STRIKE,
@@ -72,7 +74,7 @@ from mjbiped.hybrid_state import (
     Laws,
     World,
 )
-from mjbiped.profile import height_of
+from mjbiped.profile import height_of, segment_stood_on
 
 FINISHED, FELL, STALLED, LEFT_TERRAIN, DIVERGED, UNRESOLVED = 1, 2, 3, 5, 6, 8  # as in `events.Outcome`
 CAUTION, LEAST, GREATEST = 0.8, 0.2, 1.5  # of a step's change of length; measured: few steps are rejected
@@ -285,8 +287,8 @@ def exchange(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
     q1, q2, dq1, dq2 = y[0], y[1], y[2], y[3]
     legs = legs_at(b, q1, q2)
     hip_x, hip_z = hip(world, b, legs)
-    foot_x, _ = swing_foot(world, b, legs)
-    segment = int(w[LANDING])
+    foot_x, foot_z = swing_foot(world, b, legs)
+    segment = segment_stood_on(world, foot_x, foot_z, CORNER, FACE_WIDTH, FACE_WIDTH)
     slope = world.angle[segment]
     new1, new2 = q2 + old_slope - slope, q1 + old_slope - slope
     rate1, rate2 = impact_rates(world.constants, q1, q2, dq1, dq2)

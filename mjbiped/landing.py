@@ -31,7 +31,7 @@ from collections.abc import MutableSequence, Sequence
 from typing import TYPE_CHECKING
 
 from mjbiped import events
-from mjbiped.profile import height_over, segment_under
+from mjbiped.profile import height_over_ground, segment_under
 
 if TYPE_CHECKING:
     from mjbiped.callbacks import World
@@ -42,7 +42,7 @@ SOFTNESS = 0.2
 """Stiffness times step length squared, at most: a sunk foot comes up by a fifth a step; at 0.5 it bounces."""
 DEPTH = 1e-6  # under the ground to which a step leads the swing foot, m; single precision of a heightfield is 3e-7
 SHORTER = 4.0  # factor between the steps of the approach
-MARGIN = 1e-3  # about a riser's plate, m
+MARGIN = 1e-3  # about a riser's face, m
 _HALVINGS = 50  # of a step, until only rounding is left
 _SHORTEST = 1e-9  # no step is shorter, s
 _LOOK_AHEAD = 1.5  # times the way to the ground that a step and its approach may take: it is foreseen a step earlier
@@ -174,7 +174,7 @@ def _clearance(
 ) -> float:
     """Height of a foot over the ground after a step of length t, m."""
     x, z = _foot(world, u, side, t, qpos, qvel, qacc)
-    return z - height_over(world.profile, x)
+    return height_over_ground(world.profile, x, z)
 
 
 def _near_face(
@@ -189,7 +189,7 @@ def _near_face(
     swing = 0 if u[events.STANCE] else 1
     x, z = _foot(world, u, swing, t, qpos, qvel, qacc)
     further, _ = _foot(world, u, swing, t + 2.0 * world.timestep, qpos, qvel, qacc)
-    margin = world.proud + MARGIN + abs(further - x)
+    margin = MARGIN + abs(further - x)
     profile = world.profile
     segment = segment_under(profile, x)
     for index in range(segment, min(segment + 2, len(profile.x))):  # the faces behind and ahead

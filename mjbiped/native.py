@@ -95,7 +95,13 @@ class Native:
             NumbaError: The laws cannot be compiled.
         """
         profile = Profile(*(np.array(values, dtype=np.float64) for values in world.profile))
-        packed = world._replace(profile=profile, risers=np.array(world.risers), rises=np.array(world.rises))
+        packed = world._replace(
+            profile=profile,
+            rises=np.array(world.rises),
+            risers=np.array(world.risers),
+            first=np.array(world.first),
+            last=np.array(world.last),
+        )
         shared = recording._replace(samples=Shared(recording.samples), rows=Shared(recording.rows))
         packer = Packer()
         made = packer.add((packed, shared, law.parameters))

@@ -175,7 +175,6 @@ class Simulation:
             limits=self.limits._replace(start=scene.start, end=scene.end),
             **places_in(scene, terrain),
             stepped=any(terrain.rises),
-            proud=scene.proud,
             # twice the way at the fall of a leg
             deepest=2.0 * timestep * math.sqrt(2.0 * robot.gravity * length),
             timestep=timestep,

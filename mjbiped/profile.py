@@ -8,6 +8,15 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+EDGE = 5e-5
+"""A foot that lies no deeper than this under the upper edge of a step has come to stand on it, m."""
+
+BESIDE = 1e-3
+"""A foot that lies deeper, and no further than this inside the step, is beside its face, m: on the lower ground."""
+
+OVER = 1e-6
+"""A foot that came to stand on the upper edge may lie so far beyond it: it moves a little in the impact, m."""
+
 Floats: TypeAlias = Sequence[float] | NDArray[np.float64]
 
 
@@ -30,7 +39,7 @@ def height_of(ground: Any, segment: int, x: float) -> float:
     return float(ground.z[segment] + ground.gradient[segment] * (x - ground.x[segment]))
 
 
-def segment_under(profile: Profile, x: float) -> int:
+def segment_under(profile: Any, x: float) -> int:
     """Index of the segment at x, m; the first reaches backwards and the last forwards, NaN gives the last."""
     low, high = 1, len(profile.x)
     while low < high:
@@ -45,3 +54,46 @@ def segment_under(profile: Profile, x: float) -> int:
 def height_over(profile: Profile, x: float) -> float:
     """Height of the ground at x, m: `Terrain.height_at` where no object can be asked; NaN gives NaN."""
     return height_of(profile, segment_under(profile, x), x)
+
+
+def segment_stood_on(
+    ground: Any, x: float, z: float, edge: float = EDGE, beside: float = BESIDE, over: float = OVER
+) -> int:
+    """Index of the segment that a foot at x, z stands on: the one rule for feet near a break.
+
+    A foot is a point: it is the segment under x. Only at a step its height decides as well, for a foot that slides down
+    a face may lie on the other side of it, by what a solver leaves, and one on the very edge, too.
+
+    Args:
+        ground: A `Profile`, or what holds its sequences.
+        x: Place of the foot, m.
+        z: Its height, m.
+        edge: See `EDGE`, m.
+        beside: See `BESIDE`, m.
+        over: See `OVER`, m.
+    """
+    here = segment_under(ground, x)
+    height = z - height_of(ground, here, x)
+    if -edge <= height <= edge:
+        return here
+    for there in (here - 1, here + 1):
+        if 0 <= there < len(ground.x):
+            face = ground.x[max(here, there)]
+            away = abs(x - face)
+            if away <= beside:
+                drop = height_of(ground, here, face) - height_of(ground, there, face)
+                if height < -edge and drop > edge:
+                    return there
+                if drop < 0.0 and away <= over and height + drop >= -edge:
+                    return there
+    return here
+
+
+def segment_met(profile: Profile, x: float, z: float) -> int:
+    """Index of the segment that a foot at x, z would come down on, or slides beside a face down to."""
+    return segment_stood_on(profile, x, z, EDGE, BESIDE, 0.0)
+
+
+def height_over_ground(profile: Profile, x: float, z: float) -> float:
+    """Height of a foot at x, z over the segment that it would come down on, m; NaN gives NaN."""
+    return z - height_of(profile, segment_met(profile, x, z), x)

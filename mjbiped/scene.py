@@ -7,6 +7,7 @@ are spheres of radius `FOOT_RADIUS` about the legs' ends.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -16,7 +17,7 @@ import mujoco
 from mjbiped.compass import Compass
 from mjbiped.ground import FOOT_RADIUS, GROUND_KINDS, HALF_WIDTH, Ground
 from mjbiped.landing import stiffness
-from mjbiped.scenery import add_earth
+from mjbiped.scenery import add_earth, add_faces
 from mjbiped.terrain import GROUND_FRICTION, Terrain
 
 __all__ = ["FOOT_RADIUS", "GROUND_KINDS", "Scene", "build_scene", "compose_scene", "models_folder"]
@@ -41,14 +42,14 @@ class Scene:
         segments: Of the terrain, those that were built.
         start: Where the ground begins, x in m.
         end: Where the ground ends, x in m: the terrain's own end, or as far as was built.
-        proud: How far at most a riser's plate stands before its face, m.
+        pieces: Which segments each geom of the ground is made of, by its name.
     """
 
     model: mujoco.MjModel
     segments: range
     start: float
     end: float
-    proud: float
+    pieces: Mapping[str, range]
 
 
 def build_scene(
@@ -107,6 +108,7 @@ def compose_scene(
     ground.add_to(spec, segments)
     if scenery:
         add_earth(spec, ground.profile(segments), HALF_WIDTH)
+        add_faces(spec, ground.faces(segments), HALF_WIDTH)
     else:
         for texture in list(spec.textures):
             spec.delete(texture)
@@ -115,7 +117,7 @@ def compose_scene(
     for key in list(spec.keys):
         spec.delete(key)  # they hold Table I's postures on a 2 degree slope
     start, end = ground.start_of(segments[0]), ground.stop_of(segments[-1])
-    return Scene(spec.compile(), segments, start, end, ground.proud)
+    return Scene(spec.compile(), segments, start, end, ground.pieces(segments))
 
 
 def models_folder() -> Path:

@@ -9,6 +9,7 @@ import numpy as np
 
 _DEPTH = 0.6  # of the earth seen at the ground's sides, m
 _LOWERED = 1e-3  # its upper edge lies below the ground's, m
+_PROUD = 3e-4  # how far a painted riser stands before its face, m
 _GAP = 4e-3  # between the ground's side and the earth, m: no two faces in one plane
 
 
@@ -38,3 +39,24 @@ def add_earth(spec: mujoco.MjSpec, profile: Sequence[tuple[float, float]], half_
         inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
     )
     spec.worldbody.add_geom(spec.find_default("scenery"), name="earth", meshname="earth")
+
+
+def add_faces(spec: mujoco.MjSpec, faces: Sequence[tuple[float, float, float]], half_width: float) -> None:
+    """Paint the risers' faces; the plates that a foot strikes stand within the ground.
+
+    Args:
+        spec: The scene, with a default class "edge".
+        faces: Of each its place x, and the ground's height before and after it, m.
+        half_width: As in `add_earth`, m.
+    """
+    for index, (x, before, after) in enumerate(faces):
+        facing = -1.0 if after > before else 1.0
+        low, high = min(before, after), max(before, after) - 2.0 * _PROUD
+        if high > low:
+            spec.worldbody.add_geom(
+                spec.find_default("edge"),
+                name=f"face_{index}",
+                size=[_PROUD / 2, half_width, (high - low) / 2],
+                pos=[x + facing * _PROUD / 2, 0.0, (high + low) / 2],
+                material="riser",
+            )

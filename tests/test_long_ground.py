@@ -222,7 +222,18 @@ def test_pieces_have_the_same_numbers_in_every_window(name: str, ground: str) ->
             mine, theirs = (getattr(each, f"geom_{field}") for each in (model, full))
             assert np.array_equal(mine, theirs[ids]), field
         places = places_in(scene, terrain)
-        assert np.array_equal(np.flatnonzero(places["risers"]), np.flatnonzero(model.geom_condim == 1))
+        begin = scene.segments.start
+        for geom in range(model.ngeom):
+            called, riser = model.geom(geom).name, int(places["risers"][geom])
+            assert (riser >= 0) == (model.geom_condim[geom] == 1)
+            if riser >= 0:
+                assert called == f"riser_{begin + riser}"
+            elif called.startswith("ground_"):
+                first, last = (begin + int(places[which][geom]) for which in ("first", "last"))
+                low, high = (scene.start if first == 0 else terrain.x[first]), [*terrain.x, scene.end][last + 1]
+                half = model.geom_size[geom][0] if model.geom_dataid[geom] < 0 else model.hfield(called).size[0]
+                assert model.geom_pos[geom][0] == pytest.approx((low + high) / 2, abs=2e-2)  # a box's leans
+                assert half == pytest.approx((high - low) / 2, rel=0.01)
         assert [model.geom(foot).name for foot in places["feet"]] == ["left_foot", "right_foot"]
         for at in np.linspace(scene.start, scene.end, 300, endpoint=False):
             assert height_over(places["profile"], at) == terrain.height_at(at)  # the very same numbers
