@@ -24,7 +24,8 @@ def _later(table: NDArray[np.float64], taken: Sequence[NDArray[np.float64]]) -> 
     """The rows after the last of those taken, by their times."""
     if not len(table) or not taken or not len(taken[-1]) or table[0, _TIME] > taken[-1][-1, _TIME]:
         return table
-    return table[table[:, _TIME] > taken[-1][-1, _TIME]]
+    later: NDArray[np.float64] = table[table[:, _TIME] > taken[-1][-1, _TIME]]
+    return later
 
 
 def unheeded() -> None:
