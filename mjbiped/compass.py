@@ -149,6 +149,7 @@ class Compass:
             if name == "leg_inertia" and value is None:
                 value = self.leg_mass * (self.lower_length + self.upper_length) ** 2 / 12
             object.__setattr__(self, name, domain.check(name, value))
+        domains.LEG.check("lower_length + upper_length", self.leg_length)
 
     @property
     def leg_length(self) -> float:

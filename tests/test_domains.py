@@ -114,6 +114,7 @@ DOCUMENTED = {
     "`leg_mass`": domains.LEG_MASS,
     "`hip_mass`": domains.HIP_MASS,
     "`lower_length`, `upper_length`": domains.LENGTH,
+    "`lower_length + upper_length`": domains.LEG,
     "`leg_inertia`": domains.INERTIA,
     "`gravity`": domains.GRAVITY,
     "length of a leg in MuJoCo": domains.MUJOCO_LEG,
@@ -313,7 +314,7 @@ def scaled(mass: float, length: float, gravity: float) -> tuple[mjbiped.Compass,
 ENDS = [
     (mass, length, gravity)
     for mass in (domains.LEG_MASS.low, domains.LEG_MASS.high)
-    for length in (domains.LENGTH.low, domains.LENGTH.high)
+    for length in (domains.LEG.low / 2, domains.LEG.high / 2)
     for gravity in (domains.GRAVITY.low, domains.GRAVITY.high)
 ]
 each_end = pytest.mark.parametrize(
@@ -399,8 +400,8 @@ def test_gaits_of_any_robot_of_the_domain_are_found_or_refused_soon() -> None:
         robot = mjbiped.Compass(
             leg_mass=between(domains.LEG_MASS),
             hip_mass=random.choice([0.0, between(domains.HIP_MASS)]),
-            lower_length=between(domains.LENGTH),
-            upper_length=between(domains.LENGTH),
+            lower_length=(lower := between(domains.LENGTH)),
+            upper_length=max(between(domains.LENGTH), domains.LEG.low - lower),
             leg_inertia=(None, 0.0, between(domains.INERTIA))[random.integers(3)],  # type: ignore[arg-type]
             gravity=between(domains.GRAVITY),
         )
