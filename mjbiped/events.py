@@ -25,7 +25,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from mjbiped.columns import TOUCHDOWNS, place, width
-from mjbiped.profile import Profile, height_over, segment_stood_on
+from mjbiped.profile import Profile, height_of, height_over, segment_stood_on
 from mjbiped.scuffing import swing_foot_collides
 
 # --- places in userdata -----------------------------------------------------------------------------------------------
@@ -86,7 +86,9 @@ CONTROLLER_MEMORY = LAST_TOUCHDOWN + width(TOUCHDOWNS)
 
 SMALLEST_UPWARD_NORMAL = 0.7  # a contact that faces up less is a riser's face or an inner edge of a heightfield
 FALLEN_HIP = 0.5  # hip height over the ground, along its normal, in leg lengths
-SLIPPED_FOOT = 0.1  # way of a stance foot within one step, in leg lengths
+SLIPPED_FOOT = 0.1  # way of a stance foot within one step, along the ground or across, in leg lengths
+MISSED = 0.02
+"""No foot is so far off the ground at its touchdown, or so deep in it, in leg lengths: contacts give 0.01 at most."""
 STALL_TIME = 10.0  # without touchdown, in sqrt(leg length / gravity): four periods of the passive gait
 LIGHT_CONTACT = 0.01  # of the weight: below it the friction ratio is noise
 AVERAGED = 0.016  # least stretch of time that the stance foot's force is averaged over, in sqrt(leg length / gravity)
@@ -113,9 +115,16 @@ class Outcome(IntEnum):
         return "left the terrain" if self is Outcome.LEFT_TERRAIN else self.name.lower()
 
 
-_FINISHED, _FELL, _STALLED, _SLIPPED, _LEFT_TERRAIN = (
+_FINISHED, _FELL, _STALLED, _SLIPPED, _LEFT_TERRAIN, _DIVERGED = (
     float(outcome)
-    for outcome in (Outcome.FINISHED, Outcome.FELL, Outcome.STALLED, Outcome.SLIPPED, Outcome.LEFT_TERRAIN)
+    for outcome in (
+        Outcome.FINISHED,
+        Outcome.FELL,
+        Outcome.STALLED,
+        Outcome.SLIPPED,
+        Outcome.LEFT_TERRAIN,
+        Outcome.DIVERGED,
+    )
 )
 
 
@@ -221,6 +230,7 @@ def observe(
     slope = u[SLOPE]  # a foot that sinks into the ground, or rolls on its radius, does not slip
     way = (foot_x - u[FOOT_X]) * math.cos(slope) - (foot_z - u[FOOT_Z]) * math.sin(slope)
     slip = abs(way - limits.foot_radius * (stance - u[FOOT_ANGLE]))
+    up = (foot_x - u[FOOT_X]) * math.sin(slope) + (foot_z - u[FOOT_Z]) * math.cos(slope)
     if slip > u[SLIP]:
         u[SLIP] = slip
     if not u[OUTCOME]:
@@ -228,8 +238,10 @@ def observe(
             u[OUTCOME] = _FELL
         elif time - u[EXCHANGE_TIME] > limits.stall_time:
             u[OUTCOME] = _STALLED
-        elif slip > SLIPPED_FOOT * length:
+        elif max(slip, abs(up)) > SLIPPED_FOOT * length:
             u[OUTCOME] = _SLIPPED
+        elif up < -MISSED * length and height_over(profile, foot_x) - foot_z > MISSED * length:
+            u[OUTCOME] = _DIVERGED  # it has slid under a step
         elif not limits.start < hip_x < limits.end:
             u[OUTCOME] = _LEFT_TERRAIN
 
@@ -284,6 +296,8 @@ def _exchange(
 ) -> None:
     """Swap the legs' roles and write the touchdown's row; the estimates are not known before the controller's tick.
 
+    No row tells of a foot that is not on the ground: the walk has then diverged.
+
     The slope is that of the segment that the foot stands on: no contact's normal, which at an edge can be any.
     The contact step itself counts for no work: half of it belongs to either step's roles.
     """
@@ -295,11 +309,15 @@ def _exchange(
     else:
         old, new, old_rate, new_rate = left, right, left_rate, right_rate
         old_before, new_before = u[LEFT_RATE], u[RIGHT_RATE]
+    foot_x, foot_z = hip_x - limits.leg_length * math.sin(new), hip_z - limits.leg_length * math.cos(new)
+    segment = segment_stood_on(profile, foot_x, foot_z)
+    if not abs(foot_z - height_of(profile, segment, foot_x)) <= MISSED * limits.leg_length:
+        u[OUTCOME], u[NOTED] = _DIVERGED, 0.0
+        return
     u[STANCE] = 1.0 - u[STANCE]
-    u[FOOT_X] = hip_x - limits.leg_length * math.sin(new)
-    u[FOOT_Z] = hip_z - limits.leg_length * math.cos(new)
+    u[FOOT_X], u[FOOT_Z] = foot_x, foot_z
     slope_before = u[SLOPE]
-    slope = -math.atan(profile.gradient[segment_stood_on(profile, u[FOOT_X], u[FOOT_Z])])
+    slope = -math.atan(profile.gradient[segment])
     u[FOOT_ANGLE] = new
     u[COUNT] += 1.0
     row = (

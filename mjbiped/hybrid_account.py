@@ -13,7 +13,7 @@ from typing import Any
 from mjbiped.dormand_prince import STAGES, dense_at, dense_rate_at
 from mjbiped.events import LIGHT_CONTACT
 from mjbiped.hybrid_events import Legs, hip, legs_at
-from mjbiped.hybrid_motion import dense_state, ensure_dense
+from mjbiped.hybrid_motion import dense_state, ensure_dense, is_motion
 from mjbiped.hybrid_state import (
     AFTER,
     ANGLES_AND_RATES,
@@ -58,8 +58,12 @@ def account(
     legs: Legs,
     t: float,
     h: float,
-) -> None:
-    """Take the step from t to t + h into work, peaks, friction and samples; the law was last asked at its end."""
+) -> bool:
+    """Take the step from t to t + h into work, peaks, friction and samples; the law was last asked at its end.
+
+    Returns:
+        Whether the motion within it is one: a torque may be no number where only a sample is taken.
+    """
     w, n = b.w, len(b.y)
     stage_ankle, stage_hip = w[STAGE_ANKLE], w[STAGE_HIP]
     note_peak(w, w[ANKLE], w[HIP])
@@ -87,8 +91,11 @@ def account(
             time = w[SAMPLE] * world.sample_period
             x = min(max((time - w[CLOCK] - t) / h, 0.0), 1.0)
             dense_state(b, x, b.spare)
+            if not is_motion(b.spare):
+                return False
             take_sample(laws, parameters, world, b, time, t + x * h, b.spare)
             w[SAMPLE] += 1.0
+    return True
 
 
 def note_peak(w: Any, ankle: float, hip_torque: float) -> None:

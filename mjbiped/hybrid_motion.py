@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, MutableSequence
+from collections.abc import Callable, MutableSequence, Sequence
 from typing import Any
 
 from mjbiped.compass import Constants, acceleration, mass_terms, solve_mass
@@ -177,6 +177,11 @@ def ensure_dense(laws: Laws, parameters: Any, world: World, b: Buffers, t: float
     w[ANKLE], w[HIP], w[PRESS] = ankle, hip, press
     w[DENSE] = 1.0
     w[EVALUATIONS] += STAGES_WITH_DENSE - STAGES - 1
+
+
+def is_motion(state: Sequence[float]) -> bool:
+    """Whether angles and rates are numbers."""
+    return math.isfinite(state[0] + state[1] + state[2] + state[3])
 
 
 def dense_state(b: Buffers, x: float, state: MutableSequence[float]) -> None:

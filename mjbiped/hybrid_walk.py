@@ -31,7 +31,7 @@ from mjbiped.hybrid_events import (
     striking,
     swing_foot,
 )
-from mjbiped.hybrid_motion import attempt, begin, ensure_dense, strike_rates
+from mjbiped.hybrid_motion import attempt, begin, ensure_dense, is_motion, strike_rates
 from mjbiped.hybrid_progress import is_tame, lags, watch
 from mjbiped.hybrid_state import (
     AFTER,
@@ -81,6 +81,7 @@ CAUTION, LEAST, GREATEST = 0.8, 0.2, 1.5  # of a step's change of length; measur
 JUST_BESIDE = 2.3e-16  # next to a break's time, relative
 SLIDING_STEP = 2e-3  # longest integration step while the foot slides on a face, s
 SHORTEST_STEP = 1e-12  # s; below it the motion is none
+MISSED = 1e-6  # of the leg's length: a foot that lands so far off the ground has not been followed
 POLISHED = 1e-7  # a touchdown found so closely is brought home by one term of its Taylor series, s
 
 
@@ -136,7 +137,7 @@ def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
         error = attempt(laws, parameters, world, b, t, h)
         if not error <= 1.0:
             step = h * (max(LEAST, CAUTION * _eighth_root(1.0 / error)) if error > 1.0 else LEAST)
-            if step < SHORTEST_STEP or not math.isfinite(b.y[2] + b.y[3]):
+            if step < SHORTEST_STEP or not is_motion(b.y):
                 w[OUTCOME] = UNRESOLVED if math.isfinite(error) and is_tame(world, b) else DIVERGED
                 w[TIME] = w[CLOCK] + t
                 return False
@@ -154,18 +155,24 @@ def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
             event, share = first_event(world, b, t, h, share)
         if event != NOTHING or ended:
             h = _end_on(laws, parameters, world, b, t, share * h, event)
+            if not is_motion(b.out):  # a torque that is none between the times at which it was asked before
+                w[OUTCOME], w[TIME] = DIVERGED, w[CLOCK] + t
+                return False
         released = w[FACE] != 0.0 and w[PRESS] < 0.0
         if released:  # and what the foot on the face would have met later in the step, it does not
             h = _end_of_contact(laws, parameters, world, b, t, h)
             event, ended = NOTHING, 0
         if released or event != NOTHING or ended:
             legs = legs_at(b, b.out[0], b.out[1])
-        account(laws, parameters, world, b, legs, t, h)
+        whole_motion = account(laws, parameters, world, b, legs, t, h)
         t = limit if h == whole else t + h
         for c in range(n):
             b.y[c] = b.out[c]
         w[TIME] = w[CLOCK] + t
         w[NEXT_STEP] = step
+        if not whole_motion:
+            w[OUTCOME] = DIVERGED
+            return False
         if event == TOUCHDOWN:
             w[UNDER_WAY] = 0.0
             return True
@@ -280,7 +287,10 @@ def _strike(world: World, b: Buffers) -> None:
 
 
 def exchange(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
-    """Impact map (2), exchange of the legs, the controller's touchdown, and a row of the record."""
+    """Impact map (2), exchange of the legs, the controller's touchdown, and a row of the record.
+
+    No row tells of a foot that is not on the ground: the walk has then diverged.
+    """
     w, y, n = b.w, b.y, len(b.y)
     own = n - ANGLES_AND_RATES - WORKS
     old_slope, stance = w[SLOPE], int(w[STANCE])
@@ -289,6 +299,9 @@ def exchange(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
     hip_x, hip_z = hip(world, b, legs)
     foot_x, foot_z = swing_foot(world, b, legs)
     segment = segment_stood_on(world, foot_x, foot_z, CORNER, FACE_WIDTH, FACE_WIDTH)
+    if not abs(foot_z - height_of(world, segment, foot_x)) <= MISSED * world.length + CORNER:
+        w[OUTCOME] = DIVERGED
+        return
     slope = world.angle[segment]
     new1, new2 = q2 + old_slope - slope, q1 + old_slope - slope
     rate1, rate2 = impact_rates(world.constants, q1, q2, dq1, dq2)

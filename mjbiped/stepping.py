@@ -15,6 +15,8 @@ from mjbiped.installation import is_compiled
 from mjbiped.physics import LEAP, WHOLE_STATE, Simulation
 from mjbiped.recorder import Recorder
 
+_MISSED = "a foot came to lie in the ground or over it: it slid under a step, or the timestep is too long"
+
 
 def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> Outcome:
     """Step a simulation until its walk ends, recording as it goes.
@@ -63,6 +65,8 @@ def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> O
                 recorder.add_touchdown(u[events.LAST_TOUCHDOWN : events.CONTROLLER_MEMORY])
     if u[events.OUTCOME] == Outcome.INTERRUPTED:
         raise MjbipedError("a compiled law raised an exception; let law() return None to see where")
+    if simulation.outcome is Outcome.DIVERGED and not simulation.warnings:
+        simulation.warnings[_MISSED] += 1
     return simulation.outcome
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -33,6 +34,8 @@ ENGINES = ("mujoco", "hybrid")
 INITIAL_STATES = ("gait", "rest")
 DEFAULT_STEPS = 60
 DEFAULT_SAMPLE_PERIOD = 0.005  # s
+SCUFF = 0.01  # of leg lengths: as deep a straight swing leg may be in the ground, twice what passive gaits on 5° are
+_ON_GROUND = 1e-6  # of leg lengths: a foot so deep stands on the ground
 _NUMBERS: dict[str, Domain | Count] = {
     "steps": domains.STEPS,
     "distance": domains.DISTANCE,
@@ -159,7 +162,8 @@ def planned(
         description: What `check_controller` gave for this controller, if it has been asked.
 
     Raises:
-        InputError: One of them is not what is expected, or the scuffing rule would never let the gait land.
+        InputError: One of them is not what is expected, the scuffing rule would never let the gait land, or the robot
+            would start in the ground.
         GaitError: No passive gait exists on the slope under x = 0.
     """
     description = check_controller(controller) if description is None else description
@@ -172,6 +176,7 @@ def planned(
     q, dq = _initial_state(initial, gait)
     if gait is not None:
         check_landing(gait, slope, terms.scuffing)
+    _check_start(robot, terrain, q, terms.scuffing)
     return Plan(terms, controller, terrain, robot, q, dq, description)
 
 
@@ -243,6 +248,31 @@ def _initial_state(
     except InputError as error:
         raise InputError(f"an initial state is four finite numbers q1, q2, dq1, dq2: {error}") from error
     return (q1, q2), (dq1, dq2)
+
+
+def _check_start(robot: Compass, terrain: Terrain, q: tuple[float, float], rule: ScuffingRule) -> None:
+    """Refuse a start in the ground, from which there is no walk.
+
+    A start in the early swing may be as deep in the ground as straight legs scuff, for the rule lets them.
+
+    Raises:
+        InputError: The hip or the swing foot is under the ground.
+    """
+    length, slope = robot.leg_length, terrain.slope_at(0.0)
+    hip_x, hip_z = length * math.sin(q[0] + slope), terrain.height_at(0.0) + length * math.cos(q[0] + slope)
+    foot_x, foot_z = hip_x - length * math.sin(q[1] + slope), hip_z - length * math.cos(q[1] + slope)
+    scuffs = foot_x < rule.reach * length
+    for part, x, z, deep in (
+        ("hip", hip_x, hip_z, 0.0),
+        ("swing foot", foot_x, foot_z, SCUFF if scuffs else _ON_GROUND),
+    ):
+        depth = terrain.height_at(x) - z
+        if depth > deep * length:
+            raise InputError(
+                f"initial state q1 = {q[0]:.4g}, q2 = {q[1]:.4g}: the {part} would start {depth:.3g} m under the "
+                f"ground, at x = {x:.4g} m; with both feet on a plane q2 = -q1, and a swing foot behind the stance "
+                "foot has q2 > q1"
+            )
 
 
 @lru_cache(maxsize=64)

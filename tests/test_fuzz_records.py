@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import pytest
-from time_limit import time_limit
+from time_limits import within
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
@@ -315,7 +315,7 @@ def try_cases(records: list[bytes], cases: range, folder: Path, *, draw_every: i
     for case in cases:
         path.write_bytes(damaged(records, case))
         try:
-            with time_limit(LONGEST):
+            with within(LONGEST, case):
                 filmed = film_every > 0 and case % film_every == 0
                 loaded += assert_refused_or_good(path, drawn=case % draw_every == 0, filmed=filmed)
         except Exception as error:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from time_limit import time_limit
+from time_limits import within
 
 import mjbiped
 from controllers import PassiveController
@@ -99,7 +99,7 @@ def try_tables(study: Study, table: bytes, cases: range, folder: Path) -> int:
     taken = 0
     for case in cases:
         try:
-            with time_limit(LONGEST):
+            with within(LONGEST, case):
                 taken += try_table(study, damaged(random.Random(case), table), folder)
         except Exception as error:
             raise AssertionError(f"case {case}: {error!r}") from error
@@ -215,7 +215,7 @@ def test_a_damaged_walk_is_walked_again(cell: Cell, tmp_path: Path) -> None:
     for case in range(FEW):
         draw = random.Random(case)
         (tmp_path / f"{cell.key}.json").write_bytes(damaged(draw, told))
-        with time_limit(LONGEST):
+        with within(LONGEST, case):
             found = store.load(cell)
         assert found is None or found.steps == 2
     (tmp_path / f"{cell.key}.json").write_bytes(told)
@@ -229,7 +229,7 @@ def test_damaged_tables_of_the_reproduction() -> None:
     refused = 0
     for case in range(4 * FEW):
         changed = damaged(random.Random(case), text.encode()).decode("utf-8", errors="replace")
-        with time_limit(LONGEST):
+        with within(LONGEST, case):
             try:
                 rows = read_rows(changed)
             except RecordError as error:

@@ -12,8 +12,12 @@ from scipy.interpolate import CubicSpline
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped import compass, hybrid_state, measures
+from mjbiped import compass, hybrid_state, laws, measures
+from mjbiped.dormand_prince import unrolled
 from mjbiped.hybrid import TOLERANCE, HybridRecorder, HybridSimulation, simulate_hybrid
+from mjbiped.hybrid_motion import HANDED_ON
+from mjbiped.hybrid_state import Laws
+from mjbiped.hybrid_walk import exchange
 from mjbiped.terrain import Terrain
 
 SLOPE = math.radians(2)
@@ -360,3 +364,52 @@ def test_law_with_a_jump_needs_its_break() -> None:
     (told, few), (untold, many) = found
     assert told == pytest.approx(untold, abs=10.0 * TOLERANCE)  # some steps near the jump, each within it
     assert few < 0.7 * many
+
+
+@pytest.mark.parametrize("height", [-1e-3, 2e-5, 1e-3, math.nan])
+def test_a_foot_off_the_ground_is_no_touchdown(height: float) -> None:
+    """Whatever led there: the walk has diverged, and its record has no such row."""
+
+    class Free(Controller):
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            return 0.0, 0.0
+
+    for off, outcome, rows in ((0.0, "walking", 1), (height, "diverged", 0)):
+        swing = -math.acos(math.cos(0.2) - off)
+        walker = HybridSimulation(Free(), Terrain.level(), robot=mjbiped.Compass(), q=(0.2, swing), dq=(1.0, 1.0))
+        called = Laws(
+            laws.torque,
+            laws.touchdown,
+            laws.slope_estimate,
+            laws.next_break,
+            *unrolled(6, untested=2, arguments=HANDED_ON),
+        )
+        exchange(called, walker.controller, walker.world, walker.buffers)
+        assert walker.outcome.words == outcome
+        assert walker.buffers.w[hybrid_state.ROWS] == rows
+
+
+def test_a_torque_that_is_no_number_for_a_moment_leaves_none_in_the_record() -> None:
+    """Asked at the ends of integration steps it is one, and in a sample between them it is none."""
+
+    class Gap(Controller):
+        def __init__(self, first: float, length: float) -> None:
+            self.first, self.last = first, first + length
+
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            return (math.nan if self.first < t < self.last else 0.0), 0.0
+
+    walks = {"steps": 1, "sample_period": 1e-3}
+    starts = {"touches down": (-0.19, 0.19, 1.1, 0.8), "falls": (-0.19, 0.19, 0.3, 0.0)}
+    ends = {
+        start: hybrid(Gap(9.0, 0.0), Terrain.incline(2.0), initial=start, **walks).end[0] for start in starts.values()
+    }
+    cases = [(start, first, 2e-3) for start in ends for first in np.linspace(0.05, 0.6, 20)]
+    cases += [(start, end - length / 2, length) for start, end in ends.items() for length in (1e-9, 1e-7, 1e-5, 1e-4)]
+    outcomes = set()
+    for start, first, length in cases:
+        walk = hybrid(Gap(first, length), Terrain.incline(2.0), initial=start, **walks)
+        assert np.isfinite(walk.samples["q"]).all()
+        assert np.isfinite(walk.samples["dq"]).all()
+        outcomes.add(walk.outcome)
+    assert "diverged" in outcomes

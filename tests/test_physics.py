@@ -1,5 +1,6 @@
 """The MuJoCo engine as a machine: callbacks, memory, resuming, outcomes."""
 
+import dataclasses
 import math
 import re
 import textwrap
@@ -223,6 +224,56 @@ def test_slipping_is_an_outcome() -> None:
     """500 N m at the ankle ask for more than the friction cone holds."""
     walk = mjbiped.walk(Push(500.0), mjbiped.Terrain.level(), initial="rest")
     assert walk.outcome == "slipped"
+
+
+@pytest.mark.parametrize(
+    ("behind", "outcome"),
+    [(0.2, Outcome.DIVERGED), (0.0, Outcome.DIVERGED), (-0.05, Outcome.WALKING)],
+    ids=["under a step", "into the ground", "over an edge"],
+)
+def test_a_stance_foot_is_not_in_the_ground(behind: float, outcome: Outcome, controller: AdaptiveController) -> None:
+    """It slides back by 10 mm and down by 30 mm, at the foot of a step, on the level, or at a step's edge."""
+    terrain = mjbiped.Terrain((-1.0, -5e-3), (behind, 0.0), (0.0, 0.0))
+    walker = Simulation(controller, terrain, robot=controller.robot, q=(0.0, 0.0), dq=(0.0, 0.0))
+    u, at_rest = [0.0] * walker.model.nuserdata, (0.0, 0.0, 0.0, 0.0)
+    events.begin(u, (0.0, 1.0, 0.0, 0.0), at_rest, 0.0, (0.0, 0.0), 2e-4)
+    events.observe(u, walker.limits, terrain.profile, 0.0, (0.0, 1.0, 0.0, 0.0), at_rest)
+    assert u[events.OUTCOME] == Outcome.WALKING
+    events.observe(u, walker.limits, terrain.profile, 1e-3, (-0.01, 0.97, 0.0, 0.0), at_rest)
+    assert u[events.OUTCOME] == outcome
+
+
+@pytest.mark.parametrize(
+    ("height", "outcome"), [(-0.03, Outcome.DIVERGED), (0.03, Outcome.DIVERGED), (0.0, Outcome.WALKING)]
+)
+def test_a_touchdown_off_the_ground_is_none(height: float, outcome: Outcome, controller: AdaptiveController) -> None:
+    """A contact with what is not the ground under the foot: no row tells of it."""
+    terrain = mjbiped.Terrain.level()
+    walker = Simulation(controller, terrain, robot=controller.robot, q=(0.0, 0.0), dq=(0.0, 0.0))
+    u, qpos, at_rest = [0.0] * walker.model.nuserdata, (0.2, math.cos(0.2) + height, 0.2, -0.2), (0.0, 0.0, 0.0, 0.0)
+    events.begin(u, qpos, at_rest, 0.0, (0.0, height), 2e-4)
+    u[events.NOTED] = 1.0
+    events.observe(u, walker.limits, terrain.profile, 0.0, qpos, at_rest)
+    assert u[events.OUTCOME] == outcome
+    assert u[events.COUNT] == u[events.TOUCHED] == (outcome is Outcome.WALKING)
+
+
+def test_a_walk_that_loses_the_ground_says_why(controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(events, "MISSED", -1.0)  # no foot is on the ground
+    uncompiled = dataclasses.replace(controller)
+    object.__setattr__(uncompiled, "law", lambda: None)
+    walk = mjbiped.walk(uncompiled, mjbiped.Terrain.level(), steps=1)
+    assert (walk.outcome, walk.steps) == ("diverged", 0)
+    (told,) = walk.warnings
+    assert "the timestep is too long" in told
+
+
+def test_a_stance_foot_that_leaves_the_ground_has_slipped() -> None:
+    """The swing leg is thrown up, and takes the robot with it."""
+    walk = mjbiped.walk(Push(0.0), mjbiped.Terrain.level(), initial=(0.0, 0.0, 0.0, 20.0))
+    foot = walk.samples["qpos"][-1]
+    assert foot[1] - math.cos(foot[2]) > 0.099  # a leg of 1 m; along the ground it moved by 0.057 m
+    assert (walk.outcome, walk.steps) == ("slipped", 0)
 
 
 def test_divergence_is_an_outcome(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -215,3 +215,33 @@ def test_what_mujoco_itself_fails_of_is_not_called_the_controllers_fault(monkeyp
     with pytest.raises(mjbiped.WalkStopped, match=r"MuJoCo gave up at .* out of memory.* geoms; a ground") as stop:
         mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), steps=1)
     assert "PassiveController" not in str(stop.value)
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
+@pytest.mark.parametrize(
+    ("terrain", "initial", "part"),
+    [
+        (mjbiped.Terrain.level(), (0.3, 0.0, 1.0, 1.0), "swing foot"),  # ahead: it would have touched down
+        (mjbiped.Terrain.level(), (-0.3, 0.1, 1.0, 1.0), "swing foot"),  # behind, deeper than straight legs scuff
+        (mjbiped.Terrain.stairs(rise=0.1, first=0.2), (0.15, -0.15, 1.0, 1.0), "swing foot"),  # inside a riser
+        (mjbiped.Terrain.level(), (2.0, 0.0, 0.0, 0.0), "hip"),
+    ],
+)
+def test_starts_in_the_ground_are_refused(
+    engine: str, terrain: mjbiped.Terrain, initial: tuple[float, ...], part: str
+) -> None:
+    with pytest.raises(mjbiped.InputError, match=rf"{part} would start [0-9.]+ m under the ground, at x = "):
+        mjbiped.walk(PassiveController(), terrain, engine=engine, initial=initial)
+
+
+def test_a_walk_may_start_where_straight_legs_scuff(gait: mjbiped.Gait) -> None:
+    """In the early swing of its own gait the foot is up to 0.9 mm in the ground, which the scuffing rule allows."""
+    depths = {}
+    for time in (0.05 * gait.period * n for n in range(1, 20)):
+        q, dq, _ = gait.reference(time)
+        depths[math.cos(q[1]) - math.cos(q[0])] = (*q.tolist(), *dq.tolist())
+    assert max(depths) > 5e-4
+    incline = mjbiped.Terrain.incline(2.0)
+    walk = mjbiped.walk(PassiveController(), incline, engine="hybrid", initial=depths[max(depths)], steps=1)
+    # the rest of the gait's own step; the reference is good to 1e-9
+    assert walk.touchdowns["q"][0] == pytest.approx(gait.start[:2], abs=1e-6)
