@@ -123,9 +123,10 @@ def _delays(rows: Sequence[Row], best: Choice) -> str:
         value = math.nan if zeta is None else zeta
         walks = [walk_of(rows, "hybrid", place, "adaptive", value) for place in best.places]
         torques = "; ".join(NONE if walk is None else number(walk.torque, ".1f") for walk in walks)
-        lines.append([delay(zeta), *(cost(walk, best.kind, best.length) for walk in walks), torques])
-    lines.append(["paper", *(number(TABLE_2["adaptive"][ground]) for ground in GROUNDS), NONE])
-    return table(("ζ", *GROUNDS, "greatest torques, N m"), lines)
+        forces = "; ".join(NONE if walk is None else number(walk.least_force, ".2f") for walk in walks)
+        lines.append([delay(zeta), *(cost(walk, best.kind, best.length) for walk in walks), torques, forces])
+    lines.append(["paper", *(number(TABLE_2["adaptive"][ground]) for ground in GROUNDS), NONE, NONE])
+    return table(("ζ", *GROUNDS, "greatest torques, N m", "least normal forces, weights"), lines)
 
 
 def _sources(rows: Sequence[Row], best: Choice) -> str:
