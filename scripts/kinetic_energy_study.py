@@ -181,7 +181,8 @@ def candidates(laws: Sequence[Law], hybrid: Results) -> Table:
         ankle = greatest(hybrid, law, "peak_ankle_torque_Nm", CLAIM)
         every = sum(survived(hybrid, law, name, "gait", "own") for name in NAMES)
         total = 2 * PLACES * len(NAMES)
-        rows.append((law.words, "yes" if both else "no", f"{friction:.2f}", f"{ankle:.0f}", f"{every} of {total}"))
+        asked = f"{friction:.2f}" if math.isfinite(friction) else "the ground must pull"
+        rows.append((law.words, "yes" if both else "no", asked, f"{ankle:.0f}", f"{every} of {total}"))
     return ("law", "MuJoCo too", "friction asked", "ankle, N m", "all changes survived, hybrid"), rows
 
 
