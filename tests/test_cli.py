@@ -442,7 +442,7 @@ REFUSED: dict[str, tuple[tuple[object, ...], str]] = {
     "seed of no random terrain": (("mixed", "--seed", 1), "--seed is for the terrain 'random'"),
     "two seeds": (("random:seed=1", "--seed", 2), "contradicts"),
     "negative seed": (("random", "--seed", -1), "'-1'; expected a whole number from 0"),
-    "zero leg mass": (("--leg-mass", 0), "'--leg-mass': '0'; expected a number from 1e-06 to 1e+06 kg"),
+    "zero leg mass": (("--leg-mass", 0), "'--leg-mass': '0'; expected a number from 1e-09 to 1e+06 kg"),
     "negative leg mass": (("--leg-mass", -1), "'--leg-mass': '-1'; expected a number"),
     "negative hip mass": (("--hip-mass", -1), "'--hip-mass': '-1'; expected a number from 0 to 1e+06 kg"),
     "no length": (("--lower-length", 0), "'--lower-length'"),

@@ -237,14 +237,14 @@ def test_defaults_are_table_one() -> None:
 @pytest.mark.parametrize(
     ("name", "bad", "domain"),
     [
-        ("leg_mass", 0.0, "from 1e-06|from 0.001"),
+        ("leg_mass", 0.0, "from 1e-09"),
         ("leg_mass", math.nan, "finite"),
         ("leg_mass", "5", "finite"),
         ("hip_mass", -1.0, "from 0 to"),
-        ("lower_length", -0.5, "from 1e-06|from 0.001"),
+        ("lower_length", -0.5, "from 1e-09"),
         ("upper_length", math.inf, "finite"),
         ("leg_inertia", -1e-9, "from 0 to"),
-        ("gravity", 0.0, "from 1e-06|from 0.001"),
+        ("gravity", 0.0, "from 0.001"),
         ("gravity", None, "finite"),
         ("hip_mass", True, "finite"),
     ],
