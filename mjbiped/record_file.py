@@ -38,6 +38,8 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
         RecordError: The file is missing, damaged, no such archive, or does not hold what it claims.
     """
     try:
+        if path.exists() and not path.is_file() and not path.is_dir():  # without end, or whoever waits for it
+            raise RecordError("it is a device or a pipe")
         with path.open("rb") as stream:
             size = stream.seek(0, 2)
             stream.seek(0)

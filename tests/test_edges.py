@@ -108,11 +108,6 @@ class Dropped:
         return place
 
 
-@pytest.fixture(scope="module")
-def gait(robot: mjbiped.Compass) -> mjbiped.Gait:
-    return mjbiped.find_passive_gait(robot, math.radians(2))
-
-
 def check(made: Break, engine: str, offset: float, foothold: float, dropped: Dropped) -> None:
     """The foot comes down on the segment that it is over, with its slope and the impact map's rates."""
     place = foothold - offset  # the foot would come down so far behind the break, were the ground there as it is here

@@ -1,6 +1,7 @@
 """What is read of an archive that may come from anyone, and at what cost."""
 
 import io
+import os
 import struct
 import tracemalloc
 import zipfile
@@ -97,6 +98,17 @@ def test_other_types_are_refused(descr: str, tmp_path: Path) -> None:
     path = archive_of(tmp_path / "types.npz", a=array_file(np.zeros(3), header_of(descr, "(3,)")))
     with pytest.raises(RecordError, match="expected numbers of 64 bits"):
         read_arrays(path)
+
+
+def test_devices_and_pipes_are_not_read(tmp_path: Path) -> None:
+    """One gives bytes without end (23 GB were read once), the other waits for someone to write."""
+    pipe = tmp_path / "walk.npz"
+    os.mkfifo(pipe)
+    for path in (Path("/dev/zero"), Path("/dev/null"), pipe):
+        with pytest.raises(RecordError, match=f"{path} is no walk's record: it is a device or a pipe"):
+            read_arrays(path)
+    with pytest.raises(RecordError, match="directory"):
+        read_arrays(tmp_path)
 
 
 def test_pickles_are_never_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

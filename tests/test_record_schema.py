@@ -4,6 +4,7 @@ import dataclasses
 import json
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -156,19 +157,21 @@ def test_whatever_becomes_of_random_walks_can_be_loaded(
     engine: str, controller: AdaptiveController, tmp_path: Path
 ) -> None:
     draw = np.random.default_rng(5)
-    path, outcomes = tmp_path / "walk.npz", set()
-    for case in range(60):
+    path, outcomes = tmp_path / "walk.npz", []
+    for case in range(100):
         sizes = 10.0 ** draw.uniform(-1.5, 1.0, size=5)
         names = ("leg_mass", "hip_mass", "lower_length", "upper_length", "gravity")
         robot = mjbiped.Compass(**dict(zip(names, sizes.tolist(), strict=True)))
         terrain = mjbiped.Terrain.random(seed=case, rise=(-0.1, 0.05))
         initial = [*draw.uniform(-1.0, 1.0, size=2), *(draw.uniform(-1.0, 1.0, size=2) * 10.0 ** draw.uniform(-1, 4))]
         law = PassiveController() if case % 2 else controller
-        walk = mjbiped.walk(law, terrain, engine=engine, robot=robot, initial=initial, steps=3)
-        walk.save(path)
-        assert Walk.load(path) == walk
-        outcomes.add(walk.outcome)
-    assert len(outcomes) > 2
+        with suppress(mjbiped.InputError):  # a foot would start in the ground
+            walk = mjbiped.walk(law, terrain, engine=engine, robot=robot, initial=initial, steps=3)
+            walk.save(path)
+            assert Walk.load(path) == walk
+            outcomes.append(walk.outcome)
+    assert len(outcomes) > 30
+    assert len({*outcomes}) > 2
 
 
 def test_finite_is_promised_of_motion_and_not_of_what_controllers_give() -> None:
