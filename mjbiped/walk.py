@@ -89,7 +89,8 @@ def walk(
         steps: Touchdowns after which the walk is finished; 60 unless a distance is given.
         distance: Place x of the stance foot at which it is finished, m. With both, the first to be reached counts.
         initial: "gait" (on the imitated limit cycle, just after an impact), "rest" (both legs together on the ground,
-            at rest), or (q1, q2, dq1, dq2) from the ground's normal under x = 0, rad and rad/s.
+            at rest), or (q1, q2, dq1, dq2) from the ground's normal under x = 0, rad and rad/s. Hip and swing foot are not
+            under the ground, but for the hundredth of a leg length by which a straight swing leg scuffs.
         robot: The robot that walks; by default the controller's own model, or Table I.
         timestep: Longest physics step, s; steps become shorter toward each touchdown, which ends one of them.
         contact_timestep: Of the step that makes an impact, s; the timestep where that is shorter.
