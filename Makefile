@@ -49,9 +49,10 @@ bench: setup ## measure the speed, some seventeen minutes: docs/performance.md
 	$(BIN)/python scripts/plain_python_benchmark.py
 	$(BIN)/python scripts/peer_benchmark.py
 
-check: setup ## lint and types
+check: setup ## lint, imports and types
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
+	$(BIN)/lint-imports --no-logo
 	$(BIN)/mypy
 
 format: setup ## write the code in its one format
@@ -65,5 +66,5 @@ lock: ## take the newest allowed versions into constraints.txt
 	rm -rf $(VENV)-lock
 
 clean: ## remove everything that was made here
-	rm -rf $(VENV) $(VENV)-tool $(VENV)-lock $(OUT) reproduction dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis MUJOCO_LOG.TXT
+	rm -rf $(VENV) $(VENV)-tool $(VENV)-lock $(OUT) reproduction dist build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis MUJOCO_LOG.TXT
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -8,16 +8,16 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, NamedTuple
 
-import mjbiped.compass as compass
-from controllers.base import Controller, Law, Memory
 from controllers.replanning import transition, transition_at
 from controllers.slope_estimator import estimate_rates, slope_of, updated_estimate
 from controllers.tracking import tracking_errors, tracking_torque
-from mjbiped import domains
-from mjbiped.compass import Compass
+from mjbiped.control.controller import Controller, Law, Memory
 from mjbiped.errors import InputError, shown
-from mjbiped.gait import Gait
-from mjbiped.reference import Table, in_arrays, reference_at, reference_break
+from mjbiped.gaits.passive import Gait
+from mjbiped.gaits.reference import Table, in_arrays, reference_at, reference_break
+from mjbiped.robots import compass
+from mjbiped.robots.compass import Compass
+from mjbiped.utils import domains
 
 # places in the memory
 _SIN, _COS, _REPLANNED, _STANCE_CURVE, _SWING_CURVE = 0, 1, 2, 3, 9
@@ -98,7 +98,7 @@ class AdaptiveController(Controller):
         """Refuse parameters outside their domain.
 
         Raises:
-            InputError: One is; see `mjbiped.domains`.
+            InputError: One is; see `mjbiped.utils.domains`.
         """
         domains.check_fields(
             self,

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-import mjbiped.compass as compass
-from controllers.base import Memory
 from controllers.given_slope import GivenSlopeController, against_slope
 from controllers.virtual_gravity import energy_error
-from mjbiped import domains
+from mjbiped.control.controller import Memory
 from mjbiped.errors import InputError
+from mjbiped.robots import compass
+from mjbiped.utils import domains
 
 
 class Parameters(NamedTuple):
@@ -88,7 +88,7 @@ class EnergyConstraintController(GivenSlopeController):
         """Refuse parameters outside their domain.
 
         Raises:
-            InputError: One is (see `mjbiped.domains`), the ratio is zero, or as in `GivenSlopeController`.
+            InputError: One is (see `mjbiped.utils.domains`), the ratio is zero, or as in `GivenSlopeController`.
         """
         super().__post_init__()
         domains.check_fields(self, gain=domains.GAIN, ratio=domains.TORQUE_RATIO, singular_band=domains.SLOWEST_RATE)

@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar
 
-from controllers.base import Controller, Law, Memory, never
 from controllers.slope_estimator import slope_change
-from mjbiped import domains
-from mjbiped.compass import Compass
+from mjbiped.control.controller import Controller, Law, Memory, never
 from mjbiped.errors import InputError
-from mjbiped.gait import Gait
+from mjbiped.gaits.passive import Gait
+from mjbiped.robots.compass import Compass
+from mjbiped.utils import domains
 
 SLOPE_SOURCES = ("none", "local", "two_point")
 

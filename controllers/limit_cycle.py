@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-import mjbiped.compass as compass
-from controllers.base import Law, Memory
 from controllers.given_slope import GivenSlopeController, against_slope
 from controllers.tracking import computed_torque, tracking_errors
-from mjbiped import domains
-from mjbiped.reference import Table, in_arrays, reference_at, reference_break
+from mjbiped.control.controller import Law, Memory
+from mjbiped.gaits.reference import Table, in_arrays, reference_at, reference_break
+from mjbiped.robots import compass
+from mjbiped.utils import domains
 
 
 class Parameters(NamedTuple):
@@ -62,7 +62,7 @@ class LimitCycleController(GivenSlopeController):
         """Refuse parameters outside their domain.
 
         Raises:
-            InputError: One is (see `mjbiped.domains`), or as in `GivenSlopeController`.
+            InputError: One is (see `mjbiped.utils.domains`), or as in `GivenSlopeController`.
         """
         super().__post_init__()
         domains.check_fields(self, rate_gain=domains.GAIN, position_gain=domains.POSITION_GAIN)

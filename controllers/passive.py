@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from controllers.base import Controller, Law, Memory, never
+from mjbiped.control.controller import Controller, Law, Memory, never
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
-import mjbiped.compass as compass
-from controllers.base import Memory
 from controllers.given_slope import GivenSlopeController, against_slope
 from controllers.virtual_gravity import energy_error, shaped_torque
-from mjbiped import domains
+from mjbiped.control.controller import Memory
+from mjbiped.robots import compass
+from mjbiped.utils import domains
 
 
 class Parameters(NamedTuple):
@@ -60,7 +60,7 @@ class PassivityController(GivenSlopeController):
         """Refuse parameters outside their domain.
 
         Raises:
-            InputError: It is (see `mjbiped.domains`), or as in `GivenSlopeController`.
+            InputError: It is (see `mjbiped.utils.domains`), or as in `GivenSlopeController`.
         """
         super().__post_init__()
         domains.check_fields(self, gain=domains.DAMPING_GAIN)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import mjbiped.compass as compass
+from mjbiped.robots import compass
 
 
 def tracking_errors(

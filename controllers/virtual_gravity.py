@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-import mjbiped.compass as compass
+from mjbiped.robots import compass
 
 
 def energy_error(

@@ -5,21 +5,23 @@ One controller, one terrain, one record: `walk(controller, terrain)` lets a comp
 this one.
 """
 
-from mjbiped import gl as gl  # first: it imports MuJoCo, also where MUJOCO_GL names a platform that is not there
-from mjbiped.basin import basin_of_attraction, basin_of_control
-from mjbiped.bifurcation import bifurcation_diagram, find_cascade
-from mjbiped.compare import Comparison, compare
-from mjbiped.compass import Compass
-from mjbiped.continuation import find_periodic_gait
+# first of all: it imports MuJoCo, also where MUJOCO_GL names a platform that is not there
+from mjbiped.rendering import gl as gl  # isort: split
+
+from mjbiped.analysis.compare import Comparison, compare
 from mjbiped.errors import GaitError, InputError, MjbipedError, RecordError, RenderError
-from mjbiped.gait import Gait, find_passive_gait
-from mjbiped.record import Walk
-from mjbiped.return_map import ReturnMap
-from mjbiped.scuffing import ScuffingRule
-from mjbiped.terrain import Terrain
+from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.limit_cycles.basin import basin_of_attraction, basin_of_control
+from mjbiped.limit_cycles.bifurcation import bifurcation_diagram, find_cascade
+from mjbiped.limit_cycles.periodic import find_periodic_gait
+from mjbiped.limit_cycles.return_map import ReturnMap
+from mjbiped.records.record import Walk
+from mjbiped.robots.compass import Compass
+from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
+from mjbiped.rollout.walk_many import WalksInterrupted, WalksStopped, walk_many
+from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.terrain.terrain import Terrain
 from mjbiped.version import __version__
-from mjbiped.walk import WalkInterrupted, WalkStopped, walk
-from mjbiped.walk_many import WalksInterrupted, WalksStopped, walk_many
 
 __all__ = [
     "Comparison",

@@ -2,7 +2,7 @@
 
 Differences are MuJoCo - hybrid engine. Where the walks part, the cause follows under the table. Then the greatest
 differences at touchdowns on rough ground that nothing but the contact's resolution explains: what the limits in
-`mjbiped/parting.py` come from. Some four minutes. The result stands in `docs/convergence.md`.
+`mjbiped/analysis/divergence.py` come from. Some four minutes. The result stands in `docs/convergence.md`.
 
     python scripts/agreement_study.py --page docs/convergence.md
 """
@@ -20,8 +20,9 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped import measures, parting
-from mjbiped.compare import torque_differences
+from mjbiped.analysis import divergence
+from mjbiped.analysis.compare import torque_differences
+from mjbiped.records import measures
 
 HEADINGS = (
     "ground",
@@ -59,24 +60,24 @@ def resolved(walked: mjbiped.Comparison, controller: AdaptiveController) -> int:
     """Touchdowns before the first one at which something else than the contact's resolution parts the walks."""
     there, here = walked.mujoco, walked.hybrid
     n = len(walked.touchdowns["x"])
-    return next((k for k in range(n) if any(parting.explanations(there, here, k, controller))), n)
+    return next((k for k in range(n) if any(divergence.explanations(there, here, k, controller))), n)
 
 
 def greatest(controller: AdaptiveController, count: int, steps: int) -> tuple[list[list[str]], int]:
     """Greatest differences on so many rough grounds, their limits, and at how many touchdowns they were looked for."""
-    shares = {name: [np.zeros(0)] for name in parting.COLUMNS}
-    values = {name: [np.zeros(0)] for name in parting.COLUMNS}
+    shares = {name: [np.zeros(0)] for name in divergence.COLUMNS}
+    values = {name: [np.zeros(0)] for name in divergence.COLUMNS}
     for seed in tqdm(range(count), desc="rough terrains", disable=None):
         terrain = mjbiped.Terrain.random(seed=seed + 1000, roughness=0.001 * (1 + seed % 3))
         walked = mjbiped.compare(controller, terrain, steps=steps)
         n = resolved(walked, controller)
-        for name in parting.COLUMNS:
+        for name in divergence.COLUMNS:
             difference = np.abs(np.nan_to_num(walked.touchdowns[name][:n]))
             values[name].append(difference)
             shares[name].append(difference / walked.touchdowns[f"limit_{name}"][:n])
     rows = []
-    for name, column in parting.COLUMNS.items():
-        factor, unit = parting.DISPLAYED[column.unit]
+    for name, column in divergence.COLUMNS.items():
+        factor, unit = divergence.DISPLAYED[column.unit]
         most = factor * np.concatenate(values[name])
         rows.append(
             [

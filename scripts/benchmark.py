@@ -28,11 +28,11 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
-from mjbiped import plot_style
-from mjbiped.compiled import compiled
-from mjbiped.events import Outcome
-from mjbiped.hybrid import HybridRecorder, HybridSimulation, simulate_hybrid
-from mjbiped.terrain import Terrain
+from mjbiped.engines.hybrid.simulation import HybridRecorder, HybridSimulation, simulate_hybrid
+from mjbiped.numerics.jit import compiled
+from mjbiped.plotting import style as plot_style
+from mjbiped.rules.termination import Outcome
+from mjbiped.terrain.terrain import Terrain
 
 ROBOT = mjbiped.Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))

@@ -28,8 +28,8 @@ from controllers import (
     PassivityController,
 )
 from controllers.given_slope import SLOPE_SOURCES, GivenSlopeController
-from mjbiped.compass import Array
-from mjbiped.plot_style import BLACK, BLUE, GREEN, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
+from mjbiped.plotting.style import BLACK, BLUE, GREEN, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
+from mjbiped.robots.compass import Array
 
 ROBOT = mjbiped.Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))

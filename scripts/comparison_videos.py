@@ -15,12 +15,13 @@ import numpy as np
 from tqdm.auto import tqdm
 
 import mjbiped
-from mjbiped.caption import Pixels, draw_caption
-from mjbiped.output import written_whole
-from mjbiped.reproduction import report, rows, table_2
+from mjbiped.rendering.overlay import Pixels, draw_caption
+from mjbiped.rendering.video import render_frames
+from mjbiped.reproduction import rows, table_2
 from mjbiped.reproduction.grounds import reading_at
 from mjbiped.reproduction.methods import METHODS, Variant, settled
-from mjbiped.video import render_frames
+from mjbiped.reproduction.report import page as report
+from mjbiped.utils.files import written_whole
 
 WIDTH, HEIGHT = 720, 180
 HELD = 1.0  # s, the last frame

@@ -17,7 +17,7 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import PassiveController
-from mjbiped import measures
+from mjbiped.records import measures
 
 TIMESTEPS = (2e-3, 1e-3, 5e-4, 2e-4, 1e-4)
 HEADINGS = (

@@ -25,7 +25,10 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
-from mjbiped import ground, measures, physics, plot_style, scene
+from mjbiped.engines.mujoco import ground, scene
+from mjbiped.engines.mujoco import simulation as physics
+from mjbiped.plotting import style as plot_style
+from mjbiped.records import measures
 
 TIMESTEPS = (2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2.5e-5)
 RADII = (3e-2, 1e-2, 1e-3, 1e-4)

@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from robot_drawing import draw_robot
 
 import mjbiped
-from mjbiped import plot_style
-from mjbiped.plot_style import BLUE, GUIDE, SHADE, VERMILLION
+from mjbiped.plotting import style as plot_style
+from mjbiped.plotting.style import BLUE, GUIDE, SHADE, VERMILLION
 
 SLOPE = math.radians(2.0)
 

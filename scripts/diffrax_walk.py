@@ -1,8 +1,8 @@
 """Passive walks by diffrax: the same equations in JAX, in 64 bits, a whole walk compiled as one function.
 
-Optional: `pip install diffrax 'jax[cpu]'`. Equations of motion and impact map are the functions of `mjbiped.compass`,
-with JAX's sine and cosine. A gait step ends by diffrax's event, which Newton's method finds on the dense output of its
-last integration step.
+Optional: `pip install diffrax 'jax[cpu]'`. Equations of motion and impact map are the functions of
+`mjbiped.robots.compass`, with JAX's sine and cosine. A gait step ends by diffrax's event, which Newton's method finds
+on the dense output of its last integration step.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ import numpy as np
 import optimistix
 from numpy.typing import NDArray
 
-from mjbiped import compass
-from mjbiped.compass import Compass
+from mjbiped.robots import compass
+from mjbiped.robots.compass import Compass
 
 jax.config.update("jax_enable_x64", True)
 LONGEST = 3.0  # s, of a gait step

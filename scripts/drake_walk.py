@@ -15,7 +15,7 @@ from pydrake.examples import CompassGait
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import EventStatus
 
-from mjbiped.compass import Compass
+from mjbiped.robots.compass import Compass
 
 INTEGRATORS = ("runge_kutta3", "runge_kutta5")
 """Drake's default, and its most exact explicit one."""

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
-from mjbiped import plot_style
-from mjbiped.plot_style import BLACK, SHADE, VERMILLION
+from mjbiped.plotting import style as plot_style
+from mjbiped.plotting.style import BLACK, SHADE, VERMILLION
 
 Point: TypeAlias = tuple[float, float]
 

@@ -16,10 +16,10 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped import measures
-from mjbiped.error_dynamics import Array, cycle_stability, impact_gain, lyapunov_gain
-from mjbiped.physics import DEFAULT_TIMESTEP
-from mjbiped.plot_style import BLACK, BLUE, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
+from mjbiped.analysis.error_dynamics import Array, cycle_stability, impact_gain, lyapunov_gain
+from mjbiped.engines.mujoco.simulation import DEFAULT_TIMESTEP
+from mjbiped.plotting.style import BLACK, BLUE, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
+from mjbiped.records import measures
 
 TERRAINS = {
     "slopes 0.3°": mjbiped.Terrain.slopes(),

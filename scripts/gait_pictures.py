@@ -14,8 +14,8 @@ import numpy as np
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.continuation import first_gait, follow
-from mjbiped.plot_gaits import plot_basins, plot_bifurcation, plot_multipliers
+from mjbiped.limit_cycles.periodic import first_gait, follow
+from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multipliers
 
 
 def main() -> None:

@@ -14,9 +14,9 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped import measures
-from mjbiped.plots import plot_walk
-from mjbiped.video import render_frame
+from mjbiped.plotting.walk import plot_walk
+from mjbiped.records import measures
+from mjbiped.rendering.video import render_frame
 
 TERRAINS = {
     "level": mjbiped.Terrain.level(),

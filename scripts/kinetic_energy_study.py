@@ -19,9 +19,9 @@ from pages import write_table
 import mjbiped
 from controllers import KineticEnergyController
 from controllers.given_slope import SLOPE_SOURCES
-from mjbiped import scene
-from mjbiped.plot_style import new_figure, save_figure, styled
-from mjbiped.terrain import GROUND_FRICTION
+from mjbiped.engines.mujoco import scene
+from mjbiped.plotting.style import new_figure, save_figure, styled
+from mjbiped.terrain.terrain import GROUND_FRICTION
 
 ROBOT = mjbiped.Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))

@@ -2,9 +2,9 @@
 
 Each setting walks the same grounds with the adaptive controller, and passively down 2 degrees. Impacts are compared
 with the impact map, all else with the hybrid engine, whose own error is below 1e-9. Then the settings are timed in
-turn. Some ten minutes. The result stands in `docs/landing.md`.
+turn. Some ten minutes. The result stands in `docs/step_size.md`.
 
-    python scripts/landing_study.py --page docs/landing.md --plot docs/images/landing.png
+    python scripts/landing_study.py --page docs/step_size.md --plot docs/images/step_size.png
 """
 
 import importlib
@@ -33,8 +33,10 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
-from mjbiped import landing, measures, plot_style
-from mjbiped.physics import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP, Simulation
+from mjbiped.engines.mujoco import step_size
+from mjbiped.engines.mujoco.simulation import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP, Simulation
+from mjbiped.plotting import style as plot_style
+from mjbiped.records import measures
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 STATES, LENGTH = 100, 40  # from which bare steps are made, and how many from each
@@ -72,7 +74,7 @@ class Setting:
     @contextmanager
     def in_use(self) -> Iterator[None]:
         """Let `mjbiped.walk` step so: it gives no way to change what should not be changed."""
-        with mock.patch.object(importlib.import_module("mjbiped.walk"), "Simulation", partial(Stepped, self)):
+        with mock.patch.object(importlib.import_module("mjbiped.rollout.walk"), "Simulation", partial(Stepped, self)):
             yield
 
     def walk(self, controller: Controller, terrain: mjbiped.Terrain, steps: int) -> mjbiped.Walk:
@@ -187,7 +189,7 @@ def cases(setting: Setting, terrain: mjbiped.Terrain, steps: int) -> tuple[dict[
             taken += 1
     bare = built(setting, terrain, steps)
     feet = [bare.model.geom(f"{side}_foot").id for side in ("left", "right")]
-    bare.model.geom_solref[feet] = -landing.stiffness(setting.timestep), -1.0 / setting.timestep
+    bare.model.geom_solref[feet] = -step_size.stiffness(setting.timestep), -1.0 / setting.timestep
 
     def walk() -> float:
         begun = time.thread_time()

@@ -19,10 +19,10 @@ from step_benchmark import LENGTH, simulation, states_of, stepping
 from timing import PAGE, Case, interleaved
 
 import mjbiped
-from mjbiped import ground_window
-from mjbiped.ground import FEW_SEGMENTS
-from mjbiped.physics import Simulation
-from mjbiped.terrain import Terrain
+from mjbiped.engines.mujoco import ground_window
+from mjbiped.engines.mujoco.ground import FEW_SEGMENTS
+from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.terrain.terrain import Terrain
 
 SEGMENTS = (10, 100, 1000, 10_000)
 WALKED = 60  # gait steps of a whole walk: into the second window

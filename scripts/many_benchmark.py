@@ -24,8 +24,8 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import PassiveController
-from mjbiped.compiled import compiled
-from mjbiped.terrain import Terrain
+from mjbiped.numerics.jit import compiled
+from mjbiped.terrain.terrain import Terrain
 
 COUNTS = {"hybrid": (1, 4, 16, 64, 256), "mujoco": (1, 4, 16, 64)}
 STEPS = {"hybrid": 25_600, "mujoco": 64}  # gait steps of all walks together, but at least `FEWEST` each

@@ -24,8 +24,8 @@ from timing import PAGE, Case, interleaved
 
 import mjbiped
 from controllers import PassiveController
-from mjbiped.hybrid import HybridRecorder, HybridSimulation, simulate_hybrid
-from mjbiped.terrain import Terrain
+from mjbiped.engines.hybrid.simulation import HybridRecorder, HybridSimulation, simulate_hybrid
+from mjbiped.terrain.terrain import Terrain
 
 GOAL = 1e-9  # greatest error of the states at 20 touchdowns that counts as accurate, rad and rad/s
 CHECKED = 20  # touchdowns

@@ -20,7 +20,7 @@ from timing import interleaved
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.terrain import Terrain
+from mjbiped.terrain.terrain import Terrain
 
 PAGE = Path("docs/hybrid.md")
 STEPS = {("hybrid", True): 3000, ("hybrid", False): 20, ("mujoco", True): 20, ("mujoco", False): 4}

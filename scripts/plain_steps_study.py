@@ -21,7 +21,7 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import Controller, PassiveController
-from mjbiped import measures
+from mjbiped.records import measures
 
 SETTINGS = (Setting("default"), Setting("plain", 1e-4, lands=False), Setting("plain", 5e-5, lands=False))
 WALKS: dict[str, tuple[Controller, mjbiped.Terrain]] = {

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 import mjbiped
-from mjbiped import plot_style, plot_timelapse
-from mjbiped.plot_style import BLACK, BLUE, GROUND, GUIDE, ORANGE, SHADE, VERMILLION
+from mjbiped.plotting import style as plot_style
+from mjbiped.plotting import timelapse as plot_timelapse
+from mjbiped.plotting.style import BLACK, BLUE, GROUND, GUIDE, ORANGE, SHADE, VERMILLION
 
 Point: TypeAlias = NDArray[np.float64]
 

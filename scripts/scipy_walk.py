@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from controllers import Controller
-from mjbiped.compass import Compass, acceleration
-from mjbiped.compiled import compiled
-from mjbiped.scuffing import ScuffingRule
-from mjbiped.terrain import Terrain
+from mjbiped.numerics.jit import compiled
+from mjbiped.robots.compass import Compass, acceleration
+from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.terrain.terrain import Terrain
 
 LONGEST = 3.0  # s, of a gait step
 

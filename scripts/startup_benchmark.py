@@ -22,8 +22,8 @@ from timing import PAGE, Case, interleaved
 import mjbiped
 from controllers import PassiveController
 from mjbiped.errors import RenderError
-from mjbiped.terrain import Terrain
-from mjbiped.video import render_frames
+from mjbiped.rendering.video import render_frames
+from mjbiped.terrain.terrain import Terrain
 
 FRAMES = 30
 SIZE = (640, 480)

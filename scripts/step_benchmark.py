@@ -22,8 +22,8 @@ from timing import PAGE, Case, interleaved
 
 import mjbiped
 from controllers import Controller, PassiveController
-from mjbiped.physics import DEFAULT_TIMESTEP, LONGEST_TIMESTEP, Simulation
-from mjbiped.terrain import Terrain
+from mjbiped.engines.mujoco.simulation import DEFAULT_TIMESTEP, LONGEST_TIMESTEP, Simulation
+from mjbiped.terrain.terrain import Terrain
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 STATES = 60  # from which all cases start

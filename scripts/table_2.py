@@ -10,8 +10,10 @@ import click
 from rich.console import Console
 from rich.markdown import Markdown
 
-from mjbiped.reproduction import plan, report_fit, report_table_2
+from mjbiped.reproduction import plan
 from mjbiped.reproduction.plan import Entry
+from mjbiped.reproduction.report import fit as report_fit
+from mjbiped.reproduction.report import table_2 as report_table_2
 from mjbiped.reproduction.rows import LENGTHS, Row
 from mjbiped.reproduction.running import run_cells
 from mjbiped.reproduction.scan import fitted, scan

@@ -10,7 +10,8 @@ import click
 from rich.console import Console
 from rich.markdown import Markdown
 
-from mjbiped.reproduction import plan, report_table_3
+from mjbiped.reproduction import plan
+from mjbiped.reproduction.report import table_3 as report_table_3
 from mjbiped.reproduction.running import run_cells
 from mjbiped.reproduction.store import Store
 

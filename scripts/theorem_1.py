@@ -15,9 +15,9 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.error_dynamics import ESTIMATES, cycle_stability, impact_gain, lyapunov_gain, lyapunov_weights
-from mjbiped.plot_stability import plot_stability
-from mjbiped.stability import Stability, stability
+from mjbiped.analysis.error_dynamics import ESTIMATES, cycle_stability, impact_gain, lyapunov_gain, lyapunov_weights
+from mjbiped.analysis.stability import Stability, stability
+from mjbiped.plotting.stability import plot_stability
 
 TERRAINS = {
     "level": mjbiped.Terrain.level(),

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from controllers.given_slope import GivenSlopeController
-from mjbiped.compass import Array
+from mjbiped.robots.compass import Array
 
 angles = st.floats(-0.6, 0.6)
 rates = st.floats(-4.0, 4.0)

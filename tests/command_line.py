@@ -2,7 +2,7 @@
 
 from click.testing import CliRunner, Result
 
-from mjbiped import cli
+from mjbiped.cli import main as cli
 
 
 def run(*words: object) -> Result:

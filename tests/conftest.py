@@ -29,7 +29,7 @@ def controller(robot: mjbiped.Compass, gait: mjbiped.Gait) -> AdaptiveController
 @pytest.fixture
 def studies_in_threads(monkeypatch: pytest.MonkeyPatch) -> None:
     """Studies walk in threads of this process: without the cost of starting others, and in reach of monkeypatches."""
-    from mjbiped.study import run
+    from mjbiped.sweeps import run
 
     @contextmanager
     def threads(count: int) -> Iterator[Executor]:

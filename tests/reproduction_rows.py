@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from mjbiped.measures import WORK_KINDS
+from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.rows import LENGTHS, Row
 from mjbiped.reproduction.traces import Traces
 

@@ -8,10 +8,10 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.basin import Basin
-from mjbiped.bifurcation import Cascade
-from mjbiped.error_dynamics import cycle_stability
-from mjbiped.stability import stability
+from mjbiped.analysis.error_dynamics import cycle_stability
+from mjbiped.analysis.stability import stability
+from mjbiped.limit_cycles.basin import Basin
+from mjbiped.limit_cycles.bifurcation import Cascade
 
 LONGEST = 300  # characters
 

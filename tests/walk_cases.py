@@ -11,8 +11,8 @@ import numpy as np
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
 from mjbiped import Compass, ScuffingRule, Terrain, Walk
-from mjbiped.compass import mass_terms
-from mjbiped.profile import height_of, segment_stood_on
+from mjbiped.robots.compass import mass_terms
+from mjbiped.terrain.profile import height_of, segment_stood_on
 
 TABLE_ONE = Compass()
 PACE = math.sqrt(TABLE_ONE.gravity / TABLE_ONE.leg_length)
@@ -174,7 +174,7 @@ def faults(walk: Walk) -> Iterator[str]:
     leg, scale = robot.leg_length, robot.weight * robot.leg_length
     # hybrid: a touchdown is located to 1e-8 s and polished. MuJoCo: contacts give way, to half of `events.MISSED`
     foot_limit = 1e-6 if hybrid else 0.01
-    moved_limit = 1e-9 if hybrid else 0.102  # `events.SLIPPED_FOOT`, and the physics step in which it is passed
+    moved_limit = 1e-9 if hybrid else 0.102  # `SLIPPED_FOOT`, and the physics step in which it is passed
     for name in ("time", "q", "dq", "slope", "stance", "qpos"):
         if not np.isfinite(walk.samples[name]).all():
             yield f"samples of {name} are no numbers"

@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers import Controller
-from mjbiped import measures
+from mjbiped.engines.mujoco.simulation import DEFAULT_TIMESTEP
+from mjbiped.engines.plan import versions
 from mjbiped.errors import MjbipedError, RecordError, shown
-from mjbiped.physics import DEFAULT_TIMESTEP
-from mjbiped.provenance import sources
-from mjbiped.record import Walk
-from mjbiped.record_schema import OUTCOMES
-from mjbiped.terrain import Terrain
-from mjbiped.walk import WalkStopped, walk
-from mjbiped.walk_plan import versions
+from mjbiped.records import measures
+from mjbiped.records.record import Walk
+from mjbiped.records.schema import OUTCOMES
+from mjbiped.rollout.walk import WalkStopped, walk
+from mjbiped.sweeps.provenance import sources
+from mjbiped.terrain.terrain import Terrain
 
 Array = NDArray[np.float64]
 
@@ -120,7 +120,7 @@ class Result:
         """c_mt from the start to a touchdown, by default the last; NaN where the walk did not come so far.
 
         Args:
-            kind: "absolute", "net" or "positive", see `mjbiped.measures.work`.
+            kind: "absolute", "net" or "positive", see `mjbiped.records.measures.work`.
             steps: Number of the touchdown, from 1.
         """
         last = self.steps if steps is None else steps

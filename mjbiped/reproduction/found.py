@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from importlib import resources
 
-from mjbiped.terrain import Terrain
+from mjbiped.terrain.terrain import Terrain
 
 Segments = Sequence[tuple[float, float, float]]
 """(length in m, slope in degrees, step up in m) each, as `Terrain.from_segments` takes them."""

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mjbiped.reproduction.published import CHANGES, SLOPE_LENGTH, TREAD
-from mjbiped.terrain import Terrain
+from mjbiped.terrain.terrain import Terrain
 
 COUNT = 30
 """Steps or changes of slope of a ground: more than 100 steps of 0.38 m can reach."""

@@ -15,10 +15,10 @@ from controllers import (
     LimitCycleController,
     PassivityController,
 )
-from mjbiped.compass import Compass
-from mjbiped.gait import Gait, find_passive_gait
+from mjbiped.gaits.passive import Gait, find_passive_gait
 from mjbiped.reproduction.published import IMITATED_SLOPE
-from mjbiped.terrain import Terrain
+from mjbiped.robots.compass import Compass
+from mjbiped.terrain.terrain import Terrain
 
 _Compared = PassivityController | EnergyConstraintController | KineticEnergyController | LimitCycleController
 

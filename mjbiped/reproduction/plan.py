@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from mjbiped.compass import Compass
 from mjbiped.reproduction.cell import Cell, Result
 from mjbiped.reproduction.found import end_of, found_segments, found_terrain
 from mjbiped.reproduction.grounds import Reading, reading_at, readings
@@ -15,7 +14,8 @@ from mjbiped.reproduction.published import GROUNDS, TABLE_3
 from mjbiped.reproduction.rows import LENGTHS, Row, row
 from mjbiped.reproduction.table_2 import Choice
 from mjbiped.reproduction.traces import Traces
-from mjbiped.terrain import Terrain
+from mjbiped.robots.compass import Compass
+from mjbiped.terrain.terrain import Terrain
 
 DRAWN_DELAYS = (0.4, 0.8, None)
 """zeta in Fig. 6; Fig. 4 has the second."""

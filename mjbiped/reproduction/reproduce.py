@@ -8,22 +8,22 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from mjbiped.output import written_whole
-from mjbiped.plot_style import make_small
-from mjbiped.plots import plot_walk
-from mjbiped.record import Walk
+from mjbiped.plotting.style import make_small
+from mjbiped.plotting.walk import plot_walk
+from mjbiped.records.record import Walk
 from mjbiped.reproduction import plan
-from mjbiped.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS
 from mjbiped.reproduction.methods import METHODS, SETTLED, Variant, settled
 from mjbiped.reproduction.plan import Entry
-from mjbiped.reproduction.report import PAGE, PICTURES, TABLE, TRIED, engine_shown, render
+from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
+from mjbiped.reproduction.report.page import PAGE, PICTURES, TABLE, TRIED, engine_shown, render
 from mjbiped.reproduction.rows import LENGTHS, Row, write_rows
 from mjbiped.reproduction.running import run_cells
 from mjbiped.reproduction.scan import fitted, scan, write_tried
 from mjbiped.reproduction.store import Store
 from mjbiped.reproduction.table_2 import Choice, agreements, choices
 from mjbiped.reproduction.traces import traced
+from mjbiped.utils.files import written_whole
 
 PRINTS = "figures"
 MUJOCO_STEPS = 60

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from mjbiped.errors import RecordError, shown
-from mjbiped.measures import WORK_KINDS
+from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.cell import Cell, Result
 from mjbiped.reproduction.methods import gains_told
 from mjbiped.reproduction.traces import Traces

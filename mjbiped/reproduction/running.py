@@ -12,7 +12,7 @@ from tqdm.auto import tqdm
 from mjbiped.errors import MjbipedError
 from mjbiped.reproduction.cell import Cell, Result, measured
 from mjbiped.reproduction.store import Store
-from mjbiped.workers import processes
+from mjbiped.utils.parallel import processes
 
 
 def run_cells(

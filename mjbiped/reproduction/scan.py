@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from tqdm.auto import tqdm
 
 from mjbiped.errors import RecordError
-from mjbiped.measures import WORK_KINDS
+from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.cell import Cell
 from mjbiped.reproduction.grounds import reading_at
 from mjbiped.reproduction.methods import SLOPE_SOURCES, Variant, gains_told
@@ -20,8 +20,8 @@ from mjbiped.reproduction.published import GROUNDS, TABLE_2
 from mjbiped.reproduction.rows import rounded
 from mjbiped.reproduction.store import Store
 from mjbiped.reproduction.table_2 import Agreement, Choice, agreement
-from mjbiped.terrain import Terrain
-from mjbiped.walk_many import walk_many
+from mjbiped.rollout.walk_many import walk_many
+from mjbiped.terrain.terrain import Terrain
 
 GAINS = (
     0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 50.0,

@@ -21,7 +21,7 @@ from mjbiped.reproduction.cell import Cell, Result, measured
 from mjbiped.reproduction.found import Segments, end_of
 from mjbiped.reproduction.methods import adaptive
 from mjbiped.reproduction.published import TABLE_3
-from mjbiped.terrain import Terrain
+from mjbiped.terrain.terrain import Terrain
 
 SEGMENTS = 6
 """Of the grounds that are searched."""

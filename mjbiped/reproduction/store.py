@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from mjbiped.errors import InputError, RecordError
-from mjbiped.output import written_whole
-from mjbiped.record import Walk
+from mjbiped.records.record import Walk
 from mjbiped.reproduction.cell import FAILED, Cell, Result
+from mjbiped.utils.files import written_whole
 
 
 class Store:

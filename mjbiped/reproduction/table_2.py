@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from mjbiped.measures import WORK_KINDS
+from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.methods import SLOPE_SOURCES
 from mjbiped.reproduction.published import TABLE_2
 from mjbiped.reproduction.rows import LENGTHS, Row

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from controllers import AdaptiveController
 from controllers.tracking import tracking_errors
-from mjbiped.record import Walk
-from mjbiped.replay import recorded_controller, replayed
+from mjbiped.analysis.replay import recorded_controller, replayed
+from mjbiped.records.record import Walk
 
 Array = NDArray[np.float64]
 

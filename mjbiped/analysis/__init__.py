@@ -1,0 +1,1 @@
+"""What a record tells: comparison, stability."""

@@ -1,0 +1,204 @@
+"""The same walk in both engines: how far they agree, where they part, and why.
+
+The engines share controller, terrain and rules, but neither equations of motion nor impact: MuJoCo resolves contacts in
+time, the hybrid engine has the paper's impact map. (docs/convergence.md says what is independent, and what is not.)
+Touchdown by touchdown the differences stay small; where one exceeds what the contact's resolution explains, the walks
+have parted, and `compare` looks for the cause in the two records.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.analysis import divergence
+from mjbiped.analysis.divergence import Parting
+from mjbiped.engines.mujoco.simulation import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
+from mjbiped.errors import InputError
+from mjbiped.records import measures
+from mjbiped.records.record import Walk
+from mjbiped.robots.compass import Compass
+from mjbiped.rollout.walk import walk
+from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.terrain.terrain import Terrain
+
+if TYPE_CHECKING:
+    from mjbiped.control.controller import Controller
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Two records of one walk, side by side.
+
+    Attributes:
+        mujoco: The walk in MuJoCo.
+        hybrid: The walk in the hybrid engine.
+        touchdowns: Differences MuJoCo - hybrid, a row per touchdown that both walks have, of the columns in
+            `mjbiped.analysis.divergence.COLUMNS`, with `limit_` columns beside them: what the contact's resolution
+            explains.
+        parting: The first touchdown at which the walks differ by more, and the causes; None where they never do.
+    """
+
+    mujoco: Walk
+    hybrid: Walk
+    touchdowns: Mapping[str, Array]
+    parting: Parting | None
+
+    def __repr__(self) -> str:
+        """One line; the tables are long."""
+        found = "they agree" if self.parting is None else f"they part at touchdown {self.parting.touchdown}"
+        ends = (
+            f"{walk.outcome} after {walk.steps} steps, {walk.distance:.3f} m" for walk in (self.mujoco, self.hybrid)
+        )
+        return "<Comparison on {}: MuJoCo {}; hybrid {}; {}>".format(
+            self.mujoco.settings["terrain"]["name"], *ends, found
+        )
+
+    @property
+    def verdict(self) -> str:
+        """In one or more sentences: whether they agree, or where and why they part."""
+        if self.parting is not None:
+            return str(self.parting)
+        steps, both = len(self.touchdowns["x"]), f"{self.mujoco.outcome} in both"
+        if not steps:
+            return f"The engines agree: {both}, without a touchdown."
+        resolved = self.mujoco.settings["timestep"]
+        where = f"all {steps} touchdowns" if steps > 1 else "the only touchdown"
+        return f"The engines agree at {where}, within the limits of contacts resolved at {resolved:g} s: {both}."
+
+    def measures(self) -> dict[str, dict[str, Any]]:
+        """Every measure of `mjbiped.records.measures.summary` in both engines, with the difference MuJoCo - hybrid.
+
+        Returns:
+            By name of the measure: "mujoco", "hybrid", "difference", and "difference_percent" of the hybrid engine's
+            value; the last two are None where they do not exist or say nothing, as shares of a rounding error.
+        """
+        there, here = measures.summary(self.mujoco), measures.summary(self.hybrid)
+        table: dict[str, dict[str, Any]] = {}
+        for name, value in there.items():
+            other, difference, percent = here[name], None, None
+            if all(isinstance(number, int | float) and math.isfinite(number) for number in (value, other)):
+                difference = value - other
+                percent = 100.0 * difference / abs(other) if abs(difference) < 10.0 * abs(other) else None
+            table[name] = {"mujoco": value, "hybrid": other, "difference": difference, "difference_percent": percent}
+        return table
+
+    def to_dict(self) -> dict[str, Any]:
+        """All of it in plain JSON types, the samples apart."""
+        return {
+            "verdict": self.verdict,
+            "parting": None if self.parting is None else self.parting.to_dict(),
+            "measures": self.measures(),
+            "touchdowns": {name: column.tolist() for name, column in self.touchdowns.items()},
+            "settings": {"mujoco": dict(self.mujoco.settings), "hybrid": dict(self.hybrid.settings)},
+        }
+
+
+def compare(
+    controller: Controller,
+    terrain: Terrain,
+    *,
+    steps: int | None = None,
+    distance: float | None = None,
+    initial: str | Sequence[float] = "gait",
+    robot: Compass | None = None,
+    timestep: float = DEFAULT_TIMESTEP,
+    contact_timestep: float = DEFAULT_CONTACT_TIMESTEP,
+    control_period: float | None = None,
+    sample_period: float = 0.005,
+    scuffing: ScuffingRule | None = None,
+    ground: str = "auto",
+    progress: bool = False,
+) -> Comparison:
+    """Let the same robot walk the same ground in both engines.
+
+    A fall, in one engine or in both, is a result.
+
+    Args:
+        controller: As for `mjbiped.walk`, like all that follows.
+        terrain: The ground.
+        steps: Touchdowns after which the walk is finished; 60 unless a distance is given.
+        distance: Place x of the stance foot at which it is finished, m.
+        initial: "gait", "rest", or (q1, q2, dq1, dq2).
+        robot: The robot that walks.
+        timestep: MuJoCo's longest physics step, s.
+        contact_timestep: MuJoCo's step that makes an impact, s.
+        control_period: Time between two ticks of the controller in MuJoCo, s; in the hybrid engine it acts without
+            pause.
+        sample_period: Time between two samples of the records, s.
+        scuffing: When the swing foot may touch the ground.
+        ground: How the terrain is built in MuJoCo.
+        progress: Show progress bars.
+
+    Returns:
+        Both records and what they say of each other.
+
+    Raises:
+        InputError: An argument is outside its domain; nothing has been computed then.
+        GaitError: `initial="gait"` with a controller that imitates none, on a slope that has no passive gait.
+        WalkStopped: The controller raised an exception.
+        WalkInterrupted: Ctrl-C.
+    """
+    common: dict[str, Any] = {
+        "steps": steps,
+        "distance": distance,
+        "initial": initial,
+        "robot": robot,
+        "scuffing": scuffing,
+        "progress": progress,
+    }
+    if sample_period is None:
+        raise InputError("sample_period = None: must be a number, for the records' samples are compared")
+    # MuJoCo first: it refuses all that the hybrid engine would, and more
+    there = walk(
+        controller,
+        terrain,
+        timestep=timestep,
+        contact_timestep=contact_timestep,
+        control_period=control_period,
+        sample_period=sample_period,
+        ground=ground,
+        **common,
+    )
+    here = walk(controller, terrain, engine="hybrid", sample_period=sample_period, **common)
+    table = divergence.differences(there, here)
+    return Comparison(there, here, table, divergence.find(there, here, table, controller))
+
+
+def torque_differences(comparison: Comparison) -> tuple[Array, Array]:
+    """Torque MuJoCo - hybrid at the same time since the same touchdown.
+
+    At the same time since the start, a step that began 0.1 ms later would show as a spike at each touchdown.
+
+    Returns:
+        Times of MuJoCo's samples (s) and differences of ankle and hip (N m), shapes (n,) and (n, 2); NaN beyond the
+        end of the shorter of two steps.
+    """
+    there, here = comparison.mujoco, comparison.hybrid
+    time, torque = there.samples["time"], there.samples["torque"]
+    difference = np.full(torque.shape, math.nan)
+    starts = [np.append(0.0, w.touchdowns["time"]) for w in (there, here)]
+    ends = [np.append(w.touchdowns["time"], w.end[0]) for w in (there, here)]
+    for k in range(min(map(len, starts))):
+        (start, other_start), (end, other_end) = ([column[k] for column in columns] for columns in (starts, ends))
+        inside = (time >= start) & (time < end) & (time - start <= other_end - other_start)
+        others = here.samples["time"]
+        own = (others > other_start) & (others < other_end)
+        if own.sum() < 2:
+            continue
+        for joint in range(2):
+            difference[inside, joint] = torque[inside, joint] - np.interp(
+                time[inside] - start + other_start,
+                others[own],
+                here.samples["torque"][own, joint],
+                left=math.nan,
+                right=math.nan,
+            )
+    return time, difference

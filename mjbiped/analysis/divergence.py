@@ -1,0 +1,281 @@
+"""Where two records of one walk part, and why: the diagnosis behind `mjbiped.compare`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from itertools import islice
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.analysis.replay import replayed
+from mjbiped.engines.mujoco.simulation import DEFAULT_TIMESTEP
+from mjbiped.records import measures
+from mjbiped.records.columns import Column
+from mjbiped.records.record import Walk
+from mjbiped.terrain.terrain import GROUND_FRICTION
+
+if TYPE_CHECKING:
+    from mjbiped.control.controller import Controller
+
+Array = NDArray[np.float64]
+
+COLUMNS: Mapping[str, Column] = {
+    "x": Column(1, "m", "foothold"),
+    "period": Column(1, "s", "period of the step"),
+    "angle": Column(1, "rad", "leg angle after the impact"),
+    "rate": Column(1, "rad/s", "leg rate after the impact"),
+    "slope": Column(1, "rad", "slope under the new stance foot"),
+    "slope_estimate": Column(1, "rad", "slope estimate after its update"),
+    "work": Column(1, "J", "absolute work of the step"),
+}
+"""Differences MuJoCo - hybrid at each touchdown and in the step that ends with it; of two legs the greater one."""
+
+DISPLAYED: Mapping[str, tuple[float, str]] = {
+    "m": (1e3, "mm"),
+    "s": (1e3, "ms"),
+    "rad": (math.degrees(1.0), "deg"),
+    "rad/s": (1.0, "rad/s"),
+    "J": (1.0, "J"),
+}
+"""Factor and unit that differences of a unit are told in."""
+
+# What the resolution of contacts and motion at the default steps explains: five times the greatest difference seen at
+# 1610 touchdowns on 138 rough terrains (scripts/agreement_study.py; docs/convergence.md has the figures), up to the
+# first one that has another cause. Foothold, period, angle and rate are wider, to hold for ten steps of the comparison
+# controllers too (0.1 mm, 1.5 ms, 4.5e-4 rad, 1.5e-3 rad/s on slopes and small steps): their errors fade slowly.
+# Scaled by leg length, weight and gravity.
+_FOOTHOLD = 5e-4  # leg lengths a step: the stance foot slides and rolls alike in every step, which adds up
+_PERIOD = 5e-3  # sqrt(l / g)
+_ANGLE = 2.2e-3  # rad
+_RATE = 2.5e-3  # sqrt(g / l)
+_SLOPE = 5e-6  # rad
+_ESTIMATE = 7.5e-4  # rad
+_WORK, _WORK_SHARE = 1.2e-4, 0.012  # weight times leg length; and of the step's work
+
+SLID = 1e-4  # leg lengths; ordinary steps slide by 2e-6 to 2e-5
+EDGE = 5e-4  # m; a foot nearer to a break of the ground may meet its edge
+GRAZED = 3e-3  # leg lengths of clearance, with which one engine passes where the other lands
+ROUNDING = 1e-12  # rad: of a slope that is reckoned anew at every touchdown, and is the same
+GROWN = 0.25  # of the limit, a step before: differences that grew to it
+
+
+@dataclass(frozen=True)
+class Parting:
+    """The first touchdown at which two walks differ by more than the contact's resolution explains.
+
+    Attributes:
+        touchdown: Its number, from 1; the number after the last common one where a walk ended.
+        time: When, in MuJoCo, s.
+        x: Where the stance foot of the step that ends with it stands, m.
+        differences: What is different, in words and numbers.
+        causes: Why, in words; empty where no cause was found.
+    """
+
+    touchdown: int
+    time: float
+    x: float
+    differences: tuple[str, ...]
+    causes: tuple[str, ...]
+
+    def __str__(self) -> str:
+        """In sentences."""
+        where = f"The engines part at touchdown {self.touchdown} ({self.time:.3f} s, step from x = {self.x:.3f} m)"
+        why = f"Cause: {'; '.join(self.causes)}." if self.causes else "No cause was found."
+        return f"{where}: {', '.join(self.differences)}. {why}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """In plain JSON types."""
+        return asdict(self)
+
+
+def differences(there: Walk, here: Walk) -> dict[str, Array]:
+    """Differences at each touchdown that both walks have, and their limits; see `Comparison.touchdowns`."""
+    n = min(there.steps, here.steps)
+    one, two = there.touchdowns, here.touchdowns
+
+    def greater(name: str) -> Array:
+        difference = (one[name][:n] - two[name][:n]).reshape(n, 2)
+        return np.take_along_axis(difference, np.abs(difference).argmax(axis=1)[:, None], axis=1)[:, 0]
+
+    steps_work = [np.diff(np.append(0.0, walk.touchdowns["work_absolute"]))[:n] for walk in (there, here)]
+    table: dict[str, Any] = {
+        "x": one["x"][:n] - two["x"][:n],
+        "period": (measures.step_periods(there)[:n] - measures.step_periods(here)[:n]),
+        "angle": greater("q"),
+        "rate": greater("dq"),
+        "slope": one["slope"][:n] - two["slope"][:n],
+        "slope_estimate": one["slope_estimate"][:n] - two["slope_estimate"][:n],
+        "work": steps_work[0] - steps_work[1],
+    }
+    robot = there.robot
+    length, weight = robot.leg_length, robot.weight
+    pace = math.sqrt(robot.gravity / length)
+    # what the controller is told errs in first order of the timestep (docs/convergence.md)
+    coarse = max(1.0, (there.settings["control_period"] or there.settings["timestep"]) / DEFAULT_TIMESTEP)
+    limits = {
+        "x": _FOOTHOLD * length * np.arange(1, n + 1),
+        "period": _PERIOD / pace,
+        "angle": _ANGLE,
+        "rate": _RATE * pace,
+        "slope": _SLOPE,
+        "slope_estimate": _ESTIMATE,
+        "work": _WORK * weight * length + _WORK_SHARE * steps_work[1],
+    }
+    for name, limit in limits.items():
+        table[f"limit_{name}"] = coarse * limit * np.ones(n)
+    return table
+
+
+def find(there: Walk, here: Walk, table: Mapping[str, Array], controller: Controller) -> Parting | None:
+    """The parting of two walks, if there is one.
+
+    Args:
+        there: The walk in MuJoCo.
+        here: The walk in the hybrid engine.
+        table: Their `differences`.
+        controller: That walked.
+    """
+    shares = {name: np.abs(np.nan_to_num(table[name])) / table[f"limit_{name}"] for name in COLUMNS}
+    beyond = np.any([share > 1.0 for share in shares.values()], axis=0)
+    strikes = [walk.touchdowns["strikes"][: len(beyond)] > 0 for walk in (there, here)]
+    beyond |= strikes[0] != strikes[1]
+    if beyond.any():
+        k = int(np.argmax(beyond))
+        said = [_said(name, table[name][k]) for name in COLUMNS if shares[name][k] > 1.0]
+    elif (there.steps, there.outcome) != (here.steps, here.outcome):
+        k = len(beyond)
+        said = [f"{walk.outcome} after {walk.steps} steps in {_engine(walk)}" for walk in (there, here)]
+    else:
+        return None
+    if beyond.any() and strikes[0][k] != strikes[1][k]:
+        said.append(f"a strike in {_engine(there if strikes[0][k] else here)} alone")
+    causes = list(explanations(there, here, k, controller))
+    if not causes and 0 < k < len(beyond):
+        name, grown = max(((name, share[k - 1]) for name, share in shares.items()), key=lambda pair: pair[1])
+        if grown > GROWN:
+            causes.append(
+                f"small differences grew from step to step ({COLUMNS[name].meaning}: {100 * grown:.0f} % of the limit "
+                "one touchdown before)"
+            )
+    longer = there if there.steps >= here.steps else here
+    time = float(longer.touchdowns["time"][k]) if k < longer.steps else longer.end[0]
+    x = float(longer.touchdowns["x"][k - 1]) if k else 0.0
+    return Parting(k + 1, time, x, tuple(said), tuple(causes))
+
+
+def _said(name: str, difference: float) -> str:
+    """One difference in words."""
+    factor, unit = DISPLAYED[COLUMNS[name].unit]
+    return f"{name.replace('_', ' ')} {factor * difference:+.3g} {unit}"
+
+
+def _engine(walk: Walk) -> str:
+    return {"mujoco": "MuJoCo", "hybrid": "the hybrid engine"}[walk.settings["engine"]]
+
+
+def explanations(there: Walk, here: Walk, k: int, controller: Controller) -> Iterator[str]:
+    """What happened in the step that ends with touchdown k (from 0) or the one before, likeliest first."""
+    steps = [row for row in (k - 1, k) if row >= 0]
+
+    def greatest(walk: Walk, name: str) -> float:
+        return max((float(walk.touchdowns[name][row]) for row in steps if row < walk.steps), default=0.0)
+
+    struck = [_engine(walk) for walk in (there, here) if greatest(walk, "strikes") > 0]
+    if struck:
+        yield f"the swing foot struck a riser (in {' and '.join(struck)})"
+    asked, slid = greatest(here, "friction"), greatest(there, "slip")
+    if asked >= GROUND_FRICTION:
+        yield (
+            f"friction: the motion asks for |Ft/Fn| = {asked:.2f} of ground with {GROUND_FRICTION:g}, "
+            "which MuJoCo does not give and the hybrid engine does"
+        )
+    if slid > SLID * there.robot.leg_length:
+        yield f"slip: the stance foot slid by {1e3 * slid:.2f} mm in MuJoCo"
+    yield from _edges(there, here, steps)
+    yield from _grazing(there, here, k)
+    yield from _decisions(there, here, steps, controller)
+    ended = [walk for walk in (there, here) if walk.steps == k and walk.outcome not in ("finished", "interrupted")]
+    if len(ended) == 1:
+        yield f"{_engine(ended[0])} {ended[0].outcome} in this step"
+    if {there.outcome, here.outcome} == {"finished"} and k == min(there.steps, here.steps) < max(
+        there.steps, here.steps
+    ):
+        yield "the distance asked for ends between their footholds"
+
+
+def _edges(there: Walk, here: Walk, steps: list[int]) -> Iterator[str]:
+    """Footholds so near to a break of the ground that the foot may meet its edge."""
+    breaks = np.array(there.terrain.x[1:])
+    if not len(breaks):
+        return
+    for walk in (there, here):
+        for row in steps:
+            if row < walk.steps:
+                x = float(walk.touchdowns["x"][row])
+                nearest = float(breaks[np.abs(breaks - x).argmin()])
+                if abs(nearest - x) < EDGE:
+                    yield (
+                        f"an edge: touchdown {row + 1} in {_engine(walk)} is {1e3 * abs(nearest - x):.3f} mm from the "
+                        f"break of the ground at x = {nearest:.3f} m"
+                    )
+                    return
+
+
+def _grazing(there: Walk, here: Walk, k: int) -> Iterator[str]:
+    """One engine's swing foot lands where the other's passes close to the ground."""
+    if k >= min(there.steps, here.steps):
+        return
+    first, second = sorted((there, here), key=lambda walk: float(measures.step_periods(walk)[k]))
+    place, length = float(first.touchdowns["x"][k]), there.robot.leg_length
+    begin = float(second.touchdowns["time"][k - 1]) if k else 0.0
+    time = second.samples["time"]
+    inside = (time > begin) & (time < second.touchdowns["time"][k])
+    qpos, stance = second.samples["qpos"][inside], second.samples["stance"][inside]
+    swing = qpos[np.arange(len(qpos)), 3 - stance]
+    x, z = qpos[:, 0] - length * np.sin(swing), qpos[:, 1] - length * np.cos(swing)
+    clearance = np.abs(z - second.terrain.height(x))
+    near = np.abs(x - place) < 0.02 * length
+    elsewhere = abs(float(second.touchdowns["x"][k]) - place) > 0.02 * length
+    if elsewhere and near.any() and clearance[near].min() < GRAZED * length:
+        yield (
+            f"grazing: {_engine(first)} lands at x = {place:.3f} m, which the swing foot in {_engine(second)} passes "
+            f"with {1e3 * clearance[near].min():.1f} mm between"
+        )
+
+
+def _decisions(there: Walk, here: Walk, steps: list[int], controller: Controller) -> Iterator[str]:
+    """Touchdowns at which the controller decided differently, because its states lie on both sides of a threshold.
+
+    Its own events are asked again with the recorded states: when its law breaks next (a re-planned step has a break
+    that others lack), and whether it corrected its slope estimate.
+    """
+    breaks = [_next_breaks(walk, controller, steps[-1]) for walk in (there, here)]
+    corrected = [
+        np.abs(walk.touchdowns["slope_estimate"] - walk.touchdowns["slope_estimate_before"]) > ROUNDING
+        for walk in (there, here)
+    ]
+    for row in steps:
+        if row >= min(there.steps, here.steps):
+            return
+        if not math.isclose(breaks[0][row], breaks[1][row], rel_tol=1e-9):
+            yield f"a threshold: at touchdown {row + 1} the controller plans the new step in one engine alone"
+        if bool(corrected[0][row]) != bool(corrected[1][row]):
+            yield f"a threshold: at touchdown {row + 1} the controller corrects its slope estimate in one engine alone"
+
+
+def _next_breaks(walk: Walk, controller: Controller, last: int) -> list[float]:
+    """When the controller's law breaks next, just after each touchdown up to the last one asked for, s."""
+    if not hasattr(controller, "next_break"):
+        return [math.inf] * (last + 1)
+    own, found = len(controller.states), []
+    for number, (_, memory) in enumerate(islice(replayed(walk, controller), last + 2)):
+        if number:
+            found.append(float(controller.next_break(memory, 0.0)))
+        if number < walk.steps:
+            end = np.searchsorted(walk.samples["time"], walk.touchdowns["time"][number])
+            memory[:own] = walk.samples["controller_states"][max(int(end) - 1, 0)].tolist()
+    return found

@@ -1,0 +1,110 @@
+"""What a recorded walk's controller tracked: the law built anew, its plans made again at the recorded touchdowns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.errors import InputError, shown
+from mjbiped.gaits.passive import find_passive_gait
+from mjbiped.robots.compass import Compass
+
+if TYPE_CHECKING:
+    from controllers import AdaptiveController, Controller
+    from mjbiped.records.record import Walk
+
+Array = NDArray[np.float64]
+
+_POINTS = 60  # of a transition's curve
+
+
+def recorded_controller(walk: Walk) -> AdaptiveController:
+    """The adaptive controller of a walk, built anew from the record.
+
+    Raises:
+        InputError: Another controller walked.
+        GaitError: The gait that it imitated is not found.
+    """
+    from controllers import AdaptiveController  # not above: `controllers` imports this package, whichever comes first
+
+    described = dict(walk.settings["controller"])
+    name = described.pop("name")
+    if name != "AdaptiveController":
+        raise InputError(
+            f"only an AdaptiveController is built anew from a record, and this walk's is {name}; if that derives from "
+            "AdaptiveController, give it as the argument `controller`"
+        )
+    known = {field.name for field in fields(AdaptiveController)}
+    if described.keys() != known:
+        odd = ", ".join(sorted(described.keys() ^ known))
+        raise InputError(f"the record's AdaptiveController has not the parameters of this version's: {odd}")
+    try:
+        gait = described.pop("gait")
+        robot = Compass(**described.pop("robot"))
+        imitated = find_passive_gait(Compass(**gait["robot"]), gait["slope"])
+        return AdaptiveController(robot, imitated, **described)
+    except (KeyError, TypeError) as error:
+        raise InputError(f"the record does not tell its controller's robot and gait: {shown(error)}") from error
+
+
+class Begun(NamedTuple):
+    """A step at its beginning.
+
+    Attributes:
+        time: Since the walk's start, s.
+        slope: Of the ground under its stance foot, rad.
+        q: Stance and swing leg, rad.
+        dq: Their rates, rad/s.
+    """
+
+    time: float
+    slope: float
+    q: list[float]
+    dq: list[float]
+
+
+def replayed(walk: Walk, controller: Controller) -> Iterator[tuple[Begun, list[float]]]:
+    """The controller's memory at each step's beginning; the step that the walk's end cut off is the last.
+
+    What is planned at touchdowns is in it. The integrated states are not carried on through a step: who needs them
+    writes those of the step's end into the memory before the next step is asked for.
+
+    Args:
+        walk: A record.
+        controller: The law that walked.
+    """
+    memory = [0.0] * controller.memory_size
+    initial: list[float] = walk.settings["initial"]
+    begun = Begun(0.0, walk.terrain.slope_at(0.0), initial[:2], initial[2:])
+    controller.start(memory, begun.q, begun.dq)
+    yield begun, memory
+    rows = walk.touchdowns
+    for time, slope, before, q, dq in zip(
+        *(rows[name].tolist() for name in ("time", "slope", "q_before", "q", "dq")), strict=True
+    ):
+        controller.on_touchdown(memory, before, q, dq)
+        yield Begun(time, slope, q, dq), memory
+
+
+def transitions(walk: Walk, controller: AdaptiveController) -> list[Array]:
+    """The re-planned trajectories of a walk (section IV-B), each as far as it was walked.
+
+    Args:
+        walk: A record.
+        controller: The law that walked.
+
+    Returns:
+        One per step that was re-planned: angles (rad) and rates (rad/s) of stance and swing leg, shape (n, 4).
+    """
+    ends = [*walk.touchdowns["time"].tolist(), walk.end[0]]
+    found = []
+    for (begun, memory), end in zip(replayed(walk, controller), ends, strict=True):
+        duration = min(controller.transition_end(memory), end - begun.time)
+        if duration > 0.0:
+            time = np.linspace(0.0, duration, _POINTS).tolist()
+            found.append(np.array([controller.reference(memory, t)[:4] for t in time]))
+    return found

@@ -1,0 +1,192 @@
+"""The files that a command writes, and how a command ends."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import click
+import numpy as np
+
+from mjbiped.analysis.compare import Comparison
+from mjbiped.errors import MjbipedError, RecordError, shortened
+from mjbiped.gaits.passive import Gait
+from mjbiped.records.record import Walk
+from mjbiped.utils.files import written_whole
+
+if TYPE_CHECKING:
+    from mjbiped.analysis.stability import Stability
+
+INTERRUPTED, TERMINATED = 130, 143
+"""Exit status after Ctrl-C and after SIGTERM, as shells have it."""
+
+LONGEST_LINE = 1000
+"""Characters of an error, at most."""
+
+
+class Files:
+    """Files that a command has written, and what went wrong on the way; one failure does not stop the next file.
+
+    Attributes:
+        written: Paths by kind of file.
+        failures: Messages.
+    """
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self.written: dict[str, str] = {}
+        self.failures: list[str] = []
+        self._status = 0
+
+    def save(self, walk: Walk, path: Path | None) -> None:
+        """Write a walk's record."""
+        self._write("record", path, walk.save)
+
+    def save_both(self, comparison: Comparison, path: Path | None) -> None:
+        """Write a comparison's records, each named after the path and its engine."""
+        for engine, walk in (("mujoco", comparison.mujoco), ("hybrid", comparison.hybrid)):
+            named = None if path is None else path.with_stem(f"{path.stem}_{engine}")
+            self._write(f"record_{engine}", named, walk.save)
+
+    def plot_comparison(self, comparison: Comparison, path: Path | None) -> None:
+        """Write a figure of a comparison."""
+
+        def draw(file: Path) -> None:
+            from mjbiped.plotting.comparison import plot_comparison
+
+            plot_comparison(comparison, file)
+
+        self._write("plot", path, draw)
+
+    def plot_walk(self, walk: Walk, path: Path | None) -> None:
+        """Write a figure of a walk."""
+
+        def draw(file: Path) -> None:
+            from mjbiped.plotting.walk import plot_walk
+
+            plot_walk(walk, file)
+
+        self._write("plot", path, draw)
+
+    def plot_gait(self, gait: Gait, path: Path | None) -> None:
+        """Write a figure of a gait."""
+
+        def draw(file: Path) -> None:
+            from mjbiped.plotting.walk import plot_gait
+
+            plot_gait(gait, file)
+
+        self._write("plot", path, draw)
+
+    def save_arrays(self, path: Path | None, arrays: Mapping[str, Any]) -> None:
+        """Write arrays, an .npz file."""
+        self._write("data", path, lambda file: save_arrays(file, arrays))
+
+    def draw(self, kind: str, path: Path | None, draw: Callable[[Path], None]) -> None:
+        """Write a figure of any kind."""
+        self._write(kind, path, draw)
+
+    def plot_stability(self, found: Stability, name: str, path: Path | None) -> None:
+        """Write a figure of Theorem 1 along a walk."""
+
+        def draw(file: Path) -> None:
+            from mjbiped.plotting.stability import plot_stability
+
+            plot_stability({name: found}, file)
+
+        self._write("plot", path, draw)
+
+    def render(self, walk: Walk, path: Path | None, pictures: dict[str, Any], *, progress: bool) -> None:
+        """Write a video of a walk; `pictures` are the values of `mjbiped.cli.options.video_options`."""
+
+        def draw(file: Path) -> None:
+            from mjbiped.rendering.video import render_video
+
+            width, height = pictures["video_size"]
+            settings = {name: value for name, value in pictures.items() if name != "video_size"}
+            render_video(walk, file, width=width, height=height, progress=progress, **settings)
+
+        self._write("video", path, draw)
+
+    def _write(self, kind: str, path: Path | None, make: Callable[[Path], None]) -> None:
+        """Write a file, if one is asked for and Ctrl-C has not been pressed while another was written."""
+        if path is None or self._status == INTERRUPTED:
+            return
+        try:
+            make(path)
+        except KeyboardInterrupt:
+            self.fail(INTERRUPTED, f"the {kind} {path} was not written: interrupted")
+        except MjbipedError as error:
+            self.fail(2, f"the {kind} {path} was not written: {error}")
+        except Exception as error:  # whatever a drawing fails of must not hide what has been computed
+            self.fail(1, f"the {kind} {path} was not written: {type(error).__name__}: {error}")
+        else:
+            self.written[kind] = str(path)
+
+    def fail(self, status: int, message: str) -> None:
+        """Note a failure; the greatest status counts."""
+        self.failures.append(message)
+        self._status = max(self._status, status)
+
+    def tell(self) -> None:
+        """Say what was written."""
+        for path in self.written.values():
+            click.echo(f"wrote {path}")
+
+    def end(self) -> None:
+        """End the command, with its failures if there are any."""
+        if self.failures:
+            end(self._status, *self.failures)
+
+
+def save_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
+    """Write arrays as an .npz file, whole or not at all.
+
+    Raises:
+        RecordError: The file cannot be written.
+    """
+    try:
+        with written_whole(path) as unfinished, unfinished.open("wb") as file:
+            columns: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
+            np.savez_compressed(file, **columns)
+    except OSError as error:
+        raise RecordError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+@contextmanager
+def terminable() -> Iterator[None]:
+    """Let SIGTERM do what Ctrl-C does, with an exit status of its own: what has been done is kept, and told.
+
+    A second one ends the process at once.
+    """
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
+        yield  # somebody else's to decide
+        return
+    received = []
+
+    def interrupt(number: int, _: FrameType | None) -> NoReturn:
+        received.append(number)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    except click.exceptions.Exit as stop:
+        if received:
+            raise click.exceptions.Exit(TERMINATED) from stop
+        raise
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def end(status: int, *messages: str) -> NoReturn:
+    """Print errors and end with an exit status."""
+    for message in messages:
+        click.echo(f"Error: {shortened(' '.join(message.splitlines()), LONGEST_LINE)}", err=True)
+    raise click.exceptions.Exit(status)

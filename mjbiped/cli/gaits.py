@@ -1,0 +1,315 @@
+"""The commands `mjbiped bifurcation` and `mjbiped basin`: many passive gaits at once."""
+
+from __future__ import annotations
+
+import math
+import time
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from rich import box
+from rich.table import Table
+
+from controllers import AdaptiveController
+from mjbiped.cli import options as given
+from mjbiped.cli import tables
+from mjbiped.cli.files import INTERRUPTED, Files
+from mjbiped.gaits.passive import find_passive_gait
+from mjbiped.numerics.jit import announced
+from mjbiped.robots.compass import Compass
+from mjbiped.rules.scuffing import ScuffingRule, check_landing
+from mjbiped.utils import domains
+
+_MULTIPLIERS_EVERY = math.radians(0.02)
+
+
+_out = given.options("Results", ("--out", given.output(".npz"), None, "FILE", "Write the data, an .npz file."))
+
+
+@click.command("bifurcation", cls=given.SectionCommand)
+@given.options(
+    "Diagram",
+    ("--slope-deg", given.span(domains.SLOPE_DEG), "2.4..3.6", "LOW..HIGH", "Slopes of the diagram."),
+    (
+        "--slopes",
+        given.quantity(domains.SLOPES),
+        1000,
+        "N",
+        "How many; half of them where the period doubles again and again.",
+    ),
+    ("--steps", given.quantity(domains.MAP_STEPS), 600, "N", "Steps on each slope."),
+    ("--keep", given.quantity(domains.MAP_STEPS), 100, "N", "The last so many of them are kept."),
+    ("--doublings", given.quantity(domains.DOUBLINGS), 4, "N", "Period doublings to look for."),
+)
+@given.scuffing_option("Diagram")
+@given.robot_options
+@_out
+@given.plot_option
+@given.options(
+    "Results",
+    ("--plot-multipliers", given.output(".png", ".pdf", ".svg"), None, "FILE", "Write a figure of the multipliers."),
+)
+@given.json_option
+@given.quiet_option
+def bifurcation(
+    slope_deg: tuple[float, float],
+    slopes: int,
+    steps: int,
+    keep: int,
+    doublings: int,
+    out: Path | None,
+    plot: Path | None,
+    plot_multipliers: Path | None,
+    json: bool,
+    quiet: bool,
+    scuffing_reach: float,
+    **values: Any,
+) -> None:
+    """Follow the passive gait with slope: where its period doubles, and where the robot is lost.
+
+    The onsets are zeros of a multiplier plus one on the branches of gaits, found by Newton's method; the diagram is
+    walked, slope by slope.
+
+    \b
+    Examples:
+      mjbiped bifurcation --plot bifurcation.png --plot-multipliers multipliers.png
+      mjbiped bifurcation --slope-deg 4..5.2 --hip-mass 10 --leg-inertia 0 --json
+    """  # noqa: D301 (click reads the backspace)
+    from mjbiped.limit_cycles.bifurcation import bifurcation_diagram, find_cascade
+    from mjbiped.limit_cycles.periodic import first_gait, follow
+
+    if math.radians(slope_deg[0]) < domains.DOWNHILL.low:
+        raise click.UsageError("--slope-deg: slopes must be above 0, downhill.")
+    if keep > steps:
+        raise click.UsageError(f"--keep {keep} is more than the {steps} steps that are walked.")
+    domains.KEPT.check("--keep times --slopes", keep * slopes)
+    robot, rule, (low, high) = Compass(**values), ScuffingRule(reach=scuffing_reach), np.radians(slope_deg).tolist()
+    check_landing(find_passive_gait(robot, low), low, rule)  # before the search
+    began = time.perf_counter()
+    with announced("the return map", wanted=not quiet):
+        cascade = find_cascade(robot, doublings, progress=not quiet)
+    grid = np.linspace(low, high, slopes)
+    if cascade.window is not None:
+        near = np.clip(cascade.window, low, high)
+        if near[0] < near[1]:
+            grid = np.union1d(np.linspace(low, high, slopes // 2), np.linspace(near[0], near[1], slopes - slopes // 2))
+    searched = time.perf_counter()
+    diagram = bifurcation_diagram(robot, grid, steps=steps, keep=keep, scuffing=rule, progress=not quiet)
+    ended = time.perf_counter()
+    files = Files()
+    files.save_arrays(
+        out,
+        {
+            "slopes": diagram.slopes,
+            "states": diagram.states,
+            "periods": diagram.periods,
+            "step_lengths": diagram.step_lengths,
+            "outcomes": diagram.outcomes,
+            "onsets": cascade.onsets,
+        },
+    )
+
+    def draw_diagram(path: Path) -> None:
+        from mjbiped.plotting.gaits import plot_bifurcation
+
+        plot_bifurcation(diagram, cascade, path)
+
+    def draw_multipliers(path: Path) -> None:
+        from mjbiped.plotting import gaits as plot_gaits
+
+        first = cascade.branches[0].gaits[0]
+        places = np.arange(first.slope, high * 1.2, _MULTIPLIERS_EVERY)[1:].tolist()
+        one = list(follow(first_gait(robot, first.slope), places))
+        plot_gaits.plot_multipliers([one, *(branch.gaits for branch in cascade.branches[1:4])], path)
+
+    files.draw("plot", plot, draw_diagram)
+    files.draw("multipliers", plot_multipliers, draw_multipliers)
+    summary = {
+        "onsets_deg": np.degrees(cascade.onsets).tolist(),
+        "ratios": cascade.ratios.tolist(),
+        "accumulation_deg": math.degrees(cascade.accumulation),
+        "cascade_end": cascade.end,
+        "lost_deg": math.degrees(diagram.lost),
+        "slopes": len(diagram.slopes),
+        "steps": steps,
+        "search_s": searched - began,
+        "diagram_s": ended - searched,
+    }
+    if json:
+        click.echo(tables.as_json({**summary, "files": files.written}))
+    elif not quiet:
+        table = _headed("period", "begins at", "distance from the last", "ratio of distances")
+        onsets, ratios = summary["onsets_deg"], ["", "", *(f"{ratio:.4f}" for ratio in summary["ratios"])]
+        for number, onset in enumerate(onsets):
+            distance = f"{onset - onsets[number - 1]:.5f}°" if number else ""
+            table.add_row(str(2 ** (number + 1)), f"{onset:.5f}°", distance, ratios[number])
+        tables.show(table)
+        if cascade.end:
+            click.echo(cascade.end)
+        if len(onsets) > 1:
+            click.echo(f"aperiodic beyond {summary['accumulation_deg']:.4f}°, if Feigenbaum's ratio holds")
+        if math.isfinite(diagram.lost):
+            click.echo(f"falls on {summary['lost_deg']:.3f}° and steeper")
+        click.echo(f"{len(diagram.slopes) * steps} steps in {ended - searched:.1f} s")
+        files.tell()
+    files.end()
+
+
+@click.command("basin", cls=given.SectionCommand)
+@given.options(
+    "Map",
+    (
+        "--slope-deg",
+        given.quantity(domains.SLOPE_DEG),
+        None,
+        "X",
+        "Slope of the plane; 2 for the passive robot, 0 for the adaptive controller.",
+    ),
+    ("--controller", click.Choice(("passive", "adaptive")), "passive", None, "Who walks."),
+    (
+        "--imitate-slope-deg",
+        given.quantity(domains.SLOPE_DEG),
+        2.0,
+        "X",
+        "Slope of the passive gait that the adaptive controller imitates.",
+    ),
+    (
+        "--stance-rates",
+        given.span(domains.RATE),
+        None,
+        "LOW..HIGH",
+        "First rates of the stance leg, rad/s; around the gait's if left out.",
+    ),
+    ("--swing-rates", given.span(domains.RATE), None, "LOW..HIGH", "First rates of the swing leg, rad/s; the same."),
+    (
+        "--grid",
+        given.quantity(domains.GRID),
+        None,
+        "N",
+        "Starts along each side; 300, or 100 with the adaptive controller.",
+    ),
+    (
+        "--limit",
+        given.quantity(domains.LIMIT),
+        None,
+        "N",
+        "Steps at most; 100, or 10 with the adaptive controller.",
+    ),
+    ("--threads", given.quantity(domains.WORKERS), None, "N", "Threads; one for each core unless given."),
+)
+@given.scuffing_option("Map")
+@given.robot_options
+@_out
+@given.plot_option
+@given.json_option
+@given.quiet_option
+def basin(
+    slope_deg: float | None,
+    controller: str,
+    imitate_slope_deg: float,
+    stance_rates: tuple[float, float] | None,
+    swing_rates: tuple[float, float] | None,
+    grid: int | None,
+    limit: int | None,
+    threads: int | None,
+    out: Path | None,
+    plot: Path | None,
+    json: bool,
+    quiet: bool,
+    scuffing_reach: float,
+    **values: Any,
+) -> None:
+    """Map from which first rates of the legs the robot comes to walk, and from which it falls.
+
+    Each start stands just after an impact, both feet on the plane and the legs as far apart as in the gait. The
+    adaptive controller's torques are not bounded; the map shows how great they were.
+
+    \b
+    Examples:
+      mjbiped basin --slope-deg 2 --plot basin.png --out basin.npz
+      mjbiped basin --controller adaptive --stance-rates=-2..12 --swing-rates=-30..30 --plot controlled.png
+    """  # noqa: D301 (click reads the backspace)
+    from mjbiped.limit_cycles.basin import BasinInterrupted, Fate, basin_of_attraction, basin_of_control
+
+    robot = Compass(**values)
+    adaptive = controller == "adaptive"
+    slope = math.radians(slope_deg if slope_deg is not None else (0.0 if adaptive else 2.0))
+    count = grid or (100 if adaptive else 300)
+    gait = find_passive_gait(robot, math.radians(imitate_slope_deg) if adaptive else slope)
+    greatest = float(np.abs(gait.start[2:]).max())
+    around = ((-2.0, 11.0), (-25.0, 25.0)) if adaptive else ((0.7, 1.45), (-1.5, 2.2))
+    sides = []
+    for wanted, (low, high) in zip((stance_rates, swing_rates), around, strict=True):
+        first, last = wanted or (low * greatest, high * greatest)
+        sides.append(np.linspace(first, last, count))
+    settings: dict[str, Any] = {
+        "stance_rates": sides[0],
+        "swing_rates": sides[1],
+        "limit": limit or (10 if adaptive else 100),
+        "threads": threads,
+        "scuffing": ScuffingRule(reach=scuffing_reach),
+        "progress": not quiet,
+    }
+    files, began, interrupted = Files(), time.perf_counter(), False
+    try:
+        with announced("the walks of this map", wanted=not quiet):
+            if adaptive:
+                found = basin_of_control(AdaptiveController(robot, gait), slope, **settings)
+            else:
+                found = basin_of_attraction(robot, slope, **settings)
+    except BasinInterrupted as stop:
+        found, interrupted = stop.basin, True
+    seconds = time.perf_counter() - began
+    files.save_arrays(
+        out,
+        {
+            "slope": found.slope,
+            "start": found.start,
+            "stance_rates": found.stance_rates,
+            "swing_rates": found.swing_rates,
+            "fates": found.fates,
+            "fate_names": [fate.name.lower() for fate in Fate],
+            "steps": found.steps,
+            "peak_torque": found.peak_torque,
+        },
+    )
+
+    if interrupted:
+        files.fail(INTERRUPTED, "the map was interrupted; what was not computed counts as undecided")
+
+    def draw(path: Path) -> None:
+        from mjbiped.plotting.gaits import plot_basins
+
+        plot_basins([found], path)
+
+    files.draw("plot", plot, draw)
+    shares = {fate.name.lower(): found.share(fate) for fate in Fate}
+    summary = {
+        "walker": found.walker,
+        "slope_deg": math.degrees(found.slope),
+        "starts": found.fates.size,
+        "shares": shares,
+        "mean_steps_to_settle": float(found.steps[found.fates == Fate.SETTLED].mean()) if shares["settled"] else None,
+        "seconds": seconds,
+    }
+    if json:
+        click.echo(tables.as_json({**summary, "files": files.written}))
+    elif not quiet:
+        table = _headed("fate", "share of the starts", "steps, mean")
+        for fate in Fate:
+            here = found.fates == fate
+            if here.any():
+                table.add_row(fate.name.lower(), f"{100 * here.mean():.2f} %", f"{found.steps[here].mean():.2f}")
+        tables.show(table)
+        click.echo(f"{found.fates.size} walks in {seconds:.1f} s")
+        files.tell()
+    files.end()
+
+
+def _headed(*columns: str) -> Table:
+    table = Table(box=box.SIMPLE, pad_edge=False)
+    for column in columns:
+        table.add_column(column, justify="right")
+    return table

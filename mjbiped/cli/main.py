@@ -1,0 +1,384 @@
+"""The command line: `walk`, `compare`, `gait`, `stability` and `render`; the other commands in `cli_*.py`.
+
+Exit status: 0 for a walk that came to an end, a fall included; 2 for anything the user can mend, told in one line;
+1 for a walk or a drawing that failed on its own; 130 after Ctrl-C, 143 after SIGTERM.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+
+from controllers import Controller, names
+from controllers.names import make_controller
+from mjbiped.analysis.compare import compare
+from mjbiped.cli import options as given
+from mjbiped.cli import tables
+from mjbiped.cli.files import INTERRUPTED, LONGEST_LINE, Files, end, terminable
+from mjbiped.cli.gaits import basin, bifurcation
+from mjbiped.cli.reproduce import reproduce
+from mjbiped.cli.sweep import sweep
+from mjbiped.errors import InputError, MjbipedError, shortened, shown
+from mjbiped.gaits.passive import find_passive_gait
+from mjbiped.records import measures
+from mjbiped.records.record import Walk
+from mjbiped.robots.compass import Compass
+from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
+from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.terrain.files import parse_parameters
+from mjbiped.terrain.terrain import Terrain, parse_terrain
+from mjbiped.utils import domains
+from mjbiped.version import __version__
+
+_ROBOT = ("leg_mass", "hip_mass", "lower_length", "upper_length", "leg_inertia", "gravity")
+_VIDEO = ("video_size", "camera", "slow_motion", "fps", "caption", "shadows")
+
+
+class _Commands(click.Group):
+    """Turns what is a user's to mend, and Ctrl-C, into a line and an exit status."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names of the commands, in the order in which they stand below."""
+        del ctx
+        return list(self.commands)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command."""
+        with terminable():
+            try:
+                with _told_shortly():
+                    return super().invoke(ctx)
+            except MjbipedError as error:
+                end(2, str(error))
+            except KeyboardInterrupt:
+                end(INTERRUPTED, "interrupted")
+
+    def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
+        """Read what stands before the command."""
+        with _told_shortly():
+            return super().make_context(*args, **kwargs)
+
+
+@contextmanager
+def _told_shortly() -> Iterator[None]:
+    """Click repeats words of the command line whole, however long they are."""
+    try:
+        yield
+    except click.UsageError as error:
+        message = error.format_message()
+        if len(message) <= LONGEST_LINE:
+            raise
+        raise click.UsageError(shortened(message, LONGEST_LINE), error.ctx) from error
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(__version__, prog_name="mjbiped")
+def main() -> None:
+    """A laboratory for a planar compass biped that walks on unknown ground, in MuJoCo.
+
+    \b
+    Examples:
+      mjbiped walk mixed --initial rest --out walk.npz --plot walk.png --video walk.mp4
+      mjbiped compare mixed --plot compare.png
+      mjbiped gait --slope-deg 2
+      mjbiped bifurcation --plot bifurcation.png
+      mjbiped basin --slope-deg 2 --plot basin.png
+      mjbiped render walk.npz --slow-motion 4
+      mjbiped sweep study.toml
+      mjbiped reproduce --quick
+
+    `mjbiped COMMAND --help` tells more. The exit status is 0 also where the robot falls, for that is a result; 2 where
+    something has to be put right, 130 after Ctrl-C, 143 after SIGTERM.
+    """  # noqa: D301 (click reads the backspace)
+
+
+@main.command("walk", cls=given.SectionCommand)
+@click.argument("terrain", default="mixed")
+@given.walk_options
+@given.scuffing_option("Walk")
+@given.engine_option
+@given.adaptive_options
+@given.comparison_options
+@given.robot_options
+@given.record_option
+@given.plot_option
+@given.video_option
+@given.json_option
+@given.quiet_option
+@given.video_options
+@click.pass_context
+def _walk(
+    ctx: click.Context,
+    /,
+    terrain: str,
+    seed: int | None,
+    controller: str,
+    out: Path | None,
+    plot: Path | None,
+    video: Path | None,
+    json: bool,
+    quiet: bool,
+    scuffing_reach: float,
+    **values: Any,
+) -> None:
+    """Let the biped walk on TERRAIN, and tell how it went.
+
+    TERRAIN is a preset, a preset with parameters, or a file; "mixed" if left out. Slopes are positive downhill, steps
+    positive up. A file is a .csv of elevations, columns x,z in m, or a .toml or .yaml with segments = [[length_m,
+    slope_deg, step_m], ...].
+
+    \b
+    Presets: level, incline, slopes, stairs, mixed, random; with parameters:
+      stairs:rise=-0.06,tread=1.8    slopes:change_deg=-1    random:slope_deg=-2..2
+
+    \b
+    Examples:
+      mjbiped walk mixed --initial rest --out walk.npz --video walk.mp4
+      mjbiped walk stairs:rise=-0.02 --replanning-delay none --json
+      mjbiped walk incline:slope_deg=2 --controller passive --distance 20
+      mjbiped walk slopes --controller energy-constraint --gain ratio=-2 --gain gain=20
+      mjbiped walk trail.csv --steps 200 --plot trail.pdf
+    """  # noqa: D301 (click reads the backspace)
+    pictures = {name: values.pop(name) for name in _VIDEO}
+    ground = _terrain(terrain, seed)
+    robot = Compass(**{name: values.pop(name) for name in _ROBOT})
+    law = _controller(ctx, controller, robot, values)
+    values["scuffing"] = ScuffingRule(reach=scuffing_reach)
+    if video is not None and not quiet:
+        _warn_without_gl()
+    status, trouble = 0, ""
+    try:
+        done = walk(law, ground, robot=robot, progress=not quiet, **values)
+    except WalkInterrupted as stop:
+        done, status, trouble = stop.walk, INTERRUPTED, f"the walk was interrupted after {stop.walk.steps} steps"
+    except WalkStopped as stop:
+        done, status, trouble = stop.walk, 1, str(stop)
+    files = Files()
+    files.save(done, out)
+    if trouble:
+        files.fail(status, trouble + (f"; what was walked is in {out}" if files.written else ""))
+    else:
+        files.plot_walk(done, plot)
+        files.render(done, video, pictures, progress=not quiet)
+    summary = measures.summary(done)
+    if json:
+        click.echo(tables.as_json({**summary, "settings": dict(done.settings), "files": files.written}))
+    elif not quiet:
+        tables.show(tables.walk_table(done, summary))
+        files.tell()
+    files.end()
+
+
+@main.command("compare", cls=given.SectionCommand)
+@click.argument("terrain", default="mixed")
+@given.walk_options
+@given.scuffing_option("Walk")
+@given.adaptive_options
+@given.comparison_options
+@given.robot_options
+@given.records_option
+@given.plot_option
+@given.json_option
+@given.quiet_option
+@click.pass_context
+def _compare(
+    ctx: click.Context,
+    /,
+    terrain: str,
+    seed: int | None,
+    controller: str,
+    out: Path | None,
+    plot: Path | None,
+    json: bool,
+    quiet: bool,
+    scuffing_reach: float,
+    **values: Any,
+) -> None:
+    """Let the biped walk on TERRAIN in both engines, and tell where they part, and why.
+
+    The same controller walks in MuJoCo (contacts resolved in time) and in the hybrid engine (the paper's equations and
+    impact map). TERRAIN is as for `mjbiped walk`. A fall is a result: the exit status stays 0.
+
+    \b
+    Examples:
+      mjbiped compare mixed --steps 18 --plot compare.png
+      mjbiped compare stairs:rise=-0.06 --replanning-delay none
+      mjbiped compare slopes:change_deg=-1 --controller passivity --gain gain=20 --slope-source local
+      mjbiped compare trail.csv --initial rest --json --out trail.npz
+    """  # noqa: D301 (click reads the backspace)
+    ground = _terrain(terrain, seed)
+    robot = Compass(**{name: values.pop(name) for name in _ROBOT})
+    law = _controller(ctx, controller, robot, values)
+    values["scuffing"] = ScuffingRule(reach=scuffing_reach)
+    done = compare(law, ground, robot=robot, progress=not quiet, **values)
+    files = Files()
+    files.save_both(done, out)
+    files.plot_comparison(done, plot)
+    if json:
+        click.echo(tables.as_json({**done.to_dict(), "files": files.written}))
+    elif not quiet:
+        click.echo(f"{done.mujoco.settings['controller']['name']} on {done.mujoco.terrain.caption}")
+        for table in tables.comparison_tables(done):
+            tables.show(table)
+        tables.say(done.verdict)
+        files.tell()
+    files.end()
+
+
+@main.command("gait", cls=given.SectionCommand)
+@given.options("Gait", ("--slope-deg", given.quantity(domains.SLOPE_DEG), 2.0, "X", "Slope that it walks down."))
+@given.robot_options
+@given.plot_option
+@given.json_option
+def _gait(slope_deg: float, plot: Path | None, json: bool, **values: Any) -> None:
+    """Find the passive gait of a slope, its limit cycle and stability.
+
+    \b
+    Examples:
+      mjbiped gait --slope-deg 3 --plot cycle.pdf
+      mjbiped gait --slope-deg 3 --leg-inertia 0 --hip-mass 10 --json
+    """  # noqa: D301 (click reads the backspace)
+    gait = find_passive_gait(Compass(**values), math.radians(slope_deg))
+    files = Files()
+    files.plot_gait(gait, plot)
+    summary = tables.gait_summary(gait)
+    if json:
+        click.echo(tables.as_json({**summary, "files": files.written}))
+    else:
+        tables.show(tables.gait_table(summary))
+        files.tell()
+    files.end()
+
+
+main.add_command(bifurcation)
+main.add_command(basin)
+
+
+@main.command("stability", cls=given.SectionCommand)
+@click.argument("record", type=click.Path(path_type=Path))
+@given.plot_option
+@given.json_option
+def _stability(record: Path, plot: Path | None, json: bool) -> None:
+    """Evaluate the paper's Theorem 1 along the walk of RECORD, an .npz file.
+
+    The walk is an adaptive controller's, of either engine. docs/stability.md explains the numbers.
+
+    \b
+    Examples:
+      mjbiped walk mixed --engine hybrid --no-estimate-update --out walk.npz
+      mjbiped stability walk.npz --plot stability.png
+    """  # noqa: D301 (click reads the backspace)
+    from mjbiped.analysis.stability import stability  # SciPy's linear algebra is for this command alone
+
+    found = stability(Walk.load(record))
+    files = Files()
+    files.plot_stability(found, record.stem, plot)
+    summary = tables.stability_summary(found)
+    if json:
+        click.echo(tables.as_json({**summary, "files": files.written}))
+    else:
+        tables.show(tables.stability_table(summary))
+        files.tell()
+    files.end()
+
+
+@main.command("render", cls=given.SectionCommand)
+@click.argument("record", type=click.Path(path_type=Path))
+@given.video_argument
+@given.plot_option
+@given.no_video_option
+@given.quiet_option
+@given.video_options
+def _render(record: Path, video: Path | None, plot: Path | None, no_video: bool, quiet: bool, **pictures: Any) -> None:
+    """Draw the walk of RECORD, an .npz file: a video, a figure.
+
+    The video goes to VIDEO, an .mp4 file; if left out, it is named after the record and stands beside it.
+
+    \b
+    Examples:
+      mjbiped render walk.npz
+      mjbiped render walk.npz slow.mp4 --slow-motion 4 --camera side --video-size 1280x720
+      mjbiped render walk.npz --no-video --plot walk.svg
+    """  # noqa: D301 (click reads the backspace)
+    if no_video and (plot is None or video is not None):
+        raise click.UsageError("--no-video leaves a --plot to be drawn, and no VIDEO.")
+    done = Walk.load(record)
+    if video is None and not no_video:
+        video = given.VIDEO_PATH(record.with_suffix(".mp4"))
+    files = Files()
+    files.plot_walk(done, plot)
+    files.render(done, video, pictures, progress=not quiet)
+    if not quiet:
+        files.tell()
+    files.end()
+
+
+main.add_command(sweep)
+main.add_command(reproduce)
+
+
+def _terrain(text: str, seed: int | None) -> Terrain:
+    """The terrain that a text and a seed mean.
+
+    Raises:
+        InputError: The text means none, or the seed does not fit it.
+    """
+    terrain = parse_terrain(text)
+    if seed is None:
+        return terrain
+    name, _, rest = text.strip().partition(":")
+    if name.strip() != "random":
+        raise InputError(f"--seed is for the terrain 'random'; {shown(text)} has none")
+    parameters = parse_parameters(rest) if rest else {}
+    if parameters.setdefault("seed", seed) != seed:
+        raise InputError(f"--seed {seed} contradicts {shown(text)}; give one of them")
+    return Terrain.preset("random", **parameters)
+
+
+def _controller(ctx: click.Context, name: str, robot: Compass, values: dict[str, Any]) -> Controller:
+    """The controller of a command, its options taken out of `values`.
+
+    Raises:
+        click.UsageError: An option is given that the controller does not have.
+        MjbipedError: A gain is outside its domain, or the slope to be imitated has no passive gait.
+    """
+    sections = (given.ADAPTIVE, given.COMPARISON)
+    chosen = [p for p in ctx.command.params if getattr(p, "section", "") in sections]
+    settings = {str(parameter.name): values.pop(str(parameter.name)) for parameter in chosen}
+    compared = names.GIVEN_SLOPE.get(name)
+    for parameter in chosen:
+        source = ctx.get_parameter_source(str(parameter.name))
+        own = {"adaptive": given.ADAPTIVE, "passive": ""}.get(name, given.COMPARISON)
+        shared = compared is not None and parameter.name in names.SHARED
+        section = getattr(parameter, "section", "")
+        if source is click.core.ParameterSource.COMMANDLINE and section != own and not shared:
+            owners = "adaptive" if section == given.ADAPTIVE else ", ".join(names.GIVEN_SLOPE)
+            raise click.UsageError(f"{parameter.opts[0]} is for --controller {owners}; {name} has no such thing.")
+    gains, slope_source = dict(settings.pop("gain")), settings.pop("slope_source")
+    if name == "passive":
+        return make_controller(name, robot, {})
+    if compared is None:
+        return make_controller(name, robot, settings)
+    valid = names.gains(compared)
+    for unknown in gains.keys() - valid.keys():
+        raise click.UsageError(f"--gain {shortened(unknown)}: {name} has no such gain; valid are {', '.join(valid)}.")
+    if slope_source is not None:
+        gains["slope_source"] = slope_source
+    return make_controller(name, robot, {**{key: settings[key] for key in names.SHARED}, **gains})
+
+
+def _warn_without_gl() -> None:
+    """Say before a walk that its video will fail."""
+    from mjbiped.rendering.gl import gl_available
+
+    if gl_available() is None:
+        click.echo("Warning: there is no OpenGL platform for the video; all else will be written.", err=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,352 @@
+"""What the command line's options are made of: types that check their values, and help in sections."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+from controllers import AdaptiveController
+from controllers.given_slope import SLOPE_SOURCES
+from controllers.names import CONTROLLERS, GIVEN_SLOPE, SHARED, gains
+from mjbiped.engines.plan import DEFAULT_STEPS, ENGINES, INITIAL_STATES
+from mjbiped.errors import InputError, shown
+from mjbiped.robots.compass import Compass
+from mjbiped.rollout.walk import walk
+from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.terrain.files import parse_number
+from mjbiped.utils import domains
+from mjbiped.utils.domains import Count, Domain
+from mjbiped.utils.files import check_writable
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+Row = tuple[str, Any, Any, str | None, str]
+"""An option: its names, type, default, what stands for its value in the help, and help."""
+
+
+class SectionOption(click.Option):
+    """An option that stands in a section of its command's help."""
+
+    def __init__(self, *args: Any, section: str = "Options", **kwargs: Any) -> None:
+        """Take the section beside an option's usual arguments."""
+        super().__init__(*args, **kwargs)
+        self.section = section
+
+
+class SectionCommand(click.Command):
+    """A command whose help lists its options by section, in the order in which the sections first occur."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options into the help, one list per section."""
+        sections: dict[str, list[tuple[str, str]]] = {}
+        for parameter in self.get_params(ctx):
+            record = parameter.get_help_record(ctx)
+            if record is not None and isinstance(parameter, click.Option):
+                sections.setdefault(getattr(parameter, "section", "Options"), []).append(record)
+        sections["Options"] = sections.pop("Options", [])  # --help and its like come last
+        for section, records in sections.items():
+            with formatter.section(section):
+                formatter.write_dl(records)
+
+
+def options(section: str, *rows: Row) -> Callable[[_Function], _Function]:
+    """Options of one section of the help: a decorator for the command's function."""
+
+    def decorate(function: _Function) -> _Function:
+        for name, kind, default, metavar, text in reversed(rows):
+            function = click.option(
+                *name.split(),
+                cls=SectionOption,
+                section=section,
+                type=kind,
+                is_flag=kind is bool,
+                default=default,
+                multiple=default == (),
+                show_default=default is not None and default is not False and default != (),
+                metavar=metavar,
+                help=text,
+            )(function)
+        return function
+
+    return decorate
+
+
+def output(*suffixes: str) -> Callable[[Any], Path]:
+    """The type of a file to write: its suffix is one of these, its folder is there and takes new files.
+
+    A file that is there already may be replaced.
+    """
+
+    def convert(value: Any) -> Path:
+        path = Path(value)
+        if path.suffix not in suffixes:
+            raise click.BadParameter(f"{shown(str(path))} must end in {' or '.join(suffixes)}.")
+        try:
+            if path.is_dir():
+                raise click.BadParameter(f"{shown(str(path))} is a folder.")
+            if not path.parent.is_dir():
+                raise click.BadParameter(
+                    f"{shown(str(path))}: there is no folder {shown(str(path.parent))}; make it first."
+                )
+            check_writable(path)
+        except (OSError, ValueError) as error:  # a name that no file can have is a ValueError
+            reason = getattr(error, "strerror", None) or error
+            raise click.BadParameter(f"{shown(str(path))} cannot be written: {reason}.") from error
+        return path
+
+    return convert
+
+
+def quantity(domain: Domain | Count) -> Callable[[Any], float]:
+    """The type of a number of a domain."""
+
+    def number(value: Any) -> float:
+        try:
+            return domain.check("", parse_number(value) if isinstance(value, str) else value)
+        except InputError as error:
+            raise click.BadParameter(f"{shown(value)}; expected {domain.words}.") from error
+
+    return number
+
+
+def span(domain: Domain) -> Callable[[Any], tuple[float, float]]:
+    """The type of two numbers of a domain as "0.8..1.6", the first below the second."""
+
+    def ends(value: Any) -> tuple[float, float]:
+        first, _, second = str(value).partition("..")
+        try:
+            low, high = (domain.check("", parse_number(end)) for end in (first, second))
+        except InputError:
+            low = high = math.nan
+        if not low < high:
+            raise click.BadParameter(
+                f"{shown(value)}; expected two numbers LOW..HIGH, {domain}, the first below the second, as 0.8..1.6."
+            )
+        return low, high
+
+    return ends
+
+
+def size(value: str) -> tuple[int, int]:
+    """Width and height in pixels, as "640x480"; H.264 wants them even."""
+    width, _, height = value.lower().partition("x")
+    try:
+        sizes = [domains.PIXELS.check("", parse_number(part)) for part in (width, height)]
+    except InputError:
+        sizes = [1]
+    if any(size % 2 for size in sizes):
+        least, most = domains.PIXELS.low, domains.PIXELS.high
+        wanted = f"WIDTHxHEIGHT, even pixels from {least} to {most} each, as 1280x720"
+        raise click.BadParameter(f"{shown(value)}; expected {wanted}.")
+    return sizes[0], sizes[1]
+
+
+def delay(value: Any) -> float | None:
+    """A number, or "none"."""
+    if isinstance(value, str) and value.strip().lower() == "none":
+        return None
+    try:
+        return quantity(domains.REPLANNING_DELAY)(value)
+    except click.BadParameter as error:
+        raise click.BadParameter(f"{error.message[:-1]}, or 'none' to switch re-planning off.") from error
+
+
+def initial_state(value: str) -> str | tuple[float, ...]:
+    """The name of a walk's first state, or four numbers."""
+    if value in INITIAL_STATES:
+        return value
+    try:
+        return tuple(domains.check_states("", [parse_number(part) for part in value.split(",")], (4,)).tolist())
+    except InputError as error:
+        wanted = f"{', '.join(map(repr, INITIAL_STATES))} or four numbers q1,q2,dq1,dq2 (rad, rad/s)"
+        raise click.BadParameter(f"{shown(value)}; expected {wanted}.") from error
+
+
+def gain(value: str) -> tuple[str, float]:
+    """A gain's name and value, as "ratio=-2"; the controller knows which it has, and their domains."""
+    name, _, rest = value.partition("=")
+    number = parse_number(rest)
+    if number is None:
+        raise click.BadParameter(f"{shown(value)}; expected NAME=NUMBER, as gain=10.")
+    return name.strip(), number
+
+
+_PLOT = output(".png", ".pdf", ".svg")
+VIDEO_PATH = output(".mp4")
+_TIMESTEP, _CONTACT = (inspect.signature(walk).parameters[name].default for name in ("timestep", "contact_timestep"))
+_LAW = AdaptiveController  # for its defaults
+
+ADAPTIVE, COMPARISON = "Adaptive controller", "Comparison controllers"
+CAMERAS = ("track", "side", "overview")
+
+walk_options = options(
+    "Walk",
+    ("--seed", quantity(domains.SEED), None, "N", "Seed of the terrain 'random'."),
+    ("--steps", quantity(domains.STEPS), None, "N", f"End after so many steps; {DEFAULT_STEPS} without a distance."),
+    ("--distance", quantity(domains.DISTANCE), None, "X", "End at this place x of the stance foot, m."),
+    (
+        "--initial",
+        initial_state,
+        "gait",
+        "STATE",
+        "First state: 'gait' (on the limit cycle), 'rest' (legs together, at rest), or q1,q2,dq1,dq2 of stance and "
+        "swing leg from the ground's normal, rad and rad/s.",
+    ),
+    (
+        "--controller",
+        click.Choice(CONTROLLERS),
+        "adaptive",
+        None,
+        "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque; the others are "
+        "those that the paper compares with, see docs/comparison.md.",
+    ),
+    ("--timestep", quantity(domains.TIMESTEP), _TIMESTEP, "X", "Longest physics step, s."),
+    ("--contact-timestep", quantity(domains.CONTACT_TIMESTEP), _CONTACT, "X", "Physics step that makes an impact, s."),
+    (
+        "--control-period",
+        quantity(domains.CONTROL_PERIOD),
+        None,
+        "X",
+        "Time between ticks of the controller, s; each physics step unless given.",
+    ),
+)
+
+
+def scuffing_option(section: str) -> Callable[[_Function], _Function]:
+    """The option for the scuffing rule: which scuffs are passed through, and which steps are long enough."""
+    text = "Leg lengths ahead of the stance foot from which the swing foot may touch the ground; steps must be longer."
+    return options(section, ("--scuffing-reach", quantity(domains.REACH), ScuffingRule.reach, "X", text))
+
+
+engine_option = options(
+    "Walk",
+    ("--engine", click.Choice(ENGINES), ENGINES[0], None, "The physics: MuJoCo's contacts, or the paper's impact map."),
+)
+
+adaptive_options = options(
+    ADAPTIVE,
+    (
+        "--imitate-slope-deg",
+        quantity(domains.SLOPE_DEG),
+        SHARED["imitate_slope_deg"],
+        "X",
+        "Slope of the passive gait that is imitated; for all but passive.",
+    ),
+    ("--position-gain", quantity(domains.GAIN), _LAW.position_gain, "X", "K1, 1/s."),
+    ("--velocity-gain", quantity(domains.GAIN), _LAW.velocity_gain, "X", "K2, 1/s."),
+    (
+        "--adaptation-gain",
+        quantity(domains.ADAPTATION_GAIN),
+        _LAW.adaptation_gain,
+        "X",
+        "gamma of the slope estimator.",
+    ),
+    (
+        "--replanning-delay",
+        delay,
+        _LAW.replanning_delay,
+        "ZETA",
+        "Gait periods, in (0, 1], in which re-planning leads back to the gait; 'none' switches it off.",
+    ),
+    (
+        "--estimate-update/--no-estimate-update",
+        bool,
+        _LAW.estimate_update,
+        None,
+        "Correct the slope estimate at touchdown.",
+    ),
+    (
+        "--initial-slope-estimate-deg",
+        quantity(domains.SLOPE_DEG),
+        SHARED["initial_slope_estimate_deg"],
+        "X",
+        "Slope estimate at the start; for the comparison controllers the slope that they are given.",
+    ),
+)
+
+comparison_options = options(
+    COMPARISON,
+    (
+        "--gain",
+        gain,
+        (),
+        "NAME=X",
+        "A gain, may be repeated; "
+        + "; ".join(
+            f"{name}: {', '.join(f'{key}={value:g}' for key, value in gains(kind).items())}"
+            for name, kind in GIVEN_SLOPE.items()
+        )
+        + ".",
+    ),
+    (
+        "--slope-source",
+        click.Choice(SLOPE_SOURCES),
+        None,
+        None,
+        "The slope that gravity is compensated for: as given at the start, dead reckoned under the stance foot, or of "
+        "the line through both feet; two_point for passivity, local for the others unless given.",
+    ),
+)
+
+robot_options = options(
+    "Robot",
+    ("--leg-mass", quantity(domains.LEG_MASS), Compass.leg_mass, "X", "Mass of one leg, kg."),
+    ("--hip-mass", quantity(domains.HIP_MASS), Compass.hip_mass, "X", "Mass at the hip, kg."),
+    (
+        "--lower-length",
+        quantity(domains.LENGTH),
+        Compass.lower_length,
+        "X",
+        "From the foot to the leg's centre of mass, m.",
+    ),
+    (
+        "--upper-length",
+        quantity(domains.LENGTH),
+        Compass.upper_length,
+        "X",
+        "From the leg's centre of mass to the hip, m.",
+    ),
+    (
+        "--leg-inertia",
+        quantity(domains.INERTIA),
+        None,
+        "X",
+        "Inertia of a leg about its centre of mass, kg m^2; a uniform rod's unless given.",
+    ),
+    ("--gravity", quantity(domains.GRAVITY), Compass.gravity, "X", "Acceleration of gravity, m/s^2."),
+)
+
+records_option = options(
+    "Results",
+    (
+        "--out",
+        output(".npz"),
+        None,
+        "FILE",
+        "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz.",
+    ),
+)
+record_option = options("Results", ("--out", output(".npz"), None, "FILE", "Write the record, an .npz file."))
+plot_option = options("Results", ("--plot", _PLOT, None, "FILE", "Write a figure, .png, .pdf or .svg."))
+video_option = options("Results", ("--video", VIDEO_PATH, None, "FILE", "Write a video, .mp4; see below."))
+json_option = options("Results", ("--json", bool, False, None, "Print the results as JSON instead of a table."))
+quiet_option = options("Results", ("--quiet", bool, False, None, "Print errors only, and JSON if asked for."))
+
+video_options = options(
+    "Video",
+    ("--video-size", size, "640x480", "WxH", "Width and height, pixels."),
+    ("--camera", click.Choice(CAMERAS), CAMERAS[0], None, "Where it is seen from."),
+    ("--slow-motion", quantity(domains.SLOW_MOTION), 1.0, "X", "Seconds of video per second of the walk."),
+    ("--fps", quantity(domains.FPS), 30, "N", "Frames per second."),
+    ("--caption/--no-caption", bool, True, None, "Time, step and slope written on the frames."),
+    ("--shadows/--no-shadows", bool, True, None, "Without them a software renderer is faster."),
+)
+"""Options of a video, named as the arguments of `mjbiped.rendering.video.render_video`, `video_size` apart."""
+
+no_video_option = options("Results", ("--no-video", bool, False, None, "Write the figure only."))
+video_argument = click.argument("video", required=False, type=VIDEO_PATH)

@@ -1,0 +1,64 @@
+"""The command `mjbiped reproduce`: section V of the paper again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from mjbiped.cli import options as given
+from mjbiped.cli import tables as reports
+from mjbiped.cli.files import INTERRUPTED, end
+from mjbiped.utils import domains
+
+
+@click.command("reproduce", cls=given.SectionCommand)
+@given.options(
+    "Walks",
+    ("--quick", bool, False, None, "Only a few short walks in MuJoCo; all of the hybrid engine's."),
+    ("--workers", given.quantity(domains.WORKERS), None, "N", "Processes for MuJoCo; one for each core unless given."),
+)
+@given.options(
+    "Results",
+    ("--out", click.Path(file_okay=False, path_type=Path), "reproduction", "FOLDER", "Finished walks, kept."),
+    (
+        "--report",
+        click.Path(file_okay=False, path_type=Path),
+        None,
+        "FOLDER",
+        "Where page, table and figures go; --out unless given.",
+    ),
+)
+@given.json_option
+@given.quiet_option
+def reproduce(quick: bool, workers: int | None, out: Path, report: Path | None, json: bool, quiet: bool) -> None:
+    """Walk section V of the paper again, in both engines: tables II and III, figures 4 to 6, and a report.
+
+    Each finished walk is kept in --out: interrupted or killed, the same command goes on where it was stopped.
+
+    \b
+    Examples:
+      mjbiped reproduce --quick
+      mjbiped reproduce --out reproduction --report docs
+    """  # noqa: D301 (click reads the backspace)
+    from mjbiped.reproduction.report.checks import checks
+    from mjbiped.reproduction.reproduce import reproduce as walk_all
+    from mjbiped.reproduction.table_2 import choices
+
+    try:
+        rows, files = walk_all(out, quick=quick, workers=workers, report=report, progress=not quiet)
+    except KeyboardInterrupt:
+        end(INTERRUPTED, f"interrupted; finished walks are in {out}: the same command goes on from there")
+    asked = checks(rows, choices(rows)[0])
+    failed = [row for row in rows if row.outcome == "failed"]
+    if json:
+        plain = [{**check.answer._asdict(), "engine": check.engine, "group": check.group} for check in asked]
+        errors = [{"ground": row.ground, "method": row.method, "error": row.error} for row in failed]
+        summary = {"walks": len(rows), "failed": errors, "checks": plain, "files": [str(file) for file in files]}
+        click.echo(reports.as_json(summary))
+    elif not quiet:
+        reports.show(reports.checks_table(asked))
+        for row in failed:
+            click.echo(f"failed: {row.method} on {row.ground}, {row.engine}: {row.error}")
+        for file in files:
+            click.echo(f"wrote {file}")

@@ -1,0 +1,244 @@
+"""Walks and gaits in words and numbers, for people and for machines."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from mjbiped.analysis.divergence import COLUMNS, DISPLAYED
+from mjbiped.gaits.passive import Gait
+from mjbiped.records.measures import MEASURES
+from mjbiped.records.record import Walk
+
+if TYPE_CHECKING:
+    from mjbiped.analysis.compare import Comparison
+    from mjbiped.analysis.stability import Stability
+    from mjbiped.reproduction.report.checks import Check
+
+
+def walk_table(walk: Walk, summary: Mapping[str, Any]) -> Table:
+    """A walk's summary as a table.
+
+    Args:
+        walk: The walk.
+        summary: What `mjbiped.records.measures.summary` says of it.
+    """
+    settings = walk.settings
+    rows = [
+        ("outcome", walk.outcome, ""),
+        ("ended at", f"{summary['ended_at_time_s']:.3f} s, hip at x = {summary['ended_at_x_m']:.3f} m", ""),
+        ("terrain", walk.terrain.caption, ""),
+        ("controller", f"{settings['controller']['name']}, engine {settings['engine']}", ""),
+    ]
+    if summary["warnings"]:
+        told = (f"{text} ({n} times)" if n > 1 else text for text, n in summary["warnings"].items())
+        rows.append(("warning", "; ".join(told), ""))
+    rows += [(label, _shown(summary[key], factor, form), unit) for label, key, factor, form, unit in MEASURES]
+    return _table(rows)
+
+
+def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:
+    """Two engines' measures side by side, and the largest differences at a touchdown beside their limits."""
+    measures = comparison.measures()
+    sides = _bare_table("", "MuJoCo", "hybrid", "difference", "%", "unit")
+    outcome = measures["outcome"]
+    sides.add_row("outcome", outcome["mujoco"], outcome["hybrid"])
+    for label, key, factor, form, unit in MEASURES:
+        row = measures[key]
+        difference = _shown(row["difference"], factor, "+.3g")
+        percent = _shown(row["difference_percent"], 1, "+.2f")
+        cells = (_shown(row[engine], factor, form) for engine in ("mujoco", "hybrid"))
+        sides.add_row(label, *cells, difference, percent, unit)
+    steps = _bare_table("largest difference at a touchdown", "", "at", "limit", "unit")
+    table = comparison.touchdowns
+    for name, column in COLUMNS.items():
+        sizes = abs(table[name])
+        if not len(sizes) or np.isnan(sizes).all():
+            continue
+        factor, unit = DISPLAYED[column.unit]
+        k = int(np.nanargmax(sizes))
+        limit = f"{factor * table[f'limit_{name}'][k]:.3g}"
+        steps.add_row(column.meaning, f"{factor * table[name][k]:+.3g}", str(k + 1), limit, unit)
+    return sides, steps
+
+
+def gait_summary(gait: Gait) -> dict[str, Any]:
+    """What a gait is, in plain JSON types; states are q1, q2 (rad) and dq1, dq2 (rad/s)."""
+    return {
+        "slope_deg": math.degrees(gait.slope),
+        "state_after_impact": gait.start.tolist(),
+        "state_before_impact": gait.end.tolist(),
+        "period_s": gait.period,
+        "step_length_m": gait.step_length,
+        "speed_m_per_s": gait.speed,
+        "energy_J": gait.energy,
+        "multipliers": [
+            {"real": value.real, "imaginary": value.imag, "modulus": abs(value)} for value in gait.multipliers.tolist()
+        ],
+        "stable": gait.stable,
+    }
+
+
+def gait_table(summary: Mapping[str, Any]) -> Table:
+    """A gait's summary, as `gait_summary` makes it, as a table."""
+    rows = [("slope", f"{summary['slope_deg']:.4g}", "deg")]
+    for label, key in (("after", "state_after_impact"), ("before", "state_before_impact")):
+        q1, q2, dq1, dq2 = summary[key]
+        rows.append((f"stance, swing angle {label} impact", f"{q1:.8f}, {q2:.8f}", "rad"))
+        rows.append((f"stance, swing rate {label} impact", f"{dq1:.8f}, {dq2:.8f}", "rad/s"))
+    rows += [
+        ("period", f"{summary['period_s']:.8f}", "s"),
+        ("step length", f"{summary['step_length_m']:.6f}", "m"),
+        ("speed", f"{summary['speed_m_per_s']:.6f}", "m/s"),
+        ("energy about the stance foot", f"{summary['energy_J']:.5f}", "J"),
+    ]
+    for value in summary["multipliers"]:
+        number = f"{value['real']:.5f}" + (f" {value['imaginary']:+.5f} i" if value["imaginary"] else "")
+        rows.append(("Floquet multiplier, modulus", f"{number}, {value['modulus']:.5f}", ""))
+    rows.append(("stable", "yes" if summary["stable"] else "no", ""))
+    return _table(rows)
+
+
+def stability_summary(found: Stability) -> dict[str, Any]:
+    """Theorem 1 along a walk in plain JSON types; what a walk of one step does not have is None."""
+    norms = np.linalg.norm(found.end, axis=1)
+    compared = found.ratio[np.isfinite(found.ratio)]
+    left = found.condition[1:]
+    within = np.diff(found.step) == 0
+    return {
+        "steps": found.steps,
+        "excitation_smallest_eigenvalue": float(found.excitation[:, 0].min()),
+        "excitation_largest_eigenvalue": float(found.excitation[:, 1].max()),
+        "excitation_weak_direction_from_cosine_deg": math.degrees(float(found.weak_direction.max())),
+        "transition_norm_smallest": float(found.contraction.min()),
+        "transition_norm_largest": float(found.contraction.max()),
+        "condition_24_smallest": float(left.min()) if left.size else None,
+        "condition_24_smallest_for_any_constants": float(found.condition_floor.min()),
+        "condition_24_holds_steps": int((left < 1.0).sum()),
+        "errors_26_compared_steps": int(compared.size),
+        "errors_26_holds_steps": int((compared < 1.0).sum()),
+        "lyapunov_largest_rise_within_a_step": max(0.0, float(np.diff(found.lyapunov)[within].max())),
+        "lyapunov_largest_jump_at_a_touchdown": float(found.lyapunov_jump[1:].max()) if found.steps > 1 else None,
+        "lyapunov_balance_largest": float(np.abs(found.balance).max()),
+        "estimate_error_largest_rise_within_a_step": float(found.estimate_rise.max()),
+        "error_before_last_touchdown": float(norms[-1]),
+        "residual_largest": float(found.residual.max()),
+    }
+
+
+def stability_table(summary: Mapping[str, Any]) -> Table:
+    """What `stability_summary` says, as a table."""
+
+    def shown(key: str) -> str:
+        return _shown(summary[key], 1, ".4g")
+
+    low, high = "transition_norm_smallest", "transition_norm_largest"
+    return _table(
+        [
+            ("whole steps", shown("steps"), ""),
+            ("excitation, smallest eigenvalue of ∫WW'", shown("excitation_smallest_eigenvalue"), "1/s³"),
+            ("excitation, largest eigenvalue", shown("excitation_largest_eigenvalue"), "1/s³"),
+            ("its weak direction, from the cosine's", shown("excitation_weak_direction_from_cosine_deg"), "deg"),
+            ("norm of the transition matrix of a step (23)", f"{shown(low)} to {shown(high)}", ""),
+            ("left side of (24), smallest", shown("condition_24_smallest"), ""),
+            ("left side of (24), smallest of any constants", shown("condition_24_smallest_for_any_constants"), ""),
+            ("steps where (24) holds", shown("condition_24_holds_steps"), ""),
+            (
+                "steps where ‖η‖ fell (26)",
+                f"{shown('errors_26_holds_steps')} of {shown('errors_26_compared_steps')}",
+                "",
+            ),
+            ("V_a, largest rise within a step", shown("lyapunov_largest_rise_within_a_step"), ""),
+            ("V_a, largest jump at a touchdown", shown("lyapunov_largest_jump_at_a_touchdown"), ""),
+            ("V_a against (16) with (17), worst", shown("lyapunov_balance_largest"), ""),
+            ("estimate's error, largest rise within a step", shown("estimate_error_largest_rise_within_a_step"), ""),
+            ("‖η‖ before the last touchdown", shown("error_before_last_touchdown"), ""),
+            ("walk against (22), worst of a step", shown("residual_largest"), ""),
+        ]
+    )
+
+
+def checks_table(checks: Iterable[Check]) -> Table:
+    """The paper's claims and whether they hold."""
+    table = _bare_table("claim", "engine", "found", "holds")
+    for check in checks:
+        answer = check.answer
+        holds = "-" if answer.holds is None else "yes" if answer.holds else "no"
+        asked = f"{holds}, of {answer.of}" if answer.of else holds
+        table.add_row(*(Text(cell) for cell in (answer.claim, check.engine, answer.found, asked)))
+    return table
+
+
+def sweep_tables(summary: Mapping[str, Any]) -> list[Table]:
+    """What `mjbiped.sweeps.summary.summarised` says of a study: outcomes, quantiles, and errors where there are any."""
+    outcomes = _bare_table("outcome", "walks", "%")
+    for outcome, count in summary["outcomes"].items():
+        outcomes.add_row(outcome, str(count), f"{100.0 * count / summary['walks']:.1f}")
+    quantiles = _bare_table("of the finished walks", *(f"{100 * q:g} %" for q in summary["quantiles"]), "unit")
+    for label, key, factor, form, unit in MEASURES:
+        values = summary["finished"].get(key)
+        if values is not None:
+            quantiles.add_row(label, *(_shown(value, factor, form) for value in values), unit)
+    tables = [outcomes] + ([quantiles] if quantiles.rows else [])
+    if summary["errors"]:
+        errors = _bare_table("error", "walks", "first cell")
+        for each in summary["errors"]:
+            errors.add_row(Text(each["error"]), str(each["walks"]), str(each["first_cell"]))
+        tables.append(errors)
+    return tables
+
+
+def show(table: Table) -> None:
+    """Print a table on the standard output."""
+    Console(highlight=False).print(table)
+
+
+def say(text: str) -> None:
+    """Print a sentence on the standard output, wrapped; nothing in it is taken for markup."""
+    Console(highlight=False).print(Text(text))
+
+
+def as_json(values: Mapping[str, Any]) -> str:
+    """Values as a JSON object; numbers that JSON does not know (infinite, not a number) become null."""
+    return json.dumps(_plain(values), indent=2, allow_nan=False, ensure_ascii=True)
+
+
+def _shown(value: float | None, factor: float, form: str) -> str:
+    """A number with its format, a dash for one that does not exist."""
+    return "-" if value is None else "unbounded" if value == math.inf else format(value * factor, form)
+
+
+def _bare_table(*headings: str) -> Table:
+    """An empty table in the house's way: words to the left, numbers to the right."""
+    table = Table(box=box.SIMPLE, pad_edge=False)
+    for heading in headings:
+        words = heading in (headings[0], "unit")
+        table.add_column(heading, justify="left" if words else "right", overflow="fold")
+    return table
+
+
+def _table(rows: Iterable[tuple[str, str, str]]) -> Table:
+    """Rows of label, value and unit; nothing in them is taken for markup."""
+    table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
+    for _ in range(3):
+        table.add_column(overflow="fold")
+    for cells in rows:
+        table.add_row(*(Text(cell) for cell in cells))
+    return table
+
+
+def _plain(value: Any) -> Any:
+    """A value that JSON can hold."""
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,90 @@
+"""Why a controller's laws cannot be compiled, in words."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mjbiped.errors import InputError, shown
+
+if TYPE_CHECKING:
+    from mjbiped.control.controller import Law
+
+_ADVICE = (
+    "A law takes and returns plain floats, returns several as a tuple, allocates nothing (no list, array or string), "
+    "and calls only functions that do the same, of `math` or at the top level of a module. Correct it, or let law() "
+    "return None: the walk then runs in plain Python"
+)
+
+
+class LawError(InputError):
+    """A controller's laws cannot be compiled; nothing has been computed then."""
+
+
+def refusal(error: Exception, law: Law, states: Sequence[str], *, whose: str) -> LawError | None:
+    """What to say of an error that a compiled function raised, if its laws could not be compiled.
+
+    Args:
+        error: As raised where the function was called.
+        law: Whose functions it calls.
+        states: Names of the controller's integrated states.
+        whose: Name of the controller, for the message.
+
+    Returns:
+        The error in words, which law is to blame, and where; None if `error` came from a law that runs.
+    """
+    if not isinstance(error, _numba().core.errors.NumbaError):
+        return None
+    reason = _blame(law, states) or f"together: {_reason(error)}"
+    return LawError(f"the laws of {whose} cannot be compiled: {reason}. {_ADVICE}")
+
+
+def _blame(law: Law, states: Sequence[str]) -> str:
+    """The first law that will not do by itself, and why; empty if all do."""
+    numba = _numba()
+    types = numba.types
+    try:
+        parameters = numba.typeof(law.parameters)
+    except ValueError:
+        return f"parameters are {shown(law.parameters)}; expected numbers, arrays, tuples and NamedTuples of these"
+    memory, number = types.Array(types.float64, 1, "C"), types.float64
+    for name, count, values in (
+        ("torque", 5, 2 + len(states)),
+        ("touchdown", 6, 0),
+        ("slope_estimate", 0, 1),
+        ("next_break", 1, 1),
+    ):
+        function: Callable[..., Any] = getattr(law, name)
+        alone = numba.njit(_nrt=False)(function)
+        try:
+            alone.compile((parameters, memory, *[number] * count))
+        except (numba.core.errors.NumbaError, TypeError) as error:  # TypeError: another number of arguments
+            return f"{name} ({function.__name__}): {_reason(error)}"
+        given = alone.nopython_signatures[0].return_type
+        parts = tuple(given) if isinstance(given, types.BaseTuple) else () if given == types.none else (given,)
+        numbers = all(isinstance(types.unliteral(part), types.Number) for part in parts)
+        if not numbers or len(parts) != values or isinstance(given, types.BaseTuple) != (values > 1):
+            wanted = {0: "nothing", 1: "a float"}.get(values, f"a tuple of {values} floats")
+            return f"{name} ({function.__name__}) returns {given}; expected {wanted}"
+    return ""
+
+
+def _numba() -> Any:
+    """Numba, which is slow to import and has no types of its own."""
+    import numba
+
+    return numba
+
+
+def _reason(error: Exception) -> str:
+    """The line of Numba's message that says what is wrong, and the place in the source."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    told = next((line for line in lines if not line.startswith("Failed in")), type(error).__name__).rstrip(".")
+    if "NRT required" in told:
+        told = "it allocates memory"
+    place = re.search(r'File "(?P<file>[^"]+)", line (?P<line>\d+)', str(error)) or re.search(
+        r"at (?P<file>\S+) \((?P<line>\d+)\)", str(error)
+    )
+    return f"{told} (line {place['line']} of {Path(place['file']).name})" if place else told

@@ -1,0 +1,149 @@
+"""What a controller is: gains, a memory of plain numbers, and laws that turn a state into torques.
+
+Write your own by deriving from `Controller` and giving it a `torque` method:
+
+```python
+class HipSpring(Controller):
+    def torque(self, memory, t, q, dq):
+        return 0.0, -20.0 * (q[1] - q[0])
+```
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, MutableSequence, Sequence
+from numbers import Real
+from typing import Any, ClassVar, NamedTuple
+
+from mjbiped.gaits.passive import Gait
+from mjbiped.robots.compass import Compass
+
+Memory = MutableSequence[float]
+"""A controller's memory: floats that the engine keeps, copies and saves; a list in Python, an array where compiled."""
+
+
+class Law(NamedTuple):
+    """A controller's laws as functions of plain numbers, which Numba can compile; for engines that do so.
+
+    The functions say what the controller's methods of like names say, and those call them: one law, one place. They
+    stand at the top level of a module and call only others that do; `memory` is indexed, never resized. They allocate
+    nothing: several numbers are returned as a tuple, never as a list or an array.
+
+    Attributes:
+        parameters: All that the laws need beside the memory: numbers, arrays, tuples and NamedTuples of these.
+        torque: (parameters, memory, t, q1, q2, dq1, dq2) -> floats, as `Controller.torque`.
+        touchdown: (parameters, memory, q1 and q2 before, q1, q2, dq1, dq2), as `Controller.on_touchdown`.
+        slope_estimate: (parameters, memory) -> float.
+        next_break: (parameters, memory, t) -> float.
+    """
+
+    parameters: Any
+    torque: Callable[..., Sequence[float]]
+    touchdown: Callable[..., None]
+    slope_estimate: Callable[..., float]
+    next_break: Callable[..., float]
+
+
+class Controller(ABC):
+    """A walking controller, the same for every engine.
+
+    A controller knows what a blind robot can feel: its joint angles against the ground under the stance foot, their
+    rates, and the moment of touchdown. It knows neither gravity's direction nor the terrain.
+
+    | call | when | what it does |
+    |---|---|---|
+    | `start` | once, at the beginning of a walk | sets up its memory |
+    | `on_touchdown` | once per leg exchange, with the state just after it | what changes from step to step |
+    | `torque` | every control period | the continuous law |
+
+    All laws are functions of their arguments and of `memory` alone, never of attributes that change: a walk can then be
+    saved in the middle, resumed and repeated bit by bit. The first `len(states)` places of the memory are integrated by
+    the engine with the rates that `torque` returns; the others change only in `start` and `on_touchdown`.
+
+    Attributes:
+        states: Names of the integrated states, in the order of their places in the memory.
+        memory_size: Floats needed in all, the integrated states included.
+        robot: The robot model that the laws use, or None; the walking robot is this one unless told otherwise.
+        gait: The gait that is imitated, or None; a walk with `initial="gait"` starts on it.
+    """
+
+    states: ClassVar[tuple[str, ...]] = ()
+    memory_size: ClassVar[int] = 0
+    robot: Compass | None = None
+    gait: Gait | None = None
+
+    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:  # noqa: B027 (optional hook)
+        """Begin a walk.
+
+        Args:
+            memory: All zeros; to be filled.
+            q: Stance and swing angle from the ground's normal under the stance foot, rad.
+            dq: Their rates, rad/s.
+        """
+
+    def on_touchdown(  # noqa: B027 (optional hook)
+        self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]
+    ) -> None:
+        """Take notice of a leg exchange.
+
+        Args:
+            memory: As the last call left it; to be changed in place.
+            q_before: Angles at touchdown in the roles and against the ground normal of the step that ends, rad.
+            q: The same posture in the new roles and against the new ground's normal, rad.
+            dq: Rates just after the impact in the new roles, rad/s.
+        """
+
+    @abstractmethod
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        """Torques now.
+
+        Args:
+            memory: Not to be changed here.
+            t: Time since the leg exchange, s.
+            q: Stance and swing angle from the ground's normal under the stance foot, rad.
+            dq: Their rates, rad/s.
+
+        Returns:
+            Ankle torque and hip torque, N m, followed by the rate of each of `states`, 1/s.
+        """
+
+    def slope_estimate(self, memory: Memory) -> float:
+        """The controller's estimate of the slope under its stance foot, rad; NaN where it has none."""
+        return math.nan
+
+    def next_break(self, memory: Memory, t: float) -> float:
+        """The first time after t at which `torque` may jump or have a kink, s since the leg exchange; infinity if none.
+
+        No integration step of the hybrid engine goes across it. Without it a law that is not smooth costs many short
+        steps, no more.
+        """
+        return math.inf
+
+    def law(self) -> Law | None:
+        """The laws for compilation, or None: then an engine calls the methods, which is slower and gives the same."""
+        return None
+
+    def describe(self) -> dict[str, Any]:
+        """Name and parameters in plain JSON types, for the record of a walk."""
+        description: dict[str, Any] = {"name": type(self).__name__}
+        if dataclasses.is_dataclass(self):
+            for field in dataclasses.fields(self):
+                value = getattr(self, field.name)
+                if isinstance(value, Gait):
+                    value = {"slope": value.slope, "robot": dataclasses.asdict(value.robot)}
+                elif dataclasses.is_dataclass(value) and not isinstance(value, type):
+                    value = dataclasses.asdict(value)
+                elif isinstance(value, Real) and not isinstance(value, bool | int | float):
+                    value = float(value)  # NumPy's
+                elif not isinstance(value, bool | int | float | str | None):
+                    value = repr(value)
+                description[field.name] = value
+        return description
+
+
+def never(parameters: Any, memory: Memory, t: float) -> float:  # noqa: ARG001 (a law has all of them)
+    """`Law.next_break` of a law without kinks: infinity."""
+    return math.inf

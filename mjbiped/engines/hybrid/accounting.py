@@ -1,0 +1,246 @@
+"""Book-keeping of the hybrid engine: work, peak torques, friction and samples of an accepted integration step.
+
+The net work of either joint is integrated with the motion. Its absolute and positive work follow from the turning
+points of that integral, where the power changes sign: there it is flat, so that it hardly matters how exactly they are
+found, and no step has to end on them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from mjbiped.engines.hybrid.dynamics import dense_state, ensure_dense, is_motion
+from mjbiped.engines.hybrid.events import Legs, hip, legs_at
+from mjbiped.engines.hybrid.state import (
+    AFTER,
+    ANGLES_AND_RATES,
+    ANKLE,
+    BEFORE,
+    CLOCK,
+    COSINE,
+    FACE,
+    FRICTION,
+    HIP,
+    NORMAL_FORCE,
+    PEAK_ANKLE,
+    PEAK_HIP,
+    PRESS,
+    SAMPLE,
+    SAMPLES,
+    SINE,
+    SLOPE,
+    STAGE_ANKLE,
+    STAGE_HIP,
+    STANCE,
+    WORK_ABSOLUTE,
+    WORK_NET,
+    WORK_POSITIVE,
+    WORKS,
+    Buffers,
+    Laws,
+    World,
+)
+from mjbiped.numerics.dormand_prince import STAGES, dense_at, dense_rate_at
+from mjbiped.rules.termination import LIGHT_CONTACT
+
+PIECES = 16  # of a step, in which a change of the power's sign or a peak is looked for
+BARELY = 1.0 + 1e-9  # a peak is not looked for within the step for less: periodic walking would ask again every step
+HARDLY = 0.7  # of the weight: in a step that bears less, the least force is looked for within integration steps, too
+NO_WORK = 1e-14  # J in a step: rounding
+
+
+def account(
+    laws: Laws,
+    parameters: Any,
+    world: World,
+    b: Buffers,
+    legs: Legs,
+    t: float,
+    h: float,
+) -> bool:
+    """Take the step from t to t + h into work, peaks, friction and samples; the law was last asked at its end.
+
+    Returns:
+        Whether the motion within it is one: a torque may be no number where only a sample is taken.
+    """
+    w, n = b.w, len(b.y)
+    stage_ankle, stage_hip = w[STAGE_ANKLE], w[STAGE_HIP]
+    note_peak(w, w[ANKLE], w[HIP])
+    if stage_ankle > w[PEAK_ANKLE] * BARELY or stage_hip > w[PEAK_HIP] * BARELY:
+        ensure_dense(laws, parameters, world, b, t, h)
+        _peak_within(laws, parameters, b, t, h)
+    works = stage_ankle + stage_hip > 0.0
+    for component in range(n - WORKS, n):
+        net = b.out[component] - b.y[component]
+        way = abs(net)
+        if works and _turns(b.k, n, component, h):
+            ensure_dense(laws, parameters, world, b, t, h)
+            way = _total_variation(b, n, component)
+        w[WORK_ABSOLUTE] += way
+        w[WORK_NET] += net
+        w[WORK_POSITIVE] += 0.5 * (way + net)
+    note_ground_force(world, b, legs, b.out, STAGES * n)
+    if w[NORMAL_FORCE] < HARDLY * world.mass * world.gravity and w[FACE] == 0.0:
+        ensure_dense(laws, parameters, world, b, t, h)
+        _normal_force_within(world, b, h)
+    first = w[SAMPLE] * world.sample_period
+    if first < w[CLOCK] + t + h:
+        ensure_dense(laws, parameters, world, b, t, h)
+        while w[SAMPLE] * world.sample_period < w[CLOCK] + t + h:
+            time = w[SAMPLE] * world.sample_period
+            x = min(max((time - w[CLOCK] - t) / h, 0.0), 1.0)
+            dense_state(b, x, b.spare)
+            if not is_motion(b.spare):
+                return False
+            take_sample(laws, parameters, world, b, time, t + x * h, b.spare)
+            w[SAMPLE] += 1.0
+    return True
+
+
+def note_peak(w: Any, ankle: float, hip_torque: float) -> None:
+    """Keep the greatest magnitudes of the torques."""
+    w[PEAK_ANKLE] = max(w[PEAK_ANKLE], abs(ankle))
+    w[PEAK_HIP] = max(w[PEAK_HIP], abs(hip_torque))
+
+
+def _asked(laws: Laws, parameters: Any, b: Buffers, t: float, state: Sequence[float]) -> tuple[float, float]:
+    """Torques of the law in a state."""
+    w = b.w
+    for index in range(len(b.y) - ANGLES_AND_RATES - WORKS):
+        b.memory[index] = state[ANGLES_AND_RATES + index]
+    result = laws.torque(parameters, b.memory, min(max(t, w[AFTER]), w[BEFORE]), state[0], state[1], state[2], state[3])
+    return result[0], result[1]
+
+
+def _peak_within(laws: Laws, parameters: Any, b: Buffers, t: float, h: float) -> None:
+    """Peaks inside the step: the greatest of some values, and of the parabola through it and its neighbours."""
+    last1 = last2 = before1 = before2 = 0.0
+    for piece in range(PIECES + 1):
+        x = piece / PIECES
+        dense_state(b, x, b.spare)
+        ankle, hip_torque = _asked(laws, parameters, b, t + x * h, b.spare)
+        note_peak(b.w, ankle, hip_torque)
+        if piece > 1:
+            note_peak(
+                b.w,
+                _parabola_top(before1, last1, ankle),
+                _parabola_top(before2, last2, hip_torque),
+            )
+        before1, before2, last1, last2 = last1, last2, ankle, hip_torque
+
+
+def _parabola_top(left: float, middle: float, right: float) -> float:
+    """Extremum of the parabola through three values at equal distances, or 0 if it is not between the outer ones."""
+    bend, lean = 0.5 * (left + right) - middle, 0.5 * (right - left)
+    if abs(lean) >= 2.0 * abs(bend):
+        return 0.0
+    return middle - lean * lean / (4.0 * bend)
+
+
+def _turns(k: Sequence[float], n: int, component: int, h: float) -> bool:
+    """Whether a joint's power seems to change its sign in the step."""
+    least = greatest = k[component]
+    for stage in range(1, STAGES + 1):
+        power = k[stage * n + component]
+        least, greatest = min(least, power), max(greatest, power)
+    return least < 0.0 < greatest and (greatest - least) * h > NO_WORK
+
+
+def _total_variation(b: Buffers, n: int, component: int) -> float:
+    """Sum of a work integral's ups and downs over the step."""
+    y, total = b.y[component], 0.0
+    last, x = y, 0.0
+    power = dense_rate_at(b.dense, n, component, 0.0)
+    for piece in range(1, PIECES + 1):
+        end = piece / PIECES
+        power_there = dense_rate_at(b.dense, n, component, end)
+        if (power < 0.0) != (power_there < 0.0):
+            low, high = x, end
+            for _ in range(20):  # the integral is flat at the turn: 2^-24 of a step is more than enough
+                middle = 0.5 * (low + high)
+                if (dense_rate_at(b.dense, n, component, middle) < 0.0) == (power < 0.0):
+                    low = middle
+                else:
+                    high = middle
+            turn = dense_at(b.dense, n, component, y, low)
+            total += abs(turn - last)
+            last = turn
+        x, power = end, power_there
+    return float(total + abs(b.out[component] - last))
+
+
+def note_ground_force(world: World, b: Buffers, legs: Legs, state: Sequence[float], at: int) -> None:
+    """Least F_n and greatest |F_t / F_n| that the motion asks of the ground under the stance foot.
+
+    F_n < 0 means that the ground would have to pull. Where the foot hardly presses on it the ratio is left out. `at` is
+    the place of the state's rates in `k`.
+    """
+    along, normal = _ground_force(world, b, legs, state[2], state[3], b.k[at + 2], b.k[at + 3])
+    if b.w[FACE] != 0.0:  # the face's push at the swing foot is none of the ground's
+        push = b.w[FACE] * b.w[PRESS]
+        along += push * b.w[COSINE]
+        normal += push * b.w[SINE]
+    b.w[NORMAL_FORCE] = min(b.w[NORMAL_FORCE], normal)
+    if normal > LIGHT_CONTACT * world.mass * world.gravity:
+        b.w[FRICTION] = max(b.w[FRICTION], abs(along) / normal)
+
+
+def _ground_force(
+    world: World, b: Buffers, legs: Legs, dq1: float, dq2: float, ddq1: float, ddq2: float
+) -> tuple[float, float]:
+    """Force on the feet along the stance foot's ground and normal to it, N: the rate of the robot's momentum."""
+    first, second = world.constants[3] / world.gravity, world.constants[4] / world.gravity
+    sine1, cosine1, sine2, cosine2 = legs
+    square1, square2 = dq1 * dq1, dq2 * dq2
+    force_x = first * (cosine1 * ddq1 - sine1 * square1) - second * (cosine2 * ddq2 - sine2 * square2)
+    force_z = second * (sine2 * ddq2 + cosine2 * square2) - first * (sine1 * ddq1 + cosine1 * square1)
+    force_z += world.mass * world.gravity
+    return force_x * b.w[COSINE] - force_z * b.w[SINE], force_x * b.w[SINE] + force_z * b.w[COSINE]
+
+
+def _normal_force_within(world: World, b: Buffers, h: float) -> None:
+    """Least F_n inside the step, as `_peak_within` finds peaks."""
+    w, n = b.w, len(b.y)
+    last = before = 0.0
+    for piece in range(PIECES + 1):
+        x = piece / PIECES
+        dense_state(b, x, b.spare)
+        ddq1, ddq2 = dense_rate_at(b.dense, n, 2, x) / h, dense_rate_at(b.dense, n, 3, x) / h
+        legs = legs_at(b, b.spare[0], b.spare[1])
+        _, normal = _ground_force(world, b, legs, b.spare[2], b.spare[3], ddq1, ddq2)
+        w[NORMAL_FORCE] = min(w[NORMAL_FORCE], normal)
+        if piece > 1 and last < min(before, normal):
+            w[NORMAL_FORCE] = min(w[NORMAL_FORCE], _parabola_top(before, last, normal))
+        before, last = last, normal
+
+
+def take_sample(
+    laws: Laws,
+    parameters: Any,
+    world: World,
+    b: Buffers,
+    time: float,
+    t: float,
+    state: Sequence[float],
+) -> None:
+    """Write a row of the samples: those of `columns.SAMPLES`, then the controller's states."""
+    w, own = b.w, len(b.y) - ANGLES_AND_RATES - WORKS
+    ankle, hip_torque = _asked(laws, parameters, b, t, state)
+    row = b.samples[int(w[SAMPLES])]
+    slope, stance, swing = w[SLOPE], state[0] + w[SLOPE], state[1] + w[SLOPE]
+    row[0] = time
+    for index in range(4):
+        row[1 + index] = state[index]
+    row[5], row[6], row[7], row[8], row[9] = (
+        ankle,
+        hip_torque,
+        slope,
+        laws.slope_estimate(parameters, b.memory),
+        w[STANCE],
+    )
+    row[10], row[11] = hip(world, b, legs_at(b, state[0], state[1]))
+    row[12], row[13] = (swing, stance) if w[STANCE] != 0.0 else (stance, swing)
+    for index in range(own):
+        row[14 + index] = state[ANGLES_AND_RATES + index]
+    w[SAMPLES] += 1.0

@@ -1,0 +1,191 @@
+"""Motion between touchdowns (eq. 1): rates of the state, one integration step, and its dense output."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, MutableSequence, Sequence
+from typing import Any
+
+from mjbiped.engines.hybrid.state import (
+    AFTER,
+    ANGLES_AND_RATES,
+    ANKLE,
+    BEFORE,
+    COSINE,
+    DENSE,
+    EVALUATIONS,
+    FACE,
+    HIP,
+    PRESS,
+    SINE,
+    SLOPE,
+    STAGE_ANKLE,
+    STAGE_HIP,
+    WORKS,
+    Buffers,
+    Laws,
+    World,
+)
+from mjbiped.numerics.dormand_prince import STAGES, STAGES_WITH_DENSE, dense_at
+from mjbiped.robots.compass import Constants, acceleration, mass_terms, solve_mass
+
+HANDED_ON = ("torque", "parameters", "constants", "length", "memory", "w")
+"""What `rates` takes before time and state: for `dormand_prince.unrolled`."""
+
+WILDEST_ANGLE = 1e6  # beyond it, rad, the motion has no meaning, and sine and cosine no digits
+
+
+def rates(
+    torque: Callable[..., tuple[float, ...]],
+    parameters: Any,
+    constants: Constants,
+    length: float,
+    memory: Any,
+    w: Any,
+    t: float,
+    state: tuple[float, ...],
+) -> tuple[float, ...]:
+    """Rates of a state at time t since the leg exchange, the swing foot free.
+
+    This innermost function takes the few sequences that it needs instead of whole buffers: where compiled, handing over
+    a tuple of arrays costs more than the equations of motion.
+    """
+    return rates_where(False, torque, parameters, constants, length, memory, w, t, state)
+
+
+def sliding_rates(
+    torque: Callable[..., tuple[float, ...]],
+    parameters: Any,
+    constants: Constants,
+    length: float,
+    memory: Any,
+    w: Any,
+    t: float,
+    state: tuple[float, ...],
+) -> tuple[float, ...]:
+    """The same while the swing foot slides along a vertical face."""
+    return rates_where(True, torque, parameters, constants, length, memory, w, t, state)
+
+
+def rates_where(
+    sliding: bool,
+    torque: Callable[..., tuple[float, ...]],
+    parameters: Any,
+    constants: Constants,
+    length: float,
+    memory: Any,
+    w: Any,
+    t: float,
+    state: tuple[float, ...],
+) -> tuple[float, ...]:
+    """Rates of a state, with or without the face's force."""
+    q1, q2, dq1, dq2 = state[0], state[1], state[2], state[3]
+    for index in range(len(state) - ANGLES_AND_RATES - WORKS):
+        memory[index] = state[ANGLES_AND_RATES + index]
+    wild = not (abs(q1) < WILDEST_ANGLE and abs(q2) < WILDEST_ANGLE)
+    if wild:
+        q1 = q2 = dq1 = dq2 = 0.0
+    result = torque(parameters, memory, min(max(t, w[AFTER]), w[BEFORE]), q1, q2, dq1, dq2)
+    ankle, hip = result[0], result[1]
+    ddq1, ddq2 = acceleration(constants, q1, q2, dq1, dq2, w[SINE], w[COSINE], ankle - hip, hip)
+    if sliding:
+        ddq1, ddq2 = on_face(constants, length, w, q1, q2, dq1, dq2, ddq1, ddq2)
+    if wild:
+        ddq1 = math.nan
+    w[ANKLE], w[HIP] = ankle, hip
+    w[STAGE_ANKLE] = max(w[STAGE_ANKLE], abs(ankle))
+    w[STAGE_HIP] = max(w[STAGE_HIP], abs(hip))
+    return (dq1, dq2, ddq1, ddq2) + result[2:] + (ankle * dq1, hip * (dq2 - dq1))  # noqa: RUF005 (Numba adds tuples)
+
+
+def on_face(
+    constants: Constants,
+    length: float,
+    w: Any,
+    q1: float,
+    q2: float,
+    dq1: float,
+    dq2: float,
+    ddq1: float,
+    ddq2: float,
+) -> tuple[float, float]:
+    """Accelerations of the legs while the swing foot slides along a vertical face, from those without the face."""
+    slope = w[SLOPE]
+    push1, push2, along1, along2 = face_terms(constants, length, slope, q1, q2)
+    bend = length * (math.sin(q2 + slope) * dq2 * dq2 - math.sin(q1 + slope) * dq1 * dq1)
+    force = -(along1 * ddq1 + along2 * ddq2 + bend) / (along1 * push1 + along2 * push2)
+    w[PRESS] = -w[FACE] * force
+    return ddq1 + push1 * force, ddq2 + push2 * force
+
+
+def face_terms(
+    constants: Constants, length: float, slope: float, q1: float, q2: float
+) -> tuple[float, float, float, float]:
+    """Accelerations of the legs by a unit force along x at the swing foot (M^-1 J'), and its way per angle (J)."""
+    along1, along2 = length * math.cos(q1 + slope), -length * math.cos(q2 + slope)
+    m11, m12, m22 = mass_terms(constants, q1, q2)
+    push1, push2 = solve_mass(m11, m12, m22, along1, along2)
+    return push1, push2, along1, along2
+
+
+def strike_rates(
+    constants: Constants, length: float, slope: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float]:
+    """Rates after a plastic, frictionless strike: an impulse along x takes the swing foot's horizontal speed."""
+    push1, push2, along1, along2 = face_terms(constants, length, slope, q1, q2)
+    impulse = -(along1 * dq1 + along2 * dq2) / (along1 * push1 + along2 * push2)
+    return dq1 + push1 * impulse, dq2 + push2 * impulse
+
+
+def begin(laws: Laws, parameters: Any, world: World, b: Buffers, t: float) -> None:
+    """Rates of the state in `b.y`, which no step has led to."""
+    constants, length, memory, w = world.constants, world.length, b.memory, b.w
+    if w[FACE] == 0.0:
+        laws.begin(rates, laws.torque, parameters, constants, length, memory, w, t, b.y, b.k)
+    else:
+        laws.begin(sliding_rates, laws.torque, parameters, constants, length, memory, w, t, b.y, b.k)
+
+
+def attempt(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: float) -> float:
+    """One step of length h from `b.y` to `b.out`; the rates at its start stand in `b.k` already.
+
+    Returns:
+        The estimated error over the tolerance; NaN where the motion has no meaning.
+    """
+    torque, step, constants, length, memory, w = laws.torque, laws.step, world.constants, world.length, b.memory, b.w
+    w[STAGE_ANKLE] = w[STAGE_HIP] = w[DENSE] = 0.0
+    w[EVALUATIONS] += STAGES
+    tolerance = world.tolerance
+    error: float
+    if w[FACE] == 0.0:
+        error = step(rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, tolerance)
+    else:
+        error = step(sliding_rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, tolerance)
+    return error
+
+
+def ensure_dense(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: float) -> None:
+    """Make the step's dense output, unless it is there; torques and press in `b.w` stay those at the step's end."""
+    torque, dense, constants, length, memory, w = laws.torque, laws.dense, world.constants, world.length, b.memory, b.w
+    if w[DENSE] != 0.0:
+        return
+    ankle, hip, press = w[ANKLE], w[HIP], w[PRESS]
+    if w[FACE] == 0.0:
+        dense(rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, b.dense)
+    else:
+        dense(sliding_rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, b.dense)
+    w[ANKLE], w[HIP], w[PRESS] = ankle, hip, press
+    w[DENSE] = 1.0
+    w[EVALUATIONS] += STAGES_WITH_DENSE - STAGES - 1
+
+
+def is_motion(state: Sequence[float]) -> bool:
+    """Whether angles and rates are numbers."""
+    return math.isfinite(state[0] + state[1] + state[2] + state[3])
+
+
+def dense_state(b: Buffers, x: float, state: MutableSequence[float]) -> None:
+    """The whole state at the share x of the step."""
+    n = len(b.y)
+    for c in range(n):
+        state[c] = dense_at(b.dense, n, c, b.y[c], x)

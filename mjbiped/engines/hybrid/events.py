@@ -1,0 +1,295 @@
+"""Events of the hybrid engine: where within an integration step the swing foot starts to collide, lands or strikes.
+
+The clearance is the height of the swing foot over the profile at its own place x. It is continuous as long as the foot
+stays over one stretch, and jumps at risers: a jump from above to below ground is a strike of the vertical face, be it
+forwards against a riser ahead, or backwards against the one that the foot has just stepped down from.
+
+No event of more than a fraction of a millisecond is missed: an interval is passed over only if the foot, accelerated
+no more than `ROOM` times as much as at the step's ends, could not have reached the ground in it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+from mjbiped.engines.hybrid.state import (
+    ARMED,
+    COSINE,
+    FACE,
+    FACE_SEGMENT,
+    FACE_TOP,
+    FACE_X,
+    FOOT_X,
+    FOOT_Z,
+    LANDING,
+    SEGMENT,
+    SLOPE,
+    Buffers,
+    World,
+)
+from mjbiped.numerics.dormand_prince import STAGES, dense_at
+from mjbiped.rules.scuffing import swing_foot_collides
+from mjbiped.terrain.profile import height_of
+
+Legs: TypeAlias = tuple[float, float, float, float]
+"""Sine and cosine of the stance leg's, then of the swing leg's angle from the vertical."""
+Place: TypeAlias = tuple[float, float, int]
+"""Distance of the swing foot ahead of the stance foot (m), its clearance (m), and the terrain segment under it."""
+
+NOTHING, TOUCHDOWN, STRIKE, OVER_THE_TOP = 0, 1, 2, 3
+
+SHORTEST = 5e-4  # intervals are not halved below this, s: the foot's sag in it is some 1e-6 m
+RESOLVED = 1e-8  # a crossing is first located so closely, s
+ROOM = 2.0
+FACE_WIDTH = 1e-8  # a foot so close to the face that it struck stays on its own side of it, m
+CORNER = 1e-6  # a foot that meets a face so close below its edge has landed on top, m
+
+
+def segment_under(world: World, b: Buffers, x: float) -> int:
+    """The terrain's segment under x, as `Terrain.segment_at`, searched from the last one."""
+    if abs(x - b.w[FACE_X]) < FACE_WIDTH:
+        return int(b.w[FACE_SEGMENT])
+    index = int(b.w[SEGMENT])
+    while index + 1 < len(world.x) and world.x[index + 1] <= x:
+        index += 1
+    while index > 0 and world.x[index] > x:
+        index -= 1
+    b.w[SEGMENT] = index
+    return index
+
+
+def legs_at(b: Buffers, q1: float, q2: float) -> Legs:
+    """Sine and cosine of the stance leg's and of the swing leg's angle from the vertical."""
+    stance, swing = q1 + b.w[SLOPE], q2 + b.w[SLOPE]
+    return math.sin(stance), math.cos(stance), math.sin(swing), math.cos(swing)
+
+
+def swing_foot(world: World, b: Buffers, legs: Legs) -> tuple[float, float]:
+    """Place x, z of the swing foot, m."""
+    sine1, cosine1, sine2, cosine2 = legs
+    return b.w[FOOT_X] + world.length * (sine1 - sine2), b.w[FOOT_Z] + world.length * (cosine1 - cosine2)
+
+
+def hip(world: World, b: Buffers, legs: Legs) -> tuple[float, float]:
+    """Place x, z of the hip, m."""
+    return b.w[FOOT_X] + world.length * legs[0], b.w[FOOT_Z] + world.length * legs[1]
+
+
+def legs_within(b: Buffers, x: float) -> Legs:
+    """The legs at the share x of the step."""
+    if x == 0.0:
+        return legs_at(b, b.y[0], b.y[1])
+    if x == 1.0:
+        return legs_at(b, b.out[0], b.out[1])
+    n = len(b.y)
+    return legs_at(b, dense_at(b.dense, n, 0, b.y[0], x), dense_at(b.dense, n, 1, b.y[1], x))
+
+
+def foot_over_ground(world: World, b: Buffers, legs: Legs) -> Place:
+    """Distance ahead of the stance foot (m), clearance (m) and segment of the swing foot."""
+    foot_x, foot_z = swing_foot(world, b, legs)
+    segment = int(b.w[FACE_SEGMENT]) if b.w[FACE] != 0.0 else segment_under(world, b, foot_x)
+    return foot_x - b.w[FOOT_X], foot_z - height_of(world, segment, foot_x), segment
+
+
+def foot_acceleration(world: World, b: Buffers) -> float:
+    """Bound of the swing foot's acceleration in the step, m/s^2, from its ends."""
+    greatest = 0.0
+    for first, state in ((0, b.y), (STAGES * len(b.y), b.out)):
+        legs = abs(b.k[first + 2]) + abs(b.k[first + 3]) + state[2] * state[2] + state[3] * state[3]
+        greatest = max(greatest, world.length * legs)
+    return ROOM * greatest + world.gravity
+
+
+def happens(world: World, b: Buffers, t: float, ahead: float, clearance: float) -> bool:
+    """Whether what is waited for is so: the rule arms the foot, or the armed foot is below ground."""
+    if b.w[ARMED] != 0.0:
+        return clearance <= 0.0
+    return swing_foot_collides(world.reach, world.delay, t, ahead, clearance)
+
+
+def keeps_clear(room: float, here: Place, there: Place) -> bool:
+    """Whether the foot cannot have met ground between two moments, if it strays `room` m from a straight line there."""
+    return here[2] == there[2] and min(here[1], there[1]) > room
+
+
+def cannot_arm(world: World, room: float, here: Place, there: Place) -> bool:
+    """Whether the rule cannot let the foot collide between two moments: not ahead enough, or below ground."""
+    if max(here[0], there[0]) + room < world.reach:
+        return True
+    return here[2] == there[2] and max(here[1], there[1]) + room < 0.0
+
+
+def decided_by_ends(world: World, b: Buffers, t: float, h: float, here: Place, there: Place) -> bool:
+    """Whether the step's ends alone tell that the swing foot meets nothing in it; arms the foot where that is safe."""
+    w = b.w
+    if w[ARMED] == 0.0 and t + h <= world.delay:
+        return True
+    if w[FACE] != 0.0:
+        return False
+    room = foot_acceleration(world, b) * h * h / 8.0
+    return _decided(world, b, t + h, room, here, there)
+
+
+def _decided(world: World, b: Buffers, t: float, room: float, here: Place, there: Place) -> bool:
+    """Whether nothing but perhaps the arming of the foot can have happened up to t; then it is armed, if it is to be.
+
+    A foot that keeps clear of the ground may as well be armed at the end of the interval as within it.
+    """
+    w = b.w
+    clear = keeps_clear(room, here, there)
+    if w[ARMED] != 0.0:
+        return clear
+    if cannot_arm(world, room, here, there):
+        return True
+    if clear and happens(world, b, t, there[0], there[1]):
+        w[ARMED] = 1.0
+        return True
+    return False
+
+
+def first_event(world: World, b: Buffers, t: float, h: float, until: float) -> tuple[int, float]:
+    """The first event of the swing foot up to the share `until` of the step, and its share; arms the foot on its way.
+
+    The dense output must be there. The share is that of the last moment before the event, within `RESOLVED`.
+    """
+    w = b.w
+    bound = foot_acceleration(world, b) / 8.0
+    x = 0.0
+    if w[ARMED] == 0.0:
+        x = max(0.0, (world.delay - t) / h)
+    if x >= until:
+        return NOTHING, until
+    here = foot_over_ground(world, b, legs_within(b, x))
+    while x < until:
+        end = until
+        while True:
+            there = foot_over_ground(world, b, legs_within(b, end))
+            width = (end - x) * h
+            room = bound * width * width
+            if _decided(world, b, t + end * h, room, here, there):
+                break
+            if (
+                w[ARMED] != 0.0
+                and here[2] == there[2]
+                and here[1] > 0.0 >= there[1]
+                and here[1] - there[1] > 8.0 * room
+            ):
+                # the clearance falls all the way: one crossing
+                w[LANDING] = there[2]
+                return TOUCHDOWN, _crossing(world, b, h, x, end, here[1], there[1], here[2])
+            if width < SHORTEST:
+                if happens(world, b, t + end * h, there[0], there[1]):
+                    if w[ARMED] != 0.0:
+                        before, after = _narrowed(world, b, t, h, x, end)
+                        return _kind(world, b, before, after), before
+                    w[ARMED] = 1.0
+                break
+            end = 0.5 * (x + end)
+        if w[FACE] != 0.0 and _over_the_top(world, b, end):
+            while (end - x) * h > RESOLVED:
+                middle = 0.5 * (x + end)
+                if _over_the_top(world, b, middle):
+                    end = middle
+                else:
+                    x = middle
+            return OVER_THE_TOP, end
+        x, here = end, there
+    return NOTHING, until
+
+
+def _crossing(
+    world: World, b: Buffers, h: float, x: float, end: float, above: float, below: float, segment: int
+) -> float:
+    """Share of the step at which the foot meets a segment that it is above at x and not above at `end`.
+
+    The false position, in the variant of Illinois (Dowell and Jarratt 1971): it keeps the root between x and end.
+    """
+    side = 0
+    middle = x
+    while (end - x) * h > RESOLVED:
+        last, middle = middle, (x * below - end * above) / (below - above)
+        foot_x, foot_z = swing_foot(world, b, legs_within(b, middle))
+        gap = foot_z - height_of(world, segment, foot_x)
+        if gap > 0.0:
+            x, above = middle, gap
+            below = 0.5 * below if side > 0 else below
+            side = 1
+        else:
+            end, below = middle, gap
+            above = 0.5 * above if side < 0 else above
+            side = -1
+        if gap == 0.0 or abs(middle - last) * h < RESOLVED:
+            break
+    return middle
+
+
+def _narrowed(world: World, b: Buffers, t: float, h: float, x: float, end: float) -> tuple[float, float]:
+    """Shares of the step just before and just after something happens, `RESOLVED` apart."""
+    while (end - x) * h > RESOLVED:
+        middle = 0.5 * (x + end)
+        if not x < middle < end:
+            break
+        ahead, clearance, _ = foot_over_ground(world, b, legs_within(b, middle))
+        if happens(world, b, t + middle * h, ahead, clearance):
+            end = middle
+        else:
+            x = middle
+    return x, end
+
+
+def _kind(world: World, b: Buffers, before: float, after: float) -> int:
+    """What an armed foot that is below ground after `before` has met; a struck face is noted in `w`."""
+    w = b.w
+    legs = legs_within(b, after)
+    own = foot_over_ground(world, b, legs_within(b, before))[2]
+    other = foot_over_ground(world, b, legs)[2]
+    w[LANDING] = other
+    if own == other:
+        return TOUCHDOWN
+    face = world.x[max(own, other)]
+    top = height_of(world, other, face)
+    if top - height_of(world, own, face) < CORNER or swing_foot(world, b, legs)[1] > top - CORNER:
+        return TOUCHDOWN
+    w[FACE_X], w[FACE_TOP], w[FACE_SEGMENT] = face, top, own
+    return STRIKE
+
+
+def _over_the_top(world: World, b: Buffers, x: float) -> bool:
+    return bool(swing_foot(world, b, legs_within(b, x))[1] >= b.w[FACE_TOP])
+
+
+def landing(world: World, b: Buffers, segment: int) -> tuple[float, float]:
+    """Clearance of the swing foot over a segment at the step's end, m, and its rate, m/s."""
+    legs = legs_at(b, b.out[0], b.out[1])
+    foot_x, foot_z = swing_foot(world, b, legs)
+    speed_x, speed_z = _foot_speed(world, b, legs)
+    return foot_z - height_of(world, segment, foot_x), speed_z - world.gradient[segment] * speed_x
+
+
+def striking(world: World, b: Buffers) -> tuple[float, float]:
+    """Distance of the swing foot from the struck face at the step's end, m, and its rate, m/s."""
+    legs = legs_at(b, b.out[0], b.out[1])
+    return swing_foot(world, b, legs)[0] - b.w[FACE_X], _foot_speed(world, b, legs)[0]
+
+
+def _foot_speed(world: World, b: Buffers, legs: Legs) -> tuple[float, float]:
+    sine1, cosine1, sine2, cosine2 = legs
+    return (
+        world.length * (cosine1 * b.out[2] - cosine2 * b.out[3]),
+        world.length * (sine2 * b.out[3] - sine1 * b.out[2]),
+    )
+
+
+def body_ends(world: World, b: Buffers, legs: Legs, fallen_hip: float) -> int:
+    """1 if the hip is too low, 2 if it is beyond the ground's end, 0 if neither."""
+    x, z = hip(world, b, legs)
+    index = int(b.w[SEGMENT])
+    while index > 0 and world.x[index] > x:
+        index -= 1
+    while index + 1 < len(world.x) and world.x[index + 1] <= x:
+        index += 1
+    if (z - height_of(world, index, x)) * b.w[COSINE] < fallen_hip * world.length:
+        return 1
+    return 2 if x >= world.end else 0

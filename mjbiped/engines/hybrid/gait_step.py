@@ -1,0 +1,350 @@
+"""Walking in the hybrid engine: from one touchdown to the next, and the leg exchange between (eq. 1-4).
+
+The functions are plain Python, called as such for a controller in plain Python, and compiled by `mjbiped.numerics.jit`
+for one that gives its laws as functions.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from mjbiped.engines.hybrid.accounting import account, note_ground_force, note_peak, take_sample
+from mjbiped.engines.hybrid.dynamics import attempt, begin, ensure_dense, is_motion, strike_rates
+from mjbiped.engines.hybrid.events import (
+    CORNER,
+    FACE_WIDTH,
+    NOTHING,
+    OVER_THE_TOP,
+    STRIKE,
+    TOUCHDOWN,
+    body_ends,
+    decided_by_ends,
+    first_event,
+    foot_over_ground,
+    hip,
+    landing,
+    legs_at,
+    legs_within,
+    striking,
+    swing_foot,
+)
+from mjbiped.engines.hybrid.progress import is_tame, lags, watch
+from mjbiped.engines.hybrid.state import (
+    AFTER,
+    ANGLES_AND_RATES,
+    ANKLE,
+    ARMED,
+    BEFORE,
+    CLOCK,
+    COSINE,
+    COUNT,
+    ELAPSED,
+    EVALUATIONS,
+    FACE,
+    FACE_X,
+    FOOT_X,
+    FOOT_Z,
+    FRICTION,
+    HIP,
+    LANDING,
+    LIMIT,
+    LOOK,
+    NEXT_STEP,
+    NORMAL_FORCE,
+    OUTCOME,
+    PAUSE,
+    PRESS,
+    ROWS,
+    SAMPLES,
+    SINE,
+    SLOPE,
+    STANCE,
+    STRIKES,
+    TIME,
+    UNDER_WAY,
+    WORK_ABSOLUTE,
+    WORK_NET,
+    WORK_POSITIVE,
+    WORKS,
+    Buffers,
+    Laws,
+    World,
+)
+from mjbiped.numerics.dormand_prince import STAGES
+from mjbiped.robots.compass import impact_rates
+from mjbiped.rules.termination import FALLEN_HIP, Outcome
+from mjbiped.terrain.profile import height_of, segment_stood_on
+
+FINISHED, FELL, STALLED, LEFT_TERRAIN, DIVERGED, UNRESOLVED = (
+    float(outcome)
+    for outcome in (
+        Outcome.FINISHED,
+        Outcome.FELL,
+        Outcome.STALLED,
+        Outcome.LEFT_TERRAIN,
+        Outcome.DIVERGED,
+        Outcome.UNRESOLVED,
+    )
+)
+CAUTION, LEAST, GREATEST = 0.8, 0.2, 1.5  # of a step's change of length; measured: few steps are rejected
+JUST_BESIDE = 2.3e-16  # next to a break's time, relative
+SLIDING_STEP = 2e-3  # longest integration step while the foot slides on a face, s
+SHORTEST_STEP = 1e-12  # s; below it the motion is none
+MISSED = 1e-6  # of the leg's length: a foot that lands so far off the ground has not been followed
+POLISHED = 1e-7  # a touchdown found so closely is brought home by one term of its Taylor series, s
+
+
+def advance(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
+    """Walk until the outcome is decided, the buffers have no room for one more step, or `b.w[PAUSE]` is reached.
+
+    After a pause the next call goes on where this one stopped, be it in the middle of a gait step: the walk is bitwise
+    the same, however often it pauses.
+
+    Args:
+        laws: The controller's and the integrator's functions.
+        parameters: What the controller's take.
+        world: Robot, ground and limits.
+        b: State; `b.w[OUTCOME]` says in the end whether the walk is over.
+    """
+    w = b.w
+    room = len(b.samples) - 1
+    if math.isfinite(world.sample_period):
+        room -= int(world.stall_time / world.sample_period) + 2
+    while w[OUTCOME] == 0.0 and w[ROWS] < len(b.rows) and w[SAMPLES] <= room and w[EVALUATIONS] < w[PAUSE]:
+        if gait_step(laws, parameters, world, b):
+            exchange(laws, parameters, world, b)
+    if w[OUTCOME] != 0.0:
+        take_sample(laws, parameters, world, b, w[TIME], w[TIME] - w[CLOCK], b.y)
+
+
+def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
+    """Move from just after a leg exchange to the next touchdown; whether there was one. The state is then in `b.y`.
+
+    Where there was none, the outcome is decided, or the engine pauses.
+    """
+    w, n = b.w, len(b.y)
+    t, step, limit = w[ELAPSED], w[NEXT_STEP], w[LIMIT]
+    if w[UNDER_WAY] == 0.0:
+        t = 0.0
+        limit = _look_ahead(laws, parameters, world, b, t)
+        _begin(laws, parameters, world, b, t)
+        watch(w)
+    here = foot_over_ground(world, b, legs_at(b, b.y[0], b.y[1]))
+    check = min(w[LOOK], w[PAUSE])
+    while True:
+        if w[EVALUATIONS] >= check:
+            if w[EVALUATIONS] >= w[LOOK] and lags(world, w, t):
+                w[OUTCOME], w[TIME] = UNRESOLVED, w[CLOCK] + t
+                return False
+            if w[EVALUATIONS] >= w[PAUSE]:
+                w[ELAPSED], w[NEXT_STEP], w[LIMIT] = t, step, limit
+                return False
+            check = min(w[LOOK], w[PAUSE])
+        whole = limit - t
+        step = min(step, SLIDING_STEP if w[FACE] != 0.0 else world.longest_step)
+        h = step if step < 0.5 * whole else (0.5 * whole if step < whole else whole)
+        error = attempt(laws, parameters, world, b, t, h)
+        if not error <= 1.0:
+            step = h * (max(LEAST, CAUTION * _eighth_root(1.0 / error)) if error > 1.0 else LEAST)
+            if step < SHORTEST_STEP or not is_motion(b.y):
+                w[OUTCOME] = UNRESOLVED if math.isfinite(error) and is_tame(world, b) else DIVERGED
+                w[TIME] = w[CLOCK] + t
+                return False
+            continue
+        grown = h * (min(GREATEST, CAUTION * _eighth_root(1.0 / error)) if error > 0.0 else GREATEST)
+        step = max(step, grown) if h < step else grown
+        legs = legs_at(b, b.out[0], b.out[1])
+        ended = body_ends(world, b, legs, FALLEN_HIP)
+        there = foot_over_ground(world, b, legs)
+        event, share = NOTHING, 1.0
+        if ended or not decided_by_ends(world, b, t, h, here, there):
+            ensure_dense(laws, parameters, world, b, t, h)
+            if ended:
+                share = _end_of_walk(world, b, h)
+            event, share = first_event(world, b, t, h, share)
+        if event != NOTHING or ended:
+            h = _end_on(laws, parameters, world, b, t, share * h, event)
+            if not is_motion(b.out):  # a torque that is none between the times at which it was asked before
+                w[OUTCOME], w[TIME] = DIVERGED, w[CLOCK] + t
+                return False
+        released = w[FACE] != 0.0 and w[PRESS] < 0.0
+        if released:  # and what the foot on the face would have met later in the step, it does not
+            h = _end_of_contact(laws, parameters, world, b, t, h)
+            event, ended = NOTHING, 0
+        if released or event != NOTHING or ended:
+            legs = legs_at(b, b.out[0], b.out[1])
+        whole_motion = account(laws, parameters, world, b, legs, t, h)
+        t = limit if h == whole else t + h
+        for c in range(n):
+            b.y[c] = b.out[c]
+        w[TIME] = w[CLOCK] + t
+        w[NEXT_STEP] = step
+        if not whole_motion:
+            w[OUTCOME] = DIVERGED
+            return False
+        if event == TOUCHDOWN:
+            w[UNDER_WAY] = 0.0
+            return True
+        if event == STRIKE:
+            _strike(world, b)
+            _begin(laws, parameters, world, b, t)
+        elif event == OVER_THE_TOP or released:
+            w[FACE] = 0.0
+            _begin(laws, parameters, world, b, t)
+        elif ended:
+            w[OUTCOME] = FELL if ended == 1 else LEFT_TERRAIN
+            return False
+        elif t >= world.stall_time:
+            w[OUTCOME] = STALLED
+            return False
+        elif t == limit:
+            limit = _look_ahead(laws, parameters, world, b, t)
+            _begin(laws, parameters, world, b, t)
+        else:
+            for c in range(n):
+                b.k[c] = b.k[STAGES * n + c]
+            here = there
+            continue
+        here = foot_over_ground(world, b, legs_at(b, b.y[0], b.y[1]))
+
+
+def _eighth_root(x: float) -> float:
+    return math.sqrt(math.sqrt(math.sqrt(x)))
+
+
+def _begin(laws: Laws, parameters: Any, world: World, b: Buffers, t: float) -> None:
+    """Rates of a state that no step has led to, with its torques and its friction."""
+    begin(laws, parameters, world, b, t)
+    note_peak(b.w, b.w[ANKLE], b.w[HIP])
+    note_ground_force(world, b, legs_at(b, b.y[0], b.y[1]), b.y, 0)
+
+
+def _look_ahead(laws: Laws, parameters: Any, world: World, b: Buffers, t: float) -> float:
+    """Time up to which the law is smooth, or the robot has stalled; keeps the law on this side of both."""
+    w = b.w
+    for index in range(len(b.y) - ANGLES_AND_RATES - WORKS):
+        b.memory[index] = b.y[ANGLES_AND_RATES + index]
+    there = laws.next_break(parameters, b.memory, t)
+    if not there > t:
+        there = math.inf
+    w[AFTER] = t * (1.0 + JUST_BESIDE)
+    w[BEFORE] = there * (1.0 - JUST_BESIDE)
+    return float(min(there, world.stall_time))
+
+
+def _end_of_walk(world: World, b: Buffers, h: float) -> float:
+    """Share of the step at which the robot has fallen or left the ground."""
+    x, end = 0.0, 1.0
+    while (end - x) * h > 1e-9:
+        middle = 0.5 * (x + end)
+        if body_ends(world, b, legs_within(b, middle), FALLEN_HIP):
+            end = middle
+        else:
+            x = middle
+    return end
+
+
+def _end_on(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: float, event: int) -> float:
+    """Take the step again so that it ends on its event; returns its length.
+
+    Newton's method on steps of the full order, for the dense output is of a lower one, and at last a Taylor term.
+    """
+    n = len(b.y)
+    h = max(h, SHORTEST_STEP)
+    for _ in range(6):
+        attempt(laws, parameters, world, b, t, h)
+        if event != TOUCHDOWN and event != STRIKE:
+            break
+        if event == TOUCHDOWN:
+            gap, speed = landing(world, b, int(b.w[LANDING]))
+        else:
+            gap, speed = striking(world, b)
+        if speed == 0.0 or abs(gap) > abs(speed) * 1e-3:
+            break  # it grazes: the crossing that was found stands
+        change = -gap / speed
+        if h + change <= 0.0:
+            break
+        if abs(change) < POLISHED:
+            for c in range(n):
+                b.out[c] += change * b.k[STAGES * n + c]
+            h += change
+            break
+        h += change
+    return h
+
+
+def _end_of_contact(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: float) -> float:
+    """Take the step again so that it ends when the foot no longer presses on the face; returns its length."""
+    low, high = 0.0, h
+    while high - low > 1e-9:
+        middle = 0.5 * (low + high)
+        attempt(laws, parameters, world, b, t, middle)
+        if b.w[PRESS] < 0.0:
+            high = middle
+        else:
+            low = middle
+    attempt(laws, parameters, world, b, t, high)
+    return high
+
+
+def _strike(world: World, b: Buffers) -> None:
+    """The swing foot meets a vertical face: plastic and without friction; the stance foot stays."""
+    y, w = b.y, b.w
+    w[FACE] = 1.0 if world.x[int(w[LANDING])] == w[FACE_X] else -1.0
+    y[2], y[3] = strike_rates(world.constants, world.length, w[SLOPE], y[0], y[1], y[2], y[3])
+    w[STRIKES] = 1.0
+
+
+def exchange(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
+    """Impact map (2), exchange of the legs, the controller's touchdown, and a row of the record.
+
+    No row tells of a foot that is not on the ground: the walk has then diverged.
+    """
+    w, y, n = b.w, b.y, len(b.y)
+    own = n - ANGLES_AND_RATES - WORKS
+    old_slope, stance = w[SLOPE], int(w[STANCE])
+    q1, q2, dq1, dq2 = y[0], y[1], y[2], y[3]
+    legs = legs_at(b, q1, q2)
+    hip_x, hip_z = hip(world, b, legs)
+    foot_x, foot_z = swing_foot(world, b, legs)
+    segment = segment_stood_on(world, foot_x, foot_z, CORNER, FACE_WIDTH, FACE_WIDTH)
+    if not abs(foot_z - height_of(world, segment, foot_x)) <= MISSED * world.length + CORNER:
+        w[OUTCOME] = DIVERGED
+        return
+    slope = world.angle[segment]
+    new1, new2 = q2 + old_slope - slope, q1 + old_slope - slope
+    rate1, rate2 = impact_rates(world.constants, q1, q2, dq1, dq2)
+    for index in range(own):
+        b.memory[index] = y[ANGLES_AND_RATES + index]
+    row = b.rows[int(w[ROWS])]
+    row[24] = laws.slope_estimate(parameters, b.memory)
+    laws.touchdown(parameters, b.memory, q1, q2, new1, new2, rate1, rate2)
+    row[25] = laws.slope_estimate(parameters, b.memory)
+    w[CLOCK], w[AFTER], w[BEFORE] = w[TIME], 0.0, math.inf
+    w[STANCE] = 1.0 - w[STANCE]
+    w[SLOPE], w[SINE], w[COSINE] = slope, math.sin(slope), math.cos(slope)
+    w[FOOT_X], w[FOOT_Z] = foot_x, height_of(world, segment, foot_x)
+    y[0], y[1], y[2], y[3] = new1, new2, rate1, rate2
+    for index in range(own):
+        y[ANGLES_AND_RATES + index] = b.memory[index]
+    y[n - 2] = y[n - 1] = 0.0
+    row[0], row[1], row[2] = w[TIME], hip_x, hip_z
+    row[3], row[4] = q1 + old_slope, q2 + old_slope
+    if stance == 1:
+        row[3], row[4] = row[4], row[3]
+    row[5], row[6], row[7], row[8] = w[FOOT_X], w[FOOT_Z], w[STANCE], slope
+    row[9], row[10], row[11], row[12] = q1, q2, dq1, dq2
+    row[13], row[14], row[15], row[16] = new1, new2, rate1, rate2
+    row[17], row[18], row[19] = w[WORK_ABSOLUTE], w[WORK_NET], w[WORK_POSITIVE]
+    row[20] = row[21] = 0.0  # slip and penetration
+    row[22], row[23] = w[FRICTION], w[STRIKES]
+    row[26] = w[NORMAL_FORCE]
+    w[ROWS] += 1.0
+    w[COUNT] += 1.0
+    w[ARMED] = w[FACE] = w[FRICTION] = w[STRIKES] = 0.0
+    w[FACE_X], w[NORMAL_FORCE] = math.nan, math.inf
+    if w[COUNT] >= world.steps or foot_x >= world.distance:
+        w[OUTCOME] = FINISHED
+    elif foot_x >= world.end:
+        w[OUTCOME] = LEFT_TERRAIN

@@ -1,0 +1,324 @@
+"""Hybrid engine: the paper's own model, equations (1) to (4), integrated from touchdown to touchdown.
+
+`HybridSimulation` holds the state of one walk; `simulate_hybrid` walks it to its end. docs/hybrid.md explains the
+method, `mjbiped.engines.hybrid.gait_step` has it.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.control.check import refusal
+from mjbiped.control.methods import gives_its_law, next_break, slope_estimate, torque, touchdown
+from mjbiped.engines.hybrid import state as at
+from mjbiped.engines.hybrid.dynamics import HANDED_ON, rates_where
+from mjbiped.engines.hybrid.events import hip, legs_at
+from mjbiped.engines.hybrid.gait_step import advance
+from mjbiped.engines.hybrid.state import Buffers, Laws, World
+from mjbiped.numerics.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
+from mjbiped.numerics.jit import announced, compiled
+from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, width
+from mjbiped.records.recorder import Heed, Recorder, unheeded
+from mjbiped.robots.compass import Compass
+from mjbiped.rules.scuffing import ScuffingRule, chosen
+from mjbiped.rules.termination import STALL_TIME, Outcome
+from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils import domains
+
+if TYPE_CHECKING:
+    from mjbiped.control.controller import Controller
+
+TOLERANCE = 1e-8
+"""Of an integration step, relative and absolute. With `LONGEST_STEP` the state after each step of a walk is good to
+1e-10 and better (docs/hybrid.md)."""
+
+LONGEST_STEP = 0.22  # of an integration step, in units of sqrt(l / g): passive walking needs no other limit
+FIRST_STEP = 0.1  # the first one tried, in the same units
+_ROWS = 1024  # touchdowns between two looks at the progress bar, some 20 ms
+_FIRST_STINT = 24_000  # evaluations of the law until Python first has its turn, some 2 ms
+_SHORT, _LONG = 0.02, 0.08  # s: a stint shall take a time between these
+_STALLS = 10  # longest gait steps of which the buffer holds the samples
+_SAMPLED, _TOUCHED = width(SAMPLES), width(TOUCHDOWNS)  # floats of a row
+_WHY = {
+    Outcome.UNRESOLVED: "the torque switches, or changes, faster than the integrator can follow: name the times of its "
+    "jumps in the controller's next_break, make it smooth, or walk with engine='mujoco' and a control_period",
+    Outcome.DIVERGED: "torques or motion are beyond all bounds, or no numbers",
+}
+_METHODS = (torque, touchdown, slope_estimate, next_break)
+
+
+class HybridSimulation:
+    """A robot, a controller and a terrain in the hybrid model.
+
+    Attributes:
+        controller: Drives stance ankle and hip.
+        compiled: Whether the controller's laws are compiled; a controller without `law` runs in plain Python.
+        world: Robot, ground and limits in plain numbers.
+        buffers: The state of the walk.
+    """
+
+    def __init__(
+        self,
+        controller: Controller,
+        terrain: Terrain,
+        *,
+        robot: Compass,
+        q: Sequence[float],
+        dq: Sequence[float],
+        steps: int | None = None,
+        distance: float | None = None,
+        sample_period: float = 0.005,
+        scuffing: ScuffingRule | None = None,
+        tolerance: float = TOLERANCE,
+        compile: bool = True,
+    ) -> None:
+        """Set the robot on the ground, and begin the controller's memory.
+
+        Args:
+            controller: See `controllers.Controller`.
+            terrain: The ground.
+            robot: The robot that walks.
+            q: Stance (left) and swing angle at the start, from the ground's normal under x = 0, rad.
+            dq: Their rates, rad/s.
+            steps: Touchdowns after which the walk is finished; None: no limit.
+            distance: Place x of the stance foot at which it is finished, m; None: no limit.
+            sample_period: Time between two samples, s; infinity: none but the last.
+            scuffing: When the swing foot may touch the ground.
+            tolerance: Of an integration step.
+            compile: Whether laws that can be compiled are.
+
+        Raises:
+            InputError: A value is outside its domain.
+        """
+        if not (isinstance(sample_period, float) and sample_period == math.inf):
+            domains.SAMPLE_PERIOD.check("sample_period", sample_period)
+        tolerance = domains.TOLERANCE.check("tolerance", tolerance)
+        rule = chosen(scuffing)
+        law = self._law = controller.law() if compile and gives_its_law(controller) else None
+        self.controller = controller
+        self.compiled = law is not None
+        integrator = unrolled(
+            at.ANGLES_AND_RATES + len(controller.states) + at.WORKS, untested=at.WORKS, arguments=HANDED_ON
+        )
+        if law is not None:
+            laws = Laws(law.torque, law.touchdown, law.slope_estimate, law.next_break, *integrator)
+            self._advance: Any = compiled(advance, Laws, tuple(laws), inlined=(rates_where, law.torque))
+            self._parameters = law.parameters
+        else:
+            laws = Laws(*_METHODS, *integrator)
+            self._advance = partial(advance, laws)
+            self._parameters = controller
+        self.world = World(
+            constants=robot.constants,
+            length=robot.leg_length,
+            mass=robot.total_mass,
+            gravity=robot.gravity,
+            x=self._table(terrain.x),
+            z=self._table(terrain.z),
+            gradient=self._table(terrain.gradients),
+            angle=self._table(terrain.angle),
+            reach=rule.reach * robot.leg_length,
+            delay=float(rule.delay),
+            stall_time=STALL_TIME * math.sqrt(robot.leg_length / robot.gravity),
+            end=terrain.end,
+            steps=math.inf if steps is None else float(steps),
+            distance=math.inf if distance is None else float(distance),
+            tolerance=tolerance,
+            longest_step=LONGEST_STEP * math.sqrt(robot.leg_length / robot.gravity),
+            sample_period=float(sample_period),
+        )
+        self.buffers = self._begin(terrain, q, dq)
+        self._stint = _FIRST_STINT
+
+    def _table(self, values: Sequence[float]) -> Any:
+        """Numbers as the engine reads them: an array for compiled code, which plain Python reads slower than a list."""
+        return np.array(values, dtype=np.float64) if self.compiled else list(values)
+
+    def _begin(self, terrain: Terrain, q: Sequence[float], dq: Sequence[float]) -> Buffers:
+        """Buffers of a walk that starts with the left foot at x = 0."""
+        controller, world = self.controller, self.world
+        own = len(controller.states)
+        n = at.ANGLES_AND_RATES + own + at.WORKS
+        memory = [0.0] * controller.memory_size
+        controller.start(memory, (float(q[0]), float(q[1])), (float(dq[0]), float(dq[1])))
+        w = [0.0] * at.SCALARS
+        slope = terrain.slope_at(0.0)
+        w[at.SLOPE], w[at.SINE], w[at.COSINE] = slope, math.sin(slope), math.cos(slope)
+        w[at.FOOT_Z] = terrain.height_at(0.0)
+        w[at.SEGMENT] = float(terrain.segment_at(0.0))
+        w[at.FACE_X], w[at.NORMAL_FORCE] = math.nan, math.inf
+        w[at.PAUSE] = math.inf
+        w[at.NEXT_STEP] = FIRST_STEP * math.sqrt(world.length / world.gravity)
+        samples = 1
+        if math.isfinite(world.sample_period):
+            samples += (_STALLS if self.compiled else 2) * (int(world.stall_time / world.sample_period) + 3)
+        return Buffers(
+            y=self._table([*q, *dq, *memory[:own], *[0.0] * at.WORKS]),
+            out=self._table([0.0] * n),
+            spare=self._table([0.0] * n),
+            k=self._table([0.0] * (n * STAGES_WITH_DENSE)),
+            dense=self._table([0.0] * (n * POWERS)),
+            w=self._table(w),
+            memory=self._table(memory),
+            rows=np.zeros((_ROWS if self.compiled else 1, _TOUCHED)),
+            samples=np.zeros((samples, _SAMPLED + own)),
+        )
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the walk ended, or `Outcome.WALKING`."""
+        return Outcome(int(self.buffers.w[at.OUTCOME]))
+
+    @property
+    def warnings(self) -> dict[str, int]:
+        """Why the walk ended, where its outcome does not say it: sentences, and how often each is meant."""
+        return {_WHY[self.outcome]: 1} if self.outcome in _WHY else {}
+
+    @property
+    def peak_torque(self) -> NDArray[np.float64]:
+        """Greatest |ankle| and |hip| torque so far, N m."""
+        return np.array([self.buffers.w[at.PEAK_ANKLE], self.buffers.w[at.PEAK_HIP]], dtype=np.float64)
+
+    def compile(self) -> None:
+        """Compile the controller's laws now, where they are compiled, and not at the first step.
+
+        Raises:
+            LawError: They cannot be compiled.
+        """
+        if self.compiled:
+            import numba
+
+            with self._refusal():
+                self._advance.compile(tuple(map(numba.typeof, (self._parameters, self.world, self.buffers))))
+
+    def go_on(self, heed: Heed = unheeded) -> None:
+        """Walk some steps further; rows and samples are then in the buffers, for `HybridRecorder.take`.
+
+        Compiled code cannot be interrupted. So Python has its turn, and thus Ctrl-C, after stints of so many
+        evaluations that they take less than 0.1 s; how many they are changes nothing in the walk.
+
+        Args:
+            heed: Called between the stints; what it raises breaks the walk off.
+
+        Raises:
+            LawError: The controller's laws cannot be compiled.
+        """
+        w = self.buffers.w
+        with self._refusal():
+            while True:
+                w[at.PAUSE] = w[at.EVALUATIONS] + self._stint
+                begun = time.perf_counter()
+                self._advance(self._parameters, self.world, self.buffers)
+                if w[at.EVALUATIONS] < w[at.PAUSE] or self.outcome is not Outcome.WALKING:
+                    return
+                taken = time.perf_counter() - begun
+                if taken < _SHORT:
+                    self._stint *= 4
+                elif taken > _LONG:
+                    self._stint = max(self._stint // 4, 1)
+                heed()
+
+    @contextmanager
+    def _refusal(self) -> Iterator[None]:
+        """Say in words what is wrong with a law that cannot be compiled."""
+        try:
+            yield
+        except Exception as error:  # whatever a law raises; Numba's own errors can be told once it is loaded
+            if self._law is not None:
+                controller = self.controller
+                refused = refusal(error, self._law, controller.states, whose=type(controller).__name__)
+                if refused is not None:
+                    raise refused from error
+            raise
+
+
+class HybridRecorder(Recorder):
+    """Takes what the buffers of a walk hold."""
+
+    def take(self, buffers: Buffers) -> int:
+        """Take what the buffers hold, and empty them; returns the number of touchdowns."""
+        rows, samples = int(buffers.w[at.ROWS]), int(buffers.w[at.SAMPLES])
+        self.add(buffers.rows[:rows], buffers.samples[:samples])
+        buffers.w[at.ROWS] = buffers.w[at.SAMPLES] = 0.0
+        return rows
+
+    def take_now(self, simulation: HybridSimulation) -> None:
+        """Take a sample of the last state reached, with the torque last computed, and without asking the controller."""
+        buffers, own = simulation.buffers, len(simulation.controller.states)
+        w, state = buffers.w, [float(value) for value in buffers.y]
+        states = state[at.ANGLES_AND_RATES : at.ANGLES_AND_RATES + own]
+        memory = [*states, *(float(value) for value in buffers.memory[own:])]
+        legs = (state[0] + w[at.SLOPE], state[1] + w[at.SLOPE])
+        row = [
+            w[at.TIME],
+            *state[: at.ANGLES_AND_RATES],
+            w[at.ANKLE],
+            w[at.HIP],
+            w[at.SLOPE],
+            simulation.controller.slope_estimate(memory),
+            w[at.STANCE],
+            *hip(simulation.world, buffers, legs_at(buffers, state[0], state[1])),
+            *(legs[::-1] if w[at.STANCE] else legs),
+            *states,
+        ]
+        self.add(np.empty((0, _TOUCHED)), np.array([row], dtype=np.float64))
+
+
+def simulate_hybrid(simulation: HybridSimulation, recorder: HybridRecorder, *, progress: bool) -> Outcome:
+    """Walk until the walk ends, recording as it goes.
+
+    Args:
+        simulation: As built.
+        recorder: Takes samples and touchdowns; what it holds is complete at any moment, also when this raises.
+        progress: Whether to show a progress bar (never where the output is not a terminal), and to say that something
+            is being compiled.
+
+    Returns:
+        The outcome.
+    """
+    world = simulation.world
+    if not progress:  # a bar that is not shown costs as much as two gait steps
+        return _walk_on(simulation, recorder, _show_nothing)
+    from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
+
+    by_steps = math.isfinite(world.steps)
+    with (
+        announced(f"{type(simulation.controller).__name__} for the engine hybrid", wanted=True),
+        tqdm(
+            total=int(world.steps) if by_steps else round(world.distance, 2),
+            desc="walking",
+            unit="step" if by_steps else "m",
+            disable=None,
+        ) as bar,
+    ):
+
+        def show(steps: int) -> None:
+            bar.update(steps if by_steps else max(0.0, round(float(simulation.buffers.w[at.FOOT_X]), 2) - bar.n))
+
+        return _walk_on(simulation, recorder, show)
+
+
+def _walk_on(simulation: HybridSimulation, recorder: HybridRecorder, show: Callable[[int], None]) -> Outcome:
+    """Walk until the walk ends; `show` is told of the touchdowns from time to time."""
+    while simulation.outcome is Outcome.WALKING:
+        try:
+            recorder.heed()
+            simulation.go_on(recorder.heed)
+        except BaseException:
+            recorder.take(simulation.buffers)
+            recorder.take_now(simulation)
+            raise
+        show(recorder.take(simulation.buffers))
+    return simulation.outcome
+
+
+def _show_nothing(steps: int) -> None:
+    """No progress bar."""

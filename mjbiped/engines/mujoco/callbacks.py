@@ -1,0 +1,326 @@
+"""What MuJoCo's callbacks do in a walk, as functions of plain numbers: the same source as Python and compiled.
+
+`mjbiped.engines.mujoco.simulation` calls them with lists from Python callbacks,
+`mjbiped.engines.mujoco.compiled.callbacks` compiles them into C callbacks that work on MuJoCo's own arrays. They
+allocate nothing and know neither MuJoCo's objects nor a controller's.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, MutableSequence, Sequence
+from typing import Any, NamedTuple
+
+from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco import step_size
+from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, width
+from mjbiped.rules.termination import Limits
+from mjbiped.terrain.profile import Floats, Profile, height_of, height_over_ground, segment_met, segment_stood_on
+
+_SAMPLE, _ROW = width(SAMPLES), width(TOUCHDOWNS)
+SUNK = 5e-4  # no standing foot lies deeper in the ground, m
+_NOW = 1e-9  # times so close are the same, s
+
+
+class Recording(NamedTuple):
+    """Where a walk is written down; `userdata` counts what waits there, and whoever takes it sets the counts to zero.
+
+    Where it is full, nothing more is written.
+
+    Attributes:
+        sample_period: Time between two samples, s; each is taken at the first physics step from then on.
+        samples: Shape (room, columns of `columns.SAMPLES` and the controller's states).
+        rows: Of touchdowns, shape (room, columns of `columns.TOUCHDOWNS`).
+    """
+
+    sample_period: float
+    samples: Any
+    rows: Any
+
+
+class World(NamedTuple):
+    """What does not change in a walk, beside the controller's parameters.
+
+    Attributes:
+        limits: What the walk is judged by.
+        profile: The ground.
+        rises: Steps up at the starts of its segments, m.
+        stepped: Whether there are any.
+        feet: Geoms of the left and the right foot.
+        contacts: Places in the sensor data where the left and the right foot's contacts begin.
+        slots: Floats of one foot's contacts.
+        risers: For each geom the segment at whose start it is the riser; -1 for the others.
+        first: For each geom the first of the segments that it is the ground of; all are where it is none.
+        last: The last of them.
+        deepest: No foot is deeper in the ground than this in the first step of a contact, m.
+        timestep: Longest physics step, s.
+        contact_timestep: Of the step that makes an impact, s.
+        lands: Whether steps end at touchdowns; else they all are of one length.
+        control_period: Time between two ticks of the controller, s; 0: it ticks at every physics step.
+        memory_size: Floats of the controller's memory.
+        states: Number of its integrated states.
+    """
+
+    limits: Limits
+    profile: Profile
+    rises: Floats
+    stepped: bool
+    feet: tuple[int, int]
+    contacts: tuple[int, int]
+    slots: int
+    risers: Floats
+    first: Floats
+    last: Floats
+    deepest: float
+    timestep: float
+    contact_timestep: float
+    lands: bool
+    control_period: float
+    memory_size: int
+    states: int
+
+
+class Laws(NamedTuple):
+    """A controller's functions; see `controllers.Law` and `mjbiped.control.methods`."""
+
+    torque: Callable[..., Sequence[float]]
+    touchdown: Callable[..., None]
+    slope_estimate: Callable[..., float]
+
+
+def control(
+    laws: Laws,
+    parameters: Any,
+    world: World,
+    recording: Recording,
+    u: MutableSequence[float],
+    memory: MutableSequence[float],
+    rates: MutableSequence[float],
+    ctrl: MutableSequence[float],
+    time: float,
+    qpos: Sequence[float],
+    qvel: Sequence[float],
+) -> bool:
+    """`mjcb_control`: one tick per new time; a second call at the same time changes nothing.
+
+    Args:
+        laws: The controller's.
+        parameters: Theirs.
+        world: The walk's.
+        recording: To be written.
+        u: Userdata up to the controller's memory.
+        memory: The controller's memory.
+        rates: Held, of its integrated states.
+        ctrl: To be filled: left ankle, right ankle, hip, N m.
+        time: Now, s.
+        qpos: Hip x, hip z (m), left and right leg (rad).
+        qvel: Their rates.
+
+    Returns:
+        Whether anything was changed.
+    """
+    if not (u[events.RUNNING] and time > u[events.TIME]):
+        return False
+    over = u[events.OUTCOME] != 0.0
+    if u[events.TIME] >= 0.0:
+        for index in range(world.states):
+            memory[index] += (time - u[events.TIME]) * rates[index]
+    u[events.PLANNED], u[events.PLAIN] = u[events.PLANNED_NEXT], u[events.PLAIN_NEXT]
+    if u[events.TOUCHED] and u[events.NOTED]:
+        _write_row(recording, u)  # of a touchdown that the controller is never told of
+    u[events.LAST_STEP] = step_size.step_before(u, time)
+    events.observe(u, world.limits, world.profile, time, qpos, qvel)
+    due = time > u[events.NEXT_CONTROL] - _NOW
+    if due:
+        u[events.NEXT_CONTROL] += world.control_period
+    if due or (u[events.TOUCHED] and u[events.OUTCOME]):  # the last touchdown is told at once: its row is whole
+        _tick(laws, parameters, recording, u, memory, rates, time)
+    right = bool(u[events.STANCE])
+    ctrl[0] = 0.0 if right else u[events.ANKLE]
+    ctrl[1] = u[events.ANKLE] if right else 0.0
+    ctrl[2] = -u[events.HIP] if right else u[events.HIP]
+    if not over and (time > u[events.NEXT_SAMPLE] - _NOW or u[events.OUTCOME]):
+        u[events.NEXT_SAMPLE] = (math.floor(time / recording.sample_period + _NOW) + 1.0) * recording.sample_period
+        take_sample(laws, parameters, world, recording, u, memory, time, qpos)
+    return True
+
+
+def _posture(u: Sequence[float]) -> tuple[float, float, float, float]:
+    """Stance and swing leg from the ground's normal, and their rates, as last observed."""
+    slope = u[events.SLOPE]
+    if u[events.STANCE]:
+        return u[events.RIGHT] - slope, u[events.LEFT] - slope, u[events.RIGHT_RATE], u[events.LEFT_RATE]
+    return u[events.LEFT] - slope, u[events.RIGHT] - slope, u[events.LEFT_RATE], u[events.RIGHT_RATE]
+
+
+def _tick(
+    laws: Laws,
+    parameters: Any,
+    recording: Recording,
+    u: MutableSequence[float],
+    memory: MutableSequence[float],
+    rates: MutableSequence[float],
+    time: float,
+) -> None:
+    """One tick of the digital controller: its events and its law, whose torques and rates are held from now on."""
+    q1, q2, dq1, dq2 = _posture(u)
+    if u[events.TOUCHED]:
+        u[events.TOUCHED] = 0.0
+        u[events.ESTIMATE_BEFORE] = laws.slope_estimate(parameters, memory)
+        # the contact switch holds the touchdown's posture and time for a controller that ticks later
+        laws.touchdown(
+            parameters,
+            memory,
+            u[events.TOLD_Q_BEFORE],
+            u[events.TOLD_Q_BEFORE + 1],
+            u[events.TOLD_Q],
+            u[events.TOLD_Q + 1],
+            u[events.TOLD_DQ],
+            u[events.TOLD_DQ + 1],
+        )
+        u[events.ESTIMATE_AFTER] = laws.slope_estimate(parameters, memory)
+        _write_row(recording, u)
+    values = laws.torque(parameters, memory, time - u[events.EXCHANGE_TIME], q1, q2, dq1, dq2)
+    for index in range(len(values) - 2):
+        rates[index] = values[2 + index]
+    ankle, hip = values[0], values[1]
+    u[events.ANKLE], u[events.HIP] = ankle, hip
+    if not u[events.OUTCOME]:
+        if abs(ankle) > u[events.PEAK_ANKLE]:
+            u[events.PEAK_ANKLE] = abs(ankle)
+        if abs(hip) > u[events.PEAK_HIP]:
+            u[events.PEAK_HIP] = abs(hip)
+
+
+def _write_row(recording: Recording, u: MutableSequence[float]) -> None:
+    """Write down the last touchdown."""
+    row = int(u[events.ROWS])
+    if 0 <= row < len(recording.rows):
+        for index in range(_ROW):
+            recording.rows[row, index] = u[events.LAST_TOUCHDOWN + index]
+        u[events.ROWS] += 1.0
+
+
+def take_sample(
+    laws: Laws,
+    parameters: Any,
+    world: World,
+    recording: Recording,
+    u: MutableSequence[float],
+    memory: Sequence[float],
+    time: float,
+    qpos: Sequence[float],
+) -> None:
+    """Write down the state now, with the torque that is held from now on."""
+    row = int(u[events.SAMPLES])
+    if not 0 <= row < len(recording.samples):
+        return
+    q1, q2, dq1, dq2 = _posture(u)
+    estimate = laws.slope_estimate(parameters, memory)
+    sample = (time, q1, q2, dq1, dq2, u[events.ANKLE], u[events.HIP], u[events.SLOPE], estimate, u[events.STANCE])
+    for index, value in enumerate(sample):
+        recording.samples[row, index] = value
+    for index in range(4):
+        recording.samples[row, len(sample) + index] = qpos[index]
+    for index in range(world.states):
+        recording.samples[row, _SAMPLE + index] = memory[index]
+    u[events.SAMPLES] += 1.0
+
+
+def sense(
+    world: World,
+    u: MutableSequence[float],
+    readings: Sequence[float],
+    time: float,
+    qpos: Sequence[float],
+    qvel: Sequence[float],
+    qacc: Sequence[float],
+) -> tuple[float, float]:
+    """`mjcb_sensor` at the acceleration stage, after MuJoCo has filled its own contact sensors.
+
+    Args:
+        world: The walk's.
+        u: Userdata.
+        readings: Sensor data.
+        time: Now, s.
+        qpos: Hip x, hip z (m), left and right leg (rad).
+        qvel: Their rates.
+        qacc: Their accelerations.
+
+    Returns:
+        Length of the physics step from now on, s, 0 where it is not for this walk to say; and by what factor its
+        accelerations count.
+    """
+    if not u[events.RUNNING]:
+        return 0.0, 1.0
+    stance = 1 if u[events.STANCE] else 0
+    own, other = world.contacts[stance], world.contacts[1 - stance]
+    events.feel(u, world.limits, readings[own : own + world.slots], readings[other : other + world.slots])
+    if not world.lands:
+        u[events.KICK] = world.timestep
+        return 0.0, 1.0
+    length = step_size.step_length(u, world, time, qpos, qvel, qacc)
+    return length, u[events.KICK] / length
+
+
+def softness(world: World, u: Sequence[float], time: float) -> tuple[float, float]:
+    """`mjcb_contactfilter`, first: the feet's `solref` in this step; zeros: as the model has it.
+
+    Args:
+        world: The walk's.
+        u: Userdata.
+        time: Now, s.
+    """
+    return step_size.softness(u, time) if u[events.RUNNING] and world.lands else (0.0, 0.0)
+
+
+def refuses(world: World, u: Sequence[float], places: Any, first: int, second: int) -> bool:
+    """`mjcb_contactfilter`: whether a pair of geoms does not collide.
+
+    The swing foot passes through everything until it is armed (scuffing rule). From then on it is a point: it meets
+    the piece of the ground that it is over, and a riser if it is beside that (`profile.segment_met`). It cannot
+    meet a piece's corner.
+
+    The stance foot, which stands still, meets all ground but what stands beside it: not the risers, nor a higher piece.
+    And it passes through the ground from the step on that resolves the other foot's touchdown, as it does after the
+    exchange: a solver with a convex friction cone would drag a foot that leaves the ground obliquely.
+
+    Args:
+        world: The walk's.
+        u: Userdata.
+        places: Of all geoms, an array of shape (geoms, 3), m.
+        first: One geom.
+        second: The other.
+    """
+    if not u[events.RUNNING]:
+        return False
+    right = 1 if u[events.STANCE] else 0
+    stance, swing = world.feet[right], world.feet[1 - right]
+    armed = bool(u[events.ARMED])
+    if swing in (first, second):
+        return not armed or not _meets(world, places[swing, 0], places[swing, 2], second if first == swing else first)
+    if stance not in (first, second):
+        return False
+    if armed and -world.deepest < height_over_ground(world.profile, places[swing, 0], places[swing, 2]) < 0.0:
+        return True
+    return _beside(world, places[stance, 0], places[stance, 2], second if first == stance else first)
+
+
+def _meets(world: World, x: float, z: float, geom: int) -> bool:
+    """Whether a foot at x, z can meet a geom of the ground."""
+    segment = segment_met(world.profile, x, z)
+    riser = int(world.risers[geom])
+    if riser >= 0:
+        return (segment < riser) == (world.rises[riser] > 0.0)
+    return bool(world.first[geom] <= segment <= world.last[geom])
+
+
+def _beside(world: World, x: float, z: float, geom: int) -> bool:
+    """Whether a standing foot at x, z, which may have sunk a little, has a geom of the ground beside it."""
+    if world.risers[geom] >= 0.0:
+        return True
+    segment = segment_stood_on(world.profile, x, z, SUNK)
+    if world.first[geom] <= segment <= world.last[geom]:
+        return False
+    nearest = int(world.first[geom]) if segment < world.first[geom] else int(world.last[geom])
+    return height_of(world.profile, nearest, x) > z + SUNK

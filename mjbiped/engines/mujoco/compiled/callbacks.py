@@ -1,0 +1,310 @@
+"""The callbacks as C functions, which Numba makes of the same source (`..callbacks`) and MuJoCo calls directly.
+
+A compiled callback gets two addresses: of the mjModel and of the mjData. All that it works on, it finds from there:
+
+* the walk's memory in `mjData.userdata`;
+* what does not change (world and gains) in a *record*, a block of numbers outside MuJoCo. The model's numeric field
+  `scene.RECORDS` says where its records are while they are attached, `userdata[events.RECORD]` which one is meant. So
+  one function serves any number of models, and one model many walks with gains of their own, in any thread.
+
+A model without that field, with another's in it, or copied from one that has it (its own address stands there too) is
+left alone, as is zeroed userdata.
+
+Compilation leaves the order and the rounding of all operations as they are in Python, so both paths make
+bitwise the same walk.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+from mjbiped.engines.mujoco import callbacks
+from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.callbacks import Recording, World
+from mjbiped.engines.mujoco.compiled.layout import Layout, UnknownLayoutError, layout
+from mjbiped.engines.mujoco.compiled.memory import memory_access
+from mjbiped.engines.mujoco.compiled.records import NotPackableError, Packer, Shared
+from mjbiped.engines.mujoco.scene import RECORDS_SIZE
+from mjbiped.numerics.jit import described, prepared, raises
+from mjbiped.rules.termination import Outcome
+from mjbiped.terrain.profile import Profile
+
+if TYPE_CHECKING:
+    from mjbiped.control.controller import Law
+
+_ACCELERATION = int(mujoco.mjtStage.mjSTAGE_ACC)
+
+
+class Functions(NamedTuple):
+    """C functions for MuJoCo, as ctypes function pointers; to be kept alive while they are installed.
+
+    Attributes:
+        mjcb_control: See `callbacks.control`.
+        mjcb_sensor: See `callbacks.sense`.
+        mjcb_contactfilter: See `callbacks.refuses`.
+        token: Stands in the field `scene.RECORDS` of the models that they drive: the kind of their records.
+    """
+
+    mjcb_control: Any
+    mjcb_sensor: Any
+    mjcb_contactfilter: Any
+    token: float
+
+
+def native(law: Law, world: World, recording: Recording) -> Native | None:
+    """The compiled callbacks of a walk; None if a C callback could not do what its law does.
+
+    A law that raises an exception cannot do so through MuJoCo, nor can a record hold every kind of parameters. See
+    `Native` for arguments and errors.
+    """
+    if raises((law.torque, law.touchdown, law.slope_estimate)):
+        return None
+    try:
+        return Native(law, world, recording)
+    except NotPackableError:
+        return None
+
+
+class Native:
+    """Compiled callbacks and the record of one walk.
+
+    Attributes:
+        functions: Shared by all walks whose controllers have the same laws.
+        world: As given.
+        record: World and gains of this walk, and where its recording lies.
+        recording: As given; its arrays are kept alive.
+    """
+
+    def __init__(self, law: Law, world: World, recording: Recording) -> None:
+        """Compile, or take from the cache, what this kind of walk needs.
+
+        Args:
+            law: The controller's.
+            world: The walk's.
+            recording: To be written.
+
+        Raises:
+            UnknownLayoutError: This MuJoCo's structs are not understood.
+            NotPackableError: The law's parameters cannot be put into a record.
+            NumbaError: The laws cannot be compiled.
+        """
+        profile = Profile(*(np.array(values, dtype=np.float64) for values in world.profile))
+        packed = world._replace(
+            profile=profile,
+            rises=np.array(world.rises),
+            risers=np.array(world.risers),
+            first=np.array(world.first),
+            last=np.array(world.last),
+        )
+        shared = recording._replace(samples=Shared(recording.samples), rows=Shared(recording.rows))
+        packer = Packer()
+        made = packer.add((packed, shared, law.parameters))
+        classes = tuple(packer.classes.items())
+        values = 2 + world.states
+        self.functions = _compile(law.torque, law.touchdown, law.slope_estimate, values, made, classes, layout())
+        self.world, self.recording = world, recording
+        self.record = packer.record()
+        self._law = law
+
+    def in_world(self, world: World) -> Native:
+        """The same walk in another scene."""
+        return Native(self._law, world, self.recording)
+
+    def fits(self, model: mujoco.MjModel) -> bool:
+        """Whether all places that the callbacks use are there in a model: C code does not look."""
+        world = self.world
+        return bool(
+            model.nuserdata >= events.CONTROLLER_MEMORY + world.memory_size + world.states
+            and model.ngeom == len(world.risers)
+            and model.nsensordata >= max(world.contacts) + world.slots
+            and (model.nq, model.nv, model.nu) == (4, 4, 3)
+            and model.nnumericdata >= RECORDS_SIZE
+        )
+
+
+@contextmanager
+def attached(model: mujoco.MjModel, walks: Sequence[Native]) -> Iterator[None]:
+    """Tell the compiled callbacks of a model's walks, and let them forget these afterwards.
+
+    Args:
+        model: Made by `scene.build_scene`.
+        walks: `userdata[events.RECORD]` is an index into them.
+
+    Raises:
+        ValueError: The walks are not all driven by the same functions, or not made for such a model; or one of several
+            lands on its touchdowns, which changes the model's timestep.
+    """
+    functions = walks[0].functions
+    if len(walks) > 1 and any(walk.world.lands for walk in walks):
+        raise ValueError("walks that land on their touchdowns need a model each")
+    if not all(walk.functions is functions and walk.fits(model) for walk in walks):
+        raise ValueError("walks of one model need the same laws, and records made for a model like it")
+    field = model.numeric_data[:RECORDS_SIZE]
+    table = np.array([walk.record.ctypes.data for walk in walks], dtype=np.float64)  # addresses have 48 bits
+    before = field.copy()
+    field[:] = functions.token, model._address, table.ctypes.data, len(table)
+    try:
+        yield
+    finally:
+        field[:] = before
+
+
+def check_offsets(data: mujoco.MjData) -> None:
+    """Look whether what was found in other models holds for the very one that will be driven.
+
+    Raises:
+        UnknownLayoutError: It does not.
+    """
+    at = layout()
+    for name in ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos", "qacc"):
+        found = ctypes.c_int64.from_address(data._address + getattr(at, name)).value
+        if found != getattr(data, name).ctypes.data:
+            raise UnknownLayoutError(f"MuJoCo {mujoco.__version__} keeps {name} elsewhere than in other models")
+
+
+@lru_cache(maxsize=64)
+def _compile(
+    torque: Callable[..., Any],
+    touchdown: Callable[..., Any],
+    slope_estimate: Callable[..., Any],
+    values: int,
+    made: str,
+    classes: tuple[tuple[str, type], ...],
+    at: Layout,
+) -> Functions:
+    """The callbacks for one kind of law and record."""
+    import numba
+
+    own = (callbacks.control, callbacks.sense, callbacks.refuses, callbacks.softness)
+    roots = (*own, torque, touchdown, slope_estimate)
+    known = (
+        prepared(roots, inlined=(callbacks.control, torque)),
+        described(memory_access.__wrapped__),
+        *(values, made, at, numba.__version__),
+        *(events.CONTROLLER_MEMORY, events.RECORD, events.RUNNING, events.OUTCOME),
+        *((kind.__qualname__, getattr(kind, "_fields", ())) for _, kind in classes),
+    )
+    digest = hashlib.sha256(repr(known).encode()).hexdigest()
+    token = float(int(digest[:13], 16))  # 52 bits: exact
+    name = digest[:16]
+    values_named = [f"value_{index}" for index in range(values)]  # unpacked: their number is looked at
+    source = f"""def _torque(parameters, memory, t, q1, q2, dq1, dq2):
+    {", ".join(values_named)} = torque(parameters, memory, t, q1, q2, dq1, dq2)
+    return ({", ".join(f"float({value})" for value in values_named)})
+
+def bind(digest):
+    def control_{name}(model, data):
+        digest  # a cell that Numba's cache looks at
+        record = record_of(model, data, TOKEN)
+        if record != 0:
+            p = numbers(record, SCALARS)
+            world, recording, parameters = {made}
+            behind = MEMORY + world.memory_size
+            u = numbers(word(data + AT_USERDATA), behind + world.states)
+            try:
+                control(
+                    Laws(_torque, touchdown, slope_estimate), parameters, world, recording, u, u[MEMORY:behind],
+                    u[behind:], numbers(word(data + AT_CTRL), 3), numbers(data + AT_TIME, 1)[0],
+                    four(word(data + AT_QPOS)), four(word(data + AT_QVEL)),
+                )
+            except Exception:  # such as an index into a tuple; it could not pass through MuJoCo
+                u[RUNNING] = 0.0
+                u[OUTCOME] = INTERRUPTED
+
+    def sensor_{name}(model, data, stage):
+        digest
+        record = record_of(model, data, TOKEN) if stage == ACCELERATION else 0
+        if record != 0:
+            p = numbers(record, SCALARS)
+            world, _, _ = {made}
+            readings = numbers(word(data + AT_SENSORDATA), max(world.contacts[0], world.contacts[1]) + world.slots)
+            length, weight = sense(
+                world, numbers(word(data + AT_USERDATA), MEMORY), readings, numbers(data + AT_TIME, 1)[0],
+                four(word(data + AT_QPOS)), four(word(data + AT_QVEL)), four(word(data + AT_QACC)),
+            )
+            if length > 0.0:
+                numbers(model + AT_TIMESTEP, 1)[0] = length
+                if weight != 1.0:
+                    accelerations = numbers(word(data + AT_QACC), 4)
+                    for index in range(4):
+                        accelerations[index] *= weight
+
+    def filter_{name}(model, data, first, second):
+        digest
+        record = record_of(model, data, TOKEN)
+        if record == 0:
+            return 0
+        p = numbers(record, SCALARS)
+        world, _, _ = {made}
+        u = numbers(word(data + AT_USERDATA), MEMORY)
+        minus_stiffness, minus_damping = softness(world, u, numbers(data + AT_TIME, 1)[0])
+        if minus_stiffness < 0.0:
+            solref = array(word(model + AT_GEOM_SOLREF), (len(world.risers), 2))
+            for foot in world.feet:
+                solref[foot, 0], solref[foot, 1] = minus_stiffness, minus_damping
+        places = array(word(data + AT_GEOM_XPOS), (len(world.risers), 3))
+        return 1 if refuses(world, u, places, first, second) else 0
+
+    return control_{name}, sensor_{name}, filter_{name}
+"""
+    space: dict[str, Any] = {
+        "__name__": __name__,
+        "Laws": callbacks.Laws,
+        "control": callbacks.control,
+        "sense": callbacks.sense,
+        "refuses": callbacks.refuses,
+        "softness": callbacks.softness,
+        "torque": torque,
+        "touchdown": touchdown,
+        "slope_estimate": slope_estimate,
+        "TOKEN": token,
+        "SCALARS": made.count("p["),
+        "MEMORY": events.CONTROLLER_MEMORY,
+        "RUNNING": events.RUNNING,
+        "OUTCOME": events.OUTCOME,
+        "INTERRUPTED": float(Outcome.INTERRUPTED),
+        "ACCELERATION": _ACCELERATION,
+        **{f"AT_{key.upper()}": offset for key, offset in at._asdict().items()},
+        **dict(classes),
+        **memory_access(at),
+    }
+    exec(compile(source, __file__, "exec"), space)  # the cache lies where this file does
+    from numba.extending import register_jitable
+
+    register_jitable(inline="always")(space["_torque"])
+    word = numba.types.int64
+    whole = numba.types.int32
+    signatures = (
+        numba.types.void(word, word),
+        numba.types.void(word, word, whole),
+        whole(word, word, whole, whole),
+    )
+    control, sensor, contact_filter = map(_cfunc, signatures, space["bind"](digest))
+    return Functions(control, sensor, contact_filter, token)
+
+
+def _cfunc(signature: Any, function: Callable[..., Any]) -> Any:
+    import numba
+
+    options: dict[str, Any] = {
+        "_nrt": False,
+        "error_model": "numpy",
+        "boundscheck": True,
+    }  # and no fastmath: as Python rounds
+    try:
+        compiled = numba.cfunc(signature, cache=True, **options)(function)
+    except RuntimeError:  # no folder to write to
+        compiled = numba.cfunc(signature, **options)(function)
+    _kept.append(compiled)
+    return compiled.ctypes
+
+
+_kept: list[Any] = []  # their machine code lives as long as they do

@@ -1,0 +1,100 @@
+"""Records: what a compiled callback needs to know of a walk beside its memory, as one block of numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.engines.mujoco.compiled.layout import WORD
+
+
+class NotPackableError(TypeError):
+    """Parameters hold something else than numbers, arrays of floats, and tuples of these."""
+
+
+class Shared:
+    """An array that is not copied into the record: the record holds its address, and compiled code writes to it.
+
+    Attributes:
+        array: Of floats, contiguous; whoever shares it keeps it alive.
+    """
+
+    def __init__(self, array: NDArray[np.float64]) -> None:
+        """Take it as it is.
+
+        Raises:
+            NotPackableError: It is not contiguous, or not of floats.
+        """
+        if not (array.dtype == np.float64 and array.flags.c_contiguous):
+            raise NotPackableError("a shared array must be contiguous and of floats")
+        self.array = array
+
+
+class Packer:
+    """Turns a value into numbers, and into the expression that makes the value of them again in compiled code.
+
+    Attributes:
+        classes: The NamedTuples met, under the names that the expression gives them.
+    """
+
+    def __init__(self) -> None:
+        """Begin an empty record."""
+        self.classes: dict[str, type] = {}
+        self._numbers: list[float] = []
+        self._arrays: list[tuple[int, NDArray[np.float64]]] = []
+
+    def add(self, value: Any) -> str:
+        """Take a value into the record.
+
+        Args:
+            value: Numbers, arrays of floats, shared arrays, and tuples and NamedTuples of these.
+
+        Returns:
+            The expression for it: `record` is the record's address, `p` are its numbers, `array(address, shape)` is
+            the array at an address.
+
+        Raises:
+            NotPackableError: Something else is in it.
+        """
+        if isinstance(value, tuple):
+            parts = [self.add(part) for part in value]
+            if hasattr(value, "_fields"):
+                name = next((name for name, kind in self.classes.items() if kind is type(value)), "")
+                if not name:
+                    name = f"class_{len(self.classes)}"
+                    self.classes[name] = type(value)
+                return f"{name}({', '.join(parts)})"
+            return f"({''.join(part + ', ' for part in parts)})"
+        if isinstance(value, np.ndarray) and value.dtype == np.float64 and value.ndim > 0:
+            first = len(self._numbers)
+            self._arrays.append((first, value))
+            self._numbers += [0.0, *map(float, value.shape)]
+            shape = "".join(f"int(p[{first + 1 + axis}]), " for axis in range(value.ndim))
+            return f"array(record + {WORD} * int(p[{first}]), ({shape}))"
+        if isinstance(value, Shared):
+            first = len(self._numbers)
+            self._numbers += [float(value.array.ctypes.data), *map(float, value.array.shape)]  # addresses have 48 bits
+            shape = "".join(f"int(p[{first + 1 + axis}]), " for axis in range(value.array.ndim))
+            return f"array(int(p[{first}]), ({shape}))"
+        self._numbers.append(0.0)
+        place = f"p[{len(self._numbers) - 1}]"
+        if isinstance(value, bool | np.bool_):
+            expression = f"({place} != 0.0)"
+        elif isinstance(value, int | np.integer) and abs(int(value)) < 1 << 53:
+            expression = f"int({place})"
+        elif isinstance(value, float | np.float64):
+            expression = place
+        else:
+            raise NotPackableError(f"{type(value).__name__} {value!r}")
+        self._numbers[-1] = float(value)
+        return expression
+
+    def record(self) -> NDArray[np.float64]:
+        """The numbers, with the arrays behind them."""
+        numbers = list(self._numbers)
+        for first, array in self._arrays:
+            numbers[first] = float(len(numbers))
+            numbers += array.ravel().tolist()
+        return np.array(numbers, dtype=np.float64)

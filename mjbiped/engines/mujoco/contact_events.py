@@ -1,0 +1,355 @@
+"""Contact events: what the engine remembers from one physics step to the next, and how it exchanges the legs.
+
+All of it stands in `mjData.userdata`, in the places named below, so that a walk can be copied, saved and resumed with
+MuJoCo's own state functions, and nothing depends on how often a callback fires at the same time. The functions work on
+any mutable sequence of floats; they know neither MuJoCo's objects nor the controller. They run in plain Python and
+compiled, bit by bit the same.
+
+One physics step from t to t + h:
+
+1. `observe` (in the control callback at t): counts the work of the step before, exchanges the legs if a touchdown was
+   noted in it, lets the swing foot collide when the scuffing rule says so, and looks for an end of the walk;
+2. the controller ticks;
+3. MuJoCo resolves the contacts;
+4. `feel` (in the sensor callback): notes touchdown, friction and penetration as the contact sensors show them;
+5. `step_size.step_length` (there too) says how long this step is: it ends where the swing foot meets the ground.
+
+The exchange comes one call after the contact was resolved: the rates are then already those after the impact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import MutableSequence, Sequence
+
+from mjbiped.records.columns import TOUCHDOWNS, place, width
+from mjbiped.rules.scuffing import swing_foot_collides
+from mjbiped.rules.termination import FALLEN_HIP, LIGHT_CONTACT, SLIPPED_FOOT, Limits, Outcome
+from mjbiped.terrain.profile import Profile, height_of, height_over, segment_stood_on
+
+# --- places in userdata -----------------------------------------------------------------------------------------------
+(
+    RUNNING,  # 0 in zeroed userdata: then nothing acts
+    TIME,  # of the last observation, s
+    PLANNED,  # length of the physics step from then on that its contacts are made for, s; see `step_size`
+    PLANNED_NEXT,  # the same of the step after it, s
+    PLAIN,  # 1: its kick is as long as the step itself
+    PLAIN_NEXT,  # the same of the step after it
+    KICK,  # time for which the accelerations act in it, s
+    LAST_STEP,  # length of the step before, s; 0 just after an impact
+    STANCE,  # 0 left, 1 right
+    EXCHANGE_TIME,  # of the last leg exchange, s
+    NEXT_CONTROL,  # when the controller ticks next, s
+    NEXT_SAMPLE,  # when a sample is due, s
+    SAMPLES,  # that wait to be taken from the recording; see `callbacks.Recording`
+    ROWS,  # of touchdowns that wait there
+    TOUCHED,  # 1: an exchange that the controller has not yet been told of
+    ARMED,  # 1: the swing foot collides
+    SLOPE,  # of the ground under the stance foot, rad
+    FOOT_X,  # stance foot at the exchange, m
+    FOOT_Z,
+    FOOT_ANGLE,  # stance leg at the exchange, rad
+    NOTED,  # 1: touchdown resolved in the last step
+    ANKLE,  # torque held, N m
+    HIP,
+    LEFT,  # leg angles and rates of the last observation
+    RIGHT,
+    LEFT_RATE,
+    RIGHT_RATE,
+    WORK_ABSOLUTE,  # since the start, J
+    WORK_NET,
+    WORK_POSITIVE,
+    PEAK_ANKLE,  # since the start, N m
+    PEAK_HIP,
+    SLIP,  # greatest in this step: way that the stance foot slid along the ground, m
+    PENETRATION,  # m
+    FRICTION,  # |F_t| / F_n
+    FORCE,  # F_n of the stance foot in the physics step last resolved, N
+    IMPULSE,  # of F_n since the last stretch ended over which it is averaged, N s
+    STRETCH,  # how long that is ago, s
+    WITHOUT_CONTACT,  # how long the stance foot has had none, s
+    NORMAL_FORCE,  # least average in this step, N
+    STRIKES,  # 1: the swing foot struck a vertical face in this step
+    COUNT,  # touchdowns so far
+    OUTCOME,
+    RECORD,  # which of its model's records holds for this walk where the callbacks are compiled; see `native`
+    LAST_TOUCHDOWN,  # first place of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
+) = range(45)
+
+# of the touchdown's row, each the first of two places: what the controller is told
+TOLD_Q_BEFORE, TOLD_Q, TOLD_DQ = (LAST_TOUCHDOWN + place(TOUCHDOWNS, name) for name in ("q_before", "q", "dq"))
+ESTIMATE_BEFORE = LAST_TOUCHDOWN + place(TOUCHDOWNS, "slope_estimate_before")
+ESTIMATE_AFTER = LAST_TOUCHDOWN + place(TOUCHDOWNS, "slope_estimate")
+CONTROLLER_MEMORY = LAST_TOUCHDOWN + width(TOUCHDOWNS)
+"""The controller's memory begins here; behind it stand the rates of its integrated states, which end userdata."""
+
+SMALLEST_UPWARD_NORMAL = 0.7  # a contact that faces up less is a riser's face or an inner edge of a heightfield
+MISSED = 0.02
+"""No foot is so far off the ground at its touchdown, or so deep in it, in leg lengths: contacts give 0.01 at most."""
+AVERAGED = 0.016  # least stretch of time that the stance foot's force is averaged over, in sqrt(leg length / gravity)
+FEWEST_AVERAGED = 5.0  # physics steps in such a stretch, at least: the foot loses contact for single ones
+AIRBORNE = 0.06  # without contact the stance foot is off the ground, in the same units: sliding, it hops half as long
+
+
+_FINISHED, _FELL, _STALLED, _SLIPPED, _LEFT_TERRAIN, _DIVERGED = (
+    float(outcome)
+    for outcome in (
+        Outcome.FINISHED,
+        Outcome.FELL,
+        Outcome.STALLED,
+        Outcome.SLIPPED,
+        Outcome.LEFT_TERRAIN,
+        Outcome.DIVERGED,
+    )
+)
+
+
+def begin(
+    u: MutableSequence[float],
+    qpos: Sequence[float],
+    qvel: Sequence[float],
+    slope: float,
+    foot: tuple[float, float],
+    timestep: float,
+) -> None:
+    """Fill zeroed userdata for a walk that starts on the left leg.
+
+    Args:
+        u: Userdata.
+        qpos: Hip x, hip z (m), left and right leg (rad).
+        qvel: Their rates.
+        slope: Of the ground under the stance foot, rad.
+        foot: Stance foot, x and z in m.
+        timestep: Of the first step, s.
+    """
+    u[RUNNING] = 1.0
+    u[TIME] = -1.0
+    u[PLANNED_NEXT] = timestep
+    u[NORMAL_FORCE] = math.inf
+    u[SLOPE] = slope
+    u[FOOT_X], u[FOOT_Z] = foot
+    u[FOOT_ANGLE] = qpos[2]
+    u[LEFT], u[RIGHT] = qpos[2], qpos[3]
+    u[LEFT_RATE], u[RIGHT_RATE] = qvel[2], qvel[3]
+
+
+def observe(
+    u: MutableSequence[float],
+    limits: Limits,
+    profile: Profile,
+    time: float,
+    qpos: Sequence[float],
+    qvel: Sequence[float],
+) -> None:
+    """Take in the state at a new time; see the module.
+
+    Args:
+        u: Userdata.
+        limits: What the walk is judged by.
+        profile: The ground.
+        time: Now, s; later than the last observation.
+        qpos: Hip x, hip z (m), left and right leg (rad).
+        qvel: Their rates.
+    """
+    hip_x, hip_z, left, right = qpos
+    _, _, left_rate, right_rate = qvel
+    if u[NOTED]:
+        _exchange(u, limits, profile, time, qpos, qvel)
+    else:
+        _count_work(u, left, right)
+        _weigh(u, limits)
+    u[TIME] = time
+    u[LEFT], u[RIGHT], u[LEFT_RATE], u[RIGHT_RATE] = left, right, left_rate, right_rate
+
+    length = limits.leg_length
+    stance, swing = (right, left) if u[STANCE] else (left, right)
+    foot_x, foot_z = hip_x - length * math.sin(stance), hip_z - length * math.cos(stance)
+    if not u[ARMED]:
+        swing_x = hip_x - length * math.sin(swing)
+        ahead = swing_x - foot_x
+        if ahead >= limits.reach:
+            clearance = hip_z - length * math.cos(swing) - height_over(profile, swing_x)
+            if swing_foot_collides(limits.reach, limits.delay, time - u[EXCHANGE_TIME], ahead, clearance):
+                u[ARMED] = 1.0
+    slope = u[SLOPE]  # a foot that sinks into the ground, or rolls on its radius, does not slip
+    way = (foot_x - u[FOOT_X]) * math.cos(slope) - (foot_z - u[FOOT_Z]) * math.sin(slope)
+    slip = abs(way - limits.foot_radius * (stance - u[FOOT_ANGLE]))
+    up = (foot_x - u[FOOT_X]) * math.sin(slope) + (foot_z - u[FOOT_Z]) * math.cos(slope)
+    if slip > u[SLIP]:
+        u[SLIP] = slip
+    if not u[OUTCOME]:
+        if (hip_z - height_over(profile, hip_x)) * math.cos(slope) < FALLEN_HIP * length:
+            u[OUTCOME] = _FELL
+        elif time - u[EXCHANGE_TIME] > limits.stall_time:
+            u[OUTCOME] = _STALLED
+        elif max(slip, abs(up)) > SLIPPED_FOOT * length:
+            u[OUTCOME] = _SLIPPED
+        elif up < -MISSED * length and height_over(profile, foot_x) - foot_z > MISSED * length:
+            u[OUTCOME] = _DIVERGED  # it has slid under a step
+        elif not limits.start < hip_x < limits.end:
+            u[OUTCOME] = _LEFT_TERRAIN
+
+
+def _count_work(u: MutableSequence[float], left: float, right: float) -> None:
+    """Work of the held torques since the last observation, exact for the way that was made.
+
+    The paper's power is τ1 q̇1 + τ2 (q̇2 - q̇1); the ground's slope does not change in between.
+    """
+    way_left, way_right = left - u[LEFT], right - u[RIGHT]
+    way_ankle, way_hip = (way_right, way_left - way_right) if u[STANCE] else (way_left, way_right - way_left)
+    ankle, hip = u[ANKLE] * way_ankle, u[HIP] * way_hip
+    u[WORK_ABSOLUTE] += abs(ankle) + abs(hip)
+    u[WORK_NET] += ankle + hip
+    u[WORK_POSITIVE] += (0.0 if ankle < 0.0 else ankle) + (0.0 if hip < 0.0 else hip)
+
+
+def _weigh(u: MutableSequence[float], limits: Limits) -> None:
+    """Take the stance foot's normal force in the physics step before into its averages.
+
+    A standing foot loses contact for single physics steps, a sliding one for some milliseconds, and the force of the
+    step after makes up for it. So the force is averaged, over stretches of time that end with a step in contact. A foot
+    that stays off the ground for longer bears nothing.
+    """
+    kick, force = u[KICK], u[FORCE]
+    u[IMPULSE] += kick * force
+    u[STRETCH] += kick
+    u[WITHOUT_CONTACT] = 0.0 if force > 0.0 else u[WITHOUT_CONTACT] + kick
+    if u[WITHOUT_CONTACT] >= limits.airborne:
+        u[NORMAL_FORCE] = 0.0
+    elif force > 0.0 and u[STRETCH] >= limits.averaged:
+        average = u[IMPULSE] / u[STRETCH]
+        if average < u[NORMAL_FORCE]:
+            u[NORMAL_FORCE] = average
+        u[IMPULSE] = u[STRETCH] = 0.0
+
+
+def _least_normal_force(u: Sequence[float]) -> float:
+    """Of the step that ends, N; that of a step too short for an average is the mean of what there was, or NaN."""
+    if u[NORMAL_FORCE] < math.inf:
+        return u[NORMAL_FORCE]
+    return u[IMPULSE] / u[STRETCH] if u[STRETCH] > 0.0 else math.nan
+
+
+def _exchange(
+    u: MutableSequence[float],
+    limits: Limits,
+    profile: Profile,
+    time: float,
+    qpos: Sequence[float],
+    qvel: Sequence[float],
+) -> None:
+    """Swap the legs' roles and write the touchdown's row; the estimates are not known before the controller's tick.
+
+    No row tells of a foot that is not on the ground: the walk has then diverged.
+
+    The slope is that of the segment that the foot stands on: no contact's normal, which at an edge can be any.
+    The contact step itself counts for no work: half of it belongs to either step's roles.
+    """
+    hip_x, hip_z, left, right = qpos
+    _, _, left_rate, right_rate = qvel
+    if u[STANCE]:
+        old, new, old_rate, new_rate = right, left, right_rate, left_rate
+        old_before, new_before = u[RIGHT_RATE], u[LEFT_RATE]
+    else:
+        old, new, old_rate, new_rate = left, right, left_rate, right_rate
+        old_before, new_before = u[LEFT_RATE], u[RIGHT_RATE]
+    foot_x, foot_z = hip_x - limits.leg_length * math.sin(new), hip_z - limits.leg_length * math.cos(new)
+    segment = segment_stood_on(profile, foot_x, foot_z)
+    if not abs(foot_z - height_of(profile, segment, foot_x)) <= MISSED * limits.leg_length:
+        u[OUTCOME], u[NOTED] = _DIVERGED, 0.0
+        return
+    u[STANCE] = 1.0 - u[STANCE]
+    u[FOOT_X], u[FOOT_Z] = foot_x, foot_z
+    slope_before = u[SLOPE]
+    slope = -math.atan(profile.gradient[segment])
+    u[FOOT_ANGLE] = new
+    u[COUNT] += 1.0
+    row = (
+        time,
+        hip_x,
+        hip_z,
+        left,
+        right,
+        u[FOOT_X],
+        u[FOOT_Z],
+        u[STANCE],
+        slope,
+        old - slope_before,
+        new - slope_before,
+        old_before,
+        new_before,
+        new - slope,
+        old - slope,
+        new_rate,
+        old_rate,
+        u[WORK_ABSOLUTE],
+        u[WORK_NET],
+        u[WORK_POSITIVE],
+        u[SLIP],
+        u[PENETRATION],
+        u[FRICTION],
+        u[STRIKES],
+        math.nan,
+        math.nan,
+        _least_normal_force(u),
+    )
+    for index, value in enumerate(row):
+        u[LAST_TOUCHDOWN + index] = value
+    u[SLOPE] = slope
+    u[EXCHANGE_TIME] = time
+    u[TOUCHED] = 1.0
+    u[NOTED] = u[ARMED] = 0.0
+    u[ANKLE], u[HIP] = (
+        0.0,
+        -u[HIP],
+    )  # until the controller ticks: the lifted leg's ankle is off, the hip's motor goes on
+    u[SLIP] = u[PENETRATION] = u[FRICTION] = u[STRIKES] = 0.0
+    u[IMPULSE] = u[STRETCH] = u[WITHOUT_CONTACT] = 0.0
+    u[NORMAL_FORCE] = math.inf
+    if not u[OUTCOME]:
+        if u[COUNT] >= limits.steps or u[FOOT_X] >= limits.distance:
+            u[OUTCOME] = _FINISHED
+        elif u[FOOT_X] >= limits.end:
+            u[OUTCOME] = _LEFT_TERRAIN
+
+
+READING = 11
+"""Floats of one slot of a contact sensor: found, force (3), distance, position (3), normal (3)."""
+_FOUND, _FORCE, _DISTANCE, _NORMAL = 0, 1, 4, 8
+
+
+def feel(u: MutableSequence[float], limits: Limits, stance: Sequence[float], swing: Sequence[float]) -> None:
+    """Note what the contact sensors show of the step just resolved.
+
+    Args:
+        u: Userdata.
+        limits: What the walk is judged by.
+        stance: Slots of the stance foot's contact sensor, deepest contact first; the force is in the contact's frame
+            (normal, two tangents), the normal points from the foot into the ground.
+        swing: The same of the swing foot.
+    """
+    noted = 0.0
+    if u[ARMED]:
+        for slot in range(0, len(swing), READING):
+            if swing[slot + _FOUND] > 0.0:
+                upward = -swing[slot + _NORMAL + 2]
+                if upward < SMALLEST_UPWARD_NORMAL:
+                    u[STRIKES] = 1.0
+                elif not noted:
+                    noted = 1.0
+                    if -swing[slot + _DISTANCE] > u[PENETRATION]:
+                        u[PENETRATION] = -swing[slot + _DISTANCE]
+    u[NOTED] = noted
+    force = 0.0
+    for slot in range(0, len(stance), READING):
+        if stance[slot + _FOUND] > 0.0:
+            force += stance[slot + _FORCE]
+    u[FORCE] = force
+    if stance[_FOUND] > 0.0 and not noted and -stance[_NORMAL + 2] >= SMALLEST_UPWARD_NORMAL:
+        if -stance[_DISTANCE] > u[PENETRATION]:
+            u[PENETRATION] = -stance[_DISTANCE]
+        force, across, along = stance[_FORCE], stance[_FORCE + 1], stance[_FORCE + 2]
+        if force > LIGHT_CONTACT * limits.weight:
+            used = math.sqrt(across * across + along * along) / force  # hypot has other last bits compiled
+            if used > u[FRICTION]:
+                u[FRICTION] = used

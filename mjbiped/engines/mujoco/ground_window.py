@@ -1,0 +1,151 @@
+"""Long terrains: the model holds a window of the ground about the robot, so a step costs the same on any length.
+
+MuJoCo takes in every geom at every step, some 10 ns each, and its compiler is slower than in proportion. So of a
+terrain of more than `FEW_SEGMENTS` segments only those about the robot are built, and near the window's end the next
+window's model takes over the state. The pieces of the ground are cut by the terrain alone
+(`mjbiped.engines.mujoco.ground`) and stand in one coordinate system: every contact is bitwise that of the whole
+terrain, whatever window it was found in.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from typing import TypedDict
+
+import mujoco
+
+from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
+from mjbiped.engines.mujoco.scene import Scene, compose_scene
+from mjbiped.robots.compass import Compass
+from mjbiped.terrain.profile import Profile
+from mjbiped.terrain.terrain import Terrain
+
+MARGIN = 2.0
+"""Ground about the hip that is never missing, in leg lengths: a leg, and what a fall can go."""
+
+_AHEAD = 20.0  # of the hip in a new window, in leg lengths, while these are few segments
+_TURN = 1.0  # behind the margin, in leg lengths: who turns back and forth does not build at each turn
+_LEAST = 3.0  # ahead of the margin, in leg lengths, of however many segments
+
+
+class GroundWindows:
+    """Builds the scene about any place of a terrain.
+
+    Attributes:
+        start: Where the whole ground begins, x in m.
+        end: Where it ends, x in m.
+    """
+
+    def __init__(
+        self,
+        robot: Compass,
+        terrain: Terrain,
+        *,
+        timestep: float,
+        reach: float,
+        ground: str = "auto",
+        userdata: int = 0,
+        scenery: bool = False,
+        margin: float | None = None,
+    ) -> None:
+        """Cut the terrain; nothing is built yet.
+
+        Args:
+            robot: See `mjbiped.engines.mujoco.scene.build_scene` for this and all that follows but the last.
+            terrain: The ground's profile.
+            timestep: Physics step, s.
+            reach: How far ahead of x = 0 the last segment must reach, m.
+            ground: Kind of ground.
+            userdata: Number of floats in `mjData.userdata`.
+            scenery: Add the earth under the ground, for pictures.
+            margin: Ground about the hip that is never missing, m; `MARGIN` legs by default.
+
+        Raises:
+            InputError: `ground` is unknown.
+        """
+        self._robot, self._terrain, self._timestep = robot, terrain, timestep
+        self._userdata, self._scenery = userdata, scenery
+        self._margin = MARGIN * robot.leg_length if margin is None else margin
+        self._ground = Ground(terrain, reach=reach, kind=ground)
+        self.start, self.end = self._ground.start_of(0), self._ground.end
+
+    def segments_about(self, x: float) -> range:
+        """The segments to be built for a hip at x (m); all where they are few."""
+        starts, length = self._terrain.x, self._robot.leg_length
+        if len(starts) <= FEW_SEGMENTS:
+            return self._ground.segments
+        few = starts[min(self._terrain.segment_at(x) + FEW_SEGMENTS, len(starts) - 1)]
+        ahead = max(self._margin + _LEAST * length, min(self._margin + _AHEAD * length, few - x))
+        return self._ground.between(x - self._margin - _TURN * length, x + ahead)
+
+    def about(self, x: float) -> Scene:
+        """Build the scene about a hip at x (m)."""
+        with python_callbacks_removed():
+            return compose_scene(
+                self._robot,
+                self._ground,
+                self.segments_about(x),
+                timestep=self._timestep,
+                userdata=self._userdata,
+                scenery=self._scenery,
+            )
+
+    def inside(self, scene: Scene) -> tuple[float, float]:
+        """Between which places (m) a scene has all ground about the hip; infinite where nothing more can be built."""
+        first, last = scene.segments[0] == 0, scene.segments[-1] == len(self._terrain.x) - 1
+        return -math.inf if first else scene.start + self._margin, math.inf if last else scene.end - self._margin
+
+
+class Places(TypedDict):
+    """The part of `mjbiped.engines.mujoco.callbacks.World` that differs from window to window."""
+
+    profile: Profile
+    rises: tuple[float, ...]
+    feet: tuple[int, int]
+    contacts: tuple[int, int]
+    slots: int
+    risers: tuple[float, ...]
+    first: tuple[float, ...]
+    last: tuple[float, ...]
+
+
+def places_in(scene: Scene, terrain: Terrain) -> Places:
+    """Where things are in a scene: the segments that it shows of a terrain, geoms, and sensor data."""
+    model = scene.model
+    left, right = (model.sensor(f"{side}_contact") for side in ("left", "right"))
+    begin = scene.segments.start
+    shown = slice(begin, scene.segments.stop)
+    names = [model.geom(index).name for index in range(model.ngeom)]
+    whole = range(begin, scene.segments.stop)  # what is none of the ground's pieces can be met anywhere
+    pieces = [scene.pieces.get(name, whole) for name in names]
+    return {
+        "profile": Profile(*(values[shown] for values in terrain.profile)),
+        "rises": terrain.rises[shown],
+        "feet": (int(model.geom("left_foot").id), int(model.geom("right_foot").id)),
+        "contacts": (int(left.adr[0]), int(right.adr[0])),
+        "slots": int(left.dim[0]),
+        "risers": tuple(
+            float(int(name.removeprefix("riser_")) - begin) if name.startswith("riser_") else -1.0 for name in names
+        ),
+        "first": tuple(float(piece[0] - begin) for piece in pieces),
+        "last": tuple(float(piece[-1] - begin) for piece in pieces),
+    }
+
+
+@contextmanager
+def python_callbacks_removed() -> Iterator[None]:
+    """Take MuJoCo's callbacks in Python away meanwhile: its compiler calls them with models that Python cannot hold.
+
+    Compiled ones stay, and must leave alone what is not theirs, as those of `mjbiped.engines.mujoco.compiled.callbacks`
+    do.
+    """
+    names = [name.removeprefix("get_") for name in dir(mujoco) if name.startswith("get_mjcb_")]
+    with ExitStack() as stack:
+        for name in names:
+            callback = getattr(mujoco, f"get_{name}")()
+            if callback is not None and not hasattr(callback, "argtypes"):
+                stack.callback(getattr(mujoco, f"set_{name}"), callback)
+                getattr(mujoco, f"set_{name}")(None)
+        yield

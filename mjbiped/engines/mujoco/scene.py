@@ -1,0 +1,152 @@
+"""Robot MJCF and terrain to one `mujoco.MjModel`.
+
+The robot (`models/compass.xml`) and its surroundings (`models/scene.xml`) stand in files; this module writes the
+robot's parameters over them and puts the terrain in the floor's place (`mjbiped.engines.mujoco.ground`), with
+`mujoco.MjSpec`. Feet are spheres of radius `FOOT_RADIUS` about the legs' ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+import mujoco
+
+from mjbiped.engines.mujoco.ground import FOOT_RADIUS, GROUND_KINDS, HALF_WIDTH, Ground
+from mjbiped.engines.mujoco.scenery import add_earth, add_faces
+from mjbiped.engines.mujoco.step_size import stiffness
+from mjbiped.robots.compass import Compass
+from mjbiped.terrain.terrain import GROUND_FRICTION, Terrain
+
+__all__ = ["FOOT_RADIUS", "GROUND_KINDS", "Scene", "build_scene", "compose_scene", "models_folder"]
+
+SMALLEST_HIP_MASS = 1e-5
+"""MuJoCo's compiler refuses a moving body without mass; this part of the robot's mass is invisible in every figure."""
+
+SMALLEST_INERTIA = 2e-10
+"""The same for a leg without inertia about its centre of mass, in leg mass times leg length squared."""
+
+RECORDS = "walks"
+"""The model's one numeric field, of so many numbers: for `mjbiped.engines.mujoco.compiled.callbacks`, which says what
+stands there."""
+RECORDS_SIZE = 4
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A compiled scene.
+
+    Attributes:
+        model: The MuJoCo model; its `userdata` has the size asked for.
+        segments: Of the terrain, those that were built.
+        start: Where the ground begins, x in m.
+        end: Where the ground ends, x in m: the terrain's own end, or as far as was built.
+        pieces: Which segments each geom of the ground is made of, by its name.
+    """
+
+    model: mujoco.MjModel
+    segments: range
+    start: float
+    end: float
+    pieces: Mapping[str, range]
+
+
+def build_scene(
+    robot: Compass,
+    terrain: Terrain,
+    *,
+    timestep: float,
+    reach: float,
+    ground: str = "auto",
+    userdata: int = 0,
+    scenery: bool = False,
+) -> Scene:
+    """Build the MuJoCo model of a robot on a whole terrain.
+
+    Args:
+        robot: The robot's parameters.
+        terrain: The ground's profile.
+        timestep: Of the steps that the contacts are made for, s. Their damping is 1 / timestep: with it an impact is
+            plastic within one step.
+        reach: How far ahead of x = 0 the last segment must reach, m; a terrain that ends earlier keeps its end.
+        ground: "auto" (see `mjbiped.engines.mujoco.ground`), or "heightfield" or "boxes" for all stretches alike.
+        userdata: Number of floats in `mjData.userdata`.
+        scenery: For pictures: the earth under the ground, and textures, which take 5 MB and 12 ms.
+
+    Returns:
+        The scene.
+
+    Raises:
+        InputError: `ground` is unknown.
+    """
+    layout = Ground(terrain, reach=reach, kind=ground)
+    return compose_scene(robot, layout, layout.segments, timestep=timestep, userdata=userdata, scenery=scenery)
+
+
+def compose_scene(
+    robot: Compass, ground: Ground, segments: range, *, timestep: float, userdata: int, scenery: bool
+) -> Scene:
+    """Build the MuJoCo model of a robot on a part of a terrain.
+
+    Args:
+        robot: The robot's parameters.
+        ground: The terrain, cut into pieces.
+        segments: Those to be built; see `Ground.between`.
+        timestep: As in `build_scene`, s.
+        userdata: As there.
+        scenery: As there.
+
+    Returns:
+        The scene.
+    """
+    spec = mujoco.MjSpec.from_file(str(models_folder() / "scene.xml"))
+    spec.nuserdata = userdata
+    spec.add_numeric(name=RECORDS, size=RECORDS_SIZE, data=[0.0] * RECORDS_SIZE)
+    _set_robot(spec, robot, timestep)
+    spec.delete(spec.geom("floor"))
+    ground.add_to(spec, segments)
+    if scenery:
+        add_earth(spec, ground.profile(segments), HALF_WIDTH)
+        add_faces(spec, ground.faces(segments), HALF_WIDTH)
+    else:
+        for texture in list(spec.textures):
+            spec.delete(texture)
+        for material in spec.materials:
+            material.textures = [""] * len(material.textures)
+    for key in list(spec.keys):
+        spec.delete(key)  # they hold Table I's postures on a 2 degree slope
+    start, end = ground.start_of(segments[0]), ground.stop_of(segments[-1])
+    return Scene(spec.compile(), segments, start, end, ground.pieces(segments))
+
+
+def models_folder() -> Path:
+    """Folder of the MJCF files, in a checkout as in an installed wheel."""
+    package = Path(str(resources.files("mjbiped")))
+    installed = package / "models"
+    return installed if installed.is_dir() else package.parent / "models"
+
+
+def _set_robot(spec: mujoco.MjSpec, robot: Compass, timestep: float) -> None:
+    """Write the robot's parameters, the timestep and the damping that belongs to it over the spec."""
+    spec.option.timestep = timestep
+    spec.option.gravity = [0.0, 0.0, -robot.gravity]
+    length = robot.leg_length
+    spec.body("hip").mass = max(robot.hip_mass, SMALLEST_HIP_MASS * robot.total_mass)
+    solref = [-stiffness(timestep), -1.0 / timestep]
+    for side, y in (("left", 0.04), ("right", -0.04)):
+        leg = spec.body(f"{side}_leg")
+        leg.mass = robot.leg_mass
+        leg.ipos = [0.0, 0.0, -robot.upper_length]
+        leg.inertia = [max(robot.leg_inertia, SMALLEST_INERTIA * robot.leg_mass * length**2)] * 3
+        foot = spec.geom(f"{side}_foot")
+        foot.pos = [0.0, 0.0, -length]
+        foot.size = [FOOT_RADIUS, 0.0, 0.0]
+        foot.friction = [GROUND_FRICTION, 0.0, 0.0]
+        foot.solref[:2] = solref
+        spec.geom(f"{side}_shank").fromto = [0.0, y, 0.0, 0.0, y, -length + 0.018]
+        spec.geom(f"{side}_tip").pos = [0.0, y, -length + 0.024]
+        spec.geom(f"{side}_mass").pos = [0.0, y, -robot.upper_length]
+    riser = spec.find_default("riser").geom
+    riser.solref[:2] = solref

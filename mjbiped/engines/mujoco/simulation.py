@@ -1,0 +1,430 @@
+"""MuJoCo engine: rigid bodies, contacts, and a controller in `mjcb_control`.
+
+Nothing of the paper's impact map is used here: the contact solver makes the impact, and the contact sensors say when
+the legs exchange. What the callbacks do take from the terrain's profile is how long a step is, and with it the
+contacts' softness (`mjbiped.engines.mujoco.step_size`), and when the departing foot ceases to collide. `Simulation`
+holds model and state; `mjbiped.engines.mujoco.run` walks it to its end.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+from mjbiped.control import methods as laws
+from mjbiped.control.check import refusal
+from mjbiped.control.methods import gives_its_law
+from mjbiped.engines.mujoco import callbacks
+from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.callbacks import Laws, Recording, World
+from mjbiped.engines.mujoco.compiled.callbacks import Functions, Native, attached, check_offsets, native
+from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
+from mjbiped.engines.mujoco.compiled.registry import (
+    CALLBACKS,
+    exclusive,
+    installed,
+    is_compiled,
+    own_callbacks,
+    shared,
+    stepped_under_shared,
+)
+from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
+from mjbiped.engines.mujoco.scene import FOOT_RADIUS
+from mjbiped.errors import InputError, shown
+from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, width
+from mjbiped.records.recorder import Recorder
+from mjbiped.robots.compass import Compass
+from mjbiped.rules.scuffing import ScuffingRule, chosen
+from mjbiped.rules.termination import STALL_TIME, Limits, Outcome
+from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils import domains
+
+if TYPE_CHECKING:
+    from mjbiped.control.controller import Controller
+
+LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how far the ground is built
+START_DEPTH = 1e-6  # a foot set exactly on the surface may find a heightfield's inner edge instead, m
+_ACCELERATION = int(mujoco.mjtStage.mjSTAGE_ACC)
+_METHODS = Laws(laws.torque, laws.touchdown, laws.slope_estimate)
+WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+LEAP = 500  # steps made at once, at most
+DEFAULT_TIMESTEP = 2e-4  # s
+DEFAULT_CONTACT_TIMESTEP = 2e-5  # s
+LONGEST_TIMESTEP = domains.TIMESTEP.high  # at it a stance foot slides by 0.2 to 1.3 mm a step, s
+
+
+class Simulation:
+    """A robot, a controller and a terrain in MuJoCo.
+
+    ```python
+    robot = mjbiped.Compass()
+    gait = mjbiped.find_passive_gait(robot, slope=np.deg2rad(2))
+    controller = AdaptiveController(robot, gait)
+    terrain = mjbiped.Terrain.mixed()
+    simulation = Simulation(controller, terrain, robot=robot, q=gait.start[:2], dq=gait.start[2:], steps=10)
+    with simulation.callbacks():
+        mujoco.mj_step(simulation.model, simulation.data, nstep=1000)
+    ```
+
+    The whole state, the controller's memory included, is in `data`: `mujoco.mj_getState` with
+    `mjtState.mjSTATE_INTEGRATION` saves it, `mj_setState` on a like simulation resumes it, bit by bit the same.
+
+    Of a terrain of more than `mjbiped.engines.mujoco.ground.FEW_SEGMENTS` segments, `model` holds only the ground
+    about the robot: see `move_on`.
+
+    Attributes:
+        model: The compiled scene. qpos is hip x, hip z (m), left and right leg angle from the vertical (rad);
+            ctrl is left ankle, right ankle, hip torque (N m).
+        data: Its state.
+        controller: Drives stance ankle and hip.
+        limits: What ends the walk.
+        recording: Where samples and touchdowns are written as the walk goes on, until there is no room.
+        warnings: What MuJoCo warned of while this simulation's callbacks were installed, and how often.
+    """
+
+    def __init__(
+        self,
+        controller: Controller,
+        terrain: Terrain,
+        *,
+        robot: Compass,
+        q: Sequence[float],
+        dq: Sequence[float],
+        steps: int | None = None,
+        distance: float | None = None,
+        timestep: float = DEFAULT_TIMESTEP,
+        contact_timestep: float = DEFAULT_CONTACT_TIMESTEP,
+        control_period: float | None = None,
+        sample_period: float = math.inf,
+        scuffing: ScuffingRule | None = None,
+        ground: str = "auto",
+        compile: bool = True,
+        lands: bool = True,
+    ) -> None:
+        """Build the scene and set the robot on it.
+
+        Args:
+            controller: See `controllers.Controller`.
+            terrain: The ground.
+            robot: The robot that walks.
+            q: Stance (left) and swing angle at the start, from the ground's normal under x = 0, rad.
+            dq: Their rates, rad/s.
+            steps: Touchdowns after which the walk is finished; None: no limit.
+            distance: Place x of the stance foot at which it is finished, m; None: no limit.
+            timestep: Longest physics step, s.
+            contact_timestep: Of the step that makes an impact, s; the timestep where that is shorter.
+            control_period: Time between two ticks of the controller, s; by default it ticks at every physics step.
+            sample_period: Time between two samples, s; infinity: none but the first and the last.
+            scuffing: When the swing foot may touch the ground.
+            ground: How the terrain is built; see `mjbiped.engines.mujoco.scene.build_scene`.
+            compile: Whether laws that can be compiled are.
+            lands: Whether steps end at touchdowns (see `mjbiped.engines.mujoco.step_size`); else all are of one length.
+                Then the model stays as it is, and may serve many walks at the same time.
+
+        Raises:
+            InputError: A value is outside its domain.
+        """
+        _check_times(timestep, contact_timestep, control_period)
+        domains.MUJOCO_LEG.check("leg length in MuJoCo (engine='hybrid' takes any)", robot.leg_length)
+        shortest = min(contact_timestep, timestep) if lands else timestep
+        rule = chosen(scuffing)
+        length = robot.leg_length
+        pendulum = math.sqrt(length / robot.gravity)
+        ways = [steps * LONGEST_STEP * length] if steps is not None else []
+        ways += [distance] if distance is not None else []
+        reach = 2.0 * length + min(ways, default=domains.PLACE.high)  # no geom can be infinite
+        states = len(controller.states)
+        size = events.CONTROLLER_MEMORY + controller.memory_size + states
+        self._terrain = terrain
+        leap = LEAP * timestep * math.sqrt(robot.gravity * length)  # a faster hip would fly
+        self._windows = GroundWindows(
+            robot,
+            terrain,
+            timestep=shortest,
+            reach=reach,
+            ground=ground,
+            userdata=size,
+            margin=MARGIN * length + leap,
+        )
+        scene = self._windows.about(0.0)
+        scene.model.opt.timestep = timestep
+        self._inside = self._windows.inside(scene)
+        self.model = scene.model
+        self.data = mujoco.MjData(scene.model)
+        self.controller = controller
+        self.limits = Limits(
+            leg_length=length,
+            foot_radius=FOOT_RADIUS,
+            weight=robot.weight,
+            reach=rule.reach * length,
+            delay=rule.delay,
+            stall_time=STALL_TIME * pendulum,
+            averaged=max(events.AVERAGED * pendulum, events.FEWEST_AVERAGED * timestep),
+            airborne=events.AIRBORNE * pendulum,
+            start=self._windows.start,
+            end=self._windows.end,
+            steps=math.inf if steps is None else float(steps),
+            distance=math.inf if distance is None else float(distance),
+        )
+        self._world = World(
+            limits=self.limits._replace(start=scene.start, end=scene.end),
+            **places_in(scene, terrain),
+            stepped=any(terrain.rises),
+            # twice the way at the fall of a leg
+            deepest=2.0 * timestep * math.sqrt(2.0 * robot.gravity * length),
+            timestep=timestep,
+            contact_timestep=shortest,
+            lands=lands,
+            control_period=0.0 if control_period is None else control_period,
+            memory_size=controller.memory_size,
+            states=states,
+        )
+        room = LEAP + 1 if math.isfinite(sample_period) else 2
+        self.recording = Recording(
+            sample_period=sample_period,
+            samples=np.zeros((room, width(SAMPLES) + states)),
+            rows=np.zeros((LEAP, width(TOUCHDOWNS))),
+        )
+        self._compile = compile
+        self._before: dict[str, Any] = {}
+        self._attachment: ExitStack | None = None
+        self.warnings: Counter[str] = Counter()
+        self._place(terrain, length, q, dq)
+
+    def _place(self, terrain: Terrain, length: float, q: Sequence[float], dq: Sequence[float]) -> None:
+        """Set the robot with its left foot at x = 0, and begin the controller's memory."""
+        slope, height = terrain.slope_at(0.0), terrain.height_at(0.0)
+        stance, swing = q[0] + slope, q[1] + slope
+        hip = (length * math.sin(stance), height + length * math.cos(stance) - START_DEPTH)
+        qpos = [*hip, stance, swing]
+        qvel = [length * math.cos(stance) * dq[0], -length * math.sin(stance) * dq[0], dq[0], dq[1]]
+        self.data.qpos[:] = qpos
+        self.data.qvel[:] = qvel
+        u, memory, rates = self._userdata()
+        events.begin(u, qpos, qvel, slope, (0.0, height), self._world.timestep)
+        self.controller.start(memory, tuple(q), tuple(dq))
+        self.data.userdata[:] = u + memory + rates
+
+    def _userdata(self) -> tuple[list[float], list[float], list[float]]:
+        """Events' part of the userdata, the controller's memory, and the rates of its integrated states."""
+        u = self.data.userdata.tolist()
+        memory = events.CONTROLLER_MEMORY
+        rates = memory + self._world.memory_size
+        return u[:memory], u[memory:rates], u[rates:]
+
+    def move_on(self) -> bool:
+        """Build the ground about the robot, where it comes near the end of what is built of a long terrain.
+
+        `model` and `data` are others then, in the same state; the walk goes on bit by bit as on the whole terrain. To
+        be called between steps, at least once in a leg length; `callbacks` begins with it. A hip that passes the end of
+        the ground that is built has left the terrain. What was changed in `model` by hand does not go along.
+
+        Returns:
+            Whether it was built.
+        """
+        data, x = self.data, float(self.data.qpos[0])
+        low, high = self._inside
+        if low < x < high or not math.isfinite(x) or data.warning.number.any():
+            return False
+        scene, before = self._windows.about(x), self._world
+        world = before._replace(
+            limits=self.limits._replace(start=scene.start, end=scene.end), **places_in(scene, self._terrain)
+        )
+        scene.model.opt.timestep = self.model.opt.timestep
+        scene.model.geom_solref[list(world.feet)] = self.model.geom_solref[list(before.feet)]
+        state = np.empty(mujoco.mj_stateSize(self.model, WHOLE_STATE))
+        mujoco.mj_getState(self.model, data, state, WHOLE_STATE)
+        data = mujoco.MjData(scene.model)
+        mujoco.mj_setState(scene.model, data, state, WHOLE_STATE)
+        self.model, self.data, self._world, self._inside = scene.model, data, world, self._windows.inside(scene)
+        made = self.__dict__.get("_native")  # as `cached_property` keeps it
+        if made is not None:
+            check_offsets(self.data)
+            self._native = made.in_world(self._world)
+            if self._attachment is not None:
+                self._attachment.close()
+                self._attachment.enter_context(attached(self.model, [self._native]))
+        return True
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the walk ended, or `Outcome.WALKING`; a MuJoCo warning means that it diverged."""
+        code = Outcome(int(self.data.userdata[events.OUTCOME]))
+        return Outcome.DIVERGED if self.data.warning.number.any() else code
+
+    def sample(self) -> None:
+        """Record the state now."""
+        u, memory, rates = self._userdata()
+        qpos = self.data.qpos.tolist()
+        callbacks.take_sample(_METHODS, self.controller, self._world, self.recording, u, memory, self.data.time, qpos)
+        self.data.userdata[:] = u + memory + rates
+
+    def take(self, recorder: Recorder) -> int:
+        """Hand what was recorded on, and make room; returns the number of touchdowns."""
+        u, recording = self.data.userdata, self.recording
+        rows, samples = recording.rows[: int(u[events.ROWS])], recording.samples[: int(u[events.SAMPLES])]
+        recorder.add(rows, samples)
+        u[events.ROWS] = u[events.SAMPLES] = 0.0
+        return len(rows)
+
+    @property
+    def over(self) -> bool:
+        """Whether the walk has ended."""
+        return self.outcome is not Outcome.WALKING
+
+    @contextmanager
+    def callbacks(self) -> Iterator[None]:
+        """Install this simulation's callbacks, which are MuJoCo's process-wide globals; what stood there comes back.
+
+        Compiled ones are not installed over others than their like: those could not be asked for other models.
+
+        MuJoCo's warnings are counted meanwhile, where it would write them to the terminal and to MUJOCO_LOG.TXT.
+
+        Within `shared_callbacks` of its functions nothing has to be installed, and any thread may ask.
+        """
+        made = self._native
+        with ExitStack() as stack:
+            if made is not None and made.functions is shared():
+                self._attach(stack)
+                stack.enter_context(stepped_under_shared(self._on_warning))
+                yield
+                return
+            stack.enter_context(exclusive())
+            self.move_on()
+            before, made = installed(), self._native
+            if made and all(before[name] in (None, getattr(made.functions, name)) for name in CALLBACKS):
+                self._attach(stack)
+                chosen = {name: getattr(made.functions, name) for name in CALLBACKS}
+            else:
+                chosen = dict(zip(CALLBACKS, (self._on_control, self._on_sensor, self._on_contact), strict=True))
+            stack.callback(setattr, self, "_before", self._before)
+            self._before = before
+            stack.enter_context(own_callbacks(self, {**chosen, "mju_user_warning": self._on_warning}))
+            yield
+
+    def _attach(self, stack: ExitStack) -> None:
+        """Tell the compiled callbacks of this walk for as long as `stack` lasts, whatever model it moves on to."""
+        if self._attachment is None and self._native is not None:
+            stack.callback(setattr, self, "_attachment", None)
+            self._attachment = stack.enter_context(ExitStack())
+            self._attachment.enter_context(attached(self.model, [self._native]))
+
+    @property
+    def compiled(self) -> bool:
+        """Whether the callbacks can be compiled ones."""
+        return self._native is not None
+
+    @property
+    def functions(self) -> Functions | None:
+        """Its compiled callbacks, None where it needs Python's; raises as `compiled` does, where a law will not do.
+
+        Walks of the same kind of law and world share theirs.
+        """
+        return self._native.functions if self._native is not None else None
+
+    @cached_property
+    def _native(self) -> Native | None:
+        """The compiled callbacks and this walk's record; None where the walk needs Python's.
+
+        Raises:
+            LawError: The controller's laws cannot be compiled.
+        """
+        controller = self.controller
+        if not (self._compile and gives_its_law(controller)):
+            return None
+        law = controller.law()
+        if law is None:
+            return None
+        try:
+            check_offsets(self.data)
+            return native(law, self._world, self.recording)
+        except UnknownLayoutError as error:
+            _warn_once(str(error))
+            return None
+        except Exception as error:
+            refused = refusal(error, law, controller.states, whose=type(controller).__name__)
+            if refused is not None:
+                raise refused from error
+            raise
+
+    def _on_control(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """`mjcb_control`; see `callbacks.control`."""
+        if model is not self.model:
+            self._pass_on("mjcb_control", model, data)
+            return
+        u, memory, rates = self._userdata()
+        qpos, qvel = data.qpos.tolist(), data.qvel.tolist()
+        if callbacks.control(
+            _METHODS,
+            self.controller,
+            self._world,
+            self.recording,
+            u,
+            memory,
+            rates,
+            data.ctrl,
+            data.time,
+            qpos,
+            qvel,
+        ):
+            data.userdata[:] = u + memory + rates
+
+    def _on_sensor(self, model: mujoco.MjModel, data: mujoco.MjData, stage: int) -> None:
+        """`mjcb_sensor`; see `callbacks.sense`."""
+        if model is not self.model:
+            self._pass_on("mjcb_sensor", model, data, stage)
+        elif stage == _ACCELERATION:
+            motion = (values.tolist() for values in (data.qpos, data.qvel, data.qacc))
+            length, weight = callbacks.sense(self._world, data.userdata, data.sensordata.tolist(), data.time, *motion)
+            if length > 0.0:
+                model.opt.timestep = length
+                if weight != 1.0:
+                    data.qacc *= weight
+
+    def _on_warning(self, message: str) -> None:
+        """`mju_user_warning`: the first line says what it is; what follows differs from time to time."""
+        self.warnings[message.partition(" at ")[0].strip()] += 1
+
+    def _on_contact(self, model: mujoco.MjModel, data: mujoco.MjData, first: int, second: int) -> int:
+        """`mjcb_contactfilter`: 1 refuses the pair; see `callbacks.refuses`."""
+        if model is not self.model:
+            return int(self._pass_on("mjcb_contactfilter", model, data, first, second) or 0)
+        solref = callbacks.softness(self._world, data.userdata, data.time)
+        if solref[0] < 0.0:
+            model.geom_solref[list(self._world.feet)] = solref
+        return int(callbacks.refuses(self._world, data.userdata, data.geom_xpos, first, second))
+
+    def _pass_on(self, name: str, model: mujoco.MjModel, data: mujoco.MjData, *arguments: int) -> Any:
+        """Hand a callback for another model to what stood there before this simulation's."""
+        before: Any = self._before.get(name)
+        if is_compiled(before):
+            return before(model._address, data._address, *arguments)
+        return before(model, data, *arguments) if callable(before) else None
+
+
+@lru_cache(maxsize=1)
+def _warn_once(reason: str) -> None:
+    warnings.warn(f"{reason}; walks run with callbacks in Python, which gives the same, only slower", stacklevel=4)
+
+
+def _check_times(timestep: float, contact_timestep: float, period: float | None) -> None:
+    """Refuse a physics step or control period that the contact cannot be resolved with.
+
+    Raises:
+        InputError: One is outside its domain.
+    """
+    domains.TIMESTEP.check("timestep", timestep)
+    domains.CONTACT_TIMESTEP.check("contact_timestep", contact_timestep)
+    if period is None:
+        return
+    ratio = domains.CONTROL_PERIOD.check("control_period", period) / timestep
+    if not (ratio > 0.5 and np.isclose(ratio, round(ratio), rtol=1e-6)):
+        raise InputError(f"control_period = {shown(period)}: must be a multiple of the timestep {timestep!r} s")

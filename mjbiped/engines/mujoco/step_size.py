@@ -1,0 +1,199 @@
+r"""Landing on the touchdown: how long each physics step is, how its contacts are damped, and how far it is kicked.
+
+A touchdown falls between two steps of a fixed length: the foot sinks in before its contact counts, and the rates after
+the impact are off by up to 11 %. Here a step ends where the foot meets the ground, and one short *contact step* makes
+the impact. MuJoCo's Euler step is known before it is made: with the accelerations a that the solver found, it leads to
+
+.. math:: v' = v + k \, a, \qquad x' = x + t \, v'
+
+so the length t that leads to the ground is found exactly, in the sensor callback, where the integrator has not yet read
+`opt.timestep` and `qacc`.
+
+**Kick.** In MuJoCo k = t: then v' belongs to the middle of the step (leapfrog), as long as all steps are of one length.
+Where the length changes, k must be the mean of this step's length and of the one before, and half this step's after an
+impact, whose rates belong to its end. Otherwise each gait step begins and ends with rates that are off by t a / 2, and
+c_mt by 1.3 % per ms of t. So there, and nowhere else, `qacc` is scaled by k / t before the integrator takes it.
+
+**Approach.** Before the touchdown, steps become shorter by a factor of 4 each. A step holds the stance foot at its
+beginning, not at its end, and so leaves it with a velocity of t l q̇², away from the ground; gravity takes that back
+within some 0.2 t. Without that time the impact would begin with a foot that leaves the ground.
+
+**Damping.** A contact's damping is 1 / k: plastic within the step. So the length that a step's contacts are made for is
+*planned* one step ahead, in userdata. A step may become shorter than planned; the one that lands, half as long again.
+
+**Faces.** Near a riser's face all steps are contact steps: the foot slides on it, or over its edge.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import MutableSequence, Sequence
+from typing import TYPE_CHECKING
+
+from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.terrain.profile import height_over_ground, segment_under
+
+if TYPE_CHECKING:
+    from mjbiped.engines.mujoco.callbacks import World
+
+STIFFNESS = 1e5
+"""Of a contact over the mass it meets, at most, 1/s²: a standing foot sinks by about g / stiffness = 0.1 mm."""
+SOFTNESS = 0.2
+"""Stiffness times step length squared, at most: a sunk foot comes up by a fifth a step; at 0.5 it bounces."""
+DEPTH = 1e-6  # under the ground to which a step leads the swing foot, m; single precision of a heightfield is 3e-7
+SHORTER = 4.0  # factor between the steps of the approach
+MARGIN = 1e-3  # about a riser's face, m
+_HALVINGS = 50  # of a step, until only rounding is left
+_SHORTEST = 1e-9  # no step is shorter, s
+_LOOK_AHEAD = 1.5  # times the way to the ground that a step and its approach may take: it is foreseen a step earlier
+
+
+def stiffness(length: float) -> float:
+    """Of the contacts of a step so long (s), over the mass they meet, 1/s²."""
+    return min(STIFFNESS, SOFTNESS / (length * length))
+
+
+def softness(u: Sequence[float], time: float) -> tuple[float, float]:
+    """The feet's `solref` for the step from now on; the same however often it is asked.
+
+    Args:
+        u: Userdata.
+        time: Now, s.
+    """
+    if time > u[events.TIME]:  # not observed yet
+        length, plain, before = u[events.PLANNED_NEXT], u[events.PLAIN_NEXT], step_before(u, time)
+    else:
+        length, plain, before = u[events.PLANNED], u[events.PLAIN], u[events.LAST_STEP]
+    return -stiffness(length), -1.0 / _kick(plain, before, length)
+
+
+def step_before(u: Sequence[float], time: float) -> float:
+    """How long the step was that led to a time (s) not observed yet; 0 where the motion begins anew with it, s."""
+    return 0.0 if u[events.NOTED] or u[events.TIME] < 0.0 else time - u[events.TIME]
+
+
+def _kick(plain: float, before: float, length: float) -> float:
+    """Time for which accelerations act in a step, by its length and that of the one before, s."""
+    return length if plain else 0.5 * (before + length)
+
+
+def step_length(
+    u: MutableSequence[float],
+    world: World,
+    time: float,
+    qpos: Sequence[float],
+    qvel: Sequence[float],
+    qacc: Sequence[float],
+) -> float:
+    """How long the step from now on is, s; notes its kick, and plans the next one.
+
+    Args:
+        u: Userdata, in which the control callback has seen this time already, and `contact_events.feel` its contacts.
+        world: The walk's.
+        time: Now, s.
+        qpos: Hip x, hip z (m), left and right leg (rad).
+        qvel: Their rates.
+        qacc: Their accelerations.
+    """
+    length, following, plain = _approach(u, world, qpos, qvel, qacc)
+    if world.control_period > 0.0 and not u[events.NOTED]:  # an impact is not cut in two; the tick waits for its end
+        due = u[events.NEXT_CONTROL] - time
+        if due < length - _SHORTEST:
+            length, following, plain = due, u[events.PLANNED], 0.0
+    if world.stepped and u[events.ARMED] and _near_face(world, u, length, qpos, qvel, qacc):
+        following, plain = world.contact_timestep, 1.0
+    u[events.PLANNED_NEXT], u[events.PLAIN_NEXT] = following, plain
+    u[events.KICK] = _kick(u[events.PLAIN], u[events.LAST_STEP], length)
+    return length
+
+
+def _approach(
+    u: Sequence[float], world: World, qpos: Sequence[float], qvel: Sequence[float], qacc: Sequence[float]
+) -> tuple[float, float, float]:
+    """Length of this step, and of the next one as planned, and whether that one is plain.
+
+    As the way of the swing foot to the ground asks for it.
+    """
+    length, shortest = u[events.PLANNED], world.contact_timestep
+    if u[events.NOTED] or not u[events.ARMED]:
+        return length, world.timestep, 0.0
+    swing = 0 if u[events.STANCE] else 1
+    if _clearance(world, u, swing, 0.0, qpos, qvel, qacc) <= 0.0:
+        return length, shortest, 1.0  # it lies lower than where its contact should have been felt
+    shorter = max(length / SHORTER, shortest)
+    rest, part = 0.0, length  # of the approach
+    while part > shortest:
+        part = max(part / SHORTER, shortest)
+        rest += part
+    above, below = 0.0, length
+    if _clearance(world, u, swing, below, qpos, qvel, qacc) > -DEPTH:
+        below = _LOOK_AHEAD * (length + rest)  # which may be behind an edge already
+        if _clearance(world, u, swing, below, qpos, qvel, qacc) > -DEPTH:
+            return length, world.timestep, 0.0
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (above + below)
+        if _clearance(world, u, swing, middle, qpos, qvel, qacc) > -DEPTH:
+            above = middle
+        else:
+            below = middle
+    if rest == 0.0:
+        return max(below, _SHORTEST), shortest, 1.0  # it lands; the next step is the contact step
+    if below > length + rest:
+        return length, length, 0.0
+    if below > rest:
+        return max(below - rest, _SHORTEST), shorter, 0.0
+    return max(0.5 * below, _SHORTEST), shorter, 0.0  # seen late, behind an edge
+
+
+def _foot(
+    world: World,
+    u: Sequence[float],
+    side: int,
+    t: float,
+    qpos: Sequence[float],
+    qvel: Sequence[float],
+    qacc: Sequence[float],
+) -> tuple[float, float]:
+    """Place of the left (0) or right (1) foot after a step of length t, x and z in m."""
+    kick = _kick(u[events.PLAIN], u[events.LAST_STEP], t)
+    x = qpos[0] + t * (qvel[0] + kick * qacc[0])
+    z = qpos[1] + t * (qvel[1] + kick * qacc[1])
+    leg = qpos[2 + side] + t * (qvel[2 + side] + kick * qacc[2 + side])
+    length = world.limits.leg_length
+    return x - length * math.sin(leg), z - length * math.cos(leg)
+
+
+def _clearance(
+    world: World,
+    u: Sequence[float],
+    side: int,
+    t: float,
+    qpos: Sequence[float],
+    qvel: Sequence[float],
+    qacc: Sequence[float],
+) -> float:
+    """Height of a foot over the ground after a step of length t, m."""
+    x, z = _foot(world, u, side, t, qpos, qvel, qacc)
+    return height_over_ground(world.profile, x, z)
+
+
+def _near_face(
+    world: World,
+    u: Sequence[float],
+    t: float,
+    qpos: Sequence[float],
+    qvel: Sequence[float],
+    qacc: Sequence[float],
+) -> bool:
+    """Whether the swing foot could touch a riser in the step after this one, which is of length t."""
+    swing = 0 if u[events.STANCE] else 1
+    x, z = _foot(world, u, swing, t, qpos, qvel, qacc)
+    further, _ = _foot(world, u, swing, t + 2.0 * world.timestep, qpos, qvel, qacc)
+    margin = MARGIN + abs(further - x)
+    profile = world.profile
+    segment = segment_under(profile, x)
+    for index in range(segment, min(segment + 2, len(profile.x))):  # the faces behind and ahead
+        rise, top = world.rises[index], profile.z[index]
+        if rise != 0.0 and abs(x - profile.x[index]) < margin and z < max(top, top - rise) + margin:
+            return True
+    return False

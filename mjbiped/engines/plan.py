@@ -1,0 +1,294 @@
+"""What `walk()` and `walk_many()` are asked for, checked before anything is computed."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+import scipy
+
+from mjbiped.engines.mujoco.ground import GROUND_KINDS
+from mjbiped.engines.mujoco.simulation import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
+from mjbiped.errors import InputError, shown
+from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.robots.compass import Compass
+from mjbiped.rules.scuffing import ScuffingRule, check_landing
+from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils import domains
+from mjbiped.utils.domains import MEMORY_SIZE, Count, Domain, check_kind, check_states, known_name
+from mjbiped.version import __version__
+
+if TYPE_CHECKING:
+    from mjbiped.control.controller import Controller
+
+ENGINES = ("mujoco", "hybrid")
+INITIAL_STATES = ("gait", "rest")
+DEFAULT_STEPS = 60
+DEFAULT_SAMPLE_PERIOD = 0.005  # s
+SCUFF = 0.01  # of leg lengths: as deep a straight swing leg may be in the ground, twice what passive gaits on 5° are
+_ON_GROUND = 1e-6  # of leg lengths: a foot so deep stands on the ground
+_NUMBERS: dict[str, Domain | Count] = {
+    "steps": domains.STEPS,
+    "distance": domains.DISTANCE,
+    "timestep": domains.TIMESTEP,
+    "contact_timestep": domains.CONTACT_TIMESTEP,
+    "control_period": domains.CONTROL_PERIOD,
+    "sample_period": domains.SAMPLE_PERIOD,
+}
+_NEEDED = ("timestep", "contact_timestep")  # of these; the others may be None
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What walks have in common; see `mjbiped.rollout.walk.walk` for the meanings.
+
+    Attributes:
+        engine: One of `ENGINES`.
+        steps: With neither a number of steps nor a distance given, `DEFAULT_STEPS`.
+        distance: m.
+        robot: None: the controller's own, or Table I.
+        timestep: s.
+        contact_timestep: s.
+        control_period: s.
+        sample_period: s; None: no samples.
+        scuffing: The default rule unless given.
+        ground: How MuJoCo's ground is built.
+
+    Raises:
+        InputError: A value is outside its domain, or for the other engine.
+    """
+
+    engine: str
+    steps: int | None
+    distance: float | None
+    robot: Compass | None
+    timestep: float
+    contact_timestep: float
+    control_period: float | None
+    sample_period: float | None
+    scuffing: ScuffingRule
+    ground: str
+
+    def __post_init__(self) -> None:
+        """Check what can be checked without a controller and a terrain."""
+        known_name("engine", self.engine, ENGINES)
+        known_name("ground", self.ground, GROUND_KINDS)
+        if self.steps is None and self.distance is None:
+            object.__setattr__(self, "steps", DEFAULT_STEPS)
+        for name, domain in _NUMBERS.items():
+            value = getattr(self, name)
+            if value is not None or name in _NEEDED:
+                object.__setattr__(self, name, domain.check(name, value))
+        if self.robot is not None:
+            check_kind("robot", self.robot, Compass)
+        if self.engine == "hybrid":
+            _check_hybrid(self.timestep, self.contact_timestep, self.control_period, self.ground)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One walk, checked and not yet begun.
+
+    Attributes:
+        terms: What it has in common with others.
+        controller: Drives stance ankle and hip.
+        terrain: The ground.
+        robot: The robot that walks.
+        q: Stance and swing angle at the start, from the ground's normal under x = 0, rad.
+        dq: Their rates, rad/s.
+        description: What `controller.describe()` gave.
+    """
+
+    terms: Terms
+    controller: Controller
+    terrain: Terrain
+    robot: Compass
+    q: tuple[float, float]
+    dq: tuple[float, float]
+    description: Mapping[str, Any]
+
+    def arguments(self) -> dict[str, Any]:
+        """What a simulation of either engine is made with, beside controller and terrain."""
+        terms = self.terms
+        return {
+            "robot": self.robot,
+            "q": self.q,
+            "dq": self.dq,
+            "steps": terms.steps,
+            "distance": terms.distance,
+            "scuffing": terms.scuffing,
+        }
+
+    def settings(self) -> dict[str, Any]:
+        """All that is needed to repeat the walk, in plain JSON types, but for what its engine adds."""
+        terms = self.terms
+        return {
+            "engine": terms.engine,
+            "robot": dict(_fields(self.robot)),
+            "controller": dict(self.description),
+            "terrain": self.terrain.to_dict(),
+            "initial": [*self.q, *self.dq],
+            "steps": terms.steps,
+            "distance": terms.distance,
+            "sample_period": terms.sample_period,
+            "scuffing": dict(_fields(terms.scuffing)),
+            "versions": dict(versions()),
+        }
+
+
+def planned(
+    terms: Terms,
+    controller: Controller,
+    terrain: Terrain,
+    initial: str | Sequence[float],
+    description: Mapping[str, Any] | None = None,
+) -> Plan:
+    """Check a controller, a terrain and an initial state, and put them together.
+
+    Args:
+        terms: The rest.
+        controller: See `controllers.Controller`.
+        terrain: The ground.
+        initial: A name of `INITIAL_STATES`, or four numbers.
+        description: What `check_controller` gave for this controller, if it has been asked.
+
+    Raises:
+        InputError: One of them is not what is expected, the scuffing rule would never let the gait land, or the robot
+            would start in the ground.
+        GaitError: No passive gait exists on the slope under x = 0.
+    """
+    description = check_controller(controller) if description is None else description
+    check_kind("terrain", terrain, Terrain)
+    robot = next(robot for robot in (terms.robot, controller.robot, Compass()) if robot is not None)
+    slope = terrain.slope_at(0.0)
+    gait = controller.gait
+    if gait is None and isinstance(initial, str) and initial == "gait":
+        gait = find_passive_gait(robot, slope)
+    q, dq = _initial_state(initial, gait)
+    if gait is not None:
+        check_landing(gait, slope, terms.scuffing)
+    _check_start(robot, terrain, q, terms.scuffing)
+    return Plan(terms, controller, terrain, robot, q, dq, description)
+
+
+def _check_hybrid(timestep: float, contact_timestep: float, control_period: float | None, ground: str) -> None:
+    """Refuse what only a time-stepping engine can do.
+
+    Raises:
+        InputError: An argument was given that the hybrid engine does not have.
+    """
+    for name, given in (
+        ("timestep", timestep != DEFAULT_TIMESTEP),
+        ("contact_timestep", contact_timestep != DEFAULT_CONTACT_TIMESTEP),
+        ("control_period", control_period is not None),
+        ("ground", ground != "auto"),
+    ):
+        if given:
+            raise InputError(f"{name} is for the engine mujoco; the hybrid engine integrates without a fixed step")
+
+
+def check_controller(controller: object) -> dict[str, Any]:
+    """Refuse what lacks a controller's parts; returns its description.
+
+    Raises:
+        InputError: A part is missing; the message names them all.
+    """
+    parts = ("states", "memory_size", "robot", "gait", "start", "on_touchdown", "torque", "slope_estimate", "describe")
+    missing = [part for part in parts if not hasattr(controller, part)]
+    if isinstance(controller, type) or missing:
+        what = "is a class, not an object of it" if isinstance(controller, type) else f"lacks {', '.join(missing)}"
+        raise InputError(f"the controller {shown(controller)} {what}; derive your class from controllers.Controller")
+    named = type(controller).__name__
+    states: Any = controller.states  # type: ignore[attr-defined]
+    size: Any = controller.memory_size  # type: ignore[attr-defined]
+    if not isinstance(states, tuple | list) or not all(isinstance(state, str) for state in states):
+        raise InputError(f"{named}.states = {shown(states)}: must be a tuple of names")
+    if MEMORY_SIZE.check(f"{named}.memory_size", size) < len(states):
+        raise InputError(f"{named}.memory_size = {size}: must be at least its {len(states)} states")
+    for part, kind in (("robot", Compass), ("gait", Gait)):
+        if getattr(controller, part) is not None:
+            check_kind(f"{named}.{part}", getattr(controller, part), kind)
+    description: dict[str, Any] = controller.describe()  # type: ignore[attr-defined]
+    try:
+        json.dumps(description)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise InputError(f"{named}.describe() must give plain JSON types, for the record: {error}") from error
+    return description
+
+
+def _initial_state(
+    initial: str | Sequence[float], gait: Gait | None
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Angles from the ground's normal (rad) and rates (rad/s) at the start, stance leg first.
+
+    Raises:
+        InputError: The name is unknown, or the numbers are not four finite ones.
+    """
+    if isinstance(initial, str):
+        if initial == "rest":
+            return (0.0, 0.0), (0.0, 0.0)
+        if initial == "gait" and gait is not None:
+            q1, q2, dq1, dq2 = (float(value) for value in gait.start)
+            return (q1, q2), (dq1, dq2)
+        raise InputError(
+            f"unknown initial state {shown(initial)}; valid are {', '.join(INITIAL_STATES)}, "
+            "or four numbers q1, q2, dq1, dq2"
+        )
+    try:
+        q1, q2, dq1, dq2 = check_states("initial", initial, (4,)).tolist()
+    except InputError as error:
+        raise InputError(f"an initial state is four finite numbers q1, q2, dq1, dq2: {error}") from error
+    return (q1, q2), (dq1, dq2)
+
+
+def _check_start(robot: Compass, terrain: Terrain, q: tuple[float, float], rule: ScuffingRule) -> None:
+    """Refuse a start in the ground, from which there is no walk.
+
+    A start in the early swing may be as deep in the ground as straight legs scuff, for the rule lets them.
+
+    Raises:
+        InputError: The hip or the swing foot is under the ground.
+    """
+    length, slope = robot.leg_length, terrain.slope_at(0.0)
+    hip_x, hip_z = length * math.sin(q[0] + slope), terrain.height_at(0.0) + length * math.cos(q[0] + slope)
+    foot_x, foot_z = hip_x - length * math.sin(q[1] + slope), hip_z - length * math.cos(q[1] + slope)
+    scuffs = foot_x < rule.reach * length
+    for part, x, z, deep in (
+        ("hip", hip_x, hip_z, 0.0),
+        ("swing foot", foot_x, foot_z, SCUFF if scuffs else _ON_GROUND),
+    ):
+        depth = terrain.height_at(x) - z
+        if depth > deep * length:
+            raise InputError(
+                f"initial state q1 = {q[0]:.4g}, q2 = {q[1]:.4g}: the {part} would start {depth:.3g} m under the "
+                f"ground, at x = {x:.4g} m; with both feet on a plane q2 = -q1, and a swing foot behind the stance "
+                "foot has q2 > q1"
+            )
+
+
+@lru_cache(maxsize=64)
+def _fields(values: Compass | ScuffingRule) -> Mapping[str, Any]:
+    return dataclasses.asdict(values)
+
+
+@lru_cache(maxsize=1)
+def versions() -> Mapping[str, str]:
+    """Versions of everything that a walk's numbers depend on."""
+    return {
+        "mjbiped": __version__,
+        "mujoco": mujoco.__version__,
+        "numba": version("numba"),
+        "numpy": np.__version__,
+        "scipy": scipy.__version__,
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+    }

@@ -1,0 +1,1 @@
+"""Passive gaits and references."""

@@ -1,0 +1,395 @@
+"""Passive gaits: the limit cycle of the unpowered robot on a gentle slope (eq. 28), its stability and its trajectory.
+
+Just after an impact on a plane the feet stand on it, q2 = -q1. A gait is a point (q1, dq1, dq2) of that section and a
+period T such that the motion touches down at T and the impact map leads back to the point. It is found by SciPy's root
+finder along the branch of gaits that leaves level ground. There, at slope -> 0, the gait is known: angles and rates
+shrink like slope^(1/3), the motion about mid-stance is the odd solution of the linearised equations whose legs move as
+one at touchdown, and the energy lost at the impact sets the slope. That holds for every mass distribution, so that no
+guess, and no other robot's gait, is needed. docs/model.md gives the formulas.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import scipy  # it loads a part when that is first used: half a second for all of these
+from numpy.typing import ArrayLike
+
+from mjbiped.errors import GaitError
+from mjbiped.gaits.reference import Table, reference_at
+from mjbiped.robots.compass import Array, Compass, Constants, acceleration, impact_rates, kinetic_energy, mass_terms
+from mjbiped.utils import domains
+
+STEPS = 48  # fixed integration steps per period: the state at touchdown is then good to 1e-13
+MOST_TRIALS = 100  # motions tried for one gait; those that are found take 10 to 60
+MOST_PLACES = 100  # slopes on the way from level ground to the one asked for; 5 to 50 do
+WIDEST = 2.0  # no leg of a walker turns so far from the normal, rad: only on slopes of 40 degrees and more
+FALLEN = math.radians(60)  # the reference ends where the stance leg has fallen this far from the normal
+
+
+@dataclass(frozen=True)
+class Gait:
+    """A passive gait of period one, made by `find_passive_gait`. States are (q1, q2, dq1, dq2), rad and rad/s.
+
+    Attributes:
+        robot: whose gait it is.
+        slope: of the plane it walks on, rad, > 0.
+        start: state just after an impact, shape (4,).
+        end: state just before the next impact, shape (4,).
+        period: time between impacts, s.
+        step_length: distance between the feet at the impact, along the ground, m.
+        multipliers: Floquet multipliers, the eigenvalues of the return map's Jacobian; complex, shape (3,), the largest
+            magnitude first; six digits or better. Fourth-order central differences of a fixed-step integration.
+        table: the trajectory as `reference_at` reads it; see `Table`.
+    """
+
+    robot: Compass
+    slope: float
+    start: Array = field(compare=False)
+    end: Array = field(compare=False)
+    period: float
+    step_length: float
+    multipliers: np.ndarray[tuple[int], np.dtype[np.complex128]] = field(compare=False)
+    table: Table = field(compare=False, repr=False)
+
+    def __repr__(self) -> str:
+        """One line."""
+        kind = "stable" if self.stable else "unstable"
+        return (
+            f"<Gait on {math.degrees(self.slope):.4g} deg: {kind}, period {self.period:.6g} s, "
+            f"step {self.step_length:.6g} m>"
+        )
+
+    @property
+    def speed(self) -> float:
+        """Mean speed along the ground, m/s."""
+        return self.step_length / self.period
+
+    @property
+    def energy(self) -> float:
+        """Kinetic plus potential energy about the stance foot, constant during the step, J."""
+        return self.robot.energy(self.start[:2], self.start[2:], self.slope)
+
+    @property
+    def stable(self) -> bool:
+        """Whether small disturbances die out: every multiplier lies inside the unit circle."""
+        return bool(abs(self.multipliers[0]) < 1)
+
+    @property
+    def horizon(self) -> float:
+        """Time up to which `reference` follows the passive motion, s."""
+        return self.table[1]
+
+    def reference(self, t: ArrayLike) -> tuple[Array, Array, Array]:
+        """The passive trajectory q_r of eq. (28) and its derivatives.
+
+        Up to the horizon it is the passive motion, continued beyond the period for a late touchdown: up to two periods,
+        or until the stance leg has fallen 60 degrees from the normal. After that the last posture is held at rest.
+
+        Args:
+            t: time since the impact, s, >= 0; a number or an array of any shape.
+
+        Returns:
+            (q, dq, ddq) in rad, rad/s, rad/s^2, each of shape t.shape + (2,).
+
+        Raises:
+            InputError: a time is negative or not finite.
+        """
+        times = domains.TIME.array("t", t, None)
+        rows = [reference_at(self.table, time) for time in times.ravel().tolist()]
+        values = np.array(rows).reshape(*times.shape, 3, 2)
+        return values[..., 0, :], values[..., 1, :], values[..., 2, :]
+
+
+def find_passive_gait(robot: Compass, slope: float) -> Gait:
+    """The passive gait of period one on a plane (eq. 28), stable or not.
+
+    Where several gaits exist, it is the one whose swing leg swings out and comes back (the "long" gait), on the branch
+    that leaves level ground. Table I has it beyond 20 degrees, stable up to 2.728; a leg with all its mass near the hip
+    loses it much earlier. Results are cached.
+
+    Args:
+        robot: any compass biped.
+        slope: of the plane, rad, > 0 (downhill).
+
+    Raises:
+        InputError: the slope is no number within a right angle of level, or the robot is no `Compass`.
+        GaitError: the robot has no such gait on that slope.
+    """
+    domains.check_kind("robot", robot, Compass)
+    slope = domains.SLOPE.check("slope", slope)
+    if slope < domains.DOWNHILL.low:
+        raise _no_gait(slope, f"without torques the robot walks only downhill; give a slope {domains.DOWNHILL}")
+    return _find(robot, slope)
+
+
+class _Model(NamedTuple):
+    """A robot in units in which its legs and gravity are those of Table I: 1 m and 9.81 m/s^2.
+
+    So the search, its tolerances included, is the same for all sizes and gravities.
+
+    Attributes:
+        constants: As of `Compass`.
+        leg_length: m.
+        gravity: m/s^2.
+        weight: N.
+        metre: The unit of length, m; exactly 1 for the legs of Table I.
+        second: The unit of time, s; exactly 1 for its legs and gravity.
+    """
+
+    constants: Constants
+    leg_length: float
+    gravity: float
+    weight: float
+    metre: float
+    second: float
+
+
+def _model(robot: Compass) -> _Model:
+    known = Compass()
+    metre = robot.leg_length / known.leg_length
+    second = math.sqrt(robot.leg_length / robot.gravity) / math.sqrt(known.leg_length / known.gravity)
+    square, moment = metre * metre, metre * robot.gravity / known.gravity
+    m11, m12, m22, g1, g2, about_point, about_hip = robot.constants
+    return _Model(
+        (m11 / square, m12 / square, m22 / square, g1 / moment, g2 / moment, about_point / square, about_hip / square),
+        known.leg_length,
+        known.gravity,
+        robot.total_mass * known.gravity,
+        metre,
+        second,
+    )
+
+
+@lru_cache(maxsize=256)
+def _find(robot: Compass, slope: float) -> Gait:
+    model = _model(robot)
+    scaled = _follow_branch(model, slope)
+    start, period = _unscale(model, slope, scaled)
+    end = _motion(model, slope, start, period, STEPS)[-1]
+    _check(model, slope, start, period)
+    multipliers = np.linalg.eigvals(_return_map_jacobian(model, slope, scaled)).astype(np.complex128)
+    multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
+    step_length = 2 * robot.leg_length * math.sin(end[0])
+    rate, horizon, pieces = _tabulate(model, slope, start, period)
+    for state in (start, end):
+        state[2:] /= model.second
+    for array in (start, end, multipliers):
+        array.flags.writeable = False
+    table: Table = (rate / model.second, horizon * model.second, pieces)
+    return Gait(robot, slope, start, end, period * model.second, step_length, multipliers, table)
+
+
+def _no_gait(slope: float, reason: str) -> GaitError:
+    return GaitError(f"no passive gait on a slope of {math.degrees(slope):.6g} degrees: {reason}")
+
+
+def _passive(model: _Model, slope: float) -> Callable[[Array], list[float]]:
+    """The unpowered motion's law: state -> its rates (dq1, dq2, ddq1, ddq2)."""
+    constants, sine, cosine = model.constants, math.sin(slope), math.cos(slope)
+
+    def rates(state: Array) -> list[float]:
+        q1, q2, dq1, dq2 = state.tolist()
+        return [dq1, dq2, *acceleration(constants, q1, q2, dq1, dq2, sine, cosine, 0.0, 0.0)]
+
+    return rates
+
+
+def _motion(model: _Model, slope: float, start: Array, duration: float, steps: int, widest: float = math.inf) -> Array:
+    """States at `steps` + 1 equal intervals of the unpowered motion, shape (steps + 1, 4).
+
+    The integration steps are fixed, so that the result depends smoothly on `start` and `duration`; DOP853's error
+    estimate only decides whether they are short enough, and its own order makes the result far better than `rtol`.
+
+    Raises:
+        GaitError: No steps are short enough, or a leg turns from the normal by more than `widest` (rad).
+    """
+    law = _passive(model, slope)
+    for finer in (1, 2, 4, 8, 16, 32):
+        count = finer * steps
+        width = duration / count
+
+        def scaled(_: float, state: Array, width: float = width) -> Array:
+            return np.array([width * rate for rate in law(state)])
+
+        # time counts steps, so that it stays exact
+        solver = scipy.integrate.DOP853(
+            scaled, 0.0, start, float(count), first_step=1.0, max_step=1.0, rtol=1e-8, atol=1e-8
+        )
+        states = [solver.y]
+        while solver.status == "running":
+            solver.step()
+            if solver.t != len(states):
+                break  # a step was too long
+            states.append(solver.y)
+            if max(abs(solver.y[0]), abs(solver.y[1])) > widest:
+                raise _no_gait(slope, "a leg turns over")
+        if len(states) == count + 1:
+            return np.array(states[::finer])
+    raise _no_gait(slope, "the motion is too fast to follow; check the robot's lengths and masses")
+
+
+def _scales(model: _Model, slope: float) -> Array:
+    """Scales (r, r w, r w, 1/w) of (q1, dq1, dq2, period), with r = slope^(1/3) and w = sqrt(g/l).
+
+    A gait divided by them, a "scaled" gait, stays finite as the slope vanishes.
+    """
+    ratio, frequency = math.cbrt(slope), math.sqrt(model.gravity / model.leg_length)
+    return np.array([ratio, ratio * frequency, ratio * frequency, 1 / frequency])
+
+
+def _unscale(model: _Model, slope: float, scaled: Array) -> tuple[Array, float]:
+    """State after the impact, shape (4,), and period of a scaled gait."""
+    q1, dq1, dq2, period = (_scales(model, slope) * scaled).tolist()
+    return np.array([q1, -q1, dq1, dq2]), period
+
+
+def _step(model: _Model, slope: float, scaled: Array, steps: int) -> Array:
+    """Scaled (q1 + q2 at the end of the period, then q1, dq1, dq2 after the impact); for a gait, (0, q1, dq1, dq2)."""
+    start, period = _unscale(model, slope, scaled)
+    q1, q2, dq1, dq2 = _motion(model, slope, start, period, steps, WIDEST)[-1].tolist()
+    after = np.array([q1 + q2, q2, *impact_rates(model.constants, q1, q2, dq1, dq2)])
+    return after / _scales(model, slope)[[0, 0, 1, 2]]
+
+
+def _solve(model: _Model, slope: float, guess: Array, steps: int, tolerance: float) -> Array | None:
+    """The scaled gait near `guess`, by SciPy's root finder; None where there is none."""
+
+    def mismatch(scaled: Array) -> Array:
+        if np.abs(scaled).max() > 12 or scaled[3] < 0.1:
+            return np.full(4, 1e3)  # far from any walking: turn back
+        try:
+            difference: Array = _step(model, slope, scaled, steps) - np.concatenate([np.zeros(1), scaled[:3]])
+        except GaitError:
+            return np.full(4, 1e3)
+        return difference
+
+    # eps: relative differences of 1e-7 for the Jacobian
+    options = {"eps": 1e-14, "maxfev": MOST_TRIALS}
+    solution = scipy.optimize.root(  # type: ignore[call-overload]  # the stubs misspell maxfev
+        mismatch, guess, method="hybr", tol=tolerance, options=options
+    )
+    return solution.x if np.abs(solution.fun).max() < 10 * tolerance else None
+
+
+def _follow_branch(model: _Model, slope: float) -> Array:
+    """Follow the gaits from level ground to `slope`; returns the scaled gait there.
+
+    The scaled gait is smooth in slope^(2/3), in which the steps are taken; one counts only if the gait found is close
+    to the one extrapolated, so that the search does not slip onto the other family (the "short" gaits).
+    """
+    places, gaits, step = [0.0], [_level_limit(model)], 1 / 256
+    for _ in range(MOST_PLACES):
+        if places[-1] >= 1:
+            break
+        place = places[-1] + min(step, 1 - places[-1])
+        guess = np.asarray(scipy.interpolate.KroghInterpolator(places[-3:], gaits[-3:])(place))
+        found = _solve(model, slope * place**1.5, guess, STEPS // 3, 1e-7)
+        if found is not None and (np.abs(found - guess) < 0.01 * (1 + np.abs(guess))).all():
+            places.append(place)
+            gaits.append(found)
+            step *= 3
+        else:
+            step /= 2
+        gait = gaits[-1]
+        limit = math.degrees(slope * places[-1] ** 1.5)
+        if gait[1] + gait[2] <= 0:
+            raise _no_gait(
+                slope, f"at {limit:.3g} degrees the trailing foot already stays down; choose a gentler slope"
+            )
+        if step < 1e-5 and len(gaits) == 1:
+            raise _no_gait(slope, "none leaves level ground; check the robot's lengths, masses and inertia")
+        if step < 1e-5:
+            raise _no_gait(slope, f"the gaits from level ground end at {limit:.4g} degrees; choose a gentler slope")
+    else:
+        raise _no_gait(slope, "the search finds no end; choose a gentler slope")
+    polished = _solve(model, slope, gaits[-1], STEPS, 1e-12)
+    if polished is None:
+        raise _no_gait(slope, "the search did not converge; choose a gentler slope")
+    return polished
+
+
+def _level_limit(model: _Model) -> Array:
+    """The scaled gait in the limit of level ground, shape (4,)."""
+    constants = model.constants
+    m11, m12, m22 = mass_terms(constants, 0.0, 0.0)
+    eigenvalues, modes = scipy.linalg.eigh(np.diag([-constants[3], constants[4]]), np.array([[m11, m12], [m12, m22]]))
+    fall, swing = math.sqrt(-eigenvalues[0]), math.sqrt(eigenvalues[1])  # rates of sinh and sin, 1/s
+    together, apart = modes.sum(axis=0), modes[0] - modes[1]
+
+    def condition(half: float) -> float:
+        """Zero if some odd motion has q1 + q2 = 0 and dq1 = dq2 at `half` a period after mid-stance."""
+        falling = together[0] * apart[1] * math.tanh(fall * half) / fall * math.cos(swing * half)
+        return float(falling - together[1] * apart[0] * math.sin(swing * half) / swing)
+
+    grid = (np.linspace(0.01, 2, 200) * math.pi / swing).tolist()
+    bracket = next((x, y) for x, y in pairwise(grid) if condition(x) * condition(y) <= 0)  # one at pi..2 pi at least
+    half = float(scipy.optimize.brentq(condition, *bracket, xtol=1e-14))
+    # of that motion, the ratio of the rate to the stance angle at touchdown
+    part1 = together[1] * modes[0, 0] * fall / math.tanh(fall * half)
+    part2 = together[0] * modes[0, 1] * swing / math.tan(swing * half)
+    growth = float((part1 - part2) / np.linalg.det(modes))
+    # the slope makes good the impact's loss, which is of fourth order in the angle: any small angle will do
+    q, dq = 1e-2, 1e-2 * growth
+    before = kinetic_energy(constants, q, -q, dq, dq)
+    loss = before - kinetic_energy(constants, -q, q, *impact_rates(constants, q, -q, dq, dq))
+    slope = loss / (model.weight * 2 * model.leg_length * q)
+    return np.array([-q, dq, dq, 2 * half]) / _scales(model, slope)
+
+
+def _check(model: _Model, slope: float, start: Array, period: float) -> None:
+    """Refuse a closed orbit whose swing foot, once ahead of the stance foot, meets the ground before the period's end.
+
+    The scuffing behind and beside the stance foot, which straight legs cannot avoid, is ignored (eq. 4).
+    """
+    states = _motion(model, slope, start, period, 4 * STEPS)
+    lean, spread = states[:, 0] + states[:, 1], states[:, 0] - states[:, 1]  # H = -2 sin(lean / 2) sin(spread / 2)
+    early = (lean[:-2] < 0) & (lean[1:-1] >= 0) & (spread[1:-1] > 0)
+    if start[0] >= 0 or spread[-1] <= 0 or lean[-2] >= 0 or early.any():
+        raise _no_gait(slope, "the swing foot does not land ahead of the stance foot; choose a gentler slope")
+
+
+def _return_map_jacobian(model: _Model, slope: float, scaled: Array) -> Array:
+    """Jacobian of the return map of the scaled (q1, dq1, dq2), shape (3, 3)."""
+    columns = []
+    for direction in 1e-3 * np.eye(4):  # the differences' truncation ~1e-12, the integration's noise ~1e-11
+        near = _step(model, slope, scaled + direction, STEPS) - _step(model, slope, scaled - direction, STEPS)
+        far = _step(model, slope, scaled + 2 * direction, STEPS) - _step(model, slope, scaled - 2 * direction, STEPS)
+        columns.append((8 * near - far) / (12 * 1e-3))
+    jacobian = np.column_stack(columns)
+    # the touchdown's time follows from the condition q1 + q2 = 0, the first row
+    result: Array = jacobian[1:, :3] - np.outer(jacobian[1:, 3], jacobian[0, :3]) / jacobian[0, 3]
+    return result
+
+
+def _tabulate(model: _Model, slope: float, start: Array, period: float) -> Table:
+    """The motion from `start` in pieces of degree 9, twice continuously differentiable.
+
+    Each piece matches q and dq at its ends and thirds, and ddq at its ends. The pieces are halved until the equations
+    of motion hold in their middles to 1e-10 g/l.
+    """
+    powers = np.arange(10)
+    values = np.array([0, 1 / 3, 2 / 3, 1])[:, None] ** powers
+    derivatives = np.hstack([np.zeros((4, 1)), powers[1:] * values[:, :-1]])
+    seconds = np.hstack([np.zeros((4, 1)), powers[1:] * derivatives[:, :-1]])
+    matrix = np.vstack([values, derivatives, seconds[::3]])
+    law = _passive(model, slope)
+    for count in (16, 32, 64, 128, 256, 512, 1024):
+        width = period / count
+        states = _motion(model, slope, start, 2 * period, 6 * count)
+        fallen = np.abs(states[::3, 0]) >= FALLEN
+        length = int(np.argmax(fallen)) - 1 if fallen.any() else 2 * count
+        q, dq = states[:, :2], width * states[:, 2:]
+        ddq = width**2 * np.array([law(state)[2:] for state in states[: 3 * length + 1]])
+        known = [np.vstack([q[k : k + 4], dq[k : k + 4], ddq[k : k + 4 : 3]]) for k in range(0, 3 * length, 3)]
+        coefficients = np.linalg.solve(matrix, np.hstack(known)).T.reshape(length, 20)
+        table: Table = (1 / width, length * width, tuple(map(tuple, coefficients.tolist())))
+        middles = np.array([reference_at(table, (k + 0.5) * width) for k in range(length)])
+        defects = np.array([law(state) for state in middles[:, :4]]) - middles[:, 2:]
+        if np.abs(defects).max() < 1e-10 * model.gravity / model.leg_length:
+            return table
+    raise _no_gait(slope, "its trajectory is too fast to tabulate; check the robot's lengths and masses")

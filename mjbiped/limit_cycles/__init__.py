@@ -1,0 +1,1 @@
+"""Return maps, periodic gaits and basins."""

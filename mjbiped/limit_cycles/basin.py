@@ -1,0 +1,319 @@
+"""Basins of attraction: from which first rates a walk settles on its gait, and from which it ends in a fall.
+
+A basin is shown as a slice through the section of states just after an impact: both feet on the plane, the angle
+between the legs is the gait's, and the rates of the two legs are laid out on a grid. The gait lies in the slice.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mjbiped.engines.hybrid.simulation import HybridSimulation
+from mjbiped.engines.hybrid.state import ROWS, SAMPLES
+from mjbiped.engines.plan import check_controller
+from mjbiped.errors import InputError
+from mjbiped.gaits.passive import find_passive_gait
+from mjbiped.limit_cycles import return_map
+from mjbiped.limit_cycles.return_map import ReturnMap, plane_of, walk_all
+from mjbiped.records.columns import TOUCHDOWNS, place
+from mjbiped.robots.compass import Array, Compass
+from mjbiped.rules.scuffing import ScuffingRule, check_landing, chosen
+from mjbiped.rules.termination import Outcome
+from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils import domains
+
+if TYPE_CHECKING:
+    from mjbiped.control.controller import Controller
+
+SETTLED = 1e-3
+"""A walk has settled when a state after an impact is as near to the gait's as this, in rad and sqrt(g/l)."""
+
+_TRANSIENT, _ATTRACTOR = 2000, 64  # steps until the passive robot is taken to be on its attractor, and steps of that
+_FIRST_LOOK = 2  # steps: most controlled walks have settled after one
+_KICK = 1e-4  # rad: pushes it off the gait of period one, which may be unstable
+
+
+class Fate(IntEnum):
+    """What becomes of a walk."""
+
+    SETTLED = 0
+    UNDECIDED = 1  # still walking, but not settled; or not computed
+    FELL = 2
+    STALLED = 3
+    DIVERGED = 4
+
+
+_FATES = {
+    return_map.SETTLED: Fate.SETTLED,
+    return_map.TOUCHDOWN: Fate.UNDECIDED,
+    return_map.FELL: Fate.FELL,
+    return_map.STALLED: Fate.STALLED,
+    return_map.DIVERGED: Fate.DIVERGED,
+}
+
+
+@dataclass(frozen=True)
+class Basin:
+    """Fates of walks that begin with different rates of the legs.
+
+    Attributes:
+        slope: Of the plane, rad.
+        start: The state (q1, q2, dq1, dq2) in whose slice the starts lie, shape (4,): the gait's after an impact.
+        stance_rates: dq1 of the starts, shape (columns,), rad/s.
+        swing_rates: dq2 of the starts, shape (rows,), rad/s.
+        fates: `Fate` of each start, shape (rows, columns).
+        steps: Steps walked until the walk had settled or ended, shape (rows, columns).
+        peak_torque: Greatest torque of ankle or hip in each walk, shape (rows, columns), N m; 0 without a controller.
+            Most walks were followed for two steps, those undecided by then up to the limit.
+        limit: Steps after which a walk that has done neither is undecided.
+        walker: Who walks, in words.
+    """
+
+    slope: float
+    start: Array = field(repr=False)
+    stance_rates: Array = field(repr=False)
+    swing_rates: Array = field(repr=False)
+    fates: NDArray[np.int8] = field(repr=False)
+    steps: NDArray[np.int16] = field(repr=False)
+    peak_torque: Array = field(repr=False)
+    limit: int
+    walker: str
+
+    def __repr__(self) -> str:
+        """One line; the maps are long."""
+        shares = ", ".join(f"{100 * self.share(fate):.3g} % {fate.name.lower()}" for fate in Fate if self.share(fate))
+        rows, columns = self.fates.shape
+        return f"<Basin of {self.walker} on {math.degrees(self.slope):.4g} deg, {rows} x {columns} starts: {shares}>"
+
+    def share(self, fate: Fate) -> float:
+        """Part of the starts that have this fate."""
+        return float(np.mean(self.fates == fate))
+
+
+class BasinInterrupted(KeyboardInterrupt):
+    """A map was broken off by Ctrl-C; the rows that were computed are not lost.
+
+    Attributes:
+        basin: The map so far, undecided where nothing was computed.
+    """
+
+    def __init__(self, basin: Basin) -> None:
+        """Keep the map."""
+        super().__init__("basin map interrupted")
+        self.basin = basin
+
+
+def basin_of_attraction(
+    robot: Compass,
+    slope: float,
+    *,
+    stance_rates: ArrayLike | None = None,
+    swing_rates: ArrayLike | None = None,
+    limit: int = 100,
+    scuffing: ScuffingRule | None = None,
+    threads: int | None = None,
+    progress: bool = False,
+) -> Basin:
+    """The basin of the passive robot on a plane, by its return map.
+
+    A walk settles on the attractor on which the robot walks after being pushed off its gait of period one by 1e-4 rad:
+    that gait, one of twice, four times ... its period, or an aperiodic motion. Where it falls from there, nothing
+    settles.
+
+    Args:
+        robot: Any compass biped.
+        slope: Of the plane, rad.
+        stance_rates: dq1 of the starts, rad/s, ascending; 300 from 0.5 to 1.6 times the gait's unless given.
+        swing_rates: dq2 of the starts, rad/s, ascending; 300 within 2.2 times the gait's greater rate unless given.
+        limit: Steps after which a walk is given up as undecided.
+        scuffing: When the swing foot may touch the ground; the engines' rule unless given.
+        threads: Worker threads; as many as there are cores unless given. The map does not depend on it.
+        progress: Whether to show a progress bar (never where the output is not a terminal).
+
+    Raises:
+        InputError: An argument is outside its domain, or the scuffing rule would never let the gait land.
+        GaitError: The robot has no gait on that slope.
+        BasinInterrupted: Ctrl-C; the exception holds the rows computed so far.
+    """
+    gait = find_passive_gait(robot, slope)
+    rule = chosen(scuffing)
+    check_landing(gait, gait.slope, rule)
+    basin = _empty(gait.slope, gait.start, stance_rates, swing_rates, limit, "passive")
+    _check_threads(threads)
+    plane = plane_of(robot, gait.slope, rule)
+    walked = ReturnMap(robot, gait.slope, rule).walk(gait.start + np.array([_KICK, -_KICK, 0.0, 0.0]), _TRANSIENT)
+    goals = np.unique(np.round(walked.states[-_ATTRACTOR:], 6), axis=0)
+    if walked.outcome != "walking":
+        goals = np.empty((0, 4))
+    near = _nearness(robot)
+
+    def row(number: int) -> None:
+        starts = np.tile(gait.start, (len(basin.stance_rates), 1))
+        starts[:, 2], starts[:, 3] = basin.stance_rates, basin.swing_rates[number]
+        batch = walk_all(plane, starts, basin.limit, goals=goals, near=near)
+        basin.steps[number] = batch.counts
+        basin.fates[number] = [_FATES[outcome] for outcome in batch.outcomes.tolist()]
+
+    return _filled(basin, row, threads, progress)
+
+
+def basin_of_control(
+    controller: Controller,
+    slope: float = 0.0,
+    *,
+    robot: Compass | None = None,
+    stance_rates: ArrayLike | None = None,
+    swing_rates: ArrayLike | None = None,
+    limit: int = 10,
+    scuffing: ScuffingRule | None = None,
+    threads: int | None = None,
+    progress: bool = False,
+) -> Basin:
+    """The basin of controlled walking on a plane, in the hybrid engine.
+
+    A walk settles on the gait that the controller imitates. Its torques are not bounded.
+
+    Args:
+        controller: Any controller with a gait; one whose laws can be compiled (see `controllers.Law`) is fast.
+        slope: Of the plane, rad.
+        robot: The robot that walks; the controller's unless given.
+        stance_rates: As in `basin_of_attraction`.
+        swing_rates: As in `basin_of_attraction`.
+        limit: Steps after which a walk is given up as undecided.
+        scuffing: When the swing foot may touch the ground; the engines' rule unless given.
+        threads: Worker threads; as many as there are cores unless given. The map does not depend on it.
+        progress: Whether to show a progress bar (never where the output is not a terminal).
+
+    Raises:
+        InputError: An argument is outside its domain, or the controller imitates no gait, or one that the scuffing
+            rule would never let land.
+        BasinInterrupted: Ctrl-C; the exception holds the rows computed so far.
+    """
+    check_controller(controller)
+    gait, walker = controller.gait, controller.robot if robot is None else domains.check_kind("robot", robot, Compass)
+    if gait is None or walker is None:
+        raise InputError(f"{type(controller).__name__} imitates no gait: there is nothing to settle on")
+    check_landing(gait, domains.SLOPE.check("slope", slope), chosen(scuffing))
+    terrain = Terrain.incline(math.degrees(slope))
+    q1, q2 = float(gait.start[0]), float(gait.start[1])
+    near = _nearness(walker)
+    basin = _empty(slope, gait.start, stance_rates, swing_rates, limit, type(controller).__name__)
+    _check_threads(threads)
+
+    def row(number: int) -> None:
+        rate2 = float(basin.swing_rates[number])
+        for column, rate1 in enumerate(basin.stance_rates.tolist()):
+            for steps in sorted({min(_FIRST_LOOK, limit), limit}):
+                simulation = HybridSimulation(
+                    controller,
+                    terrain,
+                    robot=walker,
+                    q=(q1, q2),
+                    dq=(rate1, rate2),
+                    steps=steps,
+                    sample_period=math.inf,
+                    scuffing=scuffing,
+                )
+                walked, fate = _walk_controlled(simulation, gait.start, near)
+                if fate is not Fate.UNDECIDED:
+                    break
+            basin.steps[number, column], basin.fates[number, column] = walked, fate
+            basin.peak_torque[number, column] = simulation.peak_torque.max()
+
+    return _filled(basin, row, threads, progress)
+
+
+def _walk_controlled(simulation: HybridSimulation, goal: Array, near: Array) -> tuple[int, Fate]:
+    """Walk until a state after an impact is near the goal, or the walk ends; the number of steps, and the fate."""
+    first, last = place(TOUCHDOWNS, "q"), place(TOUCHDOWNS, "dq") + 2
+    walked, buffers = 0, simulation.buffers
+    while simulation.outcome is Outcome.WALKING:
+        simulation.go_on()
+        count = int(buffers.w[ROWS])
+        inside = (np.abs(buffers.rows[:count, first:last] - goal) < near).all(axis=1)
+        if inside.any():
+            return walked + int(inside.argmax()) + 1, Fate.SETTLED
+        walked += count
+        buffers.w[ROWS] = buffers.w[SAMPLES] = 0.0
+    return walked, _FATES.get(int(simulation.outcome), Fate.UNDECIDED)
+
+
+def _empty(
+    slope: float, start: Array, stance_rates: ArrayLike | None, swing_rates: ArrayLike | None, limit: int, walker: str
+) -> Basin:
+    """A map in which nothing is decided yet.
+
+    Raises:
+        InputError: The rates do not ascend, or the limit is no number of steps.
+    """
+    limit = domains.LIMIT.check("limit", limit)
+    greatest = float(np.abs(start[2:]).max())
+    grids: list[Array] = []
+    for name, given, low, high in (
+        ("stance_rates", stance_rates, 0.5 * start[2], 1.6 * start[2]),
+        ("swing_rates", swing_rates, -2.2 * greatest, 2.2 * greatest),
+    ):
+        grid = np.linspace(low, high, 300) if given is None else domains.RATE.array(name, given, (None,))
+        if not 1 <= len(grid) <= domains.GRID.high or (np.diff(grid) <= 0.0).any():
+            raise InputError(f"{name}: expected 1 to {domains.GRID.high} numbers that ascend, got {len(grid)}")
+        grids.append(grid)
+    shape = (len(grids[1]), len(grids[0]))
+    fates = np.full(shape, Fate.UNDECIDED, dtype=np.int8)
+    return Basin(
+        slope,
+        start.copy(),
+        grids[0],
+        grids[1],
+        fates,
+        np.zeros(shape, dtype=np.int16),
+        np.zeros(shape),
+        limit,
+        walker,
+    )
+
+
+def _nearness(robot: Compass) -> Array:
+    """`SETTLED` for each component of a state."""
+    frequency = math.sqrt(robot.gravity / robot.leg_length)
+    return SETTLED * np.array([1.0, 1.0, frequency, frequency])
+
+
+def _check_threads(threads: int | None) -> None:
+    if threads is not None:
+        domains.WORKERS.check("threads", threads)
+
+
+def _filled(basin: Basin, row: Callable[[int], None], threads: int | None, progress: bool) -> Basin:
+    """The map with all rows computed, in threads.
+
+    Raises:
+        BasinInterrupted: Ctrl-C.
+    """
+    from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
+
+    rows = range(len(basin.swing_rates))
+    with ThreadPoolExecutor(threads or _cores()) as pool:
+        try:
+            futures = [pool.submit(row, number) for number in rows]
+            for future in tqdm(as_completed(futures), total=len(rows), desc="rows", disable=None if progress else True):
+                future.result()
+        except BaseException as error:
+            pool.shutdown(cancel_futures=True)
+            if isinstance(error, KeyboardInterrupt):
+                raise BasinInterrupted(basin) from error
+            raise
+    return basin
+
+
+def _cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)

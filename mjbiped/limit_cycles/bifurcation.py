@@ -1,0 +1,279 @@
+"""The period-doubling cascade of a passive walker on steeper and steeper planes, and its bifurcation diagram."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mjbiped.errors import GaitError, InputError
+from mjbiped.gaits.passive import find_passive_gait
+from mjbiped.limit_cycles.periodic import (
+    GUARD,
+    PeriodicGait,
+    find_periodic_gait,
+    first_gait,
+    follow,
+    step_lengths,
+    zero_on_branch,
+)
+from mjbiped.limit_cycles.return_map import TOUCHDOWN, ReturnMap, plane_of, walk_all
+from mjbiped.robots.compass import Array, Compass
+from mjbiped.rules.scuffing import ScuffingRule, check_landing, chosen
+from mjbiped.rules.termination import Outcome
+from mjbiped.utils import domains
+
+FIRST_SLOPE = math.radians(0.1)
+FEIGENBAUM = 4.669201609
+_FIRST_STEP = math.radians(0.05)
+_STEEPEST = math.radians(20.0)
+_SETTLING = 1000  # periods in which a stable gait is reached from its unstable parent: a tenth is enough
+_KICK = 1e-4  # rad: pushes the robot off the unstable gait
+
+
+@dataclass(frozen=True)
+class Branch:
+    """The gaits of one period, followed with the slope from where they are born beyond where they double.
+
+    Attributes:
+        count: Steps after which the gait repeats itself.
+        gaits: In the order of their slopes.
+        doubling: The gait at which a multiplier passes through -1; None where the branch ends without.
+    """
+
+    count: int
+    gaits: tuple[PeriodicGait, ...] = field(repr=False)
+    doubling: PeriodicGait | None
+
+
+@dataclass(frozen=True)
+class Cascade:
+    """Period doublings of the passive gait with slope.
+
+    Attributes:
+        robot: Who walks.
+        branches: Of periods 1, 2, 4, ...
+        end: Why it ends where it does; empty if as many doublings were found as were asked for.
+    """
+
+    robot: Compass
+    branches: tuple[Branch, ...]
+    end: str
+
+    def __repr__(self) -> str:
+        """One line."""
+        begins = ", ".join(f"{degrees:.6g}" for degrees in np.degrees(self.onsets))
+        return f"<Cascade: periods double on {begins} deg>" if begins else "<Cascade: no period doubles>"
+
+    @property
+    def onsets(self) -> Array:
+        """Slopes at which periods 2, 4, 8, ... begin, rad."""
+        return np.array([branch.doubling.slope for branch in self.branches if branch.doubling is not None])
+
+    @property
+    def ratios(self) -> Array:
+        """Ratios of successive distances between onsets; they tend to Feigenbaum's number, 4.669."""
+        distances = np.diff(self.onsets)
+        return np.asarray(distances[:-1] / distances[1:], dtype=np.float64)
+
+    @property
+    def window(self) -> tuple[float, float] | None:
+        """Slopes between which the onsets gather, for a closer look; None with fewer than two onsets."""
+        onsets = self.onsets
+        if len(onsets) < 2:
+            return None
+        width = float(self.accumulation - onsets[1] if len(onsets) > 2 else onsets[1] - onsets[0])
+        return float(onsets[1] - 0.3 * width), float(onsets[1] + 2.2 * width)
+
+    @property
+    def accumulation(self) -> float:
+        """Where the onsets gather, by Feigenbaum's ratio from the last two; rad, NaN with fewer than two."""
+        onsets = self.onsets
+        if len(onsets) < 2:
+            return math.nan
+        return float(onsets[-1] + (onsets[-1] - onsets[-2]) / (FEIGENBAUM - 1.0))
+
+
+def find_cascade(robot: Compass, doublings: int = 4, *, progress: bool = False) -> Cascade:
+    """The passive gaits of periods 1, 2, 4, ... and the slopes at which each gives way to the next.
+
+    The gait of period one is followed from 0.1 degrees; beyond each doubling the robot is left to find the gait of
+    twice the period by itself, which Newton's method then makes exact and follows further. Touchdown is that of eq. 4:
+    whenever the swing foot comes down ahead of the stance foot.
+
+    Args:
+        robot: Any compass biped.
+        doublings: How many to look for, at least 1.
+        progress: Whether to show a progress bar (never where the output is not a terminal).
+
+    Raises:
+        InputError: `doublings` is not a whole number from 1 to 6; beyond, rounding decides.
+        GaitError: The robot has no gait on 0.1 degrees.
+    """
+    from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
+
+    doublings = domains.DOUBLINGS.check("doublings", doublings)
+    branches: list[Branch] = []
+    gait, step, end = first_gait(robot, FIRST_SLOPE), _FIRST_STEP, ""
+    with tqdm(total=doublings, desc="doublings", disable=None if progress else True) as bar:
+        while True:
+            branch = _followed(gait, step)
+            branches.append(branch)
+            if branch.doubling is None:
+                end = f"the gait of period {branch.count} ends at {math.degrees(branch.gaits[-1].slope):.4g} degrees"
+                end += " without doubling"
+                break
+            bar.update()
+            if len(branches) == doublings:
+                break
+            # the next window is narrower by Feigenbaum's ratio or so; begin at some tenth of it
+            onset = branch.doubling.slope
+            window = onset - branches[-1].gaits[0].slope if len(branches) > 1 else 0.25 * onset
+            step = 0.1 * window / FEIGENBAUM
+            try:
+                gait = _doubled(robot, branch.doubling, onset + step)
+            except GaitError as error:
+                end = f"beyond {math.degrees(onset):.4g} degrees the robot finds no gait of twice the period: {error}"
+                break
+    return Cascade(robot, tuple(branches), end)
+
+
+def _followed(gait: PeriodicGait, step: float) -> Branch:
+    """A branch from its first gait until shortly beyond its doubling, in equal steps of the slope."""
+    gaits, doubling = [gait], None
+    slopes = np.arange(gait.slope, _STEEPEST, step)[1:]
+    beyond = math.inf
+    for found in follow(gait, slopes.tolist()):
+        gaits.append(found)
+        if doubling is None and gaits[-2].doubling > 0.0 >= found.doubling:
+            doubling = zero_on_branch(gaits[-2], found, lambda gait: gait.doubling)
+            beyond = found.slope + 0.5 * (found.slope - gait.slope)
+        if found.slope > beyond:
+            break
+    return Branch(len(gait.states), tuple(gaits), doubling)
+
+
+def _doubled(robot: Compass, parent: PeriodicGait, slope: float) -> PeriodicGait:
+    """The stable gait of twice the period that is born where its parent doubles, a little beyond.
+
+    Raises:
+        GaitError: There is none.
+    """
+    count = 2 * len(parent.states)
+    start = parent.states[0].copy()
+    start[0] += _KICK
+    start[1] -= _KICK
+    steps = ReturnMap(robot, slope, GUARD).walk(start, _SETTLING * count)
+    if steps.outcome != "walking":
+        raise GaitError(f"it {steps.outcome} after {len(steps.states)} steps")
+    return find_periodic_gait(robot, slope, steps.states[-count:])
+
+
+@dataclass(frozen=True)
+class BifurcationDiagram:
+    """Where the robot's steps settle on planes of different slope.
+
+    Attributes:
+        robot: Who walks.
+        slopes: Rad, shape (n,).
+        states: The last states (q1, q2, dq1, dq2) after impacts on each, shape (n, kept, 4); NaN where it fell.
+        periods: Times of these steps, shape (n, kept), s.
+        outcomes: "walking" or what became of the robot, one for each slope.
+    """
+
+    robot: Compass
+    slopes: Array
+    states: Array = field(repr=False)
+    periods: Array = field(repr=False)
+    outcomes: tuple[str, ...] = field(repr=False)
+
+    def __repr__(self) -> str:
+        """One line; the tables are long."""
+        first, last = np.degrees(self.slopes[[0, -1]])
+        fallen = sum(outcome != "walking" for outcome in self.outcomes)
+        return (
+            f"<BifurcationDiagram of {len(self.slopes)} slopes from {first:.6g} to {last:.6g} deg, "
+            f"{self.periods.shape[1]} steps each; lost on {fallen}>"
+        )
+
+    @property
+    def step_lengths(self) -> Array:
+        """Distances between the feet at the impacts, shape (n, kept), m."""
+        return step_lengths(self.robot, self.states)
+
+    @property
+    def lost(self) -> float:
+        """The first slope on which the robot did not walk to the end, rad; NaN if there is none."""
+        fallen = self.slopes[[outcome != "walking" for outcome in self.outcomes]]
+        return float(fallen[0]) if len(fallen) else math.nan
+
+    def counts(self, tolerance: float = 1e-5) -> NDArray[np.int64]:
+        """Steps after which the motion repeats itself within `tolerance` m of step length; 0 if not within 32.
+
+        Shape (n,); 0 also where the robot fell.
+        """
+        tolerance = domains.LENGTH_TOLERANCE.check("tolerance", tolerance)
+        lengths = self.step_lengths
+        result = np.zeros(len(lengths), dtype=np.int64)
+        for row, values in enumerate(lengths):
+            for count in (1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32):
+                if count < len(values) and np.abs(values[count:] - values[:-count]).max() < tolerance:
+                    result[row] = count
+                    break
+        return result
+
+
+def bifurcation_diagram(
+    robot: Compass,
+    slopes: ArrayLike | Sequence[float],
+    *,
+    steps: int = 600,
+    keep: int = 100,
+    scuffing: ScuffingRule | None = None,
+    progress: bool = False,
+) -> BifurcationDiagram:
+    """Let the passive robot walk on planes of rising slope, each from where it came to on the plane before.
+
+    Args:
+        robot: Any compass biped.
+        slopes: Rad, ascending, at least one.
+        steps: Walked on each plane.
+        keep: The last so many of them are kept.
+        scuffing: When the swing foot may touch the ground; the engines' rule unless given.
+        progress: Whether to show a progress bar (never where the output is not a terminal).
+
+    Raises:
+        InputError: The slopes do not ascend from above zero, or `keep` does not lie between 1 and `steps`, or the
+            scuffing rule would never let the gait on the first plane land.
+        GaitError: There is no gait of period one on the first plane, to begin with.
+    """
+    from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
+
+    domains.check_kind("robot", robot, Compass)
+    planes = domains.DOWNHILL.array("slopes", slopes, (None,))
+    if not len(planes):
+        raise InputError("slopes: expected at least one")
+    if (np.diff(planes) <= 0.0).any():
+        raise InputError("slopes must ascend, for the walk on each begins where that on the one before ended")
+    steps, keep = domains.MAP_STEPS.check("steps", steps), domains.MAP_STEPS.check("keep", keep)
+    if keep > steps:
+        raise InputError(f"keep = {keep}: must not be more than the {steps} steps that are walked")
+    domains.KEPT.check("keep times the number of slopes", keep * len(planes))
+    rule = chosen(scuffing)
+    check_landing(find_passive_gait(robot, float(planes[0])), float(planes[0]), rule)
+    start = first_gait(robot, float(planes[0])).states[0].copy()
+    start[0] += _KICK  # off the gait itself, which may be unstable
+    start[1] -= _KICK
+    kept = np.full((len(planes), keep, 4), np.nan)
+    times = np.full((len(planes), keep), np.nan)
+    outcomes = []
+    for row, slope in enumerate(tqdm(planes.tolist(), desc="slopes", disable=None if progress else True)):
+        batch = walk_all(plane_of(robot, slope, rule), start[None], steps, room=steps)
+        outcomes.append(Outcome(batch.outcomes[0]).name.lower())
+        if batch.outcomes[0] == TOUCHDOWN:
+            kept[row], times[row] = batch.states[0, -keep:], batch.periods[0, -keep:]
+            start = batch.states[0, -1].copy()
+    return BifurcationDiagram(robot, planes, kept, times, tuple(outcomes))

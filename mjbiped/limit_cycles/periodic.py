@@ -1,0 +1,238 @@
+"""Gaits of any period on a plane, stable or not, found by Newton's method on the return map and followed with slope.
+
+A gait of period n repeats itself after n steps. Its n states after the impacts are solved for together (multiple
+shooting), so that the equations stay as well conditioned for n = 16 as for n = 1. States stand on the section q2 = -q1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike, NDArray
+
+from mjbiped.errors import GaitError, InputError
+from mjbiped.gaits.passive import find_passive_gait
+from mjbiped.limit_cycles.return_map import TOUCHDOWN, Plane, plane_of, walk_all
+from mjbiped.robots.compass import Array, Compass
+from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.utils import domains
+
+GUARD = ScuffingRule(reach=0.0, delay=0.0, name="eq. 4")
+"""Touchdown as `find_passive_gait` has it: whenever the swing foot comes down ahead of the stance foot."""
+
+DIFFERENCE = 1e-4
+"""Of the fourth-order differences, in rad and sqrt(g/l): truncation is then below 1e-8, rounding 1e-11."""
+
+CONVERGED = 1e-11  # Newton's last change, in rad and sqrt(g/l)
+LEAP = 0.05  # a gait further than this from the one extrapolated may be another one, same units
+SHORTEST_STEP = 1e-9  # of the slope, rad
+
+
+@dataclass(frozen=True)
+class PeriodicGait:
+    """A gait that repeats itself after n steps.
+
+    Attributes:
+        robot: Whose gait it is.
+        slope: Of the plane, rad.
+        states: (q1, q2, dq1, dq2) after the impacts, shape (n, 4), rad and rad/s.
+        periods: Times from each of them to the next impact, shape (n,), s.
+        multipliers: Eigenvalues of the n-fold return map's Jacobian, complex, shape (3,), the largest magnitude first.
+        doubling: det(I + Jacobian) of the n-fold map; it passes through zero where a multiplier passes through -1.
+    """
+
+    robot: Compass
+    slope: float
+    states: Array = field(compare=False)
+    periods: Array = field(compare=False)
+    multipliers: NDArray[np.complex128] = field(compare=False)
+    doubling: float = field(compare=False)
+
+    def __repr__(self) -> str:
+        """One line."""
+        kind = "stable" if self.stable else "unstable"
+        return f"<PeriodicGait of period {len(self.states)} on {math.degrees(self.slope):.6g} deg: {kind}>"
+
+    @property
+    def stable(self) -> bool:
+        """Whether small disturbances die out."""
+        return bool(abs(self.multipliers[0]) < 1.0)
+
+    @property
+    def step_lengths(self) -> Array:
+        """Distances between the feet at the impacts, shape (n,), m."""
+        return step_lengths(self.robot, self.states)
+
+
+def step_lengths(robot: Compass, states: Array) -> Array:
+    """Distance between the feet just after impacts on a plane, m, for states of shape (..., 4)."""
+    return np.asarray(2.0 * robot.leg_length * np.sin(-states[..., 0]), dtype=np.float64)
+
+
+def differentiate(plane: Plane, places: Array, widths: Array) -> tuple[Array, Array, Array] | None:
+    """The return map in (q1, dq1, dq2) at places of shape (n, 3), and its derivatives there.
+
+    Args:
+        plane: Robot and plane.
+        places: Shape (n, 3).
+        widths: Of the central differences, which are of fourth order; shape (3,).
+
+    Returns:
+        The places mapped, shape (n, 3); the periods, shape (n,); the Jacobians, shape (n, 3, 3). None where the robot
+        does not make its next step from one of the places or beside one.
+    """
+    shifts = np.concatenate([np.zeros((1, 3)), *(k * np.diag(widths) for k in (-2.0, -1.0, 1.0, 2.0))])
+    around = (places[:, None, :] + shifts).reshape(-1, 3)
+    batch = walk_all(plane, np.column_stack([around[:, 0], -around[:, 0], around[:, 1:]]), 1)
+    if (batch.outcomes != TOUCHDOWN).any():
+        return None
+    mapped = batch.states[:, 0, [0, 2, 3]].reshape(-1, 13, 3)
+    far_behind, behind, ahead, far_ahead = (mapped[:, first : first + 3] for first in (1, 4, 7, 10))
+    slopes = (far_behind - 8.0 * behind + 8.0 * ahead - far_ahead) / (12.0 * widths[:, None])
+    return mapped[:, 0], batch.periods[::13, 0].copy(), np.swapaxes(slopes, 1, 2)
+
+
+def find_periodic_gait(robot: Compass, slope: float, states: ArrayLike) -> PeriodicGait:
+    """The gait of period n near n states, stable or not, by Newton's method.
+
+    Args:
+        robot: Any compass biped.
+        slope: Of the plane, rad.
+        states: (q1, q2, dq1, dq2) after n impacts that follow each other, shape (n, 4); q2 = -q1.
+
+    Raises:
+        InputError: The slope or the states are no finite numbers of these shapes.
+        GaitError: Newton's method does not converge, the gait found repeats itself sooner, or its trailing foot stays
+            down after the impact.
+    """
+    domains.check_kind("robot", robot, Compass)
+    slope = domains.SLOPE.check("slope", slope)
+    guess = domains.check_states("states", states, (None, 4))
+    if not len(guess):
+        raise InputError("states: expected shape (n, 4) with at least one state, got none")
+    places = guess[:, [0, 2, 3]]
+    n = len(places)
+    frequency = math.sqrt(robot.gravity / robot.leg_length)
+    scales = np.array([1.0, frequency, frequency])
+    plane = plane_of(robot, slope, GUARD)
+    for _ in range(20):
+        known = differentiate(plane, places, DIFFERENCE * scales)
+        if known is None:
+            raise _lost(slope, n, "the robot falls or stalls on the way")
+        results, periods, jacobians = known
+        matrix = np.zeros((3 * n, 3 * n))
+        for k in range(n):
+            matrix[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] += jacobians[k]
+            after = 3 * ((k + 1) % n)
+            matrix[3 * k : 3 * k + 3, after : after + 3] -= np.eye(3)
+        mismatch = np.roll(places, -1, axis=0) - results
+        change = np.linalg.solve(matrix, mismatch.ravel()).reshape(n, 3)
+        places = places + change
+        size = float(np.abs(change / scales).max())
+        if size < CONVERGED:
+            break
+        if not size < 1.0:
+            raise _lost(slope, n, "Newton's method leads away")
+    else:
+        raise _lost(slope, n, "Newton's method does not converge")
+    if (places[:, 1] + places[:, 2] <= 0.0).any():
+        raise _lost(slope, n, "the trailing foot stays down after the impact")
+    if n > 1 and np.abs((places - np.roll(places, n // 2, axis=0)) / scales).max() < 1e-7:
+        raise _lost(slope, n, "the gait found repeats itself sooner")
+    whole = np.eye(3)
+    for jacobian in jacobians:
+        whole = jacobian @ whole
+    multipliers = np.linalg.eigvals(whole).astype(np.complex128)
+    multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
+    found = np.column_stack([places[:, 0], -places[:, 0], places[:, 1], places[:, 2]])
+    return PeriodicGait(robot, slope, found, periods, multipliers, float(np.linalg.det(np.eye(3) + whole)))
+
+
+def first_gait(robot: Compass, slope: float) -> PeriodicGait:
+    """The gait of period one on the branch that leaves level ground; see `find_passive_gait`.
+
+    Raises:
+        InputError: The slope is not a finite number.
+        GaitError: The robot has no such gait on that slope.
+    """
+    return find_periodic_gait(robot, slope, find_passive_gait(robot, slope).start[None])
+
+
+def follow(gait: PeriodicGait, slopes: Sequence[float]) -> Iterator[PeriodicGait]:
+    """The gaits on other slopes that continue a gait without a leap, stable or not, until the branch ends.
+
+    Args:
+        gait: Where to begin.
+        slopes: Rad, in the order in which they shall be reached.
+
+    Yields:
+        One gait for each slope; fewer, if the branch ends before.
+    """
+    known = [gait]
+    for slope in slopes:
+        step = slope - known[-1].slope
+        while known[-1].slope != slope:
+            there = slope if abs(slope - known[-1].slope) <= abs(step) else known[-1].slope + step
+            found = _neighbour(known, there)
+            if found is None:
+                step /= 2
+                if abs(step) < SHORTEST_STEP:
+                    return
+            else:
+                known = [*known[-2:], found]
+        yield known[-1]
+
+
+def _neighbour(known: Sequence[PeriodicGait], slope: float) -> PeriodicGait | None:
+    """The gait on a slope near those of known ones; None where there is none, or only one further off."""
+    states = extrapolated(known, slope)
+    try:
+        found = find_periodic_gait(known[-1].robot, slope, states)
+    except (GaitError, np.linalg.LinAlgError):
+        return None
+    return found if np.abs(found.states - states).max() < LEAP else None
+
+
+def extrapolated(known: Sequence[PeriodicGait], slope: float) -> Array:
+    """States on a slope, by the polynomial through those of up to three gaits of one branch."""
+    states = np.zeros_like(known[0].states)
+    for one in known:
+        weight = math.prod((slope - other.slope) / (one.slope - other.slope) for other in known if other is not one)
+        states += weight * one.states
+    return states
+
+
+def zero_on_branch(
+    below: PeriodicGait, above: PeriodicGait, value: Callable[[PeriodicGait], float], tolerance: float = 1e-12
+) -> PeriodicGait:
+    """The gait between two near ones of a branch on which a value passes through zero.
+
+    Args:
+        below: The value has one sign here,
+        above: and the other here.
+        value: Of a gait.
+        tolerance: Of the slope, rad.
+
+    Raises:
+        GaitError: The branch cannot be followed from one to the other.
+    """
+    ends = (below, above)
+    gaits = {gait.slope: gait for gait in ends}
+
+    def at(slope: float) -> float:
+        if slope not in gaits:
+            nearest = sorted(gaits.values(), key=lambda gait: abs(gait.slope - slope))[:3]
+            gaits[slope] = find_periodic_gait(below.robot, slope, extrapolated(nearest, slope))
+        return value(gaits[slope])
+
+    slope = float(scipy.optimize.brentq(at, below.slope, above.slope, xtol=tolerance, rtol=1e-14))
+    at(slope)
+    return gaits[slope]
+
+
+def _lost(slope: float, n: int, reason: str) -> GaitError:
+    return GaitError(f"no gait of period {n} found near these states at {math.degrees(slope):.6g} degrees: {reason}")

@@ -1,0 +1,257 @@
+"""The figure of a comparison: both engines' curves over each other, and their difference under them."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from mjbiped.analysis.compare import torque_differences
+from mjbiped.errors import RenderError
+from mjbiped.plotting.style import (
+    ANKLE,
+    BLUE,
+    GUIDE,
+    HIP,
+    ORANGE,
+    SHADE,
+    TRUTH,
+    VERMILLION,
+    check_path,
+    new_figure,
+    save_figure,
+    styled,
+)
+from mjbiped.records import measures
+
+if TYPE_CHECKING:
+    from mjbiped.analysis.compare import Comparison
+    from mjbiped.records.record import Walk
+
+Array = NDArray[np.float64]
+
+_MUJOCO: dict[str, Any] = {"color": BLUE, "linestyle": "-", "linewidth": 2.4, "alpha": 0.75, "label": "MuJoCo"}
+_HYBRID: dict[str, Any] = {"color": ORANGE, "linestyle": (0, (3, 1.5)), "linewidth": 1.1, "label": "hybrid"}
+_LETTERS_PER_LINE = 118
+_BURST = 3.0  # an axis is cut where the last, unfinished step would make it so many times as long
+_LENGTH_SPAN = 0.01  # of the longest step, least; the panel of differences shows what is smaller
+_SLOPE_SPAN = 1.0  # deg, least; rounding is no news
+_TOGETHER = 0.1  # of the time axis: ends nearer to each other share a label
+
+
+def plot_comparison(comparison: Comparison, path: str | Path | None = None) -> Figure:
+    """Draw a comparison.
+
+    (a) Ankle and hip torque over time, and their differences at equal times since the touchdown; axes are cut, and a
+    note says so, where the last step, never finished, asks for far more than all before. (b) Step lengths and (c) the
+    slope estimate with the true slope, over the distance, each with its difference. Lines mark where the walks part,
+    and when one of them falls or ends otherwise before its time.
+
+    Args:
+        comparison: As `mjbiped.compare` makes it; a fall in the first step included.
+        path: File to write as well, `.png`, `.pdf` or `.svg`.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: The path has another suffix; nothing has been drawn then.
+        RenderError: A record holds no samples, or the file cannot be written.
+    """
+    path = check_path(path)
+    if not all(len(walk.samples["time"]) for walk in (comparison.mujoco, comparison.hybrid)):
+        raise RenderError("a record holds no samples: there is nothing to draw")
+    with styled():
+        title = _title(comparison)
+        figure = new_figure(10.2 + 0.17 * title.count("\n"))
+        figure.suptitle(title, fontsize=9.0, x=0.01, ha="left", linespacing=1.4, parse_math=False)
+        parts: Any = figure.subfigures(2, 1, height_ratios=(5.0, 5.2))
+        torques = parts[0].subplots(3, 1, sharex=True, height_ratios=(1.5, 1.5, 1.0))
+        _draw_torques(torques, comparison)
+        grounds = parts[1].subplots(4, 1, sharex=True, height_ratios=(1.5, 1.0, 1.5, 1.0))
+        _draw_step_lengths(grounds[0], grounds[1], comparison)
+        _draw_slopes(grounds[2], grounds[3], comparison)
+        _mark_parting(torques, grounds, comparison)
+        _mark_ends(torques, comparison)
+        for part in parts:
+            part.align_ylabels()
+    if path is not None:
+        save_figure(figure, path)
+    return figure
+
+
+def _title(comparison: Comparison) -> str:
+    """Who walked where, what it cost in either engine, and whether they agree."""
+    name = comparison.mujoco.settings["controller"]["name"]
+    lines = [f"{name} on {comparison.mujoco.terrain.caption}, in both engines", comparison.verdict]
+    return "\n".join(part for line in lines for part in textwrap.wrap(line, _LETTERS_PER_LINE))
+
+
+def _draw_torques(grid: Any, comparison: Comparison) -> None:
+    walks = (comparison.mujoco, comparison.hybrid)
+    steady_ends = [_end_of_steps(walk) for walk in walks]
+    cut = []
+    for joint, (axes, name) in enumerate(zip(grid[:2], ("ankle", "hip"), strict=True)):
+        for walk, style in zip(walks, (_MUJOCO, _HYBRID), strict=True):
+            axes.plot(walk.samples["time"], walk.samples["torque"][:, joint], **style)
+        axes.set(ylabel=f"{name} (N m)")
+        torques = [walk.samples["torque"][:, joint] for walk in walks]
+        steady = [t[w.samples["time"] <= end] for t, w, end in zip(torques, walks, steady_ends, strict=True)]
+        if _cut_burst(axes, np.concatenate(torques), np.concatenate(steady), room=0.25):
+            cut.append(f"{name} to {max(float(walk.peak_torque[joint]) for walk in walks):.3g}")
+    grid[0].set_title("(a) Joint torque")
+    _legend(grid[0])
+    time, difference = torque_differences(comparison)
+    for joint, (name, look) in enumerate((("ankle", ANKLE), ("hip", HIP))):
+        grid[2].plot(time, difference[:, joint], label=name, linewidth=0.9, **look)
+    grid[2].set(ylabel="Δ (N m)", xlabel="time (s);  Δ = MuJoCo − hybrid at equal times since the touchdown")
+    if _cut_burst(grid[2], difference, difference[time <= min(steady_ends)], room=2.0):
+        cut.append(f"Δ to {np.nanmax(np.abs(difference)):.3g}")
+    if cut:
+        text = f"cut off in the last, unfinished step: {', '.join(cut)} N m"
+        grid[0].set_title(text, loc="center", fontsize=8, fontweight="normal", color=SHADE)
+    _zero_line(grid[2])
+    _legend(grid[2])
+    last = max(float(walk.end[0]) for walk in walks)
+    early = any(walk.outcome != "finished" for walk in walks)
+    grid[2].set_xlim(0.0, max((1.01 if early else 1.0) * last, 1e-3))
+
+
+def _end_of_steps(walk: Walk) -> float:
+    """When the last step ended that did, s."""
+    if walk.outcome == "finished":
+        return float(walk.end[0])
+    return float(walk.touchdowns["time"][-1]) if walk.steps else -math.inf
+
+
+def _cut_burst(axes: Axes, values: Array, steady: Array, *, room: float) -> bool:
+    """Cut the axis where the values outside finished steps would hide those within.
+
+    Args:
+        axes: Where the values are drawn.
+        values: All of them.
+        steady: Those in finished steps.
+        room: What the axis shows above and below these, of their span.
+
+    Returns:
+        Whether it was cut.
+    """
+    values, steady = values[np.isfinite(values)], steady[np.isfinite(steady)]
+    span = float(np.ptp(steady)) if len(steady) else 0.0
+    if span == 0.0 or float(np.ptp(values)) < _BURST * span:
+        return False
+    axes.set_ylim(float(steady.min()) - room * span, float(steady.max()) + room * span)
+    return True
+
+
+def _draw_step_lengths(axes: Axes, under: Axes, comparison: Comparison) -> None:
+    lengths = [measures.step_lengths(walk) for walk in (comparison.mujoco, comparison.hybrid)]
+    for walk, own, style in zip((comparison.mujoco, comparison.hybrid), lengths, (_MUJOCO, _HYBRID), strict=True):
+        axes.plot(walk.touchdowns["x"], own, marker="o", markersize=3.0, **style)
+    axes.set(ylabel="length (m)")
+    axes.set_title("(b) Step length")
+    longest = float(max(lengths[0].max(initial=0.0), lengths[1].max(initial=0.0)))
+    _widen(axes, _LENGTH_SPAN * longest)
+    axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+    _legend(axes)
+    n = len(comparison.touchdowns["x"])
+    _draw_difference(under, comparison, 1e3 * (lengths[0][:n] - lengths[1][:n]), "mm")
+
+
+def _draw_slopes(axes: Axes, under: Axes, comparison: Comparison) -> None:
+    for walk, style in ((comparison.mujoco, _MUJOCO), (comparison.hybrid, _HYBRID)):
+        x, estimate = walk.touchdowns["x"], np.degrees(walk.touchdowns["slope_estimate"])
+        axes.plot(x, estimate, marker="o", markersize=3.0, **style)
+    terrain = comparison.mujoco.terrain
+    reached = max([0.4, *(float(x) for w in (comparison.mujoco, comparison.hybrid) for x in w.touchdowns["x"])])
+    places = np.linspace(0.0, reached, 2001)
+    axes.plot(places, np.degrees(terrain.slope(places)), label="ground", zorder=1, linewidth=1.0, **TRUTH)
+    axes.set(ylabel="slope (°)")
+    axes.set_title("(c) Slope estimate at touchdown, and slope of the ground")
+    _widen(axes, _SLOPE_SPAN)
+    _legend(axes)
+    _draw_difference(under, comparison, np.degrees(comparison.touchdowns["slope_estimate"]), "°")
+    under.set_xlabel("x of the touchdown (m);  Δ = MuJoCo − hybrid")
+    under.set_xlim(0.0, 1.02 * reached)
+
+
+def _draw_difference(axes: Axes, comparison: Comparison, difference: Any, unit: str) -> None:
+    """A row of differences at the touchdowns."""
+    n = len(difference)
+    axes.plot(comparison.mujoco.touchdowns["x"][:n], difference, "k.-", linewidth=0.8, markersize=4.0)
+    axes.set(ylabel=f"Δ ({unit})")
+    _zero_line(axes)
+
+
+def _widen(axes: Axes, least: float) -> None:
+    """Give the vertical axis at least this span."""
+    low, high = axes.get_ylim()
+    if high - low < least:
+        axes.set_ylim((low + high - least) / 2, (low + high + least) / 2)
+
+
+def _zero_line(axes: Axes) -> None:
+    axes.axhline(0.0, color=GUIDE, linewidth=0.5, zorder=0)
+
+
+def _legend(axes: Axes) -> None:
+    axes.legend(loc="lower right", ncols=3, bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
+
+
+def _mark_parting(torques: Any, grounds: Any, comparison: Comparison) -> None:
+    """A line where the walks part."""
+    parting = comparison.parting
+    if parting is None:
+        return
+    k = parting.touchdown - 1
+    places = [walk.touchdowns["x"] for walk in (comparison.mujoco, comparison.hybrid)]
+    x = next((float(column[k]) for column in places if k < len(column)), parting.x)
+    for axes, place in (*((axes, parting.time) for axes in torques), *((axes, x) for axes in grounds)):
+        axes.axvline(place, color=VERMILLION, linewidth=0.9, linestyle=":", zorder=0)
+    torques[0].annotate(
+        "they part",
+        (parting.time, 1.0),
+        (3, -2),
+        xycoords=("data", "axes fraction"),
+        textcoords="offset points",
+        color=VERMILLION,
+        fontsize=8,
+        va="top",
+    )
+
+
+def _mark_ends(torques: Any, comparison: Comparison) -> None:
+    """Lines where walks end before their time, and above the second panel, where nothing is drawn, how they do."""
+    ends = [
+        (float(walk.end[0]), name, walk.outcome)
+        for walk, name in ((comparison.mujoco, "MuJoCo"), (comparison.hybrid, "hybrid"))
+        if walk.outcome != "finished"
+    ]
+    for time, *_ in ends:
+        for axes in torques:
+            axes.axvline(time, color=SHADE, linewidth=0.9, zorder=0)
+    last = torques[0].get_xlim()[1]
+    if len(ends) == 2 and abs(ends[0][0] - ends[1][0]) < _TOGETHER * last:
+        (_, one, how), (_, other, other_how) = ends
+        names = ("both", how) if how == other_how else (f"{one} {how},", f"{other} {other_how}")
+        ends = [(max(ends)[0], *names)]
+    for time, name, outcome in ends:
+        early = time < _TOGETHER * last
+        torques[1].annotate(
+            f"{name} {outcome}",
+            (time, 1.0),
+            (-3 if early else 3, 2),
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+            ha="left" if early else "right",
+            va="bottom",
+            fontsize=8,
+            color=SHADE,
+        )

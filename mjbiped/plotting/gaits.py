@@ -1,0 +1,252 @@
+"""Figures of many gaits: bifurcation diagram, multipliers over slope, basins of attraction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from mjbiped.errors import InputError
+from mjbiped.limit_cycles.basin import Basin, Fate
+from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade
+from mjbiped.limit_cycles.periodic import PeriodicGait
+from mjbiped.plotting.style import (
+    BLUE,
+    GREEN,
+    GUIDE,
+    ORANGE,
+    SHADE,
+    VERMILLION,
+    check_path,
+    new_figure,
+    save_figure,
+    styled,
+)
+from mjbiped.robots.compass import Array
+
+_COUNT_STYLES = ((BLUE, "-"), (VERMILLION, (0, (5, 1.2))), (GREEN, (0, (2.5, 1))), (ORANGE, (0, (1, 0.8))))
+_FALL_LIMIT = 6  # steps until a fall are told apart up to this many
+_FALL_GREYS = (0.97, 0.78)
+_SETTLED = ListedColormap(colormaps["viridis"](np.linspace(0.8, 0.0, 256)))
+"""All of it is darker than what falls, where print is grey: yellow is left out."""
+
+
+def plot_bifurcation(diagram: BifurcationDiagram, cascade: Cascade | None = None, path: Path | None = None) -> Figure:
+    """Draw step length over slope: the whole diagram, and its cascade magnified.
+
+    Args:
+        diagram: What the robot does on each slope.
+        cascade: The onsets to mark, and the gaits of period one to continue as a line where they are unstable.
+        path: File to write as well, `.png`, `.pdf` or `.svg`.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: The path has another suffix; nothing has been drawn then.
+        RenderError: The file cannot be written.
+    """
+    path = check_path(path)
+    degrees = np.degrees(diagram.slopes)
+    onsets = np.degrees(cascade.onsets) if cascade is not None else np.empty(0)
+    onsets = onsets[(onsets >= degrees[0]) & (onsets <= degrees[-1])]
+    lost = math.degrees(diagram.lost)
+    window = None if cascade is None or cascade.window is None else np.degrees(cascade.window)
+    if window is not None:
+        window = np.clip(window, degrees[0], min(degrees[-1], lost) if math.isfinite(lost) else degrees[-1])
+    near = window is not None and window[1] > window[0]
+    with styled():
+        figure = new_figure(7.4 if near else 4.2)
+        grid: Any = figure.subplots(2 if near else 1, 1, squeeze=False)
+        _draw_diagram(grid[0, 0], diagram, cascade, (degrees[0], degrees[-1]), onsets)
+        grid[0, 0].set_title("(a) Step lengths on which the passive robot settles", pad=18)
+        if near and window is not None:
+            _draw_diagram(grid[1, 0], diagram, cascade, (float(window[0]), float(window[1])), onsets)
+            grid[1, 0].set_title("(b) The same, magnified", pad=18)
+        if math.isfinite(lost):
+            grid[0, 0].axvline(lost, color=SHADE, linestyle=":", linewidth=1.0)
+            grid[0, 0].annotate(
+                f"first fall on {lost:.2f}°",
+                (lost, 0.02),
+                (-4, 0),
+                xycoords=("data", "axes fraction"),
+                textcoords="offset points",
+                ha="right",
+                va="bottom",
+                fontsize=8,
+            )
+    if path is not None:
+        save_figure(figure, path)
+    return figure
+
+
+def _draw_diagram(
+    axes: Axes, diagram: BifurcationDiagram, cascade: Cascade | None, limits: tuple[float, float], onsets: Array
+) -> None:
+    """Points of the diagram between two slopes, and lines at the onsets."""
+    degrees, lengths = np.degrees(diagram.slopes), diagram.step_lengths
+    inside = (degrees >= limits[0]) & (degrees <= limits[1])
+    x = np.repeat(degrees[inside], lengths.shape[1])
+    axes.plot(x, lengths[inside].ravel(), ".", color=BLUE, markersize=0.7, markeredgewidth=0, rasterized=True)
+    if cascade is not None:
+        gaits = [gait for gait in cascade.branches[0].gaits if limits[0] <= math.degrees(gait.slope) <= limits[1]]
+        unstable = [gait for gait in gaits if not gait.stable]
+        if unstable:
+            axes.plot(
+                [math.degrees(gait.slope) for gait in unstable],
+                [gait.step_lengths[0] for gait in unstable],
+                color=VERMILLION,
+                linestyle="--",
+                linewidth=1.0,
+            )
+            handles = [
+                Line2D([], [], color=BLUE, linestyle="", marker=".", label="walked"),
+                Line2D([], [], color=VERMILLION, linestyle="--", label="period one, unstable"),
+            ]
+            if limits[0] == degrees[0]:
+                axes.legend(handles=handles, loc="center left")
+    free = -math.inf
+    for number, onset in enumerate(onsets, start=1):
+        if limits[0] <= onset <= limits[1]:
+            axes.axvline(onset, color=GUIDE, linewidth=0.7, zorder=0)
+            if onset > free:
+                text = f"period {2**number}: {onset:.4f}°"
+                axes.text(onset, 1.015, text, transform=axes.get_xaxis_transform(), fontsize=8, color=SHADE)
+                free = onset + 0.12 * (limits[1] - limits[0])
+    axes.set(xlim=limits, xlabel="slope (°)", ylabel="step length (m)")
+
+
+def plot_multipliers(branches: Sequence[Sequence[PeriodicGait]], path: Path | None = None) -> Figure:
+    """Draw the Floquet multipliers of branches of gaits over slope: their magnitudes and their real parts.
+
+    Args:
+        branches: The gaits of each branch in the order of their slopes, at least two of one number of steps each.
+        path: File to write as well, `.png`, `.pdf` or `.svg`.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: The path has another suffix, or a branch has fewer than two gaits.
+        RenderError: The file cannot be written.
+    """
+    path = check_path(path)
+    if not branches or min(len(gaits) for gaits in branches) < 2:
+        raise InputError("multipliers over slope need branches of at least two gaits each")
+    with styled():
+        figure = new_figure(7.0)
+        grid: Any = figure.subplots(2, 1, sharex=True)
+        for number, gaits in enumerate(branches):
+            color, line = _COUNT_STYLES[min(number, len(_COUNT_STYLES) - 1)]
+            degrees = [math.degrees(gait.slope) for gait in gaits]
+            multipliers = np.array([gait.multipliers for gait in gaits])
+            for part, axes in zip((np.abs(multipliers), multipliers.real), grid, strict=True):
+                for k, values in enumerate(np.sort(part, axis=1).T):
+                    label = f"period {len(gaits[0].states)}" if k == 0 else None
+                    axes.plot(degrees, values, color=color, linestyle=line, label=label)
+        grid[0].axhline(1.0, color=SHADE, linewidth=0.8)
+        grid[0].set(ylabel="|multiplier|", ylim=(0, 2.5))
+        grid[0].set_title("(a) Magnitude; the gait is stable while all are below one")
+        grid[0].legend(loc="upper left", ncols=len(branches))
+        for level in (-1.0, 1.0):
+            grid[1].axhline(level, color=SHADE, linewidth=0.8)
+        grid[1].set(ylabel="real part", xlabel="slope (°)", ylim=(-2.5, 1.25))
+        grid[1].set_title("(b) Real part; at −1 the period doubles")
+    if path is not None:
+        save_figure(figure, path)
+    return figure
+
+
+def plot_basins(basins: Sequence[Basin], path: Path | None = None) -> Figure:
+    """Draw maps of fates side by side: steps until settled or fallen, and peak torques where there is control.
+
+    Args:
+        basins: One or two maps. Where the second holds the first, a frame shows where.
+        path: File to write as well, `.png`, `.pdf` or `.svg`.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: The path has another suffix, or the maps are not one or two.
+        RenderError: The file cannot be written.
+    """
+    path = check_path(path)
+    if not 1 <= len(basins) <= 2:
+        raise InputError(f"one or two basins can be drawn, got {len(basins)}")
+    with styled():
+        figure = new_figure(5.2)
+        grid: Any = figure.subplots(1, len(basins), squeeze=False)
+        for axes, basin in zip(grid[0], basins, strict=True):
+            _draw_basin(figure, axes, basin)
+        if len(basins) == 2:
+            _frame(grid[0, 1], basins[0], basins[1])
+        _legend_of_basins(figure, basins)
+    if path is not None:
+        save_figure(figure, path)
+    return figure
+
+
+def _draw_basin(figure: Figure, axes: Axes, basin: Basin) -> None:
+    """One map: what settles in colour, what falls in grey."""
+    settled, fell = basin.fates == Fate.SETTLED, basin.fates == Fate.FELL
+    x, y = basin.stance_rates, basin.swing_rates
+    greys = ListedColormap([str(grey) for grey in np.linspace(*_FALL_GREYS, _FALL_LIMIT + 1)])
+    falls = np.where(fell, np.minimum(basin.steps, _FALL_LIMIT), np.nan)
+    axes.pcolormesh(x, y, falls, cmap=greys, vmin=-0.5, vmax=_FALL_LIMIT + 0.5, rasterized=True)
+    controlled = bool(basin.peak_torque.any())
+    if controlled:
+        torque = np.where(settled, basin.peak_torque, np.nan)
+        inside = torque[settled] if settled.any() else np.array([1.0, 10.0])
+        norm: Any = LogNorm(max(float(inside.min()), 0.1), max(float(inside.max()), 1.0))
+        label = "greatest joint torque on the way (N m)"
+    else:
+        torque = np.where(settled, basin.steps, np.nan)
+        most = float(np.quantile(basin.steps[settled], 0.995)) if settled.any() else 1.0
+        norm = Normalize(0.0, max(most, 1.0))
+        label = "steps until settled on the gait"
+    mesh = axes.pcolormesh(x, y, torque, cmap=_SETTLED, norm=norm, rasterized=True)
+    bar = figure.colorbar(
+        mesh, ax=axes, location="bottom", shrink=0.9, aspect=30, pad=0.02, extend="neither" if controlled else "max"
+    )
+    bar.set_label(label)
+    other = ~(settled | fell)
+    if other.any():
+        axes.pcolormesh(
+            x, y, np.where(other, 1.0, np.nan), cmap=ListedColormap([VERMILLION]), vmin=0, vmax=1, rasterized=True
+        )
+    axes.plot(basin.start[2], basin.start[3], "o", color="white", markeredgecolor="black", markersize=6)
+    axes.set(xlabel="rate of the stance leg after the impact (rad/s)", ylabel="rate of the swing leg (rad/s)")
+    ground = f"{math.degrees(basin.slope):.3g}° down" if basin.slope else "level ground"
+    axes.set_title(f"{basin.walker} on {ground}: {100 * basin.share(Fate.SETTLED):.1f} % settle")
+
+
+def _legend_of_basins(figure: Figure, basins: Sequence[Basin]) -> None:
+    """What the marks and greys mean, under the maps, of which every part holds data."""
+    light, dark = (str(grey) for grey in _FALL_GREYS)
+    handles: list[Any] = [
+        Line2D([], [], linestyle="", marker="o", color="white", markeredgecolor="black", label="the gait"),
+        Patch(facecolor=light, edgecolor=GUIDE, label="falls at once"),
+        Patch(facecolor=dark, edgecolor=GUIDE, label=f"falls after {_FALL_LIMIT} steps or more"),
+    ]
+    if any(np.isin(basin.fates, (Fate.SETTLED, Fate.FELL), invert=True).any() for basin in basins):
+        handles.append(Patch(facecolor=VERMILLION, label="neither"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+
+
+def _frame(axes: Axes, small: Basin, great: Basin) -> None:
+    """Where the one map lies in the other."""
+    left, right = small.stance_rates[[0, -1]]
+    low, high = small.swing_rates[[0, -1]]
+    inside = great.stance_rates[0] < left < right < great.stance_rates[-1]
+    if inside and great.swing_rates[0] < low < high < great.swing_rates[-1]:
+        axes.plot([left, right, right, left, left], [low, low, high, high, low], color="black", linewidth=0.8)

@@ -1,0 +1,121 @@
+"""Figure of Theorem 1 along walks: Lyapunov function, errors, excitation, and the condition (24)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from mjbiped.analysis.error_dynamics import Array
+from mjbiped.analysis.stability import RESOLVED, Stability
+from mjbiped.errors import InputError
+from mjbiped.plotting.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GUIDE,
+    ORANGE,
+    VERMILLION,
+    check_path,
+    new_figure,
+    save_figure,
+    styled,
+)
+
+_LOOKS = ((BLUE, "o", "-"), (ORANGE, "s", (0, (4, 1.2))), (VERMILLION, "^", (0, (1.5, 1.2))), (GREEN, "D", "-."))
+_MOST_NAMED = 40  # steps whose change of slope is written
+
+
+def plot_stability(walks: Mapping[str, Stability], path: str | Path | None = None) -> Figure:
+    """Draw Theorem 1 along up to four walks over the same ground.
+
+    (a) V_a (15) over time. (b) Norm of eta before each touchdown. (c) Eigenvalues of each step's Gramian.
+    (d) What (24) asks to be below 1, the same for the best constants there can be, and what became of the norm of eta.
+
+    Args:
+        walks: By the name that the legend shows.
+        path: File to write as well, `.png`, `.pdf` or `.svg`.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: There is no walk or more than four, or the path has another suffix.
+        RenderError: The file cannot be written.
+    """
+    path = check_path(path)
+    if not 1 <= len(walks) <= len(_LOOKS):
+        raise InputError(f"a figure shows one to {len(_LOOKS)} walks, got {len(walks)}")
+    with styled():
+        figure = new_figure(6.6)
+        (over_time, errors), (excitation, condition) = figure.subplots(2, 2)
+        for (name, found), (color, marker, line) in zip(walks.items(), _LOOKS, strict=False):
+            steps = np.arange(1, found.steps + 1)
+            look = {"color": color, "marker": marker, "markersize": 3.5, "linewidth": 0.9, "linestyle": line}
+            over_time.plot(found.time, _positive(found.lyapunov, RESOLVED**2), color=color, linestyle=line)
+            errors.plot(steps, _positive(np.linalg.norm(found.end, axis=1), RESOLVED), label=name, **look)
+            for values in found.excitation.T:
+                excitation.plot(steps, values, **look)
+            condition.plot(steps, _positive(found.condition), **look)
+            condition.plot(steps, _positive(found.ratio), **{**look, "linestyle": "none"}, markerfacecolor="white")
+        first = next(iter(walks.values()))
+        steps = np.arange(1, first.steps + 1)
+        condition.plot(steps, first.condition_floor, color=BLACK, linewidth=0.9)
+        over_time.set(yscale="log", xlabel="time (s)", ylabel="$V_a$")
+        over_time.set_title("(a) Lyapunov function (15)")
+        errors.set(yscale="log", ylabel="‖η‖ (rad, rad/s, 1)")
+        errors.set_title("(b) Error before each touchdown")
+        excitation.set(ylabel="eigenvalue of ∫WWᵀdt (1/s³)", ylim=(0.0, None))
+        excitation.set_title("(c) Excitation: sine (upper), cosine (lower)")
+        condition.set(yscale="log", ylabel="factor per step")
+        condition.set_title("(d) Condition (24) and what happened")
+        condition.set_ylim(*_limits(walks))
+        condition.axhline(1.0, color=GUIDE, linewidth=1.0)
+        for axes in (errors, excitation, condition):
+            axes.set_xlabel("step")
+            axes.xaxis.get_major_locator().set_params(integer=True)
+        _mark_slopes(excitation, first)
+        figure.legend(*errors.get_legend_handles_labels(), loc="outside upper left", ncols=len(walks))
+        condition.legend(
+            handles=[
+                Line2D([], [], color=GUIDE, marker="o", markersize=3.5, label="left side of (24)"),
+                Line2D([], [], color=BLACK, label="the same, best constants there can be"),
+                Line2D(
+                    [], [], color=GUIDE, marker="o", markersize=3.5, linestyle="none", markerfacecolor="white",
+                    label="‖η‖ over that a step before, (26)",
+                ),
+            ],
+            loc="lower left",
+        )  # fmt: skip
+    if path is not None:
+        save_figure(figure, path)
+    return figure
+
+
+def _positive(values: Array, least: float = 0.0) -> Array:
+    """Values for a logarithmic axis: what is not above `least`, or not finite, is left out."""
+    return np.where(np.isfinite(values) & (values > least), values, np.nan)
+
+
+def _limits(walks: Mapping[str, Stability]) -> tuple[float, float]:
+    """Of the last axes; a factor that comes from nothing does not stretch them."""
+    shown = np.concatenate([[1.0]] + [np.append(found.condition, found.ratio) for found in walks.values()])
+    shown = shown[np.isfinite(shown) & (shown > 0.0)]
+    return 10.0 ** (math.floor(math.log10(shown.min())) - 2.5), min(10.0 ** math.ceil(math.log10(shown.max())), 1e5)
+
+
+def _mark_slopes(axes: Axes, found: Stability) -> None:
+    """A line and a number at each step that begins on another slope."""
+    if found.steps > _MOST_NAMED:
+        return
+    for step in np.flatnonzero(np.abs(found.slope_change) > 1e-9).tolist():
+        axes.axvline(step + 1, color=GUIDE, linewidth=0.7, zorder=0)
+        text = f"{math.degrees(found.slope_change[step]):+.3g}°".replace("-", "−")
+        axes.annotate(
+            text, (step + 1, 0.02), (2, 0), xycoords=("data", "axes fraction"), textcoords="offset points", fontsize=7
+        )

@@ -1,0 +1,137 @@
+"""How every figure of this package looks, and how it is written to a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, cast
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+from mjbiped.errors import InputError, RenderError, shown
+from mjbiped.utils.files import written_whole
+
+BLUE, ORANGE, VERMILLION, GREEN, BLACK = "#0072B2", "#E69F00", "#D55E00", "#009E73", "#000000"
+"""Okabe and Ito's colours, told apart by colour-blind eyes; blue is darker than orange where print is grey."""
+
+GROUND, SHADE, GUIDE = "#D9D4CB", "#4D4D4D", "#9A9A9A"
+"""Ground, its outline and texts, helping lines."""
+
+STANCE: Mapping[str, Any] = {"color": BLUE, "linestyle": "-"}
+SWING: Mapping[str, Any] = {"color": ORANGE, "linestyle": (0, (4, 1.2))}
+ANKLE, HIP = STANCE, {"color": VERMILLION, "linestyle": (0, (4, 1.2))}
+TRUTH: Mapping[str, Any] = {"color": BLACK, "linestyle": (0, (1.5, 1.2))}
+"""Lines differ in style as well as in colour."""
+
+PLANNED: Mapping[str, Any] = {"color": "#9FD9C7", "linestyle": "-", "linewidth": 3.5, "zorder": 1.5}
+"""A broad band of pale `GREEN` behind other lines: what follows it is seen on it, and where it leaves it."""
+
+STYLE: Mapping[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9.0,
+    "axes.titlesize": 9.0,
+    "axes.titlelocation": "left",
+    "axes.titleweight": "bold",
+    "axes.labelsize": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.formatter.useoffset": False,
+    "axes.unicode_minus": True,
+    "legend.fontsize": 8.0,
+    "legend.frameon": True,
+    "legend.framealpha": 0.85,
+    "legend.edgecolor": "none",
+    "lines.linewidth": 1.2,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "figure.dpi": 100.0,
+    "savefig.dpi": 160.0,
+    "pdf.fonttype": 42,  # letters that an editor can change
+    "svg.fonttype": "path",
+    "svg.hashsalt": "mjbiped",  # the same figure is the same file
+}
+"""matplotlib's settings (its own names) while a figure is made or written."""
+
+SUFFIXES = (".png", ".pdf", ".svg")
+"""Kinds of files that a figure can be written to."""
+
+WIDTH = 9.6
+"""Width of a figure, inches."""
+
+_LAYOUT_DIGITS = 9
+"""Digits of a panel's place, as a share of the figure. matplotlib's layout solver takes its equations in the order in
+which they lie in memory, so digits 14 and beyond differ from run to run, and with them the bytes of the file."""
+
+_COLOURS = 128  # of a small PNG's palette
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """The house's settings for a while; matplotlib's own are put back."""
+    with matplotlib.rc_context(cast(Any, dict(STYLE))):
+        yield
+
+
+def new_figure(height: float) -> Figure:
+    """An empty figure of the house's width, `height` inches high, that leaves pyplot alone."""
+    figure = Figure(figsize=(WIDTH, height), layout=_EvenLayout())
+    FigureCanvasAgg(figure)
+    return figure
+
+
+class _EvenLayout(ConstrainedLayoutEngine):
+    """matplotlib's constrained layout with places of so few digits that they are the same in every run."""
+
+    def execute(self, fig: Any) -> Any:
+        """Lay out a figure; as matplotlib's own."""
+        layout = super().execute(fig)
+        for part in fig.subfigs:
+            part.bbox_relative.set_points(part.bbox_relative.get_points().round(_LAYOUT_DIGITS))
+        for axes in fig.axes:
+            axes.set_position(np.round(axes.get_position(original=True).bounds, _LAYOUT_DIGITS))
+            axes.set_in_layout(True)  # which set_position takes from it
+        return layout
+
+
+def check_path(path: str | Path | None) -> Path | None:
+    """The path to write a figure to, before any work is done.
+
+    Raises:
+        InputError: Its suffix is not one of `SUFFIXES`.
+    """
+    if path is None:
+        return None
+    path = Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"a figure is a file of {', '.join(SUFFIXES)}; cannot draw to {shown(path.name)}")
+    return path
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure as its path's suffix says; the file appears whole or not at all.
+
+    Raises:
+        RenderError: The file cannot be written.
+    """
+    kind = path.suffix.lower()[1:]
+    dateless = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(kind)
+    try:
+        with styled(), written_whole(path) as unfinished:
+            figure.savefig(unfinished, format=kind, metadata=dateless)
+    except OSError as error:
+        raise RenderError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def make_small(path: Path) -> None:
+    """Give a PNG file a palette: a third of the bytes, for a page."""
+    from PIL import Image  # imported where it is used: figures need not wait for it
+
+    with Image.open(path) as picture:
+        small = picture.convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE)
+    with written_whole(path) as unfinished:
+        small.save(unfinished, optimize=True)

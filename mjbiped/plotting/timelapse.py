@@ -1,0 +1,197 @@
+"""Time lapse of a walk: stick figures over the ground's profile, the paper's Fig. 4(a)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from numpy.typing import NDArray
+
+from mjbiped.plotting.style import BLUE, GROUND, GUIDE, ORANGE, SHADE, VERMILLION, WIDTH
+
+if TYPE_CHECKING:
+    from mjbiped.records.record import Walk
+    from mjbiped.terrain.terrain import Terrain
+
+Array = NDArray[np.float64]
+
+_ROW = 8.0  # ground in a row, m, as long as there are not too many rows
+_MOST_ROWS = 6
+_SMALLEST_ROW = 4.0  # m, for walks of few steps
+_AXIS_WIDTH = WIDTH - 0.75  # of a row, inches
+_BELOW = 0.24  # room for texts under the lowest ground of a row, per inch of paper
+_ABOVE = 0.08  # room over the highest hip, m
+_LETTER = 0.055  # width of a small letter, inches
+
+
+@dataclass(frozen=True)
+class Row:
+    """A piece of the ground on one line of the figure.
+
+    Attributes:
+        start: m.
+        stop: m.
+        low: Lower end of the picture, m.
+        high: Upper end, m.
+        height: On paper, inches; one scale for x and z.
+    """
+
+    start: float
+    stop: float
+    low: float
+    high: float
+    height: float
+
+
+def rows_of(walk: Walk) -> list[Row]:
+    """Split the ground that a walk covered into rows of equal length, each long enough for what was walked on it."""
+    qpos, leg = walk.samples["qpos"], walk.robot.leg_length
+    feet = np.concatenate([qpos[:, 0] - leg * np.sin(qpos[:, side]) for side in (2, 3)])
+    reached = np.concatenate([feet, qpos[:, 0]])
+    start, stop = float(reached.min()) - 0.15, float(reached.max()) + 0.15
+    count = min(_MOST_ROWS, max(1, math.ceil((stop - start) / _ROW)))
+    length = max((stop - start) / count, _SMALLEST_ROW)
+    start -= max(0.0, length - (stop - start)) / 2  # a short walk stands in the middle
+    scale = _AXIS_WIDTH / length  # inches per m
+    rows = []
+    for index in range(count):
+        first = start + index * length
+        _, z = outline(walk.terrain, first, first + length)
+        inside = (qpos[:, 0] >= first) & (qpos[:, 0] <= first + length)
+        highest = float(z.max())
+        if inside.any():  # at most two legs over the ground: where a robot that diverges gets to, nothing is drawn
+            highest = max(highest, min(float(qpos[inside, 1].max()), highest + 2.0 * leg))
+        high = highest + _ABOVE
+        low = float(z.min()) - _BELOW / scale
+        rows.append(Row(first, first + length, low, high, (high - low) * scale))
+    return rows
+
+
+def outline(terrain: Terrain, start: float, stop: float) -> tuple[Array, Array]:
+    """The profile between two places, both ends of every segment and step: x and z in m."""
+    x, z = [start], [terrain.height_at(start)]
+    for index in range(1, len(terrain.x)):
+        if start < terrain.x[index] < stop:
+            x += [terrain.x[index]] * 2
+            z += [terrain.heights_before[index], terrain.z[index]]
+    return np.array([*x, stop]), np.array([*z, terrain.height_at(stop)])
+
+
+def draw_row(axes: Axes, walk: Walk, row: Row) -> None:
+    """Draw the ground of a row and the stick figures whose hip is over it.
+
+    Stance legs are solid, dark and thick, swing legs lighter and thin; the postures of touchdowns are strong, those
+    between them faint.
+    """
+    axes.set(xlim=(row.start, row.stop), ylim=(row.low, row.high), ylabel="z (m)")
+    axes.set_aspect("equal", adjustable="box")
+    scale = _AXIS_WIDTH / (row.stop - row.start)
+    _draw_ground(axes, walk.terrain, row, scale)
+    samples, touchdowns = walk.samples, walk.touchdowns
+    time, qpos = samples["time"], samples["qpos"]
+    axes.plot(qpos[:, 0], qpos[:, 1], color=GUIDE, linewidth=0.6, zorder=2)
+    leg = walk.robot.leg_length
+    thick = min(1.6, max(0.5, 1.3 * scale))
+    between = _times_between(walk, scale)
+    stance = samples["stance"][np.searchsorted(time, between, side="right") - 1]
+    _draw_sticks(axes, row, _postures(walk, between), stance, leg, 0.55 * thick, 0.35)
+    # at a touchdown the old stance leg still is the one that stands
+    _draw_sticks(axes, row, touchdowns["qpos"], 1 - touchdowns["stance"], leg, thick, 1.0)
+    if walk.outcome != "finished" and row.start <= qpos[-1, 0] <= row.stop:
+        _draw_sticks(axes, row, qpos[-1:], samples["stance"][-1:], leg, 1.3 * thick, 1.0, VERMILLION)
+        near_end = qpos[-1, 0] > row.start + 0.8 * (row.stop - row.start)
+        axes.annotate(
+            walk.outcome,
+            (qpos[-1, 0], qpos[-1, 1]),
+            (-5 if near_end else 5, 0),
+            textcoords="offset points",
+            color=VERMILLION,
+            weight="bold",
+            ha="right" if near_end else "left",
+            va="center",
+            zorder=8,
+        )
+
+
+def _postures(walk: Walk, times: Array) -> Array:
+    """Recorded postures at some times (s), shape (times, 4)."""
+    columns = [np.interp(times, walk.samples["time"], column) for column in walk.samples["qpos"].T]
+    return np.stack(columns, axis=1)
+
+
+def _times_between(walk: Walk, scale: float) -> Array:
+    """Times of the faint postures, s: thirds of the steps; fewer where the figure would get too dense."""
+    bounds = np.unique([walk.samples["time"][0], *walk.touchdowns["time"], walk.samples["time"][-1]])
+    parts = 4 if scale > 1.0 else 2 if scale > 0.6 else 1
+    inner = [bounds[:1], *(bounds[:-1] + np.diff(bounds) * part / parts for part in range(1, parts))]
+    return np.sort(np.concatenate(inner))
+
+
+def _draw_sticks(
+    axes: Axes,
+    row: Row,
+    qpos: Array,
+    stance: NDArray[Any],
+    leg: float,
+    width: float,
+    alpha: float,
+    color: str = "",
+) -> None:
+    """Draw postures as two lines from the hip to the feet, the swing legs under the stance legs."""
+    inside = (qpos[:, 0] >= row.start) & (qpos[:, 0] < row.stop)
+    qpos, stance = qpos[inside], stance[inside].astype(np.int64)
+    if not len(qpos):
+        return
+    hip = qpos[:, :2]
+    for is_stance in (False, True):
+        angle = qpos[np.arange(len(qpos)), 2 + (stance if is_stance else 1 - stance)]
+        foot = hip - leg * np.stack([np.sin(angle), np.cos(angle)], axis=1)
+        axes.add_collection(
+            LineCollection(
+                list(np.stack([hip, foot], axis=1)),
+                colors=color or (BLUE if is_stance else ORANGE),
+                linewidths=width if is_stance else 0.7 * width,
+                alpha=alpha,
+                zorder=4 + 2 * (alpha == 1.0) + is_stance,
+                capstyle="round",
+            ),
+            autolim=False,
+        )
+    axes.plot(*hip.T, "o", color=color or SHADE, markersize=1.8 * width, markeredgewidth=0, alpha=alpha, zorder=8)
+
+
+def _draw_ground(axes: Axes, terrain: Terrain, row: Row, scale: float) -> None:
+    """Fill the ground, tick its slope changes, colour its steps, and name both where there is room."""
+    x, z = outline(terrain, row.start, row.stop)
+    axes.fill_between(x, z, row.low, color=GROUND, linewidth=0, zorder=1)
+    axes.plot(x, z, color=SHADE, linewidth=0.9, zorder=3)
+    if math.isfinite(terrain.end) and row.start < terrain.end < row.stop:
+        axes.axvline(terrain.end, color=VERMILLION, linestyle=":", linewidth=1.0)
+    first, last = terrain.segment_at(row.start), terrain.segment_at(row.stop)
+    text_free = row.start
+    for index in range(first, last + 1):
+        start = max(terrain.x[index], row.start) if index else row.start
+        stop = min(terrain.x[index + 1], row.stop) if index + 1 < len(terrain.x) else row.stop
+        slope = f"{math.degrees(terrain.angle[index]) + 0.0:.1f}°".replace("-", "−")
+        labels = [slope]
+        rise = terrain.rises[index]
+        begins_here = index > 0 and terrain.x[index] > row.start
+        if begins_here:
+            axes.plot([start] * 2, [row.low, terrain.z[index]], color=SHADE, linewidth=0.5, linestyle=":", zorder=2)
+        if rise and begins_here:
+            ends = (terrain.z[index] - rise, terrain.z[index])
+            axes.plot([start] * 2, ends, color=VERMILLION, linewidth=2.2, solid_capstyle="butt", zorder=3.5)
+            axes.plot(
+                start, min(ends) - 0.045 / scale, "^" if rise > 0 else "v", color=VERMILLION, markersize=4.5, zorder=5
+            )
+            labels.insert(0, f"{1000 * rise:+.3g} mm  {slope}".replace("-", "−"))
+        for label in labels:
+            room = _LETTER * (len(label) + 1) / scale
+            if start >= text_free and stop - start >= room:
+                axes.text(start + 0.04 / scale, row.low + 0.03 / scale, label, fontsize=7, color=SHADE, zorder=5)
+                text_free = start + room
+                break

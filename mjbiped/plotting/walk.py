@@ -1,0 +1,291 @@
+"""Figures of walks and gaits, without pyplot: nothing global is changed, and no window system is needed."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle
+from numpy.typing import NDArray
+
+from mjbiped.analysis.replay import recorded_controller, transitions
+from mjbiped.errors import MjbipedError, RenderError
+from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.plotting.style import (
+    ANKLE,
+    BLUE,
+    GUIDE,
+    HIP,
+    ORANGE,
+    PLANNED,
+    STANCE,
+    SWING,
+    TRUTH,
+    check_path,
+    new_figure,
+    save_figure,
+    styled,
+)
+from mjbiped.plotting.timelapse import draw_row, rows_of
+from mjbiped.records.columns import SAMPLES
+from mjbiped.robots.compass import Compass
+
+if TYPE_CHECKING:
+    from mjbiped.records.record import Walk
+
+_LETTERS_PER_LINE = 118
+_LINES = 3  # at most, of who walked where: a terrain's name may be of any length
+_MOST_TICKED = 60  # touchdowns that are marked on time axes
+
+
+def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
+    """Draw a walk in the manner of the paper's Fig. 4.
+
+    (a) Time lapse over the ground, in rows where it is long, x and z in one scale; slopes and steps are written under
+    the ground. (b) Slope estimate and true slope. (c) Torques. (d) Phase portraits of stance and swing leg, with the
+    limit cycle of the gait that the controller imitates and the transitions to it that it re-planned.
+
+    Args:
+        walk: Any record, a fall in the first step included.
+        path: File to write as well, `.png`, `.pdf` or `.svg`.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: The path has another suffix; nothing has been drawn then.
+        RenderError: The record holds no samples, or the file cannot be written.
+    """
+    path = check_path(path)
+    if not len(walk.samples["time"]):
+        raise RenderError("the record holds no samples: there is nothing to draw")
+    with styled():
+        rows = rows_of(walk)
+        title = _title(walk)
+        heights = [sum(row.height + 0.25 for row in rows) + 0.45, 3.3, 3.3]
+        figure = new_figure(sum(heights) + 0.25 * (1 + title.count("\n")))
+        # a file's name may hold a dollar sign: no formulas in the title
+        figure.suptitle(title, fontsize=9.5, x=0.01, ha="left", linespacing=1.4, parse_math=False)
+        parts: Any = figure.subfigures(3, 1, height_ratios=heights)
+        lapse, histories, phases = parts
+        grid = lapse.subplots(len(rows), 1, squeeze=False, height_ratios=[row.height for row in rows])
+        for row, (axes,) in zip(rows, grid, strict=True):
+            draw_row(axes, walk, row)
+        grid[0, 0].set_title("(a) Time lapse")
+        grid[-1, 0].set_xlabel("x (m);  under the ground: step height and slope, positive downhill")
+        lapse.legend(
+            handles=[
+                Line2D([], [], color=BLUE, linewidth=1.8, label="stance leg"),
+                Line2D([], [], color=ORANGE, linewidth=1.2, label="swing leg"),
+            ],
+            loc="upper right",
+            ncols=2,
+        )
+        slopes, torques = histories.subplots(2, 1, sharex=True)
+        _draw_slopes(slopes, walk)
+        _draw_torques(torques, walk)
+        _draw_phases(phases, walk)
+    if path is not None:
+        save_figure(figure, path)
+    return figure
+
+
+def plot_gait(gait: Gait, path: str | Path | None = None) -> Figure:
+    """Draw a passive gait: the limit cycle of both legs with its impacts, and its Floquet multipliers.
+
+    Args:
+        gait: The gait.
+        path: File to write as well, `.png`, `.pdf` or `.svg`.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: The path has another suffix; nothing has been drawn then.
+        RenderError: The file cannot be written.
+    """
+    path = check_path(path)
+    with styled():
+        figure = new_figure(4.9)
+        stable = "stable" if gait.stable else "unstable"
+        figure.suptitle(
+            f"Passive gait on {math.degrees(gait.slope):.3g}°, {stable}:  period {gait.period:.4f} s,  "
+            f"step {gait.step_length:.4f} m,  speed {gait.speed:.4f} m/s,  energy {gait.energy:.3f} J",
+            fontsize=9.5,
+            x=0.01,
+            ha="left",
+        )
+        cycle, circle = figure.subplots(1, 2, width_ratios=(1.45, 1.0))
+        _draw_cycle(cycle, gait)
+        _draw_multipliers(circle, gait)
+    if path is not None:
+        save_figure(figure, path)
+    return figure
+
+
+def _title(walk: Walk) -> str:
+    """Who walked where and what came of it."""
+    steps = f"{walk.steps} step{'' if walk.steps == 1 else 's'}"
+    cost = f"{walk.cost_of_transport:.4f}" if math.isfinite(walk.cost_of_transport) else "none"
+    name = walk.settings.get("controller", {}).get("name", "unknown controller")
+    lines = [
+        f"{name} on {walk.terrain.caption}, {walk.settings.get('engine', 'unknown')} engine",
+        f"{walk.outcome} after {steps}, {walk.end[0]:.2f} s and {walk.distance:.2f} m;  c_mt {cost};  "
+        f"peak torque {walk.peak_torque[0]:.2f} (ankle), {walk.peak_torque[1]:.2f} (hip) N m",
+    ]
+    wrapped = (textwrap.wrap(line, _LETTERS_PER_LINE, max_lines=_LINES, placeholder=" ...") or [""] for line in lines)
+    return "\n".join(part for parts in wrapped for part in parts)
+
+
+def _axis_label(name: str, column: str) -> str:
+    """A quantity with its unit as the record has it."""
+    return f"{name} ({SAMPLES[column].unit})"
+
+
+def _prepare_time_axis(axes: Axes, walk: Walk) -> None:
+    """Span the record; mark touchdowns unless they are too many."""
+    time = walk.samples["time"]
+    axes.set(xlim=(float(time[0]), max(float(time[-1]), float(time[0]) + 1e-3)))
+    if walk.steps <= _MOST_TICKED:
+        for moment in walk.touchdowns["time"]:
+            axes.axvline(moment, color=GUIDE, linewidth=0.4, alpha=0.6, zorder=0)
+
+
+def _draw_slopes(axes: Axes, walk: Walk) -> None:
+    """Panel (b)."""
+    samples = walk.samples
+    estimate = np.degrees(samples["slope_estimate"])
+    estimated = bool(np.isfinite(estimate).any())
+    _prepare_time_axis(axes, walk)
+    if estimated:
+        axes.plot(samples["time"], estimate, label="estimate", **STANCE)
+    axes.plot(samples["time"], np.degrees(samples["slope"]), label="true, under the stance foot", **TRUTH)
+    axes.set(ylabel="slope (°)")
+    axes.set_title("(b) Slope estimate" if estimated else "(b) Slope (the controller makes no estimate)")
+    axes.margins(y=0.12)
+    low, high = axes.get_ylim()
+    if high - low < 1.0:  # rounding is no news
+        middle = (low + high) / 2
+        axes.set_ylim(middle - 0.5, middle + 0.5)
+    axes.legend(loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.2), borderaxespad=0.0)
+
+
+def _draw_torques(axes: Axes, walk: Walk) -> None:
+    """Panel (c)."""
+    samples = walk.samples
+    _prepare_time_axis(axes, walk)
+    for joint, (label, style) in enumerate((("ankle", ANKLE), ("hip", HIP))):
+        axes.plot(samples["time"], samples["torque"][:, joint], label=label, **style)
+    axes.axhline(0.0, color=GUIDE, linewidth=0.5, zorder=0)
+    axes.set(xlabel=_axis_label("time", "time"), ylabel=_axis_label("torque", "torque"))
+    axes.set_title("(c) Joint torque")
+    axes.legend(loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.2), borderaxespad=0.0)
+
+
+def _draw_phases(figure: Any, walk: Walk) -> None:
+    """Panel (d): a line per step, without the jumps between steps, over the re-planned reference where there is one."""
+    samples = walk.samples
+    first_of_step = np.flatnonzero(np.diff(samples["stance"])) + 1
+    # a sample at a touchdown's own instant has the rates after the impact, but still the old roles
+    nearest = np.searchsorted(samples["time"], walk.touchdowns["time"] - 1e-9).clip(max=len(samples["time"]) - 1)
+    at_impact = nearest[np.abs(samples["time"][nearest] - walk.touchdowns["time"]) < 1e-9]
+    gait, replanned = _imitated_gait(walk), _transitions(walk)
+    grid = figure.subplots(1, 2)
+    entries: dict[str, Any] = {}
+    for leg, (axes, name, style) in enumerate(zip(grid, ("stance", "swing"), (STANCE, SWING), strict=True)):
+        q = samples["q"][:, leg].copy()
+        q[at_impact] = np.nan
+        q = np.insert(q, first_of_step, np.nan)
+        dq = np.insert(samples["dq"][:, leg], first_of_step, np.nan)
+        axes.plot(q, dq, color=style["color"], linewidth=0.7, alpha=0.8, label=f"{name} leg")
+        for number, planned in enumerate(replanned):
+            look = {**PLANNED, "label": "re-planned reference" if number == 0 else None}
+            axes.plot(planned[:, leg], planned[:, 2 + leg], **look)
+        if gait is not None:
+            reference, rate, _ = gait.reference(np.linspace(0.0, gait.period, 200))
+            axes.plot(reference[:, leg], rate[:, leg], label="imitated gait", **TRUTH, linewidth=1.4)
+        axes.plot(samples["q"][0, leg], samples["dq"][0, leg], "k.", markersize=6, label="start")
+        axes.set(xlabel=_axis_label("angle", "q"), ylabel=_axis_label("rate", "dq"))
+        axes.set_title(f"(d) Phase portrait, {name} leg")
+        handles, names = axes.get_legend_handles_labels()
+        entries |= dict(zip(names, handles, strict=True))
+    order = [*(name for name in entries if name.endswith("leg")), *(n for n in entries if not n.endswith("leg"))]
+    figure.legend([entries[name] for name in order], order, loc="outside lower center", ncols=len(order))
+
+
+def _imitated_gait(walk: Walk) -> Gait | None:
+    """The gait that the controller imitated, found anew from the record; None where there is none."""
+    described = walk.settings.get("controller", {}).get("gait")
+    try:
+        return find_passive_gait(Compass(**described["robot"]), described["slope"])
+    except (TypeError, KeyError, MjbipedError):
+        return None
+
+
+def _transitions(walk: Walk) -> list[NDArray[np.float64]]:
+    """The re-planned references of a controller that plans, made again from the record; none of any other."""
+    try:
+        return transitions(walk, recorded_controller(walk))
+    except (TypeError, KeyError, MjbipedError):
+        return []
+
+
+def _draw_cycle(axes: Axes, gait: Gait) -> None:
+    """Both legs' phase portrait; a leg goes round it in two steps."""
+    q, dq, _ = gait.reference(np.linspace(0.0, gait.period, 300))
+    for leg, (name, style) in enumerate((("stance", STANCE), ("swing", SWING))):
+        axes.plot(q[:, leg], dq[:, leg], label=name, linewidth=1.6, **style)
+        middle = len(q) // 4
+        axes.annotate(
+            "",
+            (q[middle + 2, leg], dq[middle + 2, leg]),
+            (q[middle, leg], dq[middle, leg]),
+            arrowprops={"arrowstyle": "-|>", "color": style["color"], "mutation_scale": 16},
+        )
+    for before, after, what in ((0, 1, "lift-off"), (1, 0, "touchdown")):
+        ends = (gait.end[before], gait.start[after]), (gait.end[2 + before], gait.start[2 + after])
+        axes.plot(*ends, color=GUIDE, linestyle=":", marker="o", markersize=3.5, zorder=1)
+        axes.annotate(
+            f"impact\n({what})",
+            (sum(ends[0]) / 2, sum(ends[1]) / 2),
+            (6, 0),
+            textcoords="offset points",
+            ha="left",
+            va="center",
+            fontsize=8,
+        )
+    axes.set(xlabel="angle from the ground's normal (rad)", ylabel="rate (rad/s)")
+    axes.set_title("Limit cycle of each leg")
+    low, high = axes.get_xlim()
+    axes.set_xlim(low, high + 0.15 * (high - low))  # room for the words
+    axes.legend(loc="center", bbox_to_anchor=(0.5, 0.25))
+
+
+def _draw_multipliers(axes: Axes, gait: Gait) -> None:
+    """The multipliers in the complex plane, and in figures."""
+    reach = 1.25 * max(1.0, float(np.abs(gait.multipliers).max()))
+    axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GUIDE, linestyle="--"))
+    axes.axhline(0.0, color=GUIDE, linewidth=0.5)
+    axes.axvline(0.0, color=GUIDE, linewidth=0.5)
+    axes.plot(gait.multipliers.real, gait.multipliers.imag, "o", color=BLUE, markersize=7)
+    axes.set(xlim=(-reach, reach), ylim=(-reach, 1.25 * reach), xlabel="real part", ylabel="imaginary part")
+    axes.set_aspect("equal")
+    axes.set_title("Floquet multipliers and the unit circle")
+    told = "\n".join(f"λ{k} = {_complex(value)}" for k, value in enumerate(gait.multipliers, start=1))
+    axes.text(
+        0.02, 0.98, f"{told}\n|λ| ≤ {abs(gait.multipliers[0]):.5f}", transform=axes.transAxes, va="top", fontsize=8
+    )
+
+
+def _complex(value: complex) -> str:
+    """A number of five digits, its imaginary part only where there is one."""
+    real = f"{value.real:+.5f}"
+    return (real if value.imag == 0.0 else f"{real} {'+' if value.imag > 0 else '-'} {abs(value.imag):.5f} i").replace(
+        "-", "−"
+    )

@@ -1,0 +1,1 @@
+"""Records of walks: columns, files, measures."""

@@ -1,0 +1,172 @@
+"""The record of a walk: what every engine returns, on disk as in memory."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.errors import LONGEST_SHOWN, RecordError, shown
+from mjbiped.records import measures
+from mjbiped.records.arrays import read_arrays
+from mjbiped.records.schema import FORMAT as FORMAT
+from mjbiped.records.schema import FORMAT_VERSION as FORMAT_VERSION
+from mjbiped.records.schema import checked_fields
+from mjbiped.robots.compass import Compass
+from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils.files import written_whole
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """One walk of a biped, from its start to its outcome.
+
+    Attributes:
+        samples: Arrays over time, empty where no samples were asked for, by name:
+
+            | name | shape | unit | meaning |
+            |---|---|---|---|
+            | `time` | (n,) | s | since the walk's start |
+            | `q`, `dq` | (n, 2) | rad, rad/s | stance and swing leg from the ground's normal under the stance foot |
+            | `torque` | (n, 2) | N m | ankle and hip |
+            | `slope` | (n,) | rad | of the ground under the stance foot |
+            | `slope_estimate` | (n,) | rad | the controller's; NaN where it has none |
+            | `stance` | (n,) | | 0 left, 1 right |
+            | `qpos` | (n, 4) | m, rad | hip x, hip z, left and right leg from the vertical |
+            | `controller_states` | (n, k) | | the controller's integrated states |
+
+        touchdowns: Arrays with a row per leg exchange; `mjbiped.records.columns.TOUCHDOWNS` lists them all with units.
+            The posture (`q_before`, `q`) is that of the touchdown, in the old and the new roles; the rates `dq_before`
+            and `dq` are those before and after the impact.
+        outcome: "finished", "fell", "stalled", "slipped", "left the terrain", "diverged", "unresolved" (the hybrid
+            engine could not follow the torques) or "interrupted".
+        end: Time (s) and hip x (m) when it ended.
+        peak_torque: Greatest |ankle| and |hip| torque of all control ticks, N m.
+        settings: All that is needed to repeat the walk, in plain JSON types: robot, controller, terrain, engine and its
+            parameters, initial state, limits, versions.
+    """
+
+    samples: Mapping[str, NDArray[Any]]
+    touchdowns: Mapping[str, NDArray[Any]]
+    outcome: str
+    end: tuple[float, float]
+    peak_torque: NDArray[np.float64]
+    settings: Mapping[str, Any]
+
+    @property
+    def robot(self) -> Compass:
+        """The robot that walked."""
+        return Compass(**self.settings["robot"])
+
+    @property
+    def terrain(self) -> Terrain:
+        """The ground that it walked on."""
+        return Terrain.from_dict(self.settings["terrain"])
+
+    @property
+    def steps(self) -> int:
+        """Number of touchdowns."""
+        return len(self.touchdowns["time"])
+
+    @property
+    def fell(self) -> bool:
+        """Whether the robot fell. Other bad ends have outcomes of their own."""
+        return self.outcome == "fell"
+
+    @property
+    def warnings(self) -> Mapping[str, int]:
+        """What the engine said of the walk, and how often: why it diverged or could not be resolved, for example."""
+        warnings: Mapping[str, int] = self.settings.get("warnings", {})
+        return warnings
+
+    @property
+    def distance(self) -> float:
+        """Horizontal way of the stance foot, m."""
+        return measures.distance(self)
+
+    @property
+    def cost_of_transport(self) -> float:
+        """c_mt of both joints' absolute work; see `mjbiped.records.measures.cost_of_transport` for the variants."""
+        return measures.cost_of_transport(self)
+
+    def __repr__(self) -> str:
+        """One line; the tables are long."""
+        name = textwrap.shorten(self.settings["terrain"]["name"], LONGEST_SHOWN, placeholder="...")
+        way = self.distance
+        said = "".join(f"; {text}" for text in self.warnings)
+        return f"<Walk on {name}: {self.outcome} after {self.steps} steps, {way:.3f} m, {self.end[0]:.3f} s{said}>"
+
+    def __eq__(self, other: object) -> bool:
+        """Bitwise equality of everything recorded."""
+        if not isinstance(other, Walk):
+            return NotImplemented
+        return self._identity() == other._identity()
+
+    __hash__ = None  # type: ignore[assignment]  # arrays are mutable
+
+    def _identity(self) -> list[object]:
+        tables: list[object] = [
+            (kind, name, array.dtype.str, array.shape, array.tobytes())
+            for kind, table in (("samples", self.samples), ("touchdowns", self.touchdowns))
+            for name, array in sorted(table.items())
+        ]
+        plain = json.dumps(dict(self.settings), sort_keys=True)
+        return [*tables, self.outcome, self.end, self.peak_torque.tobytes(), plain]
+
+    def save(self, path: str | Path) -> None:
+        """Write the record as `.npz`; the file appears whole or not at all.
+
+        Args:
+            path: File to write; its name must end in `.npz`.
+
+        Raises:
+            RecordError: The name has another ending, or the file cannot be written.
+        """
+        path = Path(path)
+        if path.suffix != ".npz":
+            raise RecordError(f"a walk's record is an .npz file; cannot save as {shown(path.name)}")
+        header = {
+            "format": FORMAT,
+            "version": FORMAT_VERSION,
+            "outcome": self.outcome,
+            "end": self.end,
+            "settings": dict(self.settings),
+        }
+        arrays: dict[str, NDArray[Any]] = {
+            "header": np.array(json.dumps(header)),
+            "peak_torque": self.peak_torque,
+            **{f"samples/{name}": array for name, array in self.samples.items()},
+            **{f"touchdowns/{name}": array for name, array in self.touchdowns.items()},
+        }
+        try:
+            with written_whole(path) as unfinished:
+                np.savez_compressed(unfinished, allow_pickle=False, **arrays)
+        except OSError as error:
+            raise RecordError(f"cannot write {path}: {error.strerror or error}") from error
+
+    @classmethod
+    def load(cls, path: str | Path) -> Walk:
+        """Read a record.
+
+        Args:
+            path: File that `save` wrote.
+
+        Returns:
+            The same walk.
+
+        Raises:
+            RecordError: The file is missing, damaged, not a walk's record, or of a newer version. What is loaded can be
+                measured and drawn: `mjbiped.records.schema` says what has been checked.
+        """
+        path = Path(path)
+        arrays = read_arrays(path)
+        try:
+            return cls(**checked_fields(arrays))
+        except RecordError as error:
+            raise RecordError(f"{path} {error}") from error

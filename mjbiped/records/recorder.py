@@ -1,0 +1,108 @@
+"""Gathers the samples and touchdowns of a walk in any engine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, place, split, width
+
+if TYPE_CHECKING:
+    from mjbiped.records.measures import Summary
+
+Heed: TypeAlias = Callable[[], None]
+"""Called now and then while a walk is recorded; what it raises breaks the walk off."""
+
+_SAMPLED, _TOUCHED = width(SAMPLES), width(TOUCHDOWNS)  # floats of a row
+_TIME = 0  # place of the time in a row of either
+
+
+def _later(table: NDArray[np.float64], taken: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """The rows after the last of those taken, by their times."""
+    if not len(table) or not taken or not len(taken[-1]) or table[0, _TIME] > taken[-1][-1, _TIME]:
+        return table
+    later: NDArray[np.float64] = table[table[:, _TIME] > taken[-1][-1, _TIME]]
+    return later
+
+
+def unheeded() -> None:
+    """Let the walk go on."""
+
+
+class Recorder:
+    """Grows with the walk; its tables may be asked for at any moment.
+
+    Attributes:
+        heed: To be called by the engine each time before the walk goes on.
+    """
+
+    def __init__(self, *, keep_samples: bool = True, summary: Summary | None = None, heed: Heed = unheeded) -> None:
+        """Begin an empty recording.
+
+        Args:
+            keep_samples: Whether the table of samples is wanted; without it the last is known, no more.
+            summary: Takes the touchdowns, which are not kept then.
+            heed: See the attribute.
+        """
+        self.heed = heed
+        self._keep_samples = keep_samples
+        self._summary = summary
+        self._rows: list[NDArray[np.float64]] = [np.empty((0, _TOUCHED))]
+        self._samples: list[NDArray[np.float64]] = []
+
+    def add(self, rows: NDArray[np.float64], samples: NDArray[np.float64]) -> None:
+        """Take copies of rows of both tables.
+
+        What has been taken is not taken again: Ctrl-C may come before an engine notes that its rows were taken.
+
+        Args:
+            rows: Of touchdowns, shape (any, columns of `columns.TOUCHDOWNS`).
+            samples: Shape (any, columns of `columns.SAMPLES` and the controller's states).
+        """
+        rows, samples = _later(rows, self._rows), _later(samples, self._samples)
+        if len(rows):
+            if self._summary is not None:
+                self._summary.take(split(TOUCHDOWNS, rows))
+            else:
+                self._rows.append(rows.copy())
+        if len(samples):
+            if self._keep_samples:
+                self._samples.append(samples.copy())
+            else:
+                self._samples = [samples[-1:].copy()]
+
+    def add_touchdown(self, row: NDArray[np.float64]) -> None:
+        """Take a copy of one touchdown's row."""
+        self.add(row[None], np.empty((0, _SAMPLED)))
+
+    @property
+    def end(self) -> tuple[float, float]:
+        """Time (s) and hip x (m) of the last sample; zeros without one."""
+        if not self._samples:
+            return 0.0, 0.0
+        last = self._samples[-1][-1]
+        return float(last[place(SAMPLES, "time")]), float(last[place(SAMPLES, "qpos")])
+
+    @property
+    def steps(self) -> int:
+        """Number of touchdowns."""
+        return self._summary.steps if self._summary is not None else sum(map(len, self._rows))
+
+    def summary(self) -> Summary:
+        """The summary that this recording was begun with."""
+        assert self._summary is not None
+        return self._summary
+
+    def samples(self) -> dict[str, NDArray[np.float64]]:
+        """Samples so far; see `mjbiped.records.columns.SAMPLES`."""
+        table = np.concatenate(self._samples) if self._samples else np.empty((0, _SAMPLED))
+        if not self._keep_samples:
+            table = table[:0]
+        return {**split(SAMPLES, table[:, :_SAMPLED]), "controller_states": table[:, _SAMPLED:].copy()}
+
+    def touchdowns(self) -> dict[str, NDArray[np.float64]]:
+        """Touchdowns so far; see `mjbiped.records.columns.TOUCHDOWNS`."""
+        return split(TOUCHDOWNS, np.concatenate(self._rows))

@@ -1,0 +1,233 @@
+"""What a walk's record must be for every measure and every drawing of it: checked once, when it is read."""
+
+from __future__ import annotations
+
+import json
+import math
+import textwrap
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeGuard
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.errors import MjbipedError, RecordError, shown
+from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, WHOLE_NUMBERS, Column
+from mjbiped.robots.compass import Compass
+from mjbiped.rules.termination import STALL_TIME, Outcome
+from mjbiped.terrain.terrain import Terrain
+
+FORMAT = "mjbiped walk"
+FORMAT_VERSION = 2
+"""2: touchdowns have `normal_force`; in a record of version 1 it is NaN."""
+
+FARTHEST = 1e10
+"""Greatest place (m) or angle (rad): MuJoCo takes a state beyond it as diverged."""
+
+OUTCOMES = tuple(outcome.words for outcome in Outcome if outcome is not Outcome.WALKING)
+"""All that can become of a walk, in words."""
+
+_DEEPEST = 40  # levels of nested settings; the engines' own have five
+_LONGEST_REASON = 300  # characters
+_LONGEST_NUMBER = 40  # digits of a whole number; a seed has up to twenty
+_BETWEEN = 2.0  # a step may take so many times the time after which engines call it stalled, ...
+_LATER = 1.0  # ... and so much more, s: the longest physics step is shorter
+
+Arrays = Mapping[str, NDArray[Any]]
+
+
+def checked_fields(arrays: Arrays) -> dict[str, Any]:
+    """The fields of a `Walk`, of the arrays of its file.
+
+    Args:
+        arrays: As `Walk.save` names them, of floats, whole numbers and texts.
+
+    Raises:
+        RecordError: They are no record, or a damaged one, or one of a newer version; the message goes on from the
+            file's name.
+    """
+    header = _header(arrays)
+    end, settings = _moment(header), header.get("settings")
+    robot = _robot(settings)
+    samples = _table("samples", SAMPLES, arrays, header["version"])
+    touchdowns = _table("touchdowns", TOUCHDOWNS, arrays, header["version"])
+    states = samples.get("controller_states")
+    if states is None or states.dtype != np.float64 or states.ndim != 2:
+        raise _damaged("samples/controller_states must be a column of numbers for each state of the controller")
+    peak = arrays.get("peak_torque")
+    if peak is None or peak.dtype != np.float64 or peak.shape != (2,):
+        raise RecordError("is an incomplete record: it lacks peak_torque, two numbers")
+    _check_times(robot, [samples["time"], touchdowns["time"], np.array(end[:1])], len(touchdowns["time"]))
+    return {
+        "samples": samples,
+        "touchdowns": touchdowns,
+        "outcome": header["outcome"],
+        "end": end,
+        "peak_torque": peak,
+        "settings": settings,
+    }
+
+
+def _damaged(what: str) -> RecordError:
+    return RecordError(f"is a damaged record: {what}")
+
+
+def _header(arrays: Arrays) -> dict[str, Any]:
+    """The record's header, with a format, version and outcome that are known.
+
+    Raises:
+        RecordError: There is none, or it is of another format or a newer version.
+    """
+    written = arrays.get("header")
+    try:
+        if written is None or written.dtype.kind != "U":
+            raise ValueError("there is no text named header")
+        header = json.loads(str(written), parse_int=_whole_number)
+        _check_nesting(header)
+        named, version = header["format"], header["version"]
+    except (KeyError, TypeError, ValueError, RecursionError) as error:
+        raise RecordError(f"is no walk's record: it has no header of one ({shown(error)})") from error
+    if named != FORMAT:
+        raise RecordError(f"is no walk's record but a {shown(named)}")
+    if type(version) is not int or version < 1:
+        raise RecordError(f"is no walk's record: its version is {shown(version)}")
+    if version > FORMAT_VERSION:
+        raise RecordError(
+            f"is a record of version {version}; this mjbiped reads up to {FORMAT_VERSION}: install a newer one"
+        )
+    if header.get("outcome") not in OUTCOMES:
+        raise _damaged(f"its outcome is {shown(header.get('outcome'))}; valid are {', '.join(OUTCOMES)}")
+    return dict(header)
+
+
+def _whole_number(text: str) -> int:
+    """A whole number in JSON that everything can compute with."""
+    if len(text) > _LONGEST_NUMBER:
+        raise ValueError(f"a whole number of {len(text)} digits")
+    return int(text)
+
+
+def _check_nesting(value: Any) -> None:
+    """Refuse what is nested too deep for those who look into it, and text that cannot be written anywhere.
+
+    Raises:
+        ValueError: It is.
+    """
+    level = [value]
+    for _ in range(_DEEPEST):
+        below: list[Any] = []
+        for part in level:
+            if isinstance(part, str):
+                part.encode()
+            elif isinstance(part, dict):
+                below += [*part.keys(), *part.values()]
+            elif isinstance(part, list):
+                below += part
+        if not below:
+            return
+        level = below
+    raise ValueError(f"nested more than {_DEEPEST} times")
+
+
+def _moment(header: Mapping[str, Any]) -> tuple[float, float]:
+    """Time and place of the walk's end."""
+    end = header.get("end")
+    if not _is_numbers(end, 2):
+        raise _damaged(f"its end is {shown(end)}; expected a time and a place")
+    return float(end[0]), float(end[1])
+
+
+def _is_numbers(values: Any, count: int) -> TypeGuard[list[float]]:
+    """Whether this is a list of so many finite numbers."""
+    return (
+        isinstance(values, list)
+        and len(values) == count
+        and all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
+        and all(map(math.isfinite, values))
+    )
+
+
+def _robot(settings: Any) -> Compass:
+    """The robot that walked, of settings that hold all that readers of records rely on.
+
+    Raises:
+        RecordError: They do not.
+    """
+    if not isinstance(settings, dict):
+        raise _damaged(f"its settings are {shown(settings)}; expected a table")
+    try:
+        robot = Compass(**settings["robot"])
+        Terrain.from_dict(settings["terrain"])
+    except KeyError as error:
+        raise _damaged(f"its settings lack {shown(error.args[0])}") from error
+    except (MjbipedError, TypeError, ValueError, ArithmeticError) as error:
+        why = textwrap.shorten(str(error), _LONGEST_REASON, placeholder=" ...")
+        raise _damaged(f"robot or terrain cannot be built of its settings: {why}") from error
+    controller = settings.get("controller")
+    if not isinstance(controller, dict) or not isinstance(controller.get("name"), str):
+        raise _damaged(f"its controller is {shown(controller)}; expected a table with a name")
+    if not isinstance(settings.get("engine"), str):
+        raise _damaged(f"its engine is {shown(settings.get('engine'))}; expected a name")
+    if not _is_numbers(settings.get("initial"), 4):
+        raise _damaged(f"its initial state is {shown(settings.get('initial'))}; expected four numbers")
+    if not isinstance(settings.get("warnings", {}), dict):
+        raise _damaged(f"its warnings are {shown(settings['warnings'])}; expected a table")
+    return robot
+
+
+def _table(kind: str, columns: Mapping[str, Column], arrays: Arrays, version: int) -> dict[str, NDArray[Any]]:
+    """One of the two tables, its columns as `mjbiped.records.columns` promises them; others may stand beside them.
+
+    Raises:
+        RecordError: A column is missing, or is not what is promised.
+    """
+    beginning = f"{kind}/"
+    table = {name.removeprefix(beginning): array for name, array in arrays.items() if name.startswith(beginning)}
+    missing = [name for name, column in columns.items() if name not in table and column.since <= version]
+    if missing:
+        raise RecordError(f"is an incomplete record: it lacks {', '.join(beginning + name for name in missing)}")
+    rows = len(np.atleast_1d(table["time"]))
+    for name, array in table.items():
+        if array.shape[:1] != (rows,) or array.dtype.kind == "U":
+            raise _damaged(f"{beginning}{shown(name)} is {_described(array)}; expected {rows} rows of numbers")
+    for name, column in columns.items():
+        if name not in table:
+            table[name] = np.full((rows, column.width)[: 2 if column.width > 1 else 1], np.nan)
+        _check_column(f"{beginning}{name}", name in WHOLE_NUMBERS, column, table[name])
+    return table
+
+
+def _check_column(where: str, whole: bool, column: Column, array: NDArray[Any]) -> None:
+    """Refuse a column that is not what is promised.
+
+    Raises:
+        RecordError: Its shape or type is another one, or it holds a number that it must not.
+    """
+    expected = np.int64 if whole else np.float64
+    if array.shape[1:] != ((column.width,) if column.width > 1 else ()) or array.dtype != expected:
+        kind = "whole numbers" if whole else "floats"
+        raise _damaged(f"{where} is {_described(array)}; expected {kind}, {column.width} a row")
+    if whole and not ((array == 0) | (array == 1)).all():
+        raise _damaged(f"{where} holds other numbers than 0 and 1")
+    if column.finite and not np.isfinite(array).all():
+        raise _damaged(f"{where} holds what is no finite number")
+    if where.endswith("/qpos") and not (np.abs(array) <= FARTHEST).all():
+        raise _damaged(f"{where} holds numbers beyond {FARTHEST:g}, where no walk gets to")
+
+
+def _described(array: NDArray[Any]) -> str:
+    return f"of type {array.dtype} and shape {shown(array.shape)}"
+
+
+def _check_times(robot: Compass, columns: Sequence[NDArray[np.float64]], steps: int) -> None:
+    """Refuse times that descend, and those at which a walk of so many steps would long have stalled.
+
+    Raises:
+        RecordError: There are such.
+    """
+    latest = (steps + 1) * _BETWEEN * STALL_TIME * math.sqrt(robot.leg_length / robot.gravity) + _LATER
+    for time in columns:
+        if not (len(time) == 0 or time[0] >= 0.0) or (time[1:] < time[:-1]).any():
+            raise _damaged("its times do not ascend from 0")
+        if len(time) and time[-1] > latest:
+            raise _damaged(f"it goes on to {time[-1]:g} s, with {steps} steps, where a walk stalls before {latest:g} s")

@@ -1,0 +1,136 @@
+"""What section V says of Figs. 4 to 6, asked of our walks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from controllers import AdaptiveController
+from mjbiped.reproduction.plan import ADAPTATION_GAINS, DRAWN_DELAYS, PAPER_GAIN, START_ESTIMATES
+from mjbiped.reproduction.report.answers import Answer
+from mjbiped.reproduction.report.markdown import number
+from mjbiped.reproduction.report.table_3 import walks_of
+from mjbiped.reproduction.rows import Row
+from mjbiped.reproduction.traces import RESOLVED_SLOPE
+
+_EPSILON = math.degrees(RESOLVED_SLOPE)
+_ON_CYCLE = AdaptiveController.replanning_threshold  # rad
+_SLOW_GAIN = min(ADAPTATION_GAINS)
+_FROM = " and ".join(f"{start:+g}°" for start in START_ESTIMATES).replace("-", "−")
+
+
+def walks_of_figure_5(rows: Sequence[Row], engine: str, gain: float, update: str) -> list[Row]:
+    """The walks with one gamma, with or without the update (27), by `plan.START_ESTIMATES`; none unless all are."""
+    by_start = {
+        row.start_estimate: row
+        for row in rows
+        if (row.part, row.engine, row.adaptation_gain, row.update) == ("figure 5", engine, gain, update)
+    }
+    return [by_start[start] for start in START_ESTIMATES] if by_start.keys() >= set(START_ESTIMATES) else []
+
+
+def figure_4(rows: Sequence[Row], ground: str, title: str, engine: str) -> Iterator[Answer]:
+    """Section V-B of Fig. 4(b) to (d).
+
+    Args:
+        rows: Of the reproduction.
+        ground: "mixed" or "found".
+        title: Where that is, to begin a sentence with.
+        engine: "hybrid" or "mujoco".
+    """
+    if ground == "mixed":
+        walks = walks_of_figure_5(rows, engine, PAPER_GAIN, "yes")
+        wrong = f"from a start estimate of {_FROM}"
+    else:
+        walks = [walk for zeta, walk in walks_of(rows, ground, engine).items() if zeta == DRAWN_DELAYS[1]]
+        wrong = "from a start estimate of 0°"
+    if not walks or not all(walk.finished for walk in walks):
+        walks = []
+
+    def asked(claim: str, source: str, values: Sequence[float], bound: float, unit: str) -> Answer:
+        """Whether the greatest of some numbers is below a bound."""
+        known = bool(values) and not any(map(math.isnan, values))
+        found = f"{number(max(values), '.4f')} {unit}" if known else ""
+        return Answer(f"{title}, {claim}", source, max(values) < bound if known else None, found.replace(" °", "°"))
+
+    yield asked(
+        f"{wrong}, the slope estimate is within ε = {_EPSILON:.2f}° of the truth before the ground first changes",
+        "V-B, Fig. 4(b)", [walk.traces.settled for walk in walks], _EPSILON, "°",
+    )  # fmt: skip
+    yield asked(
+        f"{wrong}, it stays within ε from then on",
+        "V-B, Fig. 4(b)", [walk.traces.later for walk in walks], _EPSILON, "°",
+    )  # fmt: skip
+    straight, bent = ([getattr(walk.traces, name) for walk in walks] for name in ("straight", "bent"))
+    known = bool(walks) and not any(map(math.isnan, straight + bent))
+    yield Answer(
+        f"{title}, the torques of every step that follows the imitated gait are nearer to a straight line than those "
+        "of any re-planned step",
+        "V-B, Fig. 4(c)",
+        max(straight) < min(bent) if known else None,
+        f"at most {max(straight):.2f} N m from it, re-planned at least {min(bent):.2f} N m" if known else "",
+    )
+    yield asked(
+        f"{wrong}, both legs stay within {math.degrees(_ON_CYCLE):.2f}° of the reference, re-planned or not",
+        "V-B, Fig. 4(d)", [walk.traces.z1 for walk in walks], math.degrees(_ON_CYCLE), "°",
+    )  # fmt: skip
+
+
+def figure_5(rows: Sequence[Row], title: str, engine: str) -> Iterator[Answer]:
+    """Section V-C: the estimate update; arguments as in `figure_4`."""
+    with_it, without = (walks_of_figure_5(rows, engine, PAPER_GAIN, update) for update in ("yes", "no"))
+    slow = walks_of_figure_5(rows, engine, _SLOW_GAIN, "yes")
+    there = bool(with_it and without) and all(walk.finished for walk in with_it + without)
+    ground = f"{title}, from a start estimate of {_FROM}"
+
+    def pairs(name: str, form: str, unit: str) -> tuple[bool | None, str]:
+        """Whether a number is smaller with the update than without, from every start."""
+        if not there:
+            return None, ""
+        both = [(_value(here, name), _value(other, name)) for here, other in zip(with_it, without, strict=True)]
+        told = "; ".join(f"{number(a, form)}{unit} against {number(b, form)}{unit}" for a, b in both)
+        return all(a < b for a, b in both), told
+
+    holds, found = pairs("off_time", ".2f", " s")
+    claim = f"{ground}: with the update (27) the estimate is wrong by more than ε for a shorter time than without"
+    yield Answer(claim, "V-C, Fig. 5", holds, found)
+    claim = f"{ground}: without the update the adaptive law (17) brings it within ε by the end of every step"
+    ended = [walk.ended for walk in without]
+    found = f"{number(max(ended), '.4f')}° at most" if there else ""
+    yield Answer(claim, "V-C, Fig. 5", max(ended) < _EPSILON if there else None, found)
+    holds, found = pairs("begun", ".4f", "°")
+    claim = f"{ground}: with the update the greatest error of the estimate after a touchdown is smaller than without"
+    yield Answer(claim, "V-C, Fig. 5", holds, found)
+    claim = (
+        f"{ground}, γ = {_SLOW_GAIN:g}: the update makes no wrong estimate right, that is left to (17): it changes the "
+        "error at no touchdown by more than ε"
+    )
+    if slow and all(walk.finished for walk in slow):
+        jump, error = max(walk.jump for walk in slow), max(walk.begun for walk in slow)
+        yield Answer(claim, "V-C, Fig. 5", jump < _EPSILON, f"{number(jump, '.4f')}° of errors up to {error:.2f}°")
+    else:
+        yield Answer(claim, "V-C, Fig. 5", None)
+
+
+def _value(walk: Row, name: str) -> float:
+    return float(getattr(walk.traces if hasattr(walk.traces, name) else walk, name))
+
+
+def figure_6(rows: Sequence[Row], ground: str, title: str, engine: str) -> Iterator[Answer]:
+    """Section V-D of Fig. 6: the estimate with re-planning and without it; arguments as in `figure_4`."""
+    walks = walks_of(rows, ground, engine)
+    drawn = [walks.get(zeta) for zeta in DRAWN_DELAYS]
+    planned = " and ".join(f"ζ = {zeta:g}" for zeta in DRAWN_DELAYS if zeta is not None)
+    for claim, name, form, unit in (
+        ("the slope estimate is smoother, its error moves less up and down", "travel", ".2f", "°"),
+        ("the slope estimate is more accurate, its root mean square error is smaller", "error", ".4f", "°"),
+        ("z₂ of (9) is smaller at its greatest", "z2", ".4f", " rad/s"),
+    ):
+        there = [walk for walk in drawn if walk is not None and walk.finished]
+        values = [_value(walk, name) for walk in there]
+        told, holds = "", None
+        if len(there) == len(drawn) and not any(map(math.isnan, values)):
+            holds = max(values[:-1]) < values[-1]
+            first = " and ".join(f"{number(value, form)}{unit}" for value in values[:-1])
+            told = f"{first} against {number(values[-1], form)}{unit}"
+        yield Answer(f"{title}, with re-planning ({planned}) {claim} than without", "V-D, Fig. 6", holds, told)

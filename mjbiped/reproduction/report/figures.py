@@ -1,0 +1,195 @@
+"""Figures 5 and 6 of the paper, and Tables II and III as pictures; Fig. 4 is `mjbiped.plotting.walk.plot_walk`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
+
+from mjbiped.plotting.style import (
+    ANKLE,
+    BLACK,
+    BLUE,
+    GUIDE,
+    HIP,
+    ORANGE,
+    STANCE,
+    TRUTH,
+    check_path,
+    new_figure,
+    save_figure,
+    styled,
+)
+from mjbiped.records.record import Walk
+from mjbiped.reproduction.published import TABLE_3
+from mjbiped.reproduction.report.table_3 import ENGINES, walks_of
+from mjbiped.reproduction.rows import Row
+
+_SHOWN = 16.0  # s of Fig. 5
+_STARTS = ({"linestyle": (0, (5, 1.5)), "linewidth": 1.6}, {"linestyle": "-", "linewidth": 1.0})
+_ENGINE_LOOKS = {
+    "hybrid": {"color": BLUE, "marker": "s", "markersize": 5.5, "linestyle": "-", "markerfacecolor": "white"},
+    "mujoco": {"color": ORANGE, "marker": "x", "markersize": 5.0, "linestyle": (0, (1.5, 1.2))},
+}
+_PAPER_LOOK = {"color": BLACK, "marker": "o", "markersize": 4.0, "linestyle": (0, (4, 1.2))}
+_LABELS = {"hybrid": "hybrid", "mujoco": "MuJoCo"}
+
+
+def plot_figure_5(walks: Mapping[float, Mapping[tuple[float, bool], Walk]], path: str | Path | None = None) -> Figure:
+    """Draw the slope estimate with and without the estimate update (27), from several estimates at the start.
+
+    Args:
+        walks: By gamma, a row of the figure each; then by the estimate at the start (degrees) and whether the update
+            acts, a curve each.
+        path: File to write as well, `.png`, `.pdf` or `.svg`.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: The path has another suffix.
+        RenderError: The file cannot be written.
+    """
+    path = check_path(path)
+    first = next(iter(next(iter(walks.values())).values()))
+    with styled():
+        figure = new_figure(0.9 + 1.65 * len(walks))
+        figure.suptitle(_caption("Fig. 5", first), fontsize=9.5, x=0.01, ha="left")
+        grid = figure.subplots(len(walks), 1, sharex=True, sharey=True, squeeze=False)
+        for (axes,), (gain, curves) in zip(grid, walks.items(), strict=True):
+            styles = dict(zip(sorted({start for start, _ in curves}), _STARTS, strict=True))
+            for (start, update), walk in sorted(curves.items()):  # those with the update over those without
+                name = f"{'with' if update else 'without'} the update (27), from {start:+g}°".replace("-", "−")
+                shown = walk.samples["time"] <= _SHOWN
+                estimate = np.degrees(walk.samples["slope_estimate"][shown])
+                color = BLUE if update else ORANGE
+                axes.plot(walk.samples["time"][shown], estimate, label=name, color=color, **styles[start])
+            # a walk that lands on the other side of an edge has another truth there
+            truths = {tuple(walk.touchdowns["slope"].round(6).tolist()): walk for walk in curves.values()}
+            for number, walk in enumerate(truths.values()):
+                _draw_truth(axes, walk, named=number == 0)
+            axes.set(ylabel="slope (°)", xlim=(0.0, _SHOWN))
+            axes.set_title(f"γ = {gain:g}")
+        handles, names = grid[0, 0].get_legend_handles_labels()
+        figure.legend(handles, names, loc="outside lower center", ncols=3)
+        grid[-1, 0].set_xlabel("time (s)")
+    if path is not None:
+        save_figure(figure, path)
+    return figure
+
+
+def plot_figure_6(walks: Mapping[float | None, Walk], path: str | Path | None = None) -> Figure:
+    """Draw slope estimate and joint torques for some zeta, a row each.
+
+    Args:
+        walks: By zeta; None: no re-planning.
+        path: File to write as well, `.png`, `.pdf` or `.svg`.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: The path has another suffix.
+        RenderError: The file cannot be written.
+    """
+    path = check_path(path)
+    with styled():
+        figure = new_figure(0.6 + 1.9 * len(walks))
+        figure.suptitle(_caption("Fig. 6", next(iter(walks.values()))), fontsize=9.5, x=0.01, ha="left")
+        grid = figure.subplots(len(walks), 2, sharex=True, sharey="col", squeeze=False)
+        for (slopes, torques), (delay, walk) in zip(grid, walks.items(), strict=True):
+            time = walk.samples["time"]
+            name = "no re-planning" if delay is None else f"ζ = {delay:g}"
+            slopes.plot(time, np.degrees(walk.samples["slope_estimate"]), label="estimate", **STANCE)
+            _draw_truth(slopes, walk)
+            slopes.set(ylabel="slope (°)", xlim=(0.0, float(time[-1])))
+            slopes.set_title(f"Slope estimate, {name}")
+            for joint, (label, style) in enumerate((("ankle", ANKLE), ("hip", HIP))):
+                torques.plot(time, walk.samples["torque"][:, joint], label=label, **style)
+            torques.set(ylabel="torque (N m)")
+            peak = max(float(value) for value in walk.peak_torque)
+            torques.set_title(f"Joint torque, {name}: greatest {peak:.1f} N m")
+        named = [dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True)) for axes in grid[0]]
+        handles = named[0] | named[1]
+        figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=len(handles))
+        for axes in grid[-1]:
+            axes.set_xlabel("time (s)")
+    if path is not None:
+        save_figure(figure, path)
+    return figure
+
+
+def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
+    """Draw Table III, the paper's and ours: greatest torque and c_mt over zeta, on both mixed grounds.
+
+    Args:
+        rows: Of the report.
+        path: File to write as well, `.png`, `.pdf` or `.svg`.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: The path has another suffix.
+        RenderError: The file cannot be written.
+    """
+    path = check_path(path)
+    zetas = [zeta for zeta in TABLE_3 if zeta is not None]
+    with styled():
+        figure = new_figure(6.0)
+        grid = figure.subplots(2, 2, sharex=True)
+        for column, (ground, title) in enumerate((("mixed", "our mixed ground"), ("found", "the ground found"))):
+            for place, (axes, what) in enumerate(zip(grid[:, column], ("greatest torque (N m)", "c_mt"), strict=True)):
+                _draw_over_zeta(axes, "paper", [TABLE_3[z][place] for z in zetas], TABLE_3[None][place], _PAPER_LOOK)
+                for engine in ENGINES:
+                    walks = walks_of(rows, ground, engine)
+                    if set(walks) >= set(TABLE_3):
+                        values = {
+                            z: (w.torque, w.cost["absolute", None])[place] if w.finished else math.nan
+                            for z, w in walks.items()
+                        }
+                        look = _ENGINE_LOOKS[engine]
+                        _draw_over_zeta(axes, _LABELS[engine], [values[z] for z in zetas], values[None], look)
+                axes.set(yscale="log", ylabel=what, xticks=zetas)
+                axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+                axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+                axes.yaxis.set_minor_locator(NullLocator())
+                axes.set_title(f"{what[0].upper()}{what[1:]}, {title}" if place == 0 else f"c_mt, {title}")
+        for axes in grid[-1]:
+            axes.set_xlabel("ζ;  horizontal lines: no re-planning")
+        grid[0, 0].legend(loc="upper right")
+    if path is not None:
+        save_figure(figure, path)
+    return figure
+
+
+def _draw_over_zeta(
+    axes: Axes, label: str, values: Sequence[float], without: float, look: Mapping[str, object]
+) -> None:
+    """A line over zeta, and the value without re-planning as a level."""
+    zetas = [zeta for zeta in TABLE_3 if zeta is not None]
+    axes.plot(zetas, values, label=label, **look)  # type: ignore[arg-type]
+    axes.axhline(without, color=look["color"], linestyle=look["linestyle"], linewidth=0.8, alpha=0.8)
+
+
+def _draw_truth(axes: Axes, walk: Walk, named: bool = True) -> None:
+    """The slope under the stance foot; in the legend, and with the touchdowns, where it is named."""
+    label = "true" if named else None
+    axes.plot(walk.samples["time"], np.degrees(walk.samples["slope"]), label=label, **TRUTH)
+    if not named:
+        return
+    for moment in walk.touchdowns["time"]:
+        axes.axvline(moment, color=GUIDE, linewidth=0.3, alpha=0.5, zorder=0)
+
+
+def _caption(figure: str, walk: Walk) -> str:
+    law = walk.settings["controller"]
+    gains = f"K₁ = {law['position_gain']:g}, K₂ = {law['velocity_gain']:g}"
+    slope = math.degrees(law["gait"]["slope"])
+    engine = _LABELS[walk.settings["engine"]]
+    return f"{figure}: {walk.terrain.caption}, from rest, {gains}, imitated slope {slope:g}°, {engine} engine"

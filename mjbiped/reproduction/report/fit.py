@@ -1,0 +1,187 @@
+"""The part of the report on Table II's numbers: the paper's, and ours with fitted gains and with gains that settle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from mjbiped.reproduction.methods import METHODS, SETTLED, SLOPE_SOURCES, Variant, gains_told
+from mjbiped.reproduction.published import GROUNDS, TABLE_2
+from mjbiped.reproduction.report.markdown import NONE, cost, ending, number, percent, table
+from mjbiped.reproduction.report.table_2 import walk_of
+from mjbiped.reproduction.rows import Row
+from mjbiped.reproduction.scan import GAINS, RATIOS, Tried, fitted, ranked
+from mjbiped.reproduction.table_2 import Agreement, Choice, agreement, agreement_of, agreements, walks_read
+
+_ENGINES = {"hybrid": "hybrid", "mujoco": "MuJoCo"}
+_AS_NEAR = 0.005  # of the distance, for settings that are as good as the nearest
+
+
+def sections(rows: Sequence[Row], best: Choice, tried: Sequence[Tried]) -> dict[str, str]:
+    """What the template wants to know of Table II's numbers, by name."""
+    source = agreements(rows, best)[0].source
+    nearest = fitted(tried)
+    level = min(
+        (each for each in tried if each.variant.method == "PBC" and not math.isnan(each.cost["level"])),
+        key=lambda each: abs(each.cost["level"] - (TABLE_2["PBC"]["level"] or math.nan)),
+    )
+    whole = agreement(
+        (each.variant.method, ground, value) for each in nearest.values() for ground, value in each.cost.items()
+    )
+    return {
+        "table_2": _main(rows, best, source),
+        "ends": _ends(rows, best, source),
+        "agreement": _agreement(rows, best),
+        "fits": _fits(tried),
+        "settings": str(len(tried)),
+        "settings_walks": str(len(tried) * len(GROUNDS)),
+        "gains_tried": str(len(GAINS)),
+        "least_gain": f"{min(GAINS):g}",
+        "greatest_gain": f"{max(GAINS):g}",
+        "ratios_tried": str(len(RATIOS)),
+        "least_ratio": number(min(RATIOS), "g"),
+        "greatest_ratio": number(max(RATIOS), "g"),
+        "fit_agreement": f"{whole.agreeing} of {whole.asked}",
+        "fit_distance": number(100 * whole.distance, ".1f"),
+        "as_near": _as_near(tried),
+        "settled": "; ".join(f"{method} {_gains(variant)}" for method, variant in SETTLED.items()),
+        "pbc_falls": _falls(tried, "PBC", "slope 2"),
+        "pbc_level": number(level.cost["level"], ".5f"),
+        "pbc_level_paper": number(TABLE_2["PBC"]["level"]),
+    }
+
+
+def walks_shown(
+    rows: Sequence[Row], best: Choice, source: str, place: tuple[str, str, float], method: str
+) -> tuple[list[Row | None], list[Row | None]]:
+    """A method's walks on a ground in both engines: with the gains nearest to Table II, and with those that settle.
+
+    The adaptive controller has the paper's gains, and its zeta was chosen with the reading: its walks are the first.
+
+    Args:
+        rows: Of the report.
+        best: The reading.
+        source: Of the slope, with the gains that settle.
+        place: Ground, pattern and first change.
+        method: One of `METHODS`.
+    """
+    if method == "adaptive":
+        return [walk_of(rows, engine, place, method, best.delay) for engine in _ENGINES], [None, None]
+    fit: list[Row | None] = [
+        next(
+            (row for row in walks_read(rows, best, "fitted", engine) if (row.method, row.ground) == (method, place[0])),
+            None,
+        )
+        for engine in _ENGINES
+    ]
+    return fit, [walk_of(rows, engine, place, method, source=source) for engine in _ENGINES]
+
+
+def _main(rows: Sequence[Row], best: Choice, source: str) -> str:
+    """Every number of Table II and ours, line by line."""
+    lines = []
+    for place in best.places:
+        for method in METHODS:
+            paper = TABLE_2.get(method, {}).get(place[0], math.nan)
+            known = paper if paper is not None and paper == paper else None
+            cells = []
+            for walks in walks_shown(rows, best, source, place, method):
+                here = walks[0]
+                cells += [cost(walk, best.kind, best.length) for walk in walks]
+                cells.append(percent(math.nan if here is None else here.cost[best.kind, best.length], known))
+            lines.append([place[0], method, "X" if paper is None else number(paper), *cells])
+    headings = [
+        f"{gains}, {what}" for gains in ("fitted", "settled") for what in ("hybrid", "MuJoCo", "hybrid − paper")
+    ]
+    return table(("ground", "method", "paper", *headings), lines)
+
+
+def _ends(rows: Sequence[Row], best: Choice, source: str) -> str:
+    """Every walk of the table that did not come to its end."""
+    lines = []
+    for place in best.places:
+        for method in METHODS:
+            fit, plain = walks_shown(rows, best, source, place, method)
+            if any(walk is not None and not walk.finished for walk in (*fit, *plain)):
+                cells = (
+                    NONE if walk is None else f"{walk.steps} steps" if walk.finished else ending(walk)
+                    for walk in (*fit, *plain)
+                )
+                paper = TABLE_2.get(method, {}).get(place[0], math.nan)
+                lines.append([place[0], method, "X" if paper is None else number(paper), *cells])
+    headings = [f"{gains}, {engine}" for gains in ("fitted", "settled") for engine in _ENGINES.values()]
+    return table(("ground", "method", "paper", *headings), lines) if lines else "None: all walks came to it."
+
+
+def _agreement(rows: Sequence[Row], best: Choice) -> str:
+    """How far walks agree with the paper, by gains, slope source and engine."""
+    lines = []
+    for engine in _ENGINES:
+        walks = walks_read(rows, best, "fitted", engine)
+        if walks:
+            lines.append(_agreed("fitted, each method's own", engine, agreement_of(walks, best)))
+    for each in agreements(rows, best):
+        for engine in _ENGINES:
+            walks = walks_read(rows, best, "table 2", engine, each.source)
+            found = agreement_of(walks, best)
+            if found.asked == each.asked:
+                lines.append(_agreed(f"settled, {each.source}", engine, found))
+    headings = ("gains, slope", "engine", "X and numbers where the paper has them", "distance of the numbers %")
+    return table(headings, lines)
+
+
+def _agreed(name: str, engine: str, found: Agreement) -> list[str]:
+    return [name, _ENGINES[engine], f"{found.agreeing} of {found.asked}", number(100 * found.distance, ".1f")]
+
+
+def _fits(tried: Sequence[Tried]) -> str:
+    """The nearest setting of each method with each slope source, and of KETC through one joint and through both."""
+    lines = []
+    for method in dict.fromkeys(each.variant.method for each in tried):
+        mine = [each for each in tried if each.variant.method == method]
+        chosen = ranked(mine)[0]
+        kinds: dict[tuple[str, float | None], list[Tried]] = {}
+        for each in mine:
+            kind = each.variant.slope_source, dict(each.variant.gains).get("hip_weight")
+            kinds.setdefault(kind, []).append(each)
+        for each in ranked(ranked(alike)[0] for alike in kinds.values()):
+            star = " *" if each is chosen else ""
+            lines.append(_fit(method, _gains(each.variant) + star, each))
+        paper = ["X" if (value := TABLE_2[method][ground]) is None else number(value) for ground in GROUNDS]
+        lines.append([method, "paper", NONE, NONE, NONE, *paper])
+    return table(("method", "gains", "slope", "X and numbers", "distance %", *GROUNDS), lines)
+
+
+def _gains(variant: Variant) -> str:
+    """A setting's gains, as the page shows them."""
+    return gains_told(dict(variant.gains)).replace("-", "−")
+
+
+def _fit(method: str, gains: str, each: Tried) -> list[str]:
+    found = each.agreement
+    cells = [f"X {each.ended[ground]}" if ground in each.ended else number(each.cost[ground]) for ground in GROUNDS]
+    right = f"{found.agreeing} of {found.asked}"
+    return [method, gains, each.variant.slope_source, right, number(100 * found.distance, ".1f"), *cells]
+
+
+def _as_near(tried: Sequence[Tried]) -> str:
+    """How many settings of each method are as good as its nearest, in words."""
+    parts = []
+    for method, best in fitted(tried).items():
+        mine = [each.agreement for each in tried if each.variant.method == method]
+        near = _count(mine, best.agreement)
+        parts.append(f"{near} of {len(mine)} for {method}")
+    return ", ".join(parts)
+
+
+def _count(found: Iterable[Agreement], best: Agreement) -> int:
+    return sum(each.agreeing == best.agreeing and each.distance <= best.distance + _AS_NEAR for each in found)
+
+
+def _falls(tried: Sequence[Tried], method: str, ground: str) -> str:
+    """With how many settings of each slope source a method does not come to the end of a ground."""
+    parts = []
+    for source in SLOPE_SOURCES:
+        mine = [each for each in tried if (each.variant.method, each.variant.slope_source) == (method, source)]
+        parts.append(f'{sum(ground in each.ended for each in mine)} ("{source}")')
+    return f"{', '.join(parts[:-1])} or {parts[-1]}"

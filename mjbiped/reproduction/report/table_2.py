@@ -1,0 +1,246 @@
+"""The part of the report on Table II."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS, SLOPE_PATTERNS, STAIR_PATTERNS
+from mjbiped.reproduction.methods import DELAYS, METHODS, SETTLED, SLOPE_SOURCES
+from mjbiped.reproduction.published import GROUNDS, TABLE_2
+from mjbiped.reproduction.report.markdown import NONE, cost, delay, ending, number, percent, table
+from mjbiped.reproduction.rows import LENGTHS, Row
+from mjbiped.reproduction.table_2 import UNEVEN, Choice, agreements, choices, side_distances
+
+_NEAREST = 10  # readings that are listed
+
+
+def sections(rows: Sequence[Row]) -> dict[str, str]:
+    """What the template wants to know of Table II, by name."""
+    found = choices(rows)
+    best = found[0]
+    source = agreements(rows, best)[0].source
+    return {
+        "readings": str(len(found)),
+        "best": _words(best),
+        "best_distance": number(100 * best.distance, ".1f"),
+        "best_kind": best.kind,
+        "best_length": str(best.length),
+        "best_delay": delay(best.delay),
+        "source": source,
+        "stair_patterns": str(len(STAIR_PATTERNS)),
+        "slope_patterns": str(len(SLOPE_PATTERNS)),
+        "delays_tried": str(len(DELAYS)),
+        "lengths": str(len(LENGTHS)),
+        "hybrid_steps": str(max(LENGTHS)),
+        "nearest": _nearest(found),
+        "stairs": _sides(rows, UNEVEN[:2]),
+        "slopes": _sides(rows, UNEVEN[2:]),
+        "delays": _delays(rows, best),
+        "sources": _sources(rows, best),
+        "printed": _printed(rows, best),
+        "engines": _engines(rows),
+        "parted": _parted(rows),
+        "gravity": _gravity(rows, best),
+        "every_reading": _every(rows, best, source),
+    }
+
+
+def walk_of(
+    rows: Iterable[Row],
+    engine: str,
+    place: tuple[str, str, float],
+    method: str,
+    zeta: float = math.nan,
+    source: str = "",
+    part: str = "table 2",
+) -> Row | None:
+    """A method's walk on a ground: the adaptive controller's with a zeta, the others' with a slope source."""
+    for row in rows:
+        if (row.part, row.engine, row.method) == (part, engine, method) and (
+            (row.ground, row.pattern, row.first) == place
+        ):
+            if method == "adaptive" and not _same(row.delay, zeta):
+                continue
+            if method != "adaptive" and row.slope_source != source:
+                continue
+            return row
+    return None
+
+
+def _same(one: float, other: float) -> bool:
+    return one == other or (math.isnan(one) and math.isnan(other))
+
+
+def _words(choice: Choice) -> str:
+    """A reading in words."""
+    replanned = "no re-planning" if math.isnan(choice.delay) else f"ζ = {choice.delay:g}"
+    return (
+        f"{choice.kind} work over the first {choice.length} steps, {replanned}; stairs {choice.stairs[0]}, first riser "
+        f"at {choice.stairs[1]:g} m; slopes {choice.slopes[0]}, first change after {choice.slopes[1]:g} m"
+    )
+
+
+def _nearest(found: Sequence[Choice]) -> str:
+    lines = [
+        [
+            f"{choice.stairs[0]}, {choice.stairs[1]:g} m",
+            f"{choice.slopes[0]}, {choice.slopes[1]:g} m",
+            delay(choice.delay),
+            choice.kind,
+            str(choice.length),
+            number(100 * choice.distance, ".2f"),
+        ]
+        for choice in found[:_NEAREST]
+    ]
+    return table(("stairs, first riser", "slopes, first change", "ζ", "work", "steps", "distance %"), lines)
+
+
+def _sides(rows: Sequence[Row], pair: Sequence[str]) -> str:
+    """For each pattern of the stairs or of the slopes the nearest reading, on its own."""
+    nearest: dict[str, tuple[float, float, str, int, str, float]] = {}
+    for side in sorted(side_distances(rows, pair), key=lambda values: values[0]):
+        nearest.setdefault(side[4], side)
+    lines = []
+    for distance, zeta, kind, length, pattern, first in nearest.values():
+        if math.isfinite(distance):
+            walks = [walk_of(rows, "hybrid", (ground, pattern, first), "adaptive", zeta) for ground in pair]
+            cells = [cost(walk, kind, length) for walk in walks]
+            settings = [f"{first:g} m", delay(zeta), kind, str(length)]
+        else:
+            walks = [walk_of(rows, "hybrid", (ground, pattern, first), "adaptive", 0.8) for ground in pair]
+            cells = [cost(walk, "absolute", max(LENGTHS)) for walk in walks]
+            settings = [f"{first:g} m", "0.8", "absolute", str(max(LENGTHS))]
+        lines.append([pattern, *settings, *cells, number(100 * distance, ".1f")])
+    papers = [f"{ground}, paper {number(TABLE_2['adaptive'][ground])}" for ground in pair]
+    return table(("pattern", "first", "ζ", "work", "steps", *papers, "distance %"), lines)
+
+
+def _delays(rows: Sequence[Row], best: Choice) -> str:
+    """All zeta on the grounds as the best reading has them."""
+    lines = []
+    for zeta in DELAYS:
+        value = math.nan if zeta is None else zeta
+        walks = [walk_of(rows, "hybrid", place, "adaptive", value) for place in best.places]
+        torques = "; ".join(NONE if walk is None else number(walk.torque, ".1f") for walk in walks)
+        forces = "; ".join(NONE if walk is None else number(walk.least_force, ".2f") for walk in walks)
+        lines.append([delay(zeta), *(cost(walk, best.kind, best.length) for walk in walks), torques, forces])
+    lines.append(["paper", *(number(TABLE_2["adaptive"][ground]) for ground in GROUNDS), NONE, NONE])
+    return table(("ζ", *GROUNDS, "greatest torques, N m", "least normal forces, weights"), lines)
+
+
+def _sources(rows: Sequence[Row], best: Choice) -> str:
+    """All slope sources of the comparison controllers with gains that settle, on the best reading's grounds."""
+    lines = []
+    for method in METHODS[1:]:
+        for source in SLOPE_SOURCES:
+            cells = []
+            for place in best.places:
+                mine = [
+                    row
+                    for row in rows
+                    if (row.part, row.engine, row.method, row.slope_source) == ("table 2", "hybrid", method, source)
+                    and (row.ground, row.pattern, row.first) == place
+                ]
+                cells.append(cost(mine[0] if mine else None, best.kind, best.length))
+            lines.append([method, source + (" *" if source == SETTLED[method].slope_source else ""), *cells])
+        printed = TABLE_2.get(method)
+        if printed is not None:
+            values = ("X" if printed[ground] is None else number(printed[ground]) for ground in GROUNDS)
+            lines.append([method, "paper", *values])
+    return table(("method", "slope", *GROUNDS), lines)
+
+
+def _printed(rows: Sequence[Row], best: Choice) -> str:
+    """The grounds by the signs that the paper prints, each change added to the last."""
+    lines = []
+    for ground in UNEVEN:
+        first = FIRST_RISERS[0] if ground.startswith("stair") else FIRST_CHANGES[0]
+        place = (ground, AS_PRINTED[ground], first)
+        walks = [walk_of(rows, engine, place, "adaptive", best.delay) for engine in ("hybrid", "mujoco")]
+        cells = [
+            NONE if walk is None else ending(walk) if not walk.finished else cost(walk, best.kind, best.length)
+            for walk in walks
+        ]
+        lines.append([ground, AS_PRINTED[ground], number(TABLE_2["adaptive"][ground]), *cells])
+    return table(("ground", "pattern", "paper", "hybrid", "MuJoCo"), lines)
+
+
+def _pairs(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
+    """Walks of Table II that were made in both engines, the hybrid one first."""
+    mine = [row for row in rows if row.part in ("table 2", "fitted")]
+    hybrid = {_identity(row): row for row in mine if row.engine == "hybrid"}
+    there = [row for row in mine if row.engine == "mujoco"]
+    return [(hybrid[_identity(row)], row) for row in there if _identity(row) in hybrid]
+
+
+def _ended_alike(here: Row, there: Row) -> bool:
+    """Whether both engines walked as far as the shorter walk was to go, or ended in the same step."""
+    if there.finished:
+        return here.steps >= there.steps
+    return not here.finished and here.steps == there.steps
+
+
+def _parted(rows: Sequence[Row]) -> str:
+    """How many walks ended in different ways."""
+    pairs = _pairs(rows)
+    apart = [there for here, there in pairs if not _ended_alike(here, there)]
+    if not apart:
+        return f"All {len(pairs)} end alike."
+    named = "; ".join(dict.fromkeys(f"{row.method} on {row.ground} {row.pattern}" for row in apart))
+    return f"{len(apart)} of {len(pairs)} end in another step than in the other engine: {named}."
+
+
+def _engines(rows: Sequence[Row]) -> str:
+    """Every walk of Table II that was made in both engines."""
+    lines = []
+    for here, there in _pairs(rows):
+        length = there.steps
+        if there.finished and here.steps >= length and ("absolute", length) in there.cost:
+            costs = [walk.cost["absolute", length] for walk in (here, there)]
+            cells = [*(number(value) for value in costs), percent(costs[1], costs[0], "+.2f")]
+        else:
+            cells = [*(f"{walk.outcome}, {walk.steps} steps" for walk in (here, there)), NONE]
+        law = (
+            f"ζ = {delay(there.delay)}"
+            if there.method == "adaptive"
+            else f"{there.gains.replace('-', '−')}, {there.slope_source}"
+        )
+        lines.append([f"{there.ground} {there.pattern}".strip(), f"{there.method}, {law}", *cells])
+    return table(("ground", "method", "hybrid", "MuJoCo", "%"), lines) if lines else "No walks in MuJoCo yet."
+
+
+def _identity(row: Row) -> tuple[object, ...]:
+    zeta = None if math.isnan(row.delay) else row.delay
+    return row.part, row.ground, row.pattern, row.first, row.method, zeta, row.slope_source
+
+
+def _gravity(rows: Sequence[Row], best: Choice) -> str:
+    """The best reading where g is 9.8 m/s²."""
+    lines = []
+    for place in best.places:
+        here, there = (
+            walk_of(rows, "hybrid", place, "adaptive", best.delay, part=part) for part in ("table 2", "gravity")
+        )
+        costs = [math.nan if walk is None else walk.cost[best.kind, best.length] for walk in (here, there)]
+        paper = number(TABLE_2["adaptive"][place[0]])
+        lines.append([place[0], paper, *(number(value, ".6f") for value in costs), percent(costs[1], costs[0], "+.4f")])
+    return table(("ground", "paper", "g = 9.81", "g = 9.8", "%"), lines)
+
+
+def _every(rows: Sequence[Row], best: Choice, source: str) -> str:
+    """All readings of all methods: the adaptive one in full, the others at the best reading's kind and length."""
+    lines = []
+    places = dict.fromkeys((row.ground, row.pattern, row.first) for row in rows if row.part == "table 2")
+    for place in places:
+        walks = {method: walk_of(rows, "hybrid", place, method, best.delay, source) for method in METHODS}
+        ours = walks["adaptive"]
+        kinds = (
+            " ".join(cost(ours, kind, length) for length in LENGTHS) if ours is not None else NONE
+            for kind in ("absolute", "net", "positive")
+        )
+        others = (cost(walks[method], best.kind, best.length) for method in METHODS[1:])
+        lines.append([f"{place[0]} {place[1]}".strip(), f"{place[2]:g}" if place[1] else NONE, *kinds, *others])
+    steps = " ".join(str(length) for length in LENGTHS)
+    headings = ("ground", "first, m", *(f"adaptive, {kind}: {steps}" for kind in ("absolute", "net", "positive")))
+    return table((*headings, *METHODS[1:]), lines)

@@ -1,0 +1,166 @@
+"""The part of the report on Table III, and Fig. 5 in numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from controllers import AdaptiveController
+from mjbiped.reproduction import search
+from mjbiped.reproduction.found import found_segments
+from mjbiped.reproduction.plan import MIXED_STEPS, START_ESTIMATES
+from mjbiped.reproduction.published import TABLE_3
+from mjbiped.reproduction.report.markdown import NONE, cost, delay, ending, number, percent, table
+from mjbiped.reproduction.rows import Row
+from mjbiped.reproduction.traces import RESOLVED_SLOPE
+from mjbiped.terrain.terrain import GROUND_FRICTION, Terrain
+
+ENGINES = ("hybrid", "mujoco")
+_LABELS = {"hybrid": "hybrid", "mujoco": "MuJoCo"}
+
+
+def sections(rows: Sequence[Row]) -> dict[str, str]:
+    """What the template wants to know of Table III and Fig. 5, by name."""
+    return {
+        "table_3_mixed": _table(rows, "mixed"),
+        "table_3_found": _table(rows, "found"),
+        "distance_mixed": _distance(rows, "mixed"),
+        "distance_found": _distance(rows, "found"),
+        "found_segments": _segments(),
+        "ground_friction": f"{GROUND_FRICTION:g}",
+        "mixed_steps": str(MIXED_STEPS),
+        "mixed_rise": number(1000 * max(map(abs, Terrain.mixed().rises)), ".0f"),
+        "printed_3": str(2 * len(TABLE_3)),
+        "family": _family(),
+        "figure_5": _figure_5(rows),
+        "pulls": _pulls(rows),
+        "epsilon": number(math.degrees(RESOLVED_SLOPE), ".2f"),
+        "on_cycle": number(math.degrees(AdaptiveController.replanning_threshold), ".2f"),
+        "start_estimate": number(START_ESTIMATES[0], "g"),
+    }
+
+
+def walks_of(rows: Iterable[Row], ground: str, engine: str) -> dict[float | None, Row]:
+    """The walks of Table III on one of the grounds, by zeta; None: no re-planning."""
+    return {_plain(row.delay): row for row in rows if (row.part, row.ground, row.engine) == ("table 3", ground, engine)}
+
+
+def distance(walks: dict[float | None, Row]) -> float:
+    """Root mean square of ln(ours / paper's) of the torques and c_mt of all walks that came to their end."""
+    ended = {zeta: walk for zeta, walk in walks.items() if walk.finished}
+    if not ended:
+        return math.nan
+    pairs = [(walk.torque, TABLE_3[zeta][0]) for zeta, walk in ended.items()]
+    pairs += [(walk.cost["absolute", None], TABLE_3[zeta][1]) for zeta, walk in ended.items()]
+    return math.sqrt(float(np.mean([math.log(ours / paper) ** 2 for ours, paper in pairs])))
+
+
+def _plain(delay: float) -> float | None:
+    return None if math.isnan(delay) else delay
+
+
+def _distance(rows: Sequence[Row], ground: str) -> str:
+    values = []
+    for engine in ENGINES:
+        walks = walks_of(rows, ground, engine)
+        ended = sum(walk.finished for walk in walks.values())
+        part = "" if ended == len(walks) else f", the {ended} of {len(walks)} walks that came to their end"
+        values.append(f"{number(100 * distance(walks), '.1f')} % ({_LABELS[engine]}{part})")
+    return ", ".join(values)
+
+
+def _table(rows: Sequence[Row], ground: str) -> str:
+    """Table III line by line."""
+    begun = None
+    if ground == "mixed":
+        begun = {_plain(row.delay): row.torque for row in rows if row.part == "start"}
+    by_engine = [walks_of(rows, ground, engine) for engine in ENGINES]
+    lines = []
+    for zeta, (torque, paper) in TABLE_3.items():
+        walks = [walks.get(zeta) for walks in by_engine]
+        here = walks[0]
+        lines.append(
+            [
+                delay(zeta),
+                number(torque, ".5g"),
+                *([] if begun is None else [number(begun.get(zeta), ".5g")]),
+                *(_shown(walk, None if walk is None else walk.torque, ".5g") for walk in walks),
+                percent(math.nan if here is None else here.torque, torque),
+                number(paper),
+                *(_cost(walk) for walk in walks),
+                percent(math.nan if here is None else here.cost["absolute", None], paper),
+                *(number(None if walk is None else walk.least_force, ".2f") for walk in walks),
+                _friction(here),
+            ]
+        )
+    sides = ("paper", "hybrid", "MuJoCo", "hybrid − paper")
+    torques = [f"torque, {side}" for side in sides]
+    if begun is not None:
+        torques.insert(1, "start alone")
+    forces = ("least F_n, hybrid", "least F_n, MuJoCo", "friction asked, hybrid")
+    return table(("ζ", *torques, *(f"c_mt, {side}" for side in sides), *forces), lines)
+
+
+def _shown(walk: Row | None, value: float | None, form: str) -> str:
+    if walk is None or walk.finished:
+        return number(value, form)
+    return ending(walk)
+
+
+def _pulls(rows: Sequence[Row]) -> str:
+    """Which walks of the hybrid engine need a ground that pulls, in words."""
+    told = []
+    for ground, title in (("mixed", "our mixed ground"), ("found", "the ground that was found")):
+        walks = walks_of(rows, ground, "hybrid")
+        named = ["no re-planning" if zeta is None else f"ζ = {zeta:g}" for zeta, walk in walks.items() if walk.pulls]
+        told.append(f"with {' and '.join(named) if named else 'no ζ'} on {title}")
+    return ", and ".join(told)
+
+
+def _friction(walk: Row | None) -> str:
+    """The greatest |F_t / F_n|, where the ground need not pull: no friction holds a foot then."""
+    if walk is not None and walk.pulls:
+        return "pulls"
+    return number(None if walk is None else walk.friction, ".3g")
+
+
+def _cost(walk: Row | None) -> str:
+    """c_mt up to the walk's end; of a walk that did not come to it, where that was."""
+    return NONE if walk is None else cost(walk, "absolute", None) if walk.finished else f"X {walk.steps + 1}"
+
+
+def _segments() -> str:
+    lines = [
+        [str(k), number(length, ".2f"), number(slope, ".1f"), number(1000 * step, ".0f") if k > 1 else NONE]
+        for k, (length, slope, step) in enumerate(found_segments(), start=1)
+    ]
+    return table(("segment", "length, m", "slope, ° downhill", "step, mm up"), lines)
+
+
+def _family() -> str:
+    """The grounds that were searched."""
+    (short, long), (up, down), (low, high) = search.LENGTHS, search.SLOPES, search.RISES
+    return (
+        f"grounds of {search.SEGMENTS} segments of {short:g} to {long:g} m, slopes of {number(up, 'g')}° to {down:g}° "
+        f"and steps of {number(1000 * low, 'g')} to {1000 * high:g} mm between them"
+    )
+
+
+def _figure_5(rows: Sequence[Row]) -> str:
+    """Errors of the estimate with and without the update, by gamma and estimate at the start."""
+    lines = []
+    for row in rows:
+        if row.part == "figure 5":
+            traces = row.traces
+            errors = (number(value, ".4f") for value in (traces.settled, row.begun, row.ended, traces.error))
+            end = f"{row.steps} steps" if row.finished else ending(row)
+            start = f"{number(row.start_estimate, '+g')}°"
+            lines.append(
+                [f"{row.adaptation_gain:g}", start, row.update, _LABELS[row.engine], end,
+                 number(traces.off_time, ".2f"), *errors, number(row.torque, ".1f"), number(row.cost["absolute", None])]
+            )  # fmt: skip
+    headings = ("γ", "start", "update (27)", "engine", "walk", "off by more than ε, s", "before the first change, °")
+    errors_at = ("steps' beginnings, °", "steps' ends, °", "rms, °")
+    return table((*headings, *errors_at, "torque, N m", "c_mt"), lines)

@@ -1,0 +1,1 @@
+"""The robots: masses, lengths, equations of motion."""

@@ -1,0 +1,246 @@
+"""The planar compass biped: parameters, equations of motion, energy and impact map (Table I, eq. 1-4 and 13).
+
+Each law stands here once, as a module-level function of plain floats that Numba can compile: its first argument is
+`Compass.constants`, the robot's lumped parameters. `Compass` wraps the same functions for NumPy.
+
+Symbols: m leg mass, m_H hip mass, a lower length (foot to leg COM), b upper length (leg COM to hip), l = a + b,
+J leg inertia about its own COM, g gravity; q1 stance and q2 swing leg from the ground's normal, rad, positive forward;
+slope positive downhill. Forces are generalised forces B tau, N m. docs/model.md derives the equations.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mjbiped.utils import domains
+
+Constants: TypeAlias = tuple[float, float, float, float, float, float, float]
+"""Lumped parameters: stance inertia m a^2 + J + (m_H + m) l^2, coupling m b l and swing inertia m b^2 + J in kg m^2;
+gravity moments g [m a + (m_H + m) l] and g m b in N m; impact terms (2 m a + m_H l) l and J - m a b in kg m^2."""
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+def between_legs(q1: float, q2: float) -> tuple[float, float]:
+    """Sine and cosine of q1 - q2, from those of q1 and q2, which gravity needs too: compiled code takes each once."""
+    s1, c1, s2, c2 = math.sin(q1), math.cos(q1), math.sin(q2), math.cos(q2)
+    return s1 * c2 - c1 * s2, c1 * c2 + s1 * s2
+
+
+def mass_terms(constants: Constants, q1: float, q2: float) -> tuple[float, float, float]:
+    """Entries (m11, m12, m22) of the symmetric mass matrix M(q) of eq. (1), kg m^2."""
+    _, cosine = between_legs(q1, q2)
+    return constants[0], -constants[1] * cosine, constants[2]
+
+
+def coriolis_entries(constants: Constants, q1: float, q2: float, dq1: float, dq2: float) -> tuple[float, float]:
+    """Off-diagonal entries (C12, C21) of C(q, dq) of eq. (1), kg m^2/s; the diagonal is zero."""
+    sine, _ = between_legs(q1, q2)
+    coupling = constants[1] * sine
+    return -coupling * dq2, coupling * dq1
+
+
+def coriolis_terms(constants: Constants, q1: float, q2: float, dq1: float, dq2: float) -> tuple[float, float]:
+    """The vector C(q, dq) dq of eq. (1), N m."""
+    c12, c21 = coriolis_entries(constants, q1, q2, dq1, dq2)
+    return c12 * dq2, c21 * dq1
+
+
+def gravity_terms(constants: Constants, q1: float, q2: float) -> tuple[float, float, float, float]:
+    """(gc1, gc2, gs1, gs2) of eq. (13), N m: g(q, slope) = g_c(q) sin(slope) + g_s(q) cos(slope)."""
+    g1, g2 = constants[3], constants[4]
+    return -g1 * math.cos(q1), g2 * math.cos(q2), -g1 * math.sin(q1), g2 * math.sin(q2)
+
+
+def solve_mass(m11: float, m12: float, m22: float, f1: float, f2: float) -> tuple[float, float]:
+    """M^-1 f for the symmetric matrix with entries `mass_terms`; M is positive definite for every posture."""
+    share = 1.0 / (m11 * m22 - m12 * m12)
+    return (m22 * f1 - m12 * f2) * share, (m11 * f2 - m12 * f1) * share
+
+
+def joint_torques(force1: float, force2: float) -> tuple[float, float]:
+    """Ankle and hip torque, B^-1 f, that make the generalised forces f on stance and swing leg; all in N m."""
+    return force1 + force2, force2  # B = [[1, -1], [0, 1]]
+
+
+def acceleration(
+    constants: Constants,
+    q1: float,
+    q2: float,
+    dq1: float,
+    dq2: float,
+    sin_slope: float,
+    cos_slope: float,
+    force1: float,
+    force2: float,
+) -> tuple[float, float]:
+    """Leg accelerations of eq. (1), M^-1 (B tau - C dq - g), rad/s^2; `force1`, `force2` are B tau in N m."""
+    m11, m12, m22 = mass_terms(constants, q1, q2)
+    c1, c2 = coriolis_terms(constants, q1, q2, dq1, dq2)
+    gc1, gc2, gs1, gs2 = gravity_terms(constants, q1, q2)
+    f1 = force1 - c1 - gc1 * sin_slope - gs1 * cos_slope
+    f2 = force2 - c2 - gc2 * sin_slope - gs2 * cos_slope
+    return solve_mass(m11, m12, m22, f1, f2)
+
+
+def kinetic_energy(constants: Constants, q1: float, q2: float, dq1: float, dq2: float) -> float:
+    """Kinetic energy dq' M dq / 2, J."""
+    m11, m12, m22 = mass_terms(constants, q1, q2)
+    return 0.5 * (m11 * dq1 * dq1 + m22 * dq2 * dq2) + m12 * dq1 * dq2
+
+
+def potential_energy(constants: Constants, q1: float, q2: float, slope: float) -> float:
+    """Potential energy, J, zero at the height of the stance foot."""
+    return constants[3] * math.cos(q1 + slope) - constants[4] * math.cos(q2 + slope)
+
+
+def impact_rates(constants: Constants, q1: float, q2: float, dq1: float, dq2: float) -> tuple[float, float]:
+    """Rates (dq1_plus, dq2_plus) after the swing foot's plastic impact, the legs exchanged (eq. 2), rad/s.
+
+    The angular momentum of the robot about the impact point and that of the leg that leaves the ground about the hip
+    are conserved. `dq1_plus` belongs to the new stance leg, which is the old swing leg. The posture is that at
+    touchdown; its legs need not be symmetric, so that the map holds on any ground.
+    """
+    m11, m12, m22 = mass_terms(constants, q2, q1)
+    about_point = constants[5] * math.cos(q1 - q2) * dq1 + constants[6] * dq2  # less the momentum about the hip
+    about_hip = constants[6] * dq1
+    return solve_mass(m11, m12, m22, about_point, about_hip)
+
+
+@dataclass(frozen=True)
+class Compass:
+    """A planar compass biped with two equal straight legs and point feet; the defaults are Table I of the paper.
+
+    Attributes:
+        leg_mass: mass m of one leg, kg, > 0.
+        hip_mass: point mass m_H at the hip (the upper body), kg, >= 0.
+        lower_length: a, from the foot to the leg's centre of mass, m, > 0.
+        upper_length: b, from the leg's centre of mass to the hip, m, > 0.
+        leg_inertia: J of one leg about its own centre of mass, kg m^2, >= 0. None stands for a uniform rod, m l^2/12,
+            and is replaced by that number (which `dataclasses.replace` then keeps).
+        gravity: g, m/s^2, > 0.
+
+    Raises:
+        InputError: a value is not a finite number of its domain; see `mjbiped.utils.domains`.
+    """
+
+    leg_mass: float = 5.0
+    hip_mass: float = 0.0
+    lower_length: float = 0.5
+    upper_length: float = 0.5
+    leg_inertia: float = None  # type: ignore[assignment]  # a number after __post_init__
+    gravity: float = 9.81
+
+    def __post_init__(self) -> None:
+        """Check every value, and turn it into a plain float."""
+        for name, domain in (
+            ("leg_mass", domains.LEG_MASS),
+            ("hip_mass", domains.HIP_MASS),
+            ("lower_length", domains.LENGTH),
+            ("upper_length", domains.LENGTH),
+            ("leg_inertia", domains.INERTIA),
+            ("gravity", domains.GRAVITY),
+        ):
+            value = getattr(self, name)
+            if name == "leg_inertia" and value is None:
+                value = self.leg_mass * (self.lower_length + self.upper_length) ** 2 / 12
+            object.__setattr__(self, name, domain.check(name, value))
+        domains.LEG.check("lower_length + upper_length", self.leg_length)
+
+    @property
+    def leg_length(self) -> float:
+        """Length l = a + b of a leg, m."""
+        return self.lower_length + self.upper_length
+
+    @property
+    def total_mass(self) -> float:
+        """Mass of the whole robot, kg."""
+        return 2 * self.leg_mass + self.hip_mass
+
+    @property
+    def weight(self) -> float:
+        """Weight of the whole robot, N."""
+        return self.total_mass * self.gravity
+
+    @property
+    def input_matrix(self) -> Array:
+        """B of eq. (1), shape (2, 2): the ankle acts on the stance leg, the hip between the legs."""
+        return np.array([[1.0, -1.0], [0.0, 1.0]])
+
+    @cached_property
+    def constants(self) -> Constants:
+        """The lumped parameters that the functions of this module take; see `Constants`."""
+        m, mH, a, b = self.leg_mass, self.hip_mass, self.lower_length, self.upper_length
+        J, l, g = self.leg_inertia, self.leg_length, self.gravity  # noqa: E741 - the paper's symbol
+        return (
+            m * a * a + J + (mH + m) * l * l,
+            m * b * l,
+            m * b * b + J,
+            g * (m * a + (mH + m) * l),
+            g * m * b,
+            (2 * m * a + mH * l) * l,
+            J - m * a * b,
+        )
+
+    def mass_matrix(self, q: ArrayLike) -> Array:
+        """M(q) of eq. (1), shape (2, 2), kg m^2, for q of shape (2,) in rad."""
+        m11, m12, m22 = mass_terms(self.constants, *_angles(q))
+        return np.array([[m11, m12], [m12, m22]])
+
+    def coriolis_matrix(self, q: ArrayLike, dq: ArrayLike) -> Array:
+        """C(q, dq) of eq. (1), shape (2, 2), kg m^2/s; dM/dt - 2 C is skew. q, dq of shape (2,) in rad and rad/s."""
+        c12, c21 = coriolis_entries(self.constants, *_angles(q), *_rates(dq))
+        return np.array([[0.0, c12], [c21, 0.0]])
+
+    def gravity_vector(self, q: ArrayLike, slope: float) -> Array:
+        """g(q, slope) of eq. (1) and (13), shape (2,), N m, for q of shape (2,) and the slope in rad, > 0 downhill."""
+        gc1, gc2, gs1, gs2 = gravity_terms(self.constants, *_angles(q))
+        sine, cosine = math.sin(_slope(slope)), math.cos(slope)
+        return np.array([gc1 * sine + gs1 * cosine, gc2 * sine + gs2 * cosine])
+
+    def kinetic_energy(self, q: ArrayLike, dq: ArrayLike) -> float:
+        """Kinetic energy, J, for q and dq of shape (2,) in rad and rad/s."""
+        return kinetic_energy(self.constants, *_angles(q), *_rates(dq))
+
+    def potential_energy(self, q: ArrayLike, slope: float) -> float:
+        """Potential energy about the stance foot, J, for q of shape (2,) and the slope in rad."""
+        return potential_energy(self.constants, *_angles(q), _slope(slope))
+
+    def energy(self, q: ArrayLike, dq: ArrayLike, slope: float) -> float:
+        """Kinetic plus potential energy about the stance foot, J; constant while no torque acts."""
+        return self.kinetic_energy(q, dq) + self.potential_energy(q, slope)
+
+    def impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
+        """State (q_plus, dq_plus), each of shape (2,), after the swing foot's impact, with the legs exchanged (eq. 2).
+
+        The angles stay relative to the normal that `q` was measured from; where the ground's slope changes under the
+        new stance foot, subtract the change from both (eq. 2).
+        """
+        q1, q2 = _angles(q)
+        return np.array([q2, q1]), np.array(impact_rates(self.constants, q1, q2, *_rates(dq)))
+
+    def swing_foot(self, q: ArrayLike) -> Array:
+        """Swing foot from the stance foot, shape (2,), m: (along the ground, along its normal), for q of shape (2,).
+
+        The second component is H of eq. (4) on a plane.
+        """
+        q1, q2 = _angles(q)
+        return self.leg_length * np.array([math.sin(q1) - math.sin(q2), math.cos(q1) - math.cos(q2)])
+
+
+def _angles(q: ArrayLike) -> tuple[float, float]:
+    q1, q2 = domains.ANGLE.array("q", q, (2,)).tolist()
+    return q1, q2
+
+
+def _rates(dq: ArrayLike) -> tuple[float, float]:
+    dq1, dq2 = domains.RATE.array("dq", dq, (2,)).tolist()
+    return dq1, dq2
+
+
+def _slope(slope: float) -> float:
+    return domains.ANGLE.check("slope", slope)

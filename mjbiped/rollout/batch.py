@@ -1,0 +1,264 @@
+"""Many walks under way: which of them share threads, which need processes, and what has come of them."""
+
+from __future__ import annotations
+
+import pickle
+import threading
+import traceback
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
+from contextlib import suppress
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+from mjbiped.control.methods import gives_its_law
+from mjbiped.engines.mujoco.compiled.callbacks import Functions
+from mjbiped.engines.mujoco.compiled.registry import shared_callbacks
+from mjbiped.engines.plan import Plan
+from mjbiped.errors import InputError, MjbipedError
+from mjbiped.records.record import Walk
+from mjbiped.records.recorder import Heed, unheeded
+from mjbiped.rollout.walk import HybridRun, MujocoRun, begun, is_interrupt
+from mjbiped.utils.parallel import processes
+
+if TYPE_CHECKING:
+    from tqdm.auto import tqdm
+
+    from mjbiped.control.controller import Controller
+
+Result: TypeAlias = Walk | dict[str, Any]
+"""What is kept of a walk: its record, or its summary."""
+
+
+class _Ended(NamedTuple):
+    """What came of a walk.
+
+    Attributes:
+        result: What is kept of it.
+        error: What went wrong, empty if nothing did.
+        trace: Where, as Python tells it.
+        interrupted: Whether that was Ctrl-C.
+    """
+
+    result: Result | None
+    error: str = ""
+    trace: str = ""
+    interrupted: bool = False
+
+
+class _NotTheirs(Exception):  # noqa: N818 (no error, a message)
+    """A walk is driven by other compiled callbacks than those that are installed."""
+
+
+def _walked(plan: Plan, summarised: bool, heed: Heed = unheeded, functions: Functions | None = None) -> _Ended:
+    """Walk once.
+
+    Args:
+        plan: What is walked.
+        summarised: Whether a summary is kept, and no record.
+        heed: See `walk.begun`.
+        functions: Compiled callbacks that are installed for this walk.
+
+    Raises:
+        _NotTheirs: They are not this walk's.
+    """
+    try:
+        run = begun(plan, summarised=summarised, heed=heed)
+        if functions is not None and isinstance(run, MujocoRun) and run.simulation.functions is not functions:
+            raise _NotTheirs
+    except MjbipedError as error:
+        return _Ended(None, str(error), traceback.format_exc())
+    keep: Callable[[], Result] = run.summary if summarised else run.record
+    try:
+        run.go()
+    except InputError as error:  # laws that cannot be compiled
+        return _Ended(None, str(error), traceback.format_exc())
+    except BaseException as error:
+        if is_interrupt(error):
+            return _Ended(keep(), interrupted=True)
+        if not isinstance(error, Exception):
+            raise
+        return _Ended(keep(), run.told(error), traceback.format_exc())
+    return _Ended(keep())
+
+
+def _as_they_end(futures: Collection[Future[_Ended]]) -> Iterator[Future[_Ended]]:
+    """As `concurrent.futures.as_completed`, whose wait Ctrl-C does not end on every system."""
+    ended: SimpleQueue[Future[_Ended]] = SimpleQueue()
+    for future in futures:
+        future.add_done_callback(ended.put)
+    for _ in futures:
+        while True:
+            with suppress(Empty):
+                yield ended.get(timeout=0.2)
+                break
+
+
+class Crowd:
+    """Many walks and what has come of them so far.
+
+    Attributes:
+        results: What is kept of each.
+        errors: What went wrong, by the walk's place.
+        traces: Where it did.
+    """
+
+    def __init__(self, plans: Sequence[Plan], summarised: bool, workers: int, bar: tqdm[Any]) -> None:
+        """Gather walks that have not begun.
+
+        Args:
+            plans: What is walked.
+            summarised: Whether summaries are kept, and no records.
+            workers: Walks at a time.
+            bar: Goes on by one with each walk that ends.
+        """
+        self._plans = plans
+        self._summarised = summarised
+        self._workers = workers
+        self._bar = bar
+        self._stop = threading.Event()
+        self._apart: list[int] = []
+        self.results: list[Result | None] = [None] * len(plans)
+        self.errors: dict[int, str] = {}
+        self.traces: dict[int, str] = {}
+
+    def groups(self) -> dict[Hashable, list[int]]:
+        """Walks whose laws are the same functions; those in plain Python are set apart. Compiles all laws.
+
+        Raises:
+            InputError: The engine refuses an argument, laws cannot be compiled, or a controller cannot be pickled.
+        """
+        kinds: dict[int, Hashable] = {}
+        groups: dict[Hashable, list[int]] = {}
+        for index, plan in enumerate(self._plans):
+            controller = plan.controller
+            if id(controller) not in kinds:
+                kinds[id(controller)] = _kind(controller)
+            groups.setdefault(kinds[id(controller)], []).append(index)
+        for kind, indices in list(groups.items()):
+            if not _compiles(self._plans[indices[0]]):
+                self._apart += groups.pop(kind)
+        if self._in_processes:
+            _check_pickles({id(c): c for c in (self._plans[index].controller for index in self._apart)}.values())
+        return groups
+
+    def walk(self, indices: Sequence[int]) -> None:
+        """Walk a group in threads.
+
+        Raises:
+            KeyboardInterrupt: Ctrl-C.
+        """
+        left = list(indices)
+        while left:
+            first = begun(self._plans[left[0]])
+            if not isinstance(first, MujocoRun):
+                self._in_threads(left)
+                return
+            functions = first.simulation.functions
+            if functions is None:
+                self._apart.append(left.pop(0))
+                continue
+            with shared_callbacks(functions):
+                left = self._in_threads(left, functions)
+
+    def walk_apart(self) -> None:
+        """Walk those whose laws are in plain Python.
+
+        Raises:
+            KeyboardInterrupt: Ctrl-C.
+        """
+        if not self._in_processes:
+            for index in self._apart:
+                self._take(index, _walked(self._plans[index], self._summarised))
+            return
+        with processes(min(self._workers, len(self._apart))) as pool:
+            futures = {pool.submit(_walked, self._plans[index], self._summarised): index for index in self._apart}
+            for future in _as_they_end(futures):
+                self._take_from(future, futures[future])
+
+    @property
+    def _in_processes(self) -> bool:
+        return min(self._workers, len(self._apart)) > 1
+
+    def _in_threads(self, indices: Sequence[int], functions: Functions | None = None) -> list[int]:
+        """Walk in threads; returns those that the installed callbacks are not for."""
+        others: list[int] = []
+        with ThreadPoolExecutor(self._workers, thread_name_prefix="walk") as pool:
+            futures = {
+                pool.submit(_walked, self._plans[index], self._summarised, self._heed, functions): index
+                for index in indices
+            }
+            try:
+                for future in _as_they_end(futures):
+                    if isinstance(future.exception(), _NotTheirs):
+                        others.append(futures[future])
+                    else:
+                        self._take_from(future, futures[future])
+            except BaseException:
+                self._stop.set()  # the walks under way
+                pool.shutdown(cancel_futures=True)
+                for future, index in futures.items():
+                    if not future.cancelled() and future.exception() is None and self.results[index] is None:
+                        self.results[index] = future.result().result
+                raise
+        return sorted(others)
+
+    def _heed(self) -> None:
+        if self._stop.is_set():
+            raise KeyboardInterrupt
+
+    def _take_from(self, future: Future[_Ended], index: int) -> None:
+        try:
+            ended = future.result()
+        except BrokenExecutor:
+            ended = _Ended(
+                None,
+                "its process died: of lack of memory perhaps, or because it could not import the controller's class "
+                '(which must stand in a module) or the program (which needs its `if __name__ == "__main__":`); '
+                "with workers=1 there are no processes",
+            )
+        self._take(index, ended)
+
+    def _take(self, index: int, ended: _Ended) -> None:
+        self.results[index] = ended.result
+        if ended.interrupted:
+            raise KeyboardInterrupt
+        if ended.error:
+            self.errors[index], self.traces[index] = ended.error, ended.trace
+        self._bar.update()
+
+
+def _kind(controller: Controller) -> Hashable:
+    """What decides which functions are compiled for a controller; None: none."""
+    law = controller.law() if gives_its_law(controller) else None
+    return None if law is None else (type(controller), law[1:], tuple(controller.states))
+
+
+def _compiles(plan: Plan) -> bool:
+    """Whether a walk runs in compiled code, which is then compiled.
+
+    Raises:
+        InputError: An argument is outside its domain, or the laws cannot be compiled.
+    """
+    run = begun(plan)
+    if isinstance(run, HybridRun):
+        run.simulation.compile()
+    assert isinstance(run, HybridRun | MujocoRun)
+    return run.simulation.compiled
+
+
+def _check_pickles(controllers: Iterable[Controller]) -> None:
+    """Refuse controllers that cannot be sent to another process.
+
+    Raises:
+        InputError: One cannot be pickled.
+    """
+    for controller in controllers:
+        try:
+            pickle.dumps(controller)
+        except Exception as error:  # whatever its parts raise
+            raise InputError(
+                f"{type(controller).__name__} runs in plain Python, its walks therefore in processes of their own, and "
+                f"it cannot be sent there: {error}. Expected is a controller that can be pickled (its class at the top "
+                "level of a module, its attributes plain values), one with compiled laws, or workers=1"
+            ) from error

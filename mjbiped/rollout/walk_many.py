@@ -1,0 +1,268 @@
+"""`walk_many()`: many walks side by side, each the same as by itself. docs/many_walks.md says how and how fast."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import ExitStack, suppress
+from numbers import Real
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
+
+from mjbiped.engines.mujoco.compiled.registry import exclusive, require_no_callbacks, walking
+from mjbiped.engines.mujoco.simulation import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
+from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, check_controller, planned
+from mjbiped.errors import GaitError, InputError, MjbipedError
+from mjbiped.numerics.jit import announced
+from mjbiped.records.record import Walk
+from mjbiped.robots.compass import Compass
+from mjbiped.rollout.batch import Crowd, Result
+from mjbiped.rules.scuffing import ScuffingRule, chosen
+from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils.domains import WORKERS
+
+if TYPE_CHECKING:
+    from mjbiped.control.controller import Controller
+
+Initial: TypeAlias = str | Sequence[float]
+
+
+class WalksStopped(MjbipedError):  # noqa: N818 (as its sisters of one walk)
+    """Some of many walks were broken off by an error; the others have been walked to their ends.
+
+    Attributes:
+        walks: What is kept of each walk, in order; of a broken one the part so far, with the outcome "interrupted",
+            and None where there is none.
+        errors: What went wrong, by the walk's place in that list.
+    """
+
+    def __init__(self, message: str, walks: Sequence[Result | None], errors: Mapping[int, str]) -> None:
+        """Keep what has been walked beside the message."""
+        super().__init__(message)
+        self.walks = walks
+        self.errors = errors
+
+
+class WalksInterrupted(KeyboardInterrupt):
+    """Many walks were broken off by Ctrl-C; what was recorded is not lost.
+
+    Attributes:
+        walks: What is kept of each walk, in order; None of those that had not begun, or were under way in another
+            process. A walk under way in a thread has the outcome "interrupted".
+        errors: What went wrong in single walks before, as in `WalksStopped`.
+    """
+
+    def __init__(self, walks: Sequence[Result | None], errors: Mapping[int, str]) -> None:
+        """Keep what has been walked."""
+        super().__init__("walks interrupted")
+        self.walks = walks
+        self.errors = errors
+
+
+@overload
+def walk_many(
+    controllers: Controller | Iterable[Controller],
+    terrains: Terrain | Iterable[Terrain],
+    *,
+    engine: str = ...,
+    steps: int | None = ...,
+    distance: float | None = ...,
+    initial: Initial | Sequence[Initial] = ...,
+    robot: Compass | None = ...,
+    timestep: float = ...,
+    contact_timestep: float = ...,
+    control_period: float | None = ...,
+    sample_period: float | None = ...,
+    scuffing: ScuffingRule | None = ...,
+    ground: str = ...,
+    summaries: Literal[False] = ...,
+    workers: int | None = ...,
+    progress: bool = ...,
+) -> list[Walk]: ...
+
+
+@overload
+def walk_many(
+    controllers: Controller | Iterable[Controller],
+    terrains: Terrain | Iterable[Terrain],
+    *,
+    engine: str = ...,
+    steps: int | None = ...,
+    distance: float | None = ...,
+    initial: Initial | Sequence[Initial] = ...,
+    robot: Compass | None = ...,
+    timestep: float = ...,
+    contact_timestep: float = ...,
+    control_period: float | None = ...,
+    sample_period: float | None = ...,
+    scuffing: ScuffingRule | None = ...,
+    ground: str = ...,
+    summaries: Literal[True],
+    workers: int | None = ...,
+    progress: bool = ...,
+) -> list[dict[str, Any]]: ...
+
+
+def walk_many(
+    controllers: Controller | Iterable[Controller],
+    terrains: Terrain | Iterable[Terrain],
+    *,
+    engine: str = "mujoco",
+    steps: int | None = None,
+    distance: float | None = None,
+    initial: Initial | Sequence[Initial] = "gait",
+    robot: Compass | None = None,
+    timestep: float = DEFAULT_TIMESTEP,
+    contact_timestep: float = DEFAULT_CONTACT_TIMESTEP,
+    control_period: float | None = None,
+    sample_period: float | None = DEFAULT_SAMPLE_PERIOD,
+    scuffing: ScuffingRule | None = None,
+    ground: str = "auto",
+    summaries: bool = False,
+    workers: int | None = None,
+    progress: bool = False,
+) -> list[Any]:
+    """Let many robots walk at once, each as `walk()` would by itself, to the last bit.
+
+    ```python
+    terrains = [Terrain.random(seed=seed) for seed in range(1000)]
+    walks = mjbiped.walk_many(controller, terrains, engine="hybrid", sample_period=None)
+    print(sum(walk.fell for walk in walks))
+    ```
+
+    Walks whose controllers have compiled laws share the threads of this process; those in plain Python are walked in
+    processes of their own, to which their controllers must go as pickles.
+
+    Args:
+        controllers: One for all walks, or one each.
+        terrains: The same. Of two sequences the first goes with the first, and so on.
+        engine: As for `walk`, as all that is not told here.
+        steps: See `walk`.
+        distance: See `walk`.
+        initial: One for all walks, or a sequence of one each.
+        robot: See `walk`.
+        timestep: See `walk`.
+        contact_timestep: See `walk`.
+        control_period: See `walk`.
+        sample_period: See `walk`; None (no samples) saves most of the memory.
+        scuffing: See `walk`.
+        ground: See `walk`.
+        summaries: Return what `measures.summary` says of each walk, and no records: a walk then takes as much memory
+            with a million steps as with a thousand.
+        workers: Walks at a time; by default as many as there are cores for this process. No result depends on it.
+        progress: Show a progress bar (never where the output is not a terminal).
+
+    Returns:
+        A record for each walk, in order; with `summaries` a dictionary for each.
+
+    Raises:
+        InputError: An argument is outside its domain, a controller's laws cannot be compiled, or it cannot be pickled;
+            nothing has been computed then.
+        GaitError: As for `walk`.
+        WalksStopped: Walks were broken off by an error; all others are complete, and the error carries everything.
+        WalksInterrupted: Ctrl-C; a `KeyboardInterrupt` that carries what has been walked.
+    """
+    terms = Terms(
+        engine=engine,
+        steps=steps,
+        distance=distance,
+        robot=robot,
+        timestep=timestep,
+        contact_timestep=contact_timestep,
+        control_period=control_period,
+        sample_period=sample_period,
+        scuffing=chosen(scuffing),
+        ground=ground,
+    )
+    if workers is None:
+        workers = cores()
+    workers = WORKERS.check("workers", workers)
+    from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
+
+    plans = _plans(terms, controllers, terrains, initial)
+    with ExitStack() as stack:
+        if engine == "mujoco":
+            stack.enter_context(exclusive())
+            if walking():
+                raise MjbipedError("walks cannot be started from inside another's controller")
+            require_no_callbacks()
+        stack.enter_context(announced("the controllers of these walks", wanted=progress))
+        bar = stack.enter_context(
+            tqdm(total=len(plans), desc="preparing", unit="walk", disable=None if progress else True)
+        )
+        crowd = Crowd(plans, summaries, workers, bar)
+        try:
+            groups = crowd.groups()
+            bar.set_description("walking")
+            for group in groups.values():
+                crowd.walk(group)
+            crowd.walk_apart()
+        except KeyboardInterrupt as stop:
+            raise WalksInterrupted(crowd.results, crowd.errors) from stop
+    if crowd.errors:
+        raise _stopped(crowd)
+    return crowd.results
+
+
+def cores() -> int:
+    """Number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _plans(
+    terms: Terms,
+    controllers: Controller | Iterable[Controller],
+    terrains: Terrain | Iterable[Terrain],
+    initial: Initial | Sequence[Initial],
+) -> list[Plan]:
+    """Check everything that can be checked without a simulation.
+
+    Raises:
+        InputError: The numbers differ, or one is not what is expected; the message says which walk's.
+        GaitError: A walk has no passive gait to start on.
+    """
+    given: dict[str, Any] = {"controllers": controllers, "terrains": terrains}
+    each = {name: values for name, value in given.items() if (values := _listed(value)) is not None}
+    starts = None if isinstance(initial, str) else _listed(initial)
+    if starts is not None and not all(isinstance(start, Real) for start in starts):
+        each["initial"] = starts
+    counts = {name: len(values) for name, values in each.items()}
+    if len(set(counts.values())) > 1:
+        got = ", ".join(f"{count} of {name}" for name, count in counts.items())
+        raise InputError(f"expected one for all walks, or as many of each as there are walks; got {got}")
+    count = next(iter(counts.values()), 1)
+    described: dict[int, dict[str, Any]] = {}
+    plans = []
+    for index in range(count):
+        controller, terrain, start = (
+            each[name][index] if name in each else value for name, value in {**given, "initial": initial}.items()
+        )
+        try:
+            if id(controller) not in described:
+                described[id(controller)] = check_controller(controller)
+            plans.append(planned(terms, controller, terrain, start, described[id(controller)]))
+        except (InputError, GaitError) as error:
+            raise type(error)(f"walk {index} of {count} (counted from 0): {error}") from error
+    return plans
+
+
+def _listed(value: object) -> list[Any] | None:
+    """The entries of what is several; None for what is one."""
+    if isinstance(value, Iterable):
+        with suppress(TypeError):  # an array of no dimension
+            return list(value)
+    return None
+
+
+def _stopped(crowd: Crowd) -> WalksStopped:
+    """The error that tells of the broken walks."""
+    first, count = min(crowd.errors), len(crowd.results)
+    others = count - len(crowd.errors)
+    error = WalksStopped(
+        f"{len(crowd.errors)} of {count} walks stopped, the first of them walk {first} (counted from 0): "
+        f"{crowd.errors[first]}; the other {others} are complete, see `walks` and `errors` of this error",
+        crowd.results,
+        crowd.errors,
+    )
+    if crowd.traces[first]:
+        error.add_note(f"walk {first}:\n{crowd.traces[first]}")
+    return error

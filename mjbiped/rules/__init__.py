@@ -1,0 +1,1 @@
+"""When feet touch and when walks end."""

@@ -1,0 +1,111 @@
+"""The scuffing rule: when a straight swing leg may touch the ground.
+
+Straight legs of equal length must scuff: the swing foot of a passive walker passes below the ground from 8.7 cm behind
+the stance foot until level with it, and is hardly above it for another 10 cm. The rule stands for a foot that is drawn
+in during the early swing, as physical compass walkers do it, and is the same object in every engine. Results on
+ascending steps depend on it: a riser nearer than `reach` is passed as if it were not there. A gait whose steps are
+shorter than `reach` cannot land at all, and is refused before a walk.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from mjbiped.errors import InputError, shown
+from mjbiped.utils import domains
+
+if TYPE_CHECKING:
+    from mjbiped.gaits.passive import Gait
+
+_LOOKS = 400  # at the swing foot within a period
+
+
+@dataclass(frozen=True)
+class ScuffingRule:
+    """The swing foot starts to collide, and keeps colliding until touchdown, at the first moment when all three hold.
+
+    Attributes:
+        reach: It is this far ahead of the stance foot, horizontally, in leg lengths.
+        delay: This much time has passed since the leg exchange, s.
+        name: For records; the third condition, that it is above the ground at its own place, has no parameter.
+    """
+
+    reach: float = 0.20
+    delay: float = 0.1
+    name: str = "drawn in until ahead"
+
+    def __post_init__(self) -> None:
+        """Refuse a reach, a delay or a name that is none.
+
+        Raises:
+            InputError: One is; see `mjbiped.utils.domains`.
+        """
+        domains.check_fields(self, reach=domains.REACH, delay=domains.DELAY)
+        if not isinstance(self.name, str):
+            raise InputError(f"name = {shown(self.name)}: must be text")
+
+
+def chosen(scuffing: ScuffingRule | None) -> ScuffingRule:
+    """The rule that is given, or the engines' own.
+
+    Raises:
+        InputError: What is given is none.
+    """
+    return ScuffingRule() if scuffing is None else domains.check_kind("scuffing", scuffing, ScuffingRule)
+
+
+def swing_foot_collides(reach: float, delay: float, time: float, ahead: float, clearance: float) -> bool:
+    """Whether the rule lets the swing foot collide from now on.
+
+    Args:
+        reach: Distance ahead that the rule asks for, m (leg lengths times leg length).
+        delay: Time since the leg exchange that it asks for, s.
+        time: Time since the leg exchange, s.
+        ahead: Horizontal distance of the swing foot ahead of the stance foot, m.
+        clearance: Height of the swing foot over the ground at its own place, m.
+    """
+    return time > delay and ahead >= reach and clearance > 0.0
+
+
+def check_landing(gait: Gait, slope: float, rule: ScuffingRule) -> None:
+    """Refuse a gait whose swing foot the rule never lets touch the ground: no step of it would end.
+
+    Args:
+        gait: That is to be walked, or imitated.
+        slope: Of the ground that it is walked on, rad, positive downhill.
+        rule: The rule.
+
+    Raises:
+        InputError: Up to the gait's touchdown the rule's conditions never hold together.
+    """
+    length, farthest = gait.robot.leg_length, 0.0
+    for look in range(_LOOKS, 0, -1):  # backwards: most are let land at the last
+        time = look / _LOOKS * gait.period
+        q1, q2 = gait.reference(time)[0].tolist()
+        ahead = math.sin(q1 + slope) - math.sin(q2 + slope)
+        # at the touchdown itself it has just ceased to be above the ground
+        clearance = length * (math.cos(q1) - math.cos(q2)) if time < gait.period else math.inf
+        if swing_foot_collides(rule.reach, rule.delay, time, ahead, clearance):
+            return
+        if clearance > 0.0:
+            farthest = max(farthest, ahead)
+    if gait.period <= rule.delay:
+        delay = _rounded_down(0.5 * gait.period)
+        raise InputError(
+            f"scuffing rule: a step of the gait takes {gait.period:.3g} s, and its swing foot collides only after "
+            f"{rule.delay:g} s, so that it would never land; give a shorter delay, scuffing=ScuffingRule(delay={delay})"
+        )
+    reach = _rounded_down(0.5 * farthest)
+    raise InputError(
+        f"scuffing rule: the swing foot of the gait comes {farthest:.3g} leg lengths ahead of the stance foot, and "
+        f"collides only from {rule.reach:g} on, so that it would never land; give a shorter reach, "
+        f"scuffing=ScuffingRule(reach={reach}) or --scuffing-reach {reach}"
+    )
+
+
+def _rounded_down(value: float) -> float:
+    """A positive number, cut after its first digit."""
+    digits, _, exponent = f"{value:.17e}".partition("e")
+    return float(f"{digits[0]}e{exponent}")

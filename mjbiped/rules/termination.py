@@ -1,0 +1,62 @@
+"""How a walk ends: its outcomes, the thresholds of falls and stalls, and the limits that a walk is judged by."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import NamedTuple
+
+FALLEN_HIP = 0.5  # hip height over the ground, along its normal, in leg lengths
+SLIPPED_FOOT = 0.1  # way of a stance foot within one step, along the ground or across, in leg lengths
+STALL_TIME = 10.0  # without touchdown, in sqrt(leg length / gravity): four periods of the passive gait
+LIGHT_CONTACT = 0.01  # of the weight: below it the friction ratio is noise
+
+
+class Outcome(IntEnum):
+    """How a walk ended."""
+
+    WALKING = 0
+    FINISHED = 1
+    FELL = 2
+    STALLED = 3
+    SLIPPED = 4
+    LEFT_TERRAIN = 5
+    DIVERGED = 6
+    INTERRUPTED = 7
+    UNRESOLVED = 8
+
+    @property
+    def words(self) -> str:
+        """The outcome as it stands in records and summaries."""
+        return "left the terrain" if self is Outcome.LEFT_TERRAIN else self.name.lower()
+
+
+class Limits(NamedTuple):
+    """What a walk is judged by: plain numbers that do not change while it lasts.
+
+    Attributes:
+        leg_length: m.
+        foot_radius: Of the sphere that stands on the ground, m.
+        weight: N.
+        reach: Scuffing rule, m.
+        delay: Scuffing rule, s.
+        stall_time: Longest time without touchdown, s.
+        averaged: Least stretch of time that the stance foot's normal force is averaged over, s.
+        airborne: A stance foot that has had no contact for so long is off the ground, s.
+        start: Ground begins here, x in m.
+        end: Ground ends here, x in m.
+        steps: Touchdowns after which the walk is finished.
+        distance: Place of the stance foot at which it is finished, x in m.
+    """
+
+    leg_length: float
+    foot_radius: float
+    weight: float
+    reach: float
+    delay: float
+    stall_time: float
+    averaged: float
+    airborne: float
+    start: float
+    end: float
+    steps: float
+    distance: float

@@ -1,0 +1,193 @@
+"""One walk of a study: everything that it depends on, and the row that it becomes."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from controllers import Controller
+from controllers.names import make_controller
+from mjbiped.errors import InputError
+from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.records import measures
+from mjbiped.records.record import Walk
+from mjbiped.robots.compass import Compass
+from mjbiped.rollout.walk import WalkStopped, walk
+from mjbiped.sweeps.values import Scalar
+from mjbiped.terrain.files import parse_parameters
+from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils import domains
+
+Row = dict[str, Any]
+"""A row of the table: values by the names of columns."""
+
+MEASURES = (
+    "steps",
+    "distance_m",
+    "time_s",
+    "speed_m_per_s",
+    "mean_step_length_m",
+    "mean_step_period_s",
+    "cost_of_transport",
+    "cost_of_transport_net",
+    "cost_of_transport_positive",
+    "peak_ankle_torque_Nm",
+    "peak_hip_torque_Nm",
+    "estimate_error_at_touchdown_deg",
+    "estimate_error_at_step_end_deg",
+    "final_estimate_error_deg",
+    "largest_impact_error",
+    "largest_slip_m",
+    "largest_penetration_m",
+    "largest_stance_friction",
+    "least_normal_force_weights",
+    "steps_that_pull",
+    "strikes",
+    "ended_at_time_s",
+    "ended_at_x_m",
+)
+"""Columns of a walk's measures, named as in `mjbiped.records.measures.summary`."""
+
+STATE = {"q1": domains.ANGLE, "q2": domains.ANGLE, "dq1": domains.RATE, "dq2": domains.RATE}
+"""Domains of a first state: angles of stance and swing leg from the ground's normal, rad, and their rates, rad/s."""
+
+FAILED = "failed"
+"""Outcome of a walk that an error kept from ending."""
+
+_LIMITS = ("steps", "distance", "timestep", "contact_timestep")  # arguments of `walk` as they are
+_SPARSE = 1.0  # sample period, s: the samples are not kept
+_MUJOCO = threading.Lock()  # its callbacks belong to a whole process, and a remote worker may have several threads
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A walk to be made.
+
+    Attributes:
+        index: Its place in the table.
+        sample: Of a study with distributions, the sample that its values were drawn for; else None.
+        values: All that the study file says of it, by dotted names such as "controller.position_gain".
+        ground: The terrain, where it is of a file.
+    """
+
+    index: int
+    sample: int | None
+    values: Mapping[str, Scalar]
+    ground: Terrain | None = None
+
+    def section(self, name: str) -> dict[str, Any]:
+        """Values of a section of the file by their names there; those with a dot in it stand in a table of their own.
+
+        A range of values as text, "low..high", stays text.
+        """
+        found: dict[str, Any] = {}
+        for key, value in self.values.items():
+            section, _, rest = key.partition(".")
+            if section == name and rest:
+                outer, _, inner = rest.partition(".")
+                if inner:
+                    found.setdefault(outer, {})[inner] = value
+                else:
+                    found[outer] = value
+        return found
+
+    def robot(self) -> Compass:
+        """The robot that walks."""
+        return _compass(self.section("robot"))
+
+    def controller(self, gait: Gait | None = None) -> Controller:
+        """The law; its robot model is the robot that walks, except where the section `model` says otherwise.
+
+        Args:
+            gait: A stand-in for the gait that is imitated, to check the settings without looking for one.
+        """
+        settings = self.section("controller")
+        if settings.get("replanning_delay") == "none":
+            settings["replanning_delay"] = None
+        model = _compass({**self.section("robot"), **self.section("model")})
+        return make_controller(settings.pop("name"), model, settings, gait)
+
+    def terrain(self) -> Terrain:
+        """The ground."""
+        if self.ground is not None:
+            return self.ground
+        settings = self.section("terrain")
+        return Terrain.preset(
+            settings.pop("name"), **{key: _range(f"terrain.{key}", value) for key, value in settings.items()}
+        )
+
+    def initial(self, controller: Controller, robot: Compass, terrain: Terrain) -> str | tuple[float, ...]:
+        """The first state."""
+        if "initial" in self.values:
+            return str(self.values["initial"])
+        state = self.section("initial")
+        base = [0.0] * 4  # at rest, or of the numbers alone
+        if state.get("around") == "gait":  # as in `walk`
+            base = (controller.gait or find_passive_gait(robot, terrain.slope_at(0.0))).start.tolist()
+        added = [STATE[key].check(f"initial.{key}", state.get(key, 0.0)) for key in STATE]
+        return tuple(start + change for start, change in zip(base, added, strict=True))
+
+    def walk(self) -> Walk:
+        """Let it walk."""
+        robot, terrain, controller = self.robot(), self.terrain(), self.controller()
+        limits = {key: self.values[key] for key in _LIMITS if key in self.values}
+        return walk(
+            controller,
+            terrain,
+            engine=str(self.values["engine"]),
+            initial=self.initial(controller, robot, terrain),
+            robot=robot,
+            sample_period=_SPARSE,
+            **limits,  # type: ignore[arg-type]  # checked there
+        )
+
+
+def measured(cell: Cell) -> Row:
+    """Let a cell walk.
+
+    An error is a result: its text is kept, and the measures of the steps before it where there were any. What is the
+    machine's fault and not the walk's is raised.
+
+    Returns:
+        Outcome, error and measures; None for what does not exist.
+    """
+    try:
+        if cell.values["engine"] == "mujoco":
+            with _MUJOCO:
+                done = cell.walk()
+        else:
+            done = cell.walk()
+    except WalkStopped as stop:
+        return {**_measures(stop.walk), "outcome": FAILED, "error": str(stop)}
+    except (MemoryError, OSError):
+        raise
+    except Exception as error:
+        return {**dict.fromkeys(MEASURES), "outcome": FAILED, "error": f"{type(error).__name__}: {error}"}
+    return {**_measures(done), "outcome": done.outcome, "error": None}
+
+
+def _measures(done: Walk) -> Row:
+    summary = measures.summary(done)
+    unbounded = [name for name in MEASURES if summary[name] == math.inf]  # friction where the ground would have to pull
+    return {name: summary[name] for name in MEASURES} | dict.fromkeys(unbounded)
+
+
+def _compass(settings: Mapping[str, Any]) -> Compass:
+    return Compass(**settings)
+
+
+def _range(where: str, value: Any) -> Any:
+    """A range of numbers as a terrain takes it, of "low..high" or of a table; anything else as it is."""
+    if isinstance(value, str):
+        return parse_parameters(f"{where}={value}")[where]
+    if isinstance(value, Mapping):
+        if "plus_minus" in value:
+            half = domains.STUDY_HALF.check(f"{where}.plus_minus", value["plus_minus"])
+            return (-half, half)
+        if not {"low", "high"} <= value.keys():
+            raise InputError(f"{where} needs both low and high, or plus_minus alone")
+        return (value["low"], value["high"])
+    return value

@@ -1,0 +1,254 @@
+"""Figures of a study: heat maps over pairs of what varies, lines over a single one, histograms over none."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from mjbiped.plotting.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GROUND,
+    GUIDE,
+    ORANGE,
+    SHADE,
+    VERMILLION,
+    new_figure,
+    save_figure,
+    styled,
+)
+from mjbiped.robots.compass import Array
+from mjbiped.sweeps.bins import MOST_VALUES, Axis, binned, grouped, middle, quartiles, values_of
+from mjbiped.sweeps.cell import Row
+from mjbiped.sweeps.labels import measure_label
+from mjbiped.sweeps.plan import FINISHED, Study
+
+MEASURES = ("cost_of_transport", FINISHED, "peak_ankle_torque_Nm")
+"""Shown unless the study file says otherwise."""
+
+_MOST_PARAMETERS = 3
+_MOST_TICKS = 8
+_COLUMNS = 3
+_FEWEST_BINS = 3
+_WALKS_IN_BIN = 12  # at least, in the mean
+_MOST_GROUPS = 5
+_MOST_LISTED = 40  # where there is nothing else
+_MOST_NUMBERED = 7  # columns of a heat map that has its numbers written in
+_LOG_RATIO = 30.0  # of greatest to least value, from which on a colour scale is logarithmic
+_MAP = ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.95, 256)))
+_LINES = ((BLUE, "-", "o"), (VERMILLION, (0, (5, 1.2)), "s"), (GREEN, (0, (2.5, 1)), "^"), (ORANGE, (0, (1, 0.8)), "D"),
+          (BLACK, (0, (6, 1, 1, 1)), "v"))  # fmt: skip
+
+
+def draw(study: Study, rows: Sequence[Row], folder: Path) -> list[Path]:
+    """Draw a study's figures, .png files.
+
+    Args:
+        study: Names what varies, and what is to be shown.
+        rows: Of its table.
+        folder: Where the files go.
+
+    Returns:
+        The files.
+
+    Raises:
+        RenderError: A file cannot be written.
+    """
+    numeric, named = _chosen(study, rows)
+    groups = grouped(rows, named)
+    measures = study.plot_measures or MEASURES
+    written = []
+
+    def axis(name: str, most: float) -> Axis:
+        return binned(rows, name, int(np.clip(most, _FEWEST_BINS, MOST_VALUES)), log=name in study.logarithmic)
+
+    def write(name: str, figure: Figure) -> None:
+        written.append(folder / f"{name}.png")
+        save_figure(figure, written[-1])
+
+    each = len(rows) / groups.count
+    with styled():
+        for x, y in itertools.combinations(numeric, 2):
+            pair = [axis(name, math.sqrt(each / _WALKS_IN_BIN)) for name in (x, y)]
+            write(f"map_{x}_{y}", _maps(rows, pair, groups, measures))
+        if len(numeric) == 1:
+            write(f"line_{numeric[0]}", _lines(rows, axis(numeric[0], each / _WALKS_IN_BIN), groups, measures))
+        elif not numeric and named:
+            write(f"groups_{'_'.join(named)}", _groups(rows, groups, measures))
+        elif not numeric:
+            write("histograms", _histograms(rows, measures))
+    return written
+
+
+def _chosen(study: Study, rows: Sequence[Row]) -> tuple[list[str], list[str]]:
+    """Numeric parameters to be shown, and those that tell groups of walks apart."""
+    candidates = study.plot_parameters or [name for name in study.varied if not name.endswith(".seed")]
+    numeric = [name for name in candidates if all(isinstance(row[name], float | int | None) for row in rows)]
+    named = [name for name in candidates if name not in numeric]
+    while grouped(rows, named).count > (_MOST_GROUPS if numeric else _MOST_LISTED):
+        named.pop()
+    return numeric[:_MOST_PARAMETERS], named
+
+
+def _grid(measures: Sequence[str], height: float, groups: int = 1) -> tuple[Figure, Any]:
+    """A figure with a panel for each measure, and so for each group; what is too many is not there."""
+    columns = min(len(measures), _COLUMNS)
+    lines = math.ceil(len(measures) / columns)
+    figure = new_figure(0.4 + height * lines * groups)
+    panels: Any = figure.subplots(lines * groups, columns, squeeze=False)
+    for line, column in np.ndindex(lines * groups, columns):
+        if line % lines * columns + column >= len(measures):
+            panels[line, column].remove()
+    return figure, panels.reshape(groups, lines * columns)[:, : len(measures)]
+
+
+def _maps(rows: Sequence[Row], pair: Sequence[Axis], groups: Axis, measures: Sequence[str]) -> Figure:
+    """A heat map for each group (downwards) and measure (to the right)."""
+    figure, panels = _grid(measures, 3.1, groups.count)
+    for place, name in enumerate(measures):
+        tables = [_table(pair, groups.bin == k, rows, name) for k in range(groups.count)]
+        norm = _norm(tables, name)
+        for axes, table, kind in zip(panels[:, place], tables, groups.ticks, strict=True):
+            _draw_map(figure, axes, pair, table, norm)
+            axes.set_title("\n".join(filter(None, (measure_label(name), kind))))
+    in_bins = "" if all(axis.ticks for axis in pair) else ", in bins"
+    _note(figure, rows, f"medians of those that finished{in_bins}; grey: none")
+    return figure
+
+
+def _table(axes: Sequence[Axis], mine: NDArray[np.bool_], rows: Sequence[Row], name: str) -> Array:
+    """A measure's middle in each pair of bins, shape (y, x)."""
+    values = values_of(rows, name)
+    x, y = axes
+    return np.array(
+        [[middle(values[mine & (x.bin == i) & (y.bin == j)], name) for i in range(x.count)] for j in range(y.count)]
+    )
+
+
+def _norm(tables: Sequence[Array], name: str) -> Normalize:
+    """One colour scale for all groups."""
+    if name == FINISHED:
+        return Normalize(0.0, 1.0)
+    values = np.concatenate([table[~np.isnan(table)] for table in tables])
+    if not values.size:
+        return Normalize(0.0, 1.0)
+    low, high = float(values.min()), float(values.max())
+    if low == high:
+        return Normalize(low - 0.5 * abs(low) - 1e-12, high + 0.5 * abs(high) + 1e-12)
+    return LogNorm(low, high) if low > 0.0 and high / low > _LOG_RATIO else Normalize(low, high)
+
+
+def _draw_map(figure: Figure, axes: Axes, parameters: Sequence[Axis], table: Array, norm: Normalize) -> None:
+    x, y = parameters
+    axes.set_facecolor(GROUND)  # where nothing finished
+    mesh = axes.pcolormesh(x.edges, y.edges, np.ma.masked_invalid(table), cmap=_MAP, norm=norm)
+    figure.colorbar(mesh, ax=axes, pad=0.02)
+    _set_scale(axes, x, "x")
+    _set_scale(axes, y, "y")
+    for spine in axes.spines.values():
+        spine.set_visible(True)
+    if x.count > _MOST_NUMBERED:
+        return
+    size = min(7.0, 33.0 / x.count)
+    across, up = x.centres.tolist(), y.centres.tolist()
+    for j, i in np.ndindex(table.shape):
+        value = float(table[j, i])
+        if math.isnan(value):
+            axes.text(across[i], up[j], "–", ha="center", va="center", fontsize=size, color=SHADE)
+            continue
+        dark = float(np.dot(_MAP(norm(value))[:3], (0.299, 0.587, 0.114))) < 0.5
+        words = f"{value:.3g}" if abs(value) < 1000.0 else f"{value:.0f}"
+        axes.text(across[i], up[j], words, ha="center", va="center", fontsize=size, color="white" if dark else BLACK)
+
+
+def _set_scale(axes: Axes, axis: Axis, which: str) -> None:
+    axes.set(**{f"{which}label": axis.label})
+    if axis.ticks:
+        shown = slice(None, None, math.ceil(axis.count / _MOST_TICKS))
+        axes.set(**{f"{which}ticks": axis.centres[shown], f"{which}ticklabels": axis.ticks[shown]})
+    elif axis.log:
+        axes.set(**{f"{which}scale": "log"})
+
+
+def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str]) -> Figure:
+    """The middle of each measure over a parameter, with the quartiles as a band, a line for each group."""
+    figure, panels = _grid(measures, 3.2)
+    for axes, name in zip(panels[0], measures, strict=True):
+        values = values_of(rows, name)
+        styles = zip(groups.ticks, itertools.cycle(_LINES), strict=False)
+        for k, (kind, (colour, style, marker)) in enumerate(styles):
+            bins = [values[(groups.bin == k) & (axis.bin == i)] for i in range(axis.count)]
+            middles = [middle(each, name) for each in bins]
+            axes.plot(axis.at, middles, color=colour, linestyle=style, marker=marker, markersize=3.5, label=kind)
+            if name != FINISHED:
+                ends = np.array([quartiles(each) for each in bins])
+                axes.fill_between(axis.at, ends[:, 0], ends[:, 1], color=colour, alpha=0.2, linewidth=0)
+        axes.set_title(measure_label(name))
+        _set_share(axes, name)
+        axes.set(xlabel=axis.label, xscale="log" if axis.log else "linear")
+    if groups.count > 1:
+        panels[0, 0].legend()
+    in_bins = "" if axis.ticks else ", in bins"
+    _note(figure, rows, f"medians of those that finished{in_bins}; band: from the lower to the upper quartile")
+    return figure
+
+
+def _groups(rows: Sequence[Row], groups: Axis, measures: Sequence[str]) -> Figure:
+    """The middle of each measure of each group, and a line from quartile to quartile."""
+    figure, panels = _grid(measures, 0.9 + 0.3 * groups.count)
+    for axes, name in zip(panels[0], measures, strict=True):
+        values = values_of(rows, name)
+        bins = [values[groups.bin == k] for k in range(groups.count)]
+        axes.plot([middle(each, name) for each in bins], groups.centres, "o", color=BLUE, markersize=4.5)
+        if name != FINISHED:
+            ends = np.array([quartiles(each) for each in bins])
+            axes.hlines(groups.centres, ends[:, 0], ends[:, 1], color=BLUE)
+        axes.set(ylim=(groups.count, 0.0), yticks=groups.centres, yticklabels=groups.ticks, xlabel=measure_label(name))
+        axes.grid(axis="x", color=GROUND, linewidth=0.5)
+        if name == FINISHED:
+            axes.set_xlim(-0.03, 1.03)
+    for axes in panels[0, 1:]:
+        axes.tick_params(labelleft=axes.get_subplotspec().is_first_col())
+    _note(figure, rows, "medians of those that finished; line: from the lower to the upper quartile")
+    return figure
+
+
+def _histograms(rows: Sequence[Row], measures: Sequence[str]) -> Figure:
+    """How often each measure has which value, of walks that finished."""
+    shown = [name for name in measures if name != FINISHED] or ["cost_of_transport"]
+    figure, panels = _grid(shown, 2.9)
+    for axes, name in zip(panels[0], shown, strict=True):
+        values = values_of(rows, name)
+        values = values[~np.isnan(values)]
+        if values.size:
+            half = float(np.median(values))
+            axes.hist(values, bins=int(np.clip(math.sqrt(values.size), 5, 40)), color=BLUE, edgecolor="white")
+            axes.axvline(half, color=VERMILLION, linestyle="--", label=f"median {half:.4g}")
+            axes.legend()
+        else:
+            axes.text(0.5, 0.5, "no walk finished", ha="center", transform=axes.transAxes, color=GUIDE)
+        axes.set(xlabel=measure_label(name), ylabel="walks")
+    _note(figure, rows, "only those that finished are shown")
+    return figure
+
+
+def _set_share(axes: Axes, name: str) -> None:
+    if name == FINISHED:
+        axes.set_ylim(-0.03, 1.03)
+
+
+def _note(figure: Figure, rows: Sequence[Row], meaning: str) -> None:
+    """What the figure is of, above it."""
+    finished = sum(row["outcome"] == "finished" for row in rows)
+    figure.suptitle(f"{len(rows)} walks, {finished} finished; {meaning}", fontsize=8, color=SHADE)

@@ -1,0 +1,257 @@
+"""A study file, and the walks that it asks for."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from mjbiped.engines.plan import ENGINES, INITIAL_STATES
+from mjbiped.errors import InputError, shortened, shown
+from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.robots.compass import Compass
+from mjbiped.sweeps.cell import MEASURES, STATE, Cell
+from mjbiped.sweeps.sections import LIMITS, SECTIONS, Settings, parts_of
+from mjbiped.sweeps.values import Draw, Scalar
+from mjbiped.terrain.files import FILE_SUFFIXES, parse_toml, read_text
+from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils import domains
+from mjbiped.utils.domains import known_name
+
+KEYS = ("seed", "samples", *LIMITS, *SECTIONS, "plot")
+
+MOST_CELLS = domains.WALKS.high
+
+FINISHED = "finished"
+"""Measure beside `MEASURES` in a study's figures: the share of walks that finished."""
+
+_STAND_IN_SLOPE = math.radians(2.0)  # of a gait that settings are checked with
+
+Combination: TypeAlias = dict[str, Scalar | Draw]
+"""Of each choice one value; a distribution stands for its values."""
+
+
+@dataclass(frozen=True)
+class Study:
+    """What a study file says.
+
+    Attributes:
+        path: The file.
+        cells: Its walks, in the order of the table.
+        varied: Names of the values that are not the same in all cells.
+        drawn: Whether some are drawn from distributions: then cells have a sample.
+        logarithmic: Names of those whose logarithm is drawn.
+        declared: What the file says, in plain JSON types, figures apart.
+        plot_parameters: Up to three of `varied`, for the figures; none: they are chosen.
+        plot_measures: Of `MEASURES` and `FINISHED`, for the figures; none: those that matter to most.
+    """
+
+    path: Path
+    cells: tuple[Cell, ...]
+    varied: tuple[str, ...]
+    drawn: bool
+    logarithmic: frozenset[str]
+    declared: Mapping[str, Any]
+    plot_parameters: tuple[str, ...] = ()
+    plot_measures: tuple[str, ...] = ()
+
+    @property
+    def digest(self) -> str:
+        """Digest of everything that the cells are, files of terrains included."""
+        digest = hashlib.sha256()
+        grounds = {cell.ground for cell in self.cells} - {None}
+        texts = {ground: json.dumps(ground.to_dict()) for ground in grounds if ground is not None}
+        for cell in self.cells:
+            ground = "" if cell.ground is None else texts[cell.ground]
+            digest.update(json.dumps([cell.index, cell.sample, dict(cell.values), ground]).encode())
+        return digest.hexdigest()
+
+
+def read_study(path: Path) -> Study:
+    """Read a study file, and check all that can be checked without walking.
+
+    Raises:
+        InputError: It cannot be read, or says anything that no walk can have; the message names the place.
+    """
+    try:
+        return plan(path, parse_toml(read_text(path)))
+    except InputError as error:
+        raise InputError(f"study {shortened(str(path))}: {error}") from error
+
+
+def plan(path: Path, content: Mapping[str, Any]) -> Study:
+    """The study of a file's content; terrain files are looked for beside it.
+
+    Raises:
+        InputError: As `read_study`.
+    """
+    for key in content:
+        known_name("key", key, KEYS)
+    seed = domains.SEED.check("seed", content.get("seed", 0))
+    read = list(parts_of(content))
+    _check_count(math.prod(sum(map(_combinations, part)) for part in read))
+    parts = [_expanded(part) for part in read]
+    varied = tuple(name for combinations in parts for name in _varied(combinations))
+    draws = {name: value for each in parts for one in each for name, value in one.items() if isinstance(value, Draw)}
+    drawn = bool(draws)
+    if drawn != ("samples" in content):
+        raise InputError(
+            "values are drawn from distributions, but samples is missing; add for instance samples = 100"
+            if drawn
+            else "samples is given, but nothing is drawn: no value has a distribution, as {uniform = [low, high]}"
+        )
+    samples = domains.WALKS.check("samples", content["samples"]) if drawn else 1
+    _check_count(samples * math.prod(map(len, parts)))
+    grounds = _read_grounds(path, parts[-1])
+    cells = tuple(_cells(parts, seed, samples, drawn, grounds))
+    _check(cells, varied)
+    logarithmic = frozenset(name for name, value in draws.items() if value.kind == "log_uniform")
+    return Study(path, cells, varied, drawn, logarithmic, _declared(content), *_plot(content.get("plot", {}), varied))
+
+
+def _combinations(settings: Settings) -> int:
+    return math.prod(1 if isinstance(choice, Draw) else len(choice) for choice in settings.values())
+
+
+def _check_count(count: int) -> None:
+    if count > MOST_CELLS:
+        raise InputError(
+            f"these are {shown(count)} walks; at most {MOST_CELLS} are one study: take fewer values or samples"
+        )
+
+
+def _declared(content: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in content.items() if key != "plot"}
+
+
+def _cells(
+    parts: Sequence[Sequence[Combination]], seed: int, samples: int, drawn: bool, grounds: Mapping[str, Terrain]
+) -> Iterator[Cell]:
+    """All cells: for each sample the whole grid, with the same drawn values everywhere in it."""
+    count = itertools.count()
+    for sample in range(samples):
+        for combination in itertools.product(*parts):
+            values = {
+                name: value.value(seed, sample, name) if isinstance(value, Draw) else value
+                for part in combination
+                for name, value in part.items()
+            }
+            ground = grounds.get(str(values.get("terrain.file")))
+            yield Cell(next(count), sample if drawn else None, values, ground)
+
+
+def _expanded(alternatives: Sequence[Settings]) -> list[Combination]:
+    """All combinations of a part: of each alternative its grid."""
+    return [
+        dict(zip(settings, values, strict=True))
+        for settings in alternatives
+        for values in itertools.product(
+            *((choice,) if isinstance(choice, Draw) else choice for choice in settings.values())
+        )
+    ]
+
+
+def _varied(combinations: Sequence[Combination]) -> list[str]:
+    """Names that do not have one value in all combinations."""
+    names = dict.fromkeys(name for each in combinations for name in each)
+    first = combinations[0]
+    return [
+        name
+        for name in names
+        if isinstance(first.get(name), Draw) or any(each.get(name) != first.get(name) for each in combinations)
+    ]
+
+
+def _read_grounds(path: Path, combinations: Sequence[Combination]) -> dict[str, Terrain]:
+    """The terrains of files, by what the study calls them.
+
+    Raises:
+        InputError: One is no terrain file.
+    """
+    named = dict.fromkeys(each["terrain.file"] for each in combinations if "terrain.file" in each)
+    grounds = {}
+    for name in named:
+        if not isinstance(name, str):
+            raise InputError(f"terrain.file must be the path of a file ({', '.join(FILE_SUFFIXES)}), got {shown(name)}")
+        grounds[name] = Terrain.from_file(path.parent / name)
+    return grounds
+
+
+def _check(cells: Sequence[Cell], varied: Sequence[str]) -> None:
+    """Refuse values that no walk can have; what many cells share is looked at once.
+
+    Raises:
+        InputError: One has.
+    """
+    gait = find_passive_gait(Compass(), _STAND_IN_SLOPE)
+    seen: set[tuple[object, ...]] = set()
+    for cell in cells:
+        for part in ((*LIMITS, "initial"), ("robot", "model", "controller"), ("terrain",)):
+            mine = {name: value for name, value in cell.values.items() if name.split(".")[0] in part}
+            # any seed is as good as another: thousands of terrains are not made for a check
+            key = tuple((name, type(value), value) for name, value in mine.items() if not _is_fine_seed(name, value))
+            if key in seen:
+                continue
+            seen.add(key)
+            try:
+                _check_part(cell, part[0], gait)
+            except (InputError, TypeError) as error:
+                named = ", ".join(f"{name} = {shown(value)}" for name, value in mine.items() if name in varied)
+                place = f"cell {cell.index} ({named}): " if named else ""
+                raise InputError(f"{place}{error}") from error
+
+
+def _is_fine_seed(name: str, value: Scalar) -> bool:
+    return name == "terrain.seed" and type(value) is int and 0 <= value < 2**64
+
+
+def _check_part(cell: Cell, first: str, gait: Gait) -> None:
+    if first == "terrain":
+        cell.terrain()
+    elif first == "robot":
+        cell.robot()
+        cell.controller(gait)
+    else:
+        _check_limits(cell.values)
+        for name, value in cell.section("initial").items():
+            if name in STATE:
+                STATE[name].check(f"initial.{name}", value)
+
+
+def _check_limits(values: Mapping[str, Scalar]) -> None:
+    engine = known_name("engine", values["engine"], ENGINES)
+    if "initial" in values:
+        known_name("initial state", values["initial"], INITIAL_STATES)
+    if "steps" in values:
+        domains.STEPS.check("steps", values["steps"])
+    if "distance" in values:
+        domains.DISTANCE.check("distance", values["distance"])
+    for key, domain in (("timestep", domains.TIMESTEP), ("contact_timestep", domains.CONTACT_TIMESTEP)):
+        if key in values:
+            domain.check(key, values[key])
+            if engine != "mujoco":
+                raise InputError(f"{key} is for the engine mujoco; the engine {engine} has none")
+
+
+def _plot(table: object, varied: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Parameters and measures of the figures.
+
+    Raises:
+        InputError: The table holds anything else.
+    """
+    if not isinstance(table, Mapping):
+        raise InputError(f"plot must be a table [plot], got {shown(table)}")
+    for key in table:
+        known_name("key of plot", key, ("parameters", "measures"))
+    found = []
+    for key, valid, most in (("parameters", varied, 3), ("measures", (*MEASURES, FINISHED), 6)):
+        names = table.get(key, [])
+        if not isinstance(names, list) or len(names) > most:
+            raise InputError(f"plot.{key} must be a list of up to {most} names, got {shown(names)}")
+        found.append(tuple(known_name(f"name in plot.{key}", name, valid) for name in names))
+    return found[0], found[1]

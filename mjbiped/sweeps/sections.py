@@ -1,0 +1,166 @@
+"""The sections of a study file, read: which names they may hold, and what each can be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import fields
+from inspect import signature
+from typing import Any, TypeAlias
+
+from controllers.names import CONTROLLERS, settings_of
+from mjbiped.engines.plan import ENGINES, INITIAL_STATES
+from mjbiped.errors import InputError, shown
+from mjbiped.robots.compass import Compass
+from mjbiped.sweeps.cell import STATE
+from mjbiped.sweeps.values import Choice, Draw, read_choice
+from mjbiped.terrain.terrain import PRESETS
+from mjbiped.utils.domains import known_name
+
+LIMITS = ("engine", "steps", "distance", "timestep", "contact_timestep")
+SECTIONS = ("initial", "controller", "robot", "model", "terrain")
+
+_PARTS_OF_RANGE = ("low", "high", "plus_minus")
+
+Settings: TypeAlias = dict[str, Choice]
+"""Choices by dotted names."""
+
+
+def parts_of(content: Mapping[str, Any]) -> Iterator[list[Settings]]:
+    """The parts of a file that are combined with one another; each is a list of alternatives. The last is the terrain.
+
+    Raises:
+        InputError: A part holds an unknown name or no choice.
+    """
+    for key in LIMITS:
+        if key in content or key == "engine":
+            yield [{key: read_choice(key, content.get(key, ENGINES[0]))}]
+    if isinstance(content.get("initial", "gait"), str) or _is_list_of_names(content.get("initial")):
+        yield [{"initial": read_choice("initial", content.get("initial", INITIAL_STATES[0]))}]
+    else:
+        yield [_initial(table) for table in _tables("initial", content["initial"])]
+    yield [_controller(table) for table in _tables("controller", content.get("controller", {}))]
+    for key in ("robot", "model"):
+        if key in content:
+            yield [_robot(key, table) for table in _tables(key, content[key])]
+    yield [_terrain(table) for table in _tables("terrain", content.get("terrain", {}))]
+
+
+def _is_list_of_names(value: object) -> bool:
+    return isinstance(value, list) and not any(isinstance(each, Mapping) for each in value)
+
+
+def _tables(key: str, value: object) -> list[Mapping[str, Any]]:
+    """The alternatives of a section: one table, or several.
+
+    Raises:
+        InputError: It is no table.
+    """
+    tables: list[Any] = value if isinstance(value, list) else [value]
+    if not tables or not all(isinstance(table, Mapping) for table in tables):
+        raise InputError(f"{key} must be a table [{key}], or several, [[{key}]] each; got {shown(value)}")
+    return tables
+
+
+def _initial(table: Mapping[str, Any]) -> Settings:
+    for key in table:
+        known_name("key of initial", key, ("around", *STATE))
+    if "around" not in table and any(key not in table for key in STATE):
+        raise InputError(
+            f"initial needs all of {', '.join(STATE)} (rad, rad/s), or around = one of {', '.join(INITIAL_STATES)} and "
+            "the deviations from it"
+        )
+    settings = {f"initial.{key}": read_choice(f"initial.{key}", value) for key, value in table.items()}
+    for name in _names("initial.around", settings.get("initial.around", ())):
+        known_name("initial.around", name, INITIAL_STATES)
+    return settings
+
+
+def _controller(table: Mapping[str, Any]) -> Settings:
+    settings = {"controller.name": read_choice("controller.name", table.get("name", CONTROLLERS[0]))}
+    names = _names("controller.name", settings["controller.name"])
+    for name in names:
+        known_name("controller", name, CONTROLLERS)
+    for key, value in table.items():
+        if key != "name":
+            _known_to_all("controller", key, {name: settings_of(name) for name in names})
+            settings[f"controller.{key}"] = read_choice(f"controller.{key}", value)
+    return settings
+
+
+def _robot(section: str, table: Mapping[str, Any]) -> Settings:
+    valid = [field.name for field in fields(Compass)]
+    for key in table:
+        known_name(f"parameter of the {section}", key, valid)
+    return {f"{section}.{key}": read_choice(f"{section}.{key}", value) for key, value in table.items()}
+
+
+def _terrain(table: Mapping[str, Any]) -> Settings:
+    if "file" in table:
+        for key in table:
+            known_name("key of a terrain of a file", key, ("file",))
+        return {"terrain.file": read_choice("terrain.file", table["file"])}
+    settings = {"terrain.name": read_choice("terrain.name", table.get("name", "mixed"))}
+    names = _names("terrain.name", settings["terrain.name"])
+    for name in names:
+        known_name("terrain", name, PRESETS)
+    parameters = {name: signature(PRESETS[name]).parameters for name in names}
+    for key, value in table.items():
+        if key == "name":
+            continue
+        _known_to_all("terrain", key, parameters, "file")
+        where = f"terrain.{key}"
+        ranges = {isinstance(parameters[name][key].default, tuple) for name in names}
+        if ranges == {False}:
+            settings[where] = read_choice(where, value)
+        elif ranges == {True}:
+            settings.update(_read_range_setting(where, value))
+        else:
+            raise InputError(
+                f"{where} is a range for some of {', '.join(names)} and a number for others: give each its own "
+                "[[terrain]]"
+            )
+    return settings
+
+
+def _read_range_setting(where: str, value: object) -> Settings:
+    """Choices for a setting that is a range itself.
+
+    Raises:
+        InputError: It is not a text, a list of texts, nor a table of `_PARTS_OF_RANGE`.
+    """
+    if isinstance(value, Mapping):
+        for key in value:
+            known_name(f"part of the range {where}", key, _PARTS_OF_RANGE)
+        if {*value} not in ({"low", "high"}, {"plus_minus"}):
+            raise InputError(f"{where}: expected {{low, high}} or {{plus_minus}}, got {shown([*value])}")
+        return {f"{where}.{key}": read_choice(f"{where}.{key}", part) for key, part in value.items()}
+    choice = read_choice(where, value)
+    if isinstance(choice, Draw) or not all(isinstance(each, str) for each in choice):
+        raise InputError(
+            f'{where} is a range: give it as "low..high", several as a list of these, or its ends as '
+            f"{{low = ..., high = ...}} or {{plus_minus = ...}}; got {shown(value)}"
+        )
+    return {where: choice}
+
+
+def _names(where: str, choice: Choice) -> tuple[str, ...]:
+    """A choice that must be of texts.
+
+    Raises:
+        InputError: It is not.
+    """
+    if isinstance(choice, Draw) or not all(isinstance(name, str) for name in choice):
+        raise InputError(f"{where} must be a name, or a list of names")
+    return tuple(str(name) for name in choice)
+
+
+def _known_to_all(section: str, key: str, valid: Mapping[str, Any], *others: str) -> None:
+    """Refuse a key that is unknown to one of the names that share a table.
+
+    Raises:
+        InputError: It is.
+    """
+    for name, keys in valid.items():
+        if key not in keys and len(valid) > 1 and any(key in each for each in valid.values()):
+            raise InputError(f"{section} {name} has no {key}: give {name} its own [[{section}]], without it")
+        known_name(f"setting of the {section} {name}", key, (*keys, *(() if key in keys else ("name", *others))))

@@ -1,0 +1,137 @@
+"""What a study file can say of one quantity: a value, several, a range of them, or a distribution to draw from."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from mjbiped.errors import InputError, shortened, shown
+from mjbiped.utils import domains
+from mjbiped.utils.domains import Count, Domain, known_name
+
+Scalar: TypeAlias = bool | int | float | str
+
+SCALES = ("linear", "log")
+DISTRIBUTIONS = ("uniform", "log_uniform", "normal", "integer")
+
+_RANGE = ("from", "to", "count", "scale")
+_ENDS: dict[str, tuple[Domain | Count, Domain | Count]] = {
+    "uniform": (domains.STUDY_NUMBER, domains.STUDY_NUMBER),
+    "log_uniform": (domains.STUDY_POSITIVE, domains.STUDY_POSITIVE),
+    "normal": (domains.STUDY_NUMBER, domains.STUDY_POSITIVE),
+    "integer": (domains.STUDY_EXACT, domains.STUDY_EXACT),
+}
+_DIGITS = 12  # of a range's inner values: 0.3 and not 0.30000000000000004
+
+
+@dataclass(frozen=True)
+class Draw:
+    """A distribution.
+
+    Attributes:
+        kind: One of `DISTRIBUTIONS`.
+        first: Lower end, included; mean of the normal distribution.
+        second: Upper end, of "integer" included; standard deviation of the normal distribution.
+    """
+
+    kind: str
+    first: float
+    second: float
+
+    def value(self, seed: int, sample: int, name: str) -> Scalar:
+        """The value of a quantity in a sample: it depends on nothing but the study's seed, the sample and the name."""
+        key = (sample, zlib.crc32(name.encode()))
+        draw = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=key)))
+        if self.kind == "integer":
+            return int(draw.integers(int(self.first), int(self.second), endpoint=True))
+        if self.kind == "normal":
+            return float(draw.normal(self.first, self.second))
+        if self.kind == "uniform":
+            return float(draw.uniform(self.first, self.second))
+        return math.exp(float(draw.uniform(math.log(self.first), math.log(self.second))))
+
+
+Choice: TypeAlias = tuple[Scalar, ...] | Draw
+"""The values of a grid, one of them where it is fixed, or a distribution."""
+
+
+def read_choice(where: str, value: object) -> Choice:
+    """Read what stands in a study file for a quantity.
+
+    Args:
+        where: Its name, for messages.
+        value: A number, a text or a truth value; a list of them; a table {from, to, count, scale}; or a table of one
+            distribution: uniform or log_uniform = [low, high], normal = [mean, deviation], integer = [least, greatest].
+
+    Raises:
+        InputError: It is anything else.
+    """
+    if isinstance(value, list):
+        if not value:
+            raise InputError(f"{where} is an empty list; expected at least one value")
+        values = tuple(_scalar(f"{where}, value {i}", each) for i, each in enumerate(value, start=1))
+        seen: set[tuple[type, Scalar]] = set()
+        for each in values:
+            if (type(each), each) in seen:
+                raise InputError(f"{where} has {shown(each)} twice; give it once")
+            seen.add((type(each), each))
+        return values
+    if isinstance(value, Mapping):
+        return _read_table(where, value)
+    return (_scalar(where, value),)
+
+
+def _scalar(where: str, value: object) -> Scalar:
+    if not isinstance(value, bool | int | float | str):
+        raise InputError(f"{where} = {shown(value)}: must be a number, a text, true or false")
+    if isinstance(value, float) and not math.isfinite(value):
+        raise InputError(f"{where} = {shown(value)}: must be finite")
+    return domains.STUDY_WHOLE.check(where, value) if type(value) is int else value
+
+
+def _read_table(where: str, table: Mapping[str, object]) -> Choice:
+    if "from" in table or "to" in table:
+        return _read_range(where, table)
+    forms = f"{{from, to, count}} or one of {', '.join(DISTRIBUTIONS)}"
+    if len(table) != 1:
+        raise InputError(f"{where} has the keys {shortened(', '.join(table)) or 'none'}; expected {forms}")
+    ((kind, ends),) = table.items()
+    if kind not in DISTRIBUTIONS:
+        known_name(f"way to vary {where}", kind, (*_RANGE, *DISTRIBUTIONS))
+        raise InputError(f"{where} has {shown(kind)} alone; expected {forms}")
+    words = {"normal": "mean, deviation", "integer": "least, greatest"}.get(kind, "low, high")
+    if not isinstance(ends, list) or len(ends) != 2:
+        raise InputError(f"{where}: expected {kind} = [{words}], got {shown(ends)}")
+    names = [f"{where}: {kind}, {word}" for word in words.split(", ")]
+    lower, upper = _ENDS[kind]
+    first, second = float(lower.check(names[0], ends[0])), float(upper.check(names[1], ends[1]))
+    if kind != "normal" and not first < second:
+        raise InputError(f"{where}: {kind} = {shown(ends)} needs its lower end first")
+    return Draw(kind, first, second)
+
+
+def _read_range(where: str, table: Mapping[str, object]) -> tuple[Scalar, ...]:
+    for key in table:
+        known_name(f"key of the range {where}", key, _RANGE)
+    missing = [key for key in _RANGE[:3] if key not in table]
+    if missing:
+        raise InputError(f"{where}: the range lacks {', '.join(missing)}; expected {{from, to, count}}")
+    scale = known_name(f"scale of {where}", table.get("scale", "linear"), SCALES)
+    domain = domains.STUDY_POSITIVE if scale == "log" else domains.STUDY_NUMBER
+    first = domain.check(f"{where}: from", table["from"])
+    last = domain.check(f"{where}: to", table["to"])
+    count = domains.STUDY_RANGE.check(f"{where}: count", table["count"])
+    if first == last:
+        raise InputError(f"{where} goes from {first:g} to {last:g}; give one value, or two different ends")
+    whole = isinstance(table["from"], int) and isinstance(table["to"], int)
+    if whole and scale == "linear" and (last - first) % (count - 1) == 0.0:
+        step = round((last - first) / (count - 1))
+        return tuple(round(first) + step * i for i in range(count))
+    spaced = np.geomspace if scale == "log" else np.linspace
+    inner = (float(f"{value:.{_DIGITS}g}") for value in spaced(first, last, count)[1:-1].tolist())
+    return (first, *inner, last)

@@ -1,0 +1,1 @@
+"""The ground: what it is, and files of it."""

@@ -1,0 +1,267 @@
+"""What users hand to a `Terrain`: elevation and segment files, text on the command line.
+
+Everything here turns such input into plain Python values or refuses it with an `InputError` that says what was
+wrong, what was expected and what to do. Nothing here knows what a terrain is.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from mjbiped.errors import InputError, shortened, shown
+from mjbiped.utils import domains
+from mjbiped.utils.domains import known_name
+
+SEGMENT_KEYS = ("length", "slope_deg", "step")
+FILE_SUFFIXES = (".csv", ".toml", ".yaml", ".yml")
+_MOST_KEYS = 1000  # of one table in YAML
+
+
+class Sample(NamedTuple):
+    """One row of an elevation file: x and z in m, and the line of the file that it stands on (1-based)."""
+
+    x: float
+    z: float
+    line: int
+
+
+def read_samples(path: Path) -> list[Sample]:
+    """Read an elevation profile from a comma-separated file with the columns x, z in m.
+
+    A header, blank lines and comments from `#` to the end of a line are allowed. x increases strictly, except that
+    the two ends of a vertical step repeat it once.
+
+    Returns:
+        The samples as they stand in the file; at least two, the first and the last being no steps.
+
+    Raises:
+        InputError: The file cannot be read, or a row is not as described; the message names the line.
+    """
+    samples: list[Sample] = []
+    header = False
+    for line, full in enumerate(read_text(path).splitlines(), start=1):
+        row = full.split("#", 1)[0].strip()
+        if not row:
+            continue
+        cells = [cell.strip().strip("\"'").strip() for cell in row.split(",")]
+        if len(cells) != 2:
+            raise InputError(
+                f"line {line}: {len(cells)} column(s) in {shown(row)}; expected two, x and z in m, and a comma"
+            )
+        values = [parse_number(cell) for cell in cells]
+        if not samples and not header and values == [None, None]:
+            header = True
+            if cells[0].lower().startswith("z") or cells[1].lower().startswith("x"):
+                raise InputError(
+                    f"line {line}: the header reads {shown(row)}; expected x first, then z: swap the columns"
+                )
+            continue
+        x, z = (
+            domains.PLACE.check(f"line {line}: {name}", cell if value is None else value)
+            for name, cell, value in zip("xz", cells, values, strict=True)
+        )
+        _check_order(samples, Sample(x, z, line))
+        samples.append(Sample(x, z, line))
+    if len(samples) < 2:
+        raise InputError(f"{len(samples)} elevation sample(s); expected at least two rows x,z in m")
+    if samples[-1].x == samples[-2].x:
+        raise InputError(
+            f"line {samples[-1].line}: a vertical step at the last sample leads onto no ground; add a sample beyond it"
+        )
+    if not samples[0].x <= 0.0 < samples[-1].x:
+        raise InputError(
+            f"the samples reach from x = {samples[0].x:g} m to {samples[-1].x:g} m, but the robot starts at x = 0 and "
+            "walks forward; subtract the x of the place where it shall start from all x"
+        )
+    return samples
+
+
+def read_segments(path: Path) -> list[tuple[object, ...]]:
+    """Read `segments` from a TOML or YAML file: a list of [length, slope_deg, step] or of tables with these keys.
+
+    Returns:
+        One tuple (length, slope_deg) or (length, slope_deg, step) per segment; the values are not checked here.
+
+    Raises:
+        InputError: The file cannot be read or parsed, or holds anything else; the message names the line or segment.
+    """
+    text = read_text(path)
+    yaml_file = path.suffix.lower() != ".toml"
+    content: object = _parse_yaml(text) if yaml_file else parse_toml(text)
+    form = (
+        "segments = [[length_m, slope_deg, step_m], ...]"
+        if not yaml_file
+        else "segments: [[length_m, slope_deg, step_m], ...]"
+    )
+    if not isinstance(content, dict):
+        raise InputError(f"holds no table; expected {form}")
+    for key in content:
+        known_name("key", key, ("segments",))
+    segments = content.get("segments")
+    if not isinstance(segments, list):
+        raise InputError(f"'segments' is {'missing' if segments is None else shown(segments)}; expected {form}")
+    return [_read_segment(k, segment, yaml_file) for k, segment in enumerate(segments, start=1)]
+
+
+def parse_parameters(text: str) -> dict[str, Any]:
+    """Parse "key=value,key=value" from the command line.
+
+    A value is a whole number, a number, or a range "low..high".
+
+    Returns:
+        The values by name: int, float or (low, high).
+
+    Raises:
+        InputError: An item without "=", a name given twice, or a value that is no number.
+    """
+    parameters: dict[str, Any] = {}
+    for item in text.split(","):
+        key, equals, value = (part.strip() for part in item.partition("="))
+        if not key or not equals or not value:
+            raise InputError(f"cannot read {shown(item.strip())} in {shown(text)}; expected key=value,key=value")
+        if key in parameters:
+            raise InputError(f"{shown(key)} is given twice in {shown(text)}; give it once")
+        ends = [parse_number(end.strip()) for end in value.split("..", 1)]
+        if None in ends:
+            raise InputError(f"{shown(key)}: {shown(value)} is no number; expected a number or a range low..high")
+        parameters[key] = ends[0] if len(ends) == 1 else tuple(ends)
+    return parameters
+
+
+def parse_number(text: str) -> int | float | None:
+    """Return the number that a text spells, None if it spells none."""
+    if "_" in text:
+        return None
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return None
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """Parse TOML.
+
+    Raises:
+        InputError: It is none; the message names the line.
+    """
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        reason = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
+        endless = re.search(r"[0-9_]{4300}", text)  # what Python makes no whole number of, without saying where
+        if endless and not isinstance(error, tomllib.TOMLDecodeError):
+            reason = f"line {text.count(chr(10), 0, endless.start()) + 1}: a whole number of more than 4300 digits"
+        raise InputError(f"not readable as TOML: {shortened(' '.join(reason.split()))}") from error
+
+
+def _parse_yaml(text: str) -> object:
+    """Parse YAML.
+
+    Raises:
+        InputError: It is none; the message names the line.
+    """
+    import yaml  # here: few need it
+
+    class Loader(yaml.SafeLoader):
+        """PyYAML's safe loader, which says of every value that it cannot make where it stands."""
+
+        def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+            try:
+                return super().construct_object(node, deep)
+            except (yaml.YAMLError, RecursionError):
+                raise
+            except Exception as error:  # of whatever kind: `!!bool x` is a KeyError, `!!float ''` an IndexError
+                kind = node.tag.rpartition(":")[2]
+                problem = f"{shown(node.value)} is not of the kind {kind}"
+                raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark) from error
+
+        def flatten_mapping(self, node: yaml.MappingNode) -> None:
+            super().flatten_mapping(node)
+            if len(node.value) > _MOST_KEYS:  # before merges of merges fill the memory
+                raise yaml.constructor.ConstructorError(None, None, "too many keys are merged", node.start_mark)
+
+    loader = None
+    try:
+        loader = Loader(text)
+        return loader.get_single_data()
+    except Exception as error:  # of whatever kind, see above
+        reason = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
+        if loader is not None and not isinstance(error, yaml.YAMLError):
+            reason = f"line {loader.line + 1}: {reason}"
+        raise InputError(f"not readable as YAML: {shortened(' '.join(reason.split()))}") from error
+
+
+def read_text(path: Path) -> str:
+    """Read a text file that is not empty.
+
+    Raises:
+        InputError: It cannot be read, or is no text; the message does not name it.
+    """
+    try:
+        if not path.is_file() and path.exists() and not path.is_dir():
+            raise InputError("is a device or a pipe; expected a file")
+        data = path.read_bytes()
+    except FileNotFoundError as error:
+        raise InputError("there is no such file; check the path and the working folder") from error
+    except IsADirectoryError as error:
+        raise InputError("is a folder; expected a file") from error
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from error
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise InputError(f"line {line}: not UTF-8 text; expected a text file, save it as UTF-8") from error
+    if "\0" in text:
+        raise InputError(f"line {text.count(chr(10), 0, text.index(chr(0))) + 1}: binary data; expected a text file")
+    if not text.strip():
+        raise InputError("the file is empty")
+    return text
+
+
+def _check_order(samples: Sequence[Sample], new: Sample) -> None:
+    """Check that a new elevation sample may follow those already read."""
+    if not samples or new.x > samples[-1].x:
+        return
+    last = samples[-1]
+    if new.x < last.x:
+        raise InputError(f"line {new.line}: x = {new.x:g} m comes after {last.x:g} m; sort the rows by x")
+    if new.z == last.z:
+        raise InputError(f"line {new.line}: repeats the sample of line {last.line}; delete one of them")
+    if len(samples) == 1:
+        raise InputError(
+            f"line {new.line}: a vertical step at the first sample has no ground before it; drop line {last.line}"
+        )
+    if samples[-2].x == new.x:
+        raise InputError(
+            f"line {new.line}: x = {new.x:g} m stands there three times; a vertical step has two rows, its ends"
+        )
+
+
+def _read_segment(k: int, segment: object, yaml_file: bool) -> tuple[object, ...]:
+    """Bring the k-th segment of a file (1-based), a list or a table, into a tuple."""
+    if isinstance(segment, dict):
+        for key in segment:
+            try:
+                known_name("key", key, SEGMENT_KEYS)
+            except InputError as error:
+                raise InputError(f"segment {k}: {error}") from error
+        for key in SEGMENT_KEYS[:2]:
+            if key not in segment:
+                raise InputError(
+                    f"segment {k}: {key!r} is missing; a segment has {', '.join(SEGMENT_KEYS)} (step may be left out)"
+                )
+        segment = [segment[key] for key in SEGMENT_KEYS if key in segment]
+    if not isinstance(segment, list):
+        raise InputError(f"segment {k} is {shown(segment)}; expected [length_m, slope_deg, step_m] or a table")
+    if yaml_file and any(isinstance(v, str) and parse_number(v) is not None for v in segment):
+        raise InputError(
+            f"segment {k}: {shown(segment)} holds a number as text; YAML wants 1.0e-3 for 1e-3, and no quotes"
+        )
+    return tuple(segment)

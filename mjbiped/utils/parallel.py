@@ -1,0 +1,139 @@
+"""Processes that work for this one, behind the interface of `concurrent.futures`."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from typing import NoReturn
+
+from mjbiped.errors import InputError, shown
+from mjbiped.utils.files import remove_unfinished
+
+_PATIENCE = 30.0
+"""How long a scheduler, and then its first worker, is waited for, s."""
+
+_MERCY = 5.0
+"""How long a process may take to end that is told to, s: compiled code does not hear it before it returns."""
+
+
+@contextmanager
+def processes(count: int | None = None) -> Iterator[Executor]:
+    """Have work done in processes of their own, which end with this one, however it ends.
+
+    They are spawned, for a fork of a process with threads can hang: what is submitted must be picklable, and a program
+    that does so needs its `if __name__ == "__main__"`. Ctrl-C reaches this process alone.
+
+    Args:
+        count: Number of processes; one for each core unless given.
+
+    Yields:
+        The executor. Its futures raise `concurrent.futures.BrokenExecutor` where a process has died. Where the block
+        raises, work not begun is dropped and the processes are ended; else all that was submitted is waited for.
+    """
+    before = set(multiprocessing.active_children())
+    count = count or os.cpu_count() or 1
+    pool = ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"), initializer=_begin)
+    try:
+        with _deaf_children():
+            for _ in range(count):  # each finds no worker idle, and starts one
+                pool.submit(_nothing)
+        yield pool
+    except BaseException:
+        begun = set(multiprocessing.active_children()) - before
+        for child in begun:
+            child.terminate()
+        end = time.monotonic() + _MERCY
+        for child in begun:
+            child.join(max(0.0, end - time.monotonic()))
+            child.kill()  # which does nothing to those that have ended
+        pool.shutdown(cancel_futures=True)
+        raise
+    pool.shutdown()
+
+
+@contextmanager
+def cluster(address: str) -> Iterator[Executor]:
+    """Have work done by the workers of a Dask scheduler.
+
+    Args:
+        address: Of the scheduler, as "tcp://host:8786".
+
+    Yields:
+        The executor. Work of a worker that died is given to another. Where the block raises, work not begun is dropped.
+
+    Raises:
+        InputError: Dask Distributed is not installed, nobody answers at the address, or there are no workers.
+    """
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise InputError(
+            "a --scheduler needs Dask Distributed, which is not installed: pip install 'mjbiped[cluster]'"
+        ) from error
+    try:
+        client = Client(address, timeout=_PATIENCE, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(
+            f"no Dask scheduler answers at {shown(address)} ({error}); start one with: dask scheduler"
+        ) from error
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=_PATIENCE)
+        except TimeoutError as error:
+            raise InputError(
+                f"the scheduler at {address} has no workers; start some with: dask worker {address} --nthreads 1"
+            ) from error
+        pool = client.get_executor()
+        try:
+            yield pool
+        except BaseException:
+            pool.shutdown(wait=False)
+            raise
+        pool.shutdown()
+
+
+@contextmanager
+def _deaf_children() -> Iterator[None]:
+    """Hold back Ctrl-C for a moment: a process that begins now does not hear it even before `_begin`."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    held = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, held)
+
+
+def _nothing() -> None:
+    pass
+
+
+def _begin() -> None:
+    """Leave Ctrl-C to the parent, and end where it ends, killed or not; leave no unfinished file in either case."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, lambda number, _: _leave(128 + number))
+    from tqdm.auto import tqdm
+
+    # tqdm's own lock is a semaphore of the system, which a worker that is ended would leave behind
+    tqdm.set_lock(threading.RLock())
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def leave_with_parent() -> None:
+        parent.join()
+        _leave(1)
+
+    threading.Thread(target=leave_with_parent, daemon=True).start()
+
+
+def _leave(status: int) -> NoReturn:
+    """End this process at once, whatever it is doing."""
+    remove_unfinished()
+    os._exit(status)

@@ -1,0 +1,216 @@
+"""Equation (22) derived with SymPy and checked against the law as coded; transition matrix, excitation, limit cycle."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad_vec, solve_ivp
+
+import mjbiped
+from controllers import AdaptiveController
+from mjbiped.analysis.error_dynamics import (
+    Array,
+    cycle_stability,
+    envelope,
+    evolve,
+    impact_gain,
+    impact_matrix,
+    lyapunov_gain,
+    lyapunov_weights,
+    regressor,
+    system_matrix,
+)
+from mjbiped.analysis.stability import stability
+from mjbiped.robots import compass
+
+gains = st.floats(0.05, 60.0)
+angles = st.floats(-1.0, 1.0)
+
+
+# --- the paper's (22) -------------------------------------------------------------------------------------------------
+
+
+def test_equation_22_follows_from_9_10_14_and_17_and_makes_16_negative() -> None:
+    k1, k2, g1, g2, s, c, s_hat, c_hat = sp.symbols("K1 K2 gamma1 gamma2 s c s_hat c_hat", real=True)
+    m11, m12, m22 = sp.symbols("m11 m12 m22", real=True)
+    names = "gc1:3 gs1:3 h1:3 q1:3 dq1:3 r1:3 dr1:3 ddr1:3"  # h is C dq
+    gc, gs, h, q, dq, r, dr, ddr = (sp.Matrix(sp.symbols(name, real=True)) for name in names.split())
+    M, eye = sp.Matrix([[m11, m12], [m12, m22]]), sp.eye(2)
+    B = sp.Matrix([[1, -1], [0, 1]])
+    z1, dz1 = r - q, dr - dq
+    z2 = dz1 + k1 * z1  # (9)
+    tau = B.inv() * (M * (ddr + (k1 * k2 + 1) * z1 + (k1 + k2) * dz1) + h + gc * s_hat + gs * c_hat)  # (14)
+    ddq = M.inv() * (B * tau - h - gc * s - gs * c)  # (1)
+    rate_z2 = ddr - ddq + k1 * dz1  # (10)
+    theta = sp.Matrix([s - s_hat, c - c_hat])
+    rate_theta = -sp.Matrix([g1 * (z2.T * M.inv() * gc)[0], g2 * (z2.T * M.inv() * gs)[0]])  # (17)
+    # (22), with M^-1 inside the block: as printed, a matrix of 2 x 4 is multiplied by one of 2 x 2
+    W = sp.Matrix.hstack(sp.zeros(2), sp.Matrix.vstack(gc.T, gs.T) * M.inv())
+    K = sp.Matrix(sp.BlockMatrix([[-k1 * eye, eye], [-eye, -k2 * eye]]))
+    Gamma = sp.diag(g1, g2)
+    x = sp.Matrix.vstack(z1, z2)
+    assert sp.simplify(sp.Matrix.vstack(dz1, rate_z2) - K * x - W.T * theta) == sp.zeros(4, 1)
+    assert sp.simplify(rate_theta + Gamma * W * x) == sp.zeros(2, 1)
+    # (15): the estimates' terms cancel
+    rate_of_v = (x.T * (K * x + W.T * theta) - theta.T * Gamma.inv() * Gamma * W * x)[0]
+    assert sp.simplify(rate_of_v + k1 * (z1.T * z1)[0] + k2 * (z2.T * z2)[0]) == 0
+
+
+def test_regressor_is_singular_only_where_the_legs_are_parallel() -> None:
+    q1, q2, G1, G2 = sp.symbols("q1 q2 G1 G2", real=True)
+    gravity = sp.Matrix([[-G1 * sp.cos(q1), -G1 * sp.sin(q1)], [G2 * sp.cos(q2), G2 * sp.sin(q2)]])
+    assert sp.simplify(gravity.det() - G1 * G2 * sp.sin(q1 - q2)) == 0
+    robot = mjbiped.Compass()
+    posture = np.array([0.3, -0.2])
+    expected = robot.constants[3] * robot.constants[4] * math.sin(0.5) / np.linalg.det(robot.mass_matrix(posture))
+    assert np.linalg.det(regressor(robot.constants, posture[None])[0]) == pytest.approx(expected, rel=1e-13)
+
+
+@given(gains, gains, gains, st.lists(angles, min_size=12, max_size=12))
+@settings(deadline=None, derandomize=True)
+def test_system_matrix_is_the_closed_loop_as_coded(k1: float, k2: float, gamma: float, values: list[float]) -> None:
+    """Rates of z1, z2 and the estimates' errors from the robot's acceleration under the controller's own torque."""
+    robot = mjbiped.Compass()
+    gait = mjbiped.find_passive_gait(robot, math.radians(2))
+    controller = AdaptiveController(robot, gait, position_gain=k1, velocity_gain=k2, adaptation_gain=gamma)
+    q1, q2, dq1, dq2, slope, sine, cosine, a, b, da, db, t = values
+    memory = [0.0] * controller.memory_size
+    controller.start(memory, (a, b), (da, db))  # off the cycle: the reference is a planned one
+    memory[:2] = [sine, cosine]
+    r = np.array(controller.reference(memory, abs(t)))
+    ankle, hip, rate_s, rate_c = controller.torque(memory, abs(t), (q1, q2), (dq1, dq2))
+    ddq = compass.acceleration(robot.constants, q1, q2, dq1, dq2, math.sin(slope), math.cos(slope), ankle - hip, hip)
+    z1, dz1 = r[0:2] - [q1, q2], r[2:4] - [dq1, dq2]
+    eta = np.array([*z1, *(dz1 + k1 * z1), math.sin(slope) - sine, math.cos(slope) - cosine])
+    rates = np.array([*dz1, *(r[4:6] - ddq + k1 * dz1), -rate_s, -rate_c])
+    matrix = system_matrix(controller, regressor(robot.constants, np.array([[q1, q2]])))[0]
+    # rounding of terms of the size of the gains' products, and of Bezier accelerations of some 1e3 rad/s^2
+    np.testing.assert_allclose(matrix @ eta, rates, rtol=0, atol=1e-12 * (1 + k1) * (1 + k2 + gamma) * 1e3)
+
+
+# --- evolution --------------------------------------------------------------------------------------------------------
+
+
+def _on_the_cycle(controller: AdaptiveController, intervals: int) -> tuple[Array, Array, Array]:
+    time = np.linspace(0.0, controller.gait.period, intervals + 1)
+    q, dq, _ = controller.gait.reference(time)
+    return time, q, dq
+
+
+def _matrix_at(controller: AdaptiveController, t: float) -> Array:
+    """The matrix of (22) on the limit cycle, from the robot's matrices."""
+    robot, gamma = controller.robot, controller.adaptation_gain
+    q = controller.gait.reference(t)[0]
+    w = np.column_stack([robot.gravity_vector(q, math.pi / 2), robot.gravity_vector(q, 0.0)]).T
+    w = w @ np.linalg.inv(robot.mass_matrix(q))
+    eye, none = np.eye(2), np.zeros((2, 2))
+    return np.block(
+        [
+            [-controller.position_gain * eye, eye, none],
+            [-eye, -controller.velocity_gain * eye, w.T],
+            [none, -gamma * w, none],
+        ]
+    )
+
+
+@pytest.mark.parametrize("gamma", [0.3, 30.0])
+def test_transition_matrix_against_scipy_and_of_fourth_order(controller: AdaptiveController, gamma: float) -> None:
+    controller = replace(controller, adaptation_gain=gamma)
+    solution = solve_ivp(
+        lambda t, y: (_matrix_at(controller, t) @ y.reshape(6, 6)).ravel(),
+        (0.0, controller.gait.period),
+        np.eye(6).ravel(),
+        "DOP853",
+        rtol=1e-11,
+        atol=1e-12,
+    )
+    expected = solution.y[:, -1].reshape(6, 6)
+    errors = []
+    for intervals in (50, 100):
+        transitions = evolve(controller, *_on_the_cycle(controller, intervals)).transitions
+        assert np.array_equal(transitions[0], np.eye(6))
+        errors.append(np.abs(transitions[-1] - expected).max())
+    assert errors[1] < 2e-5  # of the size that the order leaves at 7.6 ms
+    assert 3.7 < math.log2(errors[0] / errors[1]) < 4.5
+
+
+def test_gramian_against_adaptive_quadrature(controller: AdaptiveController) -> None:
+    def integrand(t: float) -> Array:
+        w = -_matrix_at(controller, t)[4:, 2:4] / controller.adaptation_gain
+        return w @ w.T
+
+    expected, _ = quad_vec(integrand, 0.0, controller.gait.period, epsabs=1e-11)
+    errors = [np.abs(evolve(controller, *_on_the_cycle(controller, n)).gramian - expected).max() for n in (50, 100)]
+    assert errors[1] < 1e-5
+    assert 3.7 < math.log2(errors[0] / errors[1]) < 4.5  # fourth order
+
+
+@given(gains, gains, gains)
+@settings(deadline=None, derandomize=True, max_examples=20)
+def test_no_gain_lets_the_lyapunov_function_grow_within_a_step(k1: float, k2: float, gamma: float) -> None:
+    robot = mjbiped.Compass()
+    gait = mjbiped.find_passive_gait(robot, math.radians(2))
+    controller = AdaptiveController(robot, gait, position_gain=k1, velocity_gain=k2, adaptation_gain=gamma)
+    time, q, dq = _on_the_cycle(controller, 60)
+    transitions = evolve(controller, time, q, dq).transitions
+    gains_over_time = [lyapunov_gain(controller, phi) for phi in transitions[::10]]
+    # each factor is the exponential of a matrix of the form of (22), up to Magnus' commutator, of third order
+    assert np.diff(gains_over_time).max() < 1e-6
+    assert gains_over_time[-1] < 1.0
+
+
+def test_envelope_bounds_the_norm_and_is_sharp_at_the_end(controller: AdaptiveController) -> None:
+    time, q, dq = _on_the_cycle(controller, 100)
+    transitions = evolve(controller, time, q, dq).transitions
+    bound = envelope(time, transitions)
+    norms = np.linalg.norm(transitions, 2, axis=(1, 2))
+    curve = bound.gain * np.exp(-bound.rate * time)
+    assert (curve > norms * (1 - 1e-12)).all()  # rounding
+    assert curve[-1] == pytest.approx(norms[-1], rel=1e-12)
+    assert np.isclose(curve[:-1], norms[:-1], rtol=1e-12).any()  # a smaller k_C would cut the norm there
+
+
+# --- touchdown on the limit cycle -------------------------------------------------------------------------------------
+
+
+def test_impact_matrix_is_the_impact_map(robot: mjbiped.Compass) -> None:
+    q, dq = np.array([0.2, -0.17]), np.array([1.3, 1.5])
+    np.testing.assert_allclose(impact_matrix(robot.constants, q) @ dq, robot.impact(q, dq)[1], rtol=1e-14)
+
+
+def test_constant_of_20_by_hand() -> None:
+    assert impact_gain(5.0, 0.0, 0.0) == math.sqrt(51)
+    assert impact_gain(5.0, 2.0, 3.0) == math.sqrt(2 * 25 + 8 * 9 * 25 + 4 * 4 + 1)
+    assert impact_gain(0.1, 0.0, 3.0) == math.sqrt(72)
+
+
+def test_return_map_is_the_derivative_of_a_walk(controller: AdaptiveController) -> None:
+    """A walk with a wrong estimate, not re-planned: what the return map leaves out is of second order."""
+    controller = replace(controller, replanning_delay=None)
+    cycle = cycle_stability(controller)
+    left = []
+    for error in (4e-3, 1e-3):
+        wrong = replace(controller, initial_slope_estimate=error)
+        walk = mjbiped.walk(wrong, mjbiped.Terrain.level(), engine="hybrid", steps=6, sample_period=2e-3)
+        start = stability(walk).start
+        predicted = start[:-1] @ cycle.return_map.T
+        left.append(np.linalg.norm(start[1:] - predicted, axis=1).max() / np.linalg.norm(start[0]))
+    assert left[1] < 0.05
+    assert 3.5 < left[0] / left[1] < 4.5  # 4 for a remainder that is quadratic
+    # the part of the slowest mode; eta is some 1e-6 there, with an error of integration of some 1e-11
+    values, vectors = np.linalg.eig(cycle.return_map.T)
+    slowest = start[4:] @ vectors[:, np.argmax(np.abs(values))].real
+    assert slowest[1] / slowest[0] == pytest.approx(cycle.multipliers[0].real, rel=1e-3)
+
+
+def test_numbers_of_the_papers_gains(controller: AdaptiveController) -> None:
+    """(24) fails for them, whatever its constants, while the loop converges; docs/stability.md quotes these."""
+    cycle = cycle_stability(controller)
+    assert abs(cycle.multipliers[0]) == pytest.approx(0.2048, abs=1e-4)
+    assert impact_gain(5.0, 0.0, 0.0) * cycle.contraction == pytest.approx(3.413, abs=1e-3)
+    assert impact_gain(5.0, cycle.alpha, cycle.beta) * cycle.contraction == pytest.approx(11.13, abs=1e-2)
+    assert lyapunov_weights(controller).tolist() == [1.0, 1.0, 1.0, 1.0, 1 / 0.3, 1 / 0.3]

@@ -1,0 +1,93 @@
+"""Replays of records: the references made again are those that the controller tracked while it walked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, Memory, PassiveController
+from mjbiped.analysis.replay import recorded_controller, replayed, transitions
+from mjbiped.errors import InputError
+
+GROUND = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (3.0, 2.0, -0.02)])
+
+
+@dataclass(frozen=True)
+class Remembering(AdaptiveController):
+    """Keeps what it planned at the start and at each touchdown, and has no law that could be compiled."""
+
+    planned: ClassVar[list[list[float]]] = []
+
+    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+        super().start(memory, q, dq)
+        self.planned.append([*memory][2:])
+
+    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
+        super().on_touchdown(memory, q_before, q, dq)
+        self.planned.append([*memory][2:])
+
+    def law(self) -> None:  # type: ignore[override]  # None is what a controller without a law gives
+        """Python's, not compiled: it could not keep anything."""
+
+
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+def test_plans_made_again_are_the_plans_that_were_made(controller: AdaptiveController, engine: str) -> None:
+    """Bit by bit: the record holds the states that the controller was given."""
+    law = Remembering(controller.robot, controller.gait)
+    law.planned.clear()
+    walk = mjbiped.walk(law, GROUND, engine=engine, steps=4, initial="rest")
+    again = [list(memory[2:]) for _, memory in replayed(walk, controller)]
+    assert again == law.planned[: walk.steps + 1]
+    assert len(again) == 5
+
+
+def test_the_robot_follows_the_transitions(controller: AdaptiveController) -> None:
+    """The motion, which the engine integrates, is the replayed reference where model and slope are known."""
+    walk = mjbiped.walk(controller, GROUND, engine="hybrid", steps=5, initial="rest")
+    found = transitions(walk, controller)
+    begun = np.array([[0.0] * 4, *np.hstack([walk.touchdowns["q"], walk.touchdowns["dq"]]).tolist()])
+    off = np.abs(begun - controller.gait.start).max(axis=1) > controller.replanning_threshold
+    assert 1 < off.sum() < len(off)  # both kinds of steps
+    # the last step was not walked: the walk ends with its touchdown
+    assert len(found) == off[:-1].sum()
+    starts = [0.0, *walk.touchdowns["time"][:-1]]
+    samples, period = walk.samples, 0.8 * controller.gait.period
+    for curve, start in zip(found, np.array(starts)[off[:-1]], strict=True):
+        inside = (samples["time"] > start + 1e-9) & (samples["time"] < start + period)
+        times = np.linspace(start, start + period, len(curve))
+        for leg in range(2):
+            drawn = np.interp(samples["time"][inside], times, curve[:, leg])
+            # 60 points of a curve that turns with up to 10 rad/s²: 10 h²/8 between them
+            np.testing.assert_allclose(samples["q"][inside, leg], drawn, rtol=0, atol=2e-4)
+        q, dq, _ = controller.gait.reference(np.array([period]))
+        np.testing.assert_allclose(curve[-1], [*q[0], *dq[0]], rtol=0, atol=1e-12)
+
+
+def test_nothing_is_re_planned_where_that_is_off_or_there_is_no_need(
+    controller: AdaptiveController, gait: mjbiped.Gait
+) -> None:
+    without = replace(controller, replanning_delay=None)
+    assert transitions(mjbiped.walk(without, GROUND, engine="hybrid", steps=3, initial="rest"), without) == []
+    level = mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=3)
+    assert transitions(level, controller) == []
+
+
+def test_a_transition_ends_with_the_walk(controller: AdaptiveController) -> None:
+    law = replace(controller, replanning_delay=1.0)
+    walk = mjbiped.walk(law, mjbiped.Terrain.level(), engine="hybrid", steps=1, initial="rest")
+    (curve,) = transitions(walk, law)
+    assert walk.end[0] < law.transition_end([0.0, 0.0, 1.0])  # from rest the first step is shorter than the period
+    np.testing.assert_allclose(curve[-1, :2], walk.touchdowns["q_before"][0], rtol=0, atol=1e-8)
+
+
+def test_the_controller_is_built_anew(controller: AdaptiveController) -> None:
+    law = replace(controller, adaptation_gain=3.0, initial_slope_estimate=0.05)
+    assert recorded_controller(mjbiped.walk(law, GROUND, engine="hybrid", steps=1)) == law
+    passive = mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), engine="hybrid", steps=1)
+    with pytest.raises(InputError, match="this walk's is PassiveController"):
+        recorded_controller(passive)

@@ -1,0 +1,160 @@
+"""Theorem 1 along recorded walks: the record against (15)-(26), in the hybrid engine to its accuracy."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, PassiveController
+from mjbiped.analysis.error_dynamics import impact_gain, impact_matrix
+from mjbiped.analysis.stability import Stability, recorded_controller, stability
+from mjbiped.errors import InputError
+
+# error of a step's end in the hybrid engine: some 20 integration steps of tolerance 1e-10 (1 + |y|), and the dense
+# output between them
+INTEGRATION = 1e-8
+
+
+def walked(controller: AdaptiveController, terrain: mjbiped.Terrain, **arguments: object) -> mjbiped.Walk:
+    given = {"engine": "hybrid", "steps": 6, "sample_period": 2e-3, **arguments}
+    return mjbiped.walk(controller, terrain, **given)  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def wrong(controller: AdaptiveController) -> AdaptiveController:
+    """Starts with an estimate 3 degrees wrong, is never re-planned, never updated: all that (22) has in it moves."""
+    return replace(controller, initial_slope_estimate=math.radians(3), replanning_delay=None, estimate_update=False)
+
+
+@pytest.fixture(scope="module")
+def uneven() -> mjbiped.Terrain:
+    return mjbiped.Terrain.from_segments([(1.0, 0.0, 0.0), (10.0, 1.0, 0.0)])
+
+
+@pytest.fixture(scope="module")
+def walk(wrong: AdaptiveController, uneven: mjbiped.Terrain) -> mjbiped.Walk:
+    return walked(wrong, uneven)
+
+
+@pytest.fixture(scope="module")
+def found(walk: mjbiped.Walk) -> Stability:
+    return stability(walk)
+
+
+def test_recorded_errors_obey_22(found: Stability) -> None:
+    """The transition matrix, made of the angles alone, carries the errors from a step's start to its end."""
+    assert found.residual.max() < INTEGRATION
+    assert np.linalg.norm(found.start[0]) > 0.05  # there was something to carry
+    assert (np.linalg.norm(found.start - found.end, axis=1) > 1e5 * found.residual).all()
+
+
+def test_lyapunov_function_falls_as_16_and_17_say(
+    found: Stability, wrong: AdaptiveController, uneven: mjbiped.Terrain
+) -> None:
+    weight = 1 / wrong.adaptation_gain
+    assert np.abs(found.balance).max() < INTEGRATION * weight
+    within = np.diff(found.step) == 0
+    assert np.diff(found.lyapunov)[within].max() < 0.0
+    # what is left at coarse samples is the quadrature's, of fourth order; the finest is free of it
+    coarse, fine = (
+        np.abs(stability(walked(wrong, uneven, steps=2, sample_period=period)).balance).max() for period in (0.02, 0.01)
+    )
+    assert 3.0 < math.log2(coarse / fine) < 6.0
+
+
+def test_lyapunov_function_and_dissipation_are_15_and_16(found: Stability) -> None:
+    z1, z2, theta = found.errors[:, 0:2], found.errors[:, 2:4], found.errors[:, 4:6]
+    expected = 0.5 * (z1**2).sum(1) + 0.5 * (z2**2).sum(1) + (theta**2).sum(1) / 0.6
+    np.testing.assert_allclose(found.lyapunov, expected, rtol=1e-13)
+    np.testing.assert_allclose(found.dissipation, 5 * (z1**2).sum(1) + 12 * (z2**2).sum(1), rtol=1e-13)
+
+
+def test_estimates_at_the_ends_are_the_recorded_ones(found: Stability, walk: mjbiped.Walk) -> None:
+    slope = np.append(0.0, walk.touchdowns["slope"])
+    before, after = walk.touchdowns["slope_estimate_before"], walk.touchdowns["slope_estimate"]
+    np.testing.assert_allclose(np.sin(slope[:-1]) - found.end[:, 4], np.sin(before), rtol=0, atol=INTEGRATION)
+    np.testing.assert_allclose(np.sin(slope[1:-1]) - found.start[1:, 4], np.sin(after[:-1]), rtol=0, atol=INTEGRATION)
+
+
+def test_touchdowns_against_the_equations(found: Stability, walk: mjbiped.Walk) -> None:
+    """(19)-(21) from the record's rows, and the jump of V_a."""
+    z1 = np.linalg.norm(found.end[:-1, 0:2], axis=1)
+    rates = [np.linalg.norm(eta[:, 2:4] - 5 * eta[:, 0:2], axis=1) for eta in (found.end[:-1], found.start[1:])]
+    bound = found.alpha[1:] * z1 + found.beta[1:] * rates[0]
+    assert (rates[1] <= bound * (1 + 1e-12)).all()
+    sharp = found.alpha[1:] > 0
+    np.testing.assert_allclose(rates[1][sharp], bound[sharp], rtol=1e-12)
+    for step, q in enumerate(walk.touchdowns["q_before"][:-1], start=1):
+        assert found.beta[step] == pytest.approx(np.linalg.norm(impact_matrix(found.controller.robot.constants, q), 2))
+        assert found.impact_gain[step] == impact_gain(5.0, found.alpha[step], found.beta[step])
+    assert np.isnan([found.alpha[0], found.beta[0], found.impact_gain[0], found.ratio[0], found.lyapunov_jump[0]]).all()
+    first_of = np.flatnonzero(np.diff(found.step)) + 1
+    np.testing.assert_allclose(found.lyapunov_jump[1:], found.lyapunov[first_of] - found.lyapunov[first_of - 1])
+    assert np.flatnonzero(found.slope_change).tolist() == [int(np.argmax(found.lyapunov_jump[1:])) + 1]
+    assert found.slope_change.sum() == pytest.approx(math.radians(1))
+
+
+def test_paper_s_inequality_25_with_sharp_constants(found: Stability) -> None:
+    """(25) holds by construction where alpha is finite and the angles' error did not grow in the touchdown."""
+    same = np.linalg.norm(found.start[1:, :2], axis=1) <= np.linalg.norm(found.end[:-1, :2], axis=1)
+    level = found.slope_change[1:] == 0.0
+    assert same.any()
+    assert (found.ratio[1:][same & level] <= found.condition[1:][same & level]).all()
+    assert (found.condition_floor <= np.nan_to_num(found.condition, nan=np.inf)).all()
+
+
+def test_exact_estimate_stays_exact_with_the_update_and_re_planning(
+    controller: AdaptiveController, uneven: mjbiped.Terrain
+) -> None:
+    """With (27) a touchdown on another slope leaves V_a at zero; without, it puts the slope's change into it."""
+    found = stability(walked(controller, uneven))
+    assert found.lyapunov.max() < INTEGRATION
+    blind = stability(walked(replace(controller, estimate_update=False), uneven))
+    change = np.array([math.sin(math.radians(1)), math.cos(math.radians(1)) - 1])
+    there = int(np.flatnonzero(blind.slope_change)[0])
+    assert blind.lyapunov_jump[there] == pytest.approx((change**2).sum() / 0.6, rel=1e-6)
+
+
+def test_excitation_and_its_directions(found: Stability) -> None:
+    assert (found.excitation[:, 0] > 50.0).all()
+    assert (found.excitation[:, 1] / found.excitation[:, 0] < 2.2).all()
+    assert (found.weak_direction < math.radians(5)).all()  # the cosine's
+
+
+def test_first_step_from_rest_is_excited_though_the_legs_start_together(controller: AdaptiveController) -> None:
+    excitation = stability(walked(controller, mjbiped.Terrain.level(), steps=1, initial="rest")).excitation
+    assert excitation[0, 0] == pytest.approx(28, abs=0.5)  # as docs/stability.md says, to two digits
+
+
+def test_mujoco_walk_obeys_22_up_to_its_step(wrong: AdaptiveController, uneven: mjbiped.Terrain) -> None:
+    """The residual is of first order in the timestep, for the torque is held, or of second, like the motion's error."""
+    coarse, fine = (
+        np.median(stability(walked(wrong, uneven, engine="mujoco", steps=3, timestep=h, sample_period=4e-3)).residual)
+        for h in (4e-4, 1e-4)
+    )
+    assert fine < 3e-3
+    assert 3.0 < coarse / fine < 17.0  # 4 to 16, and what is left of other errors
+
+
+def test_record_suffices(walk: mjbiped.Walk, wrong: AdaptiveController, found: Stability, tmp_path: Path) -> None:
+    assert recorded_controller(walk) == wrong
+    walk.save(tmp_path / "walk.npz")
+    again = stability(mjbiped.Walk.load(tmp_path / "walk.npz"))
+    assert np.array_equal(again.errors, found.errors)
+    assert np.array_equal(again.transition, found.transition)
+
+
+def test_refusals(controller: AdaptiveController, walk: mjbiped.Walk) -> None:
+    downhill = mjbiped.Terrain.incline(2.0)
+    passive = replace(walk, settings={**walk.settings, "controller": PassiveController().describe()})
+    with pytest.raises(InputError, match="this walk's is PassiveController"):
+        stability(passive)
+    with pytest.raises(InputError, match="must be an AdaptiveController, got PassiveController"):
+        stability(passive, PassiveController())  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=r"step 1 of 0\.764 s has only 3 samples"):
+        stability(walked(controller, downhill, steps=1, sample_period=0.2))
+    with pytest.raises(InputError, match="no touchdown"):
+        stability(replace(walk, touchdowns={name: column[:0] for name, column in walk.touchdowns.items()}))

@@ -1,0 +1,86 @@
+"""`mjbiped reproduce`: what it writes and prints, and how it ends."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from command_line import run
+
+from mjbiped.plotting.style import new_figure, save_figure
+from mjbiped.reproduction import methods, plan, running, scan
+from mjbiped.reproduction import reproduce as whole
+from mjbiped.reproduction.cell import Cell, measured
+from mjbiped.reproduction.methods import settled
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A reproduction of the adaptive controller with one zeta, of one setting of PBC, without MuJoCo's processes."""
+    all_of_table_2 = plan.table_2
+    monkeypatch.setattr(methods, "DELAYS", (0.6,))
+    monkeypatch.setattr(plan, "table_2", lambda: all_of_table_2(methods=("adaptive",)))
+    monkeypatch.setattr(whole, "in_mujoco", lambda *_: [])
+    monkeypatch.setattr(scan, "settings", lambda: [settled("PBC", "none")])
+    # these take seconds to draw, and have tests of their own
+    for name in ("plot_walk", "plot_figure_5", "plot_figure_6"):
+        monkeypatch.setattr(whole, name, lambda _, path: save_figure(new_figure(1.0), path))
+
+
+@pytest.mark.usefixtures("small")
+def test_page_table_and_figures_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = run("reproduce", "--out", tmp_path / "walks", "--report", tmp_path / "page", "--quick")
+    assert result.exit_code == 0
+    for name in (
+        "reproduction.md",
+        "reproduction.csv",
+        "reproduction_gains.csv",
+        "images/reproduction_fig_4_mixed_hybrid.png",
+    ):
+        assert (tmp_path / "page" / name).is_file()
+        assert name in result.stdout.replace("\n", "")
+    assert (tmp_path / "walks" / "figures" / "reproduction_table_3.pdf").stat().st_size > 5_000
+    assert "0.03492" in result.stdout  # c_mt on level ground
+    first = (tmp_path / "page" / "reproduction.md").read_bytes()
+    monkeypatch.setattr(whole, "draw", lambda *_: [])
+    told = json.loads(run("reproduce", "--out", tmp_path / "walks", "--quick", "--json").stdout)
+    assert (tmp_path / "walks" / "reproduction.md").read_bytes() == first
+    assert told["failed"] == []
+    assert told["checks"][0]["claim"] == "On level ground the adaptive controller's c_mt is 0.0350"
+    assert {"claim", "source", "holds", "found", "of", "engine", "group"} == set(told["checks"][0])
+
+
+@pytest.mark.usefixtures("small")
+def test_interrupted_it_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    walked = []
+
+    def interrupted(cell: Cell) -> object:
+        walked.append(cell)
+        if len(walked) > 4:
+            raise KeyboardInterrupt
+        return real(cell)
+
+    real = measured
+    monkeypatch.setattr(running, "measured", interrupted)
+    result = run("reproduce", "--out", tmp_path)
+    assert result.exit_code == 130
+    assert "the same command goes on" in result.stderr.replace("\n", " ")
+    assert len(list((tmp_path / "walks").glob("*.json"))) == 4
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--workers", "0"), "workers"),
+        (("--out", __file__), "is a file"),
+        (("--report", Path(__file__) / "page"), "cannot make the folder"),
+    ],
+)
+@pytest.mark.usefixtures("small")
+def test_bad_input_is_refused(words: tuple[object, ...], message: str, tmp_path: Path) -> None:
+    where = () if "--out" in words else ("--out", tmp_path)
+    result = run("reproduce", *where, *words)
+    assert result.exit_code == 2
+    assert message in result.stderr.replace("\n", " ")
+    assert not list(tmp_path.rglob("*.json"))

@@ -1,0 +1,183 @@
+"""The hybrid engine comes to an end whatever the controller does, says why, and can be interrupted at any time."""
+
+import math
+import signal
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from types import FrameType
+
+import pytest
+from closed_loop import in_plain_python
+
+import mjbiped
+from controllers import AdaptiveController, Controller, KineticEnergyController, Memory, PassiveController
+from mjbiped.cli.tables import walk_table
+from mjbiped.engines.hybrid import simulation as hybrid
+from mjbiped.engines.hybrid.progress import ATTEMPTS_BETWEEN_LOOKS
+from mjbiped.engines.hybrid.simulation import HybridRecorder, HybridSimulation, simulate_hybrid
+from mjbiped.records import measures
+from mjbiped.terrain.terrain import Terrain
+
+INCLINE = Terrain.incline(2.0)
+START = (-0.19, 0.19, 1.1, 0.8)
+
+
+class Switching(Controller):
+    """Brakes the legs against each other: it brings their relative rate to zero, and then switches to and fro."""
+
+    def __init__(self, torque: float) -> None:
+        self.greatest = torque
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        return 0.0, -math.copysign(self.greatest, dq[1] - dq[0])
+
+
+@contextmanager
+def interrupted_after(seconds: float, error: type[BaseException] = KeyboardInterrupt) -> Iterator[None]:
+    """Ctrl-C after a time; or another error, where a test is only to end."""
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        raise error
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@pytest.mark.parametrize(
+    ("robot", "torque"),
+    [
+        (mjbiped.Compass(), 10.0),
+        (mjbiped.Compass(hip_mass=10.0, leg_inertia=0.0), 100.0),
+        (mjbiped.Compass(lower_length=0.2, upper_length=0.1, gravity=1.62), 1e5),
+    ],
+)
+def test_torque_that_switches_without_end_is_unresolved(robot: mjbiped.Compass, torque: float) -> None:
+    with interrupted_after(60.0, TimeoutError):  # some 0.5 s; it once never ended
+        walk = mjbiped.walk(Switching(torque), INCLINE, engine="hybrid", robot=robot, initial=START, steps=5)
+    assert (walk.outcome, walk.fell) == ("unresolved", False)
+    (told,) = walk.warnings
+    assert "next_break" in told
+    assert "control_period" in told
+    assert told in repr(walk)
+    shown = " ".join(str(cell) for column in walk_table(walk, measures.summary(walk)).columns for cell in column.cells)
+    assert told in shown
+    assert math.isfinite(walk.end[0])
+    assert walk == mjbiped.walk(Switching(torque), INCLINE, engine="hybrid", robot=robot, initial=START, steps=5)
+
+
+def test_torque_that_switches_now_and_then_is_resolved() -> None:
+    walk = mjbiped.walk(Switching(0.1), INCLINE, engine="hybrid", initial=START, steps=3)
+    assert walk.outcome == "finished"
+    assert not walk.warnings
+    assert "warnings" not in walk.settings
+
+
+def test_gains_beyond_all_robots_are_unresolved(
+    robot: mjbiped.Compass, gait: mjbiped.Gait, controller: AdaptiveController
+) -> None:
+    plain = in_plain_python(KineticEnergyController(robot, gait, gain=1e6))
+    compiled = AdaptiveController(robot, gait, velocity_gain=1e6)
+    mjbiped.walk(controller, Terrain.level(), engine="hybrid", steps=1)  # compiled now
+    for law in (plain, compiled):
+        with interrupted_after(60.0, TimeoutError):  # some 0.5 s; it once took hours
+            walk = mjbiped.walk(law, Terrain.level(), engine="hybrid", steps=3)
+        assert walk.outcome == "unresolved"
+    assert walk.settings["compiled"]
+
+
+def test_robot_that_flies_apart_has_diverged() -> None:
+    """Rates that grow beyond all bounds in a finite time: no step is short enough, but nothing switches."""
+
+    class Runaway(Controller):
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            return (force := 100.0 * dq[1] ** 3), force  # on the swing leg alone
+
+    walk = mjbiped.walk(Runaway(), INCLINE, engine="hybrid", initial=START)
+    assert walk.outcome == "diverged"
+    assert list(walk.warnings) == ["torques or motion are beyond all bounds, or no numbers"]
+
+
+def test_breaks_without_end_are_unresolved() -> None:
+    class Crowded(PassiveController):
+        def next_break(self, memory: Memory, t: float) -> float:
+            return t + 1e-9
+
+    walk = mjbiped.walk(Crowded(), INCLINE, engine="hybrid", initial=START)
+    assert walk.outcome == "unresolved"
+    assert walk.end[0] == 0.0 or walk.samples["time"][-1] == pytest.approx(1e-9 * ATTEMPTS_BETWEEN_LOOKS, rel=1e-3)
+
+
+def stiff(controller: AdaptiveController) -> AdaptiveController:
+    """A controller that takes tens of thousands of integration steps for a gait step, some 40 ms compiled."""
+    return AdaptiveController(controller.robot, controller.gait, velocity_gain=2e5)
+
+
+def test_compiled_walk_can_be_interrupted(controller: AdaptiveController) -> None:
+    mjbiped.walk(controller, Terrain.level(), engine="hybrid", steps=1)  # compiled now
+    begun = time.perf_counter()
+    with interrupted_after(0.5), pytest.raises(mjbiped.WalkInterrupted) as caught:
+        mjbiped.walk(stiff(controller), Terrain.level(), engine="hybrid", steps=100_000, sample_period=None)
+    # a stint is shorter than 0.1 s; the rest is for a machine under load. It once came after 1024 gait steps
+    assert time.perf_counter() - begun < 3.0
+    walk = caught.value.walk
+    assert walk.outcome == "interrupted"
+    assert walk.steps > 0
+    assert walk.end[0] >= walk.touchdowns["time"][-1]
+
+
+def test_compiled_walks_in_threads_can_be_interrupted(controller: AdaptiveController) -> None:
+    mjbiped.walk(controller, Terrain.level(), engine="hybrid", steps=1)
+    begun = time.perf_counter()
+    with interrupted_after(0.5), pytest.raises(mjbiped.WalksInterrupted) as caught:
+        mjbiped.walk_many(
+            stiff(controller),
+            [Terrain.level()] * 2,
+            engine="hybrid",
+            steps=100_000,
+            sample_period=None,
+            workers=2,
+        )
+    assert time.perf_counter() - begun < 3.0
+    for walk in caught.value.walks:
+        assert isinstance(walk, mjbiped.Walk)
+        assert walk.outcome == "interrupted"
+        assert walk.steps > 0
+
+
+def test_pauses_change_nothing(controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python has its turn after every integration step, in gait steps with strikes and kinks too."""
+    terrain = Terrain.stairs(rise=0.045, first=1.0, count=1)
+
+    def walked() -> tuple[HybridSimulation, HybridRecorder, int]:
+        turns = []
+        simulation = HybridSimulation(
+            controller,
+            terrain,
+            robot=controller.robot,
+            q=controller.gait.start[:2].tolist(),
+            dq=controller.gait.start[2:].tolist(),
+            steps=4,
+        )
+        recorder = HybridRecorder(heed=lambda: turns.append(0))
+        simulate_hybrid(simulation, recorder, progress=False)
+        return simulation, recorder, len(turns)
+
+    whole, recorded, _ = walked()
+    monkeypatch.setattr(hybrid, "_FIRST_STINT", 1)
+    monkeypatch.setattr(hybrid, "_SHORT", 0.0)  # stints do not grow
+    parts, recorded_in_parts, turns = walked()
+    assert turns > 60  # 4 gait steps of some 20 integration steps
+    for table, other in (
+        (recorded.touchdowns(), recorded_in_parts.touchdowns()),
+        (recorded.samples(), recorded_in_parts.samples()),
+    ):
+        assert {name: values.tobytes() for name, values in table.items()} == {
+            name: values.tobytes() for name, values in other.items()
+        }
+    assert (whole.peak_torque == parts.peak_torque).all()

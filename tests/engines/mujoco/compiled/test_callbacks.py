@@ -1,0 +1,361 @@
+"""Compiled callbacks: the same walks as with Python's, and nothing else is touched."""
+
+import copy
+import math
+import threading
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, Controller, Memory, PassiveController
+from mjbiped.control.check import LawError
+from mjbiped.control.controller import Law
+from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco import simulation as physics
+from mjbiped.engines.mujoco.compiled.callbacks import attached
+from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
+from mjbiped.engines.mujoco.compiled.records import NotPackableError, Packer
+from mjbiped.engines.mujoco.run import simulate
+from mjbiped.engines.mujoco.scene import RECORDS
+from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.numerics.jit import raises
+from mjbiped.records.recorder import Recorder
+from mjbiped.rules.termination import Outcome
+
+Terrain = mjbiped.Terrain
+STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+CALLBACKS = ("mjcb_control", "mjcb_sensor", "mjcb_contactfilter")
+
+
+def make(controller: Controller, terrain: Terrain | None = None, **parameters: object) -> Simulation:
+    robot = controller.robot or mjbiped.Compass()
+    start = controller.gait.start.tolist() if controller.gait else [0.0, 0.0, 0.0, 0.0]
+    arguments: dict[str, Any] = {"robot": robot, "q": start[:2], "dq": start[2:], "steps": 60, "timestep": 5e-4}
+    return Simulation(controller, terrain or Terrain.mixed(), **{**arguments, **parameters})
+
+
+def state_of(model: mujoco.MjModel, data: mujoco.MjData) -> bytes:
+    state = np.zeros(mujoco.mj_stateSize(model, STATE))
+    mujoco.mj_getState(model, data, state, STATE)
+    return state.tobytes()
+
+
+def are_compiled() -> bool:
+    return all(hasattr(getattr(mujoco, f"get_{name}")(), "argtypes") for name in CALLBACKS)
+
+
+@pytest.mark.parametrize(
+    ("terrain", "parameters"),
+    [
+        (Terrain.level(), {}),
+        (Terrain.mixed(), {}),
+        (Terrain.stairs(rise=-0.06), {}),
+        (Terrain.random(seed=3), {}),
+        (Terrain.slopes(change_deg=1.5), {"control_period": 5e-3}),
+        (Terrain.from_segments([(0.30, 2.0), (10.0, 2.0, 0.05)]), {}),  # struck, and then it falls
+    ],
+    ids=["level", "mixed", "stairs", "random", "slow controller", "riser"],
+)
+def test_same_walk_bitwise(terrain: Terrain, parameters: dict[str, object], controller: AdaptiveController) -> None:
+    """No tolerance: compiled code does the same operations in the same order, and takes sines from the same library."""
+    states = []
+    for compile in (False, True):
+        simulation = make(controller, terrain, compile=compile, **parameters)
+        with simulation.callbacks():
+            assert are_compiled() == compile
+            mujoco.mj_step(simulation.model, simulation.data, nstep=10_000)
+        assert simulation.data.userdata[events.COUNT] >= 1
+        states.append(state_of(simulation.model, simulation.data))
+    assert states[0] == states[1]
+
+
+@pytest.mark.parametrize(
+    ("terrain", "parameters"),
+    [
+        (Terrain.level(), {"sample_period": 100.0}),
+        (Terrain.mixed(), {"sample_period": 1e-3}),
+        (Terrain.stairs(rise=-0.06), {"timestep": 2e-4}),
+        (Terrain.random(seed=5), {"control_period": 5e-3, "timestep": 5e-4}),
+    ],
+    ids=["level", "mixed", "stairs", "random"],
+)
+def test_same_record(
+    terrain: Terrain,
+    parameters: dict[str, Any],
+    controller: AdaptiveController,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Samples, touchdowns, peaks, end: though compiled walks are stepped in leaps, with touchdowns in their midst."""
+    compiled = mjbiped.walk(controller, terrain, steps=3, **parameters)
+    monkeypatch.setattr(Simulation, "_native", None)
+    assert compiled == mjbiped.walk(controller, terrain, steps=3, **parameters)
+    assert compiled.steps == 3
+
+
+def three_torques(
+    parameters: tuple[()], memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float, float]:
+    return 0.0, 0.0, 0.0
+
+
+def one_torque(
+    parameters: tuple[()], memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float]:
+    return (0.0,)
+
+
+@pytest.mark.parametrize(("torque", "number"), [(three_torques, 3), (one_torque, 1)])
+def test_wrong_number_of_values_is_refused_in_words(torque: Any, number: int) -> None:
+    class Wrong(PassiveController):
+        def law(self) -> Law:
+            return super().law()._replace(torque=torque)
+
+    with pytest.raises(
+        LawError, match=rf"laws of Wrong .*returns UniTuple\(float64 x {number}\); expected a tuple of 2"
+    ):
+        mjbiped.walk(Wrong(), Terrain.incline(2.0), steps=1)
+
+
+def test_a_method_of_the_object_itself_is_called() -> None:
+    def torque(memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        return 0.0, 1.0
+
+    controller = PassiveController()
+    object.__setattr__(controller, "torque", torque)
+    simulation = make(controller)
+    assert not simulation.compiled
+    with simulation.callbacks():
+        mujoco.mj_step(simulation.model, simulation.data)
+    assert simulation.data.ctrl[2] == 1.0
+
+
+def test_passive_walk_bitwise_to_its_end() -> None:
+    """It falls: outcomes, too, are the same."""
+    states = []
+    for compile in (False, True):
+        simulation = make(PassiveController(), Terrain.level(), compile=compile, q=(-0.3, 0.3), dq=(0.2, 0.1))
+        with simulation.callbacks():
+            mujoco.mj_step(simulation.model, simulation.data, nstep=2000)
+        assert simulation.outcome is Outcome.FELL
+        states.append(state_of(simulation.model, simulation.data))
+    assert states[0] == states[1]
+
+
+def test_warnings_of_steps_made_twice_count_once(
+    monkeypatch: pytest.MonkeyPatch, controller: AdaptiveController
+) -> None:
+    """A leap with the walk's end in it is taken back; its warnings once stayed."""
+    simulation, step = make(controller, steps=2), mujoco.mj_step
+
+    def warning_step(model: mujoco.MjModel, data: mujoco.MjData, nstep: int = 1) -> None:
+        step(model, data, nstep=nstep)
+        simulation.warnings["of each step"] += nstep
+
+    monkeypatch.setattr(mujoco, "mj_step", warning_step)
+    simulate(simulation, Recorder(), progress=False)
+    assert simulation.data.userdata[events.COUNT] == 2
+    times: list[float] = []
+    again = make(controller, steps=2, compile=False)  # whose steps are made one by one
+
+    def counting_step(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        times.append(data.time)
+        step(model, data)
+
+    monkeypatch.setattr(mujoco, "mj_step", counting_step)
+    simulate(again, Recorder(), progress=False)
+    assert simulation.warnings["of each step"] == len(times)
+
+
+def test_one_model_serves_walks_of_many_gains_in_threads(controller: AdaptiveController) -> None:
+    gains = (5.0, 3.0, 8.0)
+    walkers = [make(replace(controller, position_gain=gain), lands=False) for gain in gains]
+    alone = []
+    for walker in walkers:
+        with walker.callbacks():
+            mujoco.mj_step(walker.model, walker.data, nstep=3000)
+        alone.append(state_of(walker.model, walker.data))
+    fresh = [make(replace(controller, position_gain=gain), lands=False) for gain in gains]
+    shared = fresh[0].model
+    natives = [walker._native for walker in fresh]
+    assert natives[0]
+    functions = natives[0].functions
+    assert all(each and each.functions is functions for each in natives)
+    datas = []
+    for index, walker in enumerate(fresh):
+        data = mujoco.MjData(shared)
+        data.qpos, data.qvel, data.userdata = walker.data.qpos, walker.data.qvel, walker.data.userdata
+        data.userdata[events.RECORD] = index
+        datas.append(data)
+    with fresh[0].callbacks(), attached(shared, [each for each in natives if each]):
+        threads = [threading.Thread(target=mujoco.mj_step, args=(shared, data, 3000)) for data in datas]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    for index, data in enumerate(datas):
+        assert data.userdata[events.RECORD] == index
+        data.userdata[events.RECORD] = 0.0
+        assert state_of(shared, data) == alone[index]
+
+
+def test_records_of_another_kind_are_refused(controller: AdaptiveController) -> None:
+    """Of other laws, or of a ground with another number of risers: C code looks at no bounds."""
+    fixed: dict[str, object] = {"lands": False}
+    level, stairs = make(controller, Terrain.level(), **fixed), make(controller, Terrain.stairs(rise=-0.06), **fixed)
+    passive, lands = make(PassiveController(), Terrain.level(), **fixed), make(controller, Terrain.level())._native
+    own, other, unlike = level._native, stairs._native, passive._native
+    assert own
+    assert other
+    assert unlike
+    for walks in ([other], [own, unlike]):
+        with pytest.raises(ValueError, match="the same laws"), attached(level.model, walks):
+            pass
+    with pytest.raises(ValueError, match="a model each"), attached(level.model, [own, lands]):  # type: ignore[list-item]
+        pass
+    with attached(level.model, [own, own]):
+        assert level.model.numeric(RECORDS).data[3] == 2
+
+
+@pytest.mark.parametrize("record", [1.0, -1.0, math.nan, 1e300])
+def test_a_record_that_is_not_there_is_not_read(record: float, controller: AdaptiveController) -> None:
+    simulation = make(controller)
+    simulation.data.userdata[events.RECORD] = record
+    with simulation.callbacks():
+        mujoco.mj_step(simulation.model, simulation.data, nstep=10)
+    assert not simulation.data.ctrl.any()
+
+
+def test_copies_of_a_model_are_left_alone(controller: AdaptiveController) -> None:
+    """The addresses in its numeric field are copied with it, and may outlive what they point to."""
+    simulation = make(controller)
+    with simulation.callbacks():
+        twin = copy.copy(simulation.model)
+        data = mujoco.MjData(twin)
+        data.qpos, data.qvel, data.userdata = simulation.data.qpos, simulation.data.qvel, simulation.data.userdata
+        assert simulation.model.numeric(RECORDS).data.any()
+        mujoco.mj_step(twin, data, nstep=10)
+    assert not data.ctrl.any()
+    assert not simulation.model.numeric(RECORDS).data.any()
+
+
+class Raising(PassiveController):
+    """Its law may raise an exception, which a C callback could not."""
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        return raising_torque((), memory, t, *q, *dq)
+
+    def law(self) -> Law:
+        return PassiveController().law()._replace(torque=raising_torque)
+
+
+def raising_torque(
+    parameters: tuple[()], memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float]:
+    if t > 0.01:
+        raise ValueError("late")
+    return 0.0, 0.0
+
+
+class Spring(Controller):
+    """Without `law`."""
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        return 0.0, -20.0 * (q[1] - q[0])
+
+
+def test_what_cannot_be_compiled_runs_in_python() -> None:
+    for controller in (Spring(), Raising()):
+        simulation = make(controller)
+        assert not simulation.compiled
+        with simulation.callbacks():
+            assert not are_compiled()
+    assert raises((raising_torque,))
+    with pytest.raises(mjbiped.WalkStopped, match="ValueError: late"):
+        mjbiped.walk(Raising(), Terrain.incline(2.0), steps=1)
+
+
+def out_of_range(
+    parameters: tuple[()], memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float]:
+    return (0.0, 1.0)[int(100.0 * t)], 0.0
+
+
+def test_an_exception_in_compiled_code_stops_the_walk() -> None:
+    class Short(PassiveController):
+        def law(self) -> Law:
+            return super().law()._replace(torque=out_of_range)
+
+    with pytest.raises(mjbiped.WalkStopped, match=r"Short failed at .* a compiled law raised an exception") as stopped:
+        mjbiped.walk(Short(), Terrain.incline(2.0), steps=1)
+    assert stopped.value.walk.outcome == "interrupted"
+    assert 0.0199 < stopped.value.walk.end[0] < 0.0205
+
+
+def test_unknown_mujoco_warns_once_and_walks(monkeypatch: pytest.MonkeyPatch, controller: AdaptiveController) -> None:
+    def unknown() -> None:
+        raise UnknownLayoutError("MuJoCo 9.9 is not understood")
+
+    monkeypatch.setattr("mjbiped.engines.mujoco.compiled.callbacks.layout", unknown)
+    physics._warn_once.cache_clear()
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        for _ in range(2):
+            simulation = make(controller)
+            with simulation.callbacks():
+                assert not are_compiled()
+                mujoco.mj_step(simulation.model, simulation.data, nstep=3)
+            assert simulation.data.ctrl.any()
+    words = "MuJoCo 9.9 is not understood; walks run with callbacks in Python, which gives the same, only slower"
+    assert [str(warning.message) for warning in told] == [words]
+
+
+def test_over_callbacks_of_others_python_takes_its_place(controller: AdaptiveController) -> None:
+    """What stands there is asked for other models: Python's, and compiled ones of another law."""
+    seen: list[mujoco.MjModel] = []
+
+    def standing_there(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        del data
+        seen.append(model)
+
+    outer, inner = make(controller), make(PassiveController(), Terrain.incline(2.0))
+    mujoco.set_mjcb_control(standing_there)
+    try:
+        with inner.callbacks():
+            assert not are_compiled()
+            mujoco.mj_step(outer.model, outer.data)
+        assert seen == [outer.model]
+    finally:
+        mujoco.set_mjcb_control(None)
+    alone, outer = make(controller), make(controller)
+    with alone.callbacks():
+        mujoco.mj_step(alone.model, alone.data, nstep=2000)
+    with outer.callbacks(), inner.callbacks():
+        assert not are_compiled()
+        mujoco.mj_step(outer.model, outer.data, nstep=2000)
+        mujoco.mj_step(inner.model, inner.data, nstep=20)
+    assert inner.data.userdata[events.TIME] > 0.0
+    assert state_of(outer.model, outer.data) == state_of(alone.model, alone.data)
+
+
+def test_records_hold_numbers_alone() -> None:
+    packer = Packer()
+    value = (1.5, True, 3, np.arange(6.0).reshape(2, 3), ())
+    space = {
+        "p": None,
+        "record": 0,
+        "array": lambda address, shape: packer.record()[address // 8 :][: math.prod(shape)].reshape(shape),
+    }
+    expression = packer.add(value)
+    again = eval(expression, {**space, "p": packer.record()})
+    assert again[:3] == value[:3]
+    assert isinstance(again[2], int)
+    assert np.array_equal(again[3], value[3])
+    for odd in ("text", {"k": 1.0}, np.array([1, 2]), 1 << 60):
+        with pytest.raises(NotPackableError):
+            Packer().add(odd)

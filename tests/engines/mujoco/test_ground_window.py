@@ -1,0 +1,375 @@
+"""Windows of the ground: on a long terrain the same walk as on the whole terrain's model, bit by bit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+import mjbiped
+from controllers import AdaptiveController, Controller, PassiveController
+from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco import ground_window
+from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, GROUND_KINDS, Ground
+from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in, python_callbacks_removed
+from mjbiped.engines.mujoco.run import simulate
+from mjbiped.engines.mujoco.scene import Scene, build_scene
+from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.records.recorder import Recorder
+from mjbiped.rendering.video import gl_available, render_frames
+from mjbiped.rules.termination import Outcome
+from mjbiped.terrain.profile import height_over
+
+Terrain = mjbiped.Terrain
+State = NDArray[np.float64]
+STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+
+
+def trail(count: int = 200, spacing: float = 0.15) -> Terrain:
+    """Samples at equal distances: long heightfields."""
+    x = np.arange(count + 1) * spacing
+    z = 2e-3 * np.sin(1.7 * x)
+    return Terrain(tuple(x[:-1]), tuple(z[:-1]), tuple(-np.arctan(np.diff(z) / spacing)))
+
+
+LONG = {
+    "stairs": Terrain.stairs(tread=0.15, rise=-0.001, count=200),
+    "mixed": Terrain.random(seed=4, length=30.0, segment_length=(0.1, 0.2), slope_deg=(-1.0, 2.0), rise=(-4e-3, 1e-3)),
+    "trail": trail(),
+    "rough": Terrain.random(seed=1, length=30.0, roughness=2e-4, spacing=0.12),
+}
+"""Of short segments: a window ends after some four metres."""
+
+
+def make(controller: Controller, terrain: Terrain, **parameters: Any) -> Simulation:
+    robot = controller.robot or mjbiped.Compass()
+    start = controller.gait.start.tolist() if controller.gait else [0.0, 0.0, 0.0, 0.0]
+    arguments: dict[str, Any] = {
+        "q": start[:2],
+        "dq": start[2:],
+        "timestep": 2e-4,
+        "steps": 60,
+        "sample_period": 0.01,
+        **parameters,
+    }
+    return Simulation(controller, terrain, robot=robot, **arguments)
+
+
+def whole(monkeypatch: pytest.MonkeyPatch, make_it: Callable[[], Simulation]) -> Simulation:
+    """A simulation on the whole terrain's model, cut into the same pieces."""
+    with monkeypatch.context() as patch:
+        patch.setattr(ground_window, "FEW_SEGMENTS", 10**9)
+        return make_it()
+
+
+def state_of(simulation: Simulation) -> State:
+    state = np.zeros(mujoco.mj_stateSize(simulation.model, STATE))
+    mujoco.mj_getState(simulation.model, simulation.data, state, STATE)
+    return state
+
+
+def put(simulation: Simulation, state: State) -> None:
+    mujoco.mj_setState(simulation.model, simulation.data, state, STATE)
+
+
+def run(simulation: Simulation) -> tuple[dict[str, NDArray[np.float64]], int]:
+    """Walk to the end: all that is recorded, and the final state; and how many models it took."""
+    models = [simulation.model]
+    move_on = simulation.move_on
+
+    def counted() -> bool:
+        moved = move_on()
+        if moved:
+            models.append(simulation.model)
+        return moved
+
+    simulation.move_on = counted  # type: ignore[method-assign]
+    recorder = Recorder()
+    simulate(simulation, recorder, progress=False)
+    return {**recorder.samples(), **recorder.touchdowns(), "state": state_of(simulation)}, len(models)
+
+
+def assert_same(one: dict[str, NDArray[np.float64]], other: dict[str, NDArray[np.float64]]) -> None:
+    for name, values in one.items():
+        assert values.tobytes() == other[name].tobytes(), name
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_same_walk_bitwise(name: str, controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No tolerance: pieces have the same numbers in every window, and MuJoCo orders contacts by geom."""
+
+    def walker() -> Simulation:
+        return make(controller, LONG[name], steps=15)
+
+    reference, models = run(whole(monkeypatch, walker))
+    assert models == 1
+    walked, models = run(walker())
+    assert models >= 2
+    assert len(walked["slope_estimate_before"]) == 15
+    assert_same(walked, reference)
+
+
+@pytest.mark.parametrize("ground", ["boxes", "heightfield"])
+def test_same_walk_bitwise_on_either_ground(
+    ground: str, controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def walker() -> Simulation:
+        return make(controller, LONG["mixed"], steps=15, ground=ground)
+
+    walked, models = run(walker())
+    assert models >= 2
+    assert_same(walked, run(whole(monkeypatch, walker))[0])
+
+
+def test_python_callbacks_make_the_same_walk(controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also from the middle: the model held the start's ground when the state was set."""
+    compiled = make(controller, LONG["stairs"], steps=8)
+    run(compiled)
+    compiled.data.userdata[events.OUTCOME] = 0.0  # the steps are done, and it goes on
+    middle = state_of(compiled)
+    ends = []
+    for compile in (True, False):
+        again = make(controller, LONG["stairs"], steps=14, compile=compile)
+        put(again, middle)
+        walked, models = run(again)
+        assert again.compiled == compile
+        assert models >= 2
+        ends.append(walked)
+    assert_same(*ends)
+    reference = whole(monkeypatch, lambda: make(controller, LONG["stairs"], steps=14))
+    put(reference, middle)
+    assert_same(ends[0], run(reference)[0])
+
+
+def test_resumes_bitwise_from_any_moment(controller: AdaptiveController) -> None:
+    """Whatever window it was saved in, and whatever window the other simulation begins with."""
+    first = make(controller, LONG["rough"])
+    saved, windows = [], set()
+    with first.callbacks():
+        for _ in range(6):
+            saved.append(state_of(first))
+            for _ in range(16):
+                mujoco.mj_step(first.model, first.data, nstep=500)
+                first.move_on()
+            windows.add(first.model._address)
+    assert len(windows) >= 2
+    assert first.outcome is Outcome.WALKING
+    for number, state in enumerate(saved):
+        resumed = make(controller, LONG["rough"])
+        put(resumed, state)
+        with resumed.callbacks():
+            for _ in range((6 - number) * 16):
+                mujoco.mj_step(resumed.model, resumed.data, nstep=500)
+                resumed.move_on()
+        assert state_of(resumed).tobytes() == state_of(first).tobytes()
+
+
+@pytest.mark.parametrize(("x", "speed", "moved"), [(12.0, -6.0, 2), (2.5, 6.0, 1)], ids=["back", "ahead"])
+@pytest.mark.parametrize("name", LONG)
+def test_tumbles_through_windows(
+    name: str, x: float, speed: float, moved: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A robot that is thrown and tumbles on over its feet, long after the walk has ended: as on the whole terrain."""
+
+    def thrown() -> Simulation:
+        simulation = make(PassiveController(), LONG[name])
+        simulation.data.qpos[:2] = x, LONG[name].height(x) + 1.0
+        simulation.data.qvel[:] = speed, 0.0, 0.5, -1.0
+        return simulation
+
+    windowed, reference = thrown(), whole(monkeypatch, thrown)
+    moves, touched = 0, 0
+    with reference.callbacks(), windowed.callbacks():
+        for _ in range(250):
+            for simulation in (windowed, reference):
+                mujoco.mj_step(simulation.model, simulation.data, nstep=40)
+            assert state_of(windowed).tobytes() == state_of(reference).tobytes()
+            assert windowed.data.ncon == reference.data.ncon
+            touched += moves > 0 and windowed.data.ncon > 0
+            moves += windowed.move_on()
+            assert not reference.move_on()
+    assert moves >= moved
+    assert touched > 20
+    assert windowed.outcome is reference.outcome is Outcome.SLIPPED
+
+
+def test_leaving_the_window_is_no_fall_into_nothing(controller: AdaptiveController) -> None:
+    """Who steps without `move_on` is told at the window's end."""
+    simulation = make(controller, LONG["trail"])
+    with simulation.callbacks():
+        mujoco.mj_step(simulation.model, simulation.data, nstep=110_000)
+    assert simulation.outcome is Outcome.LEFT_TERRAIN
+
+
+@pytest.mark.parametrize("ground", GROUND_KINDS)
+@pytest.mark.parametrize("name", LONG)
+def test_pieces_have_the_same_numbers_in_every_window(name: str, ground: str) -> None:
+    terrain, robot = LONG[name], mjbiped.Compass()
+    full = build_scene(robot, terrain, timestep=1e-4, reach=20.0, ground=ground).model
+    windows = GroundWindows(robot, terrain, timestep=1e-4, reach=20.0, ground=ground)
+    for x in (0.0, 7.7, 16.0, terrain.x[-1]):
+        scene = windows.about(x)
+        model = scene.model
+        assert model.ngeom < full.ngeom
+        ids = [full.geom(model.geom(index).name).id for index in range(model.ngeom)]
+        assert ids == sorted(ids)  # contacts are ordered by geom
+        for field in ("type", "pos", "quat", "size", "aabb", "rbound", "condim", "priority", "friction", "solref"):
+            mine, theirs = (getattr(each, f"geom_{field}") for each in (model, full))
+            assert np.array_equal(mine, theirs[ids]), field
+        places = places_in(scene, terrain)
+        begin = scene.segments.start
+        for geom in range(model.ngeom):
+            called, riser = model.geom(geom).name, int(places["risers"][geom])
+            assert (riser >= 0) == (model.geom_condim[geom] == 1)
+            if riser >= 0:
+                assert called == f"riser_{begin + riser}"
+            elif called.startswith("ground_"):
+                first, last = (begin + int(places[which][geom]) for which in ("first", "last"))
+                low, high = (scene.start if first == 0 else terrain.x[first]), [*terrain.x, scene.end][last + 1]
+                half = model.geom_size[geom][0] if model.geom_dataid[geom] < 0 else model.hfield(called).size[0]
+                assert model.geom_pos[geom][0] == pytest.approx((low + high) / 2, abs=2e-2)  # a box's leans
+                assert half == pytest.approx((high - low) / 2, rel=0.01)
+        assert [model.geom(foot).name for foot in places["feet"]] == ["left_foot", "right_foot"]
+        for at in np.linspace(scene.start, scene.end, 300, endpoint=False):
+            assert height_over(places["profile"], at) == terrain.height_at(at)  # the very same numbers
+        for index in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_HFIELD):
+            mine, theirs = (each.hfield(model.geom(int(index)).name) for each in (model, full))
+            assert mine.data.tobytes() == theirs.data.tobytes()
+            assert mine.size.tobytes() == theirs.size.tobytes()
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    data=st.data(),
+    widths=st.lists(st.sampled_from([0.02, 0.1, 0.1, 0.1, 0.5, 3.0, 40.0]), min_size=1, max_size=150),
+    ground=st.sampled_from(GROUND_KINDS),
+    length=st.sampled_from([0.2, 1.0]),
+)
+def test_window_holds_what_the_robot_can_reach(
+    data: st.DataObject, widths: list[float], ground: str, length: float
+) -> None:
+    """All ground within the margin, few segments beyond what that needs; and no window is left where it was made."""
+    rows = [(width, 1.0 + (index % 3), -0.01 * (index % 4 == 3)) for index, width in enumerate(widths)]
+    terrain = Terrain.from_segments(rows)
+    robot = mjbiped.Compass(lower_length=length / 2, upper_length=length / 2)
+    windows = GroundWindows(robot, terrain, timestep=1e-4, reach=20.0, ground=ground)
+    x = data.draw(st.floats(windows.start - 1.0, windows.end + 1.0))
+    segments = windows.segments_about(x)
+    layout = Ground(terrain, reach=20.0, kind=ground)
+    start, end = layout.start_of(segments[0]), layout.stop_of(segments[-1])
+    margin = MARGIN * length
+    assert start <= max(x - margin, windows.start)
+    assert end >= min(x + margin, windows.end)
+    if len(terrain.x) <= FEW_SEGMENTS:
+        assert segments == layout.segments
+    needed = np.searchsorted(terrain.x, [x - margin - length, x + 2 * margin])
+    # whole heightfields of 16 at both sides
+    assert len(segments) <= max(needed[1] - needed[0], FEW_SEGMENTS + (needed[1] - needed[0])) + 2 * 16 + 1
+
+
+def test_cost_does_not_depend_on_the_length(controller: AdaptiveController) -> None:
+    """The model of 10 000 segments is that of 100: byte by byte, where the same ground lies about the robot."""
+    models = []
+    for count in (100, 10_000):
+        model = make(controller, Terrain.stairs(count=count), steps=60).model
+        models.append(np.zeros(mujoco.mj_sizeModel(model), dtype=np.uint8))
+        mujoco.mj_saveModel(model, None, models[-1])
+    assert models[0].tobytes() == models[1].tobytes()
+
+
+@pytest.mark.parametrize("terrain", [Terrain.mixed(), Terrain.stairs(), Terrain.random(), Terrain.level()])
+def test_short_terrains_are_one_model(terrain: Terrain, controller: AdaptiveController) -> None:
+    simulation = make(controller, terrain, steps=60)
+    model, data = simulation.model, simulation.data
+    for x in (-2.9, 0.0, 10.0, 1e4):
+        data.qpos[0] = x
+        assert not simulation.move_on()
+    assert (simulation.model, simulation.data) == (model, data)
+    names = {model.geom(index).name for index in range(model.ngeom)}
+    assert {f"edge_{index}" for index in range(1, len(terrain.x))} <= names
+
+
+def test_runs_of_few_segments_are_not_cut() -> None:
+    for count, columns in ((FEW_SEGMENTS, FEW_SEGMENTS - 1), (200, 17)):
+        model = build_scene(mjbiped.Compass(), trail(count), timestep=1e-4, reach=5.0).model
+        assert model.hfield_ncol.max() == columns  # one more than segments; the first and the last have other widths
+
+
+def test_a_walk_that_diverges_stays_where_it_is(controller: AdaptiveController) -> None:
+    """MuJoCo's warning is in `data`: it must not be left behind."""
+    simulation = make(controller, LONG["stairs"])
+    with simulation.callbacks():
+        simulation.data.qpos[0] = np.nan
+        assert not simulation.move_on()
+        simulation.data.qpos[0] = 9.0
+        simulation.data.warning[int(mujoco.mjtWarning.mjWARN_BADQACC)].number = 1
+        assert not simulation.move_on()
+    assert simulation.outcome is Outcome.DIVERGED
+
+
+def test_python_callbacks_come_back() -> None:
+    def standing_there(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        raise AssertionError("asked while a model is compiled")
+
+    mujoco.set_mjcb_passive(standing_there)
+    try:
+        GroundWindows(mjbiped.Compass(), LONG["stairs"], timestep=1e-4, reach=1.0).about(0.0)
+        assert mujoco.get_mjcb_passive() is standing_there
+        with pytest.raises(ZeroDivisionError), python_callbacks_removed():
+            1 / (mujoco.get_mjcb_passive() is not None)
+        assert mujoco.get_mjcb_passive() is standing_there
+    finally:
+        mujoco.set_mjcb_passive(None)
+
+
+def test_nested_blocks_follow_the_window(controller: AdaptiveController) -> None:
+    """A block inside another of the same walk: the outer one drives the new model, too."""
+    simulation, alone = make(controller, LONG["trail"]), make(controller, LONG["trail"])
+    with alone.callbacks():
+        for _ in range(60):
+            mujoco.mj_step(alone.model, alone.data, nstep=1000)
+            alone.move_on()
+    with simulation.callbacks():
+        moved, done = False, 0
+        while not moved:
+            with simulation.callbacks():
+                mujoco.mj_step(simulation.model, simulation.data, nstep=1000)
+                moved = simulation.move_on()
+            done += 1
+        assert done < 60
+        for _ in range(60 - done):
+            mujoco.mj_step(simulation.model, simulation.data, nstep=1000)
+            simulation.move_on()
+    assert state_of(simulation).tobytes() == state_of(alone).tobytes()
+    assert simulation.data.userdata[events.COUNT] > 6
+
+
+@pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
+def test_pictures_of_a_window_are_those_of_the_whole(
+    controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """To and fro through the record; single pixels differ, for MuJoCo moves the earth's mesh into its middle."""
+    walk = mjbiped.walk(controller, LONG["stairs"], steps=15, timestep=2e-4, sample_period=0.02)
+    begin, end = float(walk.samples["time"][0]), float(walk.samples["time"][-1])
+    times = [begin, end, 0.5 * end, begin]
+    built: list[float] = []
+    about = GroundWindows.about
+
+    def counted(self: GroundWindows, x: float) -> Scene:
+        built.append(x)
+        return about(self, x)
+
+    monkeypatch.setattr(GroundWindows, "about", counted)
+    frames = render_frames(walk, times, width=160, height=120)
+    assert len(built) == 3  # at the start, at the end, and back again
+    monkeypatch.setattr(ground_window, "FEW_SEGMENTS", 10**9)
+    for frame, whole_frame in zip(frames, render_frames(walk, times, width=160, height=120), strict=True):
+        assert (frame != whole_frame).any(axis=-1).sum() <= 4
+    assert len(built) == 4
+    assert (frames[0] == frames[3]).all()

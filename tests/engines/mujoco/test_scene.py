@@ -1,0 +1,139 @@
+"""The scene against the terrain and the robot it was built from."""
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import mjbiped
+from mjbiped.engines.mujoco.scene import FOOT_RADIUS, GROUND_KINDS, Scene, build_scene
+from mjbiped.terrain.terrain import GROUND_FRICTION
+
+TERRAINS = {
+    "level": mjbiped.Terrain.level(),
+    "incline": mjbiped.Terrain.incline(-3.0),
+    "slopes": mjbiped.Terrain.slopes(change_deg=-1.0),
+    "stairs": mjbiped.Terrain.stairs(),
+    "mixed": mjbiped.Terrain.mixed(),
+    "rough": mjbiped.Terrain.random(seed=3, roughness=0.004),
+}
+
+
+def scene_of(terrain: mjbiped.Terrain, ground: str = "auto", robot: mjbiped.Compass | None = None) -> Scene:
+    return build_scene(robot or mjbiped.Compass(), terrain, timestep=1e-4, reach=20.0, ground=ground)
+
+
+def ground_below(scene: Scene, data: mujoco.MjData, x: float) -> float:
+    """Height at which a vertical ray meets what the feet collide with, m."""
+    hit = np.zeros(1, dtype=np.int32)
+    groups = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)  # terrain alone: no stripes, no robot
+    start = 10.0
+    way = mujoco.mj_ray(scene.model, data, [x, 0.0, start], [0.0, 0.0, -1.0], groups, 1, -1, hit, None)
+    assert way >= 0.0, f"no ground under x = {x}"
+    return float(start - way)
+
+
+@pytest.mark.parametrize("ground", GROUND_KINDS)
+@pytest.mark.parametrize("name", TERRAINS)
+def test_surface_is_the_profile_offset_by_the_foot(name: str, ground: str) -> None:
+    terrain = TERRAINS[name]
+    scene = scene_of(terrain, ground)
+    data = mujoco.MjData(scene.model)
+    mujoco.mj_forward(scene.model, data)
+    for x in np.linspace(-2.0, 19.9, 251) + 1e-3:
+        if min(abs(x - start) for start in terrain.x) < 0.01:
+            continue  # risers stand 0.3 mm before the step, and are lowered
+        expected = terrain.height(x) - FOOT_RADIUS / math.cos(terrain.slope(x))
+        # boxes: rounding of a ray of 10 m. Heightfields: float32 heights of a range of some metres (6e-8 of it),
+        # and the mean offset of two segments at a node, r |1/cos - 1/cos'| / 2 < 5e-8 m for the slopes here
+        tolerance = 1e-12 if ground == "boxes" else 5e-7
+        assert ground_below(scene, data, x) == pytest.approx(expected, abs=tolerance)
+
+
+def test_auto_chooses_plane_boxes_and_heightfields() -> None:
+    kinds = {
+        name: {
+            mujoco.mjtGeom(int(kind)).name
+            for kind, plain in zip(scene.model.geom_type, scene.model.geom_group, strict=True)
+            if plain == 0
+        }
+        for name, scene in ((name, scene_of(terrain)) for name, terrain in TERRAINS.items())
+    }
+    assert kinds["level"] == kinds["incline"] == {"mjGEOM_PLANE"}
+    assert kinds["slopes"] == {"mjGEOM_HFIELD"}
+    assert kinds["stairs"] == {"mjGEOM_BOX"}
+    assert kinds["mixed"] == {"mjGEOM_BOX", "mjGEOM_HFIELD"}
+
+
+def test_rough_ground_shares_heightfields() -> None:
+    """Equidistant samples lie in one heightfield; only there can columns be shared."""
+    x = np.arange(0.0, 10.25, 0.25)
+    z = 0.003 * np.sin(x)
+    terrain = mjbiped.Terrain(tuple(x[:-1]), tuple(z[:-1]), tuple(-np.arctan(np.diff(z) / 0.25)))
+    model = build_scene(mjbiped.Compass(), terrain, timestep=1e-4, reach=5.0).model
+    assert model.nhfield <= 3  # the backward run, the samples, the forward run
+    assert max(model.hfield_ncol) >= 38
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    leg_mass=st.floats(0.1, 50.0),
+    hip_mass=st.floats(0.01, 50.0),
+    lower_length=st.floats(0.1, 1.0),
+    upper_length=st.floats(0.1, 1.0),
+    leg_inertia=st.floats(1e-3, 2.0),
+    gravity=st.floats(1.0, 20.0),
+)
+def test_robot_has_its_parameters(**parameters: float) -> None:
+    robot = mjbiped.Compass(**parameters)
+    model = scene_of(TERRAINS["level"], robot=robot).model
+    # the compiler stores what it was given; products of it are rounded once or twice
+    assert model.body("hip").subtreemass == pytest.approx(robot.total_mass, rel=1e-14)
+    for side in ("left", "right"):
+        assert model.body(f"{side}_leg").inertia == pytest.approx([robot.leg_inertia] * 3, rel=1e-14)
+        assert model.body(f"{side}_leg").ipos[2] == -robot.upper_length
+        assert model.geom(f"{side}_foot").pos[2] == -robot.leg_length
+        assert model.geom(f"{side}_foot").friction[0] == GROUND_FRICTION
+        assert model.geom(f"{side}_foot").solref[1] == -1e4
+    assert model.opt.gravity[2] == -robot.gravity
+
+
+def test_massless_parts_get_what_the_compiler_needs() -> None:
+    model = scene_of(TERRAINS["level"], robot=mjbiped.Compass(hip_mass=0.0, leg_inertia=0.0)).model
+    assert 0.0 < model.body("hip").mass[0] <= 1e-4
+    assert 0.0 < model.body("left_leg").inertia[1] <= 1e-9
+
+
+def test_risers_are_frictionless_and_foremost() -> None:
+    terrain = mjbiped.Terrain.from_segments([(2.0, 0.0, 0.0), (2.0, 0.0, 0.03), (2.0, 0.0, -0.03)])
+    model = scene_of(terrain).model
+    up, down = model.geom("riser_1"), model.geom("riser_2")
+    for riser in (up, down):
+        assert riser.condim == 1
+        assert riser.priority == 2
+        assert riser.pos[2] + riser.size[2] == pytest.approx(0.03)
+    # the end of the leg, a foot's radius before the plate, meets it at the step's face
+    assert up.pos[0] - up.size[0] == pytest.approx(2.0 + FOOT_RADIUS)
+    assert down.pos[0] + down.size[0] == pytest.approx(4.0 - FOOT_RADIUS)
+
+
+def test_painted_risers_are_only_for_the_eye() -> None:
+    terrain = mjbiped.Terrain.stairs(count=3)
+    model = build_scene(mjbiped.Compass(), terrain, timestep=1e-4, reach=5.0, scenery=True).model
+    faces = [model.geom(index) for index in range(model.ngeom) if model.geom(index).name.startswith("face_")]
+    assert [float(face.pos[0]) for face in faces] == pytest.approx([x + 1.5e-4 for x in terrain.x[1:]])
+    assert not any(face.contype[0] or face.conaffinity[0] for face in faces)
+
+
+def test_ends_where_the_terrain_ends() -> None:
+    terrain = mjbiped.Terrain((0.0,), (0.0,), (0.0,), end=3.0)
+    scene = scene_of(terrain)
+    assert scene.end == 3.0
+
+
+def test_unknown_ground_is_refused() -> None:
+    with pytest.raises(mjbiped.InputError, match="heightfield"):
+        scene_of(TERRAINS["level"], "mesh")

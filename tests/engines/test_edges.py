@@ -1,0 +1,264 @@
+"""Feet set about every kind of break: which segment they stand on, in both engines, and what the impact is there."""
+
+import math
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import mjbiped
+from controllers import AdaptiveController, PassiveController
+from mjbiped import Terrain
+from mjbiped.engines.hybrid.events import CORNER, FACE_WIDTH
+from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.records import measures
+from mjbiped.terrain.profile import (
+    BESIDE,
+    EDGE,
+    OVER,
+    Profile,
+    height_of,
+    height_over_ground,
+    segment_met,
+    segment_stood_on,
+    segment_under,
+)
+
+LEAD = 0.06  # before the touchdown that a foot is let down, s
+OFFSETS = (-1e-3, -1.1e-4, -8e-5, -5e-5, -2e-5, -3e-6, 3e-6, 2e-5, 5e-5, 8e-5, 1.1e-4, 1e-3)
+
+
+@dataclass(frozen=True)
+class Break:
+    """A break of the ground.
+
+    Attributes:
+        before: Slope before it, degrees.
+        after: Slope after it, degrees.
+        rise: Of the step there, m; positive up.
+        ground: How it is built.
+    """
+
+    before: float
+    after: float
+    rise: float = 0.0
+    ground: str = "auto"
+
+    def terrain(self, place: float) -> Terrain:
+        """The ground with its break at a place (m)."""
+        before, after = math.radians(self.before), math.radians(self.after)
+        return Terrain((0.0, place), (0.0, self.rise - math.tan(before) * place), (before, after))
+
+
+BREAKS = {
+    "crest of two heightfields": Break(-1.0, 2.0),
+    "valley of two heightfields": Break(2.0, -1.0),
+    "crest of two boxes": Break(0.5, 3.0, ground="boxes"),
+    "valley of two boxes": Break(3.0, 0.5, ground="boxes"),
+    "step down, boxes": Break(0.0, 0.0, -0.02),
+    "step up, boxes": Break(0.0, 0.0, 0.012),
+    "step down, heightfields": Break(1.3, 0.5, -0.02),
+    "step up, heightfields": Break(0.5, 1.3, 0.012),
+    "step down, tilted boxes": Break(1.3, 0.5, -0.02, "boxes"),
+    "step up, tilted boxes": Break(0.5, 1.3, 0.012, "boxes"),
+    "step down, lower than a plate": Break(0.0, 1.0, -3e-5),
+    "step up, less than a millimetre": Break(1.0, 0.0, 6e-4),
+}
+EXACT = {"mujoco": (EDGE, BESIDE, OVER), "hybrid": (CORNER, FACE_WIDTH, FACE_WIDTH)}
+FEW = ("step down, boxes", "step up, heightfields", "crest of two boxes", "valley of two heightfields")
+
+
+class Dropped:
+    """The passive gait's last moments, with the swing foot set down about a break."""
+
+    def __init__(self, gait: mjbiped.Gait, engine: str, made: Break) -> None:
+        q, dq, _ = gait.reference(gait.period - LEAD)
+        self.made, self.initial = made, (*q.tolist(), *dq.tolist())
+        self.engine = engine
+
+    def land(self, terrain: Terrain) -> mjbiped.Walk:
+        return mjbiped.walk(
+            PassiveController(),
+            terrain,
+            engine=self.engine,
+            ground=self.made.ground if self.engine == "mujoco" else "auto",
+            steps=1,
+            initial=self.initial,
+            scuffing=mjbiped.ScuffingRule(reach=0.05, delay=0.0),
+            sample_period=1.0,
+        )
+
+    def foothold(self, *, upper: bool) -> float:
+        """Where the foot comes down on the upper or on the lower ground (on either side, where there is no step), m."""
+        later = upper == (self.made.rise > 0.0)
+        place = 0.36
+        for _ in range(8):  # the later segment's height hangs a little on where it begins
+            terrain = self.made.terrain(place)
+            if later:  # as if it had begun 3 cm before
+                x = place - 0.03
+                terrain = Terrain((0.0, x), (0.0, height_of(terrain.profile, 1, x)), terrain.angle)
+            else:
+                terrain = self.made.terrain(0.6)
+            x = float(self.land(terrain).touchdowns["x"][0])
+            if abs(x - place) < 1e-9 or not later:
+                return x
+            place = x
+        return place
+
+
+def check(made: Break, engine: str, offset: float, foothold: float, dropped: Dropped) -> None:
+    """The foot comes down on the segment that it is over, with its slope and the impact map's rates."""
+    place = foothold - offset  # the foot would come down so far behind the break, were the ground there as it is here
+    terrain = made.terrain(place)
+    walk = dropped.land(terrain)
+    assert walk.steps == 1
+    x, z, slope = (float(walk.touchdowns[name][0]) for name in ("x", "z", "slope"))
+    on = segment_stood_on(terrain.profile, x, z, *EXACT[engine])
+    assert abs(z - height_of(terrain.profile, on, x)) < EXACT[engine][0] + 2e-6
+    assert slope == pytest.approx(terrain.angle[on], abs=1e-15)
+    if abs(x - place) > 2e-5:  # the way of a swing foot in a contact step
+        assert on == (x > place)
+    if not walk.touchdowns["strikes"][0]:
+        assert np.abs(measures.impact_errors(walk)).max() < 6e-4  # of the contact step, as far from any edge
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
+@pytest.mark.parametrize("name", FEW)
+def test_feet_about_a_break(name: str, engine: str, gait: mjbiped.Gait) -> None:
+    made = BREAKS[name]
+    dropped = Dropped(gait, engine, made)
+    foothold = dropped.foothold(upper=True)
+    for offset in OFFSETS[1::2]:
+        check(made, engine, offset, foothold, dropped)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("upper", [True, False])
+@pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
+@pytest.mark.parametrize("name", BREAKS)
+def test_feet_about_every_kind_of_break(name: str, engine: str, upper: bool, gait: mjbiped.Gait) -> None:
+    made = BREAKS[name]
+    dropped = Dropped(gait, engine, made)
+    foothold = dropped.foothold(upper=upper)
+    for offset in OFFSETS:
+        check(made, engine, offset, foothold, dropped)
+
+
+@pytest.mark.parametrize("name", BREAKS)
+def test_normals_are_the_grounds(name: str) -> None:
+    """A foot a micrometre in the ground about a break: each contact has the normal of the segment that it is over."""
+    made, place = BREAKS[name], 0.4
+    terrain, robot = made.terrain(place), mjbiped.Compass()
+    simulation = Simulation(
+        PassiveController(), terrain, robot=robot, q=(0.0, 0.0), dq=(0.0, 0.0), steps=1, ground=made.ground
+    )
+    model, data = simulation.model, simulation.data
+    swing, met = model.geom("right_foot").id, 0
+    data.userdata[events.ARMED] = 1.0
+    begun = data.userdata.copy()
+    with simulation.callbacks():
+        for on in (0, 1):
+            for away in (1e-3, 1.1e-4, 6e-5, 2e-5, 5e-6, -5e-6, -2e-5, -6e-5, -1.1e-4):
+                x = place + (away if on else -away)
+                if away < 0.0 and height_of(terrain.profile, 1 - on, x) > height_of(terrain.profile, on, x) - 2e-3:
+                    continue  # the other side is ground itself there
+                z = height_of(terrain.profile, on, x) - 1e-6
+                data.qpos[:] = x, z + robot.leg_length, -1.0, 0.0
+                data.userdata[:] = begun
+                mujoco.mj_forward(model, data)
+                normals = [
+                    contact.frame[:3] * (-1.0 if contact.geom[0] == swing else 1.0)
+                    for contact in data.contact
+                    if swing in contact.geom
+                ]
+                if away < 0.0:
+                    assert not normals, "beyond the edge there is nothing"
+                    continue
+                met += 1
+                slope = terrain.angle[on]
+                upward = [normal for normal in normals if abs(normal[2]) > 0.1]
+                assert upward, (on, away)
+                for normal in upward:  # heightfields are kept in single precision
+                    assert [normal[0], normal[2]] == pytest.approx([math.sin(slope), math.cos(slope)], abs=1e-4), away
+                faces = [normal for normal in normals if abs(normal[2]) <= 0.1]
+                assert all(abs(normal[0]) == pytest.approx(1.0, abs=1e-9) for normal in faces)
+    assert met == 10
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    rises=st.lists(st.sampled_from([0.0, 0.0, 2e-5, -2e-5, 1e-3, -1e-3, 0.03, -0.5]), min_size=1, max_size=4),
+    gradients=st.lists(st.floats(-0.7, 0.7), min_size=5, max_size=5),
+    widths=st.lists(st.sampled_from([5e-4, 0.01, 1.0]), min_size=4, max_size=4),
+    nearest=st.integers(0, 3),
+    away=st.floats(-2e-3, 2e-3),
+    lift=st.sampled_from([0.0, 1e-6, -1e-6, 0.9 * EDGE, -0.9 * EDGE, 2 * EDGE, -2 * EDGE, 1e-3, -1e-3, 0.4, -0.4]),
+)
+def test_a_foot_stands_under_itself(
+    rises: list[float], gradients: list[float], widths: list[float], nearest: int, away: float, lift: float
+) -> None:
+    """The segment under a foot, or, beside a face that it lies below the edge of, the lower one."""
+    x, z = [0.0], [0.0]
+    for rise, width, gradient in zip(rises, widths, gradients, strict=False):
+        x.append(x[-1] + width)
+        z.append(z[-1] + gradient * width + rise)
+    profile = Profile(x, z, gradients[: len(x)])
+    at = x[min(nearest, len(rises)) if nearest else 1] + away
+    height = height_of(profile, segment_under(profile, at), at) + lift
+    under, on = segment_under(profile, at), segment_stood_on(profile, at, height)
+    if on == under:
+        return
+    assert abs(on - under) == 1
+    face = x[max(on, under)]
+    assert abs(at - face) <= BESIDE
+    drop = height_of(profile, under, face) - height_of(profile, on, face)
+    if lift < -EDGE:
+        assert drop > EDGE
+    else:  # on the very edge
+        assert abs(at - face) <= OVER
+        assert drop < 0.0 < lift
+        assert lift + drop >= -EDGE - 1e-15  # rounding of heights below 1 m
+    met = segment_met(profile, at, height)
+    assert met in (on, under)
+    assert height_over_ground(profile, at, height) == height - height_of(profile, met, at)
+
+
+def test_a_foot_on_the_very_edge() -> None:
+    """A step up of 30 mm at 1 m: feet on its edge, on its face, at its foot and in it."""
+    profile = Terrain.from_segments([(1.0, 0.0), (1.0, 0.0, 0.03)]).profile
+    for x, z, on in (
+        (1.0, 0.03, 1),
+        (1.0 - 1e-12, 0.03, 1),
+        (1.0 - 2e-6, 0.03, 0),  # over the lower ground, in the air
+        (1.0 + 1e-5, 0.03 - 4e-5, 1),
+        (1.0 + 1e-5, 0.03 - 6e-5, 0),
+        (1.0 + 1e-5, 0.0, 0),
+        (1.0 + 2e-3, 0.0, 1),  # far inside
+        (1.0 - 1e-12, 0.0, 0),
+        (math.nan, 0.0, 1),
+    ):
+        assert segment_stood_on(profile, x, z) == on, (x, z)
+
+
+@pytest.mark.slow
+def test_slopes_of_random_grounds(controller: AdaptiveController) -> None:
+    """30 grounds of slopes and steps, 60 steps each: every slope that is told is there, and the engines agree."""
+    told, walked = 0, 0
+    for seed in range(30):
+        terrain = Terrain.random(seed=seed)
+        there = mjbiped.walk(controller, terrain, steps=60, sample_period=None)
+        here = mjbiped.walk(controller, terrain, steps=60, engine="hybrid", sample_period=None)
+        for walk in (there, here):
+            rows = walk.touchdowns
+            for x, z, slope in zip(rows["x"], rows["z"], rows["slope"], strict=True):
+                on = segment_stood_on(terrain.profile, x, z, *EXACT[walk.settings["engine"]])
+                assert slope == pytest.approx(terrain.angle[on], abs=1e-15)
+                told += 1
+        assert there.outcome == here.outcome == "finished"
+        assert there.cost_of_transport == pytest.approx(here.cost_of_transport, rel=2e-3), seed
+        walked += 1
+    assert (told, walked) == (3600, 30)

@@ -1,0 +1,231 @@
+"""Command lines that nobody would write: each does what it says or is refused in words, and soon.
+
+The lines are seeded: one that fails is the same again. In the fast part everything is read and checked, and whatever
+would be computed is not; `make test-slow` computes it, too.
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+from time_limits import within
+
+from mjbiped.cli import main as cli
+
+LONGEST = 2000  # characters on stderr
+ABSURD = (
+    "",
+    " ",
+    "0",
+    "-1",
+    "1",
+    "2",
+    "0.5",
+    "-0.0",
+    "nan",
+    "inf",
+    "-inf",
+    "1e308",
+    "-1e308",
+    "1e-320",
+    "1e400",
+    "9" * 80,
+    "-" + "9" * 80,
+    "0." + "3" * 80,
+    "9" * 5000,
+    "x" * 5000,
+    "1_000",
+    "0x10",
+    "1,5",
+    "٣",
+    "½",
+    "１２",
+    "1..2",
+    "2..1",
+    "1..1e400",
+    "..",
+    "0,0,0,0",
+    "1,2,3,1e308",
+    "none",
+    "None",
+    "true",
+    "gait",
+    "a=b",
+    "=",
+    "gain=1e308",
+    "gain=9" + "9" * 80,
+    "ratio=0",
+    "-",
+    "--",
+    "--help",
+    "é\u2028\x07",
+    "\udcff",
+    "%s{0}$(id)`id`",
+    "*",
+    "~",
+    ".",
+    "/",
+    "/dev/null",
+    "/dev/zero",
+    "a/b/c",
+    "folder",
+    "folder.npz",
+    "folder.toml",
+    "folder.csv",
+    "broken.npz",
+    "broken.toml",
+    "broken.csv",
+    "missing.npz",
+    "missing.toml",
+    "missing.csv",
+    "out.npz",
+    "out.png",
+    "out.mp4",
+    "n" * 300 + ".npz",
+    "folder/" * 1000 + "out.npz",
+)
+GROUNDS = (
+    "level",
+    "mixed",
+    "incline:slope_deg=2",
+    "incline:slope_deg=",
+    "stairs:rise=-0.02,count=3",
+    "stairs:tread=1e-320",
+    "stairs:rise=1..2",
+    "stairs:count=" + "9" * 80,
+    "stairs:count=2,count=3",
+    "slopes:change_deg=1e308",
+    "slopes:count=99999",
+    "random:seed=" + "9" * 80,
+    "random:length=1e5,segment_length=1e-6..1e-6",
+    "random:slope_deg=-1e308..1e308",
+    "random:roughness=0.5",
+    "moon:" + "x" * 5000,
+    "level:",
+    ":",
+)
+CHEAP = {  # so that what passes is soon done, where anything is done
+    "walk": ("--steps", "1", "--engine", "hybrid", "--quiet"),
+    "compare": ("--steps", "1", "--timestep", "2e-3", "--quiet"),
+    "gait": (),
+    "bifurcation": (
+        "--slope-deg",
+        "1..1.1",
+        "--slopes",
+        "4",
+        "--steps",
+        "2",
+        "--keep",
+        "1",
+        "--doublings",
+        "1",
+        "--quiet",
+    ),
+    "basin": ("--grid", "2", "--limit", "1", "--threads", "1", "--quiet"),
+    "stability": (),
+    "render": ("--no-video", "--plot", "out.png", "--quiet"),
+    "sweep": ("--workers", "1", "--quiet"),
+    "reproduce": ("--quick", "--workers", "1", "--quiet"),
+}
+
+
+class Reached(BaseException):
+    """A command has read and checked everything, and would begin to compute; no `except Exception` is to hold it up."""
+
+
+@pytest.fixture
+def nothing_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever takes long ends the command with `Reached`."""
+
+    def reached(*_: object, **__: object) -> None:
+        raise Reached
+
+    for module, names in {
+        "rollout.walk": ("begun",),
+        "limit_cycles.periodic": ("walk_all",),
+        "limit_cycles.return_map": ("walk_all",),
+        "limit_cycles.bifurcation": ("walk_all",),
+        "limit_cycles.basin": ("walk_all", "HybridSimulation"),
+        "sweeps.run": ("run",),
+        "reproduction.reproduce": ("reproduce",),
+        "rendering.video": ("render_video",),
+        "plotting.walk": ("plot_walk", "plot_gait"),
+    }.items():
+        __import__(f"mjbiped.{module}")
+        for name in names:
+            monkeypatch.setattr(sys.modules[f"mjbiped.{module}"], name, reached)
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A working folder with folders and broken files."""
+    for name in ("folder", "folder.npz", "folder.toml", "folder.csv"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "broken.npz").write_bytes(b"PK\x03\x04 no zip")
+    (tmp_path / "broken.toml").write_text("steps = [")
+    (tmp_path / "broken.csv").write_text("0,0\n1,\n")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def line(chance: random.Random) -> list[str]:
+    """A command line: a command, cheap options, and up to four others."""
+    if chance.random() < 0.03:
+        return [chance.choice(ABSURD) for _ in range(chance.randrange(4))]
+    name = chance.choice([*CHEAP])
+    words = [name, *CHEAP[name]]
+    parameters = cli.main.commands[name].params
+    words += [
+        chance.choice((*GROUNDS, *ABSURD) if parameter.name == "terrain" else ABSURD)
+        for parameter in parameters
+        if isinstance(parameter, click.Argument) and (parameter.required or chance.random() < 0.5)
+    ]
+    options = [parameter for parameter in parameters if isinstance(parameter, click.Option)]
+    for option in chance.choices(options, k=chance.randrange(5)):
+        words.append(chance.choice((*option.opts, *option.secondary_opts)))
+        if not option.is_flag:
+            valid = option.type.choices if isinstance(option.type, click.Choice) else ()
+            words.append(str(chance.choice((*ABSURD, *valid, *(() if option.default is None else (option.default,))))))
+    return words
+
+
+def check(words: Sequence[str], seconds: float) -> bool:
+    """Run a command line; whether it was accepted."""
+    told = [word[:100] for word in words]
+    try:
+        with within(seconds, told):
+            result = CliRunner().invoke(cli.main, words)
+    except Reached:
+        return True
+    assert result.exception is None or isinstance(result.exception, SystemExit), (told, result.exc_info)
+    assert result.exit_code in (0, 2), (told, result.output)
+    assert "Traceback" not in result.output, told
+    assert len(result.stderr) < LONGEST, told
+    assert result.exit_code == 0 or "Error: " in result.stderr, told
+    return result.exit_code == 0
+
+
+@pytest.mark.usefixtures("folder", "nothing_computed")
+@pytest.mark.parametrize("count", [150, pytest.param(5000, marks=pytest.mark.slow)])
+def test_command_lines_are_read_or_refused(count: int) -> None:
+    chance = random.Random(count)
+    accepted = sum(check(line(chance), 20.0) for _ in range(count))
+    assert 0.05 * count < accepted < 0.7 * count  # neither all nonsense nor all sense
+
+
+@pytest.mark.slow  # each kind of controller is compiled
+@pytest.mark.usefixtures("folder")
+def test_command_lines_are_walked_or_refused() -> None:
+    chance = random.Random(11)
+    count = 0
+    while count < 300:
+        words = line(chance)
+        if words[:1] not in (["reproduce"], ["sweep"]):
+            count += 1
+            check(words, 120.0)

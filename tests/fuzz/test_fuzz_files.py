@@ -1,0 +1,273 @@
+"""Terrain and study files that nobody would write: each is one, or is refused in words, and soon.
+
+The damage is seeded: a case that fails is the same again. `make test-slow` tries many more.
+"""
+
+from __future__ import annotations
+
+import random
+import re
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from pathlib import Path
+
+import pytest
+from time_limits import within
+
+from mjbiped.errors import InputError
+from mjbiped.sweeps import plan as plans
+from mjbiped.sweeps.plan import Study, read_study
+from mjbiped.terrain.terrain import Terrain, parse_terrain
+
+LONGEST_MESSAGE = 1000
+
+CSV = "x (m),z (m)\n-1.0,0.25 # behind\n0.5,0.25\n0.5,0.20\n2.0,0.15\n3.5,1e-1\n"
+TOML = "# a path\nsegments = [[2.0, 0.0, 0.0], [1.5, 2.0, -0.01], {length = 3, slope_deg = -1.0, step = 0.005}]\n"
+YAML = "segments:\n- [2.0, 0.0, 0.0]\n- {length: 1.5, slope_deg: 2.0, step: -0.01}\n- &last [3.0, -1.0]\n- *last\n"
+STUDY = """seed = 7
+samples = 3
+engine = "hybrid"
+steps = [3, 6]
+initial = { around = "rest", q1 = { normal = [0.0, 0.01] }, dq1 = { uniform = [-0.1, 0.1] } }
+controller = { position_gain = { from = 2.0, to = 8.0, count = 3 }, replanning_delay = [0.8, "none"] }
+robot = { hip_mass = { log_uniform = [0.1, 10.0] } }
+[[terrain]]
+name = "random"
+seed = { integer = [0, 9] }
+slope_deg = { plus_minus = 2.0 }
+rise = "-0.02..0.005"
+[[terrain]]
+name = "stairs"
+rise = [-0.01, 0.01]
+[plot]
+measures = ["steps", "cost_of_transport"]
+"""
+
+NUMBERS = (
+    "nan",
+    "inf",
+    "-inf",
+    ".inf",
+    "1e308",
+    "-1e308",
+    "1e-320",
+    "1e400",
+    "0",
+    "-0.0",
+    "9" * 80,
+    "-" + "9" * 5000,
+    "0x" + "f" * 5000,
+    "1_000",
+    "18446744073709551616",
+    "true",
+    "null",
+    "1979-05-27",
+    "1979-05-27T07:32:00Z",
+    "07:32:00",
+    "'1'",
+    '""',
+    "[1, 2]",
+    "{}",
+    "{ from = 0, to = 1e308, count = 999999999 }",
+    "{ uniform = [-1e308, 1e308] }",
+    "{ normal = [0, 1e308] }",
+    "{ log_uniform = [1e-320, 1e308] }",
+    "{ integer = [-9223372036854775808, 9223372036854775807] }",
+    "{ plus_minus = 1e308 }",
+    '"low..high"',
+    '"1..1e309"',
+)
+TAGS = ["bool", "int", "float", "null", "timestamp", "binary", "omap", "pairs", "set", "str", "seq", "map", "merge"]
+TAGGED = (
+    *(f"!!{tag} {value}" for tag in TAGS for value in ("x", "''", "[1]", "{a: 1}", "é", "")),
+    "!!python/object/apply:os.getcwd []",
+    "!!python/name:os.system",
+    "!unknown 1",
+    "!<tag:yaml.org,2002:float> x",
+)
+
+
+def merges_of_merges(levels: int) -> str:
+    """Ten to the power of the levels keys, if they were merged."""
+    lines = ["a0: &a0 {x: 1, y: 2}"]
+    lines += [f"a{n}: &a{n} {{<<: [{', '.join([f'*a{n - 1}'] * 10)}]}}" for n in range(1, levels)]
+    return "\n".join(lines)
+
+
+NASTY_YAML = (
+    *(f"segments: [[{value}, 0]]" for value in (*NUMBERS, *TAGGED)),
+    *(f"segments: {value}" for value in (*NUMBERS, *TAGGED)),
+    *(f"{value}: 1" for value in TAGGED),
+    merges_of_merges(12),
+    "segments: " + "[" * 100_000,
+    "segments: " + "[" * 500 + "]" * 500,
+    "a: " * 2000 + "1",
+    "? " * 2000 + "1",
+    "- " * 2000 + "1",
+    "segments: &s [*s]",
+    "segments: &s [[1, 0], *s]",
+    "segments: [[1, 0]]\nsegments: [[2, 0]]",
+    "segments: [[1, 0]]\n---\nsegments: [[1, 0]]",
+    "%YAML 9.9\n---\nsegments: [[1, 0]]",
+    'segments: "\\UFFFFFFFF"',
+    "segments: |\n" + "  x\n" * 1000,
+    "{}: {}",
+    "[a]: 1",
+    "segments: [[1:30:00, 0]]",
+    "\u2028\u2029\x85",
+    "\x07",
+)
+NASTY_TOML = (
+    *(f"segments = [[{value}, 0]]" for value in NUMBERS),
+    *(f"segments = {value}" for value in NUMBERS),
+    "segments = " + "[" * 100_000,
+    "segments = " + "[" * 500 + "]" * 500,
+    "segments = " + "{a=" * 2000 + "1",
+    ".".join("a" * 5000) + " = 1",
+    "segments" + ".a" * 5000 + " = 1",
+    'segments = "\\UFFFFFFFF"',
+    "segments = [[1, 0]]\nsegments = [[1, 0]]",
+    "[segments]\nlength = 1",
+    "[[segments.a]]",
+    '"" = 1',
+    "segments = [[1, 0]]\r\r\n",
+)
+NASTY_CSV = (
+    *(f"0,0\n{value},0\n" for value in NUMBERS),
+    *(f"0,0\n1,{value}\n" for value in NUMBERS),
+    "0,0\n" * 2000,
+    "," * 100_000,
+    "\n" * 100_000 + "0,0",
+    "x,z\n" * 10,
+    "0,0\n1,0" + "0" * 100_000,
+    "0\t0\n1\t0\n",
+    "-1e5,0\n1e5,0\n",
+    "0,0\n5e-324,0\n1,0\n",
+    "0,1e5\n1,1e5\n",
+)
+NASTY_STUDIES = (
+    *(
+        f"{key} = {value}"
+        for key in ("seed", "samples", "steps", "distance", "timestep", "engine", "initial", "terrain", "plot")
+        for value in NUMBERS
+    ),
+    *(f"controller = {{ position_gain = {value} }}" for value in NUMBERS),
+    *(f"samples = 2\ncontroller = {{ position_gain = {value} }}" for value in NUMBERS),
+    *(f"robot = {{ upper_length = {value} }}" for value in NUMBERS),
+    *(f"samples = 2\nterrain = {{ name = 'random', rise = {value} }}" for value in NUMBERS),
+    *(f"terrain = {{ name = 'stairs', count = {value} }}" for value in NUMBERS),
+    *(f"terrain = {{ file = {value} }}" for value in NUMBERS),
+    *(f"initial = {{ around = 'rest', q1 = {value} }}" for value in NUMBERS),
+    "terrain = { file = '/' }",
+    "terrain = { file = '../" + "x" * 5000 + ".csv' }",
+    "terrain = { file = '\\u0000.csv' }",
+    "".join(f"[[robot]]\nhip_mass = {{ from = {n}.0, to = {n}.5, count = 100000 }}\n" for n in range(3)),
+    "controller = { " + ", ".join(f"{name} = {{ from = 1, to = 2, count = 100000 }}"
+                                  for name in ("position_gain", "velocity_gain", "adaptation_gain")) + " }",
+    f"controller = {{ position_gain = {[*range(1, 20_001)]} }}\nsteps = {[*range(1, 60)]}",
+    "controller" + ".a" * 5000 + " = 1",
+    "terrain = " + "[" * 100_000,
+)  # fmt: skip
+
+
+def damaged(text: str, tokens: tuple[str, ...], chance: random.Random) -> str:
+    """A text with one to four things done to it."""
+    for _ in range(chance.randint(1, 4)):
+        at, to = sorted(chance.randrange(len(text) + 1) for _ in range(2))
+        numbers = [*re.finditer(r"-?\d+(\.\d+)?(e-?\d+)?", text)]
+        match chance.randrange(6):
+            case 0:
+                text = text[:at] + text[to:]
+            case 1:
+                text = text[:at] + chance.choice(" \n\t,;:[]{}=#\"'&*!|>%@`.-_\0\x7f\u2028é") + text[at:]
+            case 2 if numbers:
+                number = chance.choice(numbers)
+                text = text[: number.start()] + chance.choice(tokens) + text[number.end() :]
+            case 3:
+                text = text[:at] + text[at:to] * chance.randint(2, 9) + text[to:]
+            case 4:
+                lines = text.splitlines(keepends=True)
+                chance.shuffle(lines)
+                text = "".join(lines)
+            case _:
+                text = text[:at] + chance.choice(tokens) + text[at:]
+    return text
+
+
+def cases(suffix: str, count: int) -> Iterator[str]:
+    """The nasty texts of a kind of file, and damaged ones of a seed."""
+    text, nasty, tokens = {
+        ".csv": (CSV, NASTY_CSV, NUMBERS),
+        ".toml": (TOML, NASTY_TOML, NUMBERS),
+        ".yaml": (YAML, NASTY_YAML, (*NUMBERS, *TAGGED)),
+        "study": (STUDY, NASTY_STUDIES, NUMBERS),
+    }[suffix]
+    yield text
+    yield from nasty
+    chance = random.Random(f"{suffix} {count}")
+    for _ in range(count):
+        yield damaged(text, tokens, chance)
+
+
+def read_or_refused(read: Callable[[], Terrain | Study], text: str) -> str:
+    """What a text is refused with, empty where it is read."""
+    try:
+        with within(5.0, text[:300]):
+            assert isinstance(read(), Terrain | Study)
+    except InputError as refused:
+        return str(refused)
+    except Exception as error:
+        raise AssertionError(f"{type(error).__name__}: {error} of {text[:300]!r}") from error
+    return ""
+
+
+def read_all(texts: Iterable[str], path: Path, read: Callable[[Path], Terrain | Study]) -> None:
+    """Read each text from a file, the first of which is a good one."""
+    first, *others = texts
+    path.write_text(first, encoding="utf-8")
+    read(path)
+    for text in others:
+        path.write_text(text, encoding="utf-8")
+        message = read_or_refused(partial(read, path), text)
+        assert not message or path.name in message, text[:300]  # which file it is
+        assert len(message) < LONGEST_MESSAGE, text[:300]
+
+
+@pytest.mark.parametrize(
+    ("suffix", "count"),
+    [
+        *((suffix, 100) for suffix in (".csv", ".toml", ".yaml")),
+        *(pytest.param(suffix, 5000, marks=pytest.mark.slow) for suffix in (".csv", ".toml", ".yaml")),
+    ],
+)
+def test_terrain_files(suffix: str, count: int, tmp_path: Path) -> None:
+    path = tmp_path / f"ground{suffix}"
+    read_all(cases(suffix, count), path, Terrain.from_file)
+
+
+@pytest.mark.parametrize("count", [100, pytest.param(3000, marks=pytest.mark.slow)])
+def test_study_files(count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plans, "MOST_CELLS", 500)  # what takes long is many walks, and those are not to be checked here
+    read_all(cases("study", count), tmp_path / "study.toml", read_study)
+
+
+def test_bytes_that_are_no_text(tmp_path: Path) -> None:
+    chance = random.Random(5)
+    for number in range(50):
+        for suffix, read in ((".csv", Terrain.from_file), (".yaml", Terrain.from_file), (".toml", read_study)):
+            path = tmp_path / f"{number}{suffix}"
+            path.write_bytes(chance.randbytes(chance.randrange(1, 200)))
+            with pytest.raises(InputError, match=path.name):
+                read(path)
+
+
+def test_presets_of_the_command_line() -> None:
+    chance = random.Random(3)
+    keys = ["tread", "rise", "first", "count", "seed", "length", "slope_deg", "roughness", "spacing", "segment_length"]
+    for _ in range(500):
+        name = chance.choice(["stairs", "random", "slopes", "incline", "level", "mixed", "moon", ""])
+        values = (
+            chance.choice([*NUMBERS, "0.1", "1", "-1..1", "1..", "..", "", "٣"]) for _ in range(chance.randrange(4))
+        )
+        text = f"{name}:" + ",".join(f"{chance.choice(keys)}={value}" for value in values)
+        assert len(read_or_refused(partial(parse_terrain, text), text)) < LONGEST_MESSAGE, text[:300]

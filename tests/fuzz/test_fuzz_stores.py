@@ -1,0 +1,246 @@
+"""Damaged stores of studies and of the reproduction: refused in words, or as good as before."""
+
+import contextlib
+import csv
+import json
+import math
+import random
+import sqlite3
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from time_limits import within
+
+import mjbiped
+from controllers import PassiveController
+from mjbiped.errors import InputError, RecordError
+from mjbiped.reproduction.cell import Cell, Result
+from mjbiped.reproduction.report.page import TABLE
+from mjbiped.reproduction.rows import read_rows
+from mjbiped.reproduction.store import Store as Walks
+from mjbiped.sweeps.bins import binned
+from mjbiped.sweeps.cell import MEASURES
+from mjbiped.sweeps.plan import Study, plan
+from mjbiped.sweeps.store import DATABASE, opened
+from mjbiped.sweeps.summary import summarised
+
+FEW, MANY = 120, 4000
+LONGEST = 20.0  # s for one case
+IDENTITY = {"study": {"steps": 3, "robot": {"hip_mass": [5, 10]}}, "versions": {"numpy": "2.4"}, "sources": "abc"}
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def damaged(draw: random.Random, content: bytes) -> bytes:
+    """Some bytes changed, cut out, put in or written over."""
+    changed = bytearray(content)
+    action = draw.randrange(5)
+    if action == 0:
+        for _ in range(draw.choice((1, 3, 10, 100))):
+            changed[draw.randrange(len(changed))] = draw.randrange(256)
+    elif action == 1:
+        return content[: draw.randrange(len(content))]
+    elif action == 2:
+        first, last = sorted(draw.randrange(len(content)) for _ in range(2))
+        return content[:first] + content[last:]
+    elif action == 3:
+        place = draw.randrange(len(content))
+        changed[place : place + 40] = draw.choice((bytes(40), b"\xff" * 40, draw.randbytes(40)))
+    else:  # where something stands, and not in what is empty
+        told = [place for place, byte in enumerate(content) if byte]
+        for _ in range(draw.choice((1, 1, 2, 8))):
+            changed[draw.choice(told)] ^= 1 << draw.randrange(8)
+    return bytes(changed)
+
+
+# ---- a study's table -------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def study() -> Study:
+    return plan(Path("study.toml"), tomllib.loads("robot = { hip_mass = [5, 10, 15, 20, 25, 30] }"))
+
+
+@pytest.fixture(scope="module")
+def table(study: Study, tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    folder = tmp_path_factory.mktemp("study")
+    rows: list[dict[str, Any]] = [
+        {"cell": cell, "robot.hip_mass": 5.0 * cell, "outcome": "finished", **dict.fromkeys(MEASURES, cell / 7.0)}
+        for cell in range(5)
+    ]
+    rows[2] |= {"outcome": "failed", "error": "ValueError: nothing", "steps": None}
+    with opened(folder, study, IDENTITY) as store:
+        store.save(rows)
+    return (folder / DATABASE).read_bytes()
+
+
+def try_table(study: Study, content: bytes, folder: Path) -> bool:
+    """Whether a file was taken as a study's table; then all that is made of its rows must come out."""
+    (folder / DATABASE).write_bytes(content)
+    try:
+        with opened(folder, study, IDENTITY) as store:
+            store.done()
+            rows = store.rows()
+            store.export()
+    except (RecordError, InputError) as error:
+        message = str(error)
+    else:
+        summarised(rows)
+        if rows:
+            binned(rows, "robot.hip_mass", 3)
+        return True
+    assert len(message) < 900
+    assert "--" in message or "delete it" in message
+    return False
+
+
+def try_tables(study: Study, table: bytes, cases: range, folder: Path) -> int:
+    taken = 0
+    for case in cases:
+        try:
+            with within(LONGEST, case):
+                taken += try_table(study, damaged(random.Random(case), table), folder)
+        except Exception as error:
+            raise AssertionError(f"case {case}: {error!r}") from error
+    return taken
+
+
+def test_damaged_tables(study: Study, table: bytes, tmp_path: Path) -> None:
+    assert try_table(study, table, tmp_path)
+    assert 0 < try_tables(study, table, range(FEW), tmp_path) < FEW
+
+
+@pytest.mark.slow
+def test_damaged_tables_by_the_thousand(study: Study, table: bytes, tmp_path: Path) -> None:
+    try_tables(study, table, range(FEW, MANY), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ("UPDATE cells SET outcome = 'flew' WHERE cell = 1", "outcome of cell 1 is 'flew'"),
+        ("UPDATE cells SET outcome = NULL WHERE cell = 1", "outcome of cell 1 is None"),
+        ("UPDATE cells SET steps = 'many' WHERE cell = 3", "steps of cell 3 is 'many'"),
+        ("UPDATE cells SET distance_m = x'00ff' WHERE cell = 3", "distance_m of cell 3 is"),
+        ("UPDATE cells SET error = 7 WHERE cell = 2", "error of cell 2 is 7"),
+        ("UPDATE cells SET cell = 77 WHERE cell = 4", "cell of cell 77 is 77"),
+        ("UPDATE cells SET cell = -1 WHERE cell = 4", "cell of cell -1 is -1"),
+        ("ALTER TABLE cells DROP COLUMN strikes", "its tables are others"),
+        ("ALTER TABLE cells ADD COLUMN more", "its tables are others"),
+        ("CREATE TRIGGER t AFTER INSERT ON cells BEGIN DELETE FROM cells; END", "its tables are others"),
+        ("UPDATE identity SET value = '{' WHERE kind = 'study'", "does not tell its study"),
+        (f"UPDATE identity SET value = '{'[' * 5000}' WHERE kind = 'study'", "does not tell its study"),
+        ("DELETE FROM identity WHERE kind = 'format'", "another mjbiped's format"),
+        ("DROP TABLE cells", "its tables are others"),
+    ],
+)
+def test_tables_with_what_no_walk_leaves(study: Study, table: bytes, tmp_path: Path, change: str, told: str) -> None:
+    (tmp_path / DATABASE).write_bytes(table)
+    with contextlib.closing(sqlite3.connect(tmp_path / DATABASE)) as database, database:
+        database.execute(change)
+    with pytest.raises(RecordError, match=told) as refused, opened(tmp_path, study, IDENTITY) as store:
+        store.done()
+    assert "--fresh" in str(refused.value)
+    with opened(tmp_path, study, IDENTITY, fresh=True) as store:
+        assert store.rows() == []
+
+
+def test_a_lock_that_is_none(study: Study, tmp_path: Path) -> None:
+    (tmp_path / ".running").write_text("no lock of anybody's" * 100)
+    with pytest.raises(InputError, match=r"\.running is no lock of ours.*delete it"), opened(tmp_path, study, IDENTITY):
+        pass
+    (tmp_path / ".running").unlink()
+    (tmp_path / ".running").mkdir()
+    with pytest.raises(InputError, match="cannot be taken"), opened(tmp_path, study, IDENTITY):
+        pass
+
+
+# ---- the reproduction's ----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def cell() -> Cell:
+    return Cell("hybrid", PassiveController(), mjbiped.Terrain.incline(2.0), steps=2, record=True)
+
+
+@pytest.fixture(scope="module")
+def result() -> Result:
+    pairs = {"absolute": (1.0, 2.0), "net": (0.5, math.nan), "positive": (0.75, 1.5)}
+    numbers = {"time": 1.5, "place": 0.7, "weight": 98.1, "friction": 0.3, "peak_torque": (1.0, 2.0)}
+    return Result("finished", x=(0.3, 0.6), work=pairs, begun=(0.0, 0.1), ended=(0.1, math.nan), **numbers)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("outcome", 3),
+        ("outcome", "flew"),
+        ("error", None),
+        ("strikes", 1.5),
+        ("time", "late"),
+        ("peak_torque", [1.0]),
+        ("x", [0.3]),
+        ("x", "ab"),
+        ("x", None),
+        ("work", []),
+        ("work", {"absolute": [1.0, 2.0]}),
+        ("begun", [True, 0.1]),
+        ("ended", [[], {}]),
+        ("more", 1),
+    ],
+)
+def test_results_of_other_kinds_are_refused(result: Result, field: str, value: object) -> None:
+    told = json.loads(json.dumps(result.to_dict()))
+    assert repr(Result.from_dict(told)) == repr(result)  # NaN is not itself
+    with pytest.raises(RecordError, match="no result of a walk"):
+        Result.from_dict({**told, field: value})
+    told.pop(field, None)
+    if field in ("outcome", "x", "work", "begun", "peak_torque"):
+        with pytest.raises(RecordError, match="no result of a walk"):
+            Result.from_dict(told)
+    for nothing in (None, [1.0], "x", 3):
+        with pytest.raises(RecordError, match="no result of a walk"):
+            Result.from_dict(nothing)
+
+
+def test_a_damaged_walk_is_walked_again(cell: Cell, tmp_path: Path) -> None:
+    store = Walks(tmp_path)
+    walk = mjbiped.walk(cell.controller, cell.terrain, engine="hybrid", steps=2)
+    weight, places = walk.robot.weight, tuple(walk.touchdowns["x"].tolist())
+    kept = Result("finished", weight=weight, x=places, work={}, begun=(0.0, 0.0), ended=(0.0, 0.0))
+    store.save(cell, kept, walk)
+    assert store.load(cell) is not None
+    told, record = (tmp_path / f"{cell.key}.json").read_bytes(), store.record_path(cell).read_bytes()
+    for case in range(FEW):
+        draw = random.Random(case)
+        (tmp_path / f"{cell.key}.json").write_bytes(damaged(draw, told))
+        with within(LONGEST, case):
+            found = store.load(cell)
+        assert found is None or found.steps == 2
+    (tmp_path / f"{cell.key}.json").write_bytes(told)
+    store.record_path(cell).write_bytes(record[:-100])
+    assert store.load(cell) is None
+
+
+def test_damaged_tables_of_the_reproduction() -> None:
+    text = "".join((DOCS / TABLE).read_text(encoding="utf-8").splitlines(keepends=True)[:6])
+    assert len(read_rows(text)) == 5
+    refused = 0
+    for case in range(4 * FEW):
+        changed = damaged(random.Random(case), text.encode()).decode("utf-8", errors="replace")
+        with within(LONGEST, case):
+            try:
+                rows = read_rows(changed)
+            except RecordError as error:
+                refused += 1
+                message = str(error)
+            else:
+                message = ""
+                assert all(isinstance(row.ground, str) and isinstance(row.cost["net", 20], float) for row in rows)
+        assert len(message) < 200
+    assert refused > FEW
+    for odd in ('"' + "x" * 200_000, "part\0,ground\n", text + "a,b\n", text.replace("\n", ",more\n")):
+        with pytest.raises(RecordError, match="not a table of the reproduction"):
+            read_rows(odd)
+    assert csv.field_size_limit() == 131072

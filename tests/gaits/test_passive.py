@@ -1,0 +1,329 @@
+"""Passive gaits against integrations written independently; published numbers are in `test_published.py`."""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq, minimize_scalar
+
+from mjbiped.errors import GaitError, InputError
+from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.gaits.reference import in_arrays, reference_at
+from mjbiped.robots.compass import Array, Compass
+
+TABLE_ONE = Compass()
+GOSWAMI = Compass(leg_mass=5.0, hip_mass=10.0, lower_length=0.5, upper_length=0.5, leg_inertia=0.0)
+MOON = Compass(leg_mass=3.1, hip_mass=7.3, lower_length=0.37, upper_length=0.58, leg_inertia=0.123, gravity=1.62)
+
+
+@pytest.fixture(scope="module")
+def gait() -> Gait:
+    return find_passive_gait(TABLE_ONE, math.radians(2))
+
+
+def rates(robot: Compass, slope: float, state: Array) -> Array:
+    """Eq. (1) without torques, from the matrices."""
+    q, dq = state[:2], state[2:]
+    force = -robot.coriolis_matrix(q, dq) @ dq - robot.gravity_vector(q, slope)
+    return np.concatenate([dq, np.linalg.solve(robot.mass_matrix(q), force)])
+
+
+def integrate(robot: Compass, slope: float, start: Array, times: Array, rtol: float = 1e-13) -> Array:
+    """States at `times`, shape (len(times), 4); short steps keep DOP853's interpolant as good as its steps."""
+    duration = float(times[-1])
+    solution = solve_ivp(
+        lambda _, state: rates(robot, slope, state),
+        (0.0, duration),
+        start,
+        method="DOP853",
+        t_eval=times,
+        rtol=rtol,
+        atol=1e-14,
+        max_step=duration / 100,
+    )
+    return solution.y.T
+
+
+def step(robot: Compass, slope: float, start: Array) -> tuple[float, Array]:
+    """(time, state after the impact) of one passive step, by event detection: an independent return map."""
+
+    def touchdown(_: float, state: Array) -> float:
+        along, height = robot.swing_foot(state[:2])
+        return float(height) if along > 0.1 * robot.leg_length * abs(math.sin(start[0])) else robot.leg_length
+
+    touchdown.terminal = True  # type: ignore[attr-defined]
+    touchdown.direction = -1  # type: ignore[attr-defined]
+    frequency = math.sqrt(robot.gravity / robot.leg_length)
+    solution = solve_ivp(
+        lambda _, state: rates(robot, slope, state),
+        (0.0, 10 / frequency),
+        start,
+        method="DOP853",
+        events=touchdown,
+        rtol=1e-12,
+        atol=1e-13,
+        max_step=0.05 / frequency,
+    )
+    assert solution.t_events is not None
+    assert solution.y_events is not None
+    before = solution.y_events[0][0]
+    return float(solution.t_events[0][0]), np.concatenate(robot.impact(before[:2], before[2:]))
+
+
+def test_angles_shrink_like_the_cube_root_of_the_slope() -> None:
+    gentle, gentler = (find_passive_gait(TABLE_ONE, math.radians(degrees)) for degrees in (1e-3, 1e-6))
+    # the correction is of order slope^(2/3), 7e-4 on the steeper of the two
+    np.testing.assert_allclose(gentle.start[:2] / gentler.start[:2], 10, rtol=1e-3)
+    assert gentler.period == pytest.approx(gentle.period, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("robot", "degrees"), [(TABLE_ONE, 0.1), (TABLE_ONE, 2.0), (TABLE_ONE, 5.0), (GOSWAMI, 3.0), (MOON, 1.3)]
+)
+def test_gait_is_a_fixed_point_and_multipliers_are_the_return_maps(robot: Compass, degrees: float) -> None:
+    slope = math.radians(degrees)
+    gait = find_passive_gait(robot, slope)
+    period, after = step(robot, slope, gait.start)
+    # event location and rtol 1e-12, magnified by the instability within the step
+    assert period == pytest.approx(gait.period, rel=1e-10)
+    np.testing.assert_allclose(after, gait.start, rtol=0, atol=1e-10 * np.abs(gait.start).max())
+    np.testing.assert_allclose(np.concatenate(robot.impact(gait.end[:2], gait.end[2:])), gait.start, atol=1e-11)
+
+    h = 1e-4 * abs(gait.start[0])
+    columns = []
+    for direction in np.array([[1, -1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]):
+        ahead, behind = (step(robot, slope, gait.start + sign * h * direction)[1] for sign in (1, -1))
+        columns.append((ahead - behind)[[0, 2, 3]] / (2 * h))
+    expected = np.linalg.eigvals(np.column_stack(columns)).astype(complex)
+    expected = expected[np.argsort(-np.abs(expected), kind="stable")]
+    # second-order differences err by h^2 times a third derivative, about 1e-6 here
+    for mine, other in zip(gait.multipliers, expected, strict=True):
+        assert (mine.real, abs(mine.imag)) == pytest.approx((other.real, abs(other.imag)), abs=3e-6)
+
+
+@pytest.mark.parametrize(
+    ("robot", "degrees"), [(TABLE_ONE, 0.1), (TABLE_ONE, 2.0), (TABLE_ONE, 4.0), (GOSWAMI, 3.0), (MOON, 1.3)]
+)
+def test_reference_follows_the_passive_motion_to_the_horizon(robot: Compass, degrees: float) -> None:
+    gait = find_passive_gait(robot, math.radians(degrees))
+    times = np.linspace(0, gait.horizon, 501)
+    states = integrate(robot, gait.slope, gait.start, times)
+    q, dq, ddq = gait.reference(times)
+    acceleration = np.array([rates(robot, gait.slope, state)[2:] for state in states])
+    # what a controller is promised: far below its own errors, and continuous enough for integrators at 1e-10
+    np.testing.assert_allclose(q, states[:, :2], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(dq, states[:, 2:], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(ddq, acceleration, rtol=0, atol=1e-8)
+    assert gait.horizon > 1.2 * gait.period
+    assert gait.horizon <= 2 * gait.period * (1 + 1e-12)
+    assert abs(q[-1, 0]) < math.radians(60)
+
+
+def test_reference_at_start_touchdown_and_beyond_the_horizon(gait: Gait) -> None:
+    q, dq, ddq = gait.reference(0.0)
+    assert q.shape == dq.shape == ddq.shape == (2,)
+    np.testing.assert_array_equal(q, gait.start[:2])
+    np.testing.assert_allclose(dq, gait.start[2:], rtol=1e-13)  # rounding
+    np.testing.assert_allclose(np.concatenate(gait.reference(gait.period)[:2]), gait.end, atol=1e-12)  # integration
+    assert gait.horizon == pytest.approx(1.375 * gait.period, rel=1e-12)  # rounding
+    last, _, _ = gait.reference(gait.horizon)
+    for late in (gait.horizon * (1 + 1e-12), gait.horizon + 1, 1e6):
+        q, dq, ddq = gait.reference(late)
+        np.testing.assert_array_equal(q, last)
+        np.testing.assert_array_equal([dq, ddq], np.zeros((2, 2)))
+
+
+def test_pieces_join_twice_continuously(gait: Gait) -> None:
+    rate, horizon, pieces = gait.table
+    assert horizon * rate == pytest.approx(len(pieces), rel=1e-12)  # rounding
+    for k in range(1, len(pieces)):
+        left, right = (np.array(reference_at(gait.table, k / rate * (1 + sign * 1e-15))) for sign in (-1, 1))
+        np.testing.assert_allclose(left, right, rtol=0, atol=1e-11)  # rounding, times rate^2 for ddq
+
+
+def test_reference_takes_arrays_and_numpy_tables(gait: Gait) -> None:
+    times = np.array([[0.0, 0.1, 0.2], [0.5, 0.7, 3.0]])
+    results = gait.reference(times)
+    assert [part.shape for part in results] == [(2, 3, 2)] * 3
+    for index in np.ndindex(2, 3):
+        for part, single in zip(results, gait.reference(times[index]), strict=True):
+            np.testing.assert_array_equal(part[index], single)
+    assert gait.reference(np.array([]))[0].shape == (0, 2)
+    assert reference_at(in_arrays(gait.table), 0.3) == reference_at(gait.table, 0.3)
+
+
+@pytest.mark.parametrize("t", [-1e-9, [0.1, -0.1], math.nan, math.inf])
+def test_times_outside_the_domain_are_refused(gait: Gait, t: float) -> None:
+    with pytest.raises(InputError, match=r"^t.*must be .*from 0 to 1e.09 s"):
+        gait.reference(t)
+
+
+def test_results_are_cached_frozen_and_comparable(gait: Gait) -> None:
+    assert find_passive_gait(Compass(), slope=np.deg2rad(2)) is gait
+    assert gait == replace(gait)
+    assert len({gait, replace(gait)}) == 1
+    for array in (gait.start, gait.end, gait.multipliers):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+
+
+@pytest.mark.parametrize("slope", [math.nan, math.inf, "2", None])
+def test_slope_must_be_a_number(slope: float) -> None:
+    with pytest.raises(InputError, match="slope = "):
+        find_passive_gait(TABLE_ONE, slope)
+
+
+@pytest.mark.parametrize(
+    ("robot", "degrees", "reason"),
+    [
+        (TABLE_ONE, 0.0, "walks only downhill; give a slope"),
+        (TABLE_ONE, -2.0, "walks only downhill; give a slope"),
+        (TABLE_ONE, -89.0, "walks only downhill; give a slope"),
+        (TABLE_ONE, 28.0, "the trailing foot already stays down; choose a gentler slope"),
+        (Compass(leg_inertia=50.0), 2.0, "check the robot's"),
+        (Compass(lower_length=1000.0, upper_length=1e-3, leg_inertia=0.0), 2.0, "check the robot's"),
+    ],
+)
+def test_no_gait_says_where_why_and_what_to_do(robot: Compass, degrees: float, reason: str) -> None:
+    with pytest.raises(GaitError, match=rf"on a slope of {degrees:g} degrees: .*{reason}"):
+        find_passive_gait(robot, math.radians(degrees))
+
+
+@given(
+    st.builds(
+        Compass,
+        leg_mass=st.floats(0.1, 20),
+        hip_mass=st.just(0.0) | st.floats(0.1, 50),
+        lower_length=st.floats(0.2, 1),
+        upper_length=st.floats(0.2, 1),
+        gravity=st.sampled_from([1.62, 9.81]),
+    ),
+    st.floats(0.1, 3),
+)
+@settings(max_examples=12, deadline=None, derandomize=True)
+def test_any_reasonable_robot_walks(robot: Compass, degrees: float) -> None:
+    slope = math.radians(degrees)
+    gait = find_passive_gait(robot, slope)
+    end = integrate(robot, slope, gait.start, np.array([0, gait.period]), rtol=1e-12)[-1]
+    size = np.abs(end).max()
+    np.testing.assert_allclose(gait.end, end, rtol=0, atol=1e-10 * size)  # rtol, magnified within the step
+    assert end[0] + end[1] == pytest.approx(0, abs=1e-10 * size)
+    np.testing.assert_allclose(np.concatenate(robot.impact(end[:2], end[2:])), gait.start, rtol=0, atol=1e-10 * size)
+    # the slope's work makes good the loss of the impact
+    work = robot.weight * gait.step_length * math.sin(slope)
+    loss = robot.kinetic_energy(end[:2], end[2:]) - robot.kinetic_energy(gait.start[:2], gait.start[2:])
+    assert work == pytest.approx(loss, rel=1e-6)  # differences of energies 1e4 times larger, each to 1e-11
+
+
+def test_the_branch_is_followed_without_slipping_onto_the_short_gaits() -> None:
+    """Robots whose two families lie close together; periods from a continuation in 200 equal steps of slope^(2/3)."""
+    robot = Compass(17.861791343329855, 10.013768995882199, 0.727497428185425, 0.7511974661092197, 0.0, 1.62)
+    gait = find_passive_gait(robot, math.radians(3.38))
+    assert gait.period * math.sqrt(robot.gravity / robot.leg_length) == pytest.approx(2.0166, abs=5e-5)
+    robot = Compass(4.0476068818755735, 0.0, 0.5108529850266377, 0.8295473162746847, 0.10485215480397275)
+    gait = find_passive_gait(robot, math.radians(2.37))
+    assert gait.period * math.sqrt(robot.gravity / robot.leg_length) == pytest.approx(1.6860, abs=5e-5)
+
+
+def test_motion_scales_with_mass_length_and_gravity(gait: Gait) -> None:
+    robot = Compass(leg_mass=50.0, lower_length=2.0, upper_length=2.0, gravity=9.81 / 4)
+    scaled = find_passive_gait(robot, gait.slope)
+    # the same equations in other units; the root finder's tolerance is 1e-12
+    np.testing.assert_allclose(scaled.start, gait.start / [1, 1, 4, 4], rtol=1e-10)
+    assert scaled.period == pytest.approx(4 * gait.period, rel=1e-10)
+    assert scaled.step_length == pytest.approx(4 * gait.step_length, rel=1e-10)
+
+
+@pytest.mark.parametrize("length", [0.002, 2000.0])
+@pytest.mark.parametrize("gravity", [1e-3, 1e3])
+def test_search_is_the_same_for_all_sizes_and_gravities(gravity: float, length: float, gait: Gait) -> None:
+    robot = Compass(lower_length=0.5 * length, upper_length=0.5 * length, gravity=gravity)
+    scaled = find_passive_gait(robot, gait.slope)
+    unit = math.sqrt(length / gravity) / math.sqrt(1.0 / 9.81)
+    # rounding of the units alone; multipliers are differences over 1e-3
+    np.testing.assert_allclose(scaled.start * [1.0, 1.0, unit, unit], gait.start, rtol=1e-13)
+    assert scaled.period == pytest.approx(unit * gait.period, rel=1e-13)
+    assert scaled.multipliers == pytest.approx(gait.multipliers, abs=1e-10)
+    times = np.linspace(0.0, 1.2 * gait.period, 50)
+    for order, (found, expected) in enumerate(zip(scaled.reference(unit * times), gait.reference(times), strict=True)):
+        np.testing.assert_allclose(found * unit**order, expected, atol=1e-11)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("robot", "slope_deg"),
+    [
+        (Compass(lower_length=0.1), 80.0),
+        (Compass(4.082406423932509, 0.0, 0.20412676805462374, 0.7958732319453763, 0.3402005353277091, 60.0), 72.6),
+    ],
+)
+def test_search_that_fails_ends_soon(robot: Compass, slope_deg: float) -> None:
+    begun = time.process_time()
+    with pytest.raises(GaitError):
+        find_passive_gait(robot, math.radians(slope_deg))
+    # 3 s and 7 s; they once took 60 s and more, for a single wild motion of a search takes half a second
+    assert time.process_time() - begun < 30.0
+
+
+def test_guard_as_printed_ends_the_step_where_the_foot_scuffs(gait: Gait) -> None:
+    """Eq. (4), H = 0 with dH/dt < 0, on 2 degrees: it holds first at 38 % of the step, 8.7 cm behind the stance foot.
+
+    Section "The guard" of docs/model.md has these numbers. The reference keeps states to 1e-10 (the pieces' fit, and 48
+    steps of order 8 a period); where H falls by 62 mm/s that is some 2e-9 of the period.
+    """
+
+    def tabulated(t: float) -> float:
+        return float(TABLE_ONE.swing_foot(gait.reference(t)[0])[1])
+
+    found = []
+    for height in (tabulated, swing_clearance(gait)):
+        falls = brentq(height, 0.30 * gait.period, 0.42 * gait.period, xtol=1e-14)
+        rises = brentq(height, 0.42 * gait.period, 0.60 * gait.period, xtol=1e-14)
+        inside = np.linspace(0.0, gait.period, 2001)[1:-1]
+        heights = np.array([height(t) for t in inside])
+        below = (inside > falls) & (inside < rises)
+        assert (heights[~below] > -1e-12).all()  # nowhere else
+        assert (heights[below] < 0.0).all()
+        lowest = minimize_scalar(height, bounds=(falls, rises), method="bounded", options={"xatol": 1e-9})
+        found.append((falls / gait.period, rises / gait.period, float(lowest.fun), falls))
+    np.testing.assert_allclose(found[0], found[1], rtol=0, atol=1e-8)
+    falls, rises, depth, time = found[0]
+    assert falls == pytest.approx(0.38208, abs=5e-6)
+    assert rises - falls == pytest.approx(0.07019, abs=5e-6)
+    assert depth == pytest.approx(-0.86442e-3, abs=5e-9)
+    q, dq, _ = gait.reference(time)
+    along, _ = TABLE_ONE.swing_foot(q)
+    assert along == pytest.approx(-0.086507, abs=5e-7)  # between the feet: the legs have not passed each other
+    assert clearance_rate(q, dq) == pytest.approx(-0.0617, abs=5e-5)
+    # after the impact map's impact there the other foot is on the ground, ahead, and moves into it: (4) holds again
+    q_plus, dq_plus = TABLE_ONE.impact(q, dq)
+    np.testing.assert_allclose(TABLE_ONE.swing_foot(q_plus), [-along, 0.0], rtol=0, atol=1e-9)
+    assert clearance_rate(q_plus, dq_plus) < -0.05
+
+
+def clearance_rate(q: Array, dq: Array) -> float:
+    """dH/dt of eq. (4), m/s."""
+    return float(TABLE_ONE.leg_length * (math.sin(q[1]) * dq[1] - math.sin(q[0]) * dq[0]))
+
+
+def swing_clearance(gait: Gait) -> Callable[[float], float]:
+    """Height of the swing foot over the plane, m, at a time of the step; integrated by SciPy, with its interpolant."""
+    solution = solve_ivp(
+        lambda _, state: rates(gait.robot, gait.slope, state),
+        (0.0, gait.period),
+        gait.start,
+        method="DOP853",
+        rtol=1e-13,
+        atol=1e-14,
+        max_step=gait.period / 400,
+        dense_output=True,
+    )
+    length, motion = gait.robot.leg_length, solution.sol
+    assert motion is not None
+    return lambda t: float(length * (np.cos(motion(t)[0]) - np.cos(motion(t)[1])))

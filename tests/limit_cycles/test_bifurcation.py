@@ -1,0 +1,144 @@
+"""The period-doubling cascade and its diagram."""
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+
+from mjbiped.errors import GaitError, InputError
+from mjbiped.limit_cycles.bifurcation import FEIGENBAUM, BifurcationDiagram, Cascade, bifurcation_diagram, find_cascade
+from mjbiped.robots.compass import Compass
+from mjbiped.rules.scuffing import ScuffingRule
+
+TABLE_ONE = Compass()
+
+
+@cache
+def cascade() -> Cascade:
+    return find_cascade(TABLE_ONE, 4)
+
+
+@cache
+def diagram() -> BifurcationDiagram:
+    return bifurcation_diagram(TABLE_ONE, np.radians(np.arange(2.5, 3.7, 0.05)), steps=300, keep=64)
+
+
+def test_onsets() -> None:
+    """The digits that this program gives for every step of its differences; the design has 2.7284, 3.296, 3.398, 3.420.
+
+    Those of the design are places where a diagram's points part, good to its grid: they differ by 0.003 at most.
+    """
+    onsets = np.degrees(cascade().onsets)
+    np.testing.assert_allclose(onsets, [2.728444, 3.298631, 3.397861, 3.418719], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(onsets, [2.7284, 3.296, 3.398, 3.420], rtol=0, atol=3e-3)
+    assert onsets[0] == pytest.approx(2.7284, abs=5e-5)
+    assert cascade().end == ""
+
+
+def test_ratios_tend_to_feigenbaums_number() -> None:
+    ratios = cascade().ratios
+    assert abs(ratios[1] - FEIGENBAUM) < 0.1 * abs(ratios[0] - FEIGENBAUM)
+    assert ratios[1] == pytest.approx(FEIGENBAUM, rel=0.02)
+    assert math.degrees(cascade().accumulation) == pytest.approx(3.4244, abs=5e-5)
+
+
+def test_branches_are_stable_up_to_their_doubling() -> None:
+    for number, branch in enumerate(cascade().branches):
+        assert branch.count == 2**number
+        assert branch.doubling is not None
+        assert branch.doubling.multipliers[0].real == pytest.approx(-1, abs=1e-6)
+        assert {len(gait.states) for gait in branch.gaits} == {branch.count}
+        for gait in branch.gaits:
+            assert gait.stable == (gait.slope < branch.doubling.slope)
+        assert branch.gaits[-1].slope > branch.doubling.slope
+        if number:
+            born = cascade().onsets[number - 1]
+            assert branch.gaits[0].slope > born
+
+
+def test_amplitude_grows_as_the_root_of_the_distance_from_the_onset() -> None:
+    """A supercritical doubling: the two step lengths part as the square root."""
+    onset = cascade().onsets[0]
+    near = [gait for gait in cascade().branches[1].gaits if gait.slope - onset < math.radians(0.06)]
+    distance = np.array([gait.slope - onset for gait in near])
+    spread = np.array([np.ptp(gait.step_lengths) for gait in near])
+    exponents = np.diff(np.log(spread)) / np.diff(np.log(distance))
+    assert exponents[0] == pytest.approx(0.5, abs=0.01)  # the next term's share at a fortieth of the window
+
+
+def test_gentler_slopes_for_a_longer_robot_do_not_matter() -> None:
+    """Slopes of onsets have no unit: a robot of other mass, length and gravity has the same."""
+    giant = Compass(leg_mass=50.0, lower_length=2.0, upper_length=2.0, gravity=1.62)
+    np.testing.assert_allclose(find_cascade(giant, 2).onsets, cascade().onsets[:2], rtol=0, atol=1e-10)
+
+
+def test_diagram_agrees_with_the_cascade() -> None:
+    counts, degrees = diagram().counts(), np.degrees(diagram().slopes)
+    onsets = [0.0, *np.degrees(cascade().onsets)]
+    for degree, count in zip(degrees, counts, strict=True):
+        born = np.searchsorted(onsets, degree) - 1
+        # close to an onset the robot needs more than these 300 steps to settle
+        if degree < 3.41 and np.abs(np.array(onsets) - degree).min() > 0.01:
+            assert count == 2**born, degree
+
+
+def test_diagram_points_are_the_gaits_of_the_branches() -> None:
+    row = int(np.argmin(np.abs(diagram().slopes - math.radians(3.0))))
+    branch = cascade().branches[1]
+    lengths = [
+        np.interp(diagram().slopes[row], [gait.slope for gait in branch.gaits], column)
+        for column in np.sort([gait.step_lengths for gait in branch.gaits], axis=1).T
+    ]
+    found = np.unique(np.round(diagram().step_lengths[row], 8))
+    np.testing.assert_allclose(found, lengths, rtol=0, atol=1e-4)  # interpolation between steps of 0.012 degrees
+
+
+def test_robot_is_lost_beyond_the_aperiodic_walks() -> None:
+    assert 3.54 < math.degrees(diagram().lost) < 3.61  # this grid's steps; docs/gaits.md has a finer one
+    after = diagram().slopes >= diagram().lost
+    assert all(outcome == "fell" for outcome, lost in zip(diagram().outcomes, after, strict=True) if lost)
+    assert np.isnan(diagram().states[after]).all()
+    assert not np.isnan(diagram().states[~after]).any()
+
+
+def test_diagram_is_bitwise_deterministic() -> None:
+    slopes = np.radians([3.3, 3.45, 3.5])
+    one, two = (bifurcation_diagram(TABLE_ONE, slopes, steps=100, keep=20) for _ in range(2))
+    assert one.states.tobytes() == two.states.tobytes()
+
+
+def test_rule_is_the_engines_unless_given() -> None:
+    gentle = [math.radians(0.2)]
+    with pytest.raises(InputError, match=r"from 0\.2 on"):
+        bifurcation_diagram(TABLE_ONE, gentle, steps=20, keep=5)
+    free = bifurcation_diagram(TABLE_ONE, gentle, steps=20, keep=5, scuffing=ScuffingRule(0.0, 0.0))
+    assert free.outcomes == ("walking",)
+
+
+@pytest.mark.parametrize(
+    ("slopes", "options", "message"),
+    [
+        ([], {}, "at least one"),
+        ([0.0, 0.1], {}, "0.0 in it: must be numbers from 1e-12"),
+        ([0.1, math.nan], {}, "finite"),
+        ([0.05, 0.04], {}, "ascend"),
+        ([0.05], {"steps": 0}, "steps = 0: must be"),
+        ([0.05], {"keep": 2.5}, "keep = 2.5: must be"),
+        ([0.05], {"steps": 10, "keep": 11}, "not be more than the 10"),
+    ],
+)
+def test_bad_input_is_refused(slopes: list[float], options: dict[str, int], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        bifurcation_diagram(TABLE_ONE, slopes, **options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("doublings", [0, 7, 2.0, True])
+def test_number_of_doublings_is_checked(doublings: int) -> None:
+    with pytest.raises(InputError, match="from 1 to 6"):
+        find_cascade(TABLE_ONE, doublings)
+
+
+def test_robot_without_a_gait() -> None:
+    with pytest.raises(GaitError, match=r"0\.1 degrees"):
+        find_cascade(Compass(leg_inertia=50.0))

@@ -1,0 +1,94 @@
+"""Gaits of any period: fixed points of the n-fold return map, their multipliers, and branches of them."""
+
+import math
+
+import numpy as np
+import pytest
+
+import mjbiped
+from mjbiped.errors import GaitError, InputError
+from mjbiped.limit_cycles.periodic import PeriodicGait, find_periodic_gait, first_gait, follow, zero_on_branch
+from mjbiped.limit_cycles.return_map import ReturnMap
+from mjbiped.robots.compass import Compass
+
+TABLE_ONE = Compass()
+
+
+def settled(degrees: float, count: int) -> PeriodicGait:
+    """The stable gait of a period, from where the robot walks by itself."""
+    slope = math.radians(degrees)
+    start = mjbiped.find_passive_gait(TABLE_ONE, slope).start + np.array([1e-3, -1e-3, 0, 0])
+    return find_periodic_gait(TABLE_ONE, slope, ReturnMap(TABLE_ONE, slope).walk(start, 2000).states[-count:])
+
+
+def test_period_one_is_the_gait_of_the_boundary_value_problem(gait: mjbiped.Gait) -> None:
+    """Two programs: SciPy's integrator and root finder, and the compiled return map with Newton's method."""
+    found = first_gait(TABLE_ONE, gait.slope)
+    # the root finder's tolerance is 1e-12 in scaled numbers, of which the rates are three times larger
+    np.testing.assert_allclose(found.states[0], gait.start, rtol=0, atol=1e-11)
+    assert found.periods[0] == pytest.approx(gait.period, abs=1e-11)
+    assert found.step_lengths[0] == pytest.approx(gait.step_length, abs=1e-11)
+    # differences of fourth order in both, with different steps
+    np.testing.assert_allclose(np.sort_complex(found.multipliers), np.sort_complex(gait.multipliers), rtol=0, atol=1e-6)
+    assert found.doubling == pytest.approx(np.prod(1 + gait.multipliers).real, abs=1e-6)
+
+
+@pytest.mark.parametrize(("degrees", "count"), [(3.0, 2), (3.35, 4), (3.41, 8)])
+def test_gait_repeats_itself_after_its_period_only(degrees: float, count: int) -> None:
+    gait = settled(degrees, count)
+    assert gait.stable
+    walked = ReturnMap(TABLE_ONE, gait.slope).walk(gait.states[0], 3 * count)
+    # the map's rounding; the gait is stable
+    np.testing.assert_allclose(walked.states, np.roll(np.tile(gait.states, (3, 1)), -1, axis=0), rtol=0, atol=1e-10)
+    np.testing.assert_allclose(walked.periods, np.tile(gait.periods, 3), rtol=0, atol=1e-10)
+    for sooner in range(1, count):
+        assert np.abs(gait.states - np.roll(gait.states, sooner, axis=0)).max() > 1e-3
+
+
+@pytest.mark.parametrize(("degrees", "count"), [(2.0, 1), (3.0, 2), (3.37, 4)])
+def test_multipliers_are_the_rate_at_which_disturbances_die(degrees: float, count: int) -> None:
+    """det(J^k) from the volume of a small tetrahedron of walks, without the gait's own derivatives."""
+    gait = settled(degrees, count)
+    base = gait.states[0]
+    size = 1e-5
+    corners = [base + size * np.array(e) for e in ([1, -1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1])]
+    ends = [ReturnMap(TABLE_ONE, gait.slope).walk(corner, count).states[-1] - base for corner in corners]
+    jacobian = np.array(ends)[:, [0, 2, 3]].T / size
+    # one-sided differences: of first order in the size, times second derivatives of some 1e2 to 1e3
+    expected = np.linalg.det(jacobian)
+    assert np.prod(gait.multipliers).real == pytest.approx(expected, rel=0.03, abs=1e-3)
+    assert np.sum(gait.multipliers).real == pytest.approx(np.trace(jacobian), abs=0.02)
+
+
+def test_branch_goes_on_beyond_its_stability() -> None:
+    """Against `find_passive_gait`, which follows the branch in another way for each slope anew."""
+    slopes = np.radians([0.5, 1.0, 2.0, 3.0, 4.5, 6.0])
+    found = list(follow(first_gait(TABLE_ONE, math.radians(0.1)), slopes.tolist()))
+    assert [gait.slope for gait in found] == slopes.tolist()
+    for gait in found:
+        expected = mjbiped.find_passive_gait(TABLE_ONE, gait.slope)
+        np.testing.assert_allclose(gait.states[0], expected.start, rtol=0, atol=1e-10)
+    assert [gait.stable for gait in found] == [True, True, True, False, False, False]
+
+
+def test_branch_ends_where_gaits_end() -> None:
+    """Table I has none on 28 degrees, as `find_passive_gait` says."""
+    found = list(follow(first_gait(TABLE_ONE, math.radians(5)), np.radians([20.0, 28.0, 29.0]).tolist()))
+    assert len(found) == 1
+
+
+def test_zero_on_branch() -> None:
+    below, above = follow(first_gait(TABLE_ONE, math.radians(2.6)), np.radians([2.7, 2.75]).tolist())
+    gait = zero_on_branch(below, above, lambda gait: gait.doubling)
+    assert gait.multipliers[0].real == pytest.approx(-1, abs=1e-8)  # the differences' rounding
+    assert math.degrees(gait.slope) == pytest.approx(2.72844, abs=5e-6)
+
+
+def test_errors_say_why() -> None:
+    with pytest.raises(InputError, match=r"shape \(n, 4\)"):
+        find_periodic_gait(TABLE_ONE, 0.03, [0, 0, 0, 0])
+    with pytest.raises(GaitError, match="falls or stalls"):
+        find_periodic_gait(TABLE_ONE, 0.03, [[-0.2, 0.2, 0.0, 0.0]])
+    start = mjbiped.find_passive_gait(TABLE_ONE, 0.03).start
+    with pytest.raises(GaitError, match="repeats itself sooner"):
+        find_periodic_gait(TABLE_ONE, 0.03, [start, start])

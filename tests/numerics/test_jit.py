@@ -1,0 +1,102 @@
+"""Compilation: what one program keeps on disk does not hinder another."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+COMMON = """
+from typing import Any, NamedTuple
+from mjbiped.numerics.jit import compiled
+
+class Group(NamedTuple):
+    inner: Any
+
+def twice(x):
+    return 2.0 * x
+
+def outer(group, x, y, z):
+    return group.inner(x[0]) + y + z
+"""
+MINE = (
+    COMMON
+    + """
+class Gains(NamedTuple):
+    stiffness: float
+
+if __name__ != "__main__":
+    print(compiled(outer, Group, (twice,), ())(Gains(3.0), 1.0, 1.0))
+"""
+)
+YOURS = (
+    COMMON.replace("2.0 * x", "3.0 * x")
+    + """
+print(compiled(outer, Group, (twice,), ())((3.0,), 1.0, 1.0))
+"""
+)
+
+
+ANNOUNCED = (
+    COMMON
+    + """
+from mjbiped.numerics.jit import announced
+with announced("everything", wanted={wanted}):
+    compiled(outer, Group, (twice,), ())((3.0,), 1.0, 1.0)
+compiled(outer, Group, (twice,), ())((3,), 1.0, 1.0)  # of another type, so compiled again, and nobody waits for it
+"""
+)
+SENTENCE = "compiling everything, once; it takes up to half a minute ...\n"
+
+
+def run(folder: Path, cache: Path, program: str) -> str:
+    return finished(folder, cache, program).stdout.strip()
+
+
+def finished(folder: Path, cache: Path, program: str) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": f"{Path(__file__).parents[2]}"}
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done
+
+
+def test_types_of_one_program_do_not_keep_another_from_its_cache(tmp_path: Path) -> None:
+    """A NamedTuple of a user's module was listed among what all programs read, who then failed to import it."""
+    mine, yours, cache = tmp_path / "mine", tmp_path / "yours", tmp_path / "cache"
+    for folder in (mine, yours):
+        folder.mkdir()
+    (mine / "my_controller.py").write_text(MINE, encoding="utf-8")
+    (yours / "your_controller.py").write_text(YOURS, encoding="utf-8")
+    assert run(mine, cache, "import my_controller") == "8.0"
+    kept = set(cache.rglob("*.nbc"))
+    assert kept
+    assert run(yours, cache, "import your_controller") == "11.0"
+    before = {path: path.stat().st_mtime_ns for path in cache.rglob("*.nb?")}
+    assert run(mine, cache, "import my_controller") == "8.0"  # from the cache: nothing is written
+    assert {path: path.stat().st_mtime_ns for path in cache.rglob("*.nb?")} == before
+
+
+def test_only_what_is_not_on_disk_is_announced(tmp_path: Path) -> None:
+    for name, wanted in (("told", "True"), ("quiet", "False")):
+        (tmp_path / f"{name}.py").write_text(ANNOUNCED.replace("{wanted}", wanted), encoding="utf-8")
+    runs = (("a", "told"), ("a", "told"), ("b", "quiet"))
+    said = [finished(tmp_path, tmp_path / cache, f"import {name}").stderr for cache, name in runs]
+    assert said == [SENTENCE, "", ""]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
+def test_the_first_walk_says_what_it_waits_for(engine: str, tmp_path: Path) -> None:
+    program = f"""
+import mjbiped.cli.main
+mjbiped.cli.main.main(["walk", "incline:slope_deg=2", "--controller", "passive", "--steps", "1", "--engine",
+"{engine}"])
+"""
+    first, second = (finished(tmp_path, tmp_path / "cache", program).stderr for _ in range(2))
+    assert first == f"compiling PassiveController for the engine {engine}, once; it takes up to half a minute ...\n"
+    assert second == ""

@@ -1,0 +1,252 @@
+"""Claims about the paper: its own numbers fulfil every one, and each fails on numbers that contradict it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+
+import pytest
+from reproduction_rows import fallen, made_row
+
+from mjbiped.reproduction.plan import ADAPTATION_GAINS, START_ESTIMATES
+from mjbiped.reproduction.published import GROUNDS, TABLE_3
+from mjbiped.reproduction.published import TABLE_2 as PAPER
+from mjbiped.reproduction.report.answers import Answer, printed
+from mjbiped.reproduction.report.checks import FOUND, TABLE_2, UNFITTED, Check, checks, sections
+from mjbiped.reproduction.rows import Row
+from mjbiped.reproduction.table_2 import Choice
+from mjbiped.reproduction.traces import Traces
+
+BEST = Choice(0.8, "absolute", 20, ("descending", 0.9), ("down", 1.5), 0.0)
+GOOD = Traces(settled=0.01, later=0.02, off_time=1.0, error=0.1, travel=3.0, z1=0.1, z2=0.01, straight=0.1, bent=2.0)
+"""Of a walk of which all is true that the paper says."""
+POOR = GOOD._replace(off_time=6.0, error=0.4, travel=40.0, z2=1.5)
+"""Without update, or without re-planning."""
+
+Change = Callable[[Row], Row]
+
+
+def paper_s() -> list[Row]:
+    """The paper's numbers as if they had been walked, in the hybrid engine."""
+    rows = []
+    for ground, pattern, first in BEST.places:
+        for method, values in PAPER.items():
+            cost = values[ground]
+            place = {"ground": ground, "pattern": pattern, "first": first, "method": method}
+            if method != "adaptive":
+                place |= {"part": "fitted", "delay": math.nan, "slope_source": "local"}
+            rows.append(fallen(**place) if cost is None else made_row(cost, **place))
+    for ground in ("mixed", "found"):
+        for zeta, (torque, cost) in TABLE_3.items():
+            mine = {"part": "table 3", "ground": ground, "ankle": torque, "delay": math.nan if zeta is None else zeta}
+            rows.append(made_row(cost, traces=POOR if zeta is None else GOOD, **mine))
+    for gain in ADAPTATION_GAINS:
+        for start in START_ESTIMATES:
+            for update in ("yes", "no"):
+                mine = {"part": "figure 5", "ground": "mixed", "adaptation_gain": gain, "update": update}
+                errors = {"begun": 0.05, "jump": 0.0} if update == "yes" else {"begun": 2.0, "jump": 2.0}
+                traces = GOOD if update == "yes" else POOR
+                rows.append(made_row(0.04, traces=traces, start_estimate=start, ended=0.05, **errors, **mine))
+    return rows
+
+
+def changed(where: dict[str, object], change: Change) -> list[Row]:
+    """The paper's numbers with some rows changed; NaN fits NaN."""
+    rows, count = [], 0
+    for row in paper_s():
+        fits = all(str(getattr(row, name)) == str(value) for name, value in where.items())
+        count += fits
+        rows.append(change(row) if fits else row)
+    assert count, f"no row is {where}"
+    return rows
+
+
+def costs(value: float) -> Change:
+    return lambda row: dataclasses.replace(row, cost=dict.fromkeys(row.cost, value))
+
+
+def having(**fields: object) -> Change:
+    return lambda row: dataclasses.replace(row, **fields)  # type: ignore[arg-type]
+
+
+def tracing(**values: float) -> Change:
+    return lambda row: dataclasses.replace(row, traces=row.traces._replace(**values))
+
+
+def lost(row: Row) -> Row:
+    return dataclasses.replace(fallen(), **{n: getattr(row, n) for n in ("part", "ground", "pattern", "first", "engine",
+        "method", "delay", "slope_source", "adaptation_gain", "update", "start_estimate")})  # fmt: skip
+
+
+def asked(rows: Sequence[Row], words: str, group: str, engine: str = "hybrid") -> Answer:
+    """The one answer of an engine to the claim that has these words in it."""
+    found = [c.answer for c in checks(rows, BEST) if (c.group, c.engine) == (group, engine) and words in c.answer.claim]
+    assert len(found) == 1, [answer.claim for answer in found]
+    return found[0]
+
+
+def test_the_paper_s_own_numbers_fulfil_every_claim() -> None:
+    """A claim that they miss would not be the paper's."""
+    asked_here = [check for check in checks(paper_s(), BEST) if check.engine == "hybrid"]
+    assert [check.answer for check in asked_here if check.answer.holds is not True] == []
+    assert [sum(check.group == group for check in asked_here) for group in (UNFITTED, TABLE_2, FOUND)] == [19, 20, 13]
+    assert all(check.answer.source for check in asked_here)
+
+
+LEVEL = {"ground": "level"}
+MIXED = {"part": "table 3", "ground": "mixed"}
+PAPER_S_GAIN = {"part": "figure 5", "adaptation_gain": 0.3}
+
+CONTRADICTIONS = [
+    # Table II and V-A: words of the claim, its group, the rows and what is changed in them
+    ("the adaptive controller's c_mt is 0.0350", UNFITTED, {**LEVEL, "method": "adaptive"}, costs(0.03494)),
+    ("is within 0.0001 of sin 2°", UNFITTED, {**LEVEL, "method": "adaptive"}, costs(0.0351)),
+    ("PBC's c_mt is 0.0342", TABLE_2, {**LEVEL, "method": "PBC"}, costs(0.0349)),
+    ("ECC's c_mt is 0.0352", TABLE_2, {**LEVEL, "method": "ECC"}, costs(0.0345)),
+    ("KETC's c_mt is 0.0350", TABLE_2, {**LEVEL, "method": "KETC"}, costs(0.03506)),
+    ("closer than PBC's", TABLE_2, {**LEVEL, "method": "PBC"}, costs(0.03490)),
+    ("closer than ECC's", TABLE_2, {**LEVEL, "method": "adaptive"}, costs(0.0352)),
+    ("same as KETC's", TABLE_2, {**LEVEL, "method": "KETC"}, costs(0.0349)),
+    ("stair 1 every method's c_mt is higher", TABLE_2, {"ground": "stair 1", "method": "KETC"}, costs(0.03504)),
+    ("stair 1 the adaptive controller's c_mt is the lowest", TABLE_2, {"ground": "stair 1", "method": "ECC"},
+     costs(0.0357)),
+    ("stair 1 the four c_mt differ", TABLE_2, {"ground": "stair 1", "method": "PBC"}, costs(0.0364)),
+    ("slope 1 every method's c_mt is lower", TABLE_2, {"ground": "slope 1", "method": "PBC"}, costs(0.0342)),
+    ("slope 1 the four c_mt differ", TABLE_2, {"ground": "slope 1", "method": "KETC"}, costs(0.0340)),
+    *(
+        (f"{ground[1:]} is not walked to the end (X) by {method}", TABLE_2, {"ground": ground, "method": method},
+         costs(0.05))
+        for ground, methods in (("stair 2", ("PBC", "ECC", "KETC")), ("slope 2", ("PBC", "KETC")))
+        for method in methods
+    ),
+    *(
+        (f"{ground[1:]} is walked by {name}", TABLE_2, {"ground": ground, "method": method}, lost)
+        for name, method, ground in (("the adaptive controller", "adaptive", "stair 2"),
+                                     ("the adaptive controller", "adaptive", "slope 2"), ("ECC", "ECC", "slope 2"))
+    ),
+    ("slope 2 ECC's c_mt is higher", TABLE_2, {"ground": "slope 2", "method": "ECC"}, costs(0.0335)),
+    # Table III and V-D, on either ground
+    *(
+        (words, group, {"part": "table 3", "ground": ground, "delay": zeta}, change)
+        for group, ground in ((UNFITTED, "mixed"), (FOUND, "found"))
+        for words, zeta, change in (
+            ("comes to the end with every ζ", 0.1, lost),
+            ("comes to the end with every ζ", math.nan, lost),
+            ("a smaller ζ takes", 0.3, having(ankle=331.0)),
+            ("a smaller ζ takes", 1.0, having(ankle=1.0, hip=48.0)),
+            ("torque without re-planning lies between", math.nan, having(ankle=112.5)),
+            ("torque without re-planning lies between", 0.5, having(ankle=98.3)),
+            ("no ζ has a lower c_mt than 0.8", 0.9, costs(0.1437)),
+            ("each ζ from 0.6 to 0.9", 0.5, costs(0.1486)),
+            ("each ζ from 0.6 to 0.9", 0.6, costs(0.1554)),
+            ("without re-planning is lower than with any", math.nan, costs(0.1438)),
+            # Fig. 6
+            ("smoother", 0.4, tracing(travel=40.0)),
+            ("smoother", 0.8, tracing(travel=40.0)),
+            ("more accurate", 0.8, tracing(error=0.4)),
+            ("z₂ of (9) is smaller", math.nan, tracing(z2=0.005)),
+        )
+    ),
+    # Fig. 4: our mixed ground's is of Fig. 5's walks, the found ground's is Table III's
+    *(
+        (words, group, where, change)
+        for group, where in (
+            (UNFITTED, {**PAPER_S_GAIN, "update": "yes", "start_estimate": -3.0}),
+            (FOUND, {"part": "table 3", "ground": "found", "delay": 0.8}),
+        )
+        for words, change in (
+            ("before the ground first changes", tracing(settled=0.12)),
+            ("stays within ε", tracing(later=0.12)),
+            ("nearer to a straight line", tracing(bent=0.09)),
+            ("both legs stay within", tracing(z1=0.58)),
+        )
+    ),
+    # Fig. 5
+    ("for a shorter time", UNFITTED, {**PAPER_S_GAIN, "update": "no", "start_estimate": 3.0}, tracing(off_time=1.0)),
+    ("by the end of every step", UNFITTED, {**PAPER_S_GAIN, "update": "no", "start_estimate": 3.0}, having(ended=0.12)),
+    ("the greatest error of the estimate after", UNFITTED, {**PAPER_S_GAIN, "update": "yes"}, having(begun=2.0)),
+    ("makes no wrong estimate right", UNFITTED,
+     {"part": "figure 5", "adaptation_gain": 0.03, "update": "yes", "start_estimate": -3.0}, having(jump=0.12)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("words", "group", "where", "change"), CONTRADICTIONS)
+def test_each_claim_fails_on_numbers_that_contradict_it(
+    words: str, group: str, where: dict[str, object], change: Change
+) -> None:
+    assert asked(paper_s(), words, group).holds is True
+    answer = asked(changed(where, change), words, group)
+    assert answer.holds is False
+    assert answer.verdict.startswith("**does not hold**")
+
+
+def test_every_claim_has_its_contradiction() -> None:
+    claims = {(check.group, check.answer.claim) for check in checks(paper_s(), BEST) if check.engine == "hybrid"}
+    contradicted = {
+        (group, claim) for group, claim in claims for words, of, *_ in CONTRADICTIONS if group == of and words in claim
+    }
+    assert claims - contradicted == set()
+
+
+def test_a_claim_judged_on_survivors_says_so() -> None:
+    rows = changed({**MIXED, "delay": 0.1}, lost)
+    for words in ("a smaller ζ takes", "no ζ has a lower c_mt", "each ζ from 0.6", "lower than with any"):
+        answer = asked(rows, words, UNFITTED)
+        assert answer.holds is True
+        assert answer.verdict.startswith("holds for the 9 of 10 ζ that came to their end: ")
+    assert "9 of 10" not in asked(rows, "comes to the end", UNFITTED).verdict
+    assert asked(paper_s(), "a smaller ζ takes", UNFITTED).of == ""
+
+
+def test_what_was_not_walked_is_not_asked() -> None:
+    """In MuJoCo there are no rows, and of walks that ended early no numbers."""
+    there = [check for check in checks(paper_s(), BEST) if check.engine == "mujoco"]
+    assert {check.answer.holds for check in there} == {None}
+    assert {check.answer.verdict[:9] for check in there} <= {"–", "not asked"}
+    for zeta, words in ((0.8, "no ζ has a lower"), (0.7, "each ζ from 0.6"), (0.4, "torque without re-planning"),
+                        (0.4, "smoother"), (math.nan, "lower than with any")):  # fmt: skip
+        assert asked(changed({**MIXED, "delay": zeta}, lost), words, UNFITTED).holds is None
+    none_of_5 = [row for row in paper_s() if row.part != "figure 5" or row.start_estimate > 0]
+    for words in ("for a shorter time", "makes no wrong estimate right", "stays within ε"):
+        assert asked(none_of_5, words, UNFITTED).holds is None
+
+
+def test_c_mt_is_compared_as_printed() -> None:
+    """A difference that four digits do not show is none: that is how the paper can see its claims."""
+    assert printed(0.034949) == printed(0.0349) == 0.0349
+    rows = changed({**MIXED, "delay": 0.9}, costs(0.14376))  # 0.1438, as at 0.8
+    assert asked(rows, "no ζ has a lower c_mt", UNFITTED).holds is True
+
+
+def test_page_s_counts() -> None:
+    asked_here = [
+        Check(UNFITTED, "hybrid", Answer("a", "I", True, "1")),
+        Check(UNFITTED, "mujoco", Answer("a", "I", False, "2", "some")),
+        Check(FOUND, "hybrid", Answer("b", "II", None)),
+    ]
+    told = sections(asked_here)
+    assert (told["missed"], told["asked"]) == ("1", "2")
+    assert (told["missed_unfitted"], told["missed_table_2"], told["missed_found"]) == ("1 of 2", "0 of 0", "0 of 0")
+    assert told["checks_unfitted"].splitlines()[2:] == ["| a | I | holds: 1 | **does not hold** for some: 2 |"]
+    assert told["checks_found"].splitlines()[2:] == ["| b | II | – | – |"]
+
+
+def test_methods_are_asked_with_fitted_gains() -> None:
+    """Never with those that settle: an engine in which the fitted ones were not walked is not asked."""
+    place = dict(zip(("ground", "pattern", "first"), BEST.places[1], strict=True))
+    settled = [
+        made_row(cost, part="table 2", method=method, slope_source="two_point", delay=math.nan, **place)
+        for method, cost in (("PBC", 0.0331), ("ECC", 0.0324), ("KETC", 0.0334))
+    ]
+    answer = asked([*paper_s(), *settled], "stair 1 the adaptive", TABLE_2)
+    assert answer.found == "PBC 0.0362, ECC 0.0361, KETC 0.0363, adaptive 0.0357"
+    unwalked = [row for row in paper_s() if row.part != "fitted"]
+    assert asked([*unwalked, *settled], "stair 1 the adaptive", TABLE_2).holds is None
+    assert asked([*unwalked, *settled], "the adaptive controller's c_mt is 0.0350", UNFITTED).holds is True
+
+
+def test_every_ground_of_table_2_is_asked_about() -> None:
+    text = " ".join(check.answer.claim for check in checks(paper_s(), BEST) if check.group == TABLE_2)
+    assert all(ground in text.lower() for ground in GROUNDS)
+    assert "|" not in text  # it would end a table's cell

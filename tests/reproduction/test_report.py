@@ -1,0 +1,167 @@
+"""The committed report: it says what its table says, the table says what is walked, and the prose is true of it."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+
+from mjbiped.reproduction import plan
+from mjbiped.reproduction.cell import measured
+from mjbiped.reproduction.grounds import AS_PRINTED
+from mjbiped.reproduction.published import TABLE_3
+from mjbiped.reproduction.report.page import PAGE, TABLE, TRIED, render
+from mjbiped.reproduction.report.table_3 import distance, walks_of
+from mjbiped.reproduction.rows import Row, read_rows, write_rows
+from mjbiped.reproduction.scan import read_tried
+from mjbiped.reproduction.table_2 import UNEVEN, choices, side_distances
+from mjbiped.reproduction.traces import RESOLVED_SLOPE, traced
+from mjbiped.terrain.terrain import GROUND_FRICTION
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+@pytest.fixture(scope="module")
+def rows() -> list[Row]:
+    return read_rows((DOCS / TABLE).read_text(encoding="utf-8"))
+
+
+def identity(row: Row) -> tuple[object, ...]:
+    """What a walk is, without what was measured."""
+    parts = (row.part, row.ground, row.pattern, row.first, row.engine, row.method, row.slope_source, row.update)
+    return *parts, repr(row.delay), repr(row.adaptation_gain), repr(row.start_estimate)
+
+
+def test_page_is_made_of_the_table(rows: list[Row]) -> None:
+    tried = read_tried((DOCS / TRIED).read_text(encoding="utf-8"))
+    assert (DOCS / PAGE).read_text(encoding="utf-8") == render(rows, tried)
+    assert write_rows(rows) == (DOCS / TABLE).read_text(encoding="utf-8")
+
+
+def test_walks_again_give_the_table(rows: list[Row]) -> None:
+    """A share of the hybrid engine's walks, one of each method, ground and part; MuJoCo's are the slow test's."""
+    known = {identity(row): row for row in rows}
+    entries = [*plan.table_2()[::97], *plan.table_3("hybrid")[::3], *plan.start()[::5], plan.figure_5("hybrid")[1]]
+    for entry in entries:
+        compare(entry, known)
+
+
+@pytest.mark.slow
+def test_walks_in_mujoco_again_give_the_table(rows: list[Row]) -> None:
+    known = {identity(row): row for row in rows}
+    for entry in plan.table_3("mujoco")[-2:]:
+        compare(entry, known)
+
+
+def compare(entry: plan.Entry, known: dict[tuple[object, ...], Row]) -> None:
+    """Walk an entry and compare it with its row."""
+    result, walk = measured(entry.cell)
+    fresh = entry.row(result, None if walk is None else traced(walk))
+    row = known[identity(fresh)]
+    assert (fresh.outcome, fresh.steps, fresh.strikes) == (row.outcome, row.steps, row.strikes)
+    for name in ("place", "ankle", "hip", "friction", "least_force"):
+        # six digits are kept; the rest is for other processors' arithmetic, which 60 steps do not magnify
+        assert getattr(fresh, name) == pytest.approx(getattr(row, name), rel=2e-5), name
+    assert fresh.cost == pytest.approx(row.cost, rel=2e-5, nan_ok=True)
+    for name in ("begun", "ended", "rms"):
+        assert getattr(fresh, name) == pytest.approx(getattr(row, name), abs=1e-5, nan_ok=True), name
+    # distances from a line and ways up and down are sums of differences: more of the arithmetic is seen in them
+    assert fresh.traces == pytest.approx(row.traces, rel=1e-3, abs=1e-4, nan_ok=True)
+
+
+def test_table_is_whole(rows: list[Row]) -> None:
+    """Every walk of the plan has a row, and none failed with an error."""
+    hybrid = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
+    best = choices(rows)[0]
+    gravity = plan.gravity(best.places, None if math.isnan(best.delay) else best.delay)
+    engines = [sum(row.engine == engine for row in rows) for engine in ("hybrid", "mujoco")]
+    fitted = [row for row in rows if row.part == "fitted" and row.engine == "hybrid"]
+    assert len(fitted) == 3 * len(best.places)
+    assert engines[0] == len(hybrid) + len(gravity) + len(fitted)
+    assert engines[1] > 50
+    assert not [row for row in rows if row.outcome == "failed"]
+
+
+def test_prose_is_true_of_the_table(rows: list[Row]) -> None:
+    """The sentences of the template that no number carries."""
+    best = choices(rows)[0]
+    stairs = {side[4] for side in side_distances(rows, UNEVEN[:2]) if math.isfinite(side[0])}
+    assert stairs == {"descending"}, "stairs fit as descending alone"
+    slopes: dict[str, float] = {}
+    for side in side_distances(rows, UNEVEN[2:]):
+        slopes[side[4]] = min(side[0], slopes.get(side[4], math.inf))
+    assert min(slopes["accumulating downhill"], slopes["accumulating uphill"]) > 0.3, "added up they are far off"
+    ranked = sorted(slopes, key=lambda pattern: slopes[pattern])
+    assert all(pattern.startswith("down and up in turn") for pattern in ranked[:2]), "beginning downhill"
+    assert best.stairs[0] == "descending"
+    assert best.slopes[0].startswith("down and up")
+    assert best.length == 20, "over few steps"
+    climbing = [r for r in rows if r.part == "table 2" and r.ground == "stair 2" and r.pattern == AS_PRINTED["stair 2"]]
+    assert climbing
+    assert not any(row.finished for row in climbing), "nothing walks up stair 2"
+    near = choices(rows)[9].distance / best.distance
+    assert near < 1.5, "the next ones are as good"
+    by_gravity = [row.cost[best.kind, best.length] for row in rows if row.part == "gravity"]
+    assert len(by_gravity) == 5
+    for ground in ("mixed", "found"):
+        for zeta, walk in walks_of(rows, ground, "mujoco").items():
+            asked = walks_of(rows, ground, "hybrid")[zeta].friction
+            assert walk.outcome in ("finished", "slipped")
+            assert walk.finished or asked > GROUND_FRICTION, "walks end where more friction is asked"
+        forces = {zeta: walk.least_force for zeta, walk in walks_of(rows, ground, "hybrid").items()}
+        assert forces[0.1] < 0.0, "the smallest zeta needs glue"
+        assert min(walk.least_force for walk in walks_of(rows, ground, "mujoco").values() if walk.steps) >= 0.0
+    assert walks_of(rows, "mixed", "mujoco")[0.1].steps == 0, "the smallest zeta ends in the first step"
+    costs = {
+        (row.ground, None if math.isnan(row.delay) else row.delay): row.cost[best.kind, best.length]
+        for row in rows
+        if row.part == "table 2" and row.engine == "hybrid" and row.method == "adaptive" and best.reads(row)
+    }
+    assert costs["stair 1", 0.8] < costs["stair 1", None], "on stair 1 re-planning saves"
+    assert costs["stair 2", 0.8] > costs["stair 2", None], "on stair 2 it costs"
+
+
+def test_start_alone_sets_the_torque_of_the_smallest_delays(rows: list[Row]) -> None:
+    start = {row.delay: row.torque for row in rows if row.part == "start"}
+    whole = walks_of(rows, "mixed", "hybrid")
+    assert start[0.1] == whole[0.1].torque
+    assert start[1.0] < whole[1.0].torque
+
+
+def test_prose_on_figure_5_is_true_of_the_table(rows: list[Row]) -> None:
+    walks = {
+        (row.engine, row.adaptation_gain, row.start_estimate, row.update): row for row in rows if row.part == "figure 5"
+    }
+    assert len(walks) == 2 * 4 * 2 * 2
+    small = math.degrees(RESOLVED_SLOPE)
+    for (engine, gain, start, update), walk in walks.items():
+        other = walks[engine, gain, start, "no" if update == "yes" else "yes"]
+        assert walk.traces.settled == pytest.approx(other.traces.settled, rel=1e-5), "alike before the first change"
+        if update == "yes":
+            assert walk.jump < 0.02, "(27) leaves an error as it is"
+            assert walk.traces.off_time < other.traces.off_time
+            if gain in (0.3, 3.0):
+                assert walk.traces.later < small, "along at once"
+        else:
+            assert walk.begun > 1.0
+            assert (walk.ended > small) == (gain == 0.03), "it does not get there before the next change"
+            fast = walks[engine, 3.0, start, update].traces.off_time
+            assert (walk.traces.off_time > fast) == (gain != 3.0)
+
+
+def test_found_ground_is_nearer_to_table_3_than_ours(rows: list[Row]) -> None:
+    for engine in ("hybrid", "mujoco"):
+        found, mixed = (distance(walks_of(rows, ground, engine)) for ground in ("found", "mixed"))
+        assert found < 0.1 < mixed
+    assert set(walks_of(rows, "found", "mujoco")) == set(TABLE_3)
+
+
+def test_pictures_of_the_page_are_there() -> None:
+    text = (DOCS / PAGE).read_text(encoding="utf-8")
+    pictures = re.findall(r"\]\((images/[^)]+)\)", text)
+    assert len(pictures) == 6
+    for picture in pictures:
+        assert (DOCS / picture).stat().st_size < 400_000
+    assert "$" not in text

@@ -1,0 +1,169 @@
+"""The scan of the comparison methods' gains: what it tries, what it keeps, and how it chooses."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mjbiped
+from mjbiped.errors import RecordError
+from mjbiped.reproduction import plan, scan
+from mjbiped.reproduction.cell import measured
+from mjbiped.reproduction.methods import SETTLED, SLOPE_SOURCES, Variant, gains_told, settled
+from mjbiped.reproduction.published import GROUNDS, TABLE_2
+from mjbiped.reproduction.report.fit import walks_shown
+from mjbiped.reproduction.report.page import TABLE, TRIED
+from mjbiped.reproduction.rows import read_rows
+from mjbiped.reproduction.scan import Tried, fitted, ranked, read_tried, settings, write_tried
+from mjbiped.reproduction.store import Store
+from mjbiped.reproduction.table_2 import Choice, agreement_of, agreements, choices, walks_read
+from mjbiped.terrain.terrain import Terrain
+
+GAIT = mjbiped.find_passive_gait(mjbiped.Compass(), math.radians(2))
+DOCS = Path(__file__).parents[2] / "docs"
+SHORT = Choice(0.6, "absolute", 3, ("descending", 0.9), ("down and up in turn, ±Δ/2", 1.5), 0.0)
+SOME = [
+    Variant("PBC", slope_source="none", gains=(("gain", 25.0),)),
+    Variant("PBC", slope_source="local", gains=(("gain", 5.0),)),
+    Variant("KETC", slope_source="two_point", gains=(("gain", 20.0), ("hip_weight", 0.0))),
+]
+
+
+@pytest.fixture(scope="module")
+def tried() -> list[Tried]:
+    return read_tried((DOCS / TRIED).read_text(encoding="utf-8"))
+
+
+def made_up(source: str, costs: dict[str, float], method: str = "PBC", gain: float = 1.0) -> Tried:
+    ended = {ground: 4 for ground, cost in costs.items() if math.isnan(cost)}
+    return Tried(Variant(method, slope_source=source, gains=(("gain", gain),)), costs, ended)
+
+
+def test_every_gain_is_tried_with_every_source() -> None:
+    every = settings()
+    assert len(set(every)) == len(every) == 3 * len(scan.GAINS) * (1 + len(scan.RATIOS) + len(scan.HIP_WEIGHTS))
+    assert {each.method for each in every} == set(TABLE_2) - {"adaptive"}
+    for method in ("PBC", "ECC", "KETC"):
+        assert {settled(method, source) for source in SLOPE_SOURCES} <= set(every), (
+            "the gains that settle are among them"
+        )
+
+
+def test_x_where_the_papers_are_count_first_then_the_distance() -> None:
+    paper = {ground: math.nan if cost is None else cost for ground, cost in TABLE_2["PBC"].items()}
+    far = {ground: 1.5 * cost for ground, cost in paper.items()}
+    exact_but_walks = {**paper, "slope 2": 0.03}
+    falls = dict.fromkeys(paper, math.nan)
+    every = [made_up("none", exact_but_walks), made_up("local", falls), made_up("two_point", far)]
+    assert [each.variant.slope_source for each in ranked(every)] == ["two_point", "none", "local"]
+    first = ranked(every)[0].agreement
+    assert (first.agreeing, first.asked) == (5, 5)
+    assert first.distance == pytest.approx(math.log(1.5), rel=1e-12)
+    assert math.isnan(every[1].agreement.distance)
+    nearer = made_up("none", {ground: 1.4 * cost for ground, cost in paper.items()}, gain=2.0)
+    other = made_up("none", dict.fromkeys(GROUNDS, 0.03), method="ECC")
+    assert fitted([*every, other, nearer]) == {"PBC": nearer, "ECC": other}
+
+
+def test_scan_is_that_of_single_walks_and_repeats_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = scan.scan(SHORT, Store(tmp_path), SOME)
+    assert [each.variant for each in found] == SOME
+    for each in found[:2]:
+        for entry in plan.fitted(SHORT, [each.variant], "hybrid", SHORT.length):
+            result = measured(entry.cell)[0]
+            if result.outcome == "finished":
+                # six digits are kept
+                assert each.cost[entry.ground] == pytest.approx(result.cost_of_transport("absolute"), rel=1e-5)
+            else:
+                assert math.isnan(each.cost[entry.ground])
+                assert each.ended[entry.ground] == result.steps + 1
+    text = write_tried(found)
+    assert write_tried(read_tried(text)) == text
+    monkeypatch.setattr(scan, "walk_many", lambda *_, **__: pytest.fail("what was walked is walked again"))
+    assert write_tried(scan.scan(SHORT, Store(tmp_path), SOME)) == text
+
+
+def test_walked_again_after_its_file_was_damaged(tmp_path: Path) -> None:
+    text = write_tried(scan.scan(SHORT, Store(tmp_path), SOME[:1]))
+    kept = sorted(tmp_path.glob("many_*.json"))
+    assert len(kept) == len(GROUNDS)
+    kept[0].write_text("{")
+    kept[1].write_text("{}")
+    assert write_tried(scan.scan(SHORT, Store(tmp_path), SOME[:1])) == text
+
+
+def test_committed_table_is_of_the_settings_and_can_be_walked_again(tried: list[Tried], tmp_path: Path) -> None:
+    """The chosen settings and a few others on the reading of the committed report."""
+    assert [each.variant for each in tried] == settings()
+    assert write_tried(tried) == (DOCS / TRIED).read_text(encoding="utf-8")
+    best = choices(read_rows((DOCS / TABLE).read_text(encoding="utf-8")))[0]
+    known = {each.variant: each for each in tried}
+    subset = [*(each.variant for each in fitted(tried).values()), *settings()[::397]]
+    for fresh in scan.scan(best, Store(tmp_path), subset):
+        assert fresh.ended == known[fresh.variant].ended
+        # six digits are kept; the rest is for other processors' arithmetic, which 20 steps do not magnify
+        assert fresh.cost == pytest.approx(known[fresh.variant].cost, rel=2e-5, nan_ok=True)
+
+
+def test_fitted_walks_of_the_report_are_the_chosen_ones(tried: list[Tried]) -> None:
+    rows = read_rows((DOCS / TABLE).read_text(encoding="utf-8"))
+    best = choices(rows)[0]
+    for method, each in fitted(tried).items():
+        told = gains_told(dict(each.variant.gains))
+        for engine in ("hybrid", "mujoco"):
+            mine = [row for row in rows if (row.part, row.method, row.engine) == ("fitted", method, engine)]
+            assert [row.ground for row in mine] == list(GROUNDS)
+            assert all((row.gains, row.slope_source) == (told, each.variant.slope_source) for row in mine)
+            if engine == "hybrid":
+                costs = {row.ground: row.cost[best.kind, best.length] for row in mine}
+                assert costs == pytest.approx(each.cost, rel=2e-5, nan_ok=True)
+
+
+def test_prose_is_true_of_the_numbers(tried: list[Tried]) -> None:
+    """The sentences of the template about Table II that no number carries."""
+    rows = read_rows((DOCS / TABLE).read_text(encoding="utf-8"))
+    best = choices(rows)[0]
+    source = agreements(rows, best)[0].source
+    for engine in ("hybrid", "mujoco"):
+
+        def cost(ground: str, method: str, fit: bool, engine: str = engine) -> float:
+            place = next(place for place in best.places if place[0] == ground)
+            walk = walks_shown(rows, best, source, place, method)[0 if fit else 1][0 if engine == "hybrid" else 1]
+            assert walk is not None
+            return walk.cost[best.kind, best.length]
+
+        for method in ("PBC", "ECC", "KETC"):
+            assert cost("stair 1", method, True) > cost("level", method, True)
+            assert cost("stair 1", method, True) > cost("stair 1", "adaptive", True)
+            assert cost("stair 1", method, False) < cost("level", method, False)
+            assert cost("stair 1", method, False) < cost("stair 1", "adaptive", True)
+        walks = walks_read(rows, best, "fitted", engine)
+        found = agreement_of(walks, best)
+        assert (found.agreeing, found.asked) == (15, 15), "together the three have all cells as the paper has them"
+    for each in fitted(tried).values():
+        if each.variant.method in ("PBC", "KETC"):
+            law = each.variant.controller(Terrain.level())
+            start = (*GAIT.start[:3], GAIT.start[3] + 0.01)
+            walk = mjbiped.walk(law, Terrain.level(), engine="hybrid", steps=80, sample_period=None, initial=start)
+            steps = np.diff(walk.touchdowns["x"])
+            assert abs(steps[-1] - steps[-2]) > 0.01, "long and short steps in turn"
+            assert steps[-1] == pytest.approx(steps[-3], abs=1e-4)
+
+
+def test_gains_that_settle_are_those_found() -> None:
+    """They are pinned, for the classes' defaults are chosen for other ends."""
+    assert {method: dict(variant.gains) for method, variant in SETTLED.items()} == {
+        "PBC": {"gain": 5.0},
+        "ECC": {"ratio": -2.3, "gain": 5.0},
+        "KETC": {"gain": 6.0, "hip_weight": 1.0},
+        "LCTC": {"rate_gain": 10.0, "position_gain": 25.0},
+    }
+
+
+@pytest.mark.parametrize("text", ["method,gain\nPBC,1\n", f"{','.join(['method', 'slope_source', *GROUNDS])}\nPBC,x\n"])
+def test_other_tables_are_refused(text: str) -> None:
+    with pytest.raises(RecordError, match="not a table of the gains"):
+        read_tried(text)

@@ -1,0 +1,287 @@
+"""Equations of motion, energy and impact map against SymPy's derivation from the Lagrangian, and against physics."""
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mjbiped.errors import InputError
+from mjbiped.robots.compass import Array, Compass, acceleration
+
+ROBOTS = [
+    Compass(),
+    Compass(hip_mass=10.0, leg_inertia=0.0),
+    Compass(leg_mass=3.1, hip_mass=7.3, lower_length=0.37, upper_length=0.58, leg_inertia=0.123, gravity=1.62),
+]
+
+# rounding of a few dozen operations; the terms differ by at most a factor of about 1e2
+RELATIVE = 1e-12
+
+angles = st.floats(-1.5, 1.5)
+rates = st.floats(-8, 8)
+compasses = st.builds(
+    Compass,
+    leg_mass=st.floats(0.1, 50),
+    hip_mass=st.floats(0, 50),
+    lower_length=st.floats(0.05, 2),
+    upper_length=st.floats(0.05, 2),
+    leg_inertia=st.none() | st.floats(0, 5),
+    gravity=st.floats(1, 20),
+)
+
+
+@cache
+def derived() -> dict[str, Callable[..., Array]]:
+    """Everything that follows from the positions of the masses, as functions of (parameters, q, dq, slope)."""
+    m, mH, a, b, J, g, slope = parameters = sp.symbols("m m_H a b J g slope")
+    q = sp.Matrix(sp.symbols("q1 q2"))
+    dq = sp.Matrix(sp.symbols("dq1 dq2"))
+    x, z = sp.symbols("x z")
+    dx, dz = sp.symbols("dx dz")
+    theta1, theta2 = q[0] + slope, q[1] + slope
+
+    def direction(angle: sp.Expr) -> sp.Matrix:
+        return sp.Matrix([sp.sin(angle), sp.cos(angle)])
+
+    def kinetic(points: list[tuple[sp.Expr, sp.Matrix]], coordinates: sp.Matrix, velocities: sp.Matrix) -> sp.Expr:
+        moving = [(mass, point.jacobian(coordinates) * velocities) for mass, point in points]
+        return sum(mass * v.dot(v) / 2 for mass, v in moving) + J * (dq[0] ** 2 + dq[1] ** 2) / 2
+
+    # stance foot pinned at the origin
+    hip = (a + b) * direction(theta1)
+    points = [(m, a * direction(theta1)), (mH, hip), (m, hip - b * direction(theta2))]
+    T = kinetic(points, q, dq)
+    V = sum((mass * g * point[1] for mass, point in points), sp.Integer(0))
+    M = sp.hessian(T, list(dq))
+    C = sp.zeros(2, 2)
+    for k in range(2):
+        for j in range(2):
+            for i in range(2):  # Christoffel symbols
+                christoffel = sp.diff(M[k, j], q[i]) + sp.diff(M[k, i], q[j]) - sp.diff(M[i, j], q[k])
+                C[k, j] += christoffel * dq[i] / 2
+    gravity = sp.Matrix([V]).jacobian(q).T
+    # Lagrange's equations without C: d/dt (dT/d dq) - dT/dq + dV/dq = M ddq + h
+    h = sp.Matrix([T]).jacobian(dq).jacobian(q) * dq - sp.Matrix([T]).jacobian(q).T + gravity
+
+    # unpinned robot: the hip is free
+    free = sp.Matrix([x, z, *q])
+    velocities = sp.Matrix([dx, dz, *dq])
+    centre = sp.Matrix([x, z])
+    legs = [(m, centre - b * direction(theta1)), (mH, centre), (m, centre - b * direction(theta2))]
+    free_mass = sp.hessian(kinetic(legs, free, velocities), list(velocities))
+    feet = [centre - (a + b) * direction(theta) for theta in (theta1, theta2)]
+
+    arguments = (parameters, list(q), list(dq))
+    expressions = {
+        "M": M,
+        "C": C,
+        "g": gravity,
+        "h": h,
+        "T": T,
+        "V": V,
+        "hip_jacobian": hip.jacobian(q),
+        "swing_foot": hip - (a + b) * direction(theta2),
+        "free_mass": free_mass,
+        "swing_foot_jacobian": feet[1].jacobian(free),
+    }
+    return {name: sp.lambdify(arguments, expression, cse=True) for name, expression in expressions.items()}
+
+
+def value(name: str, robot: Compass, q: Array, dq: Array, slope: float) -> Array:
+    numbers = (robot.leg_mass, robot.hip_mass, robot.lower_length, robot.upper_length, robot.leg_inertia)
+    return np.squeeze(np.asarray(derived()[name]((*numbers, robot.gravity, slope), q.tolist(), dq.tolist())))
+
+
+def close(actual: object, expected: object, scale: float | None = None, relative: float = RELATIVE) -> None:
+    """Equal to `relative` of the largest expected entry (or of `scale`)."""
+    size = float(np.max(np.abs(np.asarray(expected)))) if scale is None else scale
+    np.testing.assert_allclose(np.asarray(actual), np.asarray(expected), rtol=0, atol=relative * size)
+
+
+def states(count: int = 50) -> list[tuple[Array, Array, float]]:
+    random = np.random.default_rng(7)
+    return [
+        (random.uniform(-1.5, 1.5, 2), random.uniform(-5, 5, 2), float(random.uniform(-0.5, 0.5))) for _ in range(count)
+    ]
+
+
+def accelerate(robot: Compass, q: Array, dq: Array, slope: float, force: Array) -> Array:
+    (q1, q2), (dq1, dq2), (force1, force2) = q.tolist(), dq.tolist(), force.tolist()
+    sine, cosine = math.sin(slope), math.cos(slope)
+    return np.array(acceleration(robot.constants, q1, q2, dq1, dq2, sine, cosine, force1, force2))
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_equations_follow_from_the_lagrangian(robot: Compass) -> None:
+    for q, dq, slope in states():
+        close(robot.mass_matrix(q), value("M", robot, q, dq, slope))
+        close(robot.coriolis_matrix(q, dq), value("C", robot, q, dq, slope), scale=robot.constants[1] * 5)
+        close(robot.gravity_vector(q, slope), value("g", robot, q, dq, slope))
+        h = robot.coriolis_matrix(q, dq) @ dq + robot.gravity_vector(q, slope)
+        close(h, value("h", robot, q, dq, slope), scale=robot.constants[3] + 25 * robot.constants[1])
+        close(robot.kinetic_energy(q, dq), value("T", robot, q, dq, slope))
+        close(robot.potential_energy(q, slope), value("V", robot, q, dq, slope), scale=robot.constants[3])
+        foot = value("swing_foot", robot, q, dq, slope)  # x and z; along the ground and normal to it:
+        turn = np.array([[math.cos(slope), -math.sin(slope)], [math.sin(slope), math.cos(slope)]])
+        close(robot.swing_foot(q), turn @ foot, scale=robot.leg_length)
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_acceleration_solves_the_equation_of_motion(robot: Compass) -> None:
+    for q, dq, slope in states():
+        force = robot.input_matrix @ [3.0, -2.0]
+        ddq = accelerate(robot, q, dq, slope, force)
+        expected = np.linalg.solve(value("M", robot, q, dq, slope), force - value("h", robot, q, dq, slope))
+        close(ddq, expected, relative=1e-11)  # the mass matrix's condition number is up to 30
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_torques_change_the_energy_by_their_power(robot: Compass) -> None:
+    for q, dq, slope in states(10):
+        tau = np.array([1.7, 0.8])
+        force = robot.input_matrix @ tau
+        ddq = accelerate(robot, q, dq, slope, force)
+        step = 1e-5
+        ahead = robot.energy(q + step * dq, dq + step * ddq, slope)
+        behind = robot.energy(q - step * dq, dq - step * ddq, slope)
+        power = tau[0] * dq[0] + tau[1] * (dq[1] - dq[0])
+        # differences: rounding 1e-14 of some 100 J over 1e-5 s, truncation 1e-10 times the third derivative (1e4 W/s^2)
+        assert (ahead - behind) / (2 * step) == pytest.approx(power, abs=1e-5)
+
+
+@given(compasses, angles, angles, rates, rates)
+@settings(deadline=None, derandomize=True)
+def test_mass_is_positive_and_its_derivative_less_twice_coriolis_is_skew(
+    robot: Compass, q1: float, q2: float, dq1: float, dq2: float
+) -> None:
+    q, dq = np.array([q1, q2]), np.array([dq1, dq2])
+    M = robot.mass_matrix(q)
+    assert np.array_equal(M, M.T)
+    assert np.linalg.eigvalsh(M).min() > 0
+    step = 1e-5
+    change = (robot.mass_matrix(q + step * dq) - robot.mass_matrix(q - step * dq)) / (2 * step)
+    skew = change - 2 * robot.coriolis_matrix(q, dq)
+    # differences: truncation step^2 (dq1 - dq2)^3 / 6 < 1e-7 of the coupling, rounding 1e-11 of it
+    np.testing.assert_allclose(skew + skew.T, 0, atol=3e-7 * robot.constants[1])
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_impact_is_the_plastic_impulse_of_the_free_robot(robot: Compass) -> None:
+    for q, dq, slope in states():
+        M = value("free_mass", robot, q, dq, slope)
+        Jc = value("swing_foot_jacobian", robot, q, dq, slope)
+        before = np.concatenate([value("hip_jacobian", robot, q, dq, slope) @ dq, dq])
+        weighted = np.linalg.solve(M, Jc.T)
+        after = before - weighted @ np.linalg.solve(Jc @ weighted, Jc @ before)
+        q_plus, dq_plus = robot.impact(q, dq)
+        np.testing.assert_array_equal(q_plus, q[::-1])
+        # two linear systems with condition numbers up to 1e2 each
+        close(dq_plus[::-1], after[2:], scale=float(np.abs(before).max()), relative=1e-11)
+        # the foot has stopped, and the impulse does no more than take energy away
+        close(Jc @ after, np.zeros(2), scale=float(np.abs(before).max()), relative=1e-11)
+        assert robot.kinetic_energy(q_plus, dq_plus) <= robot.kinetic_energy(q, dq) * (1 + RELATIVE)
+
+
+@given(compasses, angles, angles, rates, rates)
+@settings(deadline=None, derandomize=True)
+def test_impact_keeps_the_angular_momentum_about_the_impact_point(
+    robot: Compass, q1: float, q2: float, dq1: float, dq2: float
+) -> None:
+    def momentum(q: Array, dq: Array, about: Array) -> float:
+        """Of the robot that pivots about its stance foot at the origin."""
+        along, across = np.array([np.sin(q), np.cos(q)]).T, np.array([np.cos(q), -np.sin(q)]).T
+        a, b, m = robot.lower_length, robot.upper_length, robot.leg_mass
+        hip, hip_speed = (a + b) * along[0], (a + b) * dq[0] * across[0]
+        masses = [
+            (m, a * along[0], a * dq[0] * across[0]),
+            (robot.hip_mass, hip, hip_speed),
+            (m, hip - b * along[1], hip_speed - b * dq[1] * across[1]),
+        ]
+        spin = robot.leg_inertia * (dq[0] + dq[1])
+        return float(spin + sum(mass * ((r - about)[1] * v[0] - (r - about)[0] * v[1]) for mass, r, v in masses))
+
+    q, dq = np.array([q1, q2]), np.array([dq1, dq2])
+    before = momentum(q, dq, about=robot.swing_foot(q))
+    after = momentum(*robot.impact(q, dq), about=np.zeros(2))
+    # rounding of M^-1 f, whose condition number reaches 1e4 for the strangest of these robots
+    assert after == pytest.approx(before, abs=1e-10 * (1 + robot.constants[0]) * (1 + abs(dq1) + abs(dq2)))
+
+
+def test_defaults_are_table_one() -> None:
+    robot = Compass()
+    assert asdict(robot) == {
+        "leg_mass": 5.0,
+        "hip_mass": 0.0,
+        "lower_length": 0.5,
+        "upper_length": 0.5,
+        "leg_inertia": 5 / 12,
+        "gravity": 9.81,
+    }
+    assert robot == Compass(**asdict(robot))
+    assert hash(robot) == hash(Compass(leg_mass=5))
+    assert (robot.leg_length, robot.total_mass) == (1.0, 10.0)
+    assert robot.weight == pytest.approx(98.1, rel=RELATIVE)
+    assert robot.leg_inertia == pytest.approx(0.4167, abs=5e-5)  # Table I's digits
+    np.testing.assert_array_equal(robot.input_matrix, [[1, -1], [0, 1]])
+    assert all(type(number) is float for number in Compass(leg_mass=3, hip_mass=np.float32(1)).constants)  # type: ignore[arg-type]
+    assert Compass(leg_inertia=None).leg_inertia == robot.leg_inertia  # type: ignore[arg-type]
+    assert replace(robot, leg_mass=1).leg_inertia == robot.leg_inertia
+
+
+@pytest.mark.parametrize(
+    ("name", "bad", "domain"),
+    [
+        ("leg_mass", 0.0, "from 1e-09"),
+        ("leg_mass", math.nan, "finite"),
+        ("leg_mass", "5", "finite"),
+        ("hip_mass", -1.0, "from 0 to"),
+        ("lower_length", -0.5, "from 1e-09"),
+        ("upper_length", math.inf, "finite"),
+        ("leg_inertia", -1e-9, "from 0 to"),
+        ("gravity", 0.0, "from 0.001"),
+        ("gravity", None, "finite"),
+        ("hip_mass", True, "finite"),
+    ],
+)
+def test_parameters_outside_their_domain_are_named(name: str, bad: object, domain: str) -> None:
+    with pytest.raises(InputError, match=rf"{name} = {bad!r}: must be .*{domain}"):
+        Compass(**{name: bad})  # type: ignore[arg-type]
+
+
+def test_parameters_are_checked_before_anything_is_computed_from_them() -> None:
+    with pytest.raises(InputError, match="leg_mass"):
+        Compass(leg_mass="5")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="upper_length"):
+        Compass(lower_length=1.0, upper_length=1e308)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda robot: robot.mass_matrix([0.1, 0.2, 0.3]),
+        lambda robot: robot.coriolis_matrix([0.1, 0.2], 0.3),
+        lambda robot: robot.impact([[0.1, 0.2]], [0.1, 0.2]),
+        lambda robot: robot.swing_foot([]),
+    ],
+)
+def test_shapes_are_checked(call: Callable[[Compass], object]) -> None:
+    with pytest.raises(InputError, match=r"expected shape \(2,\), got \("):
+        call(Compass())
+
+
+def test_values_are_checked() -> None:
+    robot = Compass()
+    with pytest.raises(InputError, match=r"q: nan in it: must be finite numbers"):
+        robot.mass_matrix([math.nan, 0])
+    with pytest.raises(InputError, match=r"dq = .* must be numbers"):
+        robot.kinetic_energy([0, 0], ["a", "b"])
+    with pytest.raises(InputError, match="slope = inf"):
+        robot.energy([0, 0], [0, 0], math.inf)
+    with pytest.raises(InputError, match="slope = nan"):
+        robot.gravity_vector([0, 0], math.nan)

@@ -1,0 +1,248 @@
+"""`walk()`: what it refuses, what it keeps when it is broken off, and that it repeats itself."""
+
+import math
+import sys
+import threading
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, Controller, Memory, PassiveController
+from mjbiped.engines.mujoco import scene
+from mjbiped.plotting.walk import plot_walk
+from mjbiped.records import measures
+
+
+def test_same_arguments_same_record(controller: AdaptiveController) -> None:
+    walks = [mjbiped.walk(controller, mjbiped.Terrain.random(seed=4), steps=2) for _ in range(2)]
+    assert walks[0] == walks[1]
+
+
+def test_distance_ends_a_walk(controller: AdaptiveController) -> None:
+    walk = mjbiped.walk(controller, mjbiped.Terrain.level(), distance=1.0)
+    assert walk.outcome == "finished"
+    assert walk.touchdowns["x"][-2] < 1.0 <= walk.distance
+    both = mjbiped.walk(controller, mjbiped.Terrain.level(), distance=1.0, steps=2)
+    assert both.steps == 2
+
+
+@pytest.mark.parametrize(
+    ("bad", "names"),
+    [
+        ({"engine": "bullet"}, "mujoco"),
+        ({"steps": 0}, "steps"),
+        ({"steps": 2.5}, "steps"),
+        ({"steps": True}, "steps"),
+        ({"distance": -1.0}, "distance"),
+        ({"distance": math.nan}, "distance"),
+        ({"sample_period": 0.0}, "sample_period"),
+        ({"initial": "sleeping"}, "gait, rest"),
+        ({"initial": (0.0, 0.0, 1.0)}, "four"),
+        ({"initial": (0.0, 0.0, 1.0, math.inf)}, "finite"),
+        ({"ground": "sand"}, "boxes"),
+        ({"terrain": "mixed"}, "mjbiped.Terrain"),
+        ({"controller": PassiveController}, "class"),
+        ({"controller": object()}, "controllers.Controller"),
+        ({"distance": "a"}, "distance"),
+        ({"timestep": "a"}, "timestep"),
+        ({"control_period": "a"}, "control_period"),
+        ({"sample_period": "a"}, "sample_period"),
+        ({"initial": None}, "four"),
+        ({"initial": (0, 0, "a", 0)}, "four"),
+        ({"robot": "x"}, "Compass"),
+        ({"scuffing": "x"}, "ScuffingRule"),
+    ],
+)
+def test_bad_arguments_are_refused_before_anything_runs(
+    bad: dict[str, Any], names: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def never(*arguments: object, **parameters: object) -> None:
+        raise AssertionError("something was computed")
+
+    module = sys.modules["mjbiped.rollout.walk"]  # the function of this name hides it
+    monkeypatch.setattr(module, "simulate", never)
+    arguments = {"controller": PassiveController(), "terrain": mjbiped.Terrain.incline(2.0), **bad}
+    controller, terrain = arguments.pop("controller"), arguments.pop("terrain")
+    with pytest.raises(mjbiped.InputError, match=names):
+        mjbiped.walk(controller, terrain, **arguments)
+
+
+def test_no_passive_gait_on_level_ground() -> None:
+    with pytest.raises(mjbiped.GaitError):
+        mjbiped.walk(PassiveController(), mjbiped.Terrain.level(), initial="gait")
+
+
+def wrapped_interrupt() -> SystemError:
+    """As CPython reports an interrupt that came while C code ran."""
+    error = SystemError("returned a result with an exception set")
+    error.__cause__ = KeyboardInterrupt()
+    return error
+
+
+class Failing(Controller):
+    """Works for half a second, then raises what it was given."""
+
+    def __init__(self, error: BaseException) -> None:
+        self.error = error
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        if t > 0.5:
+            raise self.error
+        return 0.0, 0.0
+
+
+@pytest.mark.parametrize(
+    ("error", "expected"),
+    [
+        (ZeroDivisionError("gain"), mjbiped.WalkStopped),
+        (KeyboardInterrupt(), mjbiped.WalkInterrupted),
+        (wrapped_interrupt(), mjbiped.WalkInterrupted),
+    ],
+)
+def test_broken_off_walk_is_not_lost(error: BaseException, expected: type[BaseException]) -> None:
+    with pytest.raises(expected) as caught:
+        mjbiped.walk(Failing(error), mjbiped.Terrain.level(), initial=(-0.19, 0.19, 1.1, 0.8))
+    walk: mjbiped.Walk = caught.value.walk  # type: ignore[attr-defined]
+    assert walk.outcome == "interrupted"
+    assert walk.end[0] == pytest.approx(0.5, abs=0.01)
+    assert len(walk.samples["time"]) > 90
+
+
+def test_own_controller_needs_no_more_than_a_torque() -> None:
+    class HipSpring(Controller):
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            return 0.0, -0.5 * (q[1] - q[0])
+
+    walk = mjbiped.walk(HipSpring(), mjbiped.Terrain.incline(2.0), steps=2)
+    assert walk.steps == 2
+    assert walk.settings["controller"] == {"name": "HipSpring"}
+    assert abs(walk.samples["torque"][:, 1]).max() > 0.0
+
+
+@pytest.mark.parametrize(
+    ("parts", "names"),
+    [
+        ({"states": "work"}, "tuple of names"),
+        ({"states": ("a", "b"), "memory_size": 1}, "memory_size"),
+        ({"describe": lambda self: {"self": self}}, "JSON"),
+    ],
+)
+def test_ill_made_controllers_are_refused(parts: dict[str, Any], names: str) -> None:
+    made = type("Made", (PassiveController,), parts)
+    with pytest.raises(mjbiped.InputError, match=names):
+        mjbiped.walk(made(), mjbiped.Terrain.incline(2.0))
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_a_torque_of_another_length_is_told(count: int) -> None:
+    class Wrong(Controller):
+        states = ("work",)
+        memory_size = 3
+
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            return [0.0] * count
+
+    with pytest.raises(mjbiped.WalkStopped, match=rf"returned {count} values.*work"):
+        mjbiped.walk(Wrong(), mjbiped.Terrain.level(), initial="rest")
+
+
+def test_an_error_before_the_first_sample_is_told() -> None:
+    class Broken(PassiveController):
+        def slope_estimate(self, memory: Memory) -> float:
+            raise ZeroDivisionError("slope")
+
+    with pytest.raises(mjbiped.WalkStopped, match="slope") as caught:
+        mjbiped.walk(Broken(), mjbiped.Terrain.level(), initial="rest")
+    assert len(caught.value.walk.samples["time"]) == 0
+
+
+def test_walks_of_two_threads_do_not_mix() -> None:
+    """Callbacks are process-wide: the second thread is told so, and the first walks on undisturbed."""
+    errors: list[Exception] = []
+
+    class Nesting(PassiveController):
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            if not errors:
+                thread = threading.Thread(target=walk_too)
+                thread.start()
+                thread.join()
+            return 0.0, 0.0
+
+    def walk_too() -> None:
+        try:
+            mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), steps=1)
+        except mjbiped.MjbipedError as error:
+            errors.append(error)
+
+    walk = mjbiped.walk(Nesting(), mjbiped.Terrain.incline(2.0), steps=1)
+    assert "another thread" in str(errors[0])
+    assert (
+        walk.touchdowns["x"] == mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), steps=1).touchdowns["x"]
+    )
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
+def test_without_samples_all_else_is_the_same(engine: str, controller: AdaptiveController, tmp_path: Path) -> None:
+    terrain = mjbiped.Terrain.random(seed=2)
+    asked: list[dict[str, Any]] = [{}, {"sample_period": None}]
+    sampled, bare = (mjbiped.walk(controller, terrain, engine=engine, steps=3, **each) for each in asked)
+    assert replace(bare, samples=sampled.samples, settings=sampled.settings) == sampled
+    assert bare.settings == {**sampled.settings, "sample_period": None}
+    assert not any(map(len, bare.samples.values()))
+    assert measures.summary(bare) == measures.summary(sampled)
+    bare.save(tmp_path / "bare.npz")
+    assert mjbiped.Walk.load(tmp_path / "bare.npz") == bare
+    with pytest.raises(mjbiped.RenderError, match="no samples"):
+        plot_walk(bare)
+
+
+def test_a_comparison_needs_samples(controller: AdaptiveController) -> None:
+    bad: Any = None
+    with pytest.raises(mjbiped.InputError, match="sample_period"):
+        mjbiped.compare(controller, mjbiped.Terrain.level(), steps=1, sample_period=bad)
+
+
+def test_what_mujoco_itself_fails_of_is_not_called_the_controllers_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    def with_little_memory(spec: Any, *rest: Any) -> None:
+        set_robot(spec, *rest)
+        spec.memory = 6000  # bytes: too few for a single step
+
+    set_robot = scene._set_robot
+    monkeypatch.setattr(scene, "_set_robot", with_little_memory)
+    with pytest.raises(mjbiped.WalkStopped, match=r"MuJoCo gave up at .* out of memory.* geoms; a ground") as stop:
+        mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), steps=1)
+    assert "PassiveController" not in str(stop.value)
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
+@pytest.mark.parametrize(
+    ("terrain", "initial", "part"),
+    [
+        (mjbiped.Terrain.level(), (0.3, 0.0, 1.0, 1.0), "swing foot"),  # ahead: it would have touched down
+        (mjbiped.Terrain.level(), (-0.3, 0.1, 1.0, 1.0), "swing foot"),  # behind, deeper than straight legs scuff
+        (mjbiped.Terrain.stairs(rise=0.1, first=0.2), (0.15, -0.15, 1.0, 1.0), "swing foot"),  # inside a riser
+        (mjbiped.Terrain.level(), (2.0, 0.0, 0.0, 0.0), "hip"),
+    ],
+)
+def test_starts_in_the_ground_are_refused(
+    engine: str, terrain: mjbiped.Terrain, initial: tuple[float, ...], part: str
+) -> None:
+    with pytest.raises(mjbiped.InputError, match=rf"{part} would start [0-9.]+ m under the ground, at x = "):
+        mjbiped.walk(PassiveController(), terrain, engine=engine, initial=initial)
+
+
+def test_a_walk_may_start_where_straight_legs_scuff(gait: mjbiped.Gait) -> None:
+    """In the early swing of its own gait the foot is up to 0.9 mm in the ground, which the scuffing rule allows."""
+    depths = {}
+    for time in (0.05 * gait.period * n for n in range(1, 20)):
+        q, dq, _ = gait.reference(time)
+        depths[math.cos(q[1]) - math.cos(q[0])] = (*q.tolist(), *dq.tolist())
+    assert max(depths) > 5e-4
+    incline = mjbiped.Terrain.incline(2.0)
+    walk = mjbiped.walk(PassiveController(), incline, engine="hybrid", initial=depths[max(depths)], steps=1)
+    # the rest of the gait's own step; the reference is good to 1e-9
+    assert walk.touchdowns["q"][0] == pytest.approx(gait.start[:2], abs=1e-6)

@@ -1,0 +1,332 @@
+"""`walk_many()`: each walk as by itself, whatever walks beside it, and nothing lost when one of them is broken off."""
+
+import _thread
+import io
+import sys
+import threading
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from closed_loop import in_plain_python
+from tqdm.auto import tqdm
+
+import mjbiped
+from controllers import AdaptiveController, Controller, Memory, PassiveController
+from controllers.given_slope import GivenSlopeController
+from controllers.passivity import PassivityController
+from mjbiped.control.check import LawError
+from mjbiped.control.controller import Law
+from mjbiped.records import measures
+from mjbiped.rollout.walk_many import cores
+
+Terrain = mjbiped.Terrain
+FALLS = Terrain.from_segments([(0.30, 2.0), (10.0, 2.0, 0.05)])  # a riser is struck in the first step
+ENGINES = ("hybrid", "mujoco")
+STEPS = {"hybrid": 20, "mujoco": 2}
+
+
+@pytest.fixture(autouse=True)
+def nothing_stays_installed() -> Any:
+    before = mujoco.get_mju_user_warning()  # dm_control has one of its own
+    yield
+    assert mujoco.get_mjcb_control() is None
+    assert mujoco.get_mju_user_warning() is before
+
+
+def test_one_core_at_least() -> None:
+    assert cores() >= 1
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_as_each_by_itself(engine: str, controller: AdaptiveController) -> None:
+    """To the last bit, for any number of workers, falls and a different law among them."""
+    cases: list[tuple[Controller, Terrain]] = [
+        (controller, Terrain.mixed()),
+        (controller, FALLS),
+        (replace(controller, replanning_delay=None), Terrain.random(seed=3)),
+        (PassiveController(), Terrain.incline(2.0)),
+        (controller, Terrain.random(seed=1)),
+    ]
+    given: dict[str, Any] = {"engine": engine, "steps": STEPS[engine]}
+    expected = [mjbiped.walk(*case, **given) for case in cases]
+    assert {walk.outcome for walk in expected} == {"finished", "fell"}
+    controllers, terrains = zip(*cases, strict=True)
+    for workers in (1, 2, 5):
+        assert mjbiped.walk_many(controllers, terrains, workers=workers, **given) == expected
+    summaries = mjbiped.walk_many(controllers, terrains, summaries=True, **given)
+    assert summaries == [measures.summary(walk) for walk in expected]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("engine", "steps", "count"), [("hybrid", 2000, 64), ("mujoco", 12, 24)])
+def test_as_many_by_themselves(engine: str, steps: int, count: int, controller: AdaptiveController) -> None:
+    terrains = [Terrain.random(seed=seed, length=0.4 * steps) for seed in range(count)]
+    given: dict[str, Any] = {"engine": engine, "steps": steps, "sample_period": 0.05}
+    expected = [mjbiped.walk(controller, terrain, **given) for terrain in terrains]
+    for workers in (2, 7):
+        assert mjbiped.walk_many(controller, terrains, workers=workers, **given) == expected
+
+
+@pytest.mark.slow
+def test_windows_of_long_grounds_move_on(controller: AdaptiveController) -> None:
+    """A thread builds new ground about its robot while the others step."""
+    finely: dict[str, Any] = {"segment_length": (0.1, 0.2), "slope_deg": (-1.0, 1.0), "rise": (0.0, 0.0)}
+    terrains = [Terrain.random(seed=seed, length=400.0, **finely) for seed in range(3)]
+    expected = [mjbiped.walk(controller, terrain, steps=60) for terrain in terrains]
+    assert mjbiped.walk_many(controller, terrains, steps=60, workers=3) == expected
+
+
+def test_one_of_a_kind_serves_all(controller: AdaptiveController) -> None:
+    given: dict[str, Any] = {"engine": "hybrid", "steps": 3}
+    terrains = (Terrain.random(seed=seed) for seed in (4, 5))  # any iterable
+    walks = mjbiped.walk_many(controller, terrains, **given)
+    assert walks == [mjbiped.walk(controller, Terrain.random(seed=seed), **given) for seed in (4, 5)]
+    softer = replace(controller, position_gain=4.0)
+    walks = mjbiped.walk_many([controller, softer], Terrain.mixed(), **given)
+    assert walks == [mjbiped.walk(each, Terrain.mixed(), **given) for each in (controller, softer)]
+    assert mjbiped.walk_many(controller, Terrain.mixed(), **given) == walks[:1]
+    assert mjbiped.walk_many(controller, [], **given) == []
+
+
+def test_initial_states_one_or_one_each(controller: AdaptiveController) -> None:
+    given: dict[str, Any] = {"engine": "hybrid", "steps": 2}
+    state = (-0.19, 0.19, 1.1, 0.8)
+    starts: list[Any] = ["rest", state, "gait", np.array(state)]  # four of them, and no state
+    walks = mjbiped.walk_many(controller, Terrain.level(), initial=starts, **given)
+    assert walks == [mjbiped.walk(controller, Terrain.level(), initial=start, **given) for start in starts]
+    terrains = [Terrain.level()] * 2
+    assert mjbiped.walk_many(controller, terrains, initial=state, **given) == [walks[1]] * 2
+    assert (
+        mjbiped.walk_many(controller, Terrain.level(), initial=list(np.array([state] * 3)), **given) == [walks[1]] * 3
+    )
+
+
+class Varied(PassiveController):
+    """Laws of one kind with parameters of another."""
+
+    def __init__(self, given: Any) -> None:
+        self.given = given
+
+    def law(self) -> Law:
+        return super().law()._replace(parameters=self.given)
+
+
+def test_one_that_the_others_callbacks_are_not_for() -> None:
+    """Words do not fit into a record of numbers: that one needs Python's callbacks."""
+    controllers = [Varied(()), Varied("words"), Varied(())]
+    given: dict[str, Any] = {"steps": 1}
+    walks = mjbiped.walk_many(controllers, Terrain.incline(2.0), workers=2, **given)
+    assert walks == [mjbiped.walk(each, Terrain.incline(2.0), **given) for each in controllers]
+
+
+def test_the_bar_counts_walks(controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
+    texts: list[str] = []
+    for progress in (False, True):
+        file = io.StringIO()
+
+        def shown(*, disable: bool | None, file: io.StringIO = file, **options: Any) -> Any:
+            return tqdm(disable=disable is True, file=file, **options)
+
+        monkeypatch.setattr("tqdm.auto.tqdm", shown)
+        mjbiped.walk_many(controller, [Terrain.level()] * 3, engine="hybrid", steps=1, progress=progress)
+        texts.append(file.getvalue())
+    assert not texts[0]
+    assert "walking: 100%" in texts[1]
+    assert "3/3" in texts[1]
+
+
+class Wrong(PassiveController):
+    def law(self) -> Law:
+        return super().law()._replace(torque=one_torque)
+
+
+def one_torque(parameters: Any, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float) -> tuple[float]:
+    return (0.0,)
+
+
+@pytest.mark.parametrize(
+    ("bad", "names"),
+    [
+        ({"terrains": [Terrain.level()] * 3}, "2 of controllers, 3 of terrains"),
+        ({"initial": ["rest"] * 3}, "3 of initial"),
+        ({"workers": 0}, "workers"),
+        ({"workers": True}, "workers"),
+        ({"controllers": [PassiveController(), None]}, "walk 1 of 2 .*controllers.Controller"),
+        ({"terrains": "mixed", "controllers": PassiveController()}, "walk 0 of 5 .*Terrain"),
+        ({"initial": ["rest", "sleeping"]}, "walk 1 of 2 .*sleeping"),
+        ({"engine": "bullet"}, "bullet"),
+        ({"timestep": 1.0}, "timestep"),
+        ({"ground": "sand"}, "boxes"),
+        ({"engine": "hybrid", "sample_period": 1e-9}, "sample_period"),
+    ],
+)
+def test_bad_arguments_are_refused_before_anything_runs(
+    bad: dict[str, Any], names: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    forbid_walking(monkeypatch)
+    arguments: dict[str, Any] = {
+        "controllers": [PassiveController(), PassiveController()],
+        "terrains": [Terrain.incline(2.0), Terrain.incline(3.0)],
+        **bad,
+    }
+    with pytest.raises(mjbiped.InputError, match=names):
+        mjbiped.walk_many(arguments.pop("controllers"), arguments.pop("terrains"), **arguments)
+
+
+def forbid_walking(monkeypatch: pytest.MonkeyPatch) -> None:
+    def never(*arguments: object, **parameters: object) -> None:
+        raise AssertionError("something was computed")
+
+    for name in ("simulate", "simulate_hybrid"):
+        monkeypatch.setattr(sys.modules["mjbiped.rollout.walk"], name, never)
+
+
+@pytest.mark.parametrize("engine", [pytest.param("hybrid", marks=pytest.mark.slow), "mujoco"])  # what fails is not kept
+def test_a_bad_law_is_refused_before_anything_runs(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    forbid_walking(monkeypatch)
+    with pytest.raises(LawError, match=r"Wrong .*expected a tuple of 2"):
+        mjbiped.walk_many([PassiveController(), Wrong()], Terrain.incline(2.0), engine=engine)
+
+
+def test_no_passive_gait_is_told_with_its_place() -> None:
+    terrains = [Terrain.incline(2.0), Terrain.level()]
+    with pytest.raises(mjbiped.GaitError, match="walk 1 of 2"):
+        mjbiped.walk_many(PassiveController(), terrains)
+
+
+class Counting(Controller):
+    """In plain Python; fails in its third step if it is told to."""
+
+    states = ("work",)
+    memory_size = 2
+
+    def __init__(self, error: BaseException | None = None) -> None:
+        self.error = error
+
+    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
+        memory[1] += 1.0
+        if memory[1] == 2.0 and self.error is not None:
+            raise self.error
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        return 0.0, -0.5 * (q[1] - q[0]), 1.0
+
+
+@pytest.mark.parametrize(("engine", "workers"), [("hybrid", 1), ("hybrid", 2), ("mujoco", 1)])
+def test_a_controller_that_fails_costs_no_other_walk(engine: str, workers: int, controller: AdaptiveController) -> None:
+    """In plain Python: with two workers in processes; beside a compiled one."""
+    given: dict[str, Any] = {"engine": engine, "steps": 3, "sample_period": 0.05}
+    ground = Terrain.incline(2.0)
+    controllers = [Counting(), controller, Counting(ZeroDivisionError("gain"))]
+    with pytest.raises(
+        mjbiped.WalksStopped, match=r"1 of 3 .*walk 2 .*Counting failed at .*after 1 steps: .*gain"
+    ) as caught:
+        mjbiped.walk_many(controllers, ground, workers=workers, **given)
+    error = caught.value
+    assert list(error.errors) == [2]
+    assert error.walks[:2] == [mjbiped.walk(each, ground, **given) for each in controllers[:2]]
+    assert isinstance(error.walks[2], mjbiped.Walk)
+    assert (error.walks[2].outcome, error.walks[2].steps) == ("interrupted", 1)
+    assert "raise self.error" in error.__notes__[0]
+
+
+def test_what_cannot_be_sent_to_a_process_is_refused(
+    gait: mjbiped.Gait, robot: mjbiped.Compass, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given_slope: GivenSlopeController = in_plain_python(PassivityController(robot, gait))
+    with monkeypatch.context() as patch:
+        forbid_walking(patch)
+        with pytest.raises(mjbiped.InputError, match=r"PlainPassivityController .*pickled.*workers=1"):
+            mjbiped.walk_many(given_slope, [Terrain.level()] * 2, engine="hybrid", workers=2)
+    walks = mjbiped.walk_many(given_slope, [Terrain.level()] * 2, engine="hybrid", workers=1, steps=1)
+    assert [walk.outcome for walk in walks] == ["finished"] * 2
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_ctrl_c_keeps_what_was_walked(
+    engine: str, controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One fell before it, one is under way, one had not begun."""
+
+    class Bar(tqdm):  # type: ignore[type-arg]
+        def __init__(self, *arguments: Any, **options: Any) -> None:
+            super().__init__(*arguments, **options)
+            self.counts_walks = options["unit"] == "walk"  # and is not the bar of the single walk under way
+
+        def update(self, n: float | None = 1) -> bool | None:
+            if self.counts_walks:
+                threading.Timer(0.3, _thread.interrupt_main).start()
+            return super().update(n)
+
+    monkeypatch.setattr("tqdm.auto.tqdm", Bar)
+    terrains = [FALLS, Terrain.level(), Terrain.mixed()]
+    with pytest.raises(mjbiped.WalksInterrupted) as caught:
+        mjbiped.walk_many(controller, terrains, engine=engine, steps=10**7, workers=1, summaries=True)
+    fallen, broken, none = caught.value.walks
+    assert isinstance(fallen, dict)
+    assert fallen["outcome"] == "fell"
+    assert isinstance(broken, dict)
+    assert broken["outcome"] == "interrupted"
+    assert broken["ended_at_time_s"] > 0.0
+    assert none is None
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_summary_holds_no_table(engine: str, controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Touchdowns go into it block by block."""
+    taken: list[int] = []
+    take = measures.Summary.take
+
+    def counted(self: measures.Summary, touchdowns: measures.Touchdowns) -> None:
+        taken.append(len(touchdowns["time"]))
+        take(self, touchdowns)
+
+    monkeypatch.setattr(measures.Summary, "take", counted)
+    monkeypatch.setattr("mjbiped.engines.hybrid.simulation._ROWS", 2)
+    walked = mjbiped.walk_many(controller, Terrain.level(), engine=engine, steps=5, summaries=True)
+    assert sum(taken) == 5
+    assert max(taken) == {"hybrid": 2, "mujoco": 1}[engine]  # as a leap in MuJoCo is shorter than a step
+    assert walked[0]["steps"] == 5
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_ctrl_c_in_a_controller(workers: int) -> None:
+    controllers = [Counting(), Counting(KeyboardInterrupt())]
+    with pytest.raises(mjbiped.WalksInterrupted) as caught:
+        mjbiped.walk_many(controllers, Terrain.incline(2.0), engine="hybrid", steps=3, workers=workers)
+    broken = caught.value.walks[1]
+    assert isinstance(broken, mjbiped.Walk)
+    assert broken.outcome == "interrupted"
+
+
+def test_warnings_go_to_the_walk_that_they_are_of(controller: AdaptiveController) -> None:
+    """MuJoCo has one handler of warnings for all threads."""
+    wild = replace(controller, position_gain=1e6, velocity_gain=1e6)  # torques beyond MuJoCo's greatest number
+    walks = mjbiped.walk_many([controller, wild, controller], Terrain.level(), steps=1, workers=3)
+    assert [bool(walk.settings["warnings"]) for walk in walks] == [False, True, False]
+    assert walks[1] == mjbiped.walk(wild, Terrain.level(), steps=1)
+
+
+def test_walks_inside_a_controller_are_refused() -> None:
+    class Nesting(PassiveController):
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            mjbiped.walk_many(PassiveController(), Terrain.incline(2.0), steps=1)
+            return 0.0, 0.0
+
+    with pytest.raises(mjbiped.WalkStopped, match="inside another"):
+        mjbiped.walk(Nesting(), Terrain.incline(2.0), steps=1)
+    with pytest.raises(mjbiped.WalksStopped, match="inside another"):
+        mjbiped.walk_many(Nesting(), Terrain.incline(2.0), steps=1)
+
+
+def test_others_callbacks_are_left_alone(controller: AdaptiveController) -> None:
+    mujoco.set_mjcb_control(lambda *_: None)
+    try:
+        with pytest.raises(mjbiped.MjbipedError, match="other callbacks"):
+            mjbiped.walk_many(controller, [Terrain.level()] * 2, steps=1)
+    finally:
+        mujoco.set_mjcb_control(None)

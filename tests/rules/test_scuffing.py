@@ -1,0 +1,171 @@
+"""The scuffing rule: which gaits it lets walk, and how those that it does not are refused."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from command_line import run
+
+import mjbiped
+from controllers import AdaptiveController, Controller, PassiveController
+from mjbiped.limit_cycles.basin import basin_of_attraction, basin_of_control
+from mjbiped.limit_cycles.bifurcation import bifurcation_diagram
+from mjbiped.rules.scuffing import ScuffingRule, check_landing, swing_foot_collides
+
+TABLE_ONE = mjbiped.Compass()
+GENTLE = (0.1, 0.2, 0.28)
+"""Slopes (deg) within the paper's range (0, 2.72) on which a step is shorter than the default reach."""
+
+
+def gait_on(slope_deg: float) -> mjbiped.Gait:
+    return mjbiped.find_passive_gait(TABLE_ONE, math.radians(slope_deg))
+
+
+def farthest(gait: mjbiped.Gait, slope: float) -> float:
+    """How far ahead of the stance foot the swing foot comes above ground, horizontally, leg lengths; by vectors."""
+    q = gait.reference(np.linspace(0.0, gait.period, 20001)[:-1])[0]
+    feet = np.array([TABLE_ONE.swing_foot(each) for each in q])
+    horizontal = feet[:, 0] * math.cos(slope) + feet[:, 1] * math.sin(slope)
+    return float(horizontal[feet[:, 1] > 0.0].max())
+
+
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+@pytest.mark.parametrize("slope_deg", GENTLE)
+def test_gentle_slopes_are_walked_with_a_shorter_reach(slope_deg: float, engine: str) -> None:
+    gait, rule = gait_on(slope_deg), ScuffingRule(reach=0.05)
+    walk = mjbiped.walk(
+        PassiveController(),
+        mjbiped.Terrain.incline(slope_deg),
+        engine=engine,
+        steps=20 if engine == "hybrid" else 3,
+        scuffing=rule,
+        sample_period=None,
+    )
+    assert walk.outcome == "finished"
+    # the hybrid engine's tolerance; MuJoCo's foot rolls on its radius and slides a little (docs/convergence.md)
+    rtol = 1e-8 if engine == "hybrid" else 1e-3
+    lengths = mjbiped.records.measures.step_lengths(walk)
+    np.testing.assert_allclose(lengths, gait.step_length, rtol=rtol)
+
+
+@pytest.mark.parametrize("slope_deg", GENTLE)
+def test_any_reach_up_to_the_step_walks_and_none_beyond_it(slope_deg: float) -> None:
+    """In the hybrid engine; the greatest reach is the step's length, or a little more where the foot comes back."""
+    gait, terrain = gait_on(slope_deg), mjbiped.Terrain.incline(slope_deg)
+    most = farthest(gait, gait.slope)
+    assert gait.step_length * math.cos(gait.slope) <= most < gait.step_length + 2e-6
+    for reach in (0.0, 0.5 * most, most - 1e-5):
+        walk = mjbiped.walk(
+            PassiveController(), terrain, engine="hybrid", steps=20, scuffing=ScuffingRule(reach), sample_period=None
+        )
+        assert walk.outcome == "finished"
+        # the rule says when the foot may land, not how it moves; the engine keeps states to 1e-10
+        states = np.hstack([walk.touchdowns["q"], walk.touchdowns["dq"]])
+        np.testing.assert_allclose(states, np.tile(gait.start, (20, 1)), rtol=0, atol=1e-9)
+    beyond = ScuffingRule(reach=most + 1e-5)
+    with pytest.raises(mjbiped.InputError, match="shorter reach"):
+        mjbiped.walk(PassiveController(), terrain, engine="hybrid", scuffing=beyond)
+    # and it is not refused for nothing: the same first state as numbers, of which no gait is known
+    fallen = mjbiped.walk(
+        PassiveController(), terrain, engine="hybrid", steps=3, initial=gait.start.tolist(), scuffing=beyond
+    )
+    assert (fallen.outcome, fallen.steps) == ("fell", 0)
+
+
+@pytest.mark.parametrize("initial", ["gait", "rest", (-0.07, 0.07, 0.4, 0.3)])
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+def test_an_imitated_gait_is_refused_wherever_it_begins(engine: str, initial: Any) -> None:
+    controller = AdaptiveController(TABLE_ONE, gait_on(0.28))
+    with pytest.raises(mjbiped.InputError, match=r"0\.192 leg lengths .*reach=0\.09.*--scuffing-reach 0\.09"):
+        mjbiped.walk(controller, mjbiped.Terrain.level(), engine=engine, initial=initial)
+
+
+@pytest.mark.parametrize("slope_deg", [*GENTLE, 0.31])
+def test_passive_walks_are_refused_on_gentle_slopes(slope_deg: float) -> None:
+    with pytest.raises(mjbiped.InputError, match="scuffing rule"):
+        mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(slope_deg), engine="hybrid")
+
+
+def test_rule_holds_on_the_ground_that_is_walked_on() -> None:
+    """Horizontally: 6 degrees uphill the same posture reaches less far than on the level."""
+    gait = gait_on(0.32)
+    controller: Controller = AdaptiveController(TABLE_ONE, gait)
+    uphill = mjbiped.Terrain.incline(-6.0)
+    assert farthest(gait, uphill.slope_at(0.0)) < 0.2 < farthest(gait, 0.0)
+    assert mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=3).outcome == "finished"
+    with pytest.raises(mjbiped.InputError, match="scuffing rule"):
+        mjbiped.walk(controller, uphill, engine="hybrid", steps=3)
+
+
+def test_delay_longer_than_the_step_is_told() -> None:
+    gait = gait_on(2.0)
+    check_landing(gait, gait.slope, ScuffingRule(delay=gait.period - 1e-6))
+    with pytest.raises(mjbiped.InputError, match=r"0\.765 s.*delay=0\.3"):
+        check_landing(gait, gait.slope, ScuffingRule(delay=gait.period))
+
+
+def test_proposed_values_are_no_longer_refused() -> None:
+    """Whatever the message proposes is what the rule needs."""
+    for slope_deg in (1e-4, 1e-2, *GENTLE):
+        gait = gait_on(slope_deg)
+        with pytest.raises(mjbiped.InputError) as caught:
+            check_landing(gait, gait.slope, ScuffingRule())
+        reach = float(str(caught.value).partition("reach=")[2].partition(")")[0])
+        assert 0.0 < reach < 0.5 * gait.step_length
+        check_landing(gait, gait.slope, ScuffingRule(reach=reach))
+
+
+def test_many_walks_and_maps_are_refused_too() -> None:
+    gait, slope = gait_on(0.2), math.radians(0.2)
+    controller = AdaptiveController(TABLE_ONE, gait)
+    with pytest.raises(mjbiped.InputError, match="scuffing rule"):
+        mjbiped.walk_many(controller, [mjbiped.Terrain.level()], engine="hybrid", steps=1)
+    with pytest.raises(mjbiped.InputError, match="scuffing rule"):
+        basin_of_attraction(TABLE_ONE, slope)
+    with pytest.raises(mjbiped.InputError, match="scuffing rule"):
+        basin_of_control(controller)
+    with pytest.raises(mjbiped.InputError, match="scuffing rule"):
+        bifurcation_diagram(TABLE_ONE, np.radians([0.2, 0.4]))
+
+
+def test_command_line_names_the_cure_and_takes_it() -> None:
+    words = ("walk", "incline:slope_deg=0.2", "--controller", "passive", "--engine", "hybrid", "--steps", 3)
+    refused = run(*words)
+    assert refused.exit_code == 2
+    assert "--scuffing-reach 0.08" in refused.stderr
+    assert not refused.stdout
+    walked = run(*words, "--scuffing-reach", 0.08, "--json")
+    assert walked.exit_code == 0
+    assert '"outcome": "finished"' in walked.stdout
+    assert '"reach": 0.08' in walked.stdout
+    assert run(*words, "--scuffing-reach", -1).exit_code == 2
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("basin", "--slope-deg", 0.2, "--grid", 2),
+        ("basin", "--controller", "adaptive", "--imitate-slope-deg", 0.2, "--grid", 2),
+        ("bifurcation", "--slope-deg", "0.2..0.4", "--slopes", 4, "--steps", 20, "--keep", 5, "--doublings", 1),
+    ],
+)
+def test_maps_on_the_command_line(words: tuple[object, ...]) -> None:
+    refused = run(*words)
+    assert refused.exit_code == 2
+    assert "--scuffing-reach 0.08" in refused.stderr
+    assert run(*words, "--scuffing-reach", 0.05, "--json").exit_code == 0
+
+
+@pytest.mark.parametrize("field", ["reach", "delay"])
+@pytest.mark.parametrize("value", [-0.1, math.nan, math.inf])
+def test_domain(field: str, value: float) -> None:
+    given: dict[str, Any] = {field: value}
+    with pytest.raises(mjbiped.InputError, match=field):
+        ScuffingRule(**given)
+
+
+def test_all_three_conditions_must_hold() -> None:
+    assert swing_foot_collides(0.2, 0.1, 0.2, 0.2, 1e-9)
+    for time, ahead, clearance in ((0.1, 0.3, 0.1), (0.2, 0.19, 0.1), (0.2, 0.3, 0.0)):
+        assert not swing_foot_collides(0.2, 0.1, time, ahead, clearance)

@@ -1,0 +1,119 @@
+"""Figures of a study: what stands in them, and which are drawn."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from mjbiped.sweeps.bins import binned, grouped, middle, quartiles, values_of
+from mjbiped.sweeps.cell import MEASURES
+from mjbiped.sweeps.figures import draw
+from mjbiped.sweeps.labels import measure_label, parameter_label, value_label
+from mjbiped.sweeps.plan import FINISHED, plan
+
+
+def rows_of(text: str) -> tuple[Any, list[dict[str, Any]]]:
+    """A study and made-up rows: every fifth walk falls, the cost is the cell's number."""
+    study = plan(Path("study.toml"), tomllib.loads(text))
+    rows = []
+    for cell in study.cells:
+        row: dict[str, Any] = {**dict.fromkeys(study.varied), **cell.values, "cell": cell.index}
+        row.update({name: float(cell.index) for name in MEASURES}, outcome="fell" if cell.index % 5 == 0 else FINISHED)
+        rows.append(row)
+    return study, rows
+
+
+GRID = "controller = { position_gain = [2, 4, 8], velocity_gain = { from = 1, to = 4, count = 4 } }\n"
+SEEDS = '[terrain]\nname = "random"\nseed = { from = 0, to = 9, count = 10 }\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        (GRID + SEEDS, ["map_controller.position_gain_controller.velocity_gain"]),
+        (GRID + 'engine = ["mujoco", "hybrid"]', ["map_controller.position_gain_controller.velocity_gain"]),
+        (
+            GRID + "robot = { hip_mass = [5, 10] }",
+            [
+                "map_controller.position_gain_controller.velocity_gain",
+                "map_controller.position_gain_robot.hip_mass",
+                "map_controller.velocity_gain_robot.hip_mass",
+            ],
+        ),
+        (GRID + '[plot]\nparameters = ["controller.velocity_gain"]', ["line_controller.velocity_gain"]),
+        (
+            'engine = ["mujoco", "hybrid"]\ncontroller = { position_gain = { from = 1, to = 40, count = 40 } }',
+            ["line_controller.position_gain"],
+        ),
+        ('controller = { name = ["adaptive", "passivity"] }\n' + SEEDS, ["groups_controller.name"]),
+        (SEEDS, ["histograms"]),
+        ("", ["histograms"]),
+        (
+            "samples = 300\nmodel = { hip_mass = { log_uniform = [1, 100] }, leg_mass = { uniform = [4, 6] } }\n"
+            '[plot]\nmeasures = ["finished", "steps", "speed_m_per_s", "largest_slip_m"]',
+            ["map_model.hip_mass_model.leg_mass"],
+        ),
+    ],
+)
+def test_figures_that_are_drawn(text: str, names: list[str], tmp_path: Path) -> None:
+    study, rows = rows_of(text)
+    files = draw(study, rows, tmp_path)
+    assert [file.name for file in files] == [f"{name}.png" for name in names]
+    for file in files:
+        with Image.open(file) as picture:
+            assert picture.width == 1536
+            assert np.ptp(np.asarray(picture.convert("L"))) > 200
+    again = tmp_path / "again"
+    again.mkdir()
+    assert [file.read_bytes() for file in draw(study, rows, again)] == [file.read_bytes() for file in files]
+
+
+def test_where_nothing_finished(tmp_path: Path) -> None:
+    for text in (GRID, SEEDS, "controller = { position_gain = [2, 4] }"):
+        study, rows = rows_of(text)
+        assert draw(study, [{**row, "outcome": "failed", **dict.fromkeys(MEASURES)} for row in rows], tmp_path)
+
+
+def test_only_finished_walks_are_measured() -> None:
+    _, rows = rows_of(GRID)
+    assert middle(values_of(rows, "cost_of_transport"), "cost_of_transport") == np.median([1, 2, 3, 4, 6, 7, 8, 9, 11])
+    assert middle(values_of(rows, FINISHED), FINISHED) == 9 / 12
+    assert np.isnan(middle(np.array([np.nan]), "steps"))
+    assert quartiles(np.array([0.0, np.nan, 1.0, 2.0, 3.0, 4.0])) == (1.0, 3.0)
+
+
+def test_few_values_stand_by_themselves_and_many_in_bins() -> None:
+    few = binned([{"x": 8}, {"x": 2}, {"x": None}, {"x": 8}], "x", 5)
+    assert few.bin.tolist() == [1, 0, -1, 1]
+    assert few.ticks == ("2", "8")
+    many = binned([{"x": float(k)} for k in range(1, 101)], "x", 4)
+    assert np.bincount(many.bin).tolist() == [25, 25, 25, 25]
+    assert (many.edges[0], many.edges[-1], many.ticks) == (1.0, 100.0, ())
+    assert not many.log
+    geometric = binned([{"x": 2.0**k} for k in range(20)], "x", 5)
+    assert geometric.log
+    assert np.bincount(geometric.bin).tolist() == [4, 4, 4, 4, 4]
+
+
+def test_groups() -> None:
+    kinds = (("hybrid", 0.5), ("hybrid", "none"), ("x", None))
+    rows: list[dict[str, Any]] = [{"engine": engine, "a.delay": delay} for engine, delay in kinds]
+    groups = grouped([*rows, rows[0]], ["engine", "a.delay"])
+    assert groups.bin.tolist() == [0, 1, 2, 0]
+    assert groups.ticks == ("hybrid, delay 0.5", "hybrid, delay none", "x")
+    assert grouped(rows, []).count == 1
+
+
+def test_labels() -> None:
+    assert parameter_label("controller.position_gain") == "controller position gain (1/s)"
+    assert parameter_label("terrain.slope_deg.plus_minus") == "terrain slope, ± (°)"
+    assert parameter_label("controller.name") == "controller"
+    assert parameter_label("controller.adaptation_gain") == "controller adaptation gain"
+    assert measure_label("peak_ankle_torque_Nm") == "peak torque, ankle (N m)"
+    assert measure_label("largest_slip_m") == "slip, largest (m)"
+    assert value_label("terrain.name", "level") == "level"

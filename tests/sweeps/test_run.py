@@ -1,0 +1,288 @@
+"""Studies: the same table however they are walked, however often they are broken off."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController
+from mjbiped.errors import InputError, MjbipedError
+from mjbiped.records import measures
+from mjbiped.sweeps import cell as cells
+from mjbiped.sweeps import run as running
+from mjbiped.sweeps.cell import MEASURES, Cell, Row, measured
+from mjbiped.sweeps.plan import read_study
+from mjbiped.sweeps.run import run
+from mjbiped.sweeps.store import TABLE
+
+ROOT = Path(__file__).parents[2]
+STUDY = """
+engine = "hybrid"
+steps = 6
+samples = {samples}
+[controller]
+replanning_delay = [0.8, "none"]
+[terrain]
+name = "random"
+seed = {{ integer = [0, 1000000] }}
+slope_deg = {{ plus_minus = {{ uniform = [0, 6] }} }}
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "study.toml"
+    path.write_text(STUDY.format(samples=12))
+    return path
+
+
+def start(folder: Path, *words: object) -> subprocess.Popen[bytes]:
+    """Run a study in a process of its own, as a user does."""
+    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
+    with (folder / "errors").open("wb") as errors:
+        return subprocess.Popen(
+            [sys.executable, "-m", "mjbiped", "sweep", folder / "study.toml", "--quiet", *map(str, words)],
+            env={**os.environ, "PYTHONPATH": path},
+            stderr=errors,
+            start_new_session=True,
+        )
+
+
+@pytest.mark.usefixtures("studies_in_threads")
+def test_row_is_what_the_walk_gives(file: Path, tmp_path: Path) -> None:
+    study = read_study(file)
+    rows, table = run(study, tmp_path / "out", workers=1)
+    assert table == tmp_path / "out" / TABLE
+    assert [row["cell"] for row in rows] == list(range(24))
+    for row, cell in list(zip(rows, study.cells, strict=True))[::7]:
+        done = mjbiped.walk(
+            cell.controller(), cell.terrain(), engine="hybrid", steps=6, robot=mjbiped.Compass(), sample_period=1.0
+        )
+        summary = measures.summary(done)
+        assert {name: row[name] for name in MEASURES} == {name: summary[name] for name in MEASURES}  # bit by bit
+        assert row["outcome"] == done.outcome
+        assert row["error"] is None
+        assert row["sample"] == cell.index // 2
+        assert row["terrain.seed"] == dict(done.terrain.parameters)["seed"]
+
+
+def test_measures_are_those_of_a_summary(controller: AdaptiveController) -> None:
+    done = mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=1)
+    assert {*measures.summary(done)} == {*MEASURES, "outcome", "warnings"}
+
+
+@pytest.mark.usefixtures("studies_in_threads")
+@pytest.mark.parametrize("longest", [0.0, 1e9])
+def test_table_does_not_depend_on_workers_and_batches(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, longest: float
+) -> None:
+    study = read_study(file)
+    one = run(study, tmp_path / "one", workers=1)[1].read_bytes()
+    monkeypatch.setattr(running, "LONGEST_BATCH", longest)  # each batch comes back after one walk, or with all
+    monkeypatch.setattr(running, "MOST_IN_BATCH", 5)
+    assert run(study, tmp_path / "two", workers=2)[1].read_bytes() == one
+    assert one.count(b"\n") == 25
+
+
+@pytest.mark.usefixtures("studies_in_threads")
+def test_cells_are_walked_once(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study = read_study(file)
+    whole = run(study, tmp_path / "whole", workers=1)[1].read_bytes()
+    walked: list[int] = []
+    broken_at = 9
+
+    def counting(cell: Cell) -> Row:
+        if len(walked) == broken_at:
+            raise KeyboardInterrupt
+        walked.append(cell.index)
+        return measured(cell)
+
+    monkeypatch.setattr(running, "measured", counting)
+    monkeypatch.setattr(running, "MOST_IN_BATCH", 1)
+    with pytest.raises(KeyboardInterrupt):
+        run(study, tmp_path / "out", workers=1)
+    broken_at = 10**9
+    assert run(study, tmp_path / "out", workers=1)[1].read_bytes() == whole
+    assert sorted(walked) == list(range(24))
+    run(study, tmp_path / "out", workers=1)
+    assert len(walked) == 24
+
+
+@pytest.mark.usefixtures("studies_in_threads")
+def test_changed_study_is_refused(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run(read_study(file), tmp_path / "out")
+    text = file.read_text()
+    file.write_text("# a remark\n" + text + '[plot]\nmeasures = ["steps"]\n')
+    run(read_study(file), tmp_path / "out")  # neither is part of the study
+    file.write_text(text.replace("steps = 6", "steps = 7"))
+    with pytest.raises(InputError, match=r"another study: study\.steps was 6, is 7\. Name another"):
+        run(read_study(file), tmp_path / "out")
+    file.write_text(text)
+    monkeypatch.setattr(running, "sources", lambda: "mended" * 20)
+    with pytest.raises(InputError, match=r"another study: mjbiped's source files changed\."):
+        run(read_study(file), tmp_path / "out")
+    run(read_study(file), tmp_path / "out", fresh=True)
+
+
+@pytest.mark.usefixtures("studies_in_threads")
+def test_changed_terrain_file_is_refused(tmp_path: Path) -> None:
+    path, trail = tmp_path / "study.toml", tmp_path / "trail.toml"
+    path.write_text('engine = "hybrid"\nsteps = 1\nterrain = { file = "trail.toml" }')
+    trail.write_text("segments = [[1, 0], [1, 1]]")
+    run(read_study(path), tmp_path / "out")
+    trail.write_text("segments = [[1, 0], [1, 2]]")
+    with pytest.raises(InputError, match="content of a terrain file changed"):
+        run(read_study(path), tmp_path / "out")
+
+
+@pytest.mark.usefixtures("studies_in_threads")
+def test_failed_cells_are_rows(tmp_path: Path) -> None:
+    path = tmp_path / "study.toml"
+    path.write_text("""
+        engine = "hybrid"
+        steps = 2
+        controller = [{ name = "passive" }, { imitate_slope_deg = -1 }, { replanning_delay = 0.5 }]
+        terrain = { name = "incline", slope_deg = [2, -2] }
+    """)
+    rows, table = run(read_study(path), tmp_path / "out", workers=1)
+    assert [row["outcome"] for row in rows] == ["finished", "failed", "failed", "failed", "finished", "finished"]
+    assert all("no passive gait" in row["error"] for row in rows[1:4])
+    assert rows[1]["steps"] is None
+    assert run(read_study(path), tmp_path / "out")[1] == table  # and not tried again
+
+
+def test_what_is_no_fault_of_the_walk_is_raised(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
+    def out_of_memory(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(cells, "walk", out_of_memory)
+    with pytest.raises(MemoryError):
+        measured(read_study(file).cells[0])
+
+
+@pytest.mark.usefixtures("studies_in_threads")
+def test_workers_that_fail_are_told(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study = read_study(file)
+
+    def failing(cell: Cell) -> Row:
+        if cell.index == 20:
+            raise MemoryError("too much")
+        return measured(cell)
+
+    monkeypatch.setattr(running, "MOST_IN_BATCH", 1)
+    monkeypatch.setattr(running, "measured", failing)
+    with pytest.raises(MjbipedError, match=r"MemoryError: too much.*the same command goes on"):
+        run(study, tmp_path / "out", workers=1)
+    walked: list[int] = []
+
+    def counting(cell: Cell) -> Row:
+        walked.append(cell.index)
+        return measured(cell)
+
+    monkeypatch.setattr(running, "measured", counting)
+    run(study, tmp_path / "out", workers=1)
+    assert min(walked) == 20  # the others were kept
+
+
+def test_worker_of_another_version_is_refused(file: Path) -> None:
+    with pytest.raises(MjbipedError, match="install the same versions"):
+        running.walk_batch(read_study(file).cells[:1], {"sources": "others", "versions": {}})
+
+
+def test_worker_that_dies_loses_nothing_that_had_ended(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Processes here, and one of them is killed from the inside, at its first walk."""
+    monkeypatch.setattr(running, "walk_batch", _die)
+    with pytest.raises(MjbipedError, match="the same command goes on"):
+        run(read_study(file), tmp_path / "out", workers=1)
+
+
+def _die(*_: object) -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+def test_killed_twice_it_ends_with_the_same_table(tmp_path: Path, engine: str) -> None:
+    samples, steps = (150, 40) if engine == "hybrid" else (6, 4)
+    text = STUDY.format(samples=samples).replace("hybrid", engine).replace("steps = 6", f"steps = {steps}")
+    (tmp_path / "study.toml").write_text(text)
+    assert start(tmp_path, "--out", tmp_path / "whole", "--workers", 2).wait(timeout=300) == 0
+    chance = random.Random(4)
+    for _ in range(2):
+        process = start(tmp_path, "--out", tmp_path / "killed", "--workers", 2)
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(chance.uniform(2.0, 4.0))  # the start takes one or two
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+    assert start(tmp_path, "--out", tmp_path / "killed", "--workers", 1).wait(timeout=300) == 0
+    assert (tmp_path / "killed" / TABLE).read_bytes() == (tmp_path / "whole" / TABLE).read_bytes()
+
+
+@pytest.mark.slow
+def test_interrupted_it_says_what_is_kept(tmp_path: Path) -> None:
+    (tmp_path / "study.toml").write_text(STUDY.format(samples=5000))
+    process = start(tmp_path, "--out", tmp_path / "out")
+    end = time.monotonic() + 120.0
+    while not (tmp_path / "out" / "study.sqlite").exists():
+        assert time.monotonic() < end
+        time.sleep(0.1)
+    time.sleep(3.0)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does it: the workers hear it too
+    assert process.wait(timeout=60) == 130
+    told = (tmp_path / "errors").read_text()
+    assert "the same command goes on" in told
+    assert "Traceback" not in told
+
+
+@pytest.mark.slow
+def test_on_a_cluster_with_a_worker_killed(tmp_path: Path) -> None:
+    """Two worker processes of Dask; one is killed in the middle, and its work is done by the other."""
+    pytest.importorskip("distributed", reason="pip install 'mjbiped[cluster]'")
+    (tmp_path / "study.toml").write_text(STUDY.format(samples=100).replace("steps = 6", "steps = 40"))
+    assert start(tmp_path, "--out", tmp_path / "here").wait(timeout=300) == 0
+    program = tmp_path / "cluster.py"
+    program.write_text(
+        textwrap.dedent("""
+            import sys
+            from distributed import LocalCluster
+
+            if __name__ == "__main__":
+                cluster = LocalCluster(n_workers=2, threads_per_worker=2, processes=True, dashboard_address=None)
+                pids = [worker.process.pid for worker in cluster.workers.values()]
+                print(cluster.scheduler_address, *pids, flush=True)
+                sys.stdin.read()
+                cluster.close()
+        """)
+    )
+    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
+    with subprocess.Popen(
+        [sys.executable, str(program)],
+        env={**os.environ, "PYTHONPATH": path},
+        stdin=subprocess.PIPE,  # closed, it ends the cluster
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,  # full of the killed worker
+        text=True,
+    ) as dask:
+        assert dask.stdout is not None
+        address, first, _ = dask.stdout.readline().split()
+        process = start(tmp_path, "--out", tmp_path / "there", "--scheduler", address)
+        table = tmp_path / "there" / "study.sqlite"
+        end = time.monotonic() + 120.0
+        while not table.exists() or table.stat().st_size < 30_000:  # some rows are there
+            assert time.monotonic() < end
+            assert process.poll() is None, "it ended before a worker was killed"
+            time.sleep(0.05)
+        os.kill(int(first), signal.SIGKILL)
+        assert process.wait(timeout=300) == 0
+    assert (tmp_path / "there" / TABLE).read_bytes() == (tmp_path / "here" / TABLE).read_bytes()
