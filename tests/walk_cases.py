@@ -51,7 +51,7 @@ def some_robot(draw: np.random.Generator) -> Compass:
         hip_mass=float(draw.choice([0.0, _between(draw, 0.05, 100.0)])),
         lower_length=_between(draw, 0.02, 2.0),
         upper_length=_between(draw, 0.02, 2.0),
-        leg_inertia=[None, None, 0.0, _between(draw, 1e-3, 2.0)][draw.integers(4)],  # type: ignore[arg-type]
+        leg_inertia=[None, None, 0.0, _between(draw, 1e-3, 2.0)][draw.integers(4)],  # type: ignore[arg-type]  # None: a rod's
         gravity=_between(draw, 1.0, 30.0),
     )
 

@@ -258,9 +258,11 @@ def _check_start(robot: Compass, terrain: Terrain, q: tuple[float, float], rule:
     Raises:
         InputError: The hip or the swing foot is under the ground.
     """
-    length, slope = robot.leg_length, terrain.slope_at(0.0)
-    hip_x, hip_z = length * math.sin(q[0] + slope), terrain.height_at(0.0) + length * math.cos(q[0] + slope)
-    foot_x, foot_z = hip_x - length * math.sin(q[1] + slope), hip_z - length * math.cos(q[1] + slope)
+    length, slope, z0 = robot.leg_length, terrain.slope_at(0.0), terrain.height_at(0.0)
+    hip_x, hip_z = length * math.sin(q[0] + slope), z0 + length * math.cos(q[0] + slope)
+    along, above = robot.swing_foot(q).tolist()
+    foot_x = along * math.cos(slope) + above * math.sin(slope)
+    foot_z = z0 + above * math.cos(slope) - along * math.sin(slope)
     scuffs = foot_x < rule.reach * length
     for part, x, z, deep in (
         ("hip", hip_x, hip_z, 0.0),
