@@ -41,13 +41,13 @@ test-slow: setup ## the long checks
 	$(BIN)/python -m pytest -n 2 -m slow
 
 bench: setup ## measure the speed, some seventeen minutes: docs/performance.md
-	$(BIN)/python scripts/benchmark.py
-	$(BIN)/python scripts/step_benchmark.py
-	$(BIN)/python scripts/long_benchmark.py
-	$(BIN)/python scripts/many_benchmark.py
-	$(BIN)/python scripts/startup_benchmark.py
-	$(BIN)/python scripts/plain_python_benchmark.py
-	$(BIN)/python scripts/peer_benchmark.py
+	$(BIN)/python -m scripts.benchmarks.benchmark
+	$(BIN)/python -m scripts.benchmarks.step_benchmark
+	$(BIN)/python -m scripts.benchmarks.long_benchmark
+	$(BIN)/python -m scripts.benchmarks.many_benchmark
+	$(BIN)/python -m scripts.benchmarks.startup_benchmark
+	$(BIN)/python -m scripts.benchmarks.plain_python_benchmark
+	$(BIN)/python -m scripts.benchmarks.peer_benchmark
 
 check: setup ## lint, imports and types
 	$(BIN)/ruff format --check .

@@ -1,8 +1,7 @@
 """The model against Drake's `CompassGait`, written by others; skipped where Drake is not installed."""
 
 import math
-import sys
-from pathlib import Path
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -12,18 +11,10 @@ import mjbiped
 from controllers import PassiveController
 
 pytest.importorskip("pydrake.examples")
+drake_walk: Any = import_module("scripts.benchmarks.drake_walk")
 
 
-@pytest.fixture
-def drake_walk(monkeypatch: pytest.MonkeyPatch) -> Any:
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "scripts"))
-    import drake_walk
-
-    yield drake_walk
-    sys.modules.pop("drake_walk")
-
-
-def test_accelerations_are_drakes(drake_walk: Any) -> None:
+def test_accelerations_are_drakes() -> None:
     robot, slope = drake_walk.robot_and_slope()
     for state in np.random.default_rng(1).uniform(-2.0, 2.0, (20, 4)):
         q, dq = state[:2] - slope, state[2:]
@@ -33,7 +24,7 @@ def test_accelerations_are_drakes(drake_walk: Any) -> None:
         assert np.allclose(drake_walk.derivatives(state), [*dq, *ours], rtol=1e-12, atol=1e-11)
 
 
-def test_walks_are_drakes(drake_walk: Any) -> None:
+def test_walks_are_drakes() -> None:
     robot, slope = drake_walk.robot_and_slope()
     start = mjbiped.find_passive_gait(robot, slope).start * np.array([1.0, 1.0, 1.0, 0.98])
     ground = mjbiped.Terrain.incline(math.degrees(slope))

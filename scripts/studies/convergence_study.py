@@ -3,7 +3,7 @@
 A passive walk down 2 degrees and a closed-loop walk over rough ground, in both engines; the hybrid engine has neither
 timesteps nor a foot, and its own error is below 1e-9. Some two minutes. The result stands in `docs/convergence.md`.
 
-    python scripts/convergence_study.py --page docs/convergence.md --plot docs/images/convergence.png
+    python -m scripts.studies.convergence_study --page docs/convergence.md --plot docs/images/convergence.png
 """
 
 import math
@@ -18,7 +18,6 @@ import click
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
-from pages import write_table
 from rich.console import Console
 from rich.table import Table
 from tqdm.auto import tqdm
@@ -29,6 +28,7 @@ from mjbiped.engines.mujoco import ground, scene
 from mjbiped.engines.mujoco import simulation as physics
 from mjbiped.plotting import style as plot_style
 from mjbiped.records import measures
+from scripts.pages import write_table
 
 TIMESTEPS = (2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2.5e-5)
 RADII = (3e-2, 1e-2, 1e-3, 1e-4)

@@ -1,10 +1,7 @@
 """The drawings of docs/: they show what the model computes, in files that a page can carry."""
 
 import math
-import sys
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,18 +11,7 @@ from PIL import Image
 
 import mjbiped
 from mjbiped.robots.compass import Array
-
-NAMES = ("diagrams", "framework_drawing", "robot_drawing")
-
-
-@pytest.fixture
-def diagrams(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "scripts"))
-    import diagrams
-
-    yield diagrams
-    for name in NAMES:
-        sys.modules.pop(name)
+from scripts.paper import diagrams, robot_drawing
 
 
 def legs_of(axes: Axes) -> list[Array]:
@@ -39,29 +25,31 @@ def lean(leg: Array) -> float:
     return math.atan2(x, z)
 
 
-def test_legs_stand_where_the_model_has_them(diagrams: Any) -> None:
+def test_legs_stand_where_the_model_has_them() -> None:
     """To the right is the walking direction, and the ground falls there where its slope is positive."""
-    drawing, robot = sys.modules["robot_drawing"], mjbiped.Compass()
-    single, double = diagrams.draw_robot().axes
+    robot = mjbiped.Compass()
+    single, double = robot_drawing.draw_robot().axes
     stance, swing = legs_of(single)
-    assert [lean(stance), lean(swing)] == pytest.approx((drawing.POSTURE + drawing.SLOPE).tolist(), abs=1e-12)
+    assert [lean(stance), lean(swing)] == pytest.approx(
+        (robot_drawing.POSTURE + robot_drawing.SLOPE).tolist(), abs=1e-12
+    )
     # the swing foot along the ground and along its normal, as the model has it
-    along, normal = robot.swing_foot(drawing.POSTURE)
-    sine, cosine = math.sin(drawing.SLOPE), math.cos(drawing.SLOPE)
+    along, normal = robot.swing_foot(robot_drawing.POSTURE)
+    sine, cosine = math.sin(robot_drawing.SLOPE), math.cos(robot_drawing.SLOPE)
     place = [along * cosine + normal * sine, normal * cosine - along * sine]
     np.testing.assert_allclose(swing[0] - stance[0], place, rtol=0, atol=1e-12)
     np.testing.assert_allclose(stance[1], swing[1], rtol=0, atol=1e-12)
     # in double support both feet are on the ground, each on its slope
     rear, front = legs_of(double)
-    first, second = drawing.SLOPES
-    break_z = -drawing.BREAK * math.tan(first)
+    first, second = robot_drawing.SLOPES
+    break_z = -robot_drawing.BREAK * math.tan(first)
     assert rear[0].tolist() == [0.0, 0.0]
-    assert front[0][0] > drawing.BREAK
-    assert front[0][1] == pytest.approx(break_z - (front[0][0] - drawing.BREAK) * math.tan(second), abs=1e-9)
+    assert front[0][0] > robot_drawing.BREAK
+    assert front[0][1] == pytest.approx(break_z - (front[0][0] - robot_drawing.BREAK) * math.tan(second), abs=1e-9)
     assert [float(np.linalg.norm(leg[1] - leg[0])) for leg in (rear, front)] == pytest.approx([1.0, 1.0], abs=1e-12)
 
 
-def test_clearance_names_what_is_measured(diagrams: Any) -> None:
+def test_clearance_names_what_is_measured() -> None:
     """`tests/gaits/test_passive.py` holds the numbers."""
     _, near = diagrams.draw_clearance().axes
     texts = " ".join(text.get_text().replace("\n", " ") for text in near.texts)
@@ -69,7 +57,7 @@ def test_clearance_names_what_is_measured(diagrams: Any) -> None:
         assert number in texts
 
 
-def test_files_are_small(diagrams: Any, tmp_path: Path) -> None:
+def test_files_are_small(tmp_path: Path) -> None:
     done = CliRunner().invoke(diagrams.main, ["--folder", str(tmp_path / "images")])
     assert done.exit_code == 0
     for name in ("robot", "framework", "clearance"):

@@ -1,6 +1,6 @@
 """How fast the engine is: paired timings, ratios from one run, written with the machine into docs/performance.md.
 
-    python scripts/benchmark.py        (or: make bench)
+    python -m scripts.benchmarks.benchmark        (or: make bench)
 
 The cases of a comparison are run in turn, again and again, so that a machine that slows down slows all of them; times
 are CPU times of the one thread, but for the comparison of threads.
@@ -21,9 +21,6 @@ from typing import NamedTuple
 import click
 import numpy as np
 from matplotlib.axes import Axes
-from pages import write_table
-from scipy_walk import ScipyWalk
-from timing import PAGE, Case, Timing, interleaved, side_by_side
 from tqdm.auto import tqdm
 
 import mjbiped
@@ -33,6 +30,9 @@ from mjbiped.numerics.jit import compiled
 from mjbiped.plotting import style as plot_style
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
+from scripts.benchmarks.scipy_walk import ScipyWalk
+from scripts.benchmarks.timing import PAGE, Case, Timing, interleaved, side_by_side
+from scripts.pages import write_table
 
 ROBOT = mjbiped.Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))

@@ -1,6 +1,6 @@
 """The adaptive controller on every kind of ground: a record, a figure and a still of each walk, and a table of all.
 
-python scripts/gallery.py --folder out/gallery --steps 60
+python -m scripts.studies.gallery --folder out/gallery --steps 60
 """
 
 import math

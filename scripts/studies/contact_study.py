@@ -4,7 +4,7 @@ The passive robot walks down 2 degrees in MuJoCo, once per timestep. Its mean st
 of the steps are compared with the limit cycle, and every impact with the impact map (2). The result stands in
 `docs/physics.md`.
 
-    python scripts/contact_study.py --steps 60
+    python -m scripts.studies.contact_study --steps 60
 """
 
 import math

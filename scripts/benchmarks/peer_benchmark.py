@@ -1,7 +1,7 @@
 """The hybrid engine against Drake's `CompassGait` and against diffrax: passive walks at the same measured accuracy.
 
     pip install -e '.[bench]'               (optional; mjbiped needs none of it)
-    python scripts/peer_benchmark.py        (part of: make bench)
+    python -m scripts.benchmarks.peer_benchmark        (part of: make bench)
 
 Where one of them is not installed, its table in docs/performance.md stays as it is.
 """
@@ -18,14 +18,14 @@ from importlib.util import find_spec
 import click
 import numpy as np
 from numpy.typing import NDArray
-from pages import write_table
-from scipy_walk import ScipyWalk
-from timing import PAGE, Case, interleaved
 
 import mjbiped
 from controllers import PassiveController
 from mjbiped.engines.hybrid.simulation import HybridRecorder, HybridSimulation, simulate_hybrid
 from mjbiped.terrain.terrain import Terrain
+from scripts.benchmarks.scipy_walk import ScipyWalk
+from scripts.benchmarks.timing import PAGE, Case, interleaved
+from scripts.pages import write_table
 
 GOAL = 1e-9  # greatest error of the states at 20 touchdowns that counts as accurate, rad and rad/s
 CHECKED = 20  # touchdowns
@@ -93,7 +93,7 @@ def accurate(error_at: Callable[[float], float]) -> tuple[float, float]:
 
 def against_drake(repeats: int, steps: int) -> list[list[str]]:
     """Rows: the hybrid engine, and Drake's simulator with each of its integrators."""
-    from drake_walk import INTEGRATORS, DrakeWalk, robot_and_slope
+    from scripts.benchmarks.drake_walk import INTEGRATORS, DrakeWalk, robot_and_slope
 
     robot, slope = robot_and_slope()
     start, exact = start_of(robot, slope), exact_states(robot, slope)
@@ -118,7 +118,7 @@ def against_drake(repeats: int, steps: int) -> list[list[str]]:
 
 def against_diffrax(repeats: int, steps: int) -> list[list[str]]:
     """Rows: the hybrid engine, and diffrax."""
-    from diffrax_walk import DiffraxWalk
+    from scripts.benchmarks.diffrax_walk import DiffraxWalk
 
     robot, slope = mjbiped.Compass(), math.radians(2)
     start, exact = start_of(robot, slope), exact_states(robot, slope)

@@ -1,6 +1,7 @@
 """Gains of the comparison controllers, found the same way for each, and how they then fare (3 minutes).
 
-Writes the figure and the tables of docs/comparison.md, which explains the procedure: python scripts/comparison_gains.py
+Writes the figure and the tables of docs/comparison.md, which explains the procedure:
+python -m scripts.paper.comparison_gains
 """
 
 import math
@@ -13,7 +14,6 @@ import click
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from pages import write_table
 from rich.console import Console
 from rich.table import Table
 from tqdm.auto import tqdm
@@ -30,6 +30,7 @@ from controllers import (
 from controllers.given_slope import SLOPE_SOURCES, GivenSlopeController
 from mjbiped.plotting.style import BLACK, BLUE, GREEN, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
 from mjbiped.robots.compass import Array
+from scripts.pages import write_table
 
 ROBOT = mjbiped.Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))

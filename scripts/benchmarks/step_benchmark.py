@@ -1,6 +1,6 @@
 """What the controller and the contact events cost in MuJoCo: a closed-loop step against a bare `mj_step`.
 
-    python scripts/step_benchmark.py        (part of: make bench)
+    python -m scripts.benchmarks.step_benchmark        (part of: make bench)
 
 All cases make the same physics steps from the same states, taken along a walk, in turn: with compiled callbacks, with
 Python's, and with none. CPU times of the thread.
@@ -15,15 +15,15 @@ from contextlib import contextmanager
 import click
 import mujoco
 import numpy as np
-from benchmark import ADAPTIVE, GAIT, ROBOT
 from numpy.typing import NDArray
-from pages import write_table
-from timing import PAGE, Case, interleaved
 
 import mjbiped
 from controllers import Controller, PassiveController
 from mjbiped.engines.mujoco.simulation import DEFAULT_TIMESTEP, LONGEST_TIMESTEP, Simulation
 from mjbiped.terrain.terrain import Terrain
+from scripts.benchmarks.benchmark import ADAPTIVE, GAIT, ROBOT
+from scripts.benchmarks.timing import PAGE, Case, interleaved
+from scripts.pages import write_table
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 STATES = 60  # from which all cases start

@@ -1,6 +1,6 @@
 """Table III of the paper, on our mixed ground and on the one that was found for it.
 
-python scripts/table_3.py --engine mujoco
+python -m scripts.paper.table_3 --engine mujoco
 """
 
 from pathlib import Path

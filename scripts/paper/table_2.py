@@ -1,6 +1,6 @@
 """Table II of the paper in the hybrid engine, in the reading and with the gains that fit it best; a minute or two.
 
-python scripts/table_2.py
+python -m scripts.paper.table_2
 """
 
 from pathlib import Path

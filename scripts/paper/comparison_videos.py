@@ -2,7 +2,7 @@
 
 The gains of the comparison methods are those that settle (docs/reproduction.md).
 
-python scripts/comparison_videos.py --folder out/videos --steps 12
+python -m scripts.paper.comparison_videos --folder out/videos --steps 12
 """
 
 import math

@@ -1,6 +1,6 @@
 """What many walks cost side by side: over their number, on one thread and on two, and how much memory.
 
-    python scripts/many_benchmark.py        (part of: make bench)
+    python -m scripts.benchmarks.many_benchmark        (part of: make bench)
 
 Times are by the clock on the wall. One thread and two are timed in turn, with bare arithmetic between them, which
 tells what two threads that share nothing get from this machine in the same minutes.
@@ -17,15 +17,15 @@ from typing import Any
 
 import click
 import numpy as np
-from benchmark import ADAPTIVE, NoFunctions, turn
-from pages import write_table
-from timing import PAGE, Case, Timing, side_by_side
 from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import PassiveController
 from mjbiped.numerics.jit import compiled
 from mjbiped.terrain.terrain import Terrain
+from scripts.benchmarks.benchmark import ADAPTIVE, NoFunctions, turn
+from scripts.benchmarks.timing import PAGE, Case, Timing, side_by_side
+from scripts.pages import write_table
 
 COUNTS = {"hybrid": (1, 4, 16, 64, 256), "mujoco": (1, 4, 16, 64)}
 STEPS = {"hybrid": 25_600, "mujoco": 64}  # gait steps of all walks together, but at least `FEWEST` each

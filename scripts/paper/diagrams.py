@@ -1,6 +1,6 @@
 """The drawings of docs/: the robot with its symbols, the control loop, and the swing foot's clearance over a step.
 
-python scripts/diagrams.py
+python -m scripts.paper.diagrams
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ from typing import Any
 
 import click
 import numpy as np
-from framework_drawing import draw_framework
 from matplotlib.figure import Figure
-from robot_drawing import draw_robot
 
 import mjbiped
 from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.style import BLUE, GUIDE, SHADE, VERMILLION
+from scripts.paper.framework_drawing import draw_framework
+from scripts.paper.robot_drawing import draw_robot
 
 SLOPE = math.radians(2.0)
 

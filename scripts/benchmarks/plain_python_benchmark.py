@@ -3,7 +3,7 @@
 A controller without `law()` runs as ordinary Python. In the hybrid engine all of the engine does so with it, in MuJoCo
 the three callbacks. CPU times of the thread; compilation is not counted. The result stands in `docs/hybrid.md`.
 
-    python scripts/plain_python_benchmark.py        (part of: make bench)
+    python -m scripts.benchmarks.plain_python_benchmark        (part of: make bench)
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from functools import partial
 from pathlib import Path
 
 import click
-from benchmark import GAIT, ROBOT
-from pages import write_table
-from timing import interleaved
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
 from mjbiped.terrain.terrain import Terrain
+from scripts.benchmarks.benchmark import GAIT, ROBOT
+from scripts.benchmarks.timing import interleaved
+from scripts.pages import write_table
 
 PAGE = Path("docs/hybrid.md")
 STEPS = {("hybrid", True): 3000, ("hybrid", False): 20, ("mujoco", True): 20, ("mujoco", False): 4}

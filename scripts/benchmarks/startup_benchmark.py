@@ -1,6 +1,6 @@
 """What one waits for: imports, the first walk, and video frames.
 
-    python scripts/startup_benchmark.py        (part of: make bench)
+    python -m scripts.benchmarks.startup_benchmark        (part of: make bench)
 
 Processes of their own, in turn; CPU times with those of their threads. Cold: with an empty cache of machine code.
 """
@@ -16,14 +16,14 @@ import time
 from collections.abc import Sequence
 
 import click
-from pages import write_table
-from timing import PAGE, Case, interleaved
 
 import mjbiped
 from controllers import PassiveController
 from mjbiped.errors import RenderError
 from mjbiped.rendering.video import render_frames
 from mjbiped.terrain.terrain import Terrain
+from scripts.benchmarks.timing import PAGE, Case, interleaved
+from scripts.pages import write_table
 
 FRAMES = 30
 SIZE = (640, 480)

@@ -1,6 +1,6 @@
 """What the length of the terrain costs in MuJoCo: a step and the start, on windows of the ground and on all of it.
 
-    python scripts/long_benchmark.py        (part of: make bench)
+    python -m scripts.benchmarks.long_benchmark        (part of: make bench)
 
 All cases of a ground make the same closed-loop steps from the same states, in turn. CPU times of the thread.
 """
@@ -13,16 +13,16 @@ from unittest.mock import patch
 
 import click
 import numpy as np
-from benchmark import ADAPTIVE, GAIT
-from pages import write_table
-from step_benchmark import LENGTH, simulation, states_of, stepping
-from timing import PAGE, Case, interleaved
 
 import mjbiped
 from mjbiped.engines.mujoco import ground_window
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.terrain.terrain import Terrain
+from scripts.benchmarks.benchmark import ADAPTIVE, GAIT
+from scripts.benchmarks.step_benchmark import LENGTH, simulation, states_of, stepping
+from scripts.benchmarks.timing import PAGE, Case, interleaved
+from scripts.pages import write_table
 
 SEGMENTS = (10, 100, 1000, 10_000)
 WALKED = 60  # gait steps of a whole walk: into the second window

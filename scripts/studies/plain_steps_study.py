@@ -5,16 +5,13 @@ weight of their accelerations change with them. Here steps are of one length ins
 are MuJoCo's own at every step. The same figures of both, against the hybrid engine. Some four minutes. The result
 stands in `docs/convergence.md`.
 
-    python scripts/plain_steps_study.py --page docs/convergence.md
+    python -m scripts.studies.plain_steps_study --page docs/convergence.md
 """
 
 from pathlib import Path
 
 import click
 import numpy as np
-from gallery import TERRAINS
-from landing_study import ADAPTIVE, PASSIVE, Setting
-from pages import write_table
 from rich.console import Console
 from rich.table import Table
 from tqdm.auto import tqdm
@@ -22,6 +19,9 @@ from tqdm.auto import tqdm
 import mjbiped
 from controllers import Controller, PassiveController
 from mjbiped.records import measures
+from scripts.pages import write_table
+from scripts.studies.gallery import TERRAINS
+from scripts.studies.landing_study import ADAPTIVE, PASSIVE, Setting
 
 SETTINGS = (Setting("default"), Setting("plain", 1e-4, lands=False), Setting("plain", 5e-5, lands=False))
 WALKS: dict[str, tuple[Controller, mjbiped.Terrain]] = {

@@ -1,6 +1,6 @@
 """Theorem 1, numerically: its constants on the limit cycle and along walks. The figure and tables of docs/stability.md.
 
-python scripts/theorem_1.py --figure docs/images/theorem_1.png --tables out/theorem_1.md
+python -m scripts.paper.theorem_1 --figure docs/images/theorem_1.png --tables out/theorem_1.md
 """
 
 import math

@@ -4,7 +4,7 @@ Differences are MuJoCo - hybrid engine. Where the walks part, the cause follows 
 differences at touchdowns on rough ground that nothing but the contact's resolution explains: what the limits in
 `mjbiped/analysis/divergence.py` come from. Some four minutes. The result stands in `docs/convergence.md`.
 
-    python scripts/agreement_study.py --page docs/convergence.md
+    python -m scripts.studies.agreement_study --page docs/convergence.md
 """
 
 import math
@@ -12,8 +12,6 @@ from pathlib import Path
 
 import click
 import numpy as np
-from gallery import TERRAINS
-from pages import write_table
 from rich.console import Console
 from rich.table import Table
 from tqdm.auto import tqdm
@@ -23,6 +21,8 @@ from controllers import AdaptiveController
 from mjbiped.analysis import divergence
 from mjbiped.analysis.compare import torque_differences
 from mjbiped.records import measures
+from scripts.pages import write_table
+from scripts.studies.gallery import TERRAINS
 
 HEADINGS = (
     "ground",

@@ -1,7 +1,7 @@
 """What kinetic energy tracking bears: single steps and changes of slope, in both engines (ten minutes).
 
 The paper's introduction says of it that it withstands a step of 5 % of the leg's length and a change of slope of 3
-degrees. Writes a figure and the tables of docs/comparison.md: python scripts/kinetic_energy_study.py
+degrees. Writes a figure and the tables of docs/comparison.md: python -m scripts.paper.kinetic_energy_study
 """
 
 import math
@@ -14,7 +14,6 @@ import click
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.colors import BoundaryNorm
-from pages import write_table
 
 import mjbiped
 from controllers import KineticEnergyController
@@ -22,6 +21,7 @@ from controllers.given_slope import SLOPE_SOURCES
 from mjbiped.engines.mujoco import scene
 from mjbiped.plotting.style import new_figure, save_figure, styled
 from mjbiped.terrain.terrain import GROUND_FRICTION
+from scripts.pages import write_table
 
 ROBOT = mjbiped.Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))

@@ -4,7 +4,7 @@ Each setting walks the same grounds with the adaptive controller, and passively 
 with the impact map, all else with the hybrid engine, whose own error is below 1e-9. Then the settings are timed in
 turn. Some ten minutes. The result stands in `docs/step_size.md`.
 
-    python scripts/landing_study.py --page docs/step_size.md --plot docs/images/step_size.png
+    python -m scripts.studies.landing_study --page docs/step_size.md --plot docs/images/step_size.png
 """
 
 import importlib
@@ -21,14 +21,10 @@ from unittest import mock
 import click
 import mujoco
 import numpy as np
-from benchmark import machine
-from gallery import TERRAINS
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
-from pages import write_table
 from rich.console import Console
 from rich.table import Table
-from timing import Case, Timing, interleaved
 from tqdm.auto import tqdm
 
 import mjbiped
@@ -37,6 +33,10 @@ from mjbiped.engines.mujoco import step_size
 from mjbiped.engines.mujoco.simulation import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP, Simulation
 from mjbiped.plotting import style as plot_style
 from mjbiped.records import measures
+from scripts.benchmarks.benchmark import machine
+from scripts.benchmarks.timing import Case, Timing, interleaved
+from scripts.pages import write_table
+from scripts.studies.gallery import TERRAINS
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 STATES, LENGTH = 100, 40  # from which bare steps are made, and how many from each

@@ -1,6 +1,6 @@
 """Look for the mixed ground on which Table III comes out; some six minutes.
 
-python scripts/search_table_3.py
+python -m scripts.paper.search_table_3
 
 The result is the data file mjbiped/reproduction/table_3_terrain.toml.
 """
