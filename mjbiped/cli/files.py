@@ -7,20 +7,17 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from pkgutil import resolve_name
 from types import FrameType
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import click
 import numpy as np
 
 from mjbiped.analysis.compare import Comparison
 from mjbiped.errors import MjbipedError, RecordError, shortened
-from mjbiped.gaits.passive import Gait
 from mjbiped.records.record import Walk
 from mjbiped.utils.files import written_whole
-
-if TYPE_CHECKING:
-    from mjbiped.analysis.stability import Stability
 
 INTERRUPTED, TERMINATED = 130, 143
 """Exit status after Ctrl-C and after SIGTERM, as shells have it."""
@@ -45,61 +42,28 @@ class Files:
 
     def save(self, walk: Walk, path: Path | None) -> None:
         """Write a walk's record."""
-        self._write("record", path, walk.save)
+        self.write("record", path, walk.save)
 
     def save_both(self, comparison: Comparison, path: Path | None) -> None:
         """Write a comparison's records, each named after the path and its engine."""
         for engine, walk in (("mujoco", comparison.mujoco), ("hybrid", comparison.hybrid)):
             named = None if path is None else path.with_stem(f"{path.stem}_{engine}")
-            self._write(f"record_{engine}", named, walk.save)
-
-    def plot_comparison(self, comparison: Comparison, path: Path | None) -> None:
-        """Write a figure of a comparison."""
-
-        def draw(file: Path) -> None:
-            from mjbiped.plotting.comparison import plot_comparison
-
-            plot_comparison(comparison, file)
-
-        self._write("plot", path, draw)
-
-    def plot_walk(self, walk: Walk, path: Path | None) -> None:
-        """Write a figure of a walk."""
-
-        def draw(file: Path) -> None:
-            from mjbiped.plotting.walk import plot_walk
-
-            plot_walk(walk, file)
-
-        self._write("plot", path, draw)
-
-    def plot_gait(self, gait: Gait, path: Path | None) -> None:
-        """Write a figure of a gait."""
-
-        def draw(file: Path) -> None:
-            from mjbiped.plotting.walk import plot_gait
-
-            plot_gait(gait, file)
-
-        self._write("plot", path, draw)
+            self.write(f"record_{engine}", named, walk.save)
 
     def save_arrays(self, path: Path | None, arrays: Mapping[str, Any]) -> None:
         """Write arrays, an .npz file."""
-        self._write("data", path, lambda file: save_arrays(file, arrays))
+        self.write("data", path, lambda file: save_arrays(file, arrays))
 
-    def draw(self, kind: str, path: Path | None, draw: Callable[[Path], None]) -> None:
-        """Write a figure of any kind."""
-        self._write(kind, path, draw)
+    def plot(self, path: Path | None, function: str, *shown: object) -> None:
+        """Write a figure.
 
-    def plot_stability(self, found: Stability, name: str, path: Path | None) -> None:
-        """Write a figure of Theorem 1 along a walk."""
-
-        def draw(file: Path) -> None:
-            from mjbiped.plotting.stability import plot_stability
-
-            plot_stability({name: found}, file)
-
-        self._write("plot", path, draw)
+        Args:
+            path: Its file; None where no figure is asked for.
+            function: What draws it, as "module:name" in `mjbiped.plotting`. It is imported only where it is used, for
+                Matplotlib takes long to load, and called with what is shown and then the path.
+            *shown: What the figure is of.
+        """
+        self.write("plot", path, lambda file: resolve_name(f"mjbiped.plotting.{function}")(*shown, file))
 
     def render(self, walk: Walk, path: Path | None, pictures: dict[str, Any], *, progress: bool) -> None:
         """Write a video of a walk; `pictures` are the values of `mjbiped.cli.options.video_options`."""
@@ -111,10 +75,10 @@ class Files:
             settings = {name: value for name, value in pictures.items() if name != "video_size"}
             render_video(walk, file, width=width, height=height, progress=progress, **settings)
 
-        self._write("video", path, draw)
+        self.write("video", path, draw)
 
-    def _write(self, kind: str, path: Path | None, make: Callable[[Path], None]) -> None:
-        """Write a file, if one is asked for and Ctrl-C has not been pressed while another was written."""
+    def write(self, kind: str, path: Path | None, make: Callable[[Path], None]) -> None:
+        """Write a file of any kind, if one is asked for and Ctrl-C has not been pressed while another was written."""
         if path is None or self._status == INTERRUPTED:
             return
         try:

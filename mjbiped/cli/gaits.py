@@ -111,11 +111,6 @@ def bifurcation(
         },
     )
 
-    def draw_diagram(path: Path) -> None:
-        from mjbiped.plotting.gaits import plot_bifurcation
-
-        plot_bifurcation(diagram, cascade, path)
-
     def draw_multipliers(path: Path) -> None:
         from mjbiped.plotting import gaits as plot_gaits
 
@@ -124,8 +119,8 @@ def bifurcation(
         one = list(follow(first_gait(robot, first.slope), places))
         plot_gaits.plot_multipliers([one, *(branch.gaits for branch in cascade.branches[1:4])], path)
 
-    files.draw("plot", plot, draw_diagram)
-    files.draw("multipliers", plot_multipliers, draw_multipliers)
+    files.plot(plot, "gaits:plot_bifurcation", diagram, cascade)
+    files.write("multipliers", plot_multipliers, draw_multipliers)
     summary = {
         "onsets_deg": np.degrees(cascade.onsets).tolist(),
         "ratios": cascade.ratios.tolist(),
@@ -279,12 +274,7 @@ def basin(
     if interrupted:
         files.fail(INTERRUPTED, "the map was interrupted; what was not computed counts as undecided")
 
-    def draw(path: Path) -> None:
-        from mjbiped.plotting.gaits import plot_basins
-
-        plot_basins([found], path)
-
-    files.draw("plot", plot, draw)
+    files.plot(plot, "gaits:plot_basins", [found])
     shares = {fate.name.lower(): found.share(fate) for fate in Fate}
     summary = {
         "walker": found.walker,

@@ -163,7 +163,7 @@ def _walk(
     if trouble:
         files.fail(status, trouble + (f"; what was walked is in {out}" if files.written else ""))
     else:
-        files.plot_walk(done, plot)
+        files.plot(plot, "walk:plot_walk", done)
         files.render(done, video, pictures, progress=not quiet)
     summary = measures.summary(done)
     if json:
@@ -218,7 +218,7 @@ def _compare(
     done = compare(law, ground, robot=robot, progress=not quiet, **values)
     files = Files()
     files.save_both(done, out)
-    files.plot_comparison(done, plot)
+    files.plot(plot, "comparison:plot_comparison", done)
     if json:
         click.echo(tables.as_json({**done.to_dict(), "files": files.written}))
     elif not quiet:
@@ -245,7 +245,7 @@ def _gait(slope_deg: float, plot: Path | None, json: bool, **values: Any) -> Non
     """  # noqa: D301 (click reads the backspace)
     gait = find_passive_gait(Compass(**values), math.radians(slope_deg))
     files = Files()
-    files.plot_gait(gait, plot)
+    files.plot(plot, "walk:plot_gait", gait)
     summary = tables.gait_summary(gait)
     if json:
         click.echo(tables.as_json({**summary, "files": files.written}))
@@ -277,7 +277,7 @@ def _stability(record: Path, plot: Path | None, json: bool) -> None:
 
     found = stability(Walk.load(record))
     files = Files()
-    files.plot_stability(found, record.stem, plot)
+    files.plot(plot, "stability:plot_stability", {record.stem: found})
     summary = tables.stability_summary(found)
     if json:
         click.echo(tables.as_json({**summary, "files": files.written}))
@@ -311,7 +311,7 @@ def _render(record: Path, video: Path | None, plot: Path | None, no_video: bool,
     if video is None and not no_video:
         video = given.VIDEO_PATH(record.with_suffix(".mp4"))
     files = Files()
-    files.plot_walk(done, plot)
+    files.plot(plot, "walk:plot_walk", done)
     files.render(done, video, pictures, progress=not quiet)
     if not quiet:
         files.tell()
