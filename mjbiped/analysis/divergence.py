@@ -16,7 +16,7 @@ from mjbiped.engines.mujoco.simulation import DEFAULT_TIMESTEP
 from mjbiped.records import measures
 from mjbiped.records.columns import Column
 from mjbiped.records.record import Walk
-from mjbiped.terrain.terrain import GROUND_FRICTION
+from mjbiped.terrain.segments import GROUND_FRICTION
 
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller

@@ -13,7 +13,7 @@ from mjbiped.errors import InputError, shown
 from mjbiped.robots.compass import Compass
 from mjbiped.sweeps.cell import STATE
 from mjbiped.sweeps.values import Choice, Draw, read_choice
-from mjbiped.terrain.terrain import PRESETS
+from mjbiped.terrain.presets import PRESETS, Presets
 from mjbiped.utils.domains import known_name
 
 LIMITS = ("engine", "steps", "distance", "timestep", "contact_timestep")
@@ -103,7 +103,7 @@ def _terrain(table: Mapping[str, Any]) -> Settings:
     names = _names("terrain.name", settings["terrain.name"])
     for name in names:
         known_name("terrain", name, PRESETS)
-    parameters = {name: signature(PRESETS[name]).parameters for name in names}
+    parameters = {name: signature(getattr(Presets, name)).parameters for name in names}
     for key, value in table.items():
         if key == "name":
             continue

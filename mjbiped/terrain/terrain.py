@@ -7,14 +7,12 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from inspect import signature
 from itertools import pairwise
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, overload
 
 import numpy as np
@@ -22,48 +20,22 @@ from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, shortened, shown
 from mjbiped.terrain.files import FILE_SUFFIXES, parse_parameters, read_samples, read_segments
+from mjbiped.terrain.presets import PRESETS, Presets
 from mjbiped.terrain.profile import Profile, height_of
+from mjbiped.terrain.segments import GROUND_FRICTION as GROUND_FRICTION
+from mjbiped.terrain.segments import HIGHEST_STEP, MOST_SEGMENTS, check_slope, checked_segments
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Domain, check_interval, known_name
-
-GROUND_FRICTION = 0.8
-"""Coefficient of Coulomb friction of all walking ground."""
-
-STEEPEST_SLOPE = math.atan(GROUND_FRICTION)
-"""A slope of this angle (rad) or more cannot be stood on."""
-
-HIGHEST_STEP = domains.STEP.high
-"""Greatest height of a vertical step, up or down (m): half a leg of Table I."""
+from mjbiped.utils.domains import Domain, known_name
 
 STEP_RESOLUTION = 1e-9
 """Height differences at a break of no more than this (m) are rounding, not steps; `domains.PLACE` keeps it so."""
 
-MOST_SEGMENTS = domains.SEGMENTS.high
-"""Greatest number of segments of one terrain."""
-
 _RISE = Domain(-HIGHEST_STEP - STEP_RESOLUTION, HIGHEST_STEP + STEP_RESOLUTION, "m")  # a difference of rounded heights
 _DEEPEST = 8  # tuples in tuples, of a parameter
 
-_MIXED: tuple[tuple[float, float, float], ...] = (
-    (2.0, 0.0, 0.0),
-    (1.5, 1.5, 0.0),
-    (1.8, 3.0, 0.0),
-    (1.6, 1.0, -0.020),
-    (2.4, 2.0, 0.008),
-    (1.2, 0.0, -0.030),
-    (1.7, -1.5, 0.0),
-    (2.0, -3.0, 0.0),
-    (1.4, -1.0, 0.0),
-    (2.6, -2.0, -0.010),
-    (1.5, 0.0, 0.005),
-    (3.0, 1.5, -0.015),
-    (1.3, -0.5, 0.0),
-    (1.9, 0.5, 0.003),
-)
-
 
 @dataclass(frozen=True)
-class Terrain:
+class Terrain(Presets):
     """A ground profile of straight segments, with vertical steps between them.
 
     Segment i covers x[i] <= x < x[i + 1]: at a break the segment that starts there counts (right-continuous). The first
@@ -126,7 +98,7 @@ class Terrain:
                 f"the ground reaches from x = {self.x[0]:g} m to {self.end:g} m, but the robot starts at x = 0"
             )
         for i, angle in enumerate(self.angle, start=1):
-            _check_slope(f"segment {i}", angle)
+            check_slope(f"segment {i}", angle)
         for i, rise in enumerate(self.rises, start=1):
             _RISE.check(f"segment {i}: its step", rise)
         if not isinstance(self.name, str):
@@ -155,164 +127,8 @@ class Terrain:
         Raises:
             InputError: No segments, or a value outside its domain; the message names the segment, counted from 1.
         """
-        rows = _checked_segments(segments)
-        return _chained(rows, name, (("segments", rows),))
-
-    @classmethod
-    def level(cls) -> Terrain:
-        """Make level ground without end."""
-        return cls((0.0,), (0.0,), (0.0,), name="level")
-
-    @classmethod
-    def incline(cls, slope_deg: float = 3.0) -> Terrain:
-        """Make one constant slope without end; `slope_deg` in degrees, positive downwards."""
-        slope = _checked_slope("slope_deg", slope_deg)
-        return _chained([(1.0, slope, 0.0)], "incline", (("slope_deg", slope),))
-
-    @classmethod
-    def stairs(cls, tread: float = 1.8, rise: float = -0.06, first: float | None = None, count: int = 20) -> Terrain:
-        """Make stairs of level treads (the paper's, in section V-A, have 1.8 m treads with steps of 0.006 and 0.06 m).
-
-        The 20 risers of the default reach 35 m: more than 60 steps of 0.38 m.
-
-        Args:
-            tread: Depth of a tread, m, > 0.
-            rise: Height of a step, m, positive up; at most `HIGHEST_STEP` either way.
-            first: Distance from the start to the first riser, m, > 0; half a tread if left out.
-            count: Number of risers, >= 1; the last tread goes on.
-
-        Raises:
-            InputError: A value outside its domain.
-        """
-        tread = domains.STRETCH.check("tread", tread)
-        rise = domains.STEP.check("rise", rise)
-        first = tread / 2.0 if first is None else domains.STRETCH.check("first", first)
-        count = domains.CHANGES.check("count", count)
-        rows = [(first, 0.0, 0.0)] + [(tread, 0.0, rise)] * count
-        return _chained(rows, "stairs", (("tread", tread), ("rise", rise), ("first", first), ("count", count)))
-
-    @classmethod
-    def slopes(cls, length: float = 1.5, change_deg: float = 0.3, count: int = 16, start_deg: float = 0.0) -> Terrain:
-        """Make ground whose slope changes by the same angle again and again (the paper's: 1.5 m, 0.3 and -1 degree).
-
-        The 16 changes of the default reach 24 m: more than 60 steps of 0.38 m.
-
-        Args:
-            length: Length of a segment along the ground, m, > 0.
-            change_deg: Change of the slope from one segment to the next, degrees, positive towards downhill.
-            count: Number of changes, >= 1; the last segment goes on.
-            start_deg: Slope of the first segment, degrees.
-
-        Raises:
-            InputError: A value outside its domain, or a slope that gets too steep: ask for fewer or smaller changes.
-        """
-        length = domains.STRETCH.check("length", length)
-        change = domains.SLOPE_DEG.check("change_deg", change_deg)
-        count = domains.CHANGES.check("count", count)
-        start = _checked_slope("start_deg", start_deg)
-        _check_slope(f"start_deg + {count} x change_deg", math.radians(start + count * change))
-        rows = [(length, start + k * change, 0.0) for k in range(count + 1)]
-        parameters = (("length", length), ("change_deg", change), ("count", count), ("start_deg", start))
-        return _chained(rows, "slopes", parameters)
-
-    @classmethod
-    def mixed(cls) -> Terrain:
-        """Make the house's mixed terrain of slopes and steps, in the manner of the paper's Fig. 4.
-
-        The paper's own table is in a figure and not in its text; this one is ours. Slope positive downhill, step
-        positive up, "-" where two segments meet without one; the last segment goes on.
-
-        | segment | length (m) | slope (deg) | step (m) |
-        |---------|------------|-------------|----------|
-        | 1       | 2.0        | 0.0         | -        |
-        | 2       | 1.5        | 1.5         | -        |
-        | 3       | 1.8        | 3.0         | -        |
-        | 4       | 1.6        | 1.0         | -0.020   |
-        | 5       | 2.4        | 2.0         | 0.008    |
-        | 6       | 1.2        | 0.0         | -0.030   |
-        | 7       | 1.7        | -1.5        | -        |
-        | 8       | 2.0        | -3.0        | -        |
-        | 9       | 1.4        | -1.0        | -        |
-        | 10      | 2.6        | -2.0        | -0.010   |
-        | 11      | 1.5        | 0.0         | 0.005    |
-        | 12      | 3.0        | 1.5         | -0.015   |
-        | 13      | 1.3        | -0.5        | -        |
-        | 14      | 1.9        | 0.5         | 0.003    |
-
-        It is 25.9 m long along the ground. Steps up stand only where the slope turns downhill or by no more than a
-        degree: the passive gait's swing foot clears 9 mm at 10 cm ahead of the stance foot, 26 mm at 20 cm and at most
-        46 mm.
-        """
-        return _chained(_MIXED, "mixed", ())
-
-    @classmethod
-    def random(
-        cls,
-        seed: int = 0,
-        length: float = 25.0,
-        segment_length: tuple[float, float] = (0.8, 2.0),
-        slope_deg: tuple[float, float] = (-3.0, 3.0),
-        rise: tuple[float, float] = (-0.02, 0.005),
-        step_probability: float = 0.5,
-        roughness: float = 0.0,
-        spacing: float = 0.25,
-    ) -> Terrain:
-        """Make random ground; the same arguments give the same terrain bit by bit (NumPy's PCG64).
-
-        The first metre is level and smooth, so that the start is defined; then come segments of uniformly drawn length,
-        slope and step until `length` is reached; the last one goes on. `roughness` is added to this afterwards, and a
-        seed draws the same segments with and without it.
-
-        Args:
-            seed: Seed of the generator, >= 0.
-            length: Length of the ground along itself, m, >= 1.
-            segment_length: Range of the segments' lengths, m, > 0.
-            slope_deg: Range of the slopes, degrees.
-            rise: Range of the steps, m, positive up.
-            step_probability: How probable a step is at a segment's start, 0 to 1.
-            roughness: Standard deviation of normally distributed heights of mean zero, m, >= 0, added about every
-                `spacing` and at the breaks, linear in between, after the first metre and before the last segment's end.
-            spacing: Distance between these heights, m, > 0; every segment is cut into equal cells nearest to it.
-
-        Raises:
-            InputError: A value outside its domain, or a slope too steep to be stood on: less roughness or a wider
-                spacing keeps slopes gentle.
-        """
-        seed = domains.SEED.check("seed", seed)
-        length = domains.RANDOM_STRETCH.check("length", length)
-        lengths = check_interval("segment_length", segment_length, domains.STRETCH)
-        slopes = check_interval("slope_deg", slope_deg, domains.SLOPE_DEG)
-        for slope in slopes:
-            _checked_slope("slope_deg", slope)
-        rises = check_interval("rise", rise, domains.STEP)
-        probability = domains.PROBABILITY.check("step_probability", step_probability)
-        roughness = domains.ROUGHNESS.check("roughness", roughness)
-        spacing = domains.STRETCH.check("spacing", spacing)
-        finest = min(lengths[0], spacing) if roughness else lengths[0]
-        if (length + lengths[1]) / finest > MOST_SEGMENTS:
-            raise InputError(
-                f"{length + lengths[1]:g} m in pieces of {finest:g} m can be more than {MOST_SEGMENTS} segments; "
-                "take a shorter length, segments of longer least and shorter greatest length, or a wider spacing"
-            )
-        draw = np.random.Generator(np.random.PCG64(seed))
-        rows, done = [(1.0, 0.0, 0.0)], 1.0
-        while done < length:
-            piece, slope, step = (float(draw.uniform(*ends)) for ends in (lengths, slopes, rises))
-            rows.append((piece, slope, step if draw.random() < probability else 0.0))
-            done += piece
-        if roughness:
-            rows = _roughened(rows, spacing, lambda: float(draw.normal(0.0, roughness)))
-        parameters = (
-            ("seed", seed),
-            ("length", length),
-            ("segment_length", lengths),
-            ("slope_deg", slopes),
-            ("rise", rises),
-            ("step_probability", probability),
-            ("roughness", roughness),
-            ("spacing", spacing),
-        )
-        return _chained(rows, "random", parameters)
+        rows = checked_segments(segments)
+        return cls._of_segments(rows, name, (("segments", rows),))
 
     @classmethod
     def from_file(cls, path: str | Path) -> Terrain:
@@ -336,8 +152,8 @@ class Terrain:
             if suffix == ".csv":
                 return cls._from_samples(path)
             if suffix in FILE_SUFFIXES:
-                rows = _checked_segments(read_segments(path))
-                return _chained(rows, path.name, (("segments", rows),))
+                rows = checked_segments(read_segments(path))
+                return cls._of_segments(rows, path.name, (("segments", rows),))
             raise InputError(f"unknown suffix {shown(suffix)}: valid are {', '.join(FILE_SUFFIXES)}")
         except InputError as error:
             raise InputError(f"terrain file {shortened(str(path))}: {error}") from error
@@ -353,26 +169,11 @@ class Terrain:
                 domains.STEP.check(f"{where}: the step", there.z - here.z)
                 continue
             angle = math.atan2(here.z - there.z, there.x - here.x)
-            _check_slope(where, angle)
+            check_slope(where, angle)
             x.append(here.x)
             z.append(here.z)
             angles.append(angle)
         return cls(tuple(x), tuple(z), tuple(angles), end=samples[-1].x, name=path.name)
-
-    @classmethod
-    def preset(cls, name: str, **parameters: Any) -> Terrain:
-        """Make a terrain by the name that it has in `PRESETS`, with that constructor's parameters.
-
-        Raises:
-            InputError: An unknown name or parameter, with the valid ones listed, or a value outside its domain.
-        """
-        make = PRESETS[known_name("terrain", name, PRESETS)]
-        for key in parameters:
-            known_name(f"parameter of the terrain {name}", key, signature(make).parameters)
-        try:
-            return make(**parameters)
-        except InputError as error:
-            raise InputError(f"terrain {name}: {error}") from error
 
     # ---- asking it -----------------------------------------------------------------------------------------------
 
@@ -514,19 +315,6 @@ class Terrain:
             raise InputError(f"not a terrain's record: {error}") from error
 
 
-PRESETS: Mapping[str, Callable[..., Terrain]] = MappingProxyType(
-    {
-        "level": Terrain.level,
-        "incline": Terrain.incline,
-        "slopes": Terrain.slopes,
-        "stairs": Terrain.stairs,
-        "mixed": Terrain.mixed,
-        "random": Terrain.random,
-    }
-)
-"""The terrains that have a name on the command line."""
-
-
 def parse_terrain(text: str) -> Terrain:
     """Make the terrain that a text on the command line means.
 
@@ -552,72 +340,6 @@ def parse_terrain(text: str) -> Terrain:
         return Terrain.preset(name.strip())
     except InputError as error:
         raise InputError(f"{error}; or the path of a terrain file ({', '.join(FILE_SUFFIXES)})") from error
-
-
-def _check_slope(where: str, angle: float) -> None:
-    """Refuse a slope (rad) that cannot be stood on."""
-    if not abs(angle) < STEEPEST_SLOPE:
-        raise InputError(
-            f"{where}: a slope of {math.degrees(angle):.4g} degrees is steeper than the robot can stand on at friction "
-            f"{GROUND_FRICTION:g}; expected less than {math.degrees(STEEPEST_SLOPE):.1f} degrees up or down"
-        )
-
-
-def _checked_slope(what: str, degrees: object) -> float:
-    """Check a slope in degrees and return it as a plain float."""
-    slope = domains.SLOPE_DEG.check(what, degrees)
-    _check_slope(what, math.radians(slope))
-    return slope
-
-
-def _checked_segments(segments: Iterable[object]) -> list[tuple[float, float, float]]:
-    """Check segments as users give them and return them as (length, slope in degrees, step) of plain floats."""
-    rows = []
-    if isinstance(segments, str | Mapping) or not isinstance(segments, Iterable):
-        raise InputError(f"segments must be a list of (length_m, slope_deg, step_up_m), got {shown(segments)}")
-    for k, segment in enumerate(segments, start=1):
-        values: tuple[Any, ...] = (
-            () if isinstance(segment, str) or not isinstance(segment, Iterable) else tuple(segment)
-        )
-        if len(values) not in (2, 3):
-            raise InputError(f"segment {k} is {shown(segment)}; expected (length_m, slope_deg, step_up_m)")
-        length = domains.STRETCH.check(f"segment {k}: length", values[0])
-        slope = _checked_slope(f"segment {k}: slope", values[1])
-        step = domains.STEP.check(f"segment {k}: step", (*values, 0.0)[2])
-        rows.append((length, slope, step))
-    if not rows:
-        raise InputError("there are no segments; give at least one (length_m, slope_deg, step_up_m)")
-    return rows
-
-
-def _chained(rows: Sequence[tuple[float, float, float]], name: str, parameters: tuple[tuple[str, Any], ...]) -> Terrain:
-    """Lay checked segments (length, slope in degrees, step) one after another from x = 0."""
-    x, z, angles = [0.0], [rows[0][2]], [math.radians(rows[0][1])]
-    for (length, _, _), (_, slope, step) in pairwise(rows):
-        dx = length * math.cos(angles[-1])
-        x.append(x[-1] + dx)
-        # the same expression as in heights_before, so that no step is exactly no step
-        z.append(z[-1] - math.tan(angles[-1]) * (x[-1] - x[-2]) + step)
-        angles.append(math.radians(slope))
-    return Terrain(tuple(x), tuple(z), tuple(angles), name=name, parameters=parameters)
-
-
-def _roughened(
-    rows: Sequence[tuple[float, float, float]], spacing: float, height: Callable[[], float]
-) -> list[tuple[float, float, float]]:
-    """Cut all segments but the first into cells of about `spacing` and add a random height where two cells meet."""
-    rough = [rows[0]]
-    added = 0.0
-    for k, (length, slope, step) in enumerate(rows[1:], start=1):
-        cells = max(1, round(length / spacing))
-        angle = math.radians(slope)
-        dx = length * math.cos(angle) / cells
-        for cell in range(cells):
-            last = k == len(rows) - 1 and cell == cells - 1
-            before, added = added, 0.0 if last else height()
-            dz = (added - before) - math.tan(angle) * dx
-            rough.append((math.hypot(dx, dz), math.degrees(math.atan2(-dz, dx)), step if cell == 0 else 0.0))
-    return [*rough, (1.0, rows[-1][1], 0.0)]
 
 
 def _listed(name: str, values: object) -> tuple[Any, ...]:

@@ -20,7 +20,7 @@ from controllers import KineticEnergyController
 from controllers.given_slope import SLOPE_SOURCES
 from mjbiped.engines.mujoco import scene
 from mjbiped.plotting.style import new_figure, save_figure, styled
-from mjbiped.terrain.terrain import GROUND_FRICTION
+from mjbiped.terrain.segments import GROUND_FRICTION
 from scripts.pages import write_table
 
 ROBOT = mjbiped.Compass()

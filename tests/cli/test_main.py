@@ -34,7 +34,7 @@ from mjbiped.plotting import walk as plots
 from mjbiped.records import measures, recorder
 from mjbiped.records.record import Walk
 from mjbiped.rendering import gl, video
-from mjbiped.terrain.terrain import PRESETS
+from mjbiped.terrain.presets import PRESETS
 
 ROOT = Path(__file__).parents[2]
 

@@ -32,7 +32,8 @@ from mjbiped.records.columns import TOUCHDOWNS, split, width
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.terrain.terrain import GROUND_FRICTION, Terrain
+from mjbiped.terrain.segments import GROUND_FRICTION
+from mjbiped.terrain.terrain import Terrain
 
 Array = NDArray[np.float64]
 

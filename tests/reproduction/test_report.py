@@ -18,7 +18,7 @@ from mjbiped.reproduction.rows import Row, read_rows, write_rows
 from mjbiped.reproduction.scan import read_tried
 from mjbiped.reproduction.table_2 import UNEVEN, choices, side_distances
 from mjbiped.reproduction.traces import RESOLVED_SLOPE, traced
-from mjbiped.terrain.terrain import GROUND_FRICTION
+from mjbiped.terrain.segments import GROUND_FRICTION
 
 DOCS = Path(__file__).parents[2] / "docs"
 

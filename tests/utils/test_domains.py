@@ -31,7 +31,8 @@ from controllers import (
 )
 from mjbiped.errors import InputError
 from mjbiped.rendering.video import render_frame, render_video
-from mjbiped.terrain.terrain import PRESETS, Terrain
+from mjbiped.terrain.presets import PRESETS
+from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Count, Domain, check_interval, check_kind, check_states, known_name
 
@@ -206,7 +207,8 @@ def quantities() -> Iterator[tuple[str, Callable[[Any], object]]]:
     ):
         fields = {field.name for field in dataclasses.fields(kind)} - {"estimate_update", "slope_source"}
         yield from of(kind, sorted(fields), robot=ROBOT, gait=GAIT)
-    for make in PRESETS.values():
+    for name in PRESETS:
+        make = getattr(Terrain, name)
         yield from of(make, inspect.signature(make).parameters)
     yield from of(Terrain, ("x", "z", "angle", "end"), x=(0.0,), z=(0.0,), angle=(0.0,))
     yield "Terrain.x[0]", lambda value: Terrain((value,), (0.0,), (0.0,))

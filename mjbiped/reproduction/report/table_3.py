@@ -15,7 +15,8 @@ from mjbiped.reproduction.published import TABLE_3
 from mjbiped.reproduction.report.markdown import NONE, cost, delay, ending, number, percent, table
 from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.traces import RESOLVED_SLOPE
-from mjbiped.terrain.terrain import GROUND_FRICTION, Terrain
+from mjbiped.terrain.segments import GROUND_FRICTION
+from mjbiped.terrain.terrain import Terrain
 
 ENGINES = ("hybrid", "mujoco")
 _LABELS = {"hybrid": "hybrid", "mujoco": "MuJoCo"}

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import mjbiped
 from mjbiped.engines.mujoco.scene import FOOT_RADIUS, GROUND_KINDS, Scene, build_scene
-from mjbiped.terrain.terrain import GROUND_FRICTION
+from mjbiped.terrain.segments import GROUND_FRICTION
 
 TERRAINS = {
     "level": mjbiped.Terrain.level(),

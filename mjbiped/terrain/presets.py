@@ -1,0 +1,232 @@
+"""Terrains that have a name: the constructors that `mjbiped.Terrain` has beside those of its own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from inspect import signature
+from typing import Any, Self
+
+import numpy as np
+
+from mjbiped.errors import InputError
+from mjbiped.terrain.segments import MOST_SEGMENTS, Segment, chained, check_slope, checked_slope
+from mjbiped.utils import domains
+from mjbiped.utils.domains import check_interval, known_name
+
+PRESETS = ("level", "incline", "slopes", "stairs", "mixed", "random")
+"""Names on the command line of the terrains that are made by a method of `Presets` of the same name."""
+
+_MIXED: tuple[Segment, ...] = (
+    (2.0, 0.0, 0.0),
+    (1.5, 1.5, 0.0),
+    (1.8, 3.0, 0.0),
+    (1.6, 1.0, -0.020),
+    (2.4, 2.0, 0.008),
+    (1.2, 0.0, -0.030),
+    (1.7, -1.5, 0.0),
+    (2.0, -3.0, 0.0),
+    (1.4, -1.0, 0.0),
+    (2.6, -2.0, -0.010),
+    (1.5, 0.0, 0.005),
+    (3.0, 1.5, -0.015),
+    (1.3, -0.5, 0.0),
+    (1.9, 0.5, 0.003),
+)
+
+
+class Presets:
+    """Constructors of terrains that have a name; `mjbiped.terrain.terrain.Terrain` inherits them."""
+
+    @classmethod
+    def level(cls) -> Self:
+        """Make level ground without end."""
+        return cls._of_segments([(1.0, 0.0, 0.0)], "level", ())
+
+    @classmethod
+    def incline(cls, slope_deg: float = 3.0) -> Self:
+        """Make one constant slope without end; `slope_deg` in degrees, positive downwards."""
+        slope = checked_slope("slope_deg", slope_deg)
+        return cls._of_segments([(1.0, slope, 0.0)], "incline", (("slope_deg", slope),))
+
+    @classmethod
+    def stairs(cls, tread: float = 1.8, rise: float = -0.06, first: float | None = None, count: int = 20) -> Self:
+        """Make stairs of level treads (the paper's, in section V-A, have 1.8 m treads with steps of 0.006 and 0.06 m).
+
+        The 20 risers of the default reach 35 m: more than 60 steps of 0.38 m.
+
+        Args:
+            tread: Depth of a tread, m, > 0.
+            rise: Height of a step, m, positive up; at most `HIGHEST_STEP` either way.
+            first: Distance from the start to the first riser, m, > 0; half a tread if left out.
+            count: Number of risers, >= 1; the last tread goes on.
+
+        Raises:
+            InputError: A value outside its domain.
+        """
+        tread = domains.STRETCH.check("tread", tread)
+        rise = domains.STEP.check("rise", rise)
+        first = tread / 2.0 if first is None else domains.STRETCH.check("first", first)
+        count = domains.CHANGES.check("count", count)
+        rows = [(first, 0.0, 0.0)] + [(tread, 0.0, rise)] * count
+        return cls._of_segments(rows, "stairs", (("tread", tread), ("rise", rise), ("first", first), ("count", count)))
+
+    @classmethod
+    def slopes(cls, length: float = 1.5, change_deg: float = 0.3, count: int = 16, start_deg: float = 0.0) -> Self:
+        """Make ground whose slope changes by the same angle again and again (the paper's: 1.5 m, 0.3 and -1 degree).
+
+        The 16 changes of the default reach 24 m: more than 60 steps of 0.38 m.
+
+        Args:
+            length: Length of a segment along the ground, m, > 0.
+            change_deg: Change of the slope from one segment to the next, degrees, positive towards downhill.
+            count: Number of changes, >= 1; the last segment goes on.
+            start_deg: Slope of the first segment, degrees.
+
+        Raises:
+            InputError: A value outside its domain, or a slope that gets too steep: ask for fewer or smaller changes.
+        """
+        length = domains.STRETCH.check("length", length)
+        change = domains.SLOPE_DEG.check("change_deg", change_deg)
+        count = domains.CHANGES.check("count", count)
+        start = checked_slope("start_deg", start_deg)
+        check_slope(f"start_deg + {count} x change_deg", math.radians(start + count * change))
+        rows = [(length, start + k * change, 0.0) for k in range(count + 1)]
+        parameters = (("length", length), ("change_deg", change), ("count", count), ("start_deg", start))
+        return cls._of_segments(rows, "slopes", parameters)
+
+    @classmethod
+    def mixed(cls) -> Self:
+        """Make the house's mixed terrain of slopes and steps, in the manner of the paper's Fig. 4.
+
+        The paper's own table is in a figure and not in its text; this one is ours. Slope positive downhill, step
+        positive up, "-" where two segments meet without one; the last segment goes on.
+
+        | segment | length (m) | slope (deg) | step (m) |
+        |---------|------------|-------------|----------|
+        | 1       | 2.0        | 0.0         | -        |
+        | 2       | 1.5        | 1.5         | -        |
+        | 3       | 1.8        | 3.0         | -        |
+        | 4       | 1.6        | 1.0         | -0.020   |
+        | 5       | 2.4        | 2.0         | 0.008    |
+        | 6       | 1.2        | 0.0         | -0.030   |
+        | 7       | 1.7        | -1.5        | -        |
+        | 8       | 2.0        | -3.0        | -        |
+        | 9       | 1.4        | -1.0        | -        |
+        | 10      | 2.6        | -2.0        | -0.010   |
+        | 11      | 1.5        | 0.0         | 0.005    |
+        | 12      | 3.0        | 1.5         | -0.015   |
+        | 13      | 1.3        | -0.5        | -        |
+        | 14      | 1.9        | 0.5         | 0.003    |
+
+        It is 25.9 m long along the ground. Steps up stand only where the slope turns downhill or by no more than a
+        degree: the passive gait's swing foot clears 9 mm at 10 cm ahead of the stance foot, 26 mm at 20 cm and at most
+        46 mm.
+        """
+        return cls._of_segments(_MIXED, "mixed", ())
+
+    @classmethod
+    def random(
+        cls,
+        seed: int = 0,
+        length: float = 25.0,
+        segment_length: tuple[float, float] = (0.8, 2.0),
+        slope_deg: tuple[float, float] = (-3.0, 3.0),
+        rise: tuple[float, float] = (-0.02, 0.005),
+        step_probability: float = 0.5,
+        roughness: float = 0.0,
+        spacing: float = 0.25,
+    ) -> Self:
+        """Make random ground; the same arguments give the same terrain bit by bit (NumPy's PCG64).
+
+        The first metre is level and smooth, so that the start is defined; then come segments of uniformly drawn length,
+        slope and step until `length` is reached; the last one goes on. `roughness` is added to this afterwards, and a
+        seed draws the same segments with and without it.
+
+        Args:
+            seed: Seed of the generator, >= 0.
+            length: Length of the ground along itself, m, >= 1.
+            segment_length: Range of the segments' lengths, m, > 0.
+            slope_deg: Range of the slopes, degrees.
+            rise: Range of the steps, m, positive up.
+            step_probability: How probable a step is at a segment's start, 0 to 1.
+            roughness: Standard deviation of normally distributed heights of mean zero, m, >= 0, added about every
+                `spacing` and at the breaks, linear in between, after the first metre and before the last segment's end.
+            spacing: Distance between these heights, m, > 0; every segment is cut into equal cells nearest to it.
+
+        Raises:
+            InputError: A value outside its domain, or a slope too steep to be stood on: less roughness or a wider
+                spacing keeps slopes gentle.
+        """
+        seed = domains.SEED.check("seed", seed)
+        length = domains.RANDOM_STRETCH.check("length", length)
+        lengths = check_interval("segment_length", segment_length, domains.STRETCH)
+        slopes = check_interval("slope_deg", slope_deg, domains.SLOPE_DEG)
+        for slope in slopes:
+            checked_slope("slope_deg", slope)
+        rises = check_interval("rise", rise, domains.STEP)
+        probability = domains.PROBABILITY.check("step_probability", step_probability)
+        roughness = domains.ROUGHNESS.check("roughness", roughness)
+        spacing = domains.STRETCH.check("spacing", spacing)
+        finest = min(lengths[0], spacing) if roughness else lengths[0]
+        if (length + lengths[1]) / finest > MOST_SEGMENTS:
+            raise InputError(
+                f"{length + lengths[1]:g} m in pieces of {finest:g} m can be more than {MOST_SEGMENTS} segments; "
+                "take a shorter length, segments of longer least and shorter greatest length, or a wider spacing"
+            )
+        draw = np.random.Generator(np.random.PCG64(seed))
+        rows, done = [(1.0, 0.0, 0.0)], 1.0
+        while done < length:
+            piece, slope, step = (float(draw.uniform(*ends)) for ends in (lengths, slopes, rises))
+            rows.append((piece, slope, step if draw.random() < probability else 0.0))
+            done += piece
+        if roughness:
+            rows = _roughened(rows, spacing, lambda: float(draw.normal(0.0, roughness)))
+        parameters = (
+            ("seed", seed),
+            ("length", length),
+            ("segment_length", lengths),
+            ("slope_deg", slopes),
+            ("rise", rises),
+            ("step_probability", probability),
+            ("roughness", roughness),
+            ("spacing", spacing),
+        )
+        return cls._of_segments(rows, "random", parameters)
+
+    @classmethod
+    def preset(cls, name: str, **parameters: Any) -> Self:
+        """Make a terrain by the name that it has in `PRESETS`, with that constructor's parameters.
+
+        Raises:
+            InputError: An unknown name or parameter, with the valid ones listed, or a value outside its domain.
+        """
+        make: Callable[..., Self] = getattr(cls, known_name("terrain", name, PRESETS))
+        for key in parameters:
+            known_name(f"parameter of the terrain {name}", key, signature(make).parameters)
+        try:
+            return make(**parameters)
+        except InputError as error:
+            raise InputError(f"terrain {name}: {error}") from error
+
+    @classmethod
+    def _of_segments(cls, rows: Sequence[Segment], name: str, parameters: tuple[tuple[str, Any], ...]) -> Self:
+        """Make a terrain of checked segments, laid one after another from x = 0."""
+        x, z, angle = chained(rows)
+        return cls(x=x, z=z, angle=angle, name=name, parameters=parameters)  # type: ignore[call-arg]  # Terrain's fields
+
+
+def _roughened(rows: Sequence[Segment], spacing: float, height: Callable[[], float]) -> list[Segment]:
+    """Cut all segments but the first into cells of about `spacing` and add a random height where two cells meet."""
+    rough = [rows[0]]
+    added = 0.0
+    for k, (length, slope, step) in enumerate(rows[1:], start=1):
+        cells = max(1, round(length / spacing))
+        angle = math.radians(slope)
+        dx = length * math.cos(angle) / cells
+        for cell in range(cells):
+            last = k == len(rows) - 1 and cell == cells - 1
+            before, added = added, 0.0 if last else height()
+            dz = (added - before) - math.tan(angle) * dx
+            rough.append((math.hypot(dx, dz), math.degrees(math.atan2(-dz, dx)), step if cell == 0 else 0.0))
+    return [*rough, (1.0, rows[-1][1], 0.0)]

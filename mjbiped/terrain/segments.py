@@ -1,0 +1,78 @@
+"""Straight pieces of ground as users give them: what is refused, and how they are laid one after another."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
+from typing import Any, TypeAlias
+
+from mjbiped.errors import InputError, shown
+from mjbiped.utils import domains
+
+Segment: TypeAlias = tuple[float, float, float]
+"""Length along the ground (m), slope (degrees, positive downwards) and step up at the start (m)."""
+
+GROUND_FRICTION = 0.8
+"""Coefficient of Coulomb friction of all walking ground."""
+
+STEEPEST_SLOPE = math.atan(GROUND_FRICTION)
+"""A slope of this angle (rad) or more cannot be stood on."""
+
+HIGHEST_STEP = domains.STEP.high
+"""Greatest height of a vertical step, up or down (m): half a leg of Table I."""
+
+MOST_SEGMENTS = domains.SEGMENTS.high
+"""Greatest number of segments of one terrain."""
+
+
+def check_slope(where: str, angle: float) -> None:
+    """Refuse a slope (rad) that cannot be stood on."""
+    if not abs(angle) < STEEPEST_SLOPE:
+        raise InputError(
+            f"{where}: a slope of {math.degrees(angle):.4g} degrees is steeper than the robot can stand on at friction "
+            f"{GROUND_FRICTION:g}; expected less than {math.degrees(STEEPEST_SLOPE):.1f} degrees up or down"
+        )
+
+
+def checked_slope(what: str, degrees: object) -> float:
+    """Check a slope in degrees and return it as a plain float."""
+    slope = domains.SLOPE_DEG.check(what, degrees)
+    check_slope(what, math.radians(slope))
+    return slope
+
+
+def checked_segments(segments: Iterable[object]) -> list[Segment]:
+    """Check segments as users give them and return them as (length, slope in degrees, step) of plain floats."""
+    rows = []
+    if isinstance(segments, str | Mapping) or not isinstance(segments, Iterable):
+        raise InputError(f"segments must be a list of (length_m, slope_deg, step_up_m), got {shown(segments)}")
+    for k, segment in enumerate(segments, start=1):
+        values: tuple[Any, ...] = (
+            () if isinstance(segment, str) or not isinstance(segment, Iterable) else tuple(segment)
+        )
+        if len(values) not in (2, 3):
+            raise InputError(f"segment {k} is {shown(segment)}; expected (length_m, slope_deg, step_up_m)")
+        length = domains.STRETCH.check(f"segment {k}: length", values[0])
+        slope = checked_slope(f"segment {k}: slope", values[1])
+        step = domains.STEP.check(f"segment {k}: step", (*values, 0.0)[2])
+        rows.append((length, slope, step))
+    if not rows:
+        raise InputError("there are no segments; give at least one (length_m, slope_deg, step_up_m)")
+    return rows
+
+
+def chained(rows: Sequence[Segment]) -> tuple[list[float], list[float], list[float]]:
+    """Lay checked segments one after another from x = 0.
+
+    Returns:
+        The `x`, `z` and `angle` of a terrain: where the segments start, how high, and how steep they are.
+    """
+    x, z, angles = [0.0], [rows[0][2]], [math.radians(rows[0][1])]
+    for (length, _, _), (_, slope, step) in pairwise(rows):
+        dx = length * math.cos(angles[-1])
+        x.append(x[-1] + dx)
+        # the same expression as in heights_before, so that no step is exactly no step
+        z.append(z[-1] - math.tan(angles[-1]) * (x[-1] - x[-2]) + step)
+        angles.append(math.radians(slope))
+    return x, z, angles
