@@ -16,7 +16,8 @@ from mjbiped.utils import domains
 @given.options(
     "Walks",
     ("--quick", bool, False, None, "Only a few short walks in MuJoCo; all of the hybrid engine's."),
-    ("--workers", given.quantity(domains.WORKERS), None, "N", "Processes for MuJoCo; one for each core unless given."),
+    ("--workers", given.quantity(domains.WORKERS), None, "N", "Processes; one for each core unless given."),
+    ("--fresh", bool, False, None, "Delete the finished walks of an earlier run and begin again."),
 )
 @given.options(
     "Results",
@@ -31,7 +32,9 @@ from mjbiped.utils import domains
 )
 @given.json_option
 @given.quiet_option
-def reproduce(quick: bool, workers: int | None, out: Path, report: Path | None, json: bool, quiet: bool) -> None:
+def reproduce(
+    quick: bool, workers: int | None, fresh: bool, out: Path, report: Path | None, json: bool, quiet: bool
+) -> None:
     """Walk section V of the paper again, in both engines: tables II and III, figures 4 to 6, and a report.
 
     Each finished walk is kept in --out: interrupted or killed, the same command goes on where it was stopped.
@@ -46,7 +49,7 @@ def reproduce(quick: bool, workers: int | None, out: Path, report: Path | None, 
     from mjbiped.reproduction.table_2 import choices
 
     try:
-        rows, files = walk_all(out, quick=quick, workers=workers, report=report, progress=not quiet)
+        rows, files = walk_all(out, quick=quick, workers=workers, report=report, fresh=fresh, progress=not quiet)
     except KeyboardInterrupt:
         end(INTERRUPTED, f"interrupted; finished walks are in {out}: the same command goes on from there")
     asked = checks(rows, choices(rows)[0])

@@ -21,13 +21,11 @@ from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from mjbiped.records.schema import OUTCOMES
 from mjbiped.rollout.walk import WalkStopped, walk
+from mjbiped.sweeps.cell import FAILED
 from mjbiped.sweeps.provenance import sources
 from mjbiped.terrain.terrain import Terrain
 
 Array = NDArray[np.float64]
-
-FAILED = "failed"
-"""Outcome of a walk that an error kept from ending."""
 
 _SPARSE = 1.0  # sample period where no record is kept, s
 

@@ -1,16 +1,21 @@
-"""Every reading of Table II's grounds.
+"""The grounds of section V: every reading of Table II's, and the one that was found for Table III.
 
-The paper gives the treads' depth, the steps' height, the slopes' length and change. It does not say whether each step
-goes the same way, nor where the first one lies.
+Of Table II's the paper gives the treads' depth, the steps' height, the slopes' length and change. It does not say
+whether each step goes the same way, nor where the first one lies.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import resources
 
 from mjbiped.reproduction.published import CHANGES, SLOPE_LENGTH, TREAD
 from mjbiped.terrain.terrain import Terrain
+
+Segments = Sequence[tuple[float, float, float]]
+"""(length in m, slope in degrees, step up in m) each, as `Terrain.from_segments` takes them."""
 
 COUNT = 30
 """Steps or changes of slope of a ground: more than 100 steps of 0.38 m can reach."""
@@ -97,3 +102,23 @@ def reading_at(place: tuple[str, str, float]) -> Reading:
         place: These three, as `Reading` has them.
     """
     return next(found for found in readings(place[0]) if (found.ground, found.pattern, found.first) == place)
+
+
+def found_terrain() -> Terrain:
+    """The mixed ground on which Table III comes out nearest, of the data file beside this module.
+
+    `mjbiped.reproduction.search` found it.
+    """
+    with resources.as_file(resources.files("mjbiped.reproduction") / "table_3_terrain.toml") as path:
+        return Terrain.from_file(path)
+
+
+def found_segments() -> Segments:
+    """Its segments."""
+    segments: Segments = dict(found_terrain().parameters)["segments"]
+    return segments
+
+
+def end_of(segments: Segments) -> float:
+    """Place x of the end of the last segment, m: where the ground has been walked."""
+    return math.fsum(length * math.cos(math.radians(slope)) for length, slope, _ in segments)

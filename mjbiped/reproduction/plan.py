@@ -7,8 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from mjbiped.reproduction.cell import Cell, Result
-from mjbiped.reproduction.found import end_of, found_segments, found_terrain
-from mjbiped.reproduction.grounds import Reading, reading_at, readings
+from mjbiped.reproduction.grounds import Reading, end_of, found_segments, found_terrain, reading_at, readings
 from mjbiped.reproduction.methods import METHODS, Variant, adaptive, variants
 from mjbiped.reproduction.published import GROUNDS, TABLE_3
 from mjbiped.reproduction.rows import LENGTHS, Row, row

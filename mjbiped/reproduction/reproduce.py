@@ -18,11 +18,12 @@ from mjbiped.reproduction.plan import Entry
 from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.reproduction.report.page import PAGE, PICTURES, TABLE, TRIED, engine_shown, render
 from mjbiped.reproduction.rows import LENGTHS, Row, write_rows
-from mjbiped.reproduction.running import run_cells
 from mjbiped.reproduction.scan import fitted, scan, write_tried
-from mjbiped.reproduction.store import Store
 from mjbiped.reproduction.table_2 import Choice, agreements, choices
 from mjbiped.reproduction.traces import traced
+from mjbiped.reproduction.walks import Walks, opened_walks
+from mjbiped.sweeps.cell import FAILED
+from mjbiped.sweeps.store import make_folder
 from mjbiped.utils.files import written_whole
 
 PRINTS = "figures"
@@ -31,48 +32,54 @@ QUICK_STEPS = 20
 
 
 def reproduce(
-    folder: Path, *, quick: bool = False, workers: int | None = None, report: Path | None = None, progress: bool = False
+    folder: Path,
+    *,
+    quick: bool = False,
+    workers: int | None = None,
+    report: Path | None = None,
+    fresh: bool = False,
+    progress: bool = False,
 ) -> tuple[list[Row], list[Path]]:
     """Walk everything, and write the table, the page and the figures.
 
     Args:
         folder: For the finished walks; what is in there already is not walked again.
         quick: All walks in the hybrid engine, but only a few short ones in MuJoCo.
-        workers: Processes for MuJoCo; one for each core unless given.
+        workers: Processes; one for each core unless given.
         report: Folder for table, page and figures; by default the same.
+        fresh: Delete the finished walks and begin again.
         progress: Show progress bars (never where the output is not a terminal).
 
     Returns:
         The rows of the table, and the files that were written.
 
     Raises:
-        InputError: A folder cannot be made.
-        RecordError: A file cannot be written.
+        InputError: A folder cannot be made, or another process walks in it.
+        RecordError: A file cannot be written, or the finished walks are damaged.
         RenderError: A figure cannot be written.
         MjbipedError: A process died.
     """
-    store = Store(folder / "walks")
     report = report or folder
     for needed in (report / PICTURES, folder / PRINTS):
-        Store(needed)  # makes the folder
-    entries = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
-    rows = _walk(entries, store, workers, progress)
-    best = choices(rows)[0]
-    tried = scan(best, store, progress=progress)
-    nearest = [each.variant for each in fitted(tried).values()]
-    more = [
-        *plan.gravity(best.places, _delay(best)),
-        *plan.fitted(best, nearest, "hybrid", max(LENGTHS)),
-        *in_mujoco(best, agreements(rows, best)[0].source, nearest, quick),
-    ]
-    rows += _walk(more, store, workers, progress)
-    entries += more
-    written = [
-        _write(report / TABLE, write_rows(rows)),
-        _write(report / TRIED, write_tried(tried)),
-        _write(report / PAGE, render(rows, tried)),
-    ]
-    return rows, [*written, *draw(entries, rows, store, report / PICTURES, folder / PRINTS)]
+        make_folder(needed)
+    with opened_walks(folder / "walks", fresh=fresh) as walks:
+        entries = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
+        rows = _walk(entries, walks, workers, progress)
+        best = choices(rows)[0]
+        tried = scan(best, walks, progress=progress)
+        nearest = [each.variant for each in fitted(tried).values()]
+        more = [
+            *plan.gravity(best.places, _delay(best)),
+            *plan.fitted(best, nearest, "hybrid", max(LENGTHS)),
+            *in_mujoco(best, agreements(rows, best)[0].source, nearest, quick),
+        ]
+        rows += _walk(more, walks, workers, progress)
+        written = [
+            _write(report / TABLE, write_rows(rows)),
+            _write(report / TRIED, write_tried(tried)),
+            _write(report / PAGE, render(rows, tried)),
+        ]
+        return rows, [*written, *draw([*entries, *more], rows, walks, report / PICTURES, folder / PRINTS)]
 
 
 def in_mujoco(best: Choice, source: str, nearest: Sequence[Variant], quick: bool) -> list[Entry]:
@@ -107,13 +114,13 @@ def in_mujoco(best: Choice, source: str, nearest: Sequence[Variant], quick: bool
     ]
 
 
-def draw(entries: Sequence[Entry], rows: Sequence[Row], store: Store, pages: Path, prints: Path) -> list[Path]:
+def draw(entries: Sequence[Entry], rows: Sequence[Row], kept: Walks, pages: Path, prints: Path) -> list[Path]:
     """Draw Figs. 4 to 6 of each engine that has the walks, and Table III.
 
     Args:
         entries: All that was walked.
         rows: Their rows.
-        store: Where the records are.
+        kept: Where the records are.
         pages: Folder for the figures that the page shows, small PNG files.
         prints: Folder for all figures as PDF files.
 
@@ -124,7 +131,7 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], store: Store, pages: Pat
     shown = engine_shown(rows)
     for engine in ("hybrid", "mujoco"):
         mine = [entry for entry in entries if entry.cell.record and entry.cell.engine == engine]
-        for name, make in _of_records(mine, store).items():
+        for name, make in _of_records(mine, kept).items():
             drawings[f"{name}_{engine}"] = make
     written = []
     for name, make in drawings.items():
@@ -137,12 +144,12 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], store: Store, pages: Pat
     return written
 
 
-def _of_records(entries: Sequence[Entry], store: Store) -> dict[str, Callable[[Path], object]]:
+def _of_records(entries: Sequence[Entry], kept: Walks) -> dict[str, Callable[[Path], object]]:
     """Figs. 4 to 6 of one engine's records, by name: what draws them to a path."""
     drawings: dict[str, Callable[[Path], object]] = {}
     for ground in ("mixed", "found"):
         walks = {
-            _law(entry)["replanning_delay"]: store.record(entry.cell)
+            _law(entry)["replanning_delay"]: kept.record(entry.cell)
             for entry in entries
             if (entry.part, entry.ground) == ("table 3", ground)
         }
@@ -156,7 +163,7 @@ def _of_records(entries: Sequence[Entry], store: Store) -> dict[str, Callable[[P
         if entry.part == "figure 5":
             law = _law(entry)
             start = round(math.degrees(law["initial_slope_estimate"]), 9)
-            curves.setdefault(law["adaptation_gain"], {})[start, law["estimate_update"]] = store.record(entry.cell)
+            curves.setdefault(law["adaptation_gain"], {})[start, law["estimate_update"]] = kept.record(entry.cell)
     if curves:
         drawings["fig_5"] = partial(plot_figure_5, curves)
         drawings["fig_4_mixed"] = partial(plot_walk, curves[plan.PAPER_GAIN][plan.START_ESTIMATES[0], True])
@@ -167,13 +174,13 @@ def _law(entry: Entry) -> dict[str, Any]:
     return entry.cell.controller.describe()
 
 
-def _walk(entries: Sequence[Entry], store: Store, workers: int | None, progress: bool) -> list[Row]:
-    results = run_cells([entry.cell for entry in entries], store, workers=workers, progress=progress)
+def _walk(entries: Sequence[Entry], walks: Walks, workers: int | None, progress: bool) -> list[Row]:
+    results = walks.results([entry.cell for entry in entries], workers=workers, progress=progress)
     rows = []
     for entry in entries:
         result = results[entry.cell.key]
-        recorded = entry.cell.record and result.outcome != "failed"
-        rows.append(entry.row(result, traced(store.record(entry.cell)) if recorded else None))
+        recorded = entry.cell.record and result.outcome != FAILED
+        rows.append(entry.row(result, traced(walks.record(entry.cell)) if recorded else None))
     return rows
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import io
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,8 +17,8 @@ from mjbiped.reproduction.grounds import reading_at
 from mjbiped.reproduction.methods import SLOPE_SOURCES, Variant, gains_told
 from mjbiped.reproduction.published import GROUNDS, TABLE_2
 from mjbiped.reproduction.rows import rounded
-from mjbiped.reproduction.store import Store
 from mjbiped.reproduction.table_2 import Agreement, Choice, agreement
+from mjbiped.reproduction.walks import Walks
 from mjbiped.rollout.walk_many import walk_many
 from mjbiped.terrain.terrain import Terrain
 
@@ -71,7 +70,7 @@ def settings() -> list[Variant]:
 
 def scan(
     choice: Choice,
-    store: Store,
+    kept: Walks,
     tried: Sequence[Variant] | None = None,
     *,
     workers: int | None = None,
@@ -83,7 +82,7 @@ def scan(
 
     Args:
         choice: The reading.
-        store: Where finished walks are.
+        kept: Where finished walks are.
         tried: The settings; `settings()` unless given.
         workers: Walks at a time; see `mjbiped.walk_many`.
         progress: Show a progress bar (never where the output is not a terminal).
@@ -96,7 +95,7 @@ def scan(
     ended: dict[Variant, dict[str, int]] = {variant: {} for variant in chosen}
     with tqdm(total=len(batches), desc="gains", unit="batch", disable=None if progress else True) as bar:
         for variants, name in batches:
-            walked = _batch(variants, grounds[name], choice.length, store, workers)
+            walked = _batch(variants, grounds[name], choice.length, kept, workers)
             for variant, (steps, *values) in zip(variants, walked, strict=True):
                 costs[variant][name] = rounded(values[WORK_KINDS.index(choice.kind)])
                 if math.isnan(costs[variant][name]):
@@ -106,29 +105,27 @@ def scan(
 
 
 def _batch(
-    variants: Sequence[Variant], terrain: Terrain, steps: int, store: Store, workers: int | None
+    variants: Sequence[Variant], terrain: Terrain, steps: int, kept: Walks, workers: int | None
 ) -> list[list[float]]:
     """Touchdowns and c_mt of every kind of each walk, NaN where it did not come to its end."""
     cells = [Cell("hybrid", variant.controller(terrain), terrain, steps=steps) for variant in variants]
-    key = hashlib.sha256("".join(cell.key for cell in cells).encode()).hexdigest()[:24]
-    kept = store.load_numbers(key)
-    if kept is not None:
-        return kept
-    walks = walk_many(
-        [cell.controller for cell in cells],
-        terrain,
-        engine="hybrid",
-        steps=steps,
-        sample_period=None,
-        summaries=True,
-        workers=workers,
-    )
-    found = [
-        [walk["steps"], *(walk[name] if walk["outcome"] == "finished" else math.nan for name in _COSTS)]
-        for walk in walks
-    ]
-    store.save_numbers(key, found)
-    return found
+
+    def walked() -> list[list[float]]:
+        walks = walk_many(
+            [cell.controller for cell in cells],
+            terrain,
+            engine="hybrid",
+            steps=steps,
+            sample_period=None,
+            summaries=True,
+            workers=workers,
+        )
+        return [
+            [walk["steps"], *(walk[name] if walk["outcome"] == "finished" else math.nan for name in _COSTS)]
+            for walk in walks
+        ]
+
+    return kept.numbers(cells, walked)
 
 
 def ranked(tried: Iterable[Tried]) -> list[Tried]:

@@ -18,7 +18,7 @@ from scipy.optimize import OptimizeResult, differential_evolution
 from tqdm.auto import tqdm
 
 from mjbiped.reproduction.cell import Cell, Result, measured
-from mjbiped.reproduction.found import Segments, end_of
+from mjbiped.reproduction.grounds import Segments, end_of
 from mjbiped.reproduction.methods import adaptive
 from mjbiped.reproduction.published import TABLE_3
 from mjbiped.terrain.terrain import Terrain

@@ -1,30 +1,48 @@
-"""Walks a study: batches of cells to an executor, rows to the table as they come."""
+"""Lets cells walk in other processes: batches to an executor, rows to the table as they come."""
 
 from __future__ import annotations
 
 import os
 import queue
 import time
-from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import Executor, Future
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from tqdm.auto import tqdm
 
 from mjbiped.engines.plan import versions
 from mjbiped.errors import MjbipedError
-from mjbiped.sweeps.cell import Cell, Row, measured
+from mjbiped.records.schema import OUTCOMES
+from mjbiped.sweeps.cell import FAILED, MEASURES, Cell, Row, measured
 from mjbiped.sweeps.plan import Study
 from mjbiped.sweeps.provenance import sources
-from mjbiped.sweeps.store import Store, opened
+from mjbiped.sweeps.store import Layout, Store, opened
 from mjbiped.utils.parallel import cluster, processes
 
 MOST_IN_BATCH = 32
 LONGEST_BATCH = 0.5
 """Seconds after which a worker hands back what it has, so that little is lost when it is killed."""
+
+AnyCell = TypeVar("AnyCell")
+
+
+def layout_of(study: Study) -> Layout:
+    """What a study's table holds."""
+    columns = ("cell", *(("sample",) if study.drawn else ()), *study.varied, "outcome", "error", *MEASURES)
+
+    def fits(name: str, value: Any) -> bool:
+        if name == "cell":
+            return type(value) is int and value in range(len(study.cells))
+        if name == "outcome":
+            return value in (*OUTCOMES, FAILED)
+        if name == "error":
+            return isinstance(value, str | None)
+        return isinstance(value, float | int | None) or (name not in MEASURES and isinstance(value, str))
+
+    return Layout("study", columns, fits)
 
 
 def identity_of(study: Study) -> dict[str, Any]:
@@ -63,23 +81,72 @@ def run(
         MjbipedError: Workers died, or their mjbiped is another one; what had ended is kept.
         KeyboardInterrupt: Ctrl-C; what had ended is kept.
     """
-    with opened(folder, study, identity_of(study), fresh=fresh) as store:
-        done = store.done()
+    with opened(folder, layout_of(study), identity_of(study), fresh=fresh) as store:
+        done = {row["cell"] for row in store.rows()}
         todo = [cell for cell in study.cells if cell.index not in done]
-        if todo:
-            count = min(workers or os.cpu_count() or 1, len(todo))
-            pool = processes(count) if scheduler is None else cluster(scheduler)
-            with tqdm(
-                total=len(study.cells), initial=len(done), desc="walks", unit="walk", disable=None if progress else True
-            ) as bar:
-                _walk_all(todo, store, pool, bar)
+        walk_cells(_walked, todo, store, ended=len(done), workers=workers, scheduler=scheduler, progress=progress)
         return store.rows(), store.export()
 
 
-def walk_batch(cells: Sequence[Cell], machinery: dict[str, Any]) -> list[Row]:
+def walk_cells(
+    walked: Callable[[AnyCell], Row],
+    todo: Sequence[AnyCell],
+    store: Store,
+    *,
+    ended: int,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: bool = False,
+) -> None:
+    """Let cells walk in other processes, and keep their rows as they come.
+
+    Args:
+        walked: Lets a cell walk, there, and returns its row.
+        todo: The cells.
+        store: Where the rows are kept.
+        ended: How many cells have ended before, for the progress bar.
+        workers: As of `run`, and so are scheduler, progress and what is raised.
+        scheduler: See there.
+        progress: See there.
+    """
+    if not todo:
+        return
+    machinery = _machinery()
+    back: queue.SimpleQueue[Future[list[Row]]] = queue.SimpleQueue()
+    pending: dict[Future[list[Row]], list[AnyCell]] = {}
+
+    def submit(cells: Iterable[AnyCell], most: int) -> None:
+        for batch in _batches(cells, most):
+            future = pool.submit(walk_batch, walked, batch, machinery)
+            pending[future] = batch
+            future.add_done_callback(back.put)
+
+    count = min(workers or os.cpu_count() or 1, len(todo))
+    bar = tqdm(total=ended + len(todo), initial=ended, desc="walks", unit="walk", disable=None if progress else True)
+    try:
+        with bar, processes(count) if scheduler is None else cluster(scheduler) as pool:
+            submit(todo, MOST_IN_BATCH)
+            while pending:
+                future = back.get()
+                batch, rows = pending.pop(future), future.result()
+                store.save(rows)
+                bar.update(len(rows))
+                submit(batch[len(rows) :], len(rows))  # what the batch had no time for
+    except MjbipedError:
+        raise
+    except Exception as error:
+        raise MjbipedError(
+            f"the workers failed ({type(error).__name__}: {error}): a process died, of lack of memory perhaps, or a "
+            f"scheduler is gone. What had ended is in {store.folder}: the same command goes on from there; with fewer "
+            "--workers where memory was short"
+        ) from error
+
+
+def walk_batch(walked: Callable[[AnyCell], Row], cells: Sequence[AnyCell], machinery: dict[str, Any]) -> list[Row]:
     """Let cells walk, in order, for `LONGEST_BATCH` or until all have; what a worker does.
 
     Args:
+        walked: Lets a cell walk, and returns its row.
         cells: At least one.
         machinery: Sources and versions that the rows shall be of.
 
@@ -95,44 +162,13 @@ def walk_batch(cells: Sequence[Cell], machinery: dict[str, Any]) -> list[Row]:
         )
     begun, rows = time.monotonic(), []
     for cell in cells:
-        rows.append({"cell": cell.index, "sample": cell.sample, **_plain(cell), **measured(cell)})
+        rows.append(walked(cell))
         if time.monotonic() - begun > LONGEST_BATCH:
             break
     return rows
 
 
-def _walk_all(todo: Sequence[Cell], store: Store, executor: AbstractContextManager[Executor], bar: tqdm[Any]) -> None:
-    """Submit batches, keep their rows as they come, and submit again what a batch had no time for."""
-    machinery = _machinery()
-    ended: queue.SimpleQueue[Future[list[Row]]] = queue.SimpleQueue()
-    pending: dict[Future[list[Row]], list[Cell]] = {}
-
-    def submit(cells: Iterable[Cell], most: int) -> None:
-        for batch in _batches(cells, most):
-            future = pool.submit(walk_batch, batch, machinery)
-            pending[future] = batch
-            future.add_done_callback(ended.put)
-
-    try:
-        with executor as pool:
-            submit(todo, MOST_IN_BATCH)
-            while pending:
-                future = ended.get()
-                batch, rows = pending.pop(future), future.result()
-                store.save(rows)
-                bar.update(len(rows))
-                submit(batch[len(rows) :], len(rows))
-    except MjbipedError:
-        raise
-    except Exception as error:
-        raise MjbipedError(
-            f"the workers failed ({type(error).__name__}: {error}): a process died, of lack of memory perhaps, or a "
-            f"scheduler is gone. What had ended is in {store.folder}: the same command goes on from there; with fewer "
-            "--workers where memory was short"
-        ) from error
-
-
-def _batches(cells: Iterable[Cell], most: int) -> Iterator[list[Cell]]:
+def _batches(cells: Iterable[AnyCell], most: int) -> Iterator[list[AnyCell]]:
     rest = iter(cells)
     while batch := list(islice(rest, most)):
         yield batch
@@ -143,6 +179,7 @@ def _machinery() -> dict[str, Any]:
     return {"sources": sources(), "versions": dict(versions())}
 
 
-def _plain(cell: Cell) -> Row:
-    """The values of a cell as the table holds them: truth values are text."""
-    return {name: str(value).lower() if isinstance(value, bool) else value for name, value in cell.values.items()}
+def _walked(cell: Cell) -> Row:
+    """Let a study's cell walk; its row, where truth values are text."""
+    plain = {name: str(value).lower() if isinstance(value, bool) else value for name, value in cell.values.items()}
+    return {"cell": cell.index, "sample": cell.sample, **plain, **measured(cell)}

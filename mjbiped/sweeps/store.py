@@ -1,22 +1,18 @@
-"""A study's table on disk: an SQLite file that rows are added to, and a CSV file of all of them."""
+"""A table of finished walks on disk: an SQLite file that rows are added to, and a CSV file of all of them."""
 
 from __future__ import annotations
 
 import csv
 import json
 import sqlite3
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from mjbiped.errors import InputError, RecordError, shown
-from mjbiped.records.schema import OUTCOMES
-from mjbiped.sweeps.cell import FAILED, MEASURES, Row
-from mjbiped.sweeps.plan import Study
+from mjbiped.sweeps.cell import Row
 from mjbiped.utils.files import written_whole
-
-DATABASE, TABLE = "study.sqlite", "study.csv"
 
 _LOCK = ".running"
 _FORMAT = 1
@@ -28,75 +24,77 @@ _IN_WORDS = {"sources": "mjbiped's source files", "cells": "the content of a ter
 """Kinds of an identity that are digests; all else that cells depend on has a kind of its own."""
 
 
-def columns_of(study: Study) -> tuple[str, ...]:
-    """Names of the table's columns."""
-    return ("cell", *(("sample",) if study.drawn else ()), *study.varied, "outcome", "error", *MEASURES)
+class Layout(NamedTuple):
+    """What a table holds.
+
+    Attributes:
+        name: Of its files, without their suffixes.
+        columns: Names; no two rows have the same value in the first, the key.
+        fits: Whether a value can stand in a column, given the column's name and the value.
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    fits: Callable[[str, Any], bool]
 
 
 class Store:
-    """The rows of a study that have ended.
+    """The rows of the walks that have ended.
 
     Attributes:
         folder: Where they are.
-        columns: Of the table.
     """
 
-    def __init__(self, folder: Path, study: Study, database: sqlite3.Connection) -> None:
+    def __init__(self, path: Path, layout: Layout, database: sqlite3.Connection) -> None:
         """Take an open file; see `opened`."""
-        self.folder = folder
-        self.columns = columns_of(study)
-        self._cells = len(study.cells)
+        self.folder = path.parent
+        self._path = path
+        self._layout = layout
         self._database = database
 
-    def done(self) -> set[int]:
-        """Indices of the cells that have a row.
-
-        Raises:
-            RecordError: The file is damaged.
-        """
-        return {row["cell"] for row in self.rows()}
-
     def save(self, rows: Sequence[Row]) -> None:
-        """Add rows, all of them or none.
+        """Add rows, all of them or none; one whose key is there already takes that row's place.
 
         Raises:
             RecordError: They cannot be written.
         """
-        marks = ", ".join("?" * len(self.columns))
-        values = [tuple(row.get(name) for name in self.columns) for row in rows]
+        marks = ", ".join("?" * len(self._layout.columns))
+        values = [tuple(row.get(name) for name in self._layout.columns) for row in rows]
         try:
             with _transaction(self._database):
-                self._database.executemany(f"INSERT INTO cells VALUES ({marks})", values)
+                self._database.executemany(f"INSERT OR REPLACE INTO cells VALUES ({marks})", values)
         except _BROKEN as error:
-            raise RecordError(f"cannot write {self.folder / DATABASE}: {error}") from error
+            raise RecordError(f"cannot write {self._path}: {error}") from error
 
     def rows(self) -> list[Row]:
-        """All rows, in the order of the cells.
+        """All rows, in the order of their keys.
 
         Raises:
             RecordError: The file is damaged.
         """
-        try:
-            found = self._database.execute('SELECT * FROM cells ORDER BY "cell"').fetchall()
-        except _BROKEN as error:
-            raise _damaged(self.folder / DATABASE, str(error)) from error
-        rows = [dict(zip(self.columns, values, strict=True)) for values in found]
-        for row in rows:
-            wrong = next((name for name, value in row.items() if not self._fits(name, value)), None)
-            if wrong is not None:
-                place = f"{wrong} of cell {shown(row['cell'])} is {shown(row[wrong])}"
-                raise _damaged(self.folder / DATABASE, f"{place}, which no walk of this study has")
-        return rows
+        return self._read(f'ORDER BY "{self._layout.columns[0]}"')
 
-    def _fits(self, name: str, value: Any) -> bool:
-        """Whether a value can stand in a column."""
-        if name == "cell":
-            return value in range(self._cells)
-        if name == "outcome":
-            return value in (*OUTCOMES, FAILED)
-        if name == "error":
-            return isinstance(value, str | None)
-        return isinstance(value, float | int | None) or (name not in MEASURES and isinstance(value, str))
+    def row(self, key: Any) -> Row | None:
+        """The row of a key; None where there is none.
+
+        Raises:
+            RecordError: The file is damaged.
+        """
+        return next(iter(self._read(f'WHERE "{self._layout.columns[0]}" = ?', key)), None)
+
+    def _read(self, which: str, *values: Any) -> list[Row]:
+        """Some rows, each value of which has been looked at."""
+        try:
+            found = self._database.execute(f"SELECT * FROM cells {which}", values).fetchall()
+        except _BROKEN as error:
+            raise _damaged(self._path, str(error)) from error
+        rows = [dict(zip(self._layout.columns, values, strict=True)) for values in found]
+        for row in rows:
+            wrong = next((name for name, value in row.items() if not self._layout.fits(name, value)), None)
+            if wrong is not None:
+                place = f"{wrong} of cell {shown(row[self._layout.columns[0]])} is {shown(row[wrong])}"
+                raise _damaged(self._path, f"{place}, which no walk here has")
+        return rows
 
     def export(self) -> Path:
         """Write the table as a CSV file; the same rows are the same bytes.
@@ -104,49 +102,58 @@ class Store:
         Raises:
             RecordError: It cannot be written.
         """
-        path = self.folder / TABLE
+        path = self._path.with_suffix(".csv")
         try:
             with written_whole(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
                 writer = csv.writer(file, lineterminator="\n")
-                writer.writerow(self.columns)
-                writer.writerows([row[name] for name in self.columns] for row in self.rows())
+                writer.writerow(self._layout.columns)
+                writer.writerows([row[name] for name in self._layout.columns] for row in self.rows())
         except OSError as error:
             raise RecordError(f"cannot write {path}: {error.strerror or error}") from error
         return path
 
 
 @contextmanager
-def opened(folder: Path, study: Study, identity: Mapping[str, Any], *, fresh: bool = False) -> Iterator[Store]:
-    """Open a study's table, or begin one; no other process can meanwhile.
+def opened(folder: Path, layout: Layout, identity: Mapping[str, Any], *, fresh: bool = False) -> Iterator[Store]:
+    """Open a table, or begin one; no other process can meanwhile.
 
     Args:
         folder: Where it is; made if it is not there.
-        study: What the table is of.
+        layout: What the table holds.
         identity: All that its rows depend on, in plain JSON types by kind; rows of another identity are refused.
         fresh: Delete the rows that are there.
 
     Raises:
         InputError: The folder cannot be made, another process has it, or its rows are of another identity.
-        RecordError: The file is no study's table, or a damaged one, or cannot be written.
+        RecordError: The file is no table of mjbiped's, or a damaged one, or cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot make the folder {folder}: {error.strerror or error}") from error
-    path = folder / DATABASE
+    make_folder(folder)
+    path = folder / f"{layout.name}.sqlite"
     with _exclusive(folder):
         try:
             if fresh:
-                for file in (path, path.with_name(f"{path.name}-journal"), folder / TABLE):
+                for file in (path, path.with_name(f"{path.name}-journal"), path.with_suffix(".csv")):
                     file.unlink(missing_ok=True)
             database = sqlite3.connect(path, isolation_level=None)
         except (OSError, *_BROKEN) as error:
             raise RecordError(f"cannot write {path}: {error}") from error
         try:
-            _begin(database, path, columns_of(study), identity)
-            yield Store(folder, study, database)
+            _begin(database, path, layout.columns, identity)
+            yield Store(path, layout, database)
         finally:
             database.close()
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder, and those that it is in, where it is not there yet.
+
+    Raises:
+        InputError: It cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot make the folder {folder}: {error.strerror or error}") from error
 
 
 @contextmanager
@@ -162,12 +169,12 @@ def _exclusive(folder: Path) -> Iterator[None]:
             lock.execute("BEGIN EXCLUSIVE")
         except sqlite3.OperationalError as error:
             raise InputError(
-                f"the study in {folder} cannot be taken: another process is at it, or the folder cannot be written "
+                f"the table in {folder} cannot be taken: another process is at it, or the folder cannot be written "
                 f"({error})"
             ) from error
         except _BROKEN as error:
             raise InputError(
-                f"the study in {folder} cannot be taken: {folder / _LOCK} is no lock of ours ({error}); delete it"
+                f"the table in {folder} cannot be taken: {folder / _LOCK} is no lock of ours ({error}); delete it"
             ) from error
         yield
 
@@ -175,9 +182,11 @@ def _exclusive(folder: Path) -> Iterator[None]:
 def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], identity: Mapping[str, Any]) -> None:
     """Make the tables, or compare the identity of what is there."""
     text = {key: json.dumps(value, sort_keys=True) for key, value in identity.items()}
-    # no types: a value comes back as what it was
-    named = ", ".join(f'"{name}"' + (" INTEGER PRIMARY KEY" if name == "cell" else "") for name in columns)
-    made = [_IDENTITY, f"CREATE TABLE cells ({named})"]
+    key, *others = (f'"{name}"' for name in columns)
+    made = [
+        _IDENTITY,
+        f"CREATE TABLE cells ({', '.join((f'{key} PRIMARY KEY', *others))})",
+    ]  # no types: values stay as they are
     try:
         with _transaction(database):
             empty = not database.execute("SELECT name FROM sqlite_master").fetchall()
@@ -190,7 +199,7 @@ def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], ide
         found = [sql for (sql,) in database.execute("SELECT sql FROM sqlite_master WHERE sql NOT NULL ORDER BY rowid")]
         health = database.execute("PRAGMA quick_check").fetchall()
     except _BROKEN as error:
-        raise RecordError(f"{path} is no study's table, or cannot be written: {error}{_WAY_OUT}") from error
+        raise RecordError(f"{path} is no table of mjbiped's, or cannot be written: {error}{_WAY_OUT}") from error
     if health != [("ok",)]:
         raise _damaged(path, str(health[0][0]))
     if kept.pop("format", None) != str(_FORMAT):
@@ -198,7 +207,7 @@ def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], ide
     try:
         differences = [line for kind in text for line in _differences(kind, kept.get(kind), text[kind])]
     except (TypeError, ValueError, RecursionError) as error:
-        raise _damaged(path, f"it does not tell its study ({shown(error)})") from error
+        raise _damaged(path, f"it does not tell what its rows are of ({shown(error)})") from error
     if len(differences) > 1:
         differences = [
             line for line in differences if not line.startswith(_IN_WORDS["cells"])
@@ -210,7 +219,7 @@ def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], ide
             "--out, undo the change, or delete these rows and begin again with --fresh"
         )
     if found != made:
-        raise _damaged(path, "its tables are others than this study's")
+        raise _damaged(path, "its tables are others than they must be")
 
 
 def _damaged(path: Path, why: str) -> RecordError:
@@ -245,8 +254,3 @@ def _transaction(database: sqlite3.Connection) -> Iterator[None]:
         database.rollback()
         raise
     database.commit()
-
-
-def as_column(rows: Iterable[Row], name: str) -> list[Any]:
-    """A column of the table."""
-    return [row[name] for row in rows]

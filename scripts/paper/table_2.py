@@ -15,23 +15,21 @@ from mjbiped.reproduction.plan import Entry
 from mjbiped.reproduction.report import fit as report_fit
 from mjbiped.reproduction.report import table_2 as report_table_2
 from mjbiped.reproduction.rows import LENGTHS, Row
-from mjbiped.reproduction.running import run_cells
 from mjbiped.reproduction.scan import fitted, scan
-from mjbiped.reproduction.store import Store
 from mjbiped.reproduction.table_2 import choices
+from mjbiped.reproduction.walks import Walks, opened_walks
 
 
 @click.command(help=__doc__)
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder of finished walks; none is kept.")
 def main(out: Path | None) -> None:
     """Walk and print."""
-    with TemporaryDirectory() as folder:
-        store = Store(out or Path(folder))
-        rows = walked(plan.table_2(), store)
+    with TemporaryDirectory() as folder, opened_walks(out or Path(folder)) as kept:
+        rows = walked(plan.table_2(), kept)
         best = choices(rows)[0]
-        tried = scan(best, store, progress=True)
+        tried = scan(best, kept, progress=True)
         nearest = [each.variant for each in fitted(tried).values()]
-        rows += walked(plan.fitted(best, nearest, "hybrid", max(LENGTHS)), store)
+        rows += walked(plan.fitted(best, nearest, "hybrid", max(LENGTHS)), kept)
     told = {**report_table_2.sections(rows), **report_fit.sections(rows, best, tried)}
     console = Console(width=140)
     console.print(f"{told['best']}; distance {told['best_distance']} %")
@@ -39,9 +37,9 @@ def main(out: Path | None) -> None:
         console.print(Markdown(told[name]))
 
 
-def walked(entries: list[Entry], store: Store) -> list[Row]:
+def walked(entries: list[Entry], kept: Walks) -> list[Row]:
     """The rows of some walks."""
-    results = run_cells([entry.cell for entry in entries], store, progress=True)
+    results = kept.results([entry.cell for entry in entries], progress=True)
     return [entry.row(results[entry.cell.key]) for entry in entries]
 
 

@@ -12,8 +12,7 @@ from rich.markdown import Markdown
 
 from mjbiped.reproduction import plan
 from mjbiped.reproduction.report import table_3 as report_table_3
-from mjbiped.reproduction.running import run_cells
-from mjbiped.reproduction.store import Store
+from mjbiped.reproduction.walks import opened_walks
 
 
 @click.command(help=__doc__)
@@ -21,9 +20,9 @@ from mjbiped.reproduction.store import Store
 @click.option("--engine", type=click.Choice(("hybrid", "mujoco")), default="hybrid", show_default=True)
 def main(out: Path | None, engine: str) -> None:
     """Walk and print."""
-    with TemporaryDirectory() as folder:
+    with TemporaryDirectory() as folder, opened_walks(out or Path(folder)) as kept:
         entries = [*plan.table_3(engine), *plan.start()]
-        results = run_cells([entry.cell for entry in entries], Store(out or Path(folder)), progress=True)
+        results = kept.results([entry.cell for entry in entries], progress=True)
     told = report_table_3.sections([entry.row(results[entry.cell.key]) for entry in entries])
     console = Console(width=140)
     for ground in ("mixed", "found"):

@@ -9,15 +9,17 @@ import pytest
 from command_line import run
 
 from mjbiped.plotting.style import new_figure, save_figure
-from mjbiped.reproduction import methods, plan, running, scan
+from mjbiped.reproduction import methods, plan, scan, walks
 from mjbiped.reproduction import reproduce as whole
 from mjbiped.reproduction.cell import Cell, measured
 from mjbiped.reproduction.methods import settled
+from mjbiped.sweeps import run as running
+from mjbiped.sweeps.store import opened
 
 
 @pytest.fixture
-def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A reproduction of the adaptive controller with one zeta, of one setting of PBC, without MuJoCo's processes."""
+def small(monkeypatch: pytest.MonkeyPatch, studies_in_threads: None) -> None:
+    """A reproduction of the adaptive controller with one zeta, of one setting of PBC, without MuJoCo and processes."""
     all_of_table_2 = plan.table_2
     monkeypatch.setattr(methods, "DELAYS", (0.6,))
     monkeypatch.setattr(plan, "table_2", lambda: all_of_table_2(methods=("adaptive",)))
@@ -62,11 +64,13 @@ def test_interrupted_it_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.Mo
         return real(cell)
 
     real = measured
-    monkeypatch.setattr(running, "measured", interrupted)
-    result = run("reproduce", "--out", tmp_path)
+    monkeypatch.setattr(walks, "measured", interrupted)
+    monkeypatch.setattr(running, "MOST_IN_BATCH", 1)
+    result = run("reproduce", "--out", tmp_path, "--workers", 1)
     assert result.exit_code == 130
     assert "the same command goes on" in result.stderr.replace("\n", " ")
-    assert len(list((tmp_path / "walks").glob("*.json"))) == 4
+    with opened(tmp_path / "walks", walks.LAYOUT, {}) as store:
+        assert len(store.rows()) == 4
 
 
 @pytest.mark.parametrize(
@@ -83,4 +87,4 @@ def test_bad_input_is_refused(words: tuple[object, ...], message: str, tmp_path:
     result = run("reproduce", *where, *words)
     assert result.exit_code == 2
     assert message in result.stderr.replace("\n", " ")
-    assert not list(tmp_path.rglob("*.json"))
+    assert not list(tmp_path.rglob("*.sqlite"))

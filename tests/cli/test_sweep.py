@@ -45,10 +45,10 @@ def test_table_figures_and_summary(study: Path, tmp_path: Path) -> None:
 
 
 def test_interrupted_it_says_how_to_go_on(study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(*_: object) -> None:
+    def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(running, "_walk_all", interrupted)
+    monkeypatch.setattr(running, "walk_cells", interrupted)
     result = run("sweep", study, "--out", tmp_path / "out")
     assert result.exit_code == 130
     assert "the same command goes on" in result.stderr

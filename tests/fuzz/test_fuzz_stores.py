@@ -16,14 +16,16 @@ from time_limits import within
 import mjbiped
 from controllers import PassiveController
 from mjbiped.errors import InputError, RecordError
+from mjbiped.reproduction import walks
 from mjbiped.reproduction.cell import Cell, Result
 from mjbiped.reproduction.report.page import TABLE
 from mjbiped.reproduction.rows import read_rows
-from mjbiped.reproduction.store import Store as Walks
+from mjbiped.reproduction.walks import opened_walks, record_path
 from mjbiped.sweeps.bins import binned
 from mjbiped.sweeps.cell import MEASURES
-from mjbiped.sweeps.plan import Study, plan
-from mjbiped.sweeps.store import DATABASE, opened
+from mjbiped.sweeps.plan import plan
+from mjbiped.sweeps.run import layout_of
+from mjbiped.sweeps.store import Layout, opened
 from mjbiped.sweeps.summary import summarised
 
 FEW, MANY = 120, 4000
@@ -58,29 +60,28 @@ def damaged(draw: random.Random, content: bytes) -> bytes:
 
 
 @pytest.fixture(scope="module")
-def study() -> Study:
-    return plan(Path("study.toml"), tomllib.loads("robot = { hip_mass = [5, 10, 15, 20, 25, 30] }"))
+def layout() -> Layout:
+    return layout_of(plan(Path("study.toml"), tomllib.loads("robot = { hip_mass = [5, 10, 15, 20, 25, 30] }")))
 
 
 @pytest.fixture(scope="module")
-def table(study: Study, tmp_path_factory: pytest.TempPathFactory) -> bytes:
+def table(layout: Layout, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     folder = tmp_path_factory.mktemp("study")
     rows: list[dict[str, Any]] = [
         {"cell": cell, "robot.hip_mass": 5.0 * cell, "outcome": "finished", **dict.fromkeys(MEASURES, cell / 7.0)}
         for cell in range(5)
     ]
     rows[2] |= {"outcome": "failed", "error": "ValueError: nothing", "steps": None}
-    with opened(folder, study, IDENTITY) as store:
+    with opened(folder, layout, IDENTITY) as store:
         store.save(rows)
-    return (folder / DATABASE).read_bytes()
+    return (folder / "study.sqlite").read_bytes()
 
 
-def try_table(study: Study, content: bytes, folder: Path) -> bool:
+def try_table(layout: Layout, content: bytes, folder: Path) -> bool:
     """Whether a file was taken as a study's table; then all that is made of its rows must come out."""
-    (folder / DATABASE).write_bytes(content)
+    (folder / "study.sqlite").write_bytes(content)
     try:
-        with opened(folder, study, IDENTITY) as store:
-            store.done()
+        with opened(folder, layout, IDENTITY) as store:
             rows = store.rows()
             store.export()
     except (RecordError, InputError) as error:
@@ -95,25 +96,25 @@ def try_table(study: Study, content: bytes, folder: Path) -> bool:
     return False
 
 
-def try_tables(study: Study, table: bytes, cases: range, folder: Path) -> int:
+def try_tables(layout: Layout, table: bytes, cases: range, folder: Path) -> int:
     taken = 0
     for case in cases:
         try:
             with within(LONGEST, case):
-                taken += try_table(study, damaged(random.Random(case), table), folder)
+                taken += try_table(layout, damaged(random.Random(case), table), folder)
         except Exception as error:
             raise AssertionError(f"case {case}: {error!r}") from error
     return taken
 
 
-def test_damaged_tables(study: Study, table: bytes, tmp_path: Path) -> None:
-    assert try_table(study, table, tmp_path)
-    assert 0 < try_tables(study, table, range(FEW), tmp_path) < FEW
+def test_damaged_tables(layout: Layout, table: bytes, tmp_path: Path) -> None:
+    assert try_table(layout, table, tmp_path)
+    assert 0 < try_tables(layout, table, range(FEW), tmp_path) < FEW
 
 
 @pytest.mark.slow
-def test_damaged_tables_by_the_thousand(study: Study, table: bytes, tmp_path: Path) -> None:
-    try_tables(study, table, range(FEW, MANY), tmp_path)
+def test_damaged_tables_by_the_thousand(layout: Layout, table: bytes, tmp_path: Path) -> None:
+    try_tables(layout, table, range(FEW, MANY), tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -129,39 +130,37 @@ def test_damaged_tables_by_the_thousand(study: Study, table: bytes, tmp_path: Pa
         ("ALTER TABLE cells DROP COLUMN strikes", "its tables are others"),
         ("ALTER TABLE cells ADD COLUMN more", "its tables are others"),
         ("CREATE TRIGGER t AFTER INSERT ON cells BEGIN DELETE FROM cells; END", "its tables are others"),
-        ("UPDATE identity SET value = '{' WHERE kind = 'study'", "does not tell its study"),
-        (f"UPDATE identity SET value = '{'[' * 5000}' WHERE kind = 'study'", "does not tell its study"),
+        ("UPDATE identity SET value = '{' WHERE kind = 'study'", "does not tell what its rows are of"),
+        (f"UPDATE identity SET value = '{'[' * 5000}' WHERE kind = 'study'", "does not tell what its rows are of"),
         ("DELETE FROM identity WHERE kind = 'format'", "another mjbiped's format"),
         ("DROP TABLE cells", "its tables are others"),
     ],
 )
-def test_tables_with_what_no_walk_leaves(study: Study, table: bytes, tmp_path: Path, change: str, told: str) -> None:
-    (tmp_path / DATABASE).write_bytes(table)
-    with contextlib.closing(sqlite3.connect(tmp_path / DATABASE)) as database, database:
+def test_tables_with_what_no_walk_leaves(layout: Layout, table: bytes, tmp_path: Path, change: str, told: str) -> None:
+    (tmp_path / "study.sqlite").write_bytes(table)
+    with contextlib.closing(sqlite3.connect(tmp_path / "study.sqlite")) as database, database:
         database.execute(change)
-    with pytest.raises(RecordError, match=told) as refused, opened(tmp_path, study, IDENTITY) as store:
-        store.done()
+    with pytest.raises(RecordError, match=told) as refused, opened(tmp_path, layout, IDENTITY) as store:
+        store.rows()
     assert "--fresh" in str(refused.value)
-    with opened(tmp_path, study, IDENTITY, fresh=True) as store:
+    with opened(tmp_path, layout, IDENTITY, fresh=True) as store:
         assert store.rows() == []
 
 
-def test_a_lock_that_is_none(study: Study, tmp_path: Path) -> None:
+def test_a_lock_that_is_none(layout: Layout, tmp_path: Path) -> None:
     (tmp_path / ".running").write_text("no lock of anybody's" * 100)
-    with pytest.raises(InputError, match=r"\.running is no lock of ours.*delete it"), opened(tmp_path, study, IDENTITY):
+    with (
+        pytest.raises(InputError, match=r"\.running is no lock of ours.*delete it"),
+        opened(tmp_path, layout, IDENTITY),
+    ):
         pass
     (tmp_path / ".running").unlink()
     (tmp_path / ".running").mkdir()
-    with pytest.raises(InputError, match="cannot be taken"), opened(tmp_path, study, IDENTITY):
+    with pytest.raises(InputError, match="cannot be taken"), opened(tmp_path, layout, IDENTITY):
         pass
 
 
 # ---- the reproduction's ----------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def cell() -> Cell:
-    return Cell("hybrid", PassiveController(), mjbiped.Terrain.incline(2.0), steps=2, record=True)
 
 
 @pytest.fixture(scope="module")
@@ -204,23 +203,35 @@ def test_results_of_other_kinds_are_refused(result: Result, field: str, value: o
             Result.from_dict(nothing)
 
 
-def test_a_damaged_walk_is_walked_again(cell: Cell, tmp_path: Path) -> None:
-    store = Walks(tmp_path)
+@pytest.mark.usefixtures("studies_in_threads")
+def test_a_damaged_walk_is_walked_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cell = Cell("hybrid", PassiveController(), mjbiped.Terrain.incline(2.0), steps=2, record=True)
     walk = mjbiped.walk(cell.controller, cell.terrain, engine="hybrid", steps=2)
     weight, places = walk.robot.weight, tuple(walk.touchdowns["x"].tolist())
-    kept = Result("finished", weight=weight, x=places, work={}, begun=(0.0, 0.0), ended=(0.0, 0.0))
-    store.save(cell, kept, walk)
-    assert store.load(cell) is not None
-    told, record = (tmp_path / f"{cell.key}.json").read_bytes(), store.record_path(cell).read_bytes()
+    result = Result("finished", weight=weight, x=places, work={}, begun=(0.0, 0.0), ended=(0.0, 0.0))
+    walked: list[Cell] = []
+
+    def measured(cell: Cell) -> tuple[Result, mjbiped.Walk]:
+        walked.append(cell)
+        return result, walk
+
+    monkeypatch.setattr(walks, "measured", measured)
+    with opened_walks(tmp_path) as kept:
+        assert kept.results([cell])[cell.key].steps == 2
+        record = record_path(tmp_path, cell).read_bytes()
     for case in range(FEW):
-        draw = random.Random(case)
-        (tmp_path / f"{cell.key}.json").write_bytes(damaged(draw, told))
-        with within(LONGEST, case):
-            found = store.load(cell)
-        assert found is None or found.steps == 2
-    (tmp_path / f"{cell.key}.json").write_bytes(told)
-    store.record_path(cell).write_bytes(record[:-100])
-    assert store.load(cell) is None
+        told = damaged(random.Random(case), json.dumps(result.to_dict()).encode()).decode(errors="replace")
+        with opened(tmp_path, walks.LAYOUT, {}) as store:
+            store.save([{"key": cell.key, "inputs": "", "result": told}])
+        with within(LONGEST, case), opened_walks(tmp_path) as kept:
+            assert kept.results([cell])[cell.key].steps == 2
+    assert FEW / 2 < len(walked) <= FEW + 1
+    before = len(walked)
+    record_path(tmp_path, cell).write_bytes(record[:-100])
+    with opened_walks(tmp_path) as kept:
+        kept.results([cell])
+        assert kept.record(cell) == walk
+    assert len(walked) == before + 1
 
 
 def test_damaged_tables_of_the_reproduction() -> None:

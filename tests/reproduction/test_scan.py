@@ -18,8 +18,9 @@ from mjbiped.reproduction.report.fit import walks_shown
 from mjbiped.reproduction.report.page import TABLE, TRIED
 from mjbiped.reproduction.rows import read_rows
 from mjbiped.reproduction.scan import Tried, fitted, ranked, read_tried, settings, write_tried
-from mjbiped.reproduction.store import Store
 from mjbiped.reproduction.table_2 import Choice, agreement_of, agreements, choices, walks_read
+from mjbiped.reproduction.walks import LAYOUT, opened_walks
+from mjbiped.sweeps.store import opened
 from mjbiped.terrain.terrain import Terrain
 
 GAIT = mjbiped.find_passive_gait(mjbiped.Compass(), math.radians(2))
@@ -69,7 +70,8 @@ def test_x_where_the_papers_are_count_first_then_the_distance() -> None:
 
 
 def test_scan_is_that_of_single_walks_and_repeats_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = scan.scan(SHORT, Store(tmp_path), SOME)
+    with opened_walks(tmp_path) as kept:
+        found = scan.scan(SHORT, kept, SOME)
     assert [each.variant for each in found] == SOME
     for each in found[:2]:
         for entry in plan.fitted(SHORT, [each.variant], "hybrid", SHORT.length):
@@ -83,16 +85,19 @@ def test_scan_is_that_of_single_walks_and_repeats_itself(tmp_path: Path, monkeyp
     text = write_tried(found)
     assert write_tried(read_tried(text)) == text
     monkeypatch.setattr(scan, "walk_many", lambda *_, **__: pytest.fail("what was walked is walked again"))
-    assert write_tried(scan.scan(SHORT, Store(tmp_path), SOME)) == text
+    with opened_walks(tmp_path) as kept:
+        assert write_tried(scan.scan(SHORT, kept, SOME)) == text
 
 
-def test_walked_again_after_its_file_was_damaged(tmp_path: Path) -> None:
-    text = write_tried(scan.scan(SHORT, Store(tmp_path), SOME[:1]))
-    kept = sorted(tmp_path.glob("many_*.json"))
-    assert len(kept) == len(GROUNDS)
-    kept[0].write_text("{")
-    kept[1].write_text("{}")
-    assert write_tried(scan.scan(SHORT, Store(tmp_path), SOME[:1])) == text
+def test_walked_again_after_its_row_was_damaged(tmp_path: Path) -> None:
+    with opened_walks(tmp_path) as kept:
+        text = write_tried(scan.scan(SHORT, kept, SOME[:1]))
+    with opened(tmp_path, LAYOUT, {}) as store:
+        rows = store.rows()
+        assert len(rows) == len(GROUNDS)
+        store.save([{**row, "result": told} for row, told in zip(rows, ("{", "5", "[5]", '[["a"]]', ""), strict=True)])
+    with opened_walks(tmp_path) as kept:
+        assert write_tried(scan.scan(SHORT, kept, SOME[:1])) == text
 
 
 def test_committed_table_is_of_the_settings_and_can_be_walked_again(tried: list[Tried], tmp_path: Path) -> None:
@@ -102,7 +107,9 @@ def test_committed_table_is_of_the_settings_and_can_be_walked_again(tried: list[
     best = choices(read_rows((DOCS / TABLE).read_text(encoding="utf-8")))[0]
     known = {each.variant: each for each in tried}
     subset = [*(each.variant for each in fitted(tried).values()), *settings()[::397]]
-    for fresh in scan.scan(best, Store(tmp_path), subset):
+    with opened_walks(tmp_path) as kept:
+        found = scan.scan(best, kept, subset)
+    for fresh in found:
         assert fresh.ended == known[fresh.variant].ended
         # six digits are kept; the rest is for other processors' arithmetic, which 20 steps do not magnify
         assert fresh.cost == pytest.approx(known[fresh.variant].cost, rel=2e-5, nan_ok=True)

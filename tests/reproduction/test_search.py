@@ -10,7 +10,7 @@ import pytest
 from mjbiped import Terrain
 from mjbiped.reproduction import search
 from mjbiped.reproduction.cell import Result
-from mjbiped.reproduction.found import end_of, found_segments, found_terrain
+from mjbiped.reproduction.grounds import end_of, found_segments, found_terrain
 from mjbiped.reproduction.published import TABLE_3
 
 

@@ -22,7 +22,6 @@ from mjbiped.sweeps import run as running
 from mjbiped.sweeps.cell import MEASURES, Cell, Row, measured
 from mjbiped.sweeps.plan import read_study
 from mjbiped.sweeps.run import run
-from mjbiped.sweeps.store import TABLE
 
 ROOT = Path(__file__).parents[2]
 STUDY = """
@@ -61,7 +60,7 @@ def start(folder: Path, *words: object) -> subprocess.Popen[bytes]:
 def test_row_is_what_the_walk_gives(file: Path, tmp_path: Path) -> None:
     study = read_study(file)
     rows, table = run(study, tmp_path / "out", workers=1)
-    assert table == tmp_path / "out" / TABLE
+    assert table == tmp_path / "out" / "study.csv"
     assert [row["cell"] for row in rows] == list(range(24))
     for row, cell in list(zip(rows, study.cells, strict=True))[::7]:
         done = mjbiped.walk(
@@ -195,7 +194,7 @@ def test_workers_that_fail_are_told(file: Path, tmp_path: Path, monkeypatch: pyt
 
 def test_worker_of_another_version_is_refused(file: Path) -> None:
     with pytest.raises(MjbipedError, match="install the same versions"):
-        running.walk_batch(read_study(file).cells[:1], {"sources": "others", "versions": {}})
+        running.walk_batch(running._walked, read_study(file).cells[:1], {"sources": "others", "versions": {}})
 
 
 def test_worker_that_dies_loses_nothing_that_had_ended(
@@ -226,7 +225,7 @@ def test_killed_twice_it_ends_with_the_same_table(tmp_path: Path, engine: str) -
         os.kill(process.pid, signal.SIGKILL)
         process.wait()
     assert start(tmp_path, "--out", tmp_path / "killed", "--workers", 1).wait(timeout=300) == 0
-    assert (tmp_path / "killed" / TABLE).read_bytes() == (tmp_path / "whole" / TABLE).read_bytes()
+    assert (tmp_path / "killed" / "study.csv").read_bytes() == (tmp_path / "whole" / "study.csv").read_bytes()
 
 
 @pytest.mark.slow
@@ -285,4 +284,4 @@ def test_on_a_cluster_with_a_worker_killed(tmp_path: Path) -> None:
             time.sleep(0.05)
         os.kill(int(first), signal.SIGKILL)
         assert process.wait(timeout=300) == 0
-    assert (tmp_path / "there" / TABLE).read_bytes() == (tmp_path / "here" / TABLE).read_bytes()
+    assert (tmp_path / "there" / "study.csv").read_bytes() == (tmp_path / "here" / "study.csv").read_bytes()

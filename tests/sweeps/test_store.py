@@ -1,4 +1,4 @@
-"""A study's table on disk: whole rows, once each, of one study, for one process at a time."""
+"""A table on disk: whole rows, once each, of one study, for one process at a time."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ from pathlib import Path
 import pytest
 
 from mjbiped.errors import InputError, RecordError
-from mjbiped.sweeps.plan import Study, plan
-from mjbiped.sweeps.store import DATABASE, TABLE, columns_of, opened
+from mjbiped.sweeps.plan import plan
+from mjbiped.sweeps.run import layout_of
+from mjbiped.sweeps.store import Layout, opened
 
 IDENTITY = {"study": {"steps": 3, "robot": {"hip_mass": [5, 10]}}, "versions": {"numpy": "2.4"}, "sources": "abc"}
 
 
 @pytest.fixture
-def study() -> Study:
-    return plan(Path("study.toml"), tomllib.loads("robot = { hip_mass = [5, 10, 15] }"))
+def layout() -> Layout:
+    return layout_of(plan(Path("study.toml"), tomllib.loads("robot = { hip_mass = [5, 10, 15] }")))
 
 
 def row(cell: int, **others: object) -> dict[str, object]:
     return {"cell": cell, "robot.hip_mass": 5.0, "outcome": "finished", **others}
 
 
-def test_rows_come_back_as_they_were_in_order(study: Study, tmp_path: Path) -> None:
+def test_rows_come_back_as_they_were_in_order(layout: Layout, tmp_path: Path) -> None:
     third = math.pi / 3.0
-    with opened(tmp_path / "new" / "folder", study, IDENTITY) as store:
+    with opened(tmp_path / "new" / "folder", layout, IDENTITY) as store:
         store.save([row(2, steps=3, cost_of_transport=third)])
         store.save([row(0, error='no, "gait"\nthere', strikes=0), row(1)])
-    with opened(tmp_path / "new" / "folder", study, IDENTITY) as store:
-        assert store.done() == {0, 1, 2}
+    with opened(tmp_path / "new" / "folder", layout, IDENTITY) as store:
         rows = store.rows()
         path = store.export()
     assert [each["cell"] for each in rows] == [0, 1, 2]
@@ -41,25 +41,36 @@ def test_rows_come_back_as_they_were_in_order(study: Study, tmp_path: Path) -> N
     assert rows[0]["cost_of_transport"] is None
     with path.open(newline="", encoding="utf-8") as file:
         told = list(csv.DictReader(file))
-    assert tuple(told[0]) == columns_of(study)
+    assert tuple(told[0]) == layout.columns
     assert float(told[2]["cost_of_transport"]) == third  # every digit
     assert told[0]["error"] == 'no, "gait"\nthere'
     assert told[1]["cost_of_transport"] == ""
 
 
-def test_batch_is_written_whole_or_not_at_all(study: Study, tmp_path: Path) -> None:
-    with opened(tmp_path, study, IDENTITY) as store:
+def test_batch_is_written_whole_or_not_at_all(layout: Layout, tmp_path: Path) -> None:
+    with opened(tmp_path, layout, IDENTITY) as store:
         store.save([row(1)])
-        with pytest.raises(RecordError, match="UNIQUE"):
-            store.save([row(0), row(1)])
-        assert store.done() == {1}
+        with pytest.raises(RecordError, match="cannot write"):
+            store.save([row(0), row(2, error=object())])
+        assert [each["cell"] for each in store.rows()] == [1]
 
 
-def test_another_identity_is_refused_in_words(study: Study, tmp_path: Path) -> None:
-    with opened(tmp_path, study, IDENTITY) as store:
+def test_a_row_is_found_by_its_key_and_replaced(layout: Layout, tmp_path: Path) -> None:
+    with opened(tmp_path, layout, IDENTITY) as store:
+        store.save([row(1, steps=3), row(0)])
+        assert store.row(2) is None
+        store.save([row(1, steps=4)])
+        found = store.row(1)
+        assert found is not None
+        assert found["steps"] == 4
+        assert [each["cell"] for each in store.rows()] == [0, 1]
+
+
+def test_another_identity_is_refused_in_words(layout: Layout, tmp_path: Path) -> None:
+    with opened(tmp_path, layout, IDENTITY) as store:
         store.save([row(0)])
     other = {"study": {"distance": 2, "robot": {"hip_mass": [5, 12]}}, "versions": {"numpy": "2.5"}, "sources": "abc"}
-    with pytest.raises(InputError) as refused, opened(tmp_path, study, other):
+    with pytest.raises(InputError) as refused, opened(tmp_path, layout, other):
         pass
     for words in (
         "study.robot.hip_mass was [5, 10], is [5, 12]",
@@ -71,32 +82,32 @@ def test_another_identity_is_refused_in_words(study: Study, tmp_path: Path) -> N
     ):
         assert words in str(refused.value)
     assert "sources" not in str(refused.value)
-    with opened(tmp_path, study, other, fresh=True) as store:
-        assert store.done() == set()
-    assert not (tmp_path / TABLE).exists()
+    with opened(tmp_path, layout, other, fresh=True) as store:
+        assert store.rows() == []
+    assert not (tmp_path / "study.csv").exists()
 
 
-def test_one_process_at_a_time(study: Study, tmp_path: Path) -> None:
+def test_one_process_at_a_time(layout: Layout, tmp_path: Path) -> None:
     with (
-        opened(tmp_path, study, IDENTITY),
+        opened(tmp_path, layout, IDENTITY),
         pytest.raises(InputError, match="another process is at it"),
-        opened(tmp_path, study, IDENTITY, fresh=True),
+        opened(tmp_path, layout, IDENTITY, fresh=True),
     ):
         pass
-    with opened(tmp_path, study, IDENTITY):
+    with opened(tmp_path, layout, IDENTITY):
         pass
 
 
-def test_what_is_no_table(study: Study, tmp_path: Path) -> None:
-    (tmp_path / DATABASE).write_text("something else" * 100)
-    with pytest.raises(RecordError, match="no study's table"), opened(tmp_path, study, IDENTITY):
+def test_what_is_no_table(layout: Layout, tmp_path: Path) -> None:
+    (tmp_path / "study.sqlite").write_text("something else" * 100)
+    with pytest.raises(RecordError, match="no table of mjbiped's"), opened(tmp_path, layout, IDENTITY):
         pass
-    (tmp_path / DATABASE).unlink()
-    other = sqlite3.connect(tmp_path / DATABASE)
+    (tmp_path / "study.sqlite").unlink()
+    other = sqlite3.connect(tmp_path / "study.sqlite")
     other.execute("CREATE TABLE letters (text)")
     other.close()
-    with pytest.raises(RecordError, match="no study's table"), opened(tmp_path, study, IDENTITY):
+    with pytest.raises(RecordError, match="no table of mjbiped's"), opened(tmp_path, layout, IDENTITY):
         pass
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="cannot make the folder"), opened(tmp_path / "file", study, IDENTITY):
+    with pytest.raises(InputError, match="cannot make the folder"), opened(tmp_path / "file", layout, IDENTITY):
         pass

@@ -9,7 +9,7 @@ import numpy as np
 
 from controllers import AdaptiveController
 from mjbiped.reproduction import search
-from mjbiped.reproduction.found import found_segments
+from mjbiped.reproduction.grounds import found_segments
 from mjbiped.reproduction.plan import MIXED_STEPS, START_ESTIMATES
 from mjbiped.reproduction.published import TABLE_3
 from mjbiped.reproduction.report.markdown import NONE, cost, delay, ending, number, percent, table

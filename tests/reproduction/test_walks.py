@@ -1,0 +1,203 @@
+"""Many cells: kept when they end, not walked twice, and the same with any number of processes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, PassiveController
+from mjbiped.reproduction import walks
+from mjbiped.reproduction.cell import Cell, Result, measured
+from mjbiped.reproduction.walks import LAYOUT, opened_walks, record_path
+from mjbiped.sweeps import run as running
+from mjbiped.sweeps.store import opened
+
+ROOT = Path(__file__).parents[2]
+PROGRAM = """
+import sys
+from pathlib import Path
+import mjbiped
+from controllers import PassiveController
+from mjbiped.reproduction.cell import Cell
+from mjbiped.reproduction.walks import opened_walks
+
+if __name__ == "__main__":
+    ground = mjbiped.Terrain.incline(2.0)
+    cells = [Cell("mujoco", PassiveController(), ground, steps=2)]
+    cells += [Cell("mujoco", PassiveController(), ground, steps=None, distance=place) for place in (1000.0, 1001.0)]
+    try:
+        with opened_walks(Path(sys.argv[1])) as walks:
+            walks.results(cells, workers=1)
+    except KeyboardInterrupt:
+        sys.exit(130)
+"""
+
+
+@pytest.fixture
+def cells(controller: AdaptiveController) -> list[Cell]:
+    return [Cell("hybrid", controller, mjbiped.Terrain.stairs(rise=rise), steps=3) for rise in (-0.01, 0.0, 0.01)]
+
+
+def results(folder: Path, cells: list[Cell]) -> dict[str, Result]:
+    with opened_walks(folder) as kept:
+        return kept.results(cells, workers=1)
+
+
+@pytest.mark.usefixtures("studies_in_threads")
+def test_finished_cells_are_not_walked_again(
+    cells: list[Cell], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    walked: list[Cell] = []
+
+    def counting(cell: Cell) -> tuple[Result, mjbiped.Walk | None]:
+        walked.append(cell)
+        if len(walked) == 3:
+            raise KeyboardInterrupt
+        return measured(cell)
+
+    monkeypatch.setattr(walks, "measured", counting)
+    monkeypatch.setattr(running, "MOST_IN_BATCH", 1)
+    with pytest.raises(KeyboardInterrupt):
+        results(tmp_path, [*cells, cells[0]])
+    found = results(tmp_path, cells)
+    assert walked == [*cells, cells[2]]  # the third was broken off, and only it is walked again
+    assert results(tmp_path, cells) == found
+    assert len(walked) == 4
+    assert {cell.key for cell in cells} == set(found)
+    with opened_walks(tmp_path, fresh=True) as kept:
+        assert kept.results(cells) == found
+    assert len(walked) == 7
+
+
+@pytest.mark.usefixtures("studies_in_threads")
+def test_failed_cells_are_told_and_tried_again(
+    cells: list[Cell], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    uphill = Cell("hybrid", PassiveController(), mjbiped.Terrain.incline(-3.0), steps=2)
+    found = results(tmp_path, [uphill, cells[0]])
+    assert found[uphill.key].outcome == "failed"
+    assert found[cells[0].key].outcome == "finished"
+    monkeypatch.setattr(walks, "measured", lambda _: (Result("finished"), None))
+    again = results(tmp_path, [uphill, cells[0]])
+    assert again[uphill.key].outcome == "finished"
+    assert again[cells[0].key] == found[cells[0].key]
+
+
+@pytest.mark.usefixtures("studies_in_threads")
+@pytest.mark.parametrize("text", ["", "{", "[" * 9999, "{}", '{"outcome": "finished"}'])
+def test_unreadable_result_is_walked_again(cells: list[Cell], tmp_path: Path, text: str) -> None:
+    first = results(tmp_path, cells[:1])
+    with opened(tmp_path, LAYOUT, {}) as store:
+        store.save([{"key": cells[0].key, "inputs": "{}", "result": text}])
+    assert results(tmp_path, cells[:1]) == first
+
+
+@pytest.mark.usefixtures("studies_in_threads")
+def test_lost_record_is_walked_again(controller: AdaptiveController, tmp_path: Path) -> None:
+    cell = Cell("hybrid", controller, mjbiped.Terrain.level(), steps=2, record=True)
+    results(tmp_path, [cell])
+    first = mjbiped.Walk.load(record_path(tmp_path, cell))
+    record_path(tmp_path, cell).unlink()
+    with opened_walks(tmp_path) as kept:
+        kept.results([cell])
+        assert kept.record(cell) == first
+    with opened_walks(tmp_path, fresh=True), pytest.raises(mjbiped.RecordError):
+        kept.record(cell)
+
+
+def test_folder_that_cannot_be_taken(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(mjbiped.InputError, match="cannot make"), opened_walks(tmp_path / "file" / "walks"):
+        pass
+    with (
+        opened_walks(tmp_path / "walks"),
+        pytest.raises(mjbiped.InputError, match="another process"),
+        opened_walks(tmp_path / "walks"),
+    ):
+        pass
+    (tmp_path / "walks" / "walks.sqlite").write_text("something else" * 100)
+    with pytest.raises(mjbiped.RecordError, match=r"no table of mjbiped's.*--fresh"), opened_walks(tmp_path / "walks"):
+        pass
+
+
+@pytest.mark.slow
+def test_results_do_not_depend_on_the_number_of_processes(controller: AdaptiveController, tmp_path: Path) -> None:
+    cells = [Cell("mujoco", controller, mjbiped.Terrain.stairs(rise=rise), steps=3) for rise in (-0.02, 0.0, 0.01)]
+    one = results(tmp_path / "one", cells)
+    with opened_walks(tmp_path / "two") as kept:
+        assert kept.results(cells, workers=2) == one
+    here = measured(cells[0])[0]
+    assert one[cells[0].key] == here
+
+
+def _begin(folder: Path) -> subprocess.Popen[bytes]:
+    """Start a process that walks a short cell, then two that take an hour."""
+    program = folder / "program.py"
+    program.write_text(PROGRAM)
+    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
+    with (folder / "errors").open("wb") as errors:
+        return subprocess.Popen(
+            [sys.executable, str(program), str(folder / "walks")],
+            env={**os.environ, "PYTHONPATH": path},
+            stderr=errors,
+            start_new_session=True,
+        )
+
+
+def _count(table: Path) -> int:
+    """Rows of a table that another process writes; none where there is no table yet."""
+    try:
+        with closing(sqlite3.connect(f"file:{table}?mode=ro", uri=True)) as database:
+            return int(database.execute("SELECT count(*) FROM cells").fetchone()[0])
+    except sqlite3.OperationalError:
+        return 0
+
+
+def _wait_for(folder: Path, count: int) -> None:
+    end = time.monotonic() + 240.0
+    while _count(folder / "walks" / "walks.sqlite") < count:
+        assert time.monotonic() < end, "nothing was kept"
+        time.sleep(0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [signal.SIGKILL, signal.SIGINT])
+def test_nothing_that_ended_is_lost(tmp_path: Path, kind: signal.Signals, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Killed or interrupted after the first walk, the finished one stays and no process is left."""
+    process = _begin(tmp_path)
+    _wait_for(tmp_path, 1)
+    os.kill(process.pid, kind)
+    status = process.wait(timeout=60)
+    assert status == (130 if kind == signal.SIGINT else -signal.SIGKILL)
+    end = time.monotonic() + 30.0
+    while _alive(process.pid):  # the session's other processes, the workers
+        assert time.monotonic() < end, "a worker outlived its parent"
+        time.sleep(0.1)
+    if kind == signal.SIGINT:
+        assert (tmp_path / "errors").read_text() == ""  # no traceback, nothing left behind
+    cell = Cell("mujoco", PassiveController(), mjbiped.Terrain.incline(2.0), steps=2)
+    monkeypatch.setattr(walks, "walk_cells", lambda _, todo, *__, **___: pytest.fail("walked again") if todo else None)
+    kept = results(tmp_path / "walks", [cell])[cell.key]
+    assert kept.outcome == "finished"
+    assert kept.steps == 2
+
+
+def _alive(session: int) -> bool:
+    """Whether a process of a session is left."""
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[3]) == session and fields[0] != "Z":
+            return True
+    return False
