@@ -1,11 +1,16 @@
-"""Rows of a reproduction that was never walked, for tests that know what should come of them."""
+"""Rows of a reproduction that was never walked, for tests that know what should come of them; settings that were."""
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 
 from mjbiped.records.measures import WORK_KINDS
+from mjbiped.reproduction.methods import Variant
+from mjbiped.reproduction.published import GROUNDS
 from mjbiped.reproduction.rows import LENGTHS, Row
+from mjbiped.reproduction.scan import Tried
 from mjbiped.reproduction.traces import Traces
 
 
@@ -25,3 +30,14 @@ def made_row(cost: float, **others: object) -> Row:
 def fallen(**others: object) -> Row:
     """A walk that fell in its fourth step."""
     return made_row(math.nan, **{"outcome": "fell", "steps": 3, **others})
+
+
+def read_tried(text: str) -> list[Tried]:
+    """The settings that `mjbiped.reproduction.scan.write_tried` wrote."""
+    found = []
+    for line in csv.DictReader(io.StringIO(text)):
+        gains = tuple((name, float(line[name])) for name in ("ratio", "gain", "hip_weight") if line[name])
+        ended = {name: int(line[name][2:]) for name in GROUNDS if line[name].startswith("X ")}
+        cost = {name: math.nan if name in ended else float(line[name]) for name in GROUNDS}
+        found.append(Tried(Variant(line["method"], slope_source=line["slope_source"], gains=gains), cost, ended))
+    return found

@@ -27,6 +27,9 @@ from mjbiped.terrain.terrain import Terrain
 
 Array = NDArray[np.float64]
 
+KEY_DIGITS = 24
+"""Hexadecimal digits of a cell's key."""
+
 _SPARSE = 1.0  # sample period where no record is kept, s
 
 
@@ -72,7 +75,7 @@ class Cell:
     def key(self) -> str:
         """Digest of the inputs, of all versions, and of the sources of physics and control laws."""
         text = json.dumps([self.inputs, versions(), sources()], sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:24]
+        return hashlib.sha256(text.encode()).hexdigest()[:KEY_DIGITS]
 
 
 @dataclass(frozen=True)

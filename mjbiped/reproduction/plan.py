@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-from mjbiped.reproduction.cell import Cell, Result
+from mjbiped.reproduction.cell import Cell
 from mjbiped.reproduction.grounds import Reading, end_of, found_segments, found_terrain, reading_at, readings
 from mjbiped.reproduction.methods import METHODS, Variant, adaptive, variants
 from mjbiped.reproduction.published import GROUNDS, TABLE_3
-from mjbiped.reproduction.rows import LENGTHS, Row, row
+from mjbiped.reproduction.rows import LENGTHS, Entry
 from mjbiped.reproduction.table_2 import Choice
-from mjbiped.reproduction.traces import Traces
 from mjbiped.robots.compass import Compass
 from mjbiped.terrain.terrain import Terrain
 
@@ -30,40 +29,6 @@ START_ESTIMATES = (3.0, -3.0)
 
 MIXED_STEPS = 60
 OTHER_GRAVITY = 9.8  # m/s²
-
-
-@dataclass(frozen=True)
-class Entry:
-    """A cell and its place in the report.
-
-    Attributes:
-        part: "table 2", "fitted", "gravity", "table 3", "start" or "figure 5".
-        ground: The ground's name.
-        method: The paper's name of the controller.
-        cell: The walk.
-        pattern: How Table II's ground was read.
-        first: Where its first change lies, m.
-    """
-
-    part: str
-    ground: str
-    method: str
-    cell: Cell
-    pattern: str = ""
-    first: float = 0.0
-
-    def row(self, result: Result, traces: Traces | None = None) -> Row:
-        """What the report has of it, and of its record where it keeps one."""
-        return row(
-            self.part,
-            self.ground,
-            self.cell,
-            result,
-            method=self.method,
-            pattern=self.pattern,
-            first=self.first,
-            traces=traces,
-        )
 
 
 def table_2(grounds: Iterable[str] = GROUNDS, methods: Iterable[str] = METHODS) -> list[Entry]:

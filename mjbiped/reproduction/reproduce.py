@@ -14,10 +14,9 @@ from mjbiped.records.record import Walk
 from mjbiped.reproduction import plan
 from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS
 from mjbiped.reproduction.methods import METHODS, SETTLED, Variant, settled
-from mjbiped.reproduction.plan import Entry
 from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.reproduction.report.page import PAGE, PICTURES, TABLE, TRIED, engine_shown, render
-from mjbiped.reproduction.rows import LENGTHS, Row, write_rows
+from mjbiped.reproduction.rows import LENGTHS, Entry, Row, write_rows
 from mjbiped.reproduction.scan import fitted, scan, write_tried
 from mjbiped.reproduction.table_2 import Choice, agreements, choices
 from mjbiped.reproduction.traces import traced
@@ -64,22 +63,33 @@ def reproduce(
         make_folder(needed)
     with opened_walks(folder / "walks", fresh=fresh) as walks:
         entries = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
-        rows = _walk(entries, walks, workers, progress)
+        rows = walked(entries, walks, workers=workers, progress=progress)
         best = choices(rows)[0]
-        tried = scan(best, walks, progress=progress)
+        tried = scan(best, walks, workers=workers, progress=progress)
         nearest = [each.variant for each in fitted(tried).values()]
         more = [
             *plan.gravity(best.places, _delay(best)),
             *plan.fitted(best, nearest, "hybrid", max(LENGTHS)),
             *in_mujoco(best, agreements(rows, best)[0].source, nearest, quick),
         ]
-        rows += _walk(more, walks, workers, progress)
+        rows += walked(more, walks, workers=workers, progress=progress)
         written = [
             _write(report / TABLE, write_rows(rows)),
             _write(report / TRIED, write_tried(tried)),
             _write(report / PAGE, render(rows, tried)),
         ]
         return rows, [*written, *draw([*entries, *more], rows, walks, report / PICTURES, folder / PRINTS)]
+
+
+def walked(entries: Sequence[Entry], walks: Walks, *, workers: int | None = None, progress: bool = False) -> list[Row]:
+    """The rows of some walks, which are made where they are not kept yet; arguments as of `Walks.results`."""
+    results = walks.results([entry.cell for entry in entries], workers=workers, progress=progress)
+    rows = []
+    for entry in entries:
+        result = results[entry.cell.key]
+        recorded = entry.cell.record and result.outcome != FAILED
+        rows.append(entry.row(result, traced(walks.record(entry.cell)) if recorded else None))
+    return rows
 
 
 def in_mujoco(best: Choice, source: str, nearest: Sequence[Variant], quick: bool) -> list[Entry]:
@@ -172,16 +182,6 @@ def _of_records(entries: Sequence[Entry], kept: Walks) -> dict[str, Callable[[Pa
 
 def _law(entry: Entry) -> dict[str, Any]:
     return entry.cell.controller.describe()
-
-
-def _walk(entries: Sequence[Entry], walks: Walks, workers: int | None, progress: bool) -> list[Row]:
-    results = walks.results([entry.cell for entry in entries], workers=workers, progress=progress)
-    rows = []
-    for entry in entries:
-        result = results[entry.cell.key]
-        recorded = entry.cell.record and result.outcome != FAILED
-        rows.append(entry.row(result, traced(walks.record(entry.cell)) if recorded else None))
-    return rows
 
 
 def _delay(best: Choice) -> float | None:

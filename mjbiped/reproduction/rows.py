@@ -1,4 +1,4 @@
-"""The table that the report is made of: one row per walk, in plain numbers of six digits."""
+"""The table that the report is made of: one row per walk, in plain numbers of six digits; and what is walked for it."""
 
 from __future__ import annotations
 
@@ -103,50 +103,62 @@ class Row:
         return max(self.ankle, self.hip)
 
 
-def row(
-    part: str,
-    ground: str,
-    cell: Cell,
-    result: Result,
-    *,
-    method: str,
-    pattern: str = "",
-    first: float = 0.0,
-    traces: Traces | None = None,
-) -> Row:
-    """The row of a finished cell, and of its record where there is one."""
-    law = cell.controller.describe()
-    begun, ended = (np.abs(np.degrees(np.array(values, dtype=np.float64))) for values in (result.begun, result.ended))
-    update = law.get("estimate_update")
-    return Row(
-        part=part,
-        ground=ground,
-        pattern=pattern,
-        first=first,
-        engine=cell.engine,
-        method=method,
-        delay=math.nan if law.get("replanning_delay") is None else float(law["replanning_delay"]),
-        slope_source=law.get("slope_source", ""),
-        gains=gains_told(law),
-        adaptation_gain=float(law.get("adaptation_gain", math.nan)),
-        update="" if update is None else "yes" if update else "no",
-        start_estimate=rounded(math.degrees(law.get("initial_slope_estimate", math.nan))),
-        outcome=result.outcome,
-        steps=result.steps,
-        place=rounded(result.place),
-        ankle=rounded(result.peak_torque[0]),
-        hip=rounded(result.peak_torque[1]),
-        friction=rounded(result.friction),
-        least_force=rounded(result.least_force),
-        strikes=result.strikes,
-        begun=rounded(float(begun.max())) if begun.size else math.nan,
-        ended=rounded(float(ended.max())) if ended.size else math.nan,
-        rms=rounded(math.sqrt(float(np.mean(ended**2)))) if ended.size else math.nan,
-        jump=rounded(float(np.abs(begun - ended).max())) if begun.size else math.nan,
-        cost={(kind, length): rounded(result.cost_of_transport(kind, length)) for kind, length in _COSTS},
-        traces=Traces(*map(rounded, traces or Traces())),
-        error=" ".join(result.error.split()),
-    )
+@dataclass(frozen=True)
+class Entry:
+    """A cell and its place in the report.
+
+    Attributes:
+        part: "table 2", "fitted", "gravity", "table 3", "start" or "figure 5".
+        ground: The ground's name.
+        method: The paper's name of the controller.
+        cell: The walk.
+        pattern: How Table II's ground was read.
+        first: Where its first change lies, m.
+    """
+
+    part: str
+    ground: str
+    method: str
+    cell: Cell
+    pattern: str = ""
+    first: float = 0.0
+
+    def row(self, result: Result, traces: Traces | None = None) -> Row:
+        """What the report has of the finished cell, and of its record where it keeps one."""
+        law = self.cell.controller.describe()
+        begun, ended = (
+            np.abs(np.degrees(np.array(values, dtype=np.float64))) for values in (result.begun, result.ended)
+        )
+        update = law.get("estimate_update")
+        return Row(
+            part=self.part,
+            ground=self.ground,
+            pattern=self.pattern,
+            first=self.first,
+            engine=self.cell.engine,
+            method=self.method,
+            delay=math.nan if law.get("replanning_delay") is None else float(law["replanning_delay"]),
+            slope_source=law.get("slope_source", ""),
+            gains=gains_told(law),
+            adaptation_gain=float(law.get("adaptation_gain", math.nan)),
+            update="" if update is None else "yes" if update else "no",
+            start_estimate=rounded(math.degrees(law.get("initial_slope_estimate", math.nan))),
+            outcome=result.outcome,
+            steps=result.steps,
+            place=rounded(result.place),
+            ankle=rounded(result.peak_torque[0]),
+            hip=rounded(result.peak_torque[1]),
+            friction=rounded(result.friction),
+            least_force=rounded(result.least_force),
+            strikes=result.strikes,
+            begun=rounded(float(begun.max())) if begun.size else math.nan,
+            ended=rounded(float(ended.max())) if ended.size else math.nan,
+            rms=rounded(math.sqrt(float(np.mean(ended**2)))) if ended.size else math.nan,
+            jump=rounded(float(np.abs(begun - ended).max())) if begun.size else math.nan,
+            cost={(kind, length): rounded(result.cost_of_transport(kind, length)) for kind, length in _COSTS},
+            traces=Traces(*map(rounded, traces or Traces())),
+            error=" ".join(result.error.split()),
+        )
 
 
 def write_rows(rows: Iterable[Row]) -> str:

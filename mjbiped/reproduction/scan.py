@@ -8,19 +8,13 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from tqdm.auto import tqdm
-
-from mjbiped.errors import RecordError
-from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.cell import Cell
 from mjbiped.reproduction.grounds import reading_at
-from mjbiped.reproduction.methods import SLOPE_SOURCES, Variant, gains_told
-from mjbiped.reproduction.published import GROUNDS, TABLE_2
+from mjbiped.reproduction.methods import SLOPE_SOURCES, Variant
+from mjbiped.reproduction.published import GROUNDS
 from mjbiped.reproduction.rows import rounded
 from mjbiped.reproduction.table_2 import Agreement, Choice, agreement
 from mjbiped.reproduction.walks import Walks
-from mjbiped.rollout.walk_many import walk_many
-from mjbiped.terrain.terrain import Terrain
 
 GAINS = (
     0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 50.0,
@@ -36,8 +30,6 @@ RATIOS = (
 
 HIP_WEIGHTS = (0.0, 1.0)
 """w of KETC: the ankle alone, or both legs alike."""
-
-_COSTS = ("cost_of_transport", "cost_of_transport_net", "cost_of_transport_positive")  # in the order of WORK_KINDS
 
 
 @dataclass(frozen=True)
@@ -78,54 +70,32 @@ def scan(
 ) -> list[Tried]:
     """Let every setting walk the five grounds of a reading in the hybrid engine, as many steps as the reading's.
 
-    The walks of a method on a ground are kept together as soon as they have ended.
-
     Args:
         choice: The reading.
         kept: Where finished walks are.
         tried: The settings; `settings()` unless given.
-        workers: Walks at a time; see `mjbiped.walk_many`.
+        workers: Processes; one for each core unless given.
         progress: Show a progress bar (never where the output is not a terminal).
     """
     chosen = settings() if tried is None else list(tried)
-    by_method = {method: [each for each in chosen if each.method == method] for method in TABLE_2}
     grounds = {place[0]: reading_at(place).terrain for place in choice.places}
-    batches = [(each, name) for each in by_method.values() if each for name in grounds]
-    costs: dict[Variant, dict[str, float]] = {variant: {} for variant in chosen}
-    ended: dict[Variant, dict[str, int]] = {variant: {} for variant in chosen}
-    with tqdm(total=len(batches), desc="gains", unit="batch", disable=None if progress else True) as bar:
-        for variants, name in batches:
-            walked = _batch(variants, grounds[name], choice.length, kept, workers)
-            for variant, (steps, *values) in zip(variants, walked, strict=True):
-                costs[variant][name] = rounded(values[WORK_KINDS.index(choice.kind)])
-                if math.isnan(costs[variant][name]):
-                    ended[variant][name] = int(steps) + 1
-            bar.update()
-    return [Tried(variant, costs[variant], ended[variant]) for variant in chosen]
-
-
-def _batch(
-    variants: Sequence[Variant], terrain: Terrain, steps: int, kept: Walks, workers: int | None
-) -> list[list[float]]:
-    """Touchdowns and c_mt of every kind of each walk, NaN where it did not come to its end."""
-    cells = [Cell("hybrid", variant.controller(terrain), terrain, steps=steps) for variant in variants]
-
-    def walked() -> list[list[float]]:
-        walks = walk_many(
-            [cell.controller for cell in cells],
-            terrain,
-            engine="hybrid",
-            steps=steps,
-            sample_period=None,
-            summaries=True,
-            workers=workers,
-        )
-        return [
-            [walk["steps"], *(walk[name] if walk["outcome"] == "finished" else math.nan for name in _COSTS)]
-            for walk in walks
-        ]
-
-    return kept.numbers(cells, walked)
+    cells = {
+        (variant, name): Cell("hybrid", variant.controller(ground), ground, steps=choice.length)
+        for name, ground in grounds.items()
+        for variant in chosen
+    }
+    results = kept.results(cells.values(), workers=workers, progress=progress)
+    found = []
+    for variant in chosen:
+        walks = {name: results[cells[variant, name].key] for name in grounds}
+        finished = {name for name, walk in walks.items() if walk.outcome == "finished"}
+        cost = {
+            name: rounded(walk.cost_of_transport(choice.kind)) if name in finished else math.nan
+            for name, walk in walks.items()
+        }
+        ended = {name: walk.steps + 1 for name, walk in walks.items() if name not in finished}
+        found.append(Tried(variant, cost, ended))
+    return found
 
 
 def ranked(tried: Iterable[Tried]) -> list[Tried]:
@@ -153,27 +123,3 @@ def write_tried(tried: Iterable[Tried]) -> str:
         cells = [f"X {each.ended[name]}" if name in each.ended else repr(each.cost[name]) for name in GROUNDS]
         writer.writerow([each.variant.method, each.variant.slope_source, *(gains.get(n, "") for n in _NAMES), *cells])
     return text.getvalue()
-
-
-def read_tried(text: str) -> list[Tried]:
-    """The settings that `write_tried` wrote.
-
-    Raises:
-        RecordError: The text is no such table.
-    """
-    found = []
-    try:
-        for line in csv.DictReader(io.StringIO(text)):
-            gains = tuple((name, float(line[name])) for name in _NAMES if line[name])
-            ended = {name: int(line[name][2:]) for name in GROUNDS if line[name].startswith("X ")}
-            cost = {name: math.nan if name in ended else float(line[name]) for name in GROUNDS}
-            variant = Variant(line["method"], slope_source=line["slope_source"], gains=gains)
-            found.append(Tried(variant, cost, ended))
-    except (KeyError, TypeError, ValueError) as error:
-        raise RecordError(f"not a table of the gains that were tried: {error!r}") from error
-    return found
-
-
-def told(variant: Variant) -> str:
-    """A setting in words."""
-    return f"{gains_told(dict(variant.gains))}, {variant.slope_source}"

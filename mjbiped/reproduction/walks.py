@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from mjbiped.errors import RecordError
 from mjbiped.records.record import Walk
-from mjbiped.reproduction.cell import Cell, Result, measured
+from mjbiped.reproduction.cell import KEY_DIGITS, Cell, Result, measured
 from mjbiped.sweeps.cell import FAILED, Row
 from mjbiped.sweeps.run import walk_cells
 from mjbiped.sweeps.store import Layout, Store, opened
 
 LAYOUT = Layout("walks", ("key", "inputs", "result"), lambda _, value: isinstance(value, str))
 """Of the table: a cell's key (it holds all that the walk depends on), its inputs and its result as JSON."""
-
-_KEY = 24  # digits of a key
 
 
 class Walks:
@@ -57,13 +53,13 @@ class Walks:
             KeyboardInterrupt: Ctrl-C; what had ended is kept.
         """
         wanted = {cell.key: cell for cell in cells}
-        kept = {key: self._kept(cell) for key, cell in wanted.items()}
-        todo = [cell for key, cell in wanted.items() if (result := kept[key]) is None or result.outcome == FAILED]
+        kept = self._kept(wanted)
+        todo = [cell for key, cell in wanted.items() if key not in kept or kept[key].outcome == FAILED]
         # MuJoCo's take the longest, and longer the more steps they have
         todo.sort(key=lambda cell: (cell.engine != "mujoco", -(cell.steps or 0)))
         ended = len(wanted) - len(todo)
         walk_cells(partial(_walked, self.folder), todo, self._store, ended=ended, workers=workers, progress=progress)
-        return {key: Result.from_dict(json.loads(self._told(key))) for key in wanted}
+        return self._kept(wanted)
 
     def record(self, cell: Cell) -> Walk:
         """The record of a finished cell that kept it.
@@ -73,38 +69,17 @@ class Walks:
         """
         return Walk.load(record_path(self.folder, cell))
 
-    def numbers(self, cells: Sequence[Cell], walk: Callable[[], list[list[float]]]) -> list[list[float]]:
-        """A row of numbers for each of many cells that are walked and kept together.
-
-        Args:
-            cells: All of them, in order.
-            walk: Lets them walk, where that has not been done yet.
-
-        Raises:
-            RecordError: The table is damaged, or cannot be written.
-        """
-        key = hashlib.sha256("".join(cell.key for cell in cells).encode()).hexdigest()[:_KEY]
-        try:
-            return [[float(value) for value in row] for row in json.loads(self._told(key))]
-        except (TypeError, ValueError, RecursionError):
-            found = walk()
-            self._store.save([_row(key, [cell.key for cell in cells], found)])
-            return found
-
-    def _kept(self, cell: Cell) -> Result | None:
-        """The result of a cell that has ended; None where it has not, or what is kept of it is no good."""
-        try:
-            result = Result.from_dict(json.loads(self._told(cell.key)))
-            if cell.record and result.outcome != FAILED:
-                self.record(cell)
-        except (ValueError, RecursionError, RecordError):
-            return None
-        return result
-
-    def _told(self, key: str) -> str:
-        """The result of a key as it is kept, empty where there is none."""
-        row = self._store.row(key)
-        return "" if row is None else str(row["result"])
+    def _kept(self, cells: Mapping[str, Cell]) -> dict[str, Result]:
+        """The results of the cells that have ended, those apart of which something is no good."""
+        found = {}
+        for key, cell in cells.items():
+            row = self._store.row(key) or {"result": ""}
+            with suppress(ValueError, RecursionError, RecordError):
+                result = Result.from_dict(json.loads(row["result"]))
+                if cell.record and result.outcome != FAILED:
+                    self.record(cell)
+                found[key] = result
+        return found
 
 
 @contextmanager
@@ -121,7 +96,7 @@ def opened_walks(folder: Path, *, fresh: bool = False) -> Iterator[Walks]:
     """
     with opened(folder, LAYOUT, {}, fresh=fresh) as store:
         if fresh:
-            for file in folder.glob(f"{'[0-9a-f]' * _KEY}.npz"):
+            for file in folder.glob(f"{'[0-9a-f]' * KEY_DIGITS}.npz"):
                 file.unlink()
         yield Walks(store)
 
@@ -136,8 +111,4 @@ def _walked(folder: Path, cell: Cell) -> Row:
     result, record = measured(cell)
     if record is not None:
         record.save(record_path(folder, cell))
-    return _row(cell.key, cell.inputs, result.to_dict())
-
-
-def _row(key: str, inputs: Any, result: Any) -> Row:
-    return {"key": key, "inputs": json.dumps(inputs), "result": json.dumps(result)}
+    return {"key": cell.key, "inputs": json.dumps(cell.inputs), "result": json.dumps(result.to_dict())}

@@ -11,13 +11,13 @@ from rich.console import Console
 from rich.markdown import Markdown
 
 from mjbiped.reproduction import plan
-from mjbiped.reproduction.plan import Entry
 from mjbiped.reproduction.report import fit as report_fit
 from mjbiped.reproduction.report import table_2 as report_table_2
-from mjbiped.reproduction.rows import LENGTHS, Row
+from mjbiped.reproduction.reproduce import walked
+from mjbiped.reproduction.rows import LENGTHS
 from mjbiped.reproduction.scan import fitted, scan
 from mjbiped.reproduction.table_2 import choices
-from mjbiped.reproduction.walks import Walks, opened_walks
+from mjbiped.reproduction.walks import opened_walks
 
 
 @click.command(help=__doc__)
@@ -25,22 +25,16 @@ from mjbiped.reproduction.walks import Walks, opened_walks
 def main(out: Path | None) -> None:
     """Walk and print."""
     with TemporaryDirectory() as folder, opened_walks(out or Path(folder)) as kept:
-        rows = walked(plan.table_2(), kept)
+        rows = walked(plan.table_2(), kept, progress=True)
         best = choices(rows)[0]
         tried = scan(best, kept, progress=True)
         nearest = [each.variant for each in fitted(tried).values()]
-        rows += walked(plan.fitted(best, nearest, "hybrid", max(LENGTHS)), kept)
+        rows += walked(plan.fitted(best, nearest, "hybrid", max(LENGTHS)), kept, progress=True)
     told = {**report_table_2.sections(rows), **report_fit.sections(rows, best, tried)}
     console = Console(width=140)
     console.print(f"{told['best']}; distance {told['best_distance']} %")
     for name in ("table_2", "agreement", "fits", "nearest"):
         console.print(Markdown(told[name]))
-
-
-def walked(entries: list[Entry], kept: Walks) -> list[Row]:
-    """The rows of some walks."""
-    results = kept.results([entry.cell for entry in entries], progress=True)
-    return [entry.row(results[entry.cell.key]) for entry in entries]
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from rich.markdown import Markdown
 
 from mjbiped.reproduction import plan
 from mjbiped.reproduction.report import table_3 as report_table_3
+from mjbiped.reproduction.reproduce import walked
 from mjbiped.reproduction.walks import opened_walks
 
 
@@ -21,9 +22,8 @@ from mjbiped.reproduction.walks import opened_walks
 def main(out: Path | None, engine: str) -> None:
     """Walk and print."""
     with TemporaryDirectory() as folder, opened_walks(out or Path(folder)) as kept:
-        entries = [*plan.table_3(engine), *plan.start()]
-        results = kept.results([entry.cell for entry in entries], progress=True)
-    told = report_table_3.sections([entry.row(results[entry.cell.key]) for entry in entries])
+        rows = walked([*plan.table_3(engine), *plan.start()], kept, progress=True)
+    told = report_table_3.sections(rows)
     console = Console(width=140)
     for ground in ("mixed", "found"):
         console.print(f"{ground}: distance {told[f'distance_{ground}']}")

@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
+from reproduction_rows import read_tried
 
 from mjbiped.reproduction import plan
 from mjbiped.reproduction.cell import measured
@@ -14,8 +15,7 @@ from mjbiped.reproduction.grounds import AS_PRINTED
 from mjbiped.reproduction.published import TABLE_3
 from mjbiped.reproduction.report.page import PAGE, TABLE, TRIED, render
 from mjbiped.reproduction.report.table_3 import distance, walks_of
-from mjbiped.reproduction.rows import Row, read_rows, write_rows
-from mjbiped.reproduction.scan import read_tried
+from mjbiped.reproduction.rows import Entry, Row, read_rows, write_rows
 from mjbiped.reproduction.table_2 import UNEVEN, choices, side_distances
 from mjbiped.reproduction.traces import RESOLVED_SLOPE, traced
 from mjbiped.terrain.segments import GROUND_FRICTION
@@ -55,7 +55,7 @@ def test_walks_in_mujoco_again_give_the_table(rows: list[Row]) -> None:
         compare(entry, known)
 
 
-def compare(entry: plan.Entry, known: dict[tuple[object, ...], Row]) -> None:
+def compare(entry: Entry, known: dict[tuple[object, ...], Row]) -> None:
     """Walk an entry and compare it with its row."""
     result, walk = measured(entry.cell)
     fresh = entry.row(result, None if walk is None else traced(walk))

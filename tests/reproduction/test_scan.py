@@ -7,20 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from reproduction_rows import read_tried
 
 import mjbiped
-from mjbiped.errors import RecordError
-from mjbiped.reproduction import plan, scan
+from mjbiped.reproduction import plan, scan, walks
 from mjbiped.reproduction.cell import measured
 from mjbiped.reproduction.methods import SETTLED, SLOPE_SOURCES, Variant, gains_told, settled
 from mjbiped.reproduction.published import GROUNDS, TABLE_2
 from mjbiped.reproduction.report.fit import walks_shown
 from mjbiped.reproduction.report.page import TABLE, TRIED
 from mjbiped.reproduction.rows import read_rows
-from mjbiped.reproduction.scan import Tried, fitted, ranked, read_tried, settings, write_tried
+from mjbiped.reproduction.scan import Tried, fitted, ranked, settings, write_tried
 from mjbiped.reproduction.table_2 import Choice, agreement_of, agreements, choices, walks_read
-from mjbiped.reproduction.walks import LAYOUT, opened_walks
-from mjbiped.sweeps.store import opened
+from mjbiped.reproduction.walks import opened_walks
 from mjbiped.terrain.terrain import Terrain
 
 GAIT = mjbiped.find_passive_gait(mjbiped.Compass(), math.radians(2))
@@ -69,6 +68,7 @@ def test_x_where_the_papers_are_count_first_then_the_distance() -> None:
     assert fitted([*every, other, nearer]) == {"PBC": nearer, "ECC": other}
 
 
+@pytest.mark.usefixtures("studies_in_threads")
 def test_scan_is_that_of_single_walks_and_repeats_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with opened_walks(tmp_path) as kept:
         found = scan.scan(SHORT, kept, SOME)
@@ -84,22 +84,12 @@ def test_scan_is_that_of_single_walks_and_repeats_itself(tmp_path: Path, monkeyp
                 assert each.ended[entry.ground] == result.steps + 1
     text = write_tried(found)
     assert write_tried(read_tried(text)) == text
-    monkeypatch.setattr(scan, "walk_many", lambda *_, **__: pytest.fail("what was walked is walked again"))
+    monkeypatch.setattr(walks, "measured", lambda _: pytest.fail("what was walked is walked again"))
     with opened_walks(tmp_path) as kept:
         assert write_tried(scan.scan(SHORT, kept, SOME)) == text
 
 
-def test_walked_again_after_its_row_was_damaged(tmp_path: Path) -> None:
-    with opened_walks(tmp_path) as kept:
-        text = write_tried(scan.scan(SHORT, kept, SOME[:1]))
-    with opened(tmp_path, LAYOUT, {}) as store:
-        rows = store.rows()
-        assert len(rows) == len(GROUNDS)
-        store.save([{**row, "result": told} for row, told in zip(rows, ("{", "5", "[5]", '[["a"]]', ""), strict=True)])
-    with opened_walks(tmp_path) as kept:
-        assert write_tried(scan.scan(SHORT, kept, SOME[:1])) == text
-
-
+@pytest.mark.usefixtures("studies_in_threads")
 def test_committed_table_is_of_the_settings_and_can_be_walked_again(tried: list[Tried], tmp_path: Path) -> None:
     """The chosen settings and a few others on the reading of the committed report."""
     assert [each.variant for each in tried] == settings()
@@ -168,9 +158,3 @@ def test_gains_that_settle_are_those_found() -> None:
         "KETC": {"gain": 6.0, "hip_weight": 1.0},
         "LCTC": {"rate_gain": 10.0, "position_gain": 25.0},
     }
-
-
-@pytest.mark.parametrize("text", ["method,gain\nPBC,1\n", f"{','.join(['method', 'slope_source', *GROUNDS])}\nPBC,x\n"])
-def test_other_tables_are_refused(text: str) -> None:
-    with pytest.raises(RecordError, match="not a table of the gains"):
-        read_tried(text)
