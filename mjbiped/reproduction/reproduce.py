@@ -68,7 +68,7 @@ def reproduce(
         tried = scan(best, walks, workers=workers, progress=progress)
         nearest = [each.variant for each in fitted(tried).values()]
         more = [
-            *plan.gravity(best.places, _delay(best)),
+            *plan.gravity(best.places, best.delay),
             *plan.fitted(best, nearest, "hybrid", max(LENGTHS)),
             *in_mujoco(best, agreements(rows, best)[0].source, nearest, quick),
         ]
@@ -101,7 +101,7 @@ def in_mujoco(best: Choice, source: str, nearest: Sequence[Variant], quick: bool
         nearest: These methods with the gains and sources nearest to Table II.
         quick: Whether only a few short ones.
     """
-    mine = Variant("adaptive", _delay(best))
+    mine = Variant("adaptive", best.delay)
     if quick:
         return plan.table_2_in_mujoco(best.places, [mine], QUICK_STEPS)
     delays = dict.fromkeys((mine.delay, *plan.DRAWN_DELAYS[1:]))
@@ -182,10 +182,6 @@ def _of_records(entries: Sequence[Entry], kept: Walks) -> dict[str, Callable[[Pa
 
 def _law(entry: Entry) -> dict[str, Any]:
     return entry.cell.controller.describe()
-
-
-def _delay(best: Choice) -> float | None:
-    return best.delay if best.delay == best.delay else None
 
 
 def _write(path: Path, text: str) -> Path:

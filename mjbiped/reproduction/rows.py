@@ -36,7 +36,7 @@ class Row:
         first: Where its first change lies, m.
         engine: "mujoco" or "hybrid".
         method: The paper's name of the controller.
-        delay: zeta; NaN without re-planning.
+        delay: zeta; None without re-planning.
         slope_source: Of comparison controllers.
         gains: The same.
         adaptation_gain: gamma; NaN for controllers without one.
@@ -65,7 +65,7 @@ class Row:
     first: float
     engine: str
     method: str
-    delay: float
+    delay: float | None
     slope_source: str
     gains: str
     adaptation_gain: float
@@ -137,7 +137,7 @@ class Entry:
             first=self.first,
             engine=self.cell.engine,
             method=self.method,
-            delay=math.nan if law.get("replanning_delay") is None else float(law["replanning_delay"]),
+            delay=law.get("replanning_delay"),
             slope_source=law.get("slope_source", ""),
             gains=gains_told(law),
             adaptation_gain=float(law.get("adaptation_gain", math.nan)),
@@ -211,8 +211,8 @@ def read_rows(text: str) -> list[Row]:
 
 
 def _read(text: str, kind: str) -> Any:
-    if kind == "float":
-        return float(text or "nan")
+    if kind.startswith("float"):
+        return None if kind.endswith("None") and not text else float(text or "nan")
     return int(text) if kind == "int" else text
 
 
@@ -225,9 +225,9 @@ def _trace(name: str) -> str:
 
 
 def _cell(value: Any) -> str:
-    if isinstance(value, float):
-        return "" if math.isnan(value) else repr(value)
-    return str(value)
+    if value is None or value != value:
+        return ""
+    return repr(value) if isinstance(value, float) else str(value)
 
 
 def rounded(value: float) -> float:

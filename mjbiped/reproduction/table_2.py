@@ -23,7 +23,7 @@ class Choice:
     stairs and by the two slopes.
 
     Attributes:
-        delay: zeta; NaN without re-planning.
+        delay: zeta; None without re-planning.
         kind: Of work.
         length: Steps of the mean.
         stairs: Pattern and first riser, m.
@@ -31,7 +31,7 @@ class Choice:
         distance: Root mean square of ln(ours / paper's) of the four uneven grounds; infinite where one is not walked.
     """
 
-    delay: float
+    delay: float | None
     kind: str
     length: int
     stairs: tuple[str, float]
@@ -56,7 +56,7 @@ def choices(rows: Iterable[Row]) -> list[Choice]:
         if entry.part == "table 2" and entry.engine == "hybrid" and entry.method == "adaptive":
             for kind, length in itertools.product(WORK_KINDS, LENGTHS):
                 if entry.ground in UNEVEN:
-                    key = (_plain(entry.delay), kind, length, entry.ground, entry.pattern, entry.first)
+                    key = (entry.delay, kind, length, entry.ground, entry.pattern, entry.first)
                     logs[key] = _log(entry.cost[kind, length], TABLE_2["adaptive"][entry.ground])
     found = []
     for delay, kind, length in dict.fromkeys(key[:3] for key in logs):
@@ -66,7 +66,7 @@ def choices(rows: Iterable[Row]) -> list[Choice]:
             sides.append([(place, [logs[(delay, kind, length, g, *place)] for g in pair]) for place in places])
         for (stairs, first), (slopes, second) in itertools.product(*sides):
             distance = math.sqrt(sum(value**2 for value in first + second) / 4)
-            found.append(Choice(_number(delay), kind, length, stairs, slopes, distance))
+            found.append(Choice(delay, kind, length, stairs, slopes, distance))
     return sorted(found, key=lambda choice: choice.distance)
 
 
@@ -143,30 +143,23 @@ def agreements(rows: Sequence[Row], choice: Choice) -> list[Agreement]:
     return sorted(found, key=lambda each: each.rank)
 
 
-def side_distances(rows: Iterable[Row], pair: Sequence[str]) -> Iterator[tuple[float, float, str, int, str, float]]:
+def side_distances(
+    rows: Iterable[Row], pair: Sequence[str]
+) -> Iterator[tuple[float, float | None, str, int, str, float]]:
     """Readings of the two stairs or of the two slopes alone: distance, zeta, kind, steps, pattern, first change."""
     by_key: dict[tuple[float | None, str, int, str, float], list[float]] = {}
     for entry in rows:
         mine = entry.part == "table 2" and entry.engine == "hybrid" and entry.method == "adaptive"
         if mine and entry.ground in pair:
             for kind, length in itertools.product(WORK_KINDS, LENGTHS):
-                key = (_plain(entry.delay), kind, length, entry.pattern, entry.first)
+                key = (entry.delay, kind, length, entry.pattern, entry.first)
                 value = _log(entry.cost[kind, length], TABLE_2["adaptive"][entry.ground])
                 by_key.setdefault(key, []).append(value)
     for (delay, kind, length, pattern, first), values in by_key.items():
         distance = math.sqrt(sum(value**2 for value in values) / len(values))
-        yield distance, _number(delay), kind, length, pattern, first
+        yield distance, delay, kind, length, pattern, first
 
 
 def _log(ours: float, paper: float | None) -> float:
     """ln(ours / paper's); infinite where ours does not exist or is not positive."""
     return math.log(ours / paper) if paper is not None and ours > 0.0 else math.inf
-
-
-def _plain(delay: float) -> float | None:
-    """NaN is not equal to itself, and cannot be a key."""
-    return None if math.isnan(delay) else delay
-
-
-def _number(delay: float | None) -> float:
-    return math.nan if delay is None else delay

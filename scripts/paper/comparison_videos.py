@@ -5,7 +5,6 @@ The gains of the comparison methods are those that settle (docs/reproduction.md)
 python -m scripts.paper.comparison_videos --folder out/videos --steps 12
 """
 
-import math
 from pathlib import Path
 
 import click
@@ -31,9 +30,8 @@ def walks_of(reading: table_2.Choice, source: str, ground: str, engine: str, ste
     """A walk of each method on a ground."""
     place = next(place for place in reading.places if place[0] == ground)
     terrain = reading_at(place).terrain
-    zeta = None if math.isnan(reading.delay) else reading.delay
     chosen = {name: settled(name, source) for name in METHODS[1:]}
-    chosen[METHODS[0]] = Variant(METHODS[0], zeta)
+    chosen[METHODS[0]] = Variant(METHODS[0], reading.delay)
     return {
         name: mjbiped.walk(chosen[name].controller(terrain), terrain, engine=engine, steps=steps) for name in METHODS
     }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable, Sequence
 
 import pytest
@@ -35,11 +34,11 @@ def paper_s() -> list[Row]:
             cost = values[ground]
             place = {"ground": ground, "pattern": pattern, "first": first, "method": method}
             if method != "adaptive":
-                place |= {"part": "fitted", "delay": math.nan, "slope_source": "local"}
+                place |= {"part": "fitted", "delay": None, "slope_source": "local"}
             rows.append(fallen(**place) if cost is None else made_row(cost, **place))
     for ground in ("mixed", "found"):
         for zeta, (torque, cost) in TABLE_3.items():
-            mine = {"part": "table 3", "ground": ground, "ankle": torque, "delay": math.nan if zeta is None else zeta}
+            mine = {"part": "table 3", "ground": ground, "ankle": torque, "delay": zeta}
             rows.append(made_row(cost, traces=POOR if zeta is None else GOOD, **mine))
     for gain in ADAPTATION_GAINS:
         for start in START_ESTIMATES:
@@ -132,20 +131,20 @@ CONTRADICTIONS = [
         for group, ground in ((UNFITTED, "mixed"), (FOUND, "found"))
         for words, zeta, change in (
             ("comes to the end with every ζ", 0.1, lost),
-            ("comes to the end with every ζ", math.nan, lost),
+            ("comes to the end with every ζ", None, lost),
             ("a smaller ζ takes", 0.3, having(ankle=331.0)),
             ("a smaller ζ takes", 1.0, having(ankle=1.0, hip=48.0)),
-            ("torque without re-planning lies between", math.nan, having(ankle=112.5)),
+            ("torque without re-planning lies between", None, having(ankle=112.5)),
             ("torque without re-planning lies between", 0.5, having(ankle=98.3)),
             ("no ζ has a lower c_mt than 0.8", 0.9, costs(0.1437)),
             ("each ζ from 0.6 to 0.9", 0.5, costs(0.1486)),
             ("each ζ from 0.6 to 0.9", 0.6, costs(0.1554)),
-            ("without re-planning is lower than with any", math.nan, costs(0.1438)),
+            ("without re-planning is lower than with any", None, costs(0.1438)),
             # Fig. 6
             ("smoother", 0.4, tracing(travel=40.0)),
             ("smoother", 0.8, tracing(travel=40.0)),
             ("more accurate", 0.8, tracing(error=0.4)),
-            ("z₂ of (9) is smaller", math.nan, tracing(z2=0.005)),
+            ("z₂ of (9) is smaller", None, tracing(z2=0.005)),
         )
     ),
     # Fig. 4: our mixed ground's is of Fig. 5's walks, the found ground's is Table III's
@@ -205,7 +204,7 @@ def test_what_was_not_walked_is_not_asked() -> None:
     assert {check.answer.holds for check in there} == {None}
     assert {check.answer.verdict[:9] for check in there} <= {"–", "not asked"}
     for zeta, words in ((0.8, "no ζ has a lower"), (0.7, "each ζ from 0.6"), (0.4, "torque without re-planning"),
-                        (0.4, "smoother"), (math.nan, "lower than with any")):  # fmt: skip
+                        (0.4, "smoother"), (None, "lower than with any")):  # fmt: skip
         assert asked(changed({**MIXED, "delay": zeta}, lost), words, UNFITTED).holds is None
     none_of_5 = [row for row in paper_s() if row.part != "figure 5" or row.start_estimate > 0]
     for words in ("for a shorter time", "makes no wrong estimate right", "stays within ε"):
@@ -236,7 +235,7 @@ def test_methods_are_asked_with_fitted_gains() -> None:
     """Never with those that settle: an engine in which the fitted ones were not walked is not asked."""
     place = dict(zip(("ground", "pattern", "first"), BEST.places[1], strict=True))
     settled = [
-        made_row(cost, part="table 2", method=method, slope_source="two_point", delay=math.nan, **place)
+        made_row(cost, part="table 2", method=method, slope_source="two_point", delay=None, **place)
         for method, cost in (("PBC", 0.0331), ("ECC", 0.0324), ("KETC", 0.0334))
     ]
     answer = asked([*paper_s(), *settled], "stair 1 the adaptive", TABLE_2)

@@ -75,7 +75,7 @@ def test_table_is_whole(rows: list[Row]) -> None:
     """Every walk of the plan has a row, and none failed with an error."""
     hybrid = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
     best = choices(rows)[0]
-    gravity = plan.gravity(best.places, None if math.isnan(best.delay) else best.delay)
+    gravity = plan.gravity(best.places, best.delay)
     engines = [sum(row.engine == engine for row in rows) for engine in ("hybrid", "mujoco")]
     fitted = [row for row in rows if row.part == "fitted" and row.engine == "hybrid"]
     assert len(fitted) == 3 * len(best.places)
@@ -115,7 +115,7 @@ def test_prose_is_true_of_the_table(rows: list[Row]) -> None:
         assert min(walk.least_force for walk in walks_of(rows, ground, "mujoco").values() if walk.steps) >= 0.0
     assert walks_of(rows, "mixed", "mujoco")[0.1].steps == 0, "the smallest zeta ends in the first step"
     costs = {
-        (row.ground, None if math.isnan(row.delay) else row.delay): row.cost[best.kind, best.length]
+        (row.ground, row.delay): row.cost[best.kind, best.length]
         for row in rows
         if row.part == "table 2" and row.engine == "hybrid" and row.method == "adaptive" and best.reads(row)
     }

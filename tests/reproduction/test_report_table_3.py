@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from reproduction_rows import made_row
 
 from mjbiped.reproduction.published import TABLE_3
@@ -15,7 +13,7 @@ def walks(forces: dict[tuple[str, float | None], float]) -> list[Row]:
     """The paper's numbers on both grounds, with these least normal forces and 0.5 weights elsewhere."""
     return [
         made_row(
-            cost, part="table 3", ground=ground, engine=engine, delay=math.nan if zeta is None else zeta, ankle=torque,
+            cost, part="table 3", ground=ground, engine=engine, delay=zeta, ankle=torque,
             friction=84.4, least_force=forces.get((ground, zeta), 0.5) if engine == "hybrid" else 0.01,
         )
         for engine in ("hybrid", "mujoco")

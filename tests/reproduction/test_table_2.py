@@ -16,7 +16,7 @@ from mjbiped.reproduction.table_2 import UNEVEN, agreements, choices, side_dista
 PAPER = TABLE_2["adaptive"]
 
 
-def row(ground: str, pattern: str, first: float, factor: float, delay: float = 0.8, **others: object) -> Row:
+def row(ground: str, pattern: str, first: float, factor: float, delay: float | None = 0.8, **others: object) -> Row:
     """A walk whose c_mt is the paper's times a factor, of whatever kind and length."""
     paper = PAPER[ground]
     assert paper is not None
@@ -34,7 +34,7 @@ def rows() -> list[Row]:
         row(f"{kind} {k + 1}", pattern, 0.9, pair[k], delay=delay)
         for (kind, pattern), pair in factors.items()
         for k in range(2)
-        for delay in (0.8, math.nan)
+        for delay in (0.8, None)
     ]
 
 
@@ -53,13 +53,13 @@ def test_nearest_choice_and_its_distance(rows: list[Row]) -> None:
 def test_a_length_that_fits_better_is_chosen(rows: list[Row]) -> None:
     better = [
         dataclasses.replace(r, cost={**r.cost, ("net", 45): PAPER[r.ground] or 0.0})
-        if r.pattern == "up" and math.isnan(r.delay)
+        if r.pattern == "up" and r.delay is None
         else r
         for r in rows
     ]
     best = choices(better)[0]
     assert (best.kind, best.length, best.stairs[0], best.slopes[0], best.distance) == ("net", 45, "up", "up", 0.0)
-    assert math.isnan(best.delay)
+    assert best.delay is None
 
 
 def test_ground_that_is_not_walked_cannot_be_chosen(rows: list[Row]) -> None:
@@ -81,7 +81,7 @@ def test_source_whose_failures_are_the_papers_is_first(rows: list[Row]) -> None:
             for place in best.places:
                 paper = TABLE_2[method][place[0]]
                 fails = paper is None if source == "local" else False
-                walk = row(*place, 1.0, delay=math.nan, method=method, slope_source=source)
+                walk = row(*place, 1.0, delay=None, method=method, slope_source=source)
                 value = math.nan if fails else 1.05 * (paper or 0.03)
                 walks.append(dataclasses.replace(walk, cost=dict.fromkeys(walk.cost, value)))
     found = agreements(walks, best)

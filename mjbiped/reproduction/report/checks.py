@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 from mjbiped.reproduction.report import checks_figures, checks_table_2, checks_table_3
 from mjbiped.reproduction.report.answers import Answer
-from mjbiped.reproduction.report.markdown import NONE, table
-from mjbiped.reproduction.report.table_3 import ENGINES
+from mjbiped.reproduction.report.markdown import ENGINES, NONE, table
 from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.table_2 import Choice
 

@@ -27,7 +27,8 @@ from mjbiped.plotting.style import (
 )
 from mjbiped.records.record import Walk
 from mjbiped.reproduction.published import TABLE_3
-from mjbiped.reproduction.report.table_3 import ENGINES, walks_of
+from mjbiped.reproduction.report.markdown import ENGINES
+from mjbiped.reproduction.report.table_3 import walks_of
 from mjbiped.reproduction.rows import Row
 
 _SHOWN = 16.0  # s of Fig. 5
@@ -37,7 +38,6 @@ _ENGINE_LOOKS = {
     "mujoco": {"color": ORANGE, "marker": "x", "markersize": 5.0, "linestyle": (0, (1.5, 1.2))},
 }
 _PAPER_LOOK = {"color": BLACK, "marker": "o", "markersize": 4.0, "linestyle": (0, (4, 1.2))}
-_LABELS = {"hybrid": "hybrid", "mujoco": "MuJoCo"}
 
 
 def plot_figure_5(walks: Mapping[float, Mapping[tuple[float, bool], Walk]], path: str | Path | None = None) -> Figure:
@@ -154,7 +154,7 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
                             for z, w in walks.items()
                         }
                         look = _ENGINE_LOOKS[engine]
-                        _draw_over_zeta(axes, _LABELS[engine], [values[z] for z in zetas], values[None], look)
+                        _draw_over_zeta(axes, ENGINES[engine], [values[z] for z in zetas], values[None], look)
                 axes.set(yscale="log", ylabel=what, xticks=zetas)
                 axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
                 axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
@@ -191,5 +191,5 @@ def _caption(figure: str, walk: Walk) -> str:
     law = walk.settings["controller"]
     gains = f"K₁ = {law['position_gain']:g}, K₂ = {law['velocity_gain']:g}"
     slope = math.degrees(law["gait"]["slope"])
-    engine = _LABELS[walk.settings["engine"]]
+    engine = ENGINES[walk.settings["engine"]]
     return f"{figure}: {walk.terrain.caption}, from rest, {gains}, imitated slope {slope:g}°, {engine} engine"

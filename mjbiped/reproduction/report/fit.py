@@ -7,13 +7,12 @@ from collections.abc import Iterable, Sequence
 
 from mjbiped.reproduction.methods import METHODS, SETTLED, SLOPE_SOURCES, Variant, gains_told
 from mjbiped.reproduction.published import GROUNDS, TABLE_2
-from mjbiped.reproduction.report.markdown import NONE, cost, ending, number, percent, table
+from mjbiped.reproduction.report.markdown import ENGINES, NONE, cost, ending, number, percent, table
 from mjbiped.reproduction.report.table_2 import walk_of
 from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.scan import GAINS, RATIOS, Tried, fitted, ranked
 from mjbiped.reproduction.table_2 import Agreement, Choice, agreement, agreement_of, agreements, walks_read
 
-_ENGINES = {"hybrid": "hybrid", "mujoco": "MuJoCo"}
 _AS_NEAR = 0.005  # of the distance, for settings that are as good as the nearest
 
 
@@ -66,15 +65,15 @@ def walks_shown(
         method: One of `METHODS`.
     """
     if method == "adaptive":
-        return [walk_of(rows, engine, place, method, best.delay) for engine in _ENGINES], [None, None]
+        return [walk_of(rows, engine, place, method, best.delay) for engine in ENGINES], [None, None]
     fit: list[Row | None] = [
         next(
             (row for row in walks_read(rows, best, "fitted", engine) if (row.method, row.ground) == (method, place[0])),
             None,
         )
-        for engine in _ENGINES
+        for engine in ENGINES
     ]
-    return fit, [walk_of(rows, engine, place, method, source=source) for engine in _ENGINES]
+    return fit, [walk_of(rows, engine, place, method, source=source) for engine in ENGINES]
 
 
 def _main(rows: Sequence[Row], best: Choice, source: str) -> str:
@@ -109,19 +108,19 @@ def _ends(rows: Sequence[Row], best: Choice, source: str) -> str:
                 )
                 paper = TABLE_2.get(method, {}).get(place[0], math.nan)
                 lines.append([place[0], method, "X" if paper is None else number(paper), *cells])
-    headings = [f"{gains}, {engine}" for gains in ("fitted", "settled") for engine in _ENGINES.values()]
+    headings = [f"{gains}, {engine}" for gains in ("fitted", "settled") for engine in ENGINES.values()]
     return table(("ground", "method", "paper", *headings), lines) if lines else "None: all walks came to it."
 
 
 def _agreement(rows: Sequence[Row], best: Choice) -> str:
     """How far walks agree with the paper, by gains, slope source and engine."""
     lines = []
-    for engine in _ENGINES:
+    for engine in ENGINES:
         walks = walks_read(rows, best, "fitted", engine)
         if walks:
             lines.append(_agreed("fitted, each method's own", engine, agreement_of(walks, best)))
     for each in agreements(rows, best):
-        for engine in _ENGINES:
+        for engine in ENGINES:
             walks = walks_read(rows, best, "table 2", engine, each.source)
             found = agreement_of(walks, best)
             if found.asked == each.asked:
@@ -131,7 +130,7 @@ def _agreement(rows: Sequence[Row], best: Choice) -> str:
 
 
 def _agreed(name: str, engine: str, found: Agreement) -> list[str]:
-    return [name, _ENGINES[engine], f"{found.agreeing} of {found.asked}", number(100 * found.distance, ".1f")]
+    return [name, ENGINES[engine], f"{found.agreeing} of {found.asked}", number(100 * found.distance, ".1f")]
 
 
 def _fits(tried: Sequence[Tried]) -> str:

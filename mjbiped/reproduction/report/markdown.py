@@ -9,6 +9,9 @@ from mjbiped.reproduction.rows import Row
 
 NONE = "–"
 
+ENGINES = {"hybrid": "hybrid", "mujoco": "MuJoCo"}
+"""What the engines are called, in the order in which the report has them."""
+
 
 def table(headings: Sequence[str], lines: Iterable[Sequence[str]], words: int = 1) -> str:
     """A Markdown table, the first columns, of words, to the left and all others to the right."""
@@ -28,7 +31,7 @@ def percent(ours: float, other: float | None, form: str = "+.1f") -> str:
 
 def delay(value: float | None) -> str:
     """zeta, or that nothing is re-planned."""
-    return "none" if value is None or math.isnan(value) else f"{value:g}"
+    return "none" if value is None else f"{value:g}"
 
 
 def ending(row: Row) -> str:

@@ -51,7 +51,7 @@ def walk_of(
     engine: str,
     place: tuple[str, str, float],
     method: str,
-    zeta: float = math.nan,
+    zeta: float | None = None,
     source: str = "",
     part: str = "table 2",
 ) -> Row | None:
@@ -60,7 +60,7 @@ def walk_of(
         if (row.part, row.engine, row.method) == (part, engine, method) and (
             (row.ground, row.pattern, row.first) == place
         ):
-            if method == "adaptive" and not _same(row.delay, zeta):
+            if method == "adaptive" and row.delay != zeta:
                 continue
             if method != "adaptive" and row.slope_source != source:
                 continue
@@ -68,13 +68,9 @@ def walk_of(
     return None
 
 
-def _same(one: float, other: float) -> bool:
-    return one == other or (math.isnan(one) and math.isnan(other))
-
-
 def _words(choice: Choice) -> str:
     """A reading in words."""
-    replanned = "no re-planning" if math.isnan(choice.delay) else f"ζ = {choice.delay:g}"
+    replanned = "no re-planning" if choice.delay is None else f"ζ = {choice.delay:g}"
     return (
         f"{choice.kind} work over the first {choice.length} steps, {replanned}; stairs {choice.stairs[0]}, first riser "
         f"at {choice.stairs[1]:g} m; slopes {choice.slopes[0]}, first change after {choice.slopes[1]:g} m"
@@ -98,7 +94,7 @@ def _nearest(found: Sequence[Choice]) -> str:
 
 def _sides(rows: Sequence[Row], pair: Sequence[str]) -> str:
     """For each pattern of the stairs or of the slopes the nearest reading, on its own."""
-    nearest: dict[str, tuple[float, float, str, int, str, float]] = {}
+    nearest: dict[str, tuple[float, float | None, str, int, str, float]] = {}
     for side in sorted(side_distances(rows, pair), key=lambda values: values[0]):
         nearest.setdefault(side[4], side)
     lines = []
@@ -120,8 +116,7 @@ def _delays(rows: Sequence[Row], best: Choice) -> str:
     """All zeta on the grounds as the best reading has them."""
     lines = []
     for zeta in DELAYS:
-        value = math.nan if zeta is None else zeta
-        walks = [walk_of(rows, "hybrid", place, "adaptive", value) for place in best.places]
+        walks = [walk_of(rows, "hybrid", place, "adaptive", zeta) for place in best.places]
         torques = "; ".join(NONE if walk is None else number(walk.torque, ".1f") for walk in walks)
         forces = "; ".join(NONE if walk is None else number(walk.least_force, ".2f") for walk in walks)
         lines.append([delay(zeta), *(cost(walk, best.kind, best.length) for walk in walks), torques, forces])
@@ -211,8 +206,7 @@ def _engines(rows: Sequence[Row]) -> str:
 
 
 def _identity(row: Row) -> tuple[object, ...]:
-    zeta = None if math.isnan(row.delay) else row.delay
-    return row.part, row.ground, row.pattern, row.first, row.method, zeta, row.slope_source
+    return row.part, row.ground, row.pattern, row.first, row.method, row.delay, row.slope_source
 
 
 def _gravity(rows: Sequence[Row], best: Choice) -> str:

@@ -12,14 +12,11 @@ from mjbiped.reproduction import search
 from mjbiped.reproduction.grounds import found_segments
 from mjbiped.reproduction.plan import MIXED_STEPS, START_ESTIMATES
 from mjbiped.reproduction.published import TABLE_3
-from mjbiped.reproduction.report.markdown import NONE, cost, delay, ending, number, percent, table
+from mjbiped.reproduction.report.markdown import ENGINES, NONE, cost, delay, ending, number, percent, table
 from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.traces import RESOLVED_SLOPE
 from mjbiped.terrain.segments import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain
-
-ENGINES = ("hybrid", "mujoco")
-_LABELS = {"hybrid": "hybrid", "mujoco": "MuJoCo"}
 
 
 def sections(rows: Sequence[Row]) -> dict[str, str]:
@@ -45,7 +42,7 @@ def sections(rows: Sequence[Row]) -> dict[str, str]:
 
 def walks_of(rows: Iterable[Row], ground: str, engine: str) -> dict[float | None, Row]:
     """The walks of Table III on one of the grounds, by zeta; None: no re-planning."""
-    return {_plain(row.delay): row for row in rows if (row.part, row.ground, row.engine) == ("table 3", ground, engine)}
+    return {row.delay: row for row in rows if (row.part, row.ground, row.engine) == ("table 3", ground, engine)}
 
 
 def distance(walks: dict[float | None, Row]) -> float:
@@ -58,17 +55,13 @@ def distance(walks: dict[float | None, Row]) -> float:
     return math.sqrt(float(np.mean([math.log(ours / paper) ** 2 for ours, paper in pairs])))
 
 
-def _plain(delay: float) -> float | None:
-    return None if math.isnan(delay) else delay
-
-
 def _distance(rows: Sequence[Row], ground: str) -> str:
     values = []
     for engine in ENGINES:
         walks = walks_of(rows, ground, engine)
         ended = sum(walk.finished for walk in walks.values())
         part = "" if ended == len(walks) else f", the {ended} of {len(walks)} walks that came to their end"
-        values.append(f"{number(100 * distance(walks), '.1f')} % ({_LABELS[engine]}{part})")
+        values.append(f"{number(100 * distance(walks), '.1f')} % ({ENGINES[engine]}{part})")
     return ", ".join(values)
 
 
@@ -76,7 +69,7 @@ def _table(rows: Sequence[Row], ground: str) -> str:
     """Table III line by line."""
     begun = None
     if ground == "mixed":
-        begun = {_plain(row.delay): row.torque for row in rows if row.part == "start"}
+        begun = {row.delay: row.torque for row in rows if row.part == "start"}
     by_engine = [walks_of(rows, ground, engine) for engine in ENGINES]
     lines = []
     for zeta, (torque, paper) in TABLE_3.items():
@@ -159,7 +152,7 @@ def _figure_5(rows: Sequence[Row]) -> str:
             end = f"{row.steps} steps" if row.finished else ending(row)
             start = f"{number(row.start_estimate, '+g')}°"
             lines.append(
-                [f"{row.adaptation_gain:g}", start, row.update, _LABELS[row.engine], end,
+                [f"{row.adaptation_gain:g}", start, row.update, ENGINES[row.engine], end,
                  number(traces.off_time, ".2f"), *errors, number(row.torque, ".1f"), number(row.cost["absolute", None])]
             )  # fmt: skip
     headings = ("γ", "start", "update (27)", "engine", "walk", "off by more than ε, s", "before the first change, °")
