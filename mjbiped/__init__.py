@@ -9,6 +9,9 @@ this one.
 from mjbiped.rendering import gl as gl  # isort: split
 
 from mjbiped.analysis.compare import Comparison, compare
+from mjbiped.engines.base import Engine
+from mjbiped.engines.hybrid.engine import Hybrid
+from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.errors import GaitError, InputError, MjbipedError, RecordError, RenderError
 from mjbiped.gaits.passive import Gait, find_passive_gait
 from mjbiped.limit_cycles.basin import basin_of_attraction, basin_of_control
@@ -26,10 +29,13 @@ from mjbiped.version import __version__
 __all__ = [
     "Comparison",
     "Compass",
+    "Engine",
     "Gait",
     "GaitError",
+    "Hybrid",
     "InputError",
     "MjbipedError",
+    "Mujoco",
     "RecordError",
     "RenderError",
     "ReturnMap",

@@ -136,17 +136,18 @@ def some_walk(seed: int, engine: str) -> Walk | None:
     robot = some_robot(draw)
     leg, faster = robot.leg_length, math.sqrt(robot.gravity / robot.leg_length) / PACE
     more: dict[str, Any] = {}
+    physics: mjbiped.Engine | str = engine
     if engine == "mujoco":
         timestep = min(2e-3, 4e-4 / faster)
-        more = {"timestep": timestep, "contact_timestep": 0.1 * timestep}
-        more["ground"] = str(draw.choice(["auto", "boxes", "heightfield"]))
+        ground = str(draw.choice(["auto", "boxes", "heightfield"]))
+        physics = mjbiped.Mujoco(timestep=timestep, contact_timestep=0.1 * timestep, ground=ground)
     if draw.random() < 0.2:
         more["distance"] = leg * _between(draw, 1e-3, 5.0)
     try:
         return mjbiped.walk(
             some_controller(draw, robot),
             some_ground(draw, leg),
-            engine=engine,
+            engine=physics,
             robot=robot,
             initial=some_start(draw, robot),
             steps=20,

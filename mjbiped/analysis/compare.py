@@ -18,7 +18,10 @@ from numpy.typing import NDArray
 
 from mjbiped.analysis import divergence
 from mjbiped.analysis.divergence import Parting
-from mjbiped.engines.mujoco.simulation import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
+from mjbiped.engines.base import Engine
+from mjbiped.engines.hybrid.engine import Hybrid
+from mjbiped.engines.mujoco.engine import Mujoco
+from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.errors import InputError
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
@@ -26,6 +29,7 @@ from mjbiped.robots.compass import Compass
 from mjbiped.rollout.walk import walk
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils.domains import check_kind
 
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller
@@ -109,12 +113,10 @@ def compare(
     distance: float | None = None,
     initial: str | Sequence[float] = "gait",
     robot: Compass | None = None,
-    timestep: float = DEFAULT_TIMESTEP,
-    contact_timestep: float = DEFAULT_CONTACT_TIMESTEP,
-    control_period: float | None = None,
-    sample_period: float = 0.005,
+    mujoco: Mujoco | None = None,
+    hybrid: Hybrid | None = None,
+    sample_period: float = DEFAULT_SAMPLE_PERIOD,
     scuffing: ScuffingRule | None = None,
-    ground: str = "auto",
     progress: bool = False,
 ) -> Comparison:
     """Let the same robot walk the same ground in both engines.
@@ -128,13 +130,10 @@ def compare(
         distance: Place x of the stance foot at which it is finished, m.
         initial: "gait", "rest", or (q1, q2, dq1, dq2).
         robot: The robot that walks.
-        timestep: MuJoCo's longest physics step, s.
-        contact_timestep: MuJoCo's step that makes an impact, s.
-        control_period: Time between two ticks of the controller in MuJoCo, s; in the hybrid engine it acts without
-            pause.
+        mujoco: Settings of the MuJoCo engine.
+        hybrid: Settings of the hybrid engine.
         sample_period: Time between two samples of the records, s.
         scuffing: When the swing foot may touch the ground.
-        ground: How the terrain is built in MuJoCo.
         progress: Show progress bars.
 
     Returns:
@@ -146,28 +145,27 @@ def compare(
         WalkStopped: The controller raised an exception.
         WalkInterrupted: Ctrl-C.
     """
-    common: dict[str, Any] = {
-        "steps": steps,
-        "distance": distance,
-        "initial": initial,
-        "robot": robot,
-        "scuffing": scuffing,
-        "progress": progress,
-    }
     if sample_period is None:
         raise InputError("sample_period = None: must be a number, for the records' samples are compared")
-    # MuJoCo first: it refuses all that the hybrid engine would, and more
-    there = walk(
-        controller,
-        terrain,
-        timestep=timestep,
-        contact_timestep=contact_timestep,
-        control_period=control_period,
-        sample_period=sample_period,
-        ground=ground,
-        **common,
-    )
-    here = walk(controller, terrain, engine="hybrid", sample_period=sample_period, **common)
+    contacts = Mujoco() if mujoco is None else check_kind("mujoco", mujoco, Mujoco)
+    impacts = Hybrid() if hybrid is None else check_kind("hybrid", hybrid, Hybrid)
+
+    def walk_in(engine: Engine) -> Walk:
+        return walk(
+            controller,
+            terrain,
+            engine=engine,
+            steps=steps,
+            distance=distance,
+            initial=initial,
+            robot=robot,
+            sample_period=sample_period,
+            scuffing=scuffing,
+            progress=progress,
+        )
+
+    there = walk_in(contacts)  # first: it refuses all that the hybrid engine would, and more
+    here = walk_in(impacts)
     table = divergence.differences(there, here)
     return Comparison(there, here, table, divergence.find(there, here, table, controller))
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.analysis.replay import replayed
-from mjbiped.engines.mujoco.simulation import DEFAULT_TIMESTEP
+from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP
 from mjbiped.records import measures
 from mjbiped.records.columns import Column
 from mjbiped.records.record import Walk

@@ -23,6 +23,9 @@ from mjbiped.cli.files import INTERRUPTED, LONGEST_LINE, Files, end, terminable
 from mjbiped.cli.gaits import basin, bifurcation
 from mjbiped.cli.reproduce import reproduce
 from mjbiped.cli.sweep import sweep
+from mjbiped.engines.base import Engine
+from mjbiped.engines.mujoco.engine import Mujoco
+from mjbiped.engines.names import ENGINES
 from mjbiped.errors import InputError, MjbipedError, shortened, shown
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.records import measures
@@ -102,6 +105,7 @@ def main() -> None:
 @given.walk_options
 @given.scuffing_option("Walk")
 @given.engine_option
+@given.mujoco_options
 @given.adaptive_options
 @given.comparison_options
 @given.robot_options
@@ -149,11 +153,12 @@ def _walk(
     robot = Compass(**{name: values.pop(name) for name in _ROBOT})
     law = _controller(ctx, controller, robot, values)
     values["scuffing"] = ScuffingRule(reach=scuffing_reach)
+    engine = _engine(ctx, values.pop("engine"), values)
     if video is not None and not quiet:
         _warn_without_gl()
     status, trouble = 0, ""
     try:
-        done = walk(law, ground, robot=robot, progress=not quiet, **values)
+        done = walk(law, ground, robot=robot, engine=engine, progress=not quiet, **values)
     except WalkInterrupted as stop:
         done, status, trouble = stop.walk, INTERRUPTED, f"the walk was interrupted after {stop.walk.steps} steps"
     except WalkStopped as stop:
@@ -178,6 +183,7 @@ def _walk(
 @click.argument("terrain", default="mixed")
 @given.walk_options
 @given.scuffing_option("Walk")
+@given.mujoco_options
 @given.adaptive_options
 @given.comparison_options
 @given.robot_options
@@ -215,7 +221,8 @@ def _compare(
     robot = Compass(**{name: values.pop(name) for name in _ROBOT})
     law = _controller(ctx, controller, robot, values)
     values["scuffing"] = ScuffingRule(reach=scuffing_reach)
-    done = compare(law, ground, robot=robot, progress=not quiet, **values)
+    mujoco = _mujoco(ctx, values)
+    done = compare(law, ground, robot=robot, mujoco=mujoco, progress=not quiet, **values)
     files = Files()
     files.save_both(done, out)
     files.plot(plot, "comparison:plot_comparison", done)
@@ -347,8 +354,7 @@ def _controller(ctx: click.Context, name: str, robot: Compass, values: dict[str,
         click.UsageError: An option is given that the controller does not have.
         MjbipedError: A gain is outside its domain, or the slope to be imitated has no passive gait.
     """
-    sections = (given.ADAPTIVE, given.COMPARISON)
-    chosen = [p for p in ctx.command.params if getattr(p, "section", "") in sections]
+    chosen = _section(ctx, given.ADAPTIVE, given.COMPARISON)
     settings = {str(parameter.name): values.pop(str(parameter.name)) for parameter in chosen}
     compared = names.GIVEN_SLOPE.get(name)
     for parameter in chosen:
@@ -370,6 +376,33 @@ def _controller(ctx: click.Context, name: str, robot: Compass, values: dict[str,
     if slope_source is not None:
         gains["slope_source"] = slope_source
     return make_controller(name, robot, {**{key: settings[key] for key in names.SHARED}, **gains})
+
+
+def _engine(ctx: click.Context, name: str, values: dict[str, Any]) -> Engine:
+    """The engine of a command, its options taken out of `values`.
+
+    Raises:
+        click.UsageError: An option is given that the engine does not have.
+        InputError: One is outside its domain.
+    """
+    mujoco = _mujoco(ctx, values)
+    if name == mujoco.name:
+        return mujoco
+    for parameter in _section(ctx, given.MUJOCO):
+        if ctx.get_parameter_source(str(parameter.name)) is click.core.ParameterSource.COMMANDLINE:
+            raise click.UsageError(f"{parameter.opts[0]} is for --engine {mujoco.name}; {name} has no such thing.")
+    return ENGINES[name]
+
+
+def _mujoco(ctx: click.Context, values: dict[str, Any]) -> Mujoco:
+    """The MuJoCo engine of a command, its options taken out of `values`."""
+    settings = {str(parameter.name): values.pop(str(parameter.name)) for parameter in _section(ctx, given.MUJOCO)}
+    return Mujoco(lands=not settings.pop("plain_steps"), **settings)
+
+
+def _section(ctx: click.Context, *sections: str) -> list[click.Parameter]:
+    """The options of sections of a command's help."""
+    return [parameter for parameter in ctx.command.params if getattr(parameter, "section", "") in sections]
 
 
 def _warn_without_gl() -> None:

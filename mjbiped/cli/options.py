@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -13,10 +12,11 @@ import click
 from controllers import AdaptiveController
 from controllers.given_slope import SLOPE_SOURCES
 from controllers.names import CONTROLLERS, GIVEN_SLOPE, SHARED, gains
-from mjbiped.engines.plan import DEFAULT_STEPS, ENGINES, INITIAL_STATES
+from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
+from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES
+from mjbiped.engines.plan import DEFAULT_STEPS, INITIAL_STATES
 from mjbiped.errors import InputError, shown
 from mjbiped.robots.compass import Compass
-from mjbiped.rollout.walk import walk
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.files import parse_number
 from mjbiped.utils import domains
@@ -178,10 +178,9 @@ def gain(value: str) -> tuple[str, float]:
 
 _PLOT = output(".png", ".pdf", ".svg")
 VIDEO_PATH = output(".mp4")
-_TIMESTEP, _CONTACT = (inspect.signature(walk).parameters[name].default for name in ("timestep", "contact_timestep"))
 _LAW = AdaptiveController  # for its defaults
 
-ADAPTIVE, COMPARISON = "Adaptive controller", "Comparison controllers"
+ADAPTIVE, COMPARISON, MUJOCO = "Adaptive controller", "Comparison controllers", "MuJoCo"
 CAMERAS = ("track", "side", "overview")
 
 walk_options = options(
@@ -205,14 +204,31 @@ walk_options = options(
         "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque; the others are "
         "those that the paper compares with, see docs/comparison.md.",
     ),
-    ("--timestep", quantity(domains.TIMESTEP), _TIMESTEP, "X", "Longest physics step, s."),
-    ("--contact-timestep", quantity(domains.CONTACT_TIMESTEP), _CONTACT, "X", "Physics step that makes an impact, s."),
+)
+
+mujoco_options = options(
+    MUJOCO,
+    ("--timestep", quantity(domains.TIMESTEP), DEFAULT_TIMESTEP, "X", "Longest physics step, s."),
+    (
+        "--contact-timestep",
+        quantity(domains.CONTACT_TIMESTEP),
+        DEFAULT_CONTACT_TIMESTEP,
+        "X",
+        "Physics step that makes an impact, s.",
+    ),
     (
         "--control-period",
         quantity(domains.CONTROL_PERIOD),
         None,
         "X",
         "Time between ticks of the controller, s; each physics step unless given.",
+    ),
+    (
+        "--plain-steps",
+        bool,
+        False,
+        None,
+        "Steps of the one length --timestep (0.1 ms or less): none ends at a touchdown, and contacts alone tell of it.",
     ),
 )
 
@@ -225,7 +241,13 @@ def scuffing_option(section: str) -> Callable[[_Function], _Function]:
 
 engine_option = options(
     "Walk",
-    ("--engine", click.Choice(ENGINES), ENGINES[0], None, "The physics: MuJoCo's contacts, or the paper's impact map."),
+    (
+        "--engine",
+        click.Choice(tuple(ENGINES)),
+        DEFAULT_ENGINE,
+        None,
+        "The physics: MuJoCo's contacts, or the paper's impact map.",
+    ),
 )
 
 adaptive_options = options(

@@ -16,21 +16,19 @@ import mujoco
 import numpy as np
 import scipy
 
-from mjbiped.engines.mujoco.ground import GROUND_KINDS
-from mjbiped.engines.mujoco.simulation import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
 from mjbiped.errors import InputError, shown
 from mjbiped.gaits.passive import Gait, find_passive_gait
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.utils.domains import MEMORY_SIZE, Count, Domain, check_kind, check_states, known_name
+from mjbiped.utils.domains import MEMORY_SIZE, Count, Domain, check_kind, check_states
 from mjbiped.version import __version__
 
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller
+    from mjbiped.engines.base import Engine
 
-ENGINES = ("mujoco", "hybrid")
 INITIAL_STATES = ("gait", "rest")
 DEFAULT_STEPS = 60
 DEFAULT_SAMPLE_PERIOD = 0.005  # s
@@ -39,12 +37,8 @@ _ON_GROUND = 1e-6  # of leg lengths: a foot so deep stands on the ground
 _NUMBERS: dict[str, Domain | Count] = {
     "steps": domains.STEPS,
     "distance": domains.DISTANCE,
-    "timestep": domains.TIMESTEP,
-    "contact_timestep": domains.CONTACT_TIMESTEP,
-    "control_period": domains.CONTROL_PERIOD,
     "sample_period": domains.SAMPLE_PERIOD,
 }
-_NEEDED = ("timestep", "contact_timestep")  # of these; the others may be None
 
 
 @dataclass(frozen=True)
@@ -52,51 +46,39 @@ class Terms:
     """What walks have in common; see `mjbiped.rollout.walk.walk` for the meanings.
 
     Attributes:
-        engine: One of `ENGINES`.
+        engine: Makes the walks.
         steps: With neither a number of steps nor a distance given, `DEFAULT_STEPS`.
         distance: m.
         robot: None: the controller's own, or Table I.
-        timestep: s.
-        contact_timestep: s.
-        control_period: s.
         sample_period: s; None: no samples.
         scuffing: The default rule unless given.
-        ground: How MuJoCo's ground is built.
 
     Raises:
-        InputError: A value is outside its domain, or for the other engine.
+        InputError: A value is outside its domain.
     """
 
-    engine: str
+    engine: Engine
     steps: int | None
     distance: float | None
     robot: Compass | None
-    timestep: float
-    contact_timestep: float
-    control_period: float | None
     sample_period: float | None
     scuffing: ScuffingRule
-    ground: str
 
     def __post_init__(self) -> None:
         """Check what can be checked without a controller and a terrain."""
-        known_name("engine", self.engine, ENGINES)
-        known_name("ground", self.ground, GROUND_KINDS)
         if self.steps is None and self.distance is None:
             object.__setattr__(self, "steps", DEFAULT_STEPS)
         for name, domain in _NUMBERS.items():
             value = getattr(self, name)
-            if value is not None or name in _NEEDED:
+            if value is not None:
                 object.__setattr__(self, name, domain.check(name, value))
         if self.robot is not None:
             check_kind("robot", self.robot, Compass)
-        if self.engine == "hybrid":
-            _check_hybrid(self.timestep, self.contact_timestep, self.control_period, self.ground)
 
 
 @dataclass(frozen=True)
 class Plan:
-    """One walk, checked and not yet begun.
+    """One walk, checked and not yet started.
 
     Attributes:
         terms: What it has in common with others.
@@ -132,7 +114,7 @@ class Plan:
         """All that is needed to repeat the walk, in plain JSON types, but for what its engine adds."""
         terms = self.terms
         return {
-            "engine": terms.engine,
+            "engine": terms.engine.name,
             "robot": dict(_fields(self.robot)),
             "controller": dict(self.description),
             "terrain": self.terrain.to_dict(),
@@ -145,7 +127,7 @@ class Plan:
         }
 
 
-def planned(
+def make_plan(
     terms: Terms,
     controller: Controller,
     terrain: Terrain,
@@ -162,8 +144,8 @@ def planned(
         description: What `check_controller` gave for this controller, if it has been asked.
 
     Raises:
-        InputError: One of them is not what is expected, the scuffing rule would never let the gait land, or the robot
-            would start in the ground.
+        InputError: One of them is not what is expected, the scuffing rule would never let the gait land, the robot
+            would start in the ground, or the engine cannot make this walk.
         GaitError: No passive gait exists on the slope under x = 0.
     """
     description = check_controller(controller) if description is None else description
@@ -177,23 +159,9 @@ def planned(
     if gait is not None:
         check_landing(gait, slope, terms.scuffing)
     _check_start(robot, terrain, q, terms.scuffing)
-    return Plan(terms, controller, terrain, robot, q, dq, description)
-
-
-def _check_hybrid(timestep: float, contact_timestep: float, control_period: float | None, ground: str) -> None:
-    """Refuse what only a time-stepping engine can do.
-
-    Raises:
-        InputError: An argument was given that the hybrid engine does not have.
-    """
-    for name, given in (
-        ("timestep", timestep != DEFAULT_TIMESTEP),
-        ("contact_timestep", contact_timestep != DEFAULT_CONTACT_TIMESTEP),
-        ("control_period", control_period is not None),
-        ("ground", ground != "auto"),
-    ):
-        if given:
-            raise InputError(f"{name} is for the engine mujoco; the hybrid engine integrates without a fixed step")
+    plan = Plan(terms, controller, terrain, robot, q, dq, description)
+    terms.engine.check(plan)
+    return plan
 
 
 def check_controller(controller: object) -> dict[str, Any]:

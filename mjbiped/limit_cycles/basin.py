@@ -7,7 +7,6 @@ between the legs is the gait's, and the rates of the two legs are laid out on a 
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
@@ -30,6 +29,7 @@ from mjbiped.rules.scuffing import ScuffingRule, check_landing, chosen
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
+from mjbiped.utils.parallel import cores
 
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller
@@ -301,7 +301,7 @@ def _filled(basin: Basin, row: Callable[[int], None], threads: int | None, progr
     from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
 
     rows = range(len(basin.swing_rates))
-    with ThreadPoolExecutor(threads or _cores()) as pool:
+    with ThreadPoolExecutor(threads or cores()) as pool:
         try:
             futures = [pool.submit(row, number) for number in rows]
             for future in tqdm(as_completed(futures), total=len(rows), desc="rows", disable=None if progress else True):
@@ -312,8 +312,3 @@ def _filled(basin: Basin, row: Callable[[int], None], threads: int | None, progr
                 raise BasinInterrupted(basin) from error
             raise
     return basin
-
-
-def _cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)

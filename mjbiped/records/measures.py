@@ -140,7 +140,7 @@ def summary(walk: Walk) -> dict[str, Any]:
     """
     gathered = Summary(walk.robot, walk.terrain)
     gathered.take(walk.touchdowns)
-    return gathered.told(
+    return gathered.to_dict(
         outcome=walk.outcome,
         end=walk.end,
         peak_torque=walk.peak_torque,
@@ -205,7 +205,7 @@ class Summary:
         self._last_error = float(ended[-1])
         self.steps += count
 
-    def told(
+    def to_dict(
         self,
         *,
         outcome: str,

@@ -13,7 +13,7 @@ from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, place, split, width
 if TYPE_CHECKING:
     from mjbiped.records.measures import Summary
 
-Heed: TypeAlias = Callable[[], None]
+Cancellation: TypeAlias = Callable[[], None]
 """Called now and then while a walk is recorded; what it raises breaks the walk off."""
 
 _SAMPLED, _TOUCHED = width(SAMPLES), width(TOUCHDOWNS)  # floats of a row
@@ -28,7 +28,7 @@ def _later(table: NDArray[np.float64], taken: Sequence[NDArray[np.float64]]) -> 
     return later
 
 
-def unheeded() -> None:
+def never_cancelled() -> None:
     """Let the walk go on."""
 
 
@@ -36,18 +36,20 @@ class Recorder:
     """Grows with the walk; its tables may be asked for at any moment.
 
     Attributes:
-        heed: To be called by the engine each time before the walk goes on.
+        cancellation: To be called by the engine each time before the walk goes on.
     """
 
-    def __init__(self, *, keep_samples: bool = True, summary: Summary | None = None, heed: Heed = unheeded) -> None:
+    def __init__(
+        self, *, keep_samples: bool = True, summary: Summary | None = None, cancellation: Cancellation = never_cancelled
+    ) -> None:
         """Begin an empty recording.
 
         Args:
             keep_samples: Whether the table of samples is wanted; without it the last is known, no more.
             summary: Takes the touchdowns, which are not kept then.
-            heed: See the attribute.
+            cancellation: See the attribute.
         """
-        self.heed = heed
+        self.cancellation = cancellation
         self._keep_samples = keep_samples
         self._summary = summary
         self._rows: list[NDArray[np.float64]] = [np.empty((0, _TOUCHED))]

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers import Controller
-from mjbiped.engines.mujoco.simulation import DEFAULT_TIMESTEP
-from mjbiped.engines.plan import versions
+from mjbiped.engines.mujoco.engine import Mujoco
+from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP
+from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, versions
 from mjbiped.errors import MjbipedError, RecordError, shown
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
@@ -173,18 +174,15 @@ def measured(cell: Cell) -> tuple[Result, Walk | None]:
     Returns:
         The result, and the record where the cell asks for it.
     """
-    settings: dict[str, Any] = {"timestep": cell.timestep} if cell.engine == "mujoco" else {}
-    if not cell.record:
-        settings["sample_period"] = _SPARSE
     try:
         done = walk(
             cell.controller,
             cell.terrain,
-            engine=cell.engine,
+            engine=Mujoco(timestep=cell.timestep) if cell.engine == "mujoco" else cell.engine,
             steps=cell.steps,
             distance=cell.distance,
             initial=cell.initial,
-            **settings,
+            sample_period=DEFAULT_SAMPLE_PERIOD if cell.record else _SPARSE,
         )
     except WalkStopped as stop:
         return dataclasses.replace(_kept(stop.walk), outcome=FAILED, error=str(stop)), None

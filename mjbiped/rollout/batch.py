@@ -12,13 +12,12 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from mjbiped.control.methods import gives_its_law
-from mjbiped.engines.mujoco.compiled.callbacks import Functions
-from mjbiped.engines.mujoco.compiled.registry import shared_callbacks
+from mjbiped.engines.base import Run
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.records.record import Walk
-from mjbiped.records.recorder import Heed, unheeded
-from mjbiped.rollout.walk import HybridRun, MujocoRun, begun, is_interrupt
+from mjbiped.records.recorder import Cancellation, never_cancelled
+from mjbiped.rollout.walk import is_interrupt
 from mjbiped.utils.parallel import processes
 
 if TYPE_CHECKING:
@@ -46,26 +45,28 @@ class _Ended(NamedTuple):
     interrupted: bool = False
 
 
-class _NotTheirs(Exception):  # noqa: N818 (no error, a message)
-    """A walk is driven by other compiled callbacks than those that are installed."""
+class _CannotShare(Exception):  # noqa: N818 (no error, a message)
+    """A walk cannot be made in a thread beside those of its group."""
 
 
-def _walked(plan: Plan, summarised: bool, heed: Heed = unheeded, functions: Functions | None = None) -> _Ended:
+def _walked(
+    plan: Plan, summarised: bool, cancellation: Cancellation = never_cancelled, first: Run | None = None
+) -> _Ended:
     """Walk once.
 
     Args:
         plan: What is walked.
         summarised: Whether a summary is kept, and no record.
-        heed: See `walk.begun`.
-        functions: Compiled callbacks that are installed for this walk.
+        cancellation: See `Engine.start`.
+        first: Of the walks that share threads with this one; `first.sharing()` is held.
 
     Raises:
-        _NotTheirs: They are not this walk's.
+        _CannotShare: This one cannot.
     """
     try:
-        run = begun(plan, summarised=summarised, heed=heed)
-        if functions is not None and isinstance(run, MujocoRun) and run.simulation.functions is not functions:
-            raise _NotTheirs
+        run = plan.terms.engine.start(plan, summarised=summarised, cancellation=cancellation)
+        if first is not None and not run.shares_with(first):
+            raise _CannotShare
     except MjbipedError as error:
         return _Ended(None, str(error), traceback.format_exc())
     keep: Callable[[], Result] = run.summary if summarised else run.record
@@ -78,7 +79,7 @@ def _walked(plan: Plan, summarised: bool, heed: Heed = unheeded, functions: Func
             return _Ended(keep(), interrupted=True)
         if not isinstance(error, Exception):
             raise
-        return _Ended(keep(), run.told(error), traceback.format_exc())
+        return _Ended(keep(), run.message(error), traceback.format_exc())
     return _Ended(keep())
 
 
@@ -94,17 +95,17 @@ def _as_they_end(futures: Collection[Future[_Ended]]) -> Iterator[Future[_Ended]
                 break
 
 
-class Crowd:
+class Batch:
     """Many walks and what has come of them so far.
 
     Attributes:
         results: What is kept of each.
-        errors: What went wrong, by the walk's place.
+        errors: What went wrong, by the walk's index.
         traces: Where it did.
     """
 
     def __init__(self, plans: Sequence[Plan], summarised: bool, workers: int, bar: tqdm[Any]) -> None:
-        """Gather walks that have not begun.
+        """Gather walks that have not been started.
 
         Args:
             plans: What is walked.
@@ -122,12 +123,21 @@ class Crowd:
         self.errors: dict[int, str] = {}
         self.traces: dict[int, str] = {}
 
-    def groups(self) -> dict[Hashable, list[int]]:
-        """Walks whose laws are the same functions; those in plain Python are set apart. Compiles all laws.
+    def run(self) -> None:
+        """Walk those with compiled laws in threads, then the others in processes; laws are compiled first of all.
 
         Raises:
-            InputError: The engine refuses an argument, laws cannot be compiled, or a controller cannot be pickled.
+            InputError: Laws cannot be compiled, or a controller cannot be pickled.
+            KeyboardInterrupt: Ctrl-C.
         """
+        groups = self._groups()
+        self._bar.set_description("walking")
+        for group in groups.values():
+            self._walk_group(group)
+        self._walk_apart()
+
+    def _groups(self) -> dict[Hashable, list[int]]:
+        """Walks whose laws are the same functions; those in plain Python are set apart."""
         kinds: dict[int, Hashable] = {}
         groups: dict[Hashable, list[int]] = {}
         for index, plan in enumerate(self._plans):
@@ -136,37 +146,29 @@ class Crowd:
                 kinds[id(controller)] = _kind(controller)
             groups.setdefault(kinds[id(controller)], []).append(index)
         for kind, indices in list(groups.items()):
-            if not _compiles(self._plans[indices[0]]):
+            if not self._start(indices[0]).compile():
                 self._apart += groups.pop(kind)
         if self._in_processes:
             _check_pickles({id(c): c for c in (self._plans[index].controller for index in self._apart)}.values())
         return groups
 
-    def walk(self, indices: Sequence[int]) -> None:
-        """Walk a group in threads.
+    def _start(self, index: int) -> Run:
+        plan = self._plans[index]
+        return plan.terms.engine.start(plan)
 
-        Raises:
-            KeyboardInterrupt: Ctrl-C.
-        """
+    def _walk_group(self, indices: Sequence[int]) -> None:
+        """Walk a group in threads; those that cannot share them by and by in others, or apart."""
         left = list(indices)
         while left:
-            first = begun(self._plans[left[0]])
-            if not isinstance(first, MujocoRun):
-                self._in_threads(left)
-                return
-            functions = first.simulation.functions
-            if functions is None:
+            first = self._start(left[0])
+            if not first.compile():
                 self._apart.append(left.pop(0))
                 continue
-            with shared_callbacks(functions):
-                left = self._in_threads(left, functions)
+            with first.sharing():
+                left = self._in_threads(left, first)
 
-    def walk_apart(self) -> None:
-        """Walk those whose laws are in plain Python.
-
-        Raises:
-            KeyboardInterrupt: Ctrl-C.
-        """
+    def _walk_apart(self) -> None:
+        """Walk those whose laws are in plain Python."""
         if not self._in_processes:
             for index in self._apart:
                 self._take(index, _walked(self._plans[index], self._summarised))
@@ -180,17 +182,17 @@ class Crowd:
     def _in_processes(self) -> bool:
         return min(self._workers, len(self._apart)) > 1
 
-    def _in_threads(self, indices: Sequence[int], functions: Functions | None = None) -> list[int]:
-        """Walk in threads; returns those that the installed callbacks are not for."""
+    def _in_threads(self, indices: Sequence[int], first: Run) -> list[int]:
+        """Walk in threads; returns those that cannot share them."""
         others: list[int] = []
         with ThreadPoolExecutor(self._workers, thread_name_prefix="walk") as pool:
             futures = {
-                pool.submit(_walked, self._plans[index], self._summarised, self._heed, functions): index
+                pool.submit(_walked, self._plans[index], self._summarised, self._check_cancelled, first): index
                 for index in indices
             }
             try:
                 for future in _as_they_end(futures):
-                    if isinstance(future.exception(), _NotTheirs):
+                    if isinstance(future.exception(), _CannotShare):
                         others.append(futures[future])
                     else:
                         self._take_from(future, futures[future])
@@ -203,7 +205,7 @@ class Crowd:
                 raise
         return sorted(others)
 
-    def _heed(self) -> None:
+    def _check_cancelled(self) -> None:
         if self._stop.is_set():
             raise KeyboardInterrupt
 
@@ -232,19 +234,6 @@ def _kind(controller: Controller) -> Hashable:
     """What decides which functions are compiled for a controller; None: none."""
     law = controller.law() if gives_its_law(controller) else None
     return None if law is None else (type(controller), law[1:], tuple(controller.states))
-
-
-def _compiles(plan: Plan) -> bool:
-    """Whether a walk runs in compiled code, which is then compiled.
-
-    Raises:
-        InputError: An argument is outside its domain, or the laws cannot be compiled.
-    """
-    run = begun(plan)
-    if isinstance(run, HybridRun):
-        run.simulation.compile()
-    assert isinstance(run, HybridRun | MujocoRun)
-    return run.simulation.compiled
 
 
 def _check_pickles(controllers: Iterable[Controller]) -> None:

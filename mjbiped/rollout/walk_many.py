@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from numbers import Real
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
-from mjbiped.engines.mujoco.compiled.registry import exclusive, require_no_callbacks, walking
-from mjbiped.engines.mujoco.simulation import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
-from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, check_controller, planned
+from mjbiped.engines.base import Engine
+from mjbiped.engines.names import engine_of
+from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, check_controller, make_plan
 from mjbiped.errors import GaitError, InputError, MjbipedError
 from mjbiped.numerics.jit import announced
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
-from mjbiped.rollout.batch import Crowd, Result
+from mjbiped.rollout.batch import Batch, Result
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import WORKERS
+from mjbiped.utils.parallel import cores
 
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller
@@ -63,17 +63,13 @@ def walk_many(
     controllers: Controller | Iterable[Controller],
     terrains: Terrain | Iterable[Terrain],
     *,
-    engine: str = ...,
+    engine: str | Engine = ...,
     steps: int | None = ...,
     distance: float | None = ...,
     initial: Initial | Sequence[Initial] = ...,
     robot: Compass | None = ...,
-    timestep: float = ...,
-    contact_timestep: float = ...,
-    control_period: float | None = ...,
     sample_period: float | None = ...,
     scuffing: ScuffingRule | None = ...,
-    ground: str = ...,
     summaries: Literal[False] = ...,
     workers: int | None = ...,
     progress: bool = ...,
@@ -85,17 +81,13 @@ def walk_many(
     controllers: Controller | Iterable[Controller],
     terrains: Terrain | Iterable[Terrain],
     *,
-    engine: str = ...,
+    engine: str | Engine = ...,
     steps: int | None = ...,
     distance: float | None = ...,
     initial: Initial | Sequence[Initial] = ...,
     robot: Compass | None = ...,
-    timestep: float = ...,
-    contact_timestep: float = ...,
-    control_period: float | None = ...,
     sample_period: float | None = ...,
     scuffing: ScuffingRule | None = ...,
-    ground: str = ...,
     summaries: Literal[True],
     workers: int | None = ...,
     progress: bool = ...,
@@ -106,17 +98,13 @@ def walk_many(
     controllers: Controller | Iterable[Controller],
     terrains: Terrain | Iterable[Terrain],
     *,
-    engine: str = "mujoco",
+    engine: str | Engine = "mujoco",
     steps: int | None = None,
     distance: float | None = None,
     initial: Initial | Sequence[Initial] = "gait",
     robot: Compass | None = None,
-    timestep: float = DEFAULT_TIMESTEP,
-    contact_timestep: float = DEFAULT_CONTACT_TIMESTEP,
-    control_period: float | None = None,
     sample_period: float | None = DEFAULT_SAMPLE_PERIOD,
     scuffing: ScuffingRule | None = None,
-    ground: str = "auto",
     summaries: bool = False,
     workers: int | None = None,
     progress: bool = False,
@@ -140,12 +128,8 @@ def walk_many(
         distance: See `walk`.
         initial: One for all walks, or a sequence of one each.
         robot: See `walk`.
-        timestep: See `walk`.
-        contact_timestep: See `walk`.
-        control_period: See `walk`.
         sample_period: See `walk`; None (no samples) saves most of the memory.
         scuffing: See `walk`.
-        ground: See `walk`.
         summaries: Return what `measures.summary` says of each walk, and no records: a walk then takes as much memory
             with a million steps as with a thousand.
         workers: Walks at a time; by default as many as there are cores for this process. No result depends on it.
@@ -161,51 +145,24 @@ def walk_many(
         WalksStopped: Walks were broken off by an error; all others are complete, and the error carries everything.
         WalksInterrupted: Ctrl-C; a `KeyboardInterrupt` that carries what has been walked.
     """
-    terms = Terms(
-        engine=engine,
-        steps=steps,
-        distance=distance,
-        robot=robot,
-        timestep=timestep,
-        contact_timestep=contact_timestep,
-        control_period=control_period,
-        sample_period=sample_period,
-        scuffing=chosen(scuffing),
-        ground=ground,
-    )
-    if workers is None:
-        workers = cores()
-    workers = WORKERS.check("workers", workers)
+    terms = Terms(engine_of(engine), steps, distance, robot, sample_period, chosen(scuffing))
+    workers = WORKERS.check("workers", cores() if workers is None else workers)
     from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
 
     plans = _plans(terms, controllers, terrains, initial)
-    with ExitStack() as stack:
-        if engine == "mujoco":
-            stack.enter_context(exclusive())
-            if walking():
-                raise MjbipedError("walks cannot be started from inside another's controller")
-            require_no_callbacks()
-        stack.enter_context(announced("the controllers of these walks", wanted=progress))
-        bar = stack.enter_context(
-            tqdm(total=len(plans), desc="preparing", unit="walk", disable=None if progress else True)
-        )
-        crowd = Crowd(plans, summaries, workers, bar)
+    with (
+        terms.engine.session(many=True),
+        announced("the controllers of these walks", wanted=progress),
+        tqdm(total=len(plans), desc="preparing", unit="walk", disable=None if progress else True) as bar,
+    ):
+        batch = Batch(plans, summaries, workers, bar)
         try:
-            groups = crowd.groups()
-            bar.set_description("walking")
-            for group in groups.values():
-                crowd.walk(group)
-            crowd.walk_apart()
+            terms.engine.run_many(batch)
         except KeyboardInterrupt as stop:
-            raise WalksInterrupted(crowd.results, crowd.errors) from stop
-    if crowd.errors:
-        raise _stopped(crowd)
-    return crowd.results
-
-
-def cores() -> int:
-    """Number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+            raise WalksInterrupted(batch.results, batch.errors) from stop
+    if batch.errors:
+        raise _stopped(batch)
+    return batch.results
 
 
 def _plans(
@@ -239,7 +196,7 @@ def _plans(
         try:
             if id(controller) not in described:
                 described[id(controller)] = check_controller(controller)
-            plans.append(planned(terms, controller, terrain, start, described[id(controller)]))
+            plans.append(make_plan(terms, controller, terrain, start, described[id(controller)]))
         except (InputError, GaitError) as error:
             raise type(error)(f"walk {index} of {count} (counted from 0): {error}") from error
     return plans
@@ -253,16 +210,16 @@ def _listed(value: object) -> list[Any] | None:
     return None
 
 
-def _stopped(crowd: Crowd) -> WalksStopped:
+def _stopped(batch: Batch) -> WalksStopped:
     """The error that tells of the broken walks."""
-    first, count = min(crowd.errors), len(crowd.results)
-    others = count - len(crowd.errors)
+    first, count = min(batch.errors), len(batch.results)
+    others = count - len(batch.errors)
     error = WalksStopped(
-        f"{len(crowd.errors)} of {count} walks stopped, the first of them walk {first} (counted from 0): "
-        f"{crowd.errors[first]}; the other {others} are complete, see `walks` and `errors` of this error",
-        crowd.results,
-        crowd.errors,
+        f"{len(batch.errors)} of {count} walks stopped, the first of them walk {first} (counted from 0): "
+        f"{batch.errors[first]}; the other {others} are complete, see `walks` and `errors` of this error",
+        batch.results,
+        batch.errors,
     )
-    if crowd.traces[first]:
-        error.add_note(f"walk {first}:\n{crowd.traces[first]}")
+    if batch.traces[first]:
+        error.add_note(f"walk {first}:\n{batch.traces[first]}")
     return error

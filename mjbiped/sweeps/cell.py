@@ -10,6 +10,7 @@ from typing import Any
 
 from controllers import Controller
 from controllers.names import make_controller
+from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.errors import InputError
 from mjbiped.gaits.passive import Gait, find_passive_gait
 from mjbiped.records import measures
@@ -57,7 +58,8 @@ STATE = {"q1": domains.ANGLE, "q2": domains.ANGLE, "dq1": domains.RATE, "dq2": d
 FAILED = "failed"
 """Outcome of a walk that an error kept from ending."""
 
-_LIMITS = ("steps", "distance", "timestep", "contact_timestep")  # arguments of `walk` as they are
+_LIMITS = ("steps", "distance")  # arguments of `walk` as they are
+_OPTIONS = ("timestep", "contact_timestep")  # settings of the engine mujoco
 _SPARSE = 1.0  # sample period, s: the samples are not kept
 _MUJOCO = threading.Lock()  # its callbacks belong to a whole process, and a remote worker may have several threads
 
@@ -133,11 +135,13 @@ class Cell:
     def walk(self) -> Walk:
         """Let it walk."""
         robot, terrain, controller = self.robot(), self.terrain(), self.controller()
-        limits = {key: self.values[key] for key in _LIMITS if key in self.values}
+        limits, options = (
+            {key: self.values[key] for key in keys if key in self.values} for keys in (_LIMITS, _OPTIONS)
+        )
         return walk(
             controller,
             terrain,
-            engine=str(self.values["engine"]),
+            engine=Mujoco(**options) if options else str(self.values["engine"]),  # type: ignore[arg-type]  # checked there
             initial=self.initial(controller, robot, terrain),
             robot=robot,
             sample_period=_SPARSE,

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from mjbiped.engines.plan import ENGINES, INITIAL_STATES
+from mjbiped.engines.names import ENGINES
+from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shortened, shown
 from mjbiped.gaits.passive import Gait, find_passive_gait
 from mjbiped.robots.compass import Compass

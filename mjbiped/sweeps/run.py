@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import queue
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -20,7 +19,7 @@ from mjbiped.sweeps.cell import FAILED, MEASURES, Cell, Row, measured
 from mjbiped.sweeps.plan import Study
 from mjbiped.sweeps.provenance import sources
 from mjbiped.sweeps.store import Layout, Store, opened
-from mjbiped.utils.parallel import cluster, processes
+from mjbiped.utils.parallel import cluster, cores, processes
 
 MOST_IN_BATCH = 32
 LONGEST_BATCH = 0.5
@@ -121,7 +120,7 @@ def walk_cells(
             pending[future] = batch
             future.add_done_callback(back.put)
 
-    count = min(workers or os.cpu_count() or 1, len(todo))
+    count = min(workers or cores(), len(todo))
     bar = tqdm(total=ended + len(todo), initial=ended, desc="walks", unit="walk", disable=None if progress else True)
     try:
         with bar, processes(count) if scheduler is None else cluster(scheduler) as pool:

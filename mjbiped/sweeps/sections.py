@@ -8,7 +8,8 @@ from inspect import signature
 from typing import Any, TypeAlias
 
 from controllers.names import CONTROLLERS, settings_of
-from mjbiped.engines.plan import ENGINES, INITIAL_STATES
+from mjbiped.engines.names import DEFAULT_ENGINE
+from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
 from mjbiped.robots.compass import Compass
 from mjbiped.sweeps.cell import STATE
@@ -33,7 +34,7 @@ def parts_of(content: Mapping[str, Any]) -> Iterator[list[Settings]]:
     """
     for key in LIMITS:
         if key in content or key == "engine":
-            yield [{key: read_choice(key, content.get(key, ENGINES[0]))}]
+            yield [{key: read_choice(key, content.get(key, DEFAULT_ENGINE))}]
     if isinstance(content.get("initial", "gait"), str) or _is_list_of_names(content.get("initial")):
         yield [{"initial": read_choice("initial", content.get("initial", INITIAL_STATES[0]))}]
     else:

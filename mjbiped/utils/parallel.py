@@ -22,6 +22,11 @@ _MERCY = 5.0
 """How long a process may take to end that is told to, s: compiled code does not hear it before it returns."""
 
 
+def cores() -> int:
+    """Number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 @contextmanager
 def processes(count: int | None = None) -> Iterator[Executor]:
     """Have work done in processes of their own, which end with this one, however it ends.
@@ -37,7 +42,7 @@ def processes(count: int | None = None) -> Iterator[Executor]:
         raises, work not begun is dropped and the processes are ended; else all that was submitted is waited for.
     """
     before = set(multiprocessing.active_children())
-    count = count or os.cpu_count() or 1
+    count = count or cores()
     pool = ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"), initializer=_begin)
     try:
         with _deaf_children():

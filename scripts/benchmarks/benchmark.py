@@ -25,9 +25,10 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
-from mjbiped.engines.hybrid.simulation import HybridRecorder, HybridSimulation, simulate_hybrid
+from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
 from mjbiped.numerics.jit import compiled
 from mjbiped.plotting import style as plot_style
+from mjbiped.records.recorder import Recorder
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
 from scripts.benchmarks.scipy_walk import ScipyWalk
@@ -72,7 +73,7 @@ def hybrid_case(
                 sample_period=sample_period,
             )
             begun = clock()
-            outcome = simulate_hybrid(simulation, HybridRecorder(), progress=False)
+            outcome = simulate(simulation, Recorder())
             taken += clock() - begun
             if outcome is not Outcome.FINISHED:
                 raise RuntimeError(f"the walk {outcome.words}")

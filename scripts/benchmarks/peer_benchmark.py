@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 import mjbiped
 from controllers import PassiveController
-from mjbiped.engines.hybrid.simulation import HybridRecorder, HybridSimulation, simulate_hybrid
+from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
+from mjbiped.records.recorder import Recorder
 from mjbiped.terrain.terrain import Terrain
 from scripts.benchmarks.scipy_walk import ScipyWalk
 from scripts.benchmarks.timing import PAGE, Case, interleaved
@@ -74,7 +75,7 @@ def hybrid_case(robot: mjbiped.Compass, slope: float, steps: int) -> Case:
             sample_period=math.inf,
         )
         begun = time.thread_time()
-        simulate_hybrid(simulation, HybridRecorder(), progress=False)
+        simulate(simulation, Recorder())
         return time.thread_time() - begun
 
     return run

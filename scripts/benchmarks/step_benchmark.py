@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 import mjbiped
 from controllers import Controller, PassiveController
-from mjbiped.engines.mujoco.simulation import DEFAULT_TIMESTEP, LONGEST_TIMESTEP, Simulation
+from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP, LONGEST_TIMESTEP
+from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.terrain.terrain import Terrain
 from scripts.benchmarks.benchmark import ADAPTIVE, GAIT, ROBOT
 from scripts.benchmarks.timing import PAGE, Case, interleaved
@@ -88,7 +89,9 @@ def real_time(controller: Controller, terrain: Terrain, timestep: float, repeats
     factors = []
     for _ in range(repeats):
         begun = time.thread_time()
-        walk = mjbiped.walk(controller, terrain, steps=WALKED, initial=GAIT.start.tolist(), timestep=timestep)
+        walk = mjbiped.walk(
+            controller, terrain, steps=WALKED, initial=GAIT.start.tolist(), engine=mjbiped.Mujoco(timestep=timestep)
+        )
         factors.append(walk.end[0] / (time.thread_time() - begun))
     return f"{np.median(factors):.0f}"
 

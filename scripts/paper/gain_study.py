@@ -17,7 +17,7 @@ from tqdm.auto import tqdm
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped.analysis.error_dynamics import Array, cycle_stability, impact_gain, lyapunov_gain
-from mjbiped.engines.mujoco.simulation import DEFAULT_TIMESTEP
+from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP
 from mjbiped.plotting.style import BLACK, BLUE, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
 from mjbiped.records import measures
 
@@ -140,7 +140,8 @@ def mujoco_walk(controller: AdaptiveController, control_period: float, steps: in
     And in how many steps the stance foot left the ground, if it did.
     """
     timestep = min(control_period, DEFAULT_TIMESTEP)
-    done = mjbiped.walk(controller, TERRAINS["mixed"], steps=steps, control_period=control_period, timestep=timestep)
+    engine = mjbiped.Mujoco(timestep=timestep, control_period=control_period)
+    done = mjbiped.walk(controller, TERRAINS["mixed"], steps=steps, engine=engine)
     if done.outcome != "finished":
         return done.outcome
     _, ended = measures.estimate_errors(done)

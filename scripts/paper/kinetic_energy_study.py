@@ -194,7 +194,7 @@ def why() -> Table:
     for friction, timesteps in ((GROUND_FRICTION, (1e-3, 2e-4, 1e-4)), (2.0, (1e-3, 1e-4)), (5.0, (1e-3, 1e-4))):
         with patch.object(scene, "GROUND_FRICTION", friction):
             for timestep in timesteps:
-                walk = mjbiped.walk(law, ground, steps=ON, timestep=timestep)
+                walk = mjbiped.walk(law, ground, steps=ON, engine=mjbiped.Mujoco(timestep=timestep))
                 walks.append((("MuJoCo", f"{friction:g}", f"{1e3 * timestep:g}"), walk))
     rows: list[tuple[str, ...]] = [
         (

@@ -34,7 +34,9 @@ HEADINGS = (
 
 def row(timestep: float, steps: int, gait: mjbiped.Gait) -> list[str]:
     """Errors of one walk: step length and period, impact (mean and worst), slip, penetration."""
-    walk = mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), steps=steps, timestep=timestep)
+    walk = mjbiped.walk(
+        PassiveController(), mjbiped.Terrain.incline(2.0), steps=steps, engine=mjbiped.Mujoco(timestep=timestep)
+    )
     outcome = walk.outcome if walk.outcome == "finished" else f"{walk.outcome} after {walk.steps}"
     last = max(1, walk.steps // 2)
     if not walk.steps:

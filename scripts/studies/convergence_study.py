@@ -24,8 +24,7 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
-from mjbiped.engines.mujoco import ground, scene
-from mjbiped.engines.mujoco import simulation as physics
+from mjbiped.engines.mujoco import ground, options, scene, simulation
 from mjbiped.plotting import style as plot_style
 from mjbiped.records import measures
 from scripts.pages import write_table
@@ -59,9 +58,9 @@ class Case:
 
     def walk(self, timestep: float, contact_timestep: float, radius: float) -> mjbiped.Walk:
         """The walk in MuJoCo."""
-        times: dict[str, Any] = {"timestep": timestep, "contact_timestep": contact_timestep}
+        engine = mjbiped.Mujoco(timestep=timestep, contact_timestep=contact_timestep)
         with foot_of(radius):
-            return mjbiped.walk(self.controller, self.terrain, steps=self.steps, **times)
+            return mjbiped.walk(self.controller, self.terrain, steps=self.steps, engine=engine)
 
     def exact(self) -> mjbiped.Walk:
         """The walk in the hybrid engine."""
@@ -75,7 +74,7 @@ def foot_of(radius: float) -> Iterator[None]:
     The ground is built lower by the radius along its normal, whatever it is.
     """
     with ExitStack() as stack:
-        for module in (ground, scene, physics):
+        for module in (ground, scene, simulation):
             stack.enter_context(mock.patch.object(module, "FOOT_RADIUS", radius))
         yield
 
@@ -195,7 +194,7 @@ def main(steps: int, rough_steps: int, plot: Path | None, page: Path | None) -> 
     adaptive = AdaptiveController(robot, mjbiped.find_passive_gait(robot, math.radians(2)), replanning_threshold=1e-9)
     passive, rough = Case(PassiveController(), PASSIVE_GROUND, steps), Case(adaptive, ROUGH_GROUND, rough_steps)
     exact = passive.exact(), rough.exact()
-    h, contact, small = physics.DEFAULT_TIMESTEP, physics.DEFAULT_CONTACT_TIMESTEP, SMALL_RADIUS
+    h, contact, small = options.DEFAULT_TIMESTEP, options.DEFAULT_CONTACT_TIMESTEP, SMALL_RADIUS
     varied = {
         "timestep": [(value, contact, small) for value in TIMESTEPS],
         "contact": [(h, value, small) for value in CONTACT_TIMESTEPS],

@@ -7,7 +7,6 @@ turn. Some ten minutes. The result stands in `docs/step_size.md`.
     python -m scripts.studies.landing_study --page docs/step_size.md --plot docs/images/step_size.png
 """
 
-import importlib
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,8 +28,9 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
-from mjbiped.engines.mujoco import step_size
-from mjbiped.engines.mujoco.simulation import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP, Simulation
+from mjbiped.engines.mujoco import run, step_size
+from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
+from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.plotting import style as plot_style
 from mjbiped.records import measures
 from scripts.benchmarks.benchmark import machine
@@ -71,17 +71,21 @@ class Setting:
         if "pyramidal" in self.changed:
             model.opt.cone = mujoco.mjtCone.mjCONE_PYRAMIDAL
 
+    @property
+    def engine(self) -> mjbiped.Mujoco:
+        """Its step lengths."""
+        return mjbiped.Mujoco(timestep=self.timestep, contact_timestep=self.contact_timestep, lands=self.lands)
+
     @contextmanager
     def in_use(self) -> Iterator[None]:
         """Let `mjbiped.walk` step so: it gives no way to change what should not be changed."""
-        with mock.patch.object(importlib.import_module("mjbiped.rollout.walk"), "Simulation", partial(Stepped, self)):
+        with mock.patch.object(run, "Simulation", partial(Stepped, self)):
             yield
 
     def walk(self, controller: Controller, terrain: mjbiped.Terrain, steps: int) -> mjbiped.Walk:
         """A walk without samples."""
-        times: dict[str, Any] = {"timestep": self.timestep, "contact_timestep": self.contact_timestep}
         with self.in_use():
-            return mjbiped.walk(controller, terrain, steps=steps, sample_period=NO_SAMPLES, **times)
+            return mjbiped.walk(controller, terrain, steps=steps, sample_period=NO_SAMPLES, engine=self.engine)
 
 
 class Stepped(Simulation):
@@ -89,7 +93,7 @@ class Stepped(Simulation):
 
     def __init__(self, setting: Setting, *arguments: Any, **settings: Any) -> None:
         """Build it, and change what the setting changes."""
-        super().__init__(*arguments, **{**settings, "lands": setting.lands})
+        super().__init__(*arguments, **settings)
         self.setting = setting
         setting.change(self.model)
 
@@ -170,8 +174,9 @@ def accuracy(walks: Mapping[str, tuple[Controller, mjbiped.Terrain]], steps: int
 def built(setting: Setting, terrain: mjbiped.Terrain, steps: int) -> Simulation:
     """The simulation of such a walk of the adaptive controller."""
     start = GAIT.start.tolist()
-    times: dict[str, Any] = {"timestep": setting.timestep, "contact_timestep": setting.contact_timestep}
-    return Stepped(setting, ADAPTIVE, terrain, robot=ROBOT, q=start[:2], dq=start[2:], steps=steps, **times)
+    return Stepped(
+        setting, ADAPTIVE, terrain, robot=ROBOT, q=start[:2], dq=start[2:], steps=steps, options=setting.engine
+    )
 
 
 def cases(setting: Setting, terrain: mjbiped.Terrain, steps: int) -> tuple[dict[str, tuple[Case, int]], float, int]:

@@ -21,9 +21,9 @@ from controllers import Controller, PassiveController
 from mjbiped.records import measures
 from scripts.pages import write_table
 from scripts.studies.gallery import TERRAINS
-from scripts.studies.landing_study import ADAPTIVE, PASSIVE, Setting
+from scripts.studies.landing_study import ADAPTIVE, PASSIVE
 
-SETTINGS = (Setting("default"), Setting("plain", 1e-4, lands=False), Setting("plain", 5e-5, lands=False))
+ENGINES = (mjbiped.Mujoco(), mjbiped.Mujoco(timestep=1e-4, lands=False), mjbiped.Mujoco(timestep=5e-5, lands=False))
 WALKS: dict[str, tuple[Controller, mjbiped.Terrain]] = {
     PASSIVE: (PassiveController(), mjbiped.Terrain.incline(2.0)),
     **{name: (ADAPTIVE, terrain) for name, terrain in TERRAINS.items() if name != "rough"},
@@ -41,9 +41,9 @@ HEADINGS = (
 """Differences to the hybrid engine; of step lengths and periods the greatest. Impacts: to the impact map."""
 
 
-def row(name: str, setting: Setting, there: mjbiped.Walk, here: mjbiped.Walk) -> list[str]:
+def row(name: str, engine: mjbiped.Mujoco, there: mjbiped.Walk, here: mjbiped.Walk) -> list[str]:
     """One line of the table."""
-    kind = f"{1e3 * setting.timestep:g} ms, {setting.family}"
+    kind = f"{1e3 * engine.timestep:g} ms, {'default' if engine.lands else 'plain'}"
     if there.outcome != here.outcome or there.steps != here.steps:
         return [name, kind, f"{there.outcome} after {there.steps} steps", *["-"] * (len(HEADINGS) - 3)]
     impacts = 100.0 * np.abs(measures.impact_errors(there)).max(axis=1)
@@ -70,7 +70,9 @@ def main(steps: int, page: Path | None) -> None:
     rows = []
     for name, (controller, terrain) in tqdm(WALKS.items(), desc="grounds", disable=None):
         here = mjbiped.walk(controller, terrain, engine="hybrid", steps=steps, sample_period=None)
-        rows += [row(name, setting, setting.walk(controller, terrain, steps), here) for setting in SETTINGS]
+        for engine in ENGINES:
+            there = mjbiped.walk(controller, terrain, engine=engine, steps=steps, sample_period=None)
+            rows.append(row(name, engine, there, here))
     table = Table(title=f"MuJoCo - hybrid engine, {steps} steps")
     for heading in HEADINGS:
         table.add_column(heading, justify="right")

@@ -1,7 +1,6 @@
 """Two engines side by side: what is different, where they part, and whether the cause is named rightly."""
 
 import dataclasses
-import importlib
 import json
 import math
 from pathlib import Path
@@ -16,6 +15,8 @@ from mjbiped.analysis import divergence
 from mjbiped.analysis.compare import Comparison, torque_differences
 from mjbiped.analysis.divergence import COLUMNS
 from mjbiped.cli import tables
+from mjbiped.engines.hybrid import engine as hybrid_engine
+from mjbiped.engines.mujoco import run as mujoco_run
 from mjbiped.plotting.comparison import plot_comparison
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
@@ -188,16 +189,17 @@ def test_walks_without_touchdown_or_estimate() -> None:
     assert len(tables.comparison_tables(fallen)) == 2
 
 
-@pytest.mark.parametrize("bad", [{"timestep": 0.0}, {"steps": 0}, {"initial": "jump"}, {"sample_period": 0.0}])
+@pytest.mark.parametrize(
+    "bad", [{"mujoco": "fast"}, {"hybrid": mjbiped.Mujoco()}, {"steps": 0}, {"initial": "jump"}, {"sample_period": 0.0}]
+)
 def test_bad_input_is_refused_before_anything_is_computed(
     bad: dict[str, Any], controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def simulate(*_: object, **__: object) -> None:
         raise AssertionError("a walk was computed")
 
-    module = importlib.import_module("mjbiped.rollout.walk")  # `mjbiped.walk` names the function
-    for engine in ("simulate", "simulate_hybrid"):
-        monkeypatch.setattr(module, engine, simulate)
+    for engine in (mujoco_run, hybrid_engine):
+        monkeypatch.setattr(engine, "simulate", simulate)
     with pytest.raises(mjbiped.InputError, match=next(iter(bad)).split("_")[0]):
         mjbiped.compare(controller, Terrain.level(), **bad)
 

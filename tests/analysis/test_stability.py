@@ -132,7 +132,9 @@ def test_first_step_from_rest_is_excited_though_the_legs_start_together(controll
 def test_mujoco_walk_obeys_22_up_to_its_step(wrong: AdaptiveController, uneven: mjbiped.Terrain) -> None:
     """The residual is of first order in the timestep, for the torque is held, or of second, like the motion's error."""
     coarse, fine = (
-        np.median(stability(walked(wrong, uneven, engine="mujoco", steps=3, timestep=h, sample_period=4e-3)).residual)
+        np.median(
+            stability(walked(wrong, uneven, engine=mjbiped.Mujoco(timestep=h), steps=3, sample_period=4e-3)).residual
+        )
         for h in (4e-4, 1e-4)
     )
     assert fine < 3e-3

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib
 import json
 import math
 import os
@@ -26,6 +25,7 @@ from controllers import AdaptiveController, Controller, PassivityController
 from mjbiped.analysis.stability import stability
 from mjbiped.cli import main as cli
 from mjbiped.cli import options as cli_options
+from mjbiped.engines.mujoco import run as mujoco_run
 from mjbiped.engines.mujoco import scene
 from mjbiped.errors import RenderError
 from mjbiped.plotting import comparison as plot_comparison
@@ -73,8 +73,7 @@ def no_walk(monkeypatch: pytest.MonkeyPatch) -> None:
     def simulate(*_: object, **__: object) -> None:
         raise AssertionError("a walk was computed")
 
-    # `mjbiped.walk` names the function, the module of that name has to be asked for
-    monkeypatch.setattr(importlib.import_module("mjbiped.rollout.walk"), "simulate", simulate)
+    monkeypatch.setattr(mujoco_run, "simulate", simulate)
 
 
 class Drawings:
@@ -138,8 +137,9 @@ def test_help_of_a_command_explains_every_option(command: str) -> None:
 def test_help_groups_options_and_shows_defaults() -> None:
     text = run("walk", "--help").stdout
     sections = re.findall(r"^(\w[\w ]*):$", text, re.MULTILINE)
-    assert sections[-7:] == [
+    assert sections[-8:] == [
         "Walk",
+        "MuJoCo",
         "Adaptive controller",
         "Comparison controllers",
         "Robot",
@@ -223,6 +223,20 @@ def test_quiet_walk_says_nothing(record: Path, tmp_path: Path) -> None:
     out.write_text("an older file is replaced")
     assert run("walk", "level", "--steps", 1, "--out", out, "--quiet").output == ""
     assert Walk.load(out) == Walk.load(record)
+
+
+def test_plain_steps_reach_the_engine(tmp_path: Path) -> None:
+    out = tmp_path / "walk.npz"
+    words = ("walk", "level", "--steps", 1, "--timestep", 1e-4, "--plain-steps", "--out", out, "--quiet")
+    assert run(*words).exit_code == 0
+    assert Walk.load(out).settings["lands"] is False
+
+
+@pytest.mark.parametrize("option", [("--plain-steps",), ("--timestep", 1e-4), ("--control-period", 1e-3)])
+def test_the_hybrid_engine_refuses_mujocos_options(option: tuple[object, ...]) -> None:
+    result = run("walk", "level", "--engine", "hybrid", *option)
+    assert result.exit_code == 2
+    assert f"{option[0]} is for --engine mujoco; hybrid has no such thing." in complaints(result)
 
 
 def test_options_reach_controller_robot_and_engine(tmp_path: Path) -> None:

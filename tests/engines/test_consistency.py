@@ -6,10 +6,8 @@ error that shrinks with the timestep in the order that the scheme has: one impac
 """
 
 import math
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import pairwise
 
 import mujoco
@@ -24,8 +22,9 @@ import mjbiped
 from controllers import AdaptiveController, Controller, Memory
 from mjbiped.analysis.compare import torque_differences
 from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, Options
 from mjbiped.engines.mujoco.scene import FOOT_RADIUS, build_scene
-from mjbiped.engines.mujoco.simulation import DEFAULT_CONTACT_TIMESTEP, Simulation
+from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.mujoco.step_size import STIFFNESS
 from mjbiped.records import measures
 from mjbiped.records.columns import TOUCHDOWNS, split, width
@@ -283,8 +282,7 @@ def about_to_land(case: Landing, timestep: float, torque: float) -> Simulation:
         robot=case.robot,
         q=case.q.tolist(),
         dq=case.dq.tolist(),
-        timestep=timestep,
-        contact_timestep=timestep,
+        options=Options(timestep=timestep, contact_timestep=timestep),
         steps=1,
         scuffing=ScuffingRule(reach=0.0, delay=0.0),
     )
@@ -533,11 +531,11 @@ def test_closed_loop_walks_agree_on_random_ground(seed: int, controller: Adaptiv
 
 
 @pytest.mark.parametrize("name", ["level", "stairs"])
-def test_plain_steps_agree_as_well(name: str, controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_plain_steps_agree_as_well(name: str, controller: AdaptiveController) -> None:
     """Step length, softness and qacc MuJoCo's own: "With plain steps" of docs/convergence.md, in short."""
     terrain = {"level": Terrain.level(), "stairs": Terrain.stairs(rise=-0.06, count=3)}[name]
-    monkeypatch.setattr(sys.modules["mjbiped.rollout.walk"], "Simulation", partial(Simulation, lands=False))
-    there = mjbiped.walk(controller, terrain, steps=5, timestep=1e-4, sample_period=None)
+    plain = mjbiped.Mujoco(timestep=1e-4, lands=False)
+    there = mjbiped.walk(controller, terrain, steps=5, engine=plain, sample_period=None)
     here = mjbiped.walk(controller, terrain, steps=5, engine="hybrid", sample_period=None)
     assert there.outcome == here.outcome == "finished"
     # a touchdown is felt up to a step of 0.1 ms late; 0.16 ms a step was the most on any ground, 0.03 mm, 0.31 %

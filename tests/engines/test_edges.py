@@ -14,6 +14,7 @@ from controllers import AdaptiveController, PassiveController
 from mjbiped import Terrain
 from mjbiped.engines.hybrid.events import CORNER, FACE_WIDTH
 from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.records import measures
 from mjbiped.terrain.profile import (
@@ -84,8 +85,7 @@ class Dropped:
         return mjbiped.walk(
             PassiveController(),
             terrain,
-            engine=self.engine,
-            ground=self.made.ground if self.engine == "mujoco" else "auto",
+            engine=mjbiped.Mujoco(ground=self.made.ground) if self.engine == "mujoco" else self.engine,
             steps=1,
             initial=self.initial,
             scuffing=mjbiped.ScuffingRule(reach=0.05, delay=0.0),
@@ -153,8 +153,9 @@ def test_normals_are_the_grounds(name: str) -> None:
     """A foot a micrometre in the ground about a break: each contact has the normal of the segment that it is over."""
     made, place = BREAKS[name], 0.4
     terrain, robot = made.terrain(place), mjbiped.Compass()
+    options = Options(ground=made.ground)
     simulation = Simulation(
-        PassiveController(), terrain, robot=robot, q=(0.0, 0.0), dq=(0.0, 0.0), steps=1, ground=made.ground
+        PassiveController(), terrain, robot=robot, q=(0.0, 0.0), dq=(0.0, 0.0), steps=1, options=options
     )
     model, data = simulation.model, simulation.data
     swing, met = model.geom("right_foot").id, 0

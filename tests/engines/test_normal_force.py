@@ -12,6 +12,7 @@ import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.cli.tables import walk_table
 from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.run import simulate
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.records import measures
@@ -100,7 +101,7 @@ def test_steps_that_pull_are_marked(pulled: mjbiped.Walk) -> None:
 def test_engines_bear_the_same(timestep: float, tolerance: float, controller: AdaptiveController) -> None:
     """No foot slides on mixed ground: MuJoCo's averages are the paper's force, though contacts open and close."""
     terrain = mjbiped.Terrain.mixed()
-    there = mjbiped.walk(controller, terrain, steps=14, timestep=timestep)
+    there = mjbiped.walk(controller, terrain, steps=14, engine=mjbiped.Mujoco(timestep=timestep))
     here = mjbiped.walk(controller, terrain, steps=14, engine="hybrid")
     difference = (there.touchdowns["normal_force"] - here.touchdowns["normal_force"]) / there.robot.weight
     assert np.abs(difference).max() < tolerance
@@ -158,11 +159,10 @@ def test_force_without_landing_steps(controller: AdaptiveController, gait: mjbip
         q=gait.start[:2].tolist(),
         dq=gait.start[2:].tolist(),
         steps=2,
-        timestep=2e-4,
-        lands=False,
+        options=Options(timestep=2e-4, lands=False),
     )
     recorder = Recorder()
-    simulate(simulation, recorder, progress=False)
+    simulate(simulation, recorder)
     level = mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=2)
     found, expected = recorder.touchdowns()["normal_force"], level.touchdowns["normal_force"]
     assert found == pytest.approx(expected, abs=0.03 * controller.robot.weight)

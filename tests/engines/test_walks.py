@@ -108,8 +108,8 @@ def test_starts_by_itself_from_rest(slope_deg: float, controller: AdaptiveContro
     "terrain", [Terrain.slopes(change_deg=0.6), Terrain.random(seed=5, rise=(0.0, 0.0), roughness=0.003)]
 )
 def test_heightfield_and_boxes_agree(terrain: Terrain, controller: AdaptiveController) -> None:
-    as_heightfield = mjbiped.walk(controller, terrain, steps=12, ground="heightfield")
-    as_boxes = mjbiped.walk(controller, terrain, steps=12, ground="boxes")
+    as_heightfield = mjbiped.walk(controller, terrain, steps=12, engine=mjbiped.Mujoco(ground="heightfield"))
+    as_boxes = mjbiped.walk(controller, terrain, steps=12, engine=mjbiped.Mujoco(ground="boxes"))
     assert as_heightfield.outcome == as_boxes.outcome == "finished"
     # float32 heights: 1e-7 m of a step of 0.4 m
     assert as_heightfield.cost_of_transport == pytest.approx(as_boxes.cost_of_transport, rel=1e-5)
@@ -118,7 +118,8 @@ def test_heightfield_and_boxes_agree(terrain: Terrain, controller: AdaptiveContr
 
 def test_flat_heightfield_is_a_plane(controller: AdaptiveController) -> None:
     plane, heightfield = (
-        mjbiped.walk(controller, Terrain.level(), steps=8, ground=ground) for ground in ("auto", "heightfield")
+        mjbiped.walk(controller, Terrain.level(), steps=8, engine=mjbiped.Mujoco(ground=ground))
+        for ground in ("auto", "heightfield")
     )
     # the contact's geometry is computed by other code, to the last bits of a metre
     assert heightfield.samples["qpos"] == pytest.approx(plane.samples["qpos"], abs=1e-8)
@@ -127,7 +128,7 @@ def test_flat_heightfield_is_a_plane(controller: AdaptiveController) -> None:
 
 def test_slower_controller_still_walks(controller: AdaptiveController) -> None:
     """A digital controller at 500 Hz: the estimator's Euler step and the held torque are four times as coarse."""
-    walk = mjbiped.walk(controller, Terrain.level(), steps=10, control_period=2e-3)
+    walk = mjbiped.walk(controller, Terrain.level(), steps=10, engine=mjbiped.Mujoco(control_period=2e-3))
     assert walk.outcome == "finished"
     # torque held for 2 ms lags by 1 ms of a gait of 0.76 s
     assert walk.cost_of_transport == pytest.approx(math.sin(math.radians(2)), rel=0.02)
@@ -136,7 +137,11 @@ def test_slower_controller_still_walks(controller: AdaptiveController) -> None:
 def test_estimates_of_a_slower_controller_are_those_of_their_own_touchdown(controller: AdaptiveController) -> None:
     """It takes notice of a touchdown some physics steps later; the rows once held the touchdown's before."""
     walk = mjbiped.walk(
-        controller, Terrain.slopes(change_deg=1.5), steps=5, control_period=5e-3, sample_period=1e-4, timestep=2e-4
+        controller,
+        Terrain.slopes(change_deg=1.5),
+        steps=5,
+        engine=mjbiped.Mujoco(control_period=5e-3),
+        sample_period=1e-4,
     )
     touchdowns, samples = walk.touchdowns, walk.samples
     for row, time in enumerate(touchdowns["time"]):

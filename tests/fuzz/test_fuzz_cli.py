@@ -16,6 +16,7 @@ import pytest
 from click.testing import CliRunner
 from time_limits import within
 
+import mjbiped
 from mjbiped.cli import main as cli
 
 LONGEST = 2000  # characters on stderr
@@ -147,7 +148,6 @@ def nothing_computed(monkeypatch: pytest.MonkeyPatch) -> None:
         raise Reached
 
     for module, names in {
-        "rollout.walk": ("begun",),
         "limit_cycles.periodic": ("walk_all",),
         "limit_cycles.return_map": ("walk_all",),
         "limit_cycles.bifurcation": ("walk_all",),
@@ -160,6 +160,8 @@ def nothing_computed(monkeypatch: pytest.MonkeyPatch) -> None:
         __import__(f"mjbiped.{module}")
         for name in names:
             monkeypatch.setattr(sys.modules[f"mjbiped.{module}"], name, reached)
+    for engine in (mjbiped.Mujoco, mjbiped.Hybrid):
+        monkeypatch.setattr(engine, "start", reached)
 
 
 @pytest.fixture

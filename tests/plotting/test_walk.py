@@ -32,13 +32,13 @@ def gait() -> mjbiped.Gait:
 
 @pytest.fixture(scope="session")
 def walk(gait: mjbiped.Gait) -> Walk:
-    return mjbiped.walk(AdaptiveController(mjbiped.Compass(), gait), TWO_STEPS, steps=3, timestep=2e-4)
+    return mjbiped.walk(AdaptiveController(mjbiped.Compass(), gait), TWO_STEPS, steps=3)
 
 
 @pytest.fixture(scope="session")
 def fallen() -> Walk:
     """A fall without a single touchdown, by a controller without an estimate."""
-    return mjbiped.walk(PassiveController(), Terrain.level(), steps=3, initial=(-0.2, 0.2, 0.2, 0.8), timestep=2e-4)
+    return mjbiped.walk(PassiveController(), Terrain.level(), steps=3, initial=(-0.2, 0.2, 0.2, 0.8))
 
 
 def longer(walk: Walk, times: int) -> Walk:

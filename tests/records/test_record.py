@@ -74,16 +74,15 @@ def test_settings_repeat_the_walk(walk: Walk, saved: Path) -> None:
     again = mjbiped.walk(
         AdaptiveController(robot, gait, **told),
         mjbiped.Terrain.from_dict(settings["terrain"]),
-        engine=settings["engine"],
+        engine=mjbiped.Mujoco(
+            **{name: settings[name] for name in ("timestep", "contact_timestep", "control_period", "ground", "lands")}
+        ),
         steps=settings["steps"],
         distance=settings["distance"],
         initial=settings["initial"],
         robot=mjbiped.Compass(**settings["robot"]),
-        timestep=settings["timestep"],
-        control_period=settings["control_period"],
         sample_period=settings["sample_period"],
         scuffing=mjbiped.ScuffingRule(**settings["scuffing"]),
-        ground=settings["ground"],
     )
     assert again == walk
 

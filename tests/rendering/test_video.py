@@ -26,7 +26,7 @@ Pixels = NDArray[np.uint8]
 
 @pytest.fixture(scope="session")
 def walk() -> Walk:
-    return mjbiped.walk(PassiveController(), Terrain.incline(2.0), steps=5, timestep=2e-4)
+    return mjbiped.walk(PassiveController(), Terrain.incline(2.0), steps=5)
 
 
 def decoded(path: Path, width: int, height: int) -> Pixels:

@@ -184,7 +184,7 @@ NONSENSE: tuple[object, ...] = (
     np.datetime64("2020-01-01"),
 )
 OPTIONAL = {"leg_inertia", "replanning_delay", "first", "steps", "distance", "control_period", "sample_period", "robot"}
-OPTIONAL |= {"scuffing", "workers", "threads", "stance_rates", "swing_rates"}
+OPTIONAL |= {"scuffing", "mujoco", "hybrid", "workers", "threads", "stance_rates", "swing_rates"}
 
 
 def quantities() -> Iterator[tuple[str, Callable[[Any], object]]]:
@@ -198,6 +198,8 @@ def quantities() -> Iterator[tuple[str, Callable[[Any], object]]]:
 
     yield from of(mjbiped.Compass, (field.name for field in dataclasses.fields(mjbiped.Compass)))
     yield from of(mjbiped.ScuffingRule, ("reach", "delay"))
+    yield from of(mjbiped.Mujoco, ("timestep", "contact_timestep", "control_period", "ground"))
+    yield from of(mjbiped.Hybrid, ("tolerance",))
     for kind in (
         AdaptiveController,
         EnergyConstraintController,
@@ -259,13 +261,14 @@ def no_walk(monkeypatch: pytest.MonkeyPatch) -> None:
         raise AssertionError("a walk was begun")
 
     places = {
-        "begun": ("rollout.walk", "rollout.batch"),
         "walk_all": tuple(f"limit_cycles.{name}" for name in ("basin", "bifurcation", "periodic", "return_map")),
         "HybridSimulation": ("limit_cycles.basin",),
     }
     for name, modules in places.items():
         for module in modules:
             monkeypatch.setattr(sys.modules[f"mjbiped.{module}"], name, never)
+    for engine in (mjbiped.Mujoco, mjbiped.Hybrid):
+        monkeypatch.setattr(engine, "start", never)
 
 
 @pytest.mark.usefixtures("no_walk")
@@ -376,8 +379,7 @@ def test_mujoco_walks_at_the_ends_cost_what_they_should(leg: float) -> None:
         Terrain.level(),
         steps=20,
         scuffing=mjbiped.ScuffingRule(delay=0.1 / faster),
-        timestep=min(domains.TIMESTEP.high, 2e-4 / faster),
-        contact_timestep=2e-5 / faster,
+        engine=mjbiped.Mujoco(timestep=min(domains.TIMESTEP.high, 2e-4 / faster), contact_timestep=2e-5 / faster),
     )
     assert walk.outcome == "finished"
     # the foot of 0.1 mm is 1 % of the shortest leg; 0.8 % was measured there, 0.01 % on the longest

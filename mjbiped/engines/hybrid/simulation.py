@@ -1,6 +1,6 @@
 """Hybrid engine: the paper's own model, equations (1) to (4), integrated from touchdown to touchdown.
 
-`HybridSimulation` holds the state of one walk; `simulate_hybrid` walks it to its end. docs/hybrid.md explains the
+`HybridSimulation` holds the state of one walk; `simulate` walks it to its end. docs/hybrid.md explains the
 method, `mjbiped.engines.hybrid.gait_step` has it.
 """
 
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -18,15 +18,16 @@ from numpy.typing import NDArray
 
 from mjbiped.control.check import refusal
 from mjbiped.control.methods import gives_its_law, next_break, slope_estimate, torque, touchdown
+from mjbiped.engines.base import Show
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.dynamics import HANDED_ON, rates_where
 from mjbiped.engines.hybrid.events import hip, legs_at
 from mjbiped.engines.hybrid.gait_step import advance
 from mjbiped.engines.hybrid.state import Buffers, Laws, World
 from mjbiped.numerics.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
-from mjbiped.numerics.jit import announced, compiled
+from mjbiped.numerics.jit import compiled
 from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, width
-from mjbiped.records.recorder import Heed, Recorder, unheeded
+from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.rules.termination import STALL_TIME, Outcome
@@ -100,7 +101,6 @@ class HybridSimulation:
         """
         if not (isinstance(sample_period, float) and sample_period == math.inf):
             domains.SAMPLE_PERIOD.check("sample_period", sample_period)
-        tolerance = domains.TOLERANCE.check("tolerance", tolerance)
         rule = chosen(scuffing)
         law = self._law = controller.law() if compile and gives_its_law(controller) else None
         self.controller = controller
@@ -199,14 +199,14 @@ class HybridSimulation:
             with self._refusal():
                 self._advance.compile(tuple(map(numba.typeof, (self._parameters, self.world, self.buffers))))
 
-    def go_on(self, heed: Heed = unheeded) -> None:
-        """Walk some steps further; rows and samples are then in the buffers, for `HybridRecorder.take`.
+    def go_on(self, cancellation: Cancellation = never_cancelled) -> None:
+        """Walk some steps further; rows and samples are then in the buffers, for `take`.
 
         Compiled code cannot be interrupted. So Python has its turn, and thus Ctrl-C, after stints of so many
         evaluations that they take less than 0.1 s; how many they are changes nothing in the walk.
 
         Args:
-            heed: Called between the stints; what it raises breaks the walk off.
+            cancellation: Called between the stints; what it raises breaks the walk off.
 
         Raises:
             LawError: The controller's laws cannot be compiled.
@@ -224,7 +224,36 @@ class HybridSimulation:
                     self._stint *= 4
                 elif taken > _LONG:
                     self._stint = max(self._stint // 4, 1)
-                heed()
+                cancellation()
+
+    def take(self, recorder: Recorder) -> int:
+        """Hand what the buffers hold on, and empty them; returns the number of touchdowns."""
+        buffers = self.buffers
+        rows, samples = int(buffers.w[at.ROWS]), int(buffers.w[at.SAMPLES])
+        recorder.add(buffers.rows[:rows], buffers.samples[:samples])
+        buffers.w[at.ROWS] = buffers.w[at.SAMPLES] = 0.0
+        return rows
+
+    def sample(self, recorder: Recorder) -> None:
+        """Record the last state reached, with the torque last computed, and without asking the controller."""
+        buffers, own = self.buffers, len(self.controller.states)
+        w, state = buffers.w, [float(value) for value in buffers.y]
+        states = state[at.ANGLES_AND_RATES : at.ANGLES_AND_RATES + own]
+        memory = [*states, *(float(value) for value in buffers.memory[own:])]
+        legs = (state[0] + w[at.SLOPE], state[1] + w[at.SLOPE])
+        row = [
+            w[at.TIME],
+            *state[: at.ANGLES_AND_RATES],
+            w[at.ANKLE],
+            w[at.HIP],
+            w[at.SLOPE],
+            self.controller.slope_estimate(memory),
+            w[at.STANCE],
+            *hip(self.world, buffers, legs_at(buffers, state[0], state[1])),
+            *(legs[::-1] if w[at.STANCE] else legs),
+            *states,
+        ]
+        recorder.add(np.empty((0, _TOUCHED)), np.array([row], dtype=np.float64))
 
     @contextmanager
     def _refusal(self) -> Iterator[None]:
@@ -240,85 +269,26 @@ class HybridSimulation:
             raise
 
 
-class HybridRecorder(Recorder):
-    """Takes what the buffers of a walk hold."""
-
-    def take(self, buffers: Buffers) -> int:
-        """Take what the buffers hold, and empty them; returns the number of touchdowns."""
-        rows, samples = int(buffers.w[at.ROWS]), int(buffers.w[at.SAMPLES])
-        self.add(buffers.rows[:rows], buffers.samples[:samples])
-        buffers.w[at.ROWS] = buffers.w[at.SAMPLES] = 0.0
-        return rows
-
-    def take_now(self, simulation: HybridSimulation) -> None:
-        """Take a sample of the last state reached, with the torque last computed, and without asking the controller."""
-        buffers, own = simulation.buffers, len(simulation.controller.states)
-        w, state = buffers.w, [float(value) for value in buffers.y]
-        states = state[at.ANGLES_AND_RATES : at.ANGLES_AND_RATES + own]
-        memory = [*states, *(float(value) for value in buffers.memory[own:])]
-        legs = (state[0] + w[at.SLOPE], state[1] + w[at.SLOPE])
-        row = [
-            w[at.TIME],
-            *state[: at.ANGLES_AND_RATES],
-            w[at.ANKLE],
-            w[at.HIP],
-            w[at.SLOPE],
-            simulation.controller.slope_estimate(memory),
-            w[at.STANCE],
-            *hip(simulation.world, buffers, legs_at(buffers, state[0], state[1])),
-            *(legs[::-1] if w[at.STANCE] else legs),
-            *states,
-        ]
-        self.add(np.empty((0, _TOUCHED)), np.array([row], dtype=np.float64))
-
-
-def simulate_hybrid(simulation: HybridSimulation, recorder: HybridRecorder, *, progress: bool) -> Outcome:
+def simulate(simulation: HybridSimulation, recorder: Recorder, show: Show | None = None) -> Outcome:
     """Walk until the walk ends, recording as it goes.
 
     Args:
         simulation: As built.
         recorder: Takes samples and touchdowns; what it holds is complete at any moment, also when this raises.
-        progress: Whether to show a progress bar (never where the output is not a terminal), and to say that something
-            is being compiled.
+        show: Called from time to time, for a progress bar.
 
     Returns:
         The outcome.
     """
-    world = simulation.world
-    if not progress:  # a bar that is not shown costs as much as two gait steps
-        return _walk_on(simulation, recorder, _show_nothing)
-    from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
-
-    by_steps = math.isfinite(world.steps)
-    with (
-        announced(f"{type(simulation.controller).__name__} for the engine hybrid", wanted=True),
-        tqdm(
-            total=int(world.steps) if by_steps else round(world.distance, 2),
-            desc="walking",
-            unit="step" if by_steps else "m",
-            disable=None,
-        ) as bar,
-    ):
-
-        def show(steps: int) -> None:
-            bar.update(steps if by_steps else max(0.0, round(float(simulation.buffers.w[at.FOOT_X]), 2) - bar.n))
-
-        return _walk_on(simulation, recorder, show)
-
-
-def _walk_on(simulation: HybridSimulation, recorder: HybridRecorder, show: Callable[[int], None]) -> Outcome:
-    """Walk until the walk ends; `show` is told of the touchdowns from time to time."""
     while simulation.outcome is Outcome.WALKING:
         try:
-            recorder.heed()
-            simulation.go_on(recorder.heed)
+            recorder.cancellation()
+            simulation.go_on(recorder.cancellation)
         except BaseException:
-            recorder.take(simulation.buffers)
-            recorder.take_now(simulation)
+            simulation.take(recorder)
+            simulation.sample(recorder)
             raise
-        show(recorder.take(simulation.buffers))
+        steps = simulation.take(recorder)
+        if show is not None:
+            show(steps, float(simulation.buffers.w[at.FOOT_X]))
     return simulation.outcome
-
-
-def _show_nothing(steps: int) -> None:
-    """No progress bar."""

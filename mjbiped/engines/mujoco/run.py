@@ -1,31 +1,100 @@
-"""Steps a MuJoCo walk to its end."""
+"""Walks a MuJoCo simulation to its end."""
 
 from __future__ import annotations
 
-import math
+from contextlib import AbstractContextManager
+from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
-from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco.compiled.registry import is_compiled
-from mjbiped.engines.mujoco.simulation import LEAP, WHOLE_STATE, Simulation
+from mjbiped.engines.base import Run, Show
+from mjbiped.engines.mujoco import contact_events
+from mjbiped.engines.mujoco.compiled.registry import is_compiled, shared_callbacks
+from mjbiped.engines.mujoco.options import Options
+from mjbiped.engines.mujoco.simulation import BLOCK, WHOLE_STATE, Simulation
+from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
 from mjbiped.errors import MjbipedError
-from mjbiped.numerics.jit import announced
-from mjbiped.records.recorder import Recorder
+from mjbiped.records.recorder import Cancellation, Recorder
 from mjbiped.rules.termination import Outcome
 
 _MISSED = "a foot came to lie in the ground or over it: it slid under a step, or the timestep is too long"
 
 
-def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> Outcome:
+class MujocoRun(Run):
+    """A walk in MuJoCo.
+
+    Attributes:
+        simulation: Model and state.
+    """
+
+    def __init__(self, plan: Plan, options: Options, *, summarised: bool, cancellation: Cancellation) -> None:
+        """Build the scene; see `Engine.start`."""
+        super().__init__(plan, summarised=summarised, cancellation=cancellation)
+        period = plan.terms.sample_period
+        self.simulation = Simulation(
+            plan.controller,
+            plan.terrain,
+            **plan.arguments(),
+            options=options,
+            # also where no samples are kept: the last one tells where a walk that was broken off has been
+            sample_period=DEFAULT_SAMPLE_PERIOD if period is None else period,
+        )
+
+    def walk(self, show: Show) -> Outcome:
+        """Step to the end."""
+        return simulate(self.simulation, self.recorder, show)
+
+    def compile(self) -> bool:
+        """Whether the callbacks are compiled ones."""
+        return self.simulation.compiled
+
+    def sharing(self) -> AbstractContextManager[None]:
+        """The compiled callbacks, installed for all threads."""
+        assert self.simulation.functions is not None
+        return shared_callbacks(self.simulation.functions)
+
+    def shares_with(self, other: Run) -> bool:
+        """Whether both have the same compiled callbacks."""
+        return isinstance(other, MujocoRun) and self.simulation.functions is other.simulation.functions
+
+    def message(self, error: Exception) -> str:
+        """What went wrong, and when: in the controller, or in MuJoCo itself."""
+        if not isinstance(error, mujoco.FatalError):
+            return super().message(error)
+        at, reason = self.recorder, " ".join(str(error).split())
+        return (
+            f"MuJoCo gave up at {at.end[0]:.3f} s, after {at.steps} steps, for no fault of the controller: {reason}. "
+            f"Its scene has {self.simulation.model.ngeom} geoms; a ground of fewer, longer segments needs fewer, and "
+            "the hybrid engine has none"
+        )
+
+    def peak_torque(self) -> NDArray[np.float64]:
+        """Greatest |ankle| and |hip| torque so far, N m."""
+        u = self.simulation.data.userdata
+        return np.array([u[contact_events.PEAK_ANKLE], u[contact_events.PEAK_HIP]])
+
+    def settings(self) -> dict[str, Any]:
+        """The engine's settings, and MuJoCo's warnings."""
+        options = self.simulation.options
+        return {
+            "timestep": options.timestep,
+            "contact_timestep": options.contact_timestep,
+            "control_period": options.control_period,
+            "ground": options.ground,
+            "lands": options.lands,
+            "warnings": dict(self.simulation.warnings),
+        }
+
+
+def simulate(simulation: Simulation, recorder: Recorder, show: Show | None = None) -> Outcome:
     """Step a simulation until its walk ends, recording as it goes.
 
     Args:
         simulation: As built; it may have been resumed in the middle.
         recorder: Takes samples and touchdowns; what it holds is complete at any moment, also when this raises.
-        progress: Whether to show a progress bar (never where the output is not a terminal), and to say that something
-            is being compiled.
+        show: Called after each block of steps, for a progress bar.
 
     Returns:
         The outcome.
@@ -33,66 +102,55 @@ def simulate(simulation: Simulation, recorder: Recorder, *, progress: bool) -> O
     Raises:
         MjbipedError: A compiled law raised an exception.
     """
-    from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
-
     simulation.move_on()
-    limits, u = simulation.limits, simulation.data.userdata
-    by_steps = math.isfinite(limits.steps)
-    with (
-        announced(f"{type(simulation.controller).__name__} for the engine mujoco", wanted=progress),
-        simulation.callbacks(),
-        tqdm(
-            total=int(limits.steps) if by_steps else round(limits.distance, 2),
-            desc="walking",
-            unit="step" if by_steps else "m",
-            disable=None if progress else True,
-        ) as bar,
-    ):
-        leaps = _Leaps(simulation)
+    u = simulation.data.userdata
+    with simulation.callbacks():
+        blocks = _Blocks(simulation)
         try:
             while not simulation.over:
                 if simulation.move_on():
-                    leaps, u = _Leaps(simulation), simulation.data.userdata
-                recorder.heed()
-                leaps.advance()
-                taken = simulation.take(recorder)
-                bar.update(taken if by_steps else max(0.0, round(float(u[events.FOOT_X]), 2) - bar.n))
+                    blocks, u = _Blocks(simulation), simulation.data.userdata
+                recorder.cancellation()
+                blocks.advance()
+                steps = simulation.take(recorder)
+                if show is not None:
+                    show(steps, float(u[contact_events.FOOT_X]))
         finally:
-            if u[events.OUTCOME] == Outcome.INTERRUPTED:
+            if u[contact_events.OUTCOME] == Outcome.INTERRUPTED:
                 simulation.sample()
             simulation.take(recorder)
-            if u[events.TOUCHED]:  # the controller was not told of it any more
-                recorder.add_touchdown(u[events.LAST_TOUCHDOWN : events.CONTROLLER_MEMORY])
-    if u[events.OUTCOME] == Outcome.INTERRUPTED:
+            if u[contact_events.TOUCHED]:  # the controller was not told of it any more
+                recorder.add_touchdown(u[contact_events.LAST_TOUCHDOWN : contact_events.CONTROLLER_MEMORY])
+    if u[contact_events.OUTCOME] == Outcome.INTERRUPTED:
         raise MjbipedError("a compiled law raised an exception; let law() return None to see where")
     if simulation.outcome is Outcome.DIVERGED and not simulation.warnings:
         simulation.warnings[_MISSED] += 1
     return simulation.outcome
 
 
-class _Leaps:
-    """Steps a simulation, many steps at once where its callbacks are compiled.
+class _Blocks:
+    """Steps a simulation, a block of many steps at once where its callbacks are compiled.
 
-    A leap in which the walk's end lies, or a warning of MuJoCo's, is taken back and made step by step.
+    A block in which the walk's end lies, or a warning of MuJoCo's, is taken back and made step by step.
     """
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation, self._model, self._data = simulation, simulation.model, simulation.data
         self._state = np.empty(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
-        self._leap = LEAP if is_compiled(mujoco.get_mjcb_control()) else 1
+        self._steps = BLOCK if is_compiled(mujoco.get_mjcb_control()) else 1
 
     def advance(self) -> None:
         """Make at least one step, at most so many as the recording has room for."""
         model, data, simulation = self._model, self._data, self._simulation
-        if self._leap == 1:
+        if self._steps == 1:
             mujoco.mj_step(model, data)
             return
-        told, numbers = simulation.warnings.copy(), data.warning.number.copy()
+        warnings, numbers = simulation.warnings.copy(), data.warning.number.copy()
         mujoco.mj_getState(model, data, self._state, WHOLE_STATE)
-        mujoco.mj_step(model, data, nstep=self._leap)
+        mujoco.mj_step(model, data, nstep=self._steps)
         if not simulation.over:
             return
         mujoco.mj_setState(model, data, self._state, WHOLE_STATE)
-        simulation.warnings, data.warning.number[:] = told, numbers  # the steps made again warn again
+        simulation.warnings, data.warning.number[:] = warnings, numbers  # the steps made again warn again
         while not simulation.over:
             mujoco.mj_step(model, data)

@@ -37,8 +37,8 @@ from mjbiped.engines.mujoco.compiled.registry import (
     stepped_under_shared,
 )
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
+from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.scene import FOOT_RADIUS
-from mjbiped.errors import InputError, shown
 from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, width
 from mjbiped.records.recorder import Recorder
 from mjbiped.robots.compass import Compass
@@ -55,10 +55,7 @@ START_DEPTH = 1e-6  # a foot set exactly on the surface may find a heightfield's
 _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_ACC)
 _METHODS = Laws(laws.torque, laws.touchdown, laws.slope_estimate)
 WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-LEAP = 500  # steps made at once, at most
-DEFAULT_TIMESTEP = 2e-4  # s
-DEFAULT_CONTACT_TIMESTEP = 2e-5  # s
-LONGEST_TIMESTEP = domains.TIMESTEP.high  # at it a stance foot slides by 0.2 to 1.3 mm a step, s
+BLOCK = 500  # steps made at once, at most
 
 
 class Simulation:
@@ -85,6 +82,7 @@ class Simulation:
             ctrl is left ankle, right ankle, hip torque (N m).
         data: Its state.
         controller: Drives stance ankle and hip.
+        options: The engine's settings.
         limits: What ends the walk.
         recording: Where samples and touchdowns are written as the walk goes on, until there is no room.
         warnings: What MuJoCo warned of while this simulation's callbacks were installed, and how often.
@@ -100,14 +98,10 @@ class Simulation:
         dq: Sequence[float],
         steps: int | None = None,
         distance: float | None = None,
-        timestep: float = DEFAULT_TIMESTEP,
-        contact_timestep: float = DEFAULT_CONTACT_TIMESTEP,
-        control_period: float | None = None,
         sample_period: float = math.inf,
         scuffing: ScuffingRule | None = None,
-        ground: str = "auto",
+        options: Options | None = None,
         compile: bool = True,
-        lands: bool = True,
     ) -> None:
         """Build the scene and set the robot on it.
 
@@ -119,21 +113,14 @@ class Simulation:
             dq: Their rates, rad/s.
             steps: Touchdowns after which the walk is finished; None: no limit.
             distance: Place x of the stance foot at which it is finished, m; None: no limit.
-            timestep: Longest physics step, s.
-            contact_timestep: Of the step that makes an impact, s; the timestep where that is shorter.
-            control_period: Time between two ticks of the controller, s; by default it ticks at every physics step.
             sample_period: Time between two samples, s; infinity: none but the first and the last.
             scuffing: When the swing foot may touch the ground.
-            ground: How the terrain is built; see `mjbiped.engines.mujoco.scene.build_scene`.
+            options: The engine's settings. Where its steps do not end at touchdowns, the model stays as it is, and may
+                serve many walks at the same time.
             compile: Whether laws that can be compiled are.
-            lands: Whether steps end at touchdowns (see `mjbiped.engines.mujoco.step_size`); else all are of one length.
-                Then the model stays as it is, and may serve many walks at the same time.
-
-        Raises:
-            InputError: A value is outside its domain.
         """
-        _check_times(timestep, contact_timestep, control_period)
-        domains.MUJOCO_LEG.check("leg length in MuJoCo (engine='hybrid' takes any)", robot.leg_length)
+        options = options or Options()
+        timestep, contact_timestep, lands = options.timestep, options.contact_timestep, options.lands
         shortest = min(contact_timestep, timestep) if lands else timestep
         rule = chosen(scuffing)
         length = robot.leg_length
@@ -144,13 +131,13 @@ class Simulation:
         states = len(controller.states)
         size = events.CONTROLLER_MEMORY + controller.memory_size + states
         self._terrain = terrain
-        leap = LEAP * timestep * math.sqrt(robot.gravity * length)  # a faster hip would fly
+        leap = BLOCK * timestep * math.sqrt(robot.gravity * length)  # a faster hip would fly
         self._windows = GroundWindows(
             robot,
             terrain,
             timestep=shortest,
             reach=reach,
-            ground=ground,
+            ground=options.ground,
             userdata=size,
             margin=MARGIN * length + leap,
         )
@@ -160,6 +147,7 @@ class Simulation:
         self.model = scene.model
         self.data = mujoco.MjData(scene.model)
         self.controller = controller
+        self.options = options
         self.limits = Limits(
             leg_length=length,
             foot_radius=FOOT_RADIUS,
@@ -183,15 +171,15 @@ class Simulation:
             timestep=timestep,
             contact_timestep=shortest,
             lands=lands,
-            control_period=0.0 if control_period is None else control_period,
+            control_period=options.control_period or 0.0,
             memory_size=controller.memory_size,
             states=states,
         )
-        room = LEAP + 1 if math.isfinite(sample_period) else 2
+        room = BLOCK + 1 if math.isfinite(sample_period) else 2
         self.recording = Recording(
             sample_period=sample_period,
             samples=np.zeros((room, width(SAMPLES) + states)),
-            rows=np.zeros((LEAP, width(TOUCHDOWNS))),
+            rows=np.zeros((BLOCK, width(TOUCHDOWNS))),
         )
         self._compile = compile
         self._before: dict[str, Any] = {}
@@ -413,18 +401,3 @@ class Simulation:
 @lru_cache(maxsize=1)
 def _warn_once(reason: str) -> None:
     warnings.warn(f"{reason}; walks run with callbacks in Python, which gives the same, only slower", stacklevel=4)
-
-
-def _check_times(timestep: float, contact_timestep: float, period: float | None) -> None:
-    """Refuse a physics step or control period that the contact cannot be resolved with.
-
-    Raises:
-        InputError: One is outside its domain.
-    """
-    domains.TIMESTEP.check("timestep", timestep)
-    domains.CONTACT_TIMESTEP.check("contact_timestep", contact_timestep)
-    if period is None:
-        return
-    ratio = domains.CONTROL_PERIOD.check("control_period", period) / timestep
-    if not (ratio > 0.5 and np.isclose(ratio, round(ratio), rtol=1e-6)):
-        raise InputError(f"control_period = {shown(period)}: must be a multiple of the timestep {timestep!r} s")

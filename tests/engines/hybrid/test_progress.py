@@ -15,8 +15,9 @@ from controllers import AdaptiveController, Controller, KineticEnergyController,
 from mjbiped.cli.tables import walk_table
 from mjbiped.engines.hybrid import simulation as hybrid
 from mjbiped.engines.hybrid.progress import ATTEMPTS_BETWEEN_LOOKS
-from mjbiped.engines.hybrid.simulation import HybridRecorder, HybridSimulation, simulate_hybrid
+from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
 from mjbiped.records import measures
+from mjbiped.records.recorder import Recorder
 from mjbiped.terrain.terrain import Terrain
 
 INCLINE = Terrain.incline(2.0)
@@ -154,7 +155,7 @@ def test_pauses_change_nothing(controller: AdaptiveController, monkeypatch: pyte
     """Python has its turn after every integration step, in gait steps with strikes and kinks too."""
     terrain = Terrain.stairs(rise=0.045, first=1.0, count=1)
 
-    def walked() -> tuple[HybridSimulation, HybridRecorder, int]:
+    def walked() -> tuple[HybridSimulation, Recorder, int]:
         turns = []
         simulation = HybridSimulation(
             controller,
@@ -164,8 +165,8 @@ def test_pauses_change_nothing(controller: AdaptiveController, monkeypatch: pyte
             dq=controller.gait.start[2:].tolist(),
             steps=4,
         )
-        recorder = HybridRecorder(heed=lambda: turns.append(0))
-        simulate_hybrid(simulation, recorder, progress=False)
+        recorder = Recorder(cancellation=lambda: turns.append(0))
+        simulate(simulation, recorder)
         return simulation, recorder, len(turns)
 
     whole, recorded, _ = walked()

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from simulations import make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
@@ -58,7 +59,7 @@ def make(controller: Controller, terrain: Terrain, **parameters: Any) -> Simulat
         "sample_period": 0.01,
         **parameters,
     }
-    return Simulation(controller, terrain, robot=robot, **arguments)
+    return make_simulation(controller, terrain, robot=robot, **arguments)
 
 
 def whole(monkeypatch: pytest.MonkeyPatch, make_it: Callable[[], Simulation]) -> Simulation:
@@ -91,7 +92,7 @@ def run(simulation: Simulation) -> tuple[dict[str, NDArray[np.float64]], int]:
 
     simulation.move_on = counted  # type: ignore[method-assign]
     recorder = Recorder()
-    simulate(simulation, recorder, progress=False)
+    simulate(simulation, recorder)
     return {**recorder.samples(), **recorder.touchdowns(), "state": state_of(simulation)}, len(models)
 
 
@@ -355,7 +356,7 @@ def test_pictures_of_a_window_are_those_of_the_whole(
     controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """To and fro through the record; single pixels differ, for MuJoCo moves the earth's mesh into its middle."""
-    walk = mjbiped.walk(controller, LONG["stairs"], steps=15, timestep=2e-4, sample_period=0.02)
+    walk = mjbiped.walk(controller, LONG["stairs"], steps=15, sample_period=0.02)
     begin, end = float(walk.samples["time"][0]), float(walk.samples["time"][-1])
     times = [begin, end, 0.5 * end, begin]
     built: list[float] = []

@@ -12,10 +12,12 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from simulations import make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
 from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.records import measures
 from mjbiped.rules.termination import Outcome
@@ -34,7 +36,7 @@ def make(controller: Controller, terrain: mjbiped.Terrain | None = None, **param
         "steps": 60,
         "timestep": 5e-4,
     }
-    return Simulation(controller, terrain or mjbiped.Terrain.mixed(), **{**arguments, **parameters})  # type: ignore[arg-type]
+    return make_simulation(controller, terrain or mjbiped.Terrain.mixed(), **{**arguments, **parameters})
 
 
 def state_of(simulation: Simulation) -> bytes:
@@ -407,9 +409,8 @@ def test_outcome_words() -> None:
 
 @pytest.mark.parametrize("ground", ["auto", "boxes", "heightfield"])
 def test_without_a_limit_the_ground_is_long_but_finite(ground: str, robot: mjbiped.Compass) -> None:
-    simulation = Simulation(
-        PassiveController(), mjbiped.Terrain.stairs(count=2), robot=robot, q=(0.0, 0.0), dq=(0.0, 0.0), ground=ground
-    )
+    arguments: dict[str, Any] = {"robot": robot, "q": (0.0, 0.0), "dq": (0.0, 0.0), "options": Options(ground=ground)}
+    simulation = Simulation(PassiveController(), mjbiped.Terrain.stairs(count=2), **arguments)
     assert np.isfinite(simulation.model.geom_size).all()
     assert np.isfinite(simulation.model.geom_pos).all()
     assert simulation.limits.end == pytest.approx(PLACE.high, rel=1e-4)

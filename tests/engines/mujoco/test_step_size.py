@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 import pytest
+from simulations import make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
@@ -29,7 +30,7 @@ GROUNDS = {
 
 def make(controller: AdaptiveController, terrain: Terrain, **settings: float) -> Simulation:
     q1, q2, dq1, dq2 = controller.gait.start.tolist()
-    return Simulation(controller, terrain, robot=controller.robot, q=(q1, q2), dq=(dq1, dq2), steps=6, **settings)  # type: ignore[arg-type]
+    return make_simulation(controller, terrain, robot=controller.robot, q=(q1, q2), dq=(dq1, dq2), steps=6, **settings)
 
 
 @pytest.mark.parametrize("timestep", [2e-4, 2e-3])
@@ -61,7 +62,7 @@ def test_a_step_ends_where_the_foot_meets_the_ground(
 @pytest.mark.parametrize("timestep", [1e-3, 2e-3])
 @pytest.mark.parametrize("name", GROUNDS)
 def test_every_impact_is_the_impact_map(name: str, timestep: float, controller: AdaptiveController) -> None:
-    walk = mjbiped.walk(controller, GROUNDS[name], steps=12, timestep=timestep)
+    walk = mjbiped.walk(controller, GROUNDS[name], steps=12, engine=mjbiped.Mujoco(timestep=timestep))
     assert walk.outcome == "finished"
     # 2e-5 s of motion at up to 30 rad/s², of some 0.8 rad/s, and 1e-3 m/s of a stance foot that happens to be out of
     # contact in the approach; the median has none of that
@@ -75,7 +76,8 @@ def test_half_a_kick_after_the_impact(controller: AdaptiveController) -> None:
     level = Terrain.level()
     exact = mjbiped.walk(controller, level, steps=12, engine="hybrid").cost_of_transport
     errors = [
-        mjbiped.walk(controller, level, steps=12, timestep=timestep).cost_of_transport / exact - 1.0
+        mjbiped.walk(controller, level, steps=12, engine=mjbiped.Mujoco(timestep=timestep)).cost_of_transport / exact
+        - 1.0
         for timestep in (1e-3, 2e-3)
     ]
     # of first order: the controller is told rates that are half a step old. Measured -0.11 % and -0.19 %
@@ -83,7 +85,7 @@ def test_half_a_kick_after_the_impact(controller: AdaptiveController) -> None:
 
 
 def test_passive_step_length_at_long_steps(gait: mjbiped.Gait) -> None:
-    walk = mjbiped.walk(PassiveController(), Terrain.incline(2.0), steps=12, timestep=2e-3)
+    walk = mjbiped.walk(PassiveController(), Terrain.incline(2.0), steps=12, engine=mjbiped.Mujoco(timestep=2e-3))
     # the foot's rolling is 1e-4; 6e-3 without half kicks
     assert measures.step_lengths(walk)[-6:].mean() == pytest.approx(gait.step_length, rel=3e-4)
 
@@ -112,7 +114,8 @@ def test_a_slow_controller_keeps_its_beat(controller: AdaptiveController) -> Non
     """Steps land between its ticks, which stay where they are; only a contact step makes one wait."""
     slow = Asked(controller)
     q1, q2, dq1, dq2 = controller.gait.start.tolist()
-    walk = mjbiped.walk(slow, Terrain.slopes(), steps=3, initial=(q1, q2, dq1, dq2), control_period=5e-3, timestep=1e-3)
+    engine = mjbiped.Mujoco(control_period=5e-3, timestep=1e-3)
+    walk = mjbiped.walk(slow, Terrain.slopes(), steps=3, initial=(q1, q2, dq1, dq2), engine=engine)
     since = np.array(slow.times[1:])
     exchanges = np.concatenate([[0.0], walk.touchdowns["time"]])
     step = np.concatenate([[0], np.cumsum(np.diff(since) < 0.0)])
@@ -124,7 +127,7 @@ def test_a_slow_controller_keeps_its_beat(controller: AdaptiveController) -> Non
 def test_struck_faces_at_long_steps(controller: AdaptiveController) -> None:
     """Near a riser steps are short: a foot neither tunnels through a plate of 2 mm nor is thrown off by it."""
     terrain = Terrain.stairs(rise=0.045, first=1.0, count=1)
-    fine, coarse = (mjbiped.walk(controller, terrain, steps=3, timestep=timestep) for timestep in (2e-4, 2e-3))
+    fine, coarse = (mjbiped.walk(controller, terrain, steps=3, engine=mjbiped.Mujoco(timestep=h)) for h in (2e-4, 2e-3))
     assert fine.touchdowns["strikes"].tolist() == coarse.touchdowns["strikes"].tolist() == [0, 0, 1]
     # a strike's own error is some mm in either (docs/physics.md)
     assert coarse.touchdowns["x"] == pytest.approx(fine.touchdowns["x"], abs=2e-3)

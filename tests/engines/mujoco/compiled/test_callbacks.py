@@ -11,6 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from simulations import make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
@@ -37,7 +38,7 @@ def make(controller: Controller, terrain: Terrain | None = None, **parameters: o
     robot = controller.robot or mjbiped.Compass()
     start = controller.gait.start.tolist() if controller.gait else [0.0, 0.0, 0.0, 0.0]
     arguments: dict[str, Any] = {"robot": robot, "q": start[:2], "dq": start[2:], "steps": 60, "timestep": 5e-4}
-    return Simulation(controller, terrain or Terrain.mixed(), **{**arguments, **parameters})
+    return make_simulation(controller, terrain or Terrain.mixed(), **{**arguments, **parameters})
 
 
 def state_of(model: mujoco.MjModel, data: mujoco.MjData) -> bytes:
@@ -76,25 +77,26 @@ def test_same_walk_bitwise(terrain: Terrain, parameters: dict[str, object], cont
 
 
 @pytest.mark.parametrize(
-    ("terrain", "parameters"),
+    ("terrain", "engine", "sample_period"),
     [
-        (Terrain.level(), {"sample_period": 100.0}),
-        (Terrain.mixed(), {"sample_period": 1e-3}),
-        (Terrain.stairs(rise=-0.06), {"timestep": 2e-4}),
-        (Terrain.random(seed=5), {"control_period": 5e-3, "timestep": 5e-4}),
+        (Terrain.level(), mjbiped.Mujoco(), 100.0),
+        (Terrain.mixed(), mjbiped.Mujoco(), 1e-3),
+        (Terrain.stairs(rise=-0.06), mjbiped.Mujoco(timestep=2e-4), 5e-3),
+        (Terrain.random(seed=5), mjbiped.Mujoco(control_period=5e-3, timestep=5e-4), 5e-3),
     ],
     ids=["level", "mixed", "stairs", "random"],
 )
 def test_same_record(
     terrain: Terrain,
-    parameters: dict[str, Any],
+    engine: mjbiped.Mujoco,
+    sample_period: float,
     controller: AdaptiveController,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Samples, touchdowns, peaks, end: though compiled walks are stepped in leaps, with touchdowns in their midst."""
-    compiled = mjbiped.walk(controller, terrain, steps=3, **parameters)
+    """Samples, touchdowns, peaks, end: though compiled walks are stepped in blocks, with touchdowns in their midst."""
+    compiled = mjbiped.walk(controller, terrain, engine=engine, steps=3, sample_period=sample_period)
     monkeypatch.setattr(Simulation, "_native", None)
-    assert compiled == mjbiped.walk(controller, terrain, steps=3, **parameters)
+    assert compiled == mjbiped.walk(controller, terrain, engine=engine, steps=3, sample_period=sample_period)
     assert compiled.steps == 3
 
 
@@ -158,7 +160,7 @@ def test_warnings_of_steps_made_twice_count_once(
         simulation.warnings["of each step"] += nstep
 
     monkeypatch.setattr(mujoco, "mj_step", warning_step)
-    simulate(simulation, Recorder(), progress=False)
+    simulate(simulation, Recorder())
     assert simulation.data.userdata[events.COUNT] == 2
     times: list[float] = []
     again = make(controller, steps=2, compile=False)  # whose steps are made one by one
@@ -168,7 +170,7 @@ def test_warnings_of_steps_made_twice_count_once(
         step(model, data)
 
     monkeypatch.setattr(mujoco, "mj_step", counting_step)
-    simulate(again, Recorder(), progress=False)
+    simulate(again, Recorder())
     assert simulation.warnings["of each step"] == len(times)
 
 

@@ -1,0 +1,197 @@
+"""What an engine is to the rest: it checks, starts and makes walks. One of your own derives from these two classes."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+
+from numpy.typing import NDArray
+
+from mjbiped.engines.plan import Plan
+from mjbiped.numerics.jit import announced
+from mjbiped.records.measures import Summary
+from mjbiped.records.record import Walk
+from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
+from mjbiped.rules.termination import Outcome
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from mjbiped.rollout.batch import Batch
+
+Show: TypeAlias = Callable[[int, float], None]
+"""Takes the number of touchdowns since the last call, and where the stance foot is, m."""
+
+
+class Engine(ABC):
+    """A kind of physics and its settings; subclasses are frozen dataclasses, whose fields are the settings.
+
+    Attributes:
+        name: Stands in records and messages.
+    """
+
+    name: ClassVar[str]
+
+    def check(self, plan: Plan) -> None:  # noqa: B027 (most engines take every plan)
+        """Refuse a walk that this engine cannot make, before anything is computed.
+
+        Raises:
+            InputError: It cannot.
+        """
+
+    @abstractmethod
+    def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> Run:
+        """Set the robot on the ground.
+
+        Args:
+            plan: As checked.
+            summarised: Keep no tables, but what `Run.summary` needs.
+            cancellation: Called now and then while it walks; what it raises breaks the walk off.
+
+        Raises:
+            MjbipedError: The walk cannot be started.
+        """
+
+    def run_many(self, batch: Batch) -> None:
+        """Make all walks of a batch; by default compiled ones in threads, and the others in processes.
+
+        An engine that steps many walks at once overrides this.
+
+        Raises:
+            InputError: A controller's laws cannot be compiled, or it cannot be sent to another process.
+            KeyboardInterrupt: Ctrl-C.
+        """
+        batch.run()
+
+    def session(self, *, many: bool = False) -> AbstractContextManager[None]:
+        """What is held while a walk of this engine, or a batch of them, is under way; by default nothing.
+
+        Args:
+            many: Whether it is a batch.
+
+        Raises:
+            MjbipedError: No walk can be made now.
+        """
+        del many
+        return nullcontext()
+
+
+class Run(ABC):
+    """A walk that has been started.
+
+    Attributes:
+        plan: As checked.
+        outcome: "interrupted" until `go` has come to the walk's end.
+        recorder: Holds what was recorded so far.
+    """
+
+    def __init__(self, plan: Plan, *, summarised: bool, cancellation: Cancellation) -> None:
+        """Prepare the recording; see `Engine.start`."""
+        self.plan = plan
+        self.outcome = Outcome.INTERRUPTED
+        self.sampled = plan.terms.sample_period is not None and not summarised
+        self.recorder = Recorder(
+            keep_samples=self.sampled,
+            summary=Summary(plan.robot, plan.terrain) if summarised else None,
+            cancellation=cancellation,
+        )
+
+    @abstractmethod
+    def walk(self, show: Show) -> Outcome:
+        """Walk to the end; what the recorder holds is complete at any moment, also when this raises.
+
+        Args:
+            show: To be called from time to time, for the progress bar.
+
+        Raises:
+            MjbipedError: The walk cannot be continued; whatever the controller raises is passed on.
+        """
+
+    @abstractmethod
+    def peak_torque(self) -> NDArray[np.float64]:
+        """Greatest |ankle| and |hip| torque so far, N m, shape (2,)."""
+
+    @abstractmethod
+    def settings(self) -> dict[str, Any]:
+        """What the engine adds to the plan's settings in the record; "warnings" counts what was warned of."""
+
+    def compile(self) -> bool:
+        """Compile the controller's laws now; whether the walk runs in compiled code, which threads can share.
+
+        Raises:
+            InputError: The laws cannot be compiled.
+        """
+        return False
+
+    def sharing(self) -> AbstractContextManager[None]:
+        """What is held while threads make walks like this one; by default nothing."""
+        return nullcontext()
+
+    def shares_with(self, other: Run) -> bool:
+        """Whether this walk can be made in a thread while `other.sharing()` is held."""
+        del other
+        return True
+
+    def go(self, *, progress: bool = False) -> None:
+        """Walk to the end.
+
+        Args:
+            progress: Show a progress bar (never where the output is not a terminal), and say it on stderr when
+                something has to be compiled first.
+        """
+        if progress:
+            with self._progress_bar() as show:
+                self.outcome = self.walk(show)
+        else:  # a bar that is not shown costs as much as two gait steps of the hybrid engine
+            self.outcome = self.walk(_show_nothing)
+
+    def record(self) -> Walk:
+        """The record so far."""
+        return Walk(
+            samples=self.recorder.samples(),
+            touchdowns=self.recorder.touchdowns(),
+            outcome=self.outcome.words,
+            end=self.recorder.end,
+            peak_torque=self.peak_torque(),
+            settings={**self.plan.settings(), **self.settings()},
+        )
+
+    def summary(self) -> dict[str, Any]:
+        """The measures so far, of a walk that was started with `summarised`."""
+        return self.recorder.summary().to_dict(
+            outcome=self.outcome.words,
+            end=self.recorder.end,
+            peak_torque=self.peak_torque(),
+            warnings=self.settings().get("warnings", {}),
+        )
+
+    def message(self, error: Exception) -> str:
+        """What went wrong in the controller, and when."""
+        name, at = type(self.plan.controller).__name__, self.recorder
+        return f"{name} failed at {at.end[0]:.3f} s, after {at.steps} steps: {type(error).__name__}: {error}"
+
+    @contextmanager
+    def _progress_bar(self) -> Iterator[Show]:
+        from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
+
+        terms = self.plan.terms
+        with (
+            announced(f"{type(self.plan.controller).__name__} for the engine {terms.engine.name}", wanted=True),
+            tqdm(
+                total=terms.steps or round(terms.distance or 0.0, 2),
+                desc="walking",
+                unit="step" if terms.steps else "m",
+                disable=None,
+            ) as bar,
+        ):
+
+            def show(steps: int, x: float) -> None:
+                bar.update(steps if terms.steps else max(0.0, round(x, 2) - bar.n))
+
+            yield show
+
+
+def _show_nothing(steps: int, x: float) -> None:
+    """No progress bar."""

@@ -1,0 +1,82 @@
+"""`Hybrid`: the engine of the paper's equations and impact map, with its settings."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.engines.base import Engine, Run, Show
+from mjbiped.engines.hybrid.simulation import TOLERANCE, HybridSimulation, simulate
+from mjbiped.engines.plan import Plan
+from mjbiped.records.recorder import Cancellation, never_cancelled
+from mjbiped.rules.termination import Outcome
+from mjbiped.utils import domains
+
+
+@dataclass(frozen=True)
+class Hybrid(Engine):
+    """The paper's equations of motion and impact map, integrated from touchdown to touchdown; see docs/hybrid.md.
+
+    It has no timestep, and its controller acts without pause.
+
+    Attributes:
+        tolerance: Of an integration step, relative and absolute.
+
+    Raises:
+        InputError: It is outside its domain.
+    """
+
+    name: ClassVar[str] = "hybrid"
+
+    tolerance: float = TOLERANCE
+
+    def __post_init__(self) -> None:
+        """Check the value."""
+        object.__setattr__(self, "tolerance", domains.TOLERANCE.check("tolerance", self.tolerance))
+
+    def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> HybridRun:
+        """Set the robot on the ground; see `Engine.start`."""
+        return HybridRun(plan, self.tolerance, summarised=summarised, cancellation=cancellation)
+
+
+class HybridRun(Run):
+    """A walk in the hybrid model.
+
+    Attributes:
+        simulation: The model and its state.
+    """
+
+    def __init__(self, plan: Plan, tolerance: float, *, summarised: bool, cancellation: Cancellation) -> None:
+        """Set the robot on the ground; see `Engine.start`."""
+        super().__init__(plan, summarised=summarised, cancellation=cancellation)
+        period = plan.terms.sample_period
+        self.simulation = HybridSimulation(
+            plan.controller,
+            plan.terrain,
+            **plan.arguments(),
+            sample_period=period if period is not None and self.sampled else math.inf,
+            tolerance=tolerance,
+        )
+
+    def walk(self, show: Show) -> Outcome:
+        """Integrate to the end."""
+        return simulate(self.simulation, self.recorder, show)
+
+    def compile(self) -> bool:
+        """Compile the controller's laws."""
+        self.simulation.compile()
+        return self.simulation.compiled
+
+    def peak_torque(self) -> NDArray[np.float64]:
+        """Greatest |ankle| and |hip| torque so far, N m."""
+        return self.simulation.peak_torque
+
+    def settings(self) -> dict[str, Any]:
+        """The tolerance, and why the walk ended where its outcome does not say it."""
+        simulation = self.simulation
+        settings = {"tolerance": simulation.world.tolerance, "compiled": simulation.compiled}
+        return {**settings, "warnings": simulation.warnings} if simulation.warnings else settings

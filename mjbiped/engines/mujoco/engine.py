@@ -1,0 +1,70 @@
+"""`Mujoco`: the engine of rigid bodies and contacts, with its settings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import ClassVar
+
+from mjbiped.engines.base import Engine
+from mjbiped.engines.mujoco.compiled.registry import exclusive, require_no_callbacks, walking
+from mjbiped.engines.mujoco.options import Options
+from mjbiped.engines.mujoco.run import MujocoRun
+from mjbiped.engines.plan import Plan
+from mjbiped.errors import MjbipedError
+from mjbiped.records.recorder import Cancellation, never_cancelled
+from mjbiped.utils import domains
+
+
+@dataclass(frozen=True)
+class Mujoco(Options, Engine):
+    """Rigid bodies and contacts; nothing of the paper's impact map is used. docs/physics.md has its accuracy.
+
+    ```python
+    mjbiped.walk(controller, terrain, engine=mjbiped.Mujoco(timestep=1e-3, control_period=2e-3))
+    ```
+
+    Attributes:
+        timestep: Longest physics step, s, 2e-4 unless given; steps become shorter toward each touchdown, which ends
+            one of them.
+        contact_timestep: Of the step that makes an impact, s, 2e-5 unless given; the timestep where that is shorter.
+        control_period: Time between two ticks of the controller, s, a multiple of the timestep; by default it ticks at
+            every physics step.
+        ground: "auto", "heightfield" or "boxes"; see `mjbiped.engines.mujoco.scene`.
+        lands: Whether steps end at touchdowns. With False all are of the one length `timestep`, and touchdowns come
+            when the contact sensors say so: nothing but plain `mj_step`, and nothing is taken from the analytic
+            profile to time an impact. That is the stricter test of the contact model; it needs steps of 0.1 ms and
+            less (docs/convergence.md).
+
+    Raises:
+        InputError: A value is outside its domain.
+    """
+
+    name: ClassVar[str] = "mujoco"
+
+    def check(self, plan: Plan) -> None:
+        """Refuse legs of a length for which contacts are not resolved.
+
+        Raises:
+            InputError: They are too short or too long.
+        """
+        domains.MUJOCO_LEG.check("leg length in MuJoCo (engine='hybrid' takes any)", plan.robot.leg_length)
+
+    def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> MujocoRun:
+        """Build the scene; see `Engine.start`."""
+        return MujocoRun(plan, self, summarised=summarised, cancellation=cancellation)
+
+    @contextmanager
+    def session(self, *, many: bool = False) -> Iterator[None]:
+        """Keep MuJoCo's callbacks, which are globals of the process, for these walks.
+
+        Raises:
+            MjbipedError: Somebody else has them.
+        """
+        with exclusive():
+            if walking():
+                raise MjbipedError("a walk cannot be started from inside another's controller")
+            if many:
+                require_no_callbacks()
+            yield

@@ -1,0 +1,49 @@
+"""Settings of the MuJoCo engine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjbiped.engines.mujoco.ground import GROUND_KINDS
+from mjbiped.errors import InputError, shown
+from mjbiped.utils import domains
+from mjbiped.utils.domains import known_name
+
+DEFAULT_TIMESTEP = 2e-4  # s
+DEFAULT_CONTACT_TIMESTEP = 2e-5  # s
+LONGEST_TIMESTEP = domains.TIMESTEP.high  # at it a stance foot slides by 0.2 to 1.3 mm a step, s
+
+
+@dataclass(frozen=True)
+class Options:
+    """Settings of the MuJoCo engine; see `mjbiped.engines.mujoco.engine.Mujoco`.
+
+    Raises:
+        InputError: A value is outside its domain.
+    """
+
+    timestep: float = DEFAULT_TIMESTEP
+    contact_timestep: float = DEFAULT_CONTACT_TIMESTEP
+    control_period: float | None = None
+    ground: str = "auto"
+    lands: bool = True
+
+    def __post_init__(self) -> None:
+        """Check what does not depend on a walk."""
+        object.__setattr__(self, "timestep", domains.TIMESTEP.check("timestep", self.timestep))
+        contact = domains.CONTACT_TIMESTEP.check("contact_timestep", self.contact_timestep)
+        object.__setattr__(self, "contact_timestep", contact)
+        known_name("ground", self.ground, GROUND_KINDS)
+        if not isinstance(self.lands, bool):
+            raise InputError(f"lands = {shown(self.lands)}: must be True or False")
+        if self.control_period is not None:
+            period = domains.CONTROL_PERIOD.check("control_period", self.control_period)
+            object.__setattr__(self, "control_period", period)
+            ratio = period / self.timestep
+            if not (ratio > 0.5 and np.isclose(ratio, round(ratio), rtol=1e-6)):
+                raise InputError(
+                    f"control_period = {shown(self.control_period)}: must be a multiple of the timestep "
+                    f"{self.timestep!r} s"
+                )
