@@ -23,7 +23,7 @@ from mjbiped.errors import InputError
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.limit_cycles import return_map
 from mjbiped.limit_cycles.return_map import ReturnMap, plane_of, walk_all
-from mjbiped.records.columns import TOUCHDOWNS, place
+from mjbiped.records.columns import TOUCHDOWNS, index_of
 from mjbiped.robots.compass import Array, Compass
 from mjbiped.rules.scuffing import ScuffingRule, check_landing, chosen
 from mjbiped.rules.termination import Outcome
@@ -234,7 +234,7 @@ def basin_of_control(
 
 def _walk_controlled(simulation: HybridSimulation, goal: Array, near: Array) -> tuple[int, Fate]:
     """Walk until a state after an impact is near the goal, or the walk ends; the number of steps, and the fate."""
-    first, last = place(TOUCHDOWNS, "q"), place(TOUCHDOWNS, "dq") + 2
+    first, last = index_of(TOUCHDOWNS, "q"), index_of(TOUCHDOWNS, "dq") + 2
     walked, buffers = 0, simulation.buffers
     while simulation.outcome is Outcome.WALKING:
         simulation.go_on()

@@ -80,8 +80,8 @@ def width(columns: Mapping[str, Column]) -> int:
     return sum(column.width for column in columns.values())
 
 
-def place(columns: Mapping[str, Column], name: str) -> int:
-    """Place of a column's first number in a row."""
+def index_of(columns: Mapping[str, Column], name: str) -> int:
+    """Index of a column's first number in a row."""
     return sum(columns[earlier].width for earlier in list(columns)[: list(columns).index(name)])
 
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, place, split, width
+from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, index_of, split
+from mjbiped.records.rows import SAMPLED, TOUCHED
 
 if TYPE_CHECKING:
     from mjbiped.records.measures import Summary
@@ -16,8 +17,7 @@ if TYPE_CHECKING:
 Cancellation: TypeAlias = Callable[[], None]
 """Called now and then while a walk is recorded; what it raises breaks the walk off."""
 
-_SAMPLED, _TOUCHED = width(SAMPLES), width(TOUCHDOWNS)  # floats of a row
-_TIME = 0  # place of the time in a row of either
+_TIME = 0  # index of the time in a row of either
 
 
 def _later(table: NDArray[np.float64], taken: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
@@ -52,7 +52,7 @@ class Recorder:
         self.cancellation = cancellation
         self._keep_samples = keep_samples
         self._summary = summary
-        self._rows: list[NDArray[np.float64]] = [np.empty((0, _TOUCHED))]
+        self._rows: list[NDArray[np.float64]] = [np.empty((0, TOUCHED))]
         self._samples: list[NDArray[np.float64]] = []
 
     def add(self, rows: NDArray[np.float64], samples: NDArray[np.float64]) -> None:
@@ -78,7 +78,7 @@ class Recorder:
 
     def add_touchdown(self, row: NDArray[np.float64]) -> None:
         """Take a copy of one touchdown's row."""
-        self.add(row[None], np.empty((0, _SAMPLED)))
+        self.add(row[None], np.empty((0, SAMPLED)))
 
     @property
     def end(self) -> tuple[float, float]:
@@ -86,7 +86,7 @@ class Recorder:
         if not self._samples:
             return 0.0, 0.0
         last = self._samples[-1][-1]
-        return float(last[place(SAMPLES, "time")]), float(last[place(SAMPLES, "qpos")])
+        return float(last[index_of(SAMPLES, "time")]), float(last[index_of(SAMPLES, "qpos")])
 
     @property
     def steps(self) -> int:
@@ -100,10 +100,10 @@ class Recorder:
 
     def samples(self) -> dict[str, NDArray[np.float64]]:
         """Samples so far; see `mjbiped.records.columns.SAMPLES`."""
-        table = np.concatenate(self._samples) if self._samples else np.empty((0, _SAMPLED))
+        table = np.concatenate(self._samples) if self._samples else np.empty((0, SAMPLED))
         if not self._keep_samples:
             table = table[:0]
-        return {**split(SAMPLES, table[:, :_SAMPLED]), "controller_states": table[:, _SAMPLED:].copy()}
+        return {**split(SAMPLES, table[:, :SAMPLED]), "controller_states": table[:, SAMPLED:].copy()}
 
     def touchdowns(self) -> dict[str, NDArray[np.float64]]:
         """Touchdowns so far; see `mjbiped.records.columns.TOUCHDOWNS`."""

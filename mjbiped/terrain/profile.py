@@ -51,6 +51,15 @@ def segment_under(profile: Any, x: float) -> int:
     return low - 1
 
 
+def segment_near(profile: Any, x: float, index: int) -> int:
+    """The same, searched from a segment that is not far."""
+    while index + 1 < len(profile.x) and profile.x[index + 1] <= x:
+        index += 1
+    while index > 0 and profile.x[index] > x:
+        index -= 1
+    return index
+
+
 def height_over(profile: Profile, x: float) -> float:
     """Height of the ground at x, m: `Terrain.height_at` where no object can be asked; NaN gives NaN."""
     return height_of(profile, segment_under(profile, x), x)

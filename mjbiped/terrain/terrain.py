@@ -6,7 +6,6 @@ Slope > 0 goes down in the walking direction (dz/dx = -tan slope), step > 0 goes
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -21,8 +20,7 @@ from numpy.typing import NDArray
 from mjbiped.errors import InputError, shortened, shown
 from mjbiped.terrain.files import FILE_SUFFIXES, parse_parameters, read_samples, read_segments
 from mjbiped.terrain.presets import PRESETS, Presets
-from mjbiped.terrain.profile import Profile, height_of
-from mjbiped.terrain.segments import GROUND_FRICTION as GROUND_FRICTION
+from mjbiped.terrain.profile import Profile, height_of, segment_under
 from mjbiped.terrain.segments import HIGHEST_STEP, MOST_SEGMENTS, check_slope, checked_segments
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain, known_name
@@ -218,7 +216,7 @@ class Terrain(Presets):
 
     def segment_at(self, x: float) -> int:
         """Return the index of the segment under x (m)."""
-        return max(bisect_right(self.x, x) - 1, 0)
+        return segment_under(self.profile, x)
 
     def height_at(self, x: float) -> float:
         """Return the height (m) at x (m): `height` for one plain float, without NumPy; NaN gives NaN."""

@@ -42,6 +42,7 @@ from mjbiped.engines.hybrid.state import (
     World,
 )
 from mjbiped.numerics.dormand_prince import STAGES, dense_at, dense_rate_at
+from mjbiped.records.rows import SAMPLED, write_sample
 from mjbiped.rules.termination import LIGHT_CONTACT
 
 PIECES = 16  # of a step, in which a change of the power's sign or a peak is looked for
@@ -225,22 +226,37 @@ def take_sample(
     state: Sequence[float],
 ) -> None:
     """Write a row of the samples: those of `columns.SAMPLES`, then the controller's states."""
-    w, own = b.w, len(b.y) - ANGLES_AND_RATES - WORKS
-    ankle, hip_torque = _asked(laws, parameters, b, t, state)
-    row = b.samples[int(w[SAMPLES])]
-    slope, stance, swing = w[SLOPE], state[0] + w[SLOPE], state[1] + w[SLOPE]
-    row[0] = time
-    for index in range(4):
-        row[1 + index] = state[index]
-    row[5], row[6], row[7], row[8], row[9] = (
-        ankle,
-        hip_torque,
-        slope,
-        laws.slope_estimate(parameters, b.memory),
-        w[STANCE],
-    )
-    row[10], row[11] = hip(world, b, legs_at(b, state[0], state[1]))
-    row[12], row[13] = (swing, stance) if w[STANCE] != 0.0 else (stance, swing)
-    for index in range(own):
-        row[14 + index] = state[ANGLES_AND_RATES + index]
+    w = b.w
+    torque = _asked(laws, parameters, b, t, state)
+    write_state(world, b, b.samples[int(w[SAMPLES])], time, state, torque, laws.slope_estimate(parameters, b.memory))
     w[SAMPLES] += 1.0
+
+
+def write_state(
+    world: World,
+    b: Buffers,
+    row: Any,
+    time: float,
+    state: Sequence[float],
+    torque: tuple[float, float],
+    estimate: float,
+) -> None:
+    """Fill a row of the samples with a state, and with torques (N m) and slope estimate (rad) in it."""
+    w = b.w
+    left, right = state[0] + w[SLOPE], state[1] + w[SLOPE]
+    if w[STANCE] != 0.0:
+        left, right = right, left
+    x, z = hip(world, b, legs_at(b, state[0], state[1]))
+    write_sample(
+        row,
+        time=time,
+        q=(state[0], state[1]),
+        dq=(state[2], state[3]),
+        torque=torque,
+        slope=w[SLOPE],
+        slope_estimate=estimate,
+        stance=w[STANCE],
+        qpos=(x, z, left, right),
+    )
+    for index in range(len(b.y) - ANGLES_AND_RATES - WORKS):
+        row[SAMPLED + index] = state[ANGLES_AND_RATES + index]

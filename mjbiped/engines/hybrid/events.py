@@ -30,7 +30,7 @@ from mjbiped.engines.hybrid.state import (
 )
 from mjbiped.numerics.dormand_prince import STAGES, dense_at
 from mjbiped.rules.scuffing import swing_foot_collides
-from mjbiped.terrain.profile import height_of
+from mjbiped.terrain.profile import height_of, segment_near
 
 Legs: TypeAlias = tuple[float, float, float, float]
 """Sine and cosine of the stance leg's, then of the swing leg's angle from the vertical."""
@@ -47,14 +47,10 @@ CORNER = 1e-6  # a foot that meets a face so close below its edge has landed on 
 
 
 def segment_under(world: World, b: Buffers, x: float) -> int:
-    """The terrain's segment under x, as `Terrain.segment_at`, searched from the last one."""
+    """The terrain's segment under x, but for a foot on a face: that one stays on its side of it."""
     if abs(x - b.w[FACE_X]) < FACE_WIDTH:
         return int(b.w[FACE_SEGMENT])
-    index = int(b.w[SEGMENT])
-    while index + 1 < len(world.x) and world.x[index + 1] <= x:
-        index += 1
-    while index > 0 and world.x[index] > x:
-        index -= 1
+    index = segment_near(world, x, int(b.w[SEGMENT]))
     b.w[SEGMENT] = index
     return index
 

@@ -72,6 +72,7 @@ from mjbiped.engines.hybrid.state import (
     World,
 )
 from mjbiped.numerics.dormand_prince import STAGES
+from mjbiped.records.rows import write_touchdown
 from mjbiped.robots.compass import impact_rates
 from mjbiped.rules.termination import FALLEN_HIP, Outcome
 from mjbiped.terrain.profile import height_of, segment_stood_on
@@ -317,10 +318,8 @@ def exchange(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
     rate1, rate2 = impact_rates(world.constants, q1, q2, dq1, dq2)
     for index in range(own):
         b.memory[index] = y[ANGLES_AND_RATES + index]
-    row = b.rows[int(w[ROWS])]
-    row[24] = laws.slope_estimate(parameters, b.memory)
+    estimate_before = laws.slope_estimate(parameters, b.memory)
     laws.touchdown(parameters, b.memory, q1, q2, new1, new2, rate1, rate2)
-    row[25] = laws.slope_estimate(parameters, b.memory)
     w[CLOCK], w[AFTER], w[BEFORE] = w[TIME], 0.0, math.inf
     w[STANCE] = 1.0 - w[STANCE]
     w[SLOPE], w[SINE], w[COSINE] = slope, math.sin(slope), math.cos(slope)
@@ -329,17 +328,33 @@ def exchange(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
     for index in range(own):
         y[ANGLES_AND_RATES + index] = b.memory[index]
     y[n - 2] = y[n - 1] = 0.0
-    row[0], row[1], row[2] = w[TIME], hip_x, hip_z
-    row[3], row[4] = q1 + old_slope, q2 + old_slope
+    left, right = q1 + old_slope, q2 + old_slope
     if stance == 1:
-        row[3], row[4] = row[4], row[3]
-    row[5], row[6], row[7], row[8] = w[FOOT_X], w[FOOT_Z], w[STANCE], slope
-    row[9], row[10], row[11], row[12] = q1, q2, dq1, dq2
-    row[13], row[14], row[15], row[16] = new1, new2, rate1, rate2
-    row[17], row[18], row[19] = w[WORK_ABSOLUTE], w[WORK_NET], w[WORK_POSITIVE]
-    row[20] = row[21] = 0.0  # slip and penetration
-    row[22], row[23] = w[FRICTION], w[STRIKES]
-    row[26] = w[NORMAL_FORCE]
+        left, right = right, left
+    write_touchdown(
+        b.rows[int(w[ROWS])],
+        0,
+        time=w[TIME],
+        qpos=(hip_x, hip_z, left, right),
+        x=w[FOOT_X],
+        z=w[FOOT_Z],
+        stance=w[STANCE],
+        slope=slope,
+        q_before=(q1, q2),
+        dq_before=(dq1, dq2),
+        q=(new1, new2),
+        dq=(rate1, rate2),
+        work_absolute=w[WORK_ABSOLUTE],
+        work_net=w[WORK_NET],
+        work_positive=w[WORK_POSITIVE],
+        slip=0.0,
+        penetration=0.0,
+        friction=w[FRICTION],
+        strikes=w[STRIKES],
+        slope_estimate_before=estimate_before,
+        slope_estimate=laws.slope_estimate(parameters, b.memory),
+        normal_force=w[NORMAL_FORCE],
+    )
     w[ROWS] += 1.0
     w[COUNT] += 1.0
     w[ARMED] = w[FACE] = w[FRICTION] = w[STRIKES] = 0.0

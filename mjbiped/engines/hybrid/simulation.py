@@ -20,14 +20,14 @@ from mjbiped.control.check import refusal
 from mjbiped.control.methods import gives_its_law, next_break, slope_estimate, torque, touchdown
 from mjbiped.engines.base import Show
 from mjbiped.engines.hybrid import state as at
+from mjbiped.engines.hybrid.accounting import write_state
 from mjbiped.engines.hybrid.dynamics import HANDED_ON, rates_where
-from mjbiped.engines.hybrid.events import hip, legs_at
 from mjbiped.engines.hybrid.gait_step import advance
 from mjbiped.engines.hybrid.state import Buffers, Laws, World
 from mjbiped.numerics.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
 from mjbiped.numerics.jit import compiled
-from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, width
 from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
+from mjbiped.records.rows import SAMPLED, TOUCHED
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.rules.termination import STALL_TIME, Outcome
@@ -47,7 +47,6 @@ _ROWS = 1024  # touchdowns between two looks at the progress bar, some 20 ms
 _FIRST_STINT = 24_000  # evaluations of the law until Python first has its turn, some 2 ms
 _SHORT, _LONG = 0.02, 0.08  # s: a stint shall take a time between these
 _STALLS = 10  # longest gait steps of which the buffer holds the samples
-_SAMPLED, _TOUCHED = width(SAMPLES), width(TOUCHDOWNS)  # floats of a row
 _WHY = {
     Outcome.UNRESOLVED: "the torque switches, or changes, faster than the integrator can follow: name the times of its "
     "jumps in the controller's next_break, make it smooth, or walk with engine='mujoco' and a control_period",
@@ -168,8 +167,8 @@ class HybridSimulation:
             dense=self._table([0.0] * (n * POWERS)),
             w=self._table(w),
             memory=self._table(memory),
-            rows=np.zeros((_ROWS if self.compiled else 1, _TOUCHED)),
-            samples=np.zeros((samples, _SAMPLED + own)),
+            rows=np.zeros((_ROWS if self.compiled else 1, TOUCHED)),
+            samples=np.zeros((samples, SAMPLED + own)),
         )
 
     @property
@@ -237,23 +236,12 @@ class HybridSimulation:
     def sample(self, recorder: Recorder) -> None:
         """Record the last state reached, with the torque last computed, and without asking the controller."""
         buffers, own = self.buffers, len(self.controller.states)
-        w, state = buffers.w, [float(value) for value in buffers.y]
-        states = state[at.ANGLES_AND_RATES : at.ANGLES_AND_RATES + own]
-        memory = [*states, *(float(value) for value in buffers.memory[own:])]
-        legs = (state[0] + w[at.SLOPE], state[1] + w[at.SLOPE])
-        row = [
-            w[at.TIME],
-            *state[: at.ANGLES_AND_RATES],
-            w[at.ANKLE],
-            w[at.HIP],
-            w[at.SLOPE],
-            self.controller.slope_estimate(memory),
-            w[at.STANCE],
-            *hip(self.world, buffers, legs_at(buffers, state[0], state[1])),
-            *(legs[::-1] if w[at.STANCE] else legs),
-            *states,
-        ]
-        recorder.add(np.empty((0, _TOUCHED)), np.array([row], dtype=np.float64))
+        state = [float(value) for value in buffers.y]
+        memory = [*state[at.ANGLES_AND_RATES :][:own], *(float(value) for value in buffers.memory[own:])]
+        row, w = np.empty((1, buffers.samples.shape[1])), buffers.w
+        estimate = self.controller.slope_estimate(memory)
+        write_state(self.world, buffers, row[0], w[at.TIME], state, (w[at.ANKLE], w[at.HIP]), estimate)
+        recorder.add(buffers.rows[:0], row)
 
     @contextmanager
     def _refusal(self) -> Iterator[None]:

@@ -13,11 +13,10 @@ from typing import Any, NamedTuple
 
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco import step_size
-from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, width
+from mjbiped.records.rows import SAMPLED, TOUCHED, write_sample
 from mjbiped.rules.termination import Limits
 from mjbiped.terrain.profile import Floats, Profile, height_of, height_over_ground, segment_met, segment_stood_on
 
-_SAMPLE, _ROW = width(SAMPLES), width(TOUCHDOWNS)
 SUNK = 5e-4  # no standing foot lies deeper in the ground, m
 _NOW = 1e-9  # times so close are the same, s
 
@@ -126,14 +125,14 @@ def control(
         for index in range(world.states):
             memory[index] += (time - u[events.TIME]) * rates[index]
     u[events.PLANNED], u[events.PLAIN] = u[events.PLANNED_NEXT], u[events.PLAIN_NEXT]
-    if u[events.TOUCHED] and u[events.NOTED]:
+    if u[events.TRANSFERRED] and u[events.NOTED]:
         _write_row(recording, u)  # of a touchdown that the controller is never told of
     u[events.LAST_STEP] = step_size.step_before(u, time)
     events.observe(u, world.limits, world.profile, time, qpos, qvel)
     due = time > u[events.NEXT_CONTROL] - _NOW
     if due:
         u[events.NEXT_CONTROL] += world.control_period
-    if due or (u[events.TOUCHED] and u[events.OUTCOME]):  # the last touchdown is told at once: its row is whole
+    if due or (u[events.TRANSFERRED] and u[events.OUTCOME]):  # the last touchdown is told at once: its row is whole
         _tick(laws, parameters, recording, u, memory, rates, time)
     right = bool(u[events.STANCE])
     ctrl[0] = 0.0 if right else u[events.ANKLE]
@@ -164,8 +163,8 @@ def _tick(
 ) -> None:
     """One tick of the digital controller: its events and its law, whose torques and rates are held from now on."""
     q1, q2, dq1, dq2 = _posture(u)
-    if u[events.TOUCHED]:
-        u[events.TOUCHED] = 0.0
+    if u[events.TRANSFERRED]:
+        u[events.TRANSFERRED] = 0.0
         u[events.ESTIMATE_BEFORE] = laws.slope_estimate(parameters, memory)
         # the contact switch holds the touchdown's posture and time for a controller that ticks later
         laws.touchdown(
@@ -196,7 +195,7 @@ def _write_row(recording: Recording, u: MutableSequence[float]) -> None:
     """Write down the last touchdown."""
     row = int(u[events.ROWS])
     if 0 <= row < len(recording.rows):
-        for index in range(_ROW):
+        for index in range(TOUCHED):
             recording.rows[row, index] = u[events.LAST_TOUCHDOWN + index]
         u[events.ROWS] += 1.0
 
@@ -217,13 +216,19 @@ def take_sample(
         return
     q1, q2, dq1, dq2 = _posture(u)
     estimate = laws.slope_estimate(parameters, memory)
-    sample = (time, q1, q2, dq1, dq2, u[events.ANKLE], u[events.HIP], u[events.SLOPE], estimate, u[events.STANCE])
-    for index, value in enumerate(sample):
-        recording.samples[row, index] = value
-    for index in range(4):
-        recording.samples[row, len(sample) + index] = qpos[index]
+    write_sample(
+        recording.samples[row],
+        time=time,
+        q=(q1, q2),
+        dq=(dq1, dq2),
+        torque=(u[events.ANKLE], u[events.HIP]),
+        slope=u[events.SLOPE],
+        slope_estimate=estimate,
+        stance=u[events.STANCE],
+        qpos=(qpos[0], qpos[1], qpos[2], qpos[3]),
+    )
     for index in range(world.states):
-        recording.samples[row, _SAMPLE + index] = memory[index]
+        recording.samples[row, SAMPLED + index] = memory[index]
     u[events.SAMPLES] += 1.0
 
 

@@ -22,7 +22,8 @@ from __future__ import annotations
 import math
 from collections.abc import MutableSequence, Sequence
 
-from mjbiped.records.columns import TOUCHDOWNS, place, width
+from mjbiped.records.columns import TOUCHDOWNS, index_of
+from mjbiped.records.rows import TOUCHED, write_touchdown
 from mjbiped.rules.scuffing import swing_foot_collides
 from mjbiped.rules.termination import FALLEN_HIP, LIGHT_CONTACT, SLIPPED_FOOT, Limits, Outcome
 from mjbiped.terrain.profile import Profile, height_of, height_over, segment_stood_on
@@ -43,7 +44,7 @@ from mjbiped.terrain.profile import Profile, height_of, height_over, segment_sto
     NEXT_SAMPLE,  # when a sample is due, s
     SAMPLES,  # that wait to be taken from the recording; see `callbacks.Recording`
     ROWS,  # of touchdowns that wait there
-    TOUCHED,  # 1: an exchange that the controller has not yet been told of
+    TRANSFERRED,  # 1: there was a support transfer that the controller does not know of yet
     ARMED,  # 1: the swing foot collides
     SLOPE,  # of the ground under the stance foot, rad
     FOOT_X,  # stance foot at the exchange, m
@@ -77,10 +78,10 @@ from mjbiped.terrain.profile import Profile, height_of, height_over, segment_sto
 ) = range(45)
 
 # of the touchdown's row, each the first of two places: what the controller is told
-TOLD_Q_BEFORE, TOLD_Q, TOLD_DQ = (LAST_TOUCHDOWN + place(TOUCHDOWNS, name) for name in ("q_before", "q", "dq"))
-ESTIMATE_BEFORE = LAST_TOUCHDOWN + place(TOUCHDOWNS, "slope_estimate_before")
-ESTIMATE_AFTER = LAST_TOUCHDOWN + place(TOUCHDOWNS, "slope_estimate")
-CONTROLLER_MEMORY = LAST_TOUCHDOWN + width(TOUCHDOWNS)
+TOLD_Q_BEFORE, TOLD_Q, TOLD_DQ = (LAST_TOUCHDOWN + index_of(TOUCHDOWNS, name) for name in ("q_before", "q", "dq"))
+ESTIMATE_BEFORE = LAST_TOUCHDOWN + index_of(TOUCHDOWNS, "slope_estimate_before")
+ESTIMATE_AFTER = LAST_TOUCHDOWN + index_of(TOUCHDOWNS, "slope_estimate")
+CONTROLLER_MEMORY = LAST_TOUCHDOWN + TOUCHED
 """The controller's memory begins here; behind it stand the rates of its integrated states, which end userdata."""
 
 SMALLEST_UPWARD_NORMAL = 0.7  # a contact that faces up less is a riser's face or an inner edge of a heightfield
@@ -264,40 +265,33 @@ def _exchange(
     slope = -math.atan(profile.gradient[segment])
     u[FOOT_ANGLE] = new
     u[COUNT] += 1.0
-    row = (
-        time,
-        hip_x,
-        hip_z,
-        left,
-        right,
-        u[FOOT_X],
-        u[FOOT_Z],
-        u[STANCE],
-        slope,
-        old - slope_before,
-        new - slope_before,
-        old_before,
-        new_before,
-        new - slope,
-        old - slope,
-        new_rate,
-        old_rate,
-        u[WORK_ABSOLUTE],
-        u[WORK_NET],
-        u[WORK_POSITIVE],
-        u[SLIP],
-        u[PENETRATION],
-        u[FRICTION],
-        u[STRIKES],
-        math.nan,
-        math.nan,
-        _least_normal_force(u),
+    write_touchdown(
+        u,
+        LAST_TOUCHDOWN,
+        time=time,
+        qpos=(hip_x, hip_z, left, right),
+        x=foot_x,
+        z=foot_z,
+        stance=u[STANCE],
+        slope=slope,
+        q_before=(old - slope_before, new - slope_before),
+        dq_before=(old_before, new_before),
+        q=(new - slope, old - slope),
+        dq=(new_rate, old_rate),
+        work_absolute=u[WORK_ABSOLUTE],
+        work_net=u[WORK_NET],
+        work_positive=u[WORK_POSITIVE],
+        slip=u[SLIP],
+        penetration=u[PENETRATION],
+        friction=u[FRICTION],
+        strikes=u[STRIKES],
+        slope_estimate_before=math.nan,
+        slope_estimate=math.nan,
+        normal_force=_least_normal_force(u),
     )
-    for index, value in enumerate(row):
-        u[LAST_TOUCHDOWN + index] = value
     u[SLOPE] = slope
     u[EXCHANGE_TIME] = time
-    u[TOUCHED] = 1.0
+    u[TRANSFERRED] = 1.0
     u[NOTED] = u[ARMED] = 0.0
     u[ANKLE], u[HIP] = (
         0.0,

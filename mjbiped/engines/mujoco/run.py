@@ -119,7 +119,7 @@ def simulate(simulation: Simulation, recorder: Recorder, show: Show | None = Non
             if u[contact_events.OUTCOME] == Outcome.INTERRUPTED:
                 simulation.sample()
             simulation.take(recorder)
-            if u[contact_events.TOUCHED]:  # the controller was not told of it any more
+            if u[contact_events.TRANSFERRED]:  # the controller was not told of it any more
                 recorder.add_touchdown(u[contact_events.LAST_TOUCHDOWN : contact_events.CONTROLLER_MEMORY])
     if u[contact_events.OUTCOME] == Outcome.INTERRUPTED:
         raise MjbipedError("a compiled law raised an exception; let law() return None to see where")

@@ -18,7 +18,8 @@ from mjbiped.engines.mujoco.ground import FOOT_RADIUS, GROUND_KINDS, HALF_WIDTH,
 from mjbiped.engines.mujoco.scenery import add_earth, add_faces
 from mjbiped.engines.mujoco.step_size import stiffness
 from mjbiped.robots.compass import Compass
-from mjbiped.terrain.terrain import GROUND_FRICTION, Terrain
+from mjbiped.terrain.segments import GROUND_FRICTION
+from mjbiped.terrain.terrain import Terrain
 
 __all__ = ["FOOT_RADIUS", "GROUND_KINDS", "Scene", "build_scene", "compose_scene", "models_folder"]
 

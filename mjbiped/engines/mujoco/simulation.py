@@ -39,8 +39,8 @@ from mjbiped.engines.mujoco.compiled.registry import (
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.scene import FOOT_RADIUS
-from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, width
 from mjbiped.records.recorder import Recorder
+from mjbiped.records.rows import SAMPLED, TOUCHED
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.rules.termination import STALL_TIME, Limits, Outcome
@@ -178,8 +178,8 @@ class Simulation:
         room = BLOCK + 1 if math.isfinite(sample_period) else 2
         self.recording = Recording(
             sample_period=sample_period,
-            samples=np.zeros((room, width(SAMPLES) + states)),
-            rows=np.zeros((BLOCK, width(TOUCHDOWNS))),
+            samples=np.zeros((room, SAMPLED + states)),
+            rows=np.zeros((BLOCK, TOUCHED)),
         )
         self._compile = compile
         self._before: dict[str, Any] = {}

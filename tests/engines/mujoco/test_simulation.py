@@ -258,7 +258,7 @@ def test_a_touchdown_off_the_ground_is_none(height: float, outcome: Outcome, con
     u[events.NOTED] = 1.0
     events.observe(u, walker.limits, terrain.profile, 0.0, qpos, at_rest)
     assert u[events.OUTCOME] == outcome
-    assert u[events.COUNT] == u[events.TOUCHED] == (outcome is Outcome.WALKING)
+    assert u[events.COUNT] == u[events.TRANSFERRED] == (outcome is Outcome.WALKING)
 
 
 def test_a_walk_that_loses_the_ground_says_why(controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -363,7 +363,7 @@ def test_lifted_leg_has_no_ankle_torque_between_ticks(controller: AdaptiveContro
             mujoco.mj_step(simulation.model, simulation.data)
             stance = int(simulation.data.userdata[events.STANCE])
             assert simulation.data.ctrl[1 - stance] == 0.0
-            seen += int(simulation.data.userdata[events.TOUCHED])
+            seen += int(simulation.data.userdata[events.TRANSFERRED])
     assert seen > 10
 
 

@@ -1,0 +1,26 @@
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from inspect import signature
+
+import numpy as np
+import pytest
+
+from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Column, split
+from mjbiped.records.rows import SAMPLED, TOUCHED, write_sample, write_touchdown
+
+
+@pytest.mark.parametrize(
+    ("write", "columns", "size", "given"),
+    [(write_sample, SAMPLES, SAMPLED, ()), (write_touchdown, TOUCHDOWNS, TOUCHED, (0,))],
+    ids=["samples", "touchdowns"],
+)
+def test_every_column_is_written_where_it_is_read(
+    write: Callable[..., None], columns: Mapping[str, Column], size: int, given: tuple[int, ...]
+) -> None:
+    assert list(signature(write).parameters)[1 + len(given) :] == list(columns)
+    numbers = iter(range(size))
+    values = {name: tuple(float(next(numbers)) for _ in range(column.width)) for name, column in columns.items()}
+    row = np.full(size, np.nan)
+    write(row, *given, **{name: value if len(value) > 1 else value[0] for name, value in values.items()})
+    assert {name: tuple(table.ravel()) for name, table in split(columns, row[None]).items()} == values
