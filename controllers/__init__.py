@@ -1,11 +1,11 @@
 """Control laws for the compass biped. No simulator in here: plain functions of a state and a memory."""
 
 from controllers.adaptive import AdaptiveController
-from controllers.energy_constraint import EnergyConstraintController
-from controllers.kinetic_energy import KineticEnergyController
-from controllers.limit_cycle import LimitCycleController
+from controllers.comparison.energy_constraint import EnergyConstraintController
+from controllers.comparison.kinetic_energy import KineticEnergyController
+from controllers.comparison.limit_cycle import LimitCycleController
+from controllers.comparison.passivity import PassivityController
 from controllers.passive import PassiveController
-from controllers.passivity import PassivityController
 from mjbiped.control.controller import Controller, Memory
 
 __all__ = [

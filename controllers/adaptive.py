@@ -11,7 +11,8 @@ from typing import ClassVar, NamedTuple
 from controllers.replanning import transition, transition_at
 from controllers.slope_estimator import estimate_rates, slope_of, updated_estimate
 from controllers.tracking import tracking_errors, tracking_torque
-from mjbiped.control.controller import Controller, Law, Memory
+from mjbiped.control.controller import Law, Memory
+from mjbiped.control.tracking import AdaptiveTracking
 from mjbiped.errors import InputError, shown
 from mjbiped.gaits.passive import Gait
 from mjbiped.gaits.reference import Table, in_arrays, reference_at, reference_break
@@ -57,7 +58,7 @@ class Parameters(NamedTuple):
 
 
 @dataclass(frozen=True)
-class AdaptiveController(Controller):
+class AdaptiveController(AdaptiveTracking):
     """Imitates a passive gait on ground of unknown slope.
 
     The torque is (14): a backstepping law that tracks the reference q_r(t) with the estimates of the slope's sine and
@@ -158,6 +159,10 @@ class AdaptiveController(Controller):
     def reference(self, memory: Memory, t: float) -> Motion:
         """What is tracked at time t of the step: q_r (rad), its rates and accelerations, stance leg first each."""
         return _reference(self.parameters, memory, t)
+
+    def tracking_errors(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Motion:
+        """Errors z1, its rate, and z2 of (5), (6) and (9) at time t of the step."""
+        return tracking_errors(self.position_gain, self.reference(memory, t), q[0], q[1], dq[0], dq[1])
 
     def transition_end(self, memory: Memory) -> float:
         """Until when a re-planned transition is tracked in the step, s; 0 where the step was not re-planned."""

@@ -10,7 +10,7 @@ import numpy as np
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from controllers.given_slope import GivenSlopeController
+from controllers.comparison.known_slope import KnownSlopeController
 from mjbiped.robots.compass import Array
 
 angles = st.floats(-0.6, 0.6)
@@ -19,7 +19,7 @@ states = st.tuples(angles, angles, rates, rates).map(np.array)
 slopes = st.floats(-0.3, 0.3)
 
 
-def memory_on(controller: GivenSlopeController, tilt: float = 0.0) -> list[float]:
+def memory_on(controller: KnownSlopeController, tilt: float = 0.0) -> list[float]:
     """Memory on ground of the slope given, after a touchdown with the line through the feet tilted from the ground."""
     memory = [0.0] * controller.memory_size
     controller.start(memory, (0.0, 0.0), (0.0, 0.0))
@@ -27,14 +27,14 @@ def memory_on(controller: GivenSlopeController, tilt: float = 0.0) -> list[float
     return memory
 
 
-def power(controller: GivenSlopeController, memory: list[float], t: float, state: Array) -> float:
+def power(controller: KnownSlopeController, memory: list[float], t: float, state: Array) -> float:
     """Power of ankle and hip, W: the rate of the true energy."""
     ankle, hip = controller.torque(memory, t, state[:2].tolist(), state[2:].tolist())
     return float(ankle * state[2] + hip * (state[3] - state[2]))
 
 
 def motion(
-    controller: GivenSlopeController, memory: list[float], slope: float, start: Sequence[float], times: Array
+    controller: KnownSlopeController, memory: list[float], slope: float, start: Sequence[float], times: Array
 ) -> Array:
     """States at some times of a step under control on ground of a slope, shape (n, 4); eq. (1) with matrices."""
     robot = controller.robot
@@ -50,9 +50,9 @@ def motion(
     return np.asarray(done.y.T)
 
 
-def in_plain_python(controller: GivenSlopeController) -> GivenSlopeController:
+def in_plain_python(controller: KnownSlopeController) -> KnownSlopeController:
     """The same controller, of a class that no engine compiles: a short walk is then sooner done."""
     kind = type(controller)
     plain: Any = type(f"Plain{kind.__name__}", (kind,), {"torque": lambda self, *state: kind.torque(self, *state)})
-    copy: GivenSlopeController = plain(**{each.name: getattr(controller, each.name) for each in fields(controller)})
+    copy: KnownSlopeController = plain(**{each.name: getattr(controller, each.name) for each in fields(controller)})
     return copy

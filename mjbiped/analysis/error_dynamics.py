@@ -25,7 +25,7 @@ from scipy.linalg import expm
 from mjbiped.robots import compass
 
 if TYPE_CHECKING:
-    from controllers import AdaptiveController
+    from mjbiped.control.tracking import AdaptiveTracking
 
 Array = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ def regressor(constants: compass.Constants, q: Array) -> Array:
     return np.array(rows, dtype=np.float64).reshape(-1, 2, 2)
 
 
-def system_matrix(controller: AdaptiveController, w: Array) -> Array:
+def system_matrix(controller: AdaptiveTracking, w: Array) -> Array:
     """The matrix of (22), shape (n, 6, 6), from the regressor w of shape (n, 2, 2)."""
     eye = np.eye(2)
     matrix = np.zeros((len(w), SIZE, SIZE))
@@ -79,7 +79,7 @@ class Evolution(NamedTuple):
     gramian: Array
 
 
-def evolve(controller: AdaptiveController, time: Array, q: Array, dq: Array) -> Evolution:
+def evolve(controller: AdaptiveTracking, time: Array, q: Array, dq: Array) -> Evolution:
     """Transition matrix and excitation of (22) along a motion.
 
     The motion between two times is the cubic through angles and rates (Hermite); the transition matrix is Magnus'
@@ -139,12 +139,12 @@ def envelope(time: Array, transitions: Array) -> Envelope:
     return Envelope(math.exp(logs[-1] + rate * (time[-1] - time[0])), rate)
 
 
-def lyapunov_weights(controller: AdaptiveController) -> Array:
+def lyapunov_weights(controller: AdaptiveTracking) -> Array:
     """Diagonal of P, with V_a = eta' P eta / 2 (15); shape (6,)."""
     return np.array([1.0] * 4 + [1.0 / controller.adaptation_gain] * 2)
 
 
-def lyapunov_gain(controller: AdaptiveController, transition: Array) -> float:
+def lyapunov_gain(controller: AdaptiveTracking, transition: Array) -> float:
     """Largest V_a at the end of a stretch over V_a at its start, of all first errors; at most 1 by (17)."""
     root = np.sqrt(lyapunov_weights(controller))
     return float(np.linalg.norm(root[:, None] * transition / root, 2)) ** 2
@@ -196,7 +196,7 @@ class CycleStability:
         return values[np.argsort(-np.abs(values), kind="stable")]
 
 
-def cycle_stability(controller: AdaptiveController, intervals: int = 200) -> CycleStability:
+def cycle_stability(controller: AdaptiveTracking, intervals: int = 200) -> CycleStability:
     """Theorem 1's constants on the limit cycle, where they depend on robot, gait and gains alone.
 
     Args:
@@ -225,7 +225,7 @@ def impact_gain(position_gain: float, alpha: float, beta: float) -> float:
     return math.sqrt(max(first, 8 * beta**2))
 
 
-def _impact(controller: AdaptiveController, q: Array, dq: Array, ddq: Array) -> tuple[Array, float, float]:
+def _impact(controller: AdaptiveTracking, q: Array, dq: Array, ddq: Array) -> tuple[Array, float, float]:
     """First-order map of eta at a touchdown of the cycle, whose state before it is q, dq, ddq; alpha and beta of (19).
 
     The robot is at q - z1 and meets the ground later by t with sum(q + dq t - z1) = 0; the reference begins anew.

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import fields
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.errors import InputError, shown
-from mjbiped.gaits.passive import find_passive_gait
-from mjbiped.robots.compass import Compass
+from mjbiped.control.controller import Controller
+from mjbiped.control.registry import controller_from
+from mjbiped.control.tracking import AdaptiveTracking
+from mjbiped.errors import InputError
 
 if TYPE_CHECKING:
-    from controllers import AdaptiveController, Controller
     from mjbiped.records.record import Walk
 
 Array = NDArray[np.float64]
@@ -22,33 +21,17 @@ Array = NDArray[np.float64]
 _POINTS = 60  # of a transition's curve
 
 
-def recorded_controller(walk: Walk) -> AdaptiveController:
+def recorded_controller(walk: Walk) -> AdaptiveTracking:
     """The adaptive controller of a walk, built anew from the record.
 
     Raises:
         InputError: Another controller walked.
         GaitError: The gait that it imitated is not found.
     """
-    from controllers import AdaptiveController  # not above: `controllers` imports this package, whichever comes first
-
-    described = dict(walk.settings["controller"])
-    name = described.pop("name")
-    if name != "AdaptiveController":
-        raise InputError(
-            f"only an AdaptiveController is built anew from a record, and this walk's is {name}; if that derives from "
-            "AdaptiveController, give it as the argument `controller`"
-        )
-    known = {field.name for field in fields(AdaptiveController)}
-    if described.keys() != known:
-        odd = ", ".join(sorted(described.keys() ^ known))
-        raise InputError(f"the record's AdaptiveController has not the parameters of this version's: {odd}")
-    try:
-        gait = described.pop("gait")
-        robot = Compass(**described.pop("robot"))
-        imitated = find_passive_gait(Compass(**gait["robot"]), gait["slope"])
-        return AdaptiveController(robot, imitated, **described)
-    except (KeyError, TypeError) as error:
-        raise InputError(f"the record does not tell its controller's robot and gait: {shown(error)}") from error
+    controller = controller_from(walk.settings["controller"])
+    if not isinstance(controller, AdaptiveTracking):
+        raise InputError(f"this needs an adaptive controller, and this walk's is {type(controller).__name__}")
+    return controller
 
 
 class Begun(NamedTuple):
@@ -90,7 +73,7 @@ def replayed(walk: Walk, controller: Controller) -> Iterator[tuple[Begun, list[f
         yield Begun(time, slope, q, dq), memory
 
 
-def transitions(walk: Walk, controller: AdaptiveController) -> list[Array]:
+def transitions(walk: Walk, controller: AdaptiveTracking) -> list[Array]:
     """The re-planned trajectories of a walk (section IV-B), each as far as it was walked.
 
     Args:

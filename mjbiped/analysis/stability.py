@@ -11,8 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from controllers import AdaptiveController
-from controllers.tracking import tracking_errors
 from mjbiped.analysis.error_dynamics import (
     ESTIMATES,
     SIZE,
@@ -25,6 +23,7 @@ from mjbiped.analysis.error_dynamics import (
 )
 from mjbiped.analysis.replay import recorded_controller as recorded_controller
 from mjbiped.analysis.replay import replayed
+from mjbiped.control.tracking import AdaptiveTracking
 from mjbiped.errors import InputError
 from mjbiped.records.record import Walk
 
@@ -67,7 +66,7 @@ class Stability:
         balance: V_a(end) - V_a(start) + integral of the dissipation, shape (steps,): zero where (16) with (17) holds.
     """
 
-    controller: AdaptiveController
+    controller: AdaptiveTracking
     time: Array
     step: NDArray[np.int64]
     errors: Array
@@ -151,7 +150,7 @@ class Stability:
         return np.asarray(largest - np.linalg.norm(self.start[:, ESTIMATES], axis=1), dtype=np.float64)
 
 
-def stability(walk: Walk, controller: AdaptiveController | None = None) -> Stability:
+def stability(walk: Walk, controller: AdaptiveTracking | None = None) -> Stability:
     """Evaluate Theorem 1 along a walk.
 
     The errors are those of the recorded states; between samples angles are interpolated, with an error of fourth order
@@ -166,8 +165,11 @@ def stability(walk: Walk, controller: AdaptiveController | None = None) -> Stabi
         InputError: The walk has no step, too few samples, another controller, or numbers that are none or too great.
     """
     controller = recorded_controller(walk) if controller is None else controller
-    if not isinstance(controller, AdaptiveController):
-        raise InputError(f"controller must be an AdaptiveController, got {type(controller).__name__}")
+    if not isinstance(controller, AdaptiveTracking):
+        raise InputError(
+            "controller must be an AdaptiveController, or derive from mjbiped.control.tracking.AdaptiveTracking; "
+            f"got {type(controller).__name__}"
+        )
     if walk.steps == 0:
         raise InputError("the walk has no touchdown: there is no whole step to look at")
     with np.errstate(over="ignore", invalid="ignore"):  # what is no number then is told below, or in `_steps`
@@ -206,7 +208,7 @@ class _Step(NamedTuple):
     errors: Array
 
 
-def _steps(walk: Walk, controller: AdaptiveController) -> Iterator[_Step]:
+def _steps(walk: Walk, controller: AdaptiveTracking) -> Iterator[_Step]:
     """The steps, with the controller's memory replayed through the touchdowns: it holds the references.
 
     Raises:
@@ -228,7 +230,7 @@ def _steps(walk: Walk, controller: AdaptiveController) -> Iterator[_Step]:
         rates = np.vstack([begun.dq, samples["dq"][inside], row["dq_before"]])
         tracking = np.array(
             [
-                tracking_errors(controller.position_gain, controller.reference(memory, t), *a, *r)
+                controller.tracking_errors(memory, t, a, r)
                 for t, a, r in zip((time - begun.time).tolist(), angles.tolist(), rates.tolist(), strict=True)
             ]
         )
@@ -247,7 +249,7 @@ def _steps(walk: Walk, controller: AdaptiveController) -> Iterator[_Step]:
         yield _Step(time, angles, rates, np.hstack([z1, z2, truth - estimates]))
 
 
-def _evaluate(controller: AdaptiveController, step: _Step) -> dict[str, Any]:
+def _evaluate(controller: AdaptiveTracking, step: _Step) -> dict[str, Any]:
     """Excitation, transition matrix and balances of a step."""
     evolution = evolve(controller, step.time, step.q, step.dq)
     phi = evolution.transitions[-1]
@@ -264,13 +266,13 @@ def _evaluate(controller: AdaptiveController, step: _Step) -> dict[str, Any]:
     }
 
 
-def _dissipation(controller: AdaptiveController, errors: Array) -> Array:
+def _dissipation(controller: AdaptiveTracking, errors: Array) -> Array:
     """z1' K1 z1 + z2' K2 z2 of errors of shape (n, 6)."""
     gains = np.repeat([controller.position_gain, controller.velocity_gain, 0.0], SIZE // 3)
     return np.asarray(errors**2 @ gains, dtype=np.float64)
 
 
-def _impacts(walk: Walk, controller: AdaptiveController, start: Array, end: Array) -> tuple[Array, Array, Array]:
+def _impacts(walk: Walk, controller: AdaptiveTracking, start: Array, end: Array) -> tuple[Array, Array, Array]:
     """Find alpha and beta of (19) and k_Delta of (20) at the touchdown where each step starts; NaN for the first."""
     gain = controller.position_gain
     z1 = np.linalg.norm(end[:-1, 0:2], axis=1)

@@ -14,8 +14,6 @@ from typing import Any
 
 import click
 
-from controllers import Controller, names
-from controllers.names import make_controller
 from mjbiped.analysis.compare import compare
 from mjbiped.cli import options as given
 from mjbiped.cli import tables
@@ -23,6 +21,8 @@ from mjbiped.cli.files import INTERRUPTED, LONGEST_LINE, Files, end, terminable
 from mjbiped.cli.gaits import basin, bifurcation
 from mjbiped.cli.reproduce import reproduce
 from mjbiped.cli.sweep import sweep
+from mjbiped.control.controller import Controller
+from mjbiped.control.registry import SHARED, make_controller, settings_of
 from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.names import ENGINES
@@ -356,26 +356,26 @@ def _controller(ctx: click.Context, name: str, robot: Compass, values: dict[str,
     """
     chosen = _section(ctx, given.ADAPTIVE, given.COMPARISON)
     settings = {str(parameter.name): values.pop(str(parameter.name)) for parameter in chosen}
-    compared = names.GIVEN_SLOPE.get(name)
+    compared = name in given.OTHERS
     for parameter in chosen:
         source = ctx.get_parameter_source(str(parameter.name))
         own = {"adaptive": given.ADAPTIVE, "passive": ""}.get(name, given.COMPARISON)
-        shared = compared is not None and parameter.name in names.SHARED
+        shared = compared and parameter.name in SHARED
         section = getattr(parameter, "section", "")
         if source is click.core.ParameterSource.COMMANDLINE and section != own and not shared:
-            owners = "adaptive" if section == given.ADAPTIVE else ", ".join(names.GIVEN_SLOPE)
+            owners = "adaptive" if section == given.ADAPTIVE else ", ".join(given.OTHERS)
             raise click.UsageError(f"{parameter.opts[0]} is for --controller {owners}; {name} has no such thing.")
     gains, slope_source = dict(settings.pop("gain")), settings.pop("slope_source")
     if name == "passive":
         return make_controller(name, robot, {})
-    if compared is None:
+    if not compared:
         return make_controller(name, robot, settings)
-    valid = names.gains(compared)
+    valid = given.gains_of(name)
     for unknown in gains.keys() - valid.keys():
         raise click.UsageError(f"--gain {shortened(unknown)}: {name} has no such gain; valid are {', '.join(valid)}.")
     if slope_source is not None:
         gains["slope_source"] = slope_source
-    return make_controller(name, robot, {**{key: settings[key] for key in names.SHARED}, **gains})
+    return make_controller(name, robot, {**{key: settings[key] for key in SHARED if key in settings_of(name)}, **gains})
 
 
 def _engine(ctx: click.Context, name: str, values: dict[str, Any]) -> Engine:

@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 import click
 
 from controllers import AdaptiveController
-from controllers.given_slope import SLOPE_SOURCES
-from controllers.names import CONTROLLERS, GIVEN_SLOPE, SHARED, gains
+from controllers.comparison.known_slope import SLOPE_SOURCES
+from mjbiped.control.registry import DEFAULT_CONTROLLER, SHARED, controller_names, settings_of
 from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
 from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES
 from mjbiped.engines.plan import DEFAULT_STEPS, INITIAL_STATES
@@ -179,6 +179,14 @@ def gain(value: str) -> tuple[str, float]:
 _PLOT = output(".png", ".pdf", ".svg")
 VIDEO_PATH = output(".mp4")
 _LAW = AdaptiveController  # for its defaults
+COMPARED = ("passivity", "energy-constraint", "kinetic-energy", "limit-cycle")  # in the paper
+OTHERS = (*COMPARED, *(name for name in controller_names() if name not in ("adaptive", "passive", *COMPARED)))
+
+
+def gains_of(name: str) -> dict[str, Any]:
+    """Names of the settings that `--gain` sets, with their defaults."""
+    return {key: value for key, value in settings_of(name).items() if key not in (*SHARED, "slope_source")}
+
 
 ADAPTIVE, COMPARISON, MUJOCO = "Adaptive controller", "Comparison controllers", "MuJoCo"
 CAMERAS = ("track", "side", "overview")
@@ -198,8 +206,8 @@ walk_options = options(
     ),
     (
         "--controller",
-        click.Choice(CONTROLLERS),
-        "adaptive",
+        click.Choice(controller_names()),
+        DEFAULT_CONTROLLER,
         None,
         "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque; the others are "
         "those that the paper compares with, see docs/comparison.md.",
@@ -300,8 +308,7 @@ comparison_options = options(
         "NAME=X",
         "A gain, may be repeated; "
         + "; ".join(
-            f"{name}: {', '.join(f'{key}={value:g}' for key, value in gains(kind).items())}"
-            for name, kind in GIVEN_SLOPE.items()
+            f"{name}: {', '.join(f'{key}={value:g}' for key, value in gains_of(name).items())}" for name in COMPARED
         )
         + ".",
     ),

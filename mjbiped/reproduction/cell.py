@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers import Controller
+from mjbiped.control.controller import Controller
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, versions

@@ -7,20 +7,12 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
-from controllers import (
-    AdaptiveController,
-    Controller,
-    EnergyConstraintController,
-    KineticEnergyController,
-    LimitCycleController,
-    PassivityController,
-)
+from mjbiped.control.controller import Controller
+from mjbiped.control.registry import make_controller
 from mjbiped.gaits.passive import Gait, find_passive_gait
 from mjbiped.reproduction.published import IMITATED_SLOPE
 from mjbiped.robots.compass import Compass
 from mjbiped.terrain.terrain import Terrain
-
-_Compared = PassivityController | EnergyConstraintController | KineticEnergyController | LimitCycleController
 
 DELAYS = (None, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 """zeta of the adaptive controller: the paper gives none for Table II."""
@@ -31,11 +23,11 @@ SLOPE_SOURCES = ("two_point", "local", "none")
 METHODS = ("adaptive", "PBC", "ECC", "KETC", "LCTC")
 """The paper's names; LCTC, limit cycle tracking [20], is not in its Table II."""
 
-_COMPARED: Mapping[str, type[_Compared]] = {
-    "PBC": PassivityController,
-    "ECC": EnergyConstraintController,
-    "KETC": KineticEnergyController,
-    "LCTC": LimitCycleController,
+_NAMES: Mapping[str, str] = {
+    "PBC": "passivity",
+    "ECC": "energy-constraint",
+    "KETC": "kinetic-energy",
+    "LCTC": "limit-cycle",
 }
 
 
@@ -61,14 +53,11 @@ class Variant:
     def controller(self, terrain: Terrain, robot: Compass | None = None) -> Controller:
         """The law, for a ground: comparison controllers are told its slope at the start."""
         model = robot or Compass()
-        gait = _imitated(model)
         if self.method == "adaptive":
-            return AdaptiveController(model, gait, replanning_delay=self.delay)
-        kind: Any = _COMPARED[self.method]
-        law: Controller = kind(
-            model, gait, slope_source=self.slope_source, initial_slope=terrain.slope_at(0.0), **dict(self.gains)
-        )
-        return law
+            return _law("adaptive", model, replanning_delay=self.delay)
+        law: Any = _law(_NAMES[self.method], model, slope_source=self.slope_source, **dict(self.gains))
+        told: Controller = replace(law, initial_slope=terrain.slope_at(0.0))
+        return told
 
 
 _SETTLED = (
@@ -100,18 +89,13 @@ def gains_told(law: Mapping[str, Any]) -> str:
     return ", ".join(f"{name} {law[name]:g}" for name in _GAINS if name in law)
 
 
-def adaptive(
-    delay: float | None, *, adaptation_gain: float = AdaptiveController.adaptation_gain, estimate_update: bool = True
-) -> AdaptiveController:
-    """The paper's controller with its gains and Table I's robot."""
-    robot = Compass()
-    return AdaptiveController(
-        robot,
-        _imitated(robot),
-        replanning_delay=delay,
-        adaptation_gain=adaptation_gain,
-        estimate_update=estimate_update,
-    )
+def adaptive(delay: float | None, **settings: Any) -> Controller:
+    """The paper's controller with its gains and Table I's robot, but for these settings."""
+    return _law("adaptive", Compass(), replanning_delay=delay, **settings)
+
+
+def _law(name: str, model: Compass, **settings: Any) -> Controller:
+    return make_controller(name, model, settings, _imitated(model))
 
 
 @cache

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
-from dataclasses import replace
 
 from mjbiped.reproduction.cell import Cell
 from mjbiped.reproduction.grounds import Reading, end_of, found_segments, found_terrain, reading_at, readings
@@ -118,9 +116,11 @@ def figure_5(engine: str, gains: Iterable[float] = ADAPTATION_GAINS) -> list[Ent
             "adaptive",
             Cell(
                 engine,
-                replace(
-                    adaptive(DRAWN_DELAYS[1], adaptation_gain=gain, estimate_update=update),
-                    initial_slope_estimate=math.radians(start),
+                adaptive(
+                    DRAWN_DELAYS[1],
+                    adaptation_gain=gain,
+                    estimate_update=update,
+                    initial_slope_estimate_deg=start,
                 ),
                 Terrain.mixed(),
                 initial="rest",

@@ -9,14 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers import AdaptiveController
-from controllers.tracking import tracking_errors
 from mjbiped.analysis.replay import recorded_controller, replayed
+from mjbiped.control.registry import settings_of
+from mjbiped.control.tracking import AdaptiveTracking
 from mjbiped.records.record import Walk
 
 Array = NDArray[np.float64]
 
-RESOLVED_SLOPE = AdaptiveController.update_threshold
+RESOLVED_SLOPE = float(settings_of("adaptive")["update_threshold"])
 """Epsilon of (27), rad: two slopes that differ by less are one to the controller."""
 
 _SAME_TIME = 1e-9  # s; a sample nearer to a touchdown has the state of one step and the roles of another
@@ -93,7 +93,7 @@ class _Step(NamedTuple):
     bend: float  # N m
 
 
-def _steps(walk: Walk, controller: AdaptiveController) -> Iterator[_Step]:
+def _steps(walk: Walk, controller: AdaptiveTracking) -> Iterator[_Step]:
     """The steps that have samples enough for a line."""
     samples = walk.samples
     error = np.degrees(samples["slope_estimate"] - samples["slope"])
@@ -106,8 +106,7 @@ def _steps(walk: Walk, controller: AdaptiveController) -> Iterator[_Step]:
             continue
         time, torque = samples["time"][inside] - begun.time, samples["torque"][inside]
         motion = zip(time.tolist(), samples["q"][inside].tolist(), samples["dq"][inside].tolist(), strict=True)
-        gain = controller.position_gain
-        z = np.abs([tracking_errors(gain, controller.reference(memory, t), *q, *dq) for t, q, dq in motion])
+        z = np.abs([controller.tracking_errors(memory, t, q, dq) for t, q, dq in motion])
         lines = (np.polynomial.Polynomial.fit(time, joint, 1)(time) for joint in torque.T)
         bend = max(float(np.abs(joint - line).max()) for joint, line in zip(torque.T, lines, strict=True))
         replanned = controller.transition_end(memory) > 0.0

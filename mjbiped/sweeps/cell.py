@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from controllers import Controller
-from controllers.names import make_controller
+from mjbiped.control.controller import Controller
+from mjbiped.control.registry import make_controller
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.errors import InputError
 from mjbiped.gaits.passive import Gait, find_passive_gait

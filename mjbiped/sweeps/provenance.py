@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
+from importlib.util import find_spec
 from pathlib import Path
 
-import controllers
 from mjbiped import errors
+from mjbiped.control.registry import registered
 from mjbiped.engines.mujoco import scene
 
 _NO_NUMBERS = ("cli", "plotting", "rendering", "reproduction", "sweeps")
@@ -18,13 +19,21 @@ _NO_NUMBERS = ("cli", "plotting", "rendering", "reproduction", "sweeps")
 @lru_cache(maxsize=1)
 def sources() -> str:
     """Digest of all source files that a walk's numbers can depend on: a mended engine is another engine."""
-    return digest(Path(errors.__file__).parent, Path(controllers.__file__).parent, scene.models_folder())
+    return digest(Path(errors.__file__).parent, law_folders(), scene.models_folder())
 
 
-def digest(package: Path, laws: Path, models: Path) -> str:
+def law_folders() -> list[Path]:
+    """Folders of the packages that register controllers."""
+    packages = {entry.module.partition(".")[0] for entry in registered().values()}
+    specs = [find_spec(package) for package in sorted(packages)]
+    return [Path(folder) for spec in specs if spec for folder in spec.submodule_search_locations or ()]
+
+
+def digest(package: Path, laws: Sequence[Path], models: Path) -> str:
     """Digest of the files of these folders that numbers can depend on, by their contents and their places."""
     files = [(package, file) for file in _of_numbers(package)]
-    files += [(laws, file) for file in laws.rglob("*.py")] + [(models, file) for file in models.rglob("*.xml")]
+    files += [(folder, file) for folder in laws for file in folder.rglob("*.py")]
+    files += [(models, file) for file in models.rglob("*.xml")]
     found = hashlib.sha256()
     for name, file in sorted((f"{folder.name}/{file.relative_to(folder).as_posix()}", file) for folder, file in files):
         found.update(f"{name}\n".encode() + hashlib.sha256(file.read_bytes()).digest())

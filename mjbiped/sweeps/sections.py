@@ -7,7 +7,7 @@ from dataclasses import fields
 from inspect import signature
 from typing import Any, TypeAlias
 
-from controllers.names import CONTROLLERS, settings_of
+from mjbiped.control.registry import DEFAULT_CONTROLLER, controller_names, settings_of
 from mjbiped.engines.names import DEFAULT_ENGINE
 from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
@@ -77,10 +77,10 @@ def _initial(table: Mapping[str, Any]) -> Settings:
 
 
 def _controller(table: Mapping[str, Any]) -> Settings:
-    settings = {"controller.name": read_choice("controller.name", table.get("name", CONTROLLERS[0]))}
+    settings = {"controller.name": read_choice("controller.name", table.get("name", DEFAULT_CONTROLLER))}
     names = _names("controller.name", settings["controller.name"])
     for name in names:
-        known_name("controller", name, CONTROLLERS)
+        known_name("controller", name, controller_names())
     for key, value in table.items():
         if key != "name":
             _known_to_all("controller", key, {name: settings_of(name) for name in names})

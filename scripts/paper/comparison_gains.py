@@ -27,7 +27,7 @@ from controllers import (
     LimitCycleController,
     PassivityController,
 )
-from controllers.given_slope import SLOPE_SOURCES, GivenSlopeController
+from controllers.comparison.known_slope import SLOPE_SOURCES, KnownSlopeController
 from mjbiped.plotting.style import BLACK, BLUE, GREEN, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
 from mjbiped.robots.compass import Array
 from scripts.pages import write_table
@@ -70,7 +70,7 @@ class Method:
         style: Of its lines.
     """
 
-    controller: GivenSlopeController
+    controller: KnownSlopeController
     grid: Sequence[Mapping[str, Any]]
     axis: str
     color: str
@@ -158,7 +158,7 @@ def main(figure: Path, page: Path) -> None:
     click.echo(f"wrote {figure}\nwrote {page}")
 
 
-def trial(controller: GivenSlopeController, gains: Mapping[str, Any]) -> Trial:
+def trial(controller: KnownSlopeController, gains: Mapping[str, Any]) -> Trial:
     """Walk on the level, then over one small step up or down, met at an odd and at an even step."""
     level = walk(controller, TERRAINS["level"], 3 * WALK)
     if level.outcome != "finished":
@@ -236,7 +236,7 @@ def outcomes(found: Mapping[str, Trial]) -> list[tuple[str, ...]]:
     cases.append(("adaptive", "its estimate", adaptive))
     rows = []
     for name, source, controller in tqdm(cases, desc="terrains", disable=None):
-        usual = isinstance(controller, GivenSlopeController) and source == METHODS[name].controller.slope_source
+        usual = isinstance(controller, KnownSlopeController) and source == METHODS[name].controller.slope_source
         cells = []
         for terrain in TERRAINS.values():
             done = walk(controller, terrain)

@@ -17,7 +17,7 @@ from matplotlib.colors import BoundaryNorm
 
 import mjbiped
 from controllers import KineticEnergyController
-from controllers.given_slope import SLOPE_SOURCES
+from controllers.comparison.known_slope import SLOPE_SOURCES
 from mjbiped.engines.mujoco import scene
 from mjbiped.plotting.style import new_figure, save_figure, styled
 from mjbiped.terrain.segments import GROUND_FRICTION

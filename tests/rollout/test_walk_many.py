@@ -15,8 +15,8 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from controllers.given_slope import GivenSlopeController
-from controllers.passivity import PassivityController
+from controllers.comparison.known_slope import KnownSlopeController
+from controllers.comparison.passivity import PassivityController
 from mjbiped.control.check import LawError
 from mjbiped.control.controller import Law
 from mjbiped.engines.hybrid import engine as hybrid_engine
@@ -237,7 +237,7 @@ def test_a_controller_that_fails_costs_no_other_walk(engine: str, workers: int, 
 def test_what_cannot_be_sent_to_a_process_is_refused(
     gait: mjbiped.Gait, robot: mjbiped.Compass, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    given_slope: GivenSlopeController = in_plain_python(PassivityController(robot, gait))
+    given_slope: KnownSlopeController = in_plain_python(PassivityController(robot, gait))
     with monkeypatch.context() as patch:
         forbid_walking(patch)
         with pytest.raises(mjbiped.InputError, match=r"PlainPassivityController .*pickled.*workers=1"):

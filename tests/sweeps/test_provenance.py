@@ -8,9 +8,14 @@ import pytest
 import controllers
 import mjbiped
 from mjbiped.engines.mujoco import scene
-from mjbiped.sweeps.provenance import digest, sources
+from mjbiped.sweeps import provenance
+from mjbiped.sweeps.provenance import sources
 
 FOLDERS = (Path(mjbiped.__file__).parent, Path(controllers.__file__).parent, scene.models_folder())
+
+
+def digest(package: Path, laws: Path, models: Path) -> str:
+    return provenance.digest(package, [laws], models)
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from controllers import AdaptiveController
+from mjbiped.control.registry import settings_of
 from mjbiped.reproduction.plan import ADAPTATION_GAINS, DRAWN_DELAYS, PAPER_GAIN, START_ESTIMATES
 from mjbiped.reproduction.report.answers import Answer
 from mjbiped.reproduction.report.markdown import number
@@ -14,7 +14,7 @@ from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.traces import RESOLVED_SLOPE
 
 _EPSILON = math.degrees(RESOLVED_SLOPE)
-_ON_CYCLE = AdaptiveController.replanning_threshold  # rad
+_ON_CYCLE = settings_of("adaptive")["replanning_threshold"]  # rad
 _SLOW_GAIN = min(ADAPTATION_GAINS)
 _FROM = " and ".join(f"{start:+g}°" for start in START_ESTIMATES).replace("-", "−")
 

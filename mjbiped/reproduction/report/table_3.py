@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from controllers import AdaptiveController
+from mjbiped.control.registry import settings_of
 from mjbiped.reproduction import search
 from mjbiped.reproduction.grounds import found_segments
 from mjbiped.reproduction.plan import MIXED_STEPS, START_ESTIMATES
@@ -35,7 +35,7 @@ def sections(rows: Sequence[Row]) -> dict[str, str]:
         "figure_5": _figure_5(rows),
         "pulls": _pulls(rows),
         "epsilon": number(math.degrees(RESOLVED_SLOPE), ".2f"),
-        "on_cycle": number(math.degrees(AdaptiveController.replanning_threshold), ".2f"),
+        "on_cycle": number(math.degrees(settings_of("adaptive")["replanning_threshold"]), ".2f"),
         "start_estimate": number(START_ESTIMATES[0], "g"),
     }
 

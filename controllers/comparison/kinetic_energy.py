@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
-from controllers.given_slope import GivenSlopeController, against_slope
-from controllers.virtual_gravity import energy_error, shaped_torque
+from controllers.comparison.known_slope import KnownSlopeController, against_slope
+from controllers.comparison.virtual_gravity import energy_error, shaped_torque
 from mjbiped.control.controller import Memory
 from mjbiped.robots import compass
 from mjbiped.utils import domains
@@ -36,7 +36,7 @@ class Parameters(NamedTuple):
 
 
 @dataclass(frozen=True)
-class KineticEnergyController(GivenSlopeController):
+class KineticEnergyController(KnownSlopeController):
     r"""Tracks the kinetic energy that a passive gait has in the posture of the moment (KETC, the paper's [19]).
 
     A reconstruction: the paper says of the method only that it tracks kinetic energy, which on the imitated slope is
@@ -68,7 +68,7 @@ class KineticEnergyController(GivenSlopeController):
         gain: lambda, 1/s.
         slowest: Smallest root of the denominator at which the law holds, rad/s.
         hip_weight: w, at least 0; with 0 the ankle acts alone.
-        slope_source: See `GivenSlopeController`, as for all attributes not named here.
+        slope_source: See `KnownSlopeController`, as for all attributes not named here.
     """
 
     gain: float = 20.0
@@ -80,7 +80,7 @@ class KineticEnergyController(GivenSlopeController):
         """Refuse parameters outside their domain.
 
         Raises:
-            InputError: One is (see `mjbiped.utils.domains`), or as in `GivenSlopeController`.
+            InputError: One is (see `mjbiped.utils.domains`), or as in `KnownSlopeController`.
         """
         super().__post_init__()
         domains.check_fields(self, gain=domains.GAIN, slowest=domains.SLOWEST_RATE, hip_weight=domains.HIP_WEIGHT)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from controllers.given_slope import GivenSlopeController, against_slope
+from controllers.comparison.known_slope import KnownSlopeController, against_slope
 from controllers.tracking import computed_torque, tracking_errors
 from mjbiped.control.controller import Law, Memory
 from mjbiped.gaits.reference import Table, in_arrays, reference_at, reference_break
@@ -34,7 +34,7 @@ class Parameters(NamedTuple):
 
 
 @dataclass(frozen=True)
-class LimitCycleController(GivenSlopeController):
+class LimitCycleController(KnownSlopeController):
     r"""Tracks a passive gait's trajectory by feedback linearisation (the paper's [20]).
 
     .. math:: \tau = B^{-1} \{M [\ddot q_r + K_1 (\dot q_r - \dot q) + K_2 (q_r - q)] + C \dot q + g(q, \varphi)\}
@@ -52,7 +52,7 @@ class LimitCycleController(GivenSlopeController):
     Attributes:
         rate_gain: K1 = diag(k, k), 1/s.
         position_gain: K2 = diag(k, k), 1/s².
-        slope_source: See `GivenSlopeController`, as for all attributes not named here.
+        slope_source: See `KnownSlopeController`, as for all attributes not named here.
     """
 
     rate_gain: float = 10.0
@@ -62,7 +62,7 @@ class LimitCycleController(GivenSlopeController):
         """Refuse parameters outside their domain.
 
         Raises:
-            InputError: One is (see `mjbiped.utils.domains`), or as in `GivenSlopeController`.
+            InputError: One is (see `mjbiped.utils.domains`), or as in `KnownSlopeController`.
         """
         super().__post_init__()
         domains.check_fields(self, rate_gain=domains.GAIN, position_gain=domains.POSITION_GAIN)

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
-from controllers.given_slope import GivenSlopeController, against_slope
-from controllers.virtual_gravity import energy_error, shaped_torque
+from controllers.comparison.known_slope import KnownSlopeController, against_slope
+from controllers.comparison.virtual_gravity import energy_error, shaped_torque
 from mjbiped.control.controller import Memory
 from mjbiped.robots import compass
 from mjbiped.utils import domains
@@ -32,7 +32,7 @@ class Parameters(NamedTuple):
 
 
 @dataclass(frozen=True)
-class PassivityController(GivenSlopeController):
+class PassivityController(KnownSlopeController):
     r"""Imitates a passive gait by its gravity and its energy (PBC, the paper's [16]).
 
     .. math:: \tau = B^{-1} [g(q, \varphi) - g(q, \varphi_r) - k (E - E_{ref}) \dot q], \quad
@@ -50,7 +50,7 @@ class PassivityController(GivenSlopeController):
 
     Attributes:
         gain: k, s.
-        slope_source: See `GivenSlopeController`, as for all attributes not named here.
+        slope_source: See `KnownSlopeController`, as for all attributes not named here.
     """
 
     gain: float = 5.0
@@ -60,7 +60,7 @@ class PassivityController(GivenSlopeController):
         """Refuse parameters outside their domain.
 
         Raises:
-            InputError: It is (see `mjbiped.utils.domains`), or as in `GivenSlopeController`.
+            InputError: It is (see `mjbiped.utils.domains`), or as in `KnownSlopeController`.
         """
         super().__post_init__()
         domains.check_fields(self, gain=domains.DAMPING_GAIN)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from controllers.given_slope import GivenSlopeController, against_slope
-from controllers.virtual_gravity import energy_error
+from controllers.comparison.known_slope import KnownSlopeController, against_slope
+from controllers.comparison.virtual_gravity import energy_error
 from mjbiped.control.controller import Memory
 from mjbiped.errors import InputError
 from mjbiped.robots import compass
@@ -38,7 +38,7 @@ class Parameters(NamedTuple):
 
 
 @dataclass(frozen=True)
-class EnergyConstraintController(GivenSlopeController):
+class EnergyConstraintController(KnownSlopeController):
     r"""Lets the mechanical energy rise as virtual gravity would let it (ECC, the paper's [17] and [18]).
 
     Virtual gravity pulls a robot of mass M on level ground forward with :math:`M g \tan \varphi_r`. With the energy E
@@ -77,7 +77,7 @@ class EnergyConstraintController(GivenSlopeController):
         gain: zeta, 1/s.
         ratio: mu, ankle torque over hip torque; not 0.
         singular_band: Smallest :math:`|(\mu - 1) \dot q_1 + \dot q_2|` at which the law holds, rad/s.
-        slope_source: See `GivenSlopeController`, as for all attributes not named here.
+        slope_source: See `KnownSlopeController`, as for all attributes not named here.
     """
 
     gain: float = 5.0
@@ -88,7 +88,7 @@ class EnergyConstraintController(GivenSlopeController):
         """Refuse parameters outside their domain.
 
         Raises:
-            InputError: One is (see `mjbiped.utils.domains`), the ratio is zero, or as in `GivenSlopeController`.
+            InputError: One is (see `mjbiped.utils.domains`), the ratio is zero, or as in `KnownSlopeController`.
         """
         super().__post_init__()
         domains.check_fields(self, gain=domains.GAIN, ratio=domains.TORQUE_RATIO, singular_band=domains.SLOWEST_RATE)

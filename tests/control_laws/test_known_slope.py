@@ -18,13 +18,13 @@ from controllers import (
     LimitCycleController,
     PassivityController,
 )
-from controllers.given_slope import SLOPE_SOURCES, GivenSlopeController, against_slope
+from controllers.comparison.known_slope import SLOPE_SOURCES, KnownSlopeController, against_slope
 from mjbiped.errors import InputError
 from mjbiped.terrain.terrain import Terrain
 
 ROBOT = mjbiped.Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))
-KINDS: list[Callable[..., GivenSlopeController]] = [
+KINDS: list[Callable[..., KnownSlopeController]] = [
     PassivityController,
     EnergyConstraintController,
     KineticEnergyController,
@@ -37,14 +37,14 @@ UNEVEN = Terrain.from_segments(
 each_kind = pytest.mark.parametrize("kind", KINDS)
 
 
-def hybrid(controller: GivenSlopeController, terrain: Terrain, steps: int = 12, **options: Any) -> mjbiped.Walk:
+def hybrid(controller: KnownSlopeController, terrain: Terrain, steps: int = 12, **options: Any) -> mjbiped.Walk:
     return mjbiped.walk(in_plain_python(controller), terrain, engine="hybrid", steps=steps, **options)
 
 
 # --- the slope --------------------------------------------------------------------------------------------------------
 
 
-def reckoned(walk: mjbiped.Walk, controller: GivenSlopeController) -> tuple[list[float], list[float]]:
+def reckoned(walk: mjbiped.Walk, controller: KnownSlopeController) -> tuple[list[float], list[float]]:
     """Slope estimate and the law's slope after each touchdown of a walk."""
     memory = [0.0] * controller.memory_size
     controller.start(memory, walk.samples["q"][0], walk.samples["dq"][0])
@@ -108,7 +108,7 @@ def test_before_the_first_touchdown_the_line_is_the_ground() -> None:
 
 
 @each_kind
-def test_bad_parameters_are_refused(kind: Callable[..., GivenSlopeController]) -> None:
+def test_bad_parameters_are_refused(kind: Callable[..., KnownSlopeController]) -> None:
     for wrong in ("two-point", "", None, 1):
         with pytest.raises(InputError, match=r"slope_source .*none, local, two_point"):
             kind(ROBOT, GAIT, slope_source=wrong)
@@ -120,7 +120,7 @@ def test_bad_parameters_are_refused(kind: Callable[..., GivenSlopeController]) -
 
 
 @each_kind
-def test_described_in_json(kind: Callable[..., GivenSlopeController]) -> None:
+def test_described_in_json(kind: Callable[..., KnownSlopeController]) -> None:
     controller = kind(ROBOT, GAIT, slope_source="none", initial_slope=np.float64(0.25))
     told = json.loads(json.dumps(controller.describe()))
     assert told["name"] == type(controller).__name__
@@ -137,7 +137,7 @@ def test_default_sources() -> None:
 
 
 @each_kind
-def test_laws_compile_to_what_they_say(kind: Callable[..., GivenSlopeController]) -> None:
+def test_laws_compile_to_what_they_say(kind: Callable[..., KnownSlopeController]) -> None:
     import numba
     from numba.extending import register_jitable
 
@@ -163,7 +163,7 @@ def test_laws_compile_to_what_they_say(kind: Callable[..., GivenSlopeController]
 
 @pytest.mark.slow  # each takes 13 s to compile
 @each_kind
-def test_compiled_and_plain_walks_agree(kind: Callable[..., GivenSlopeController]) -> None:
+def test_compiled_and_plain_walks_agree(kind: Callable[..., KnownSlopeController]) -> None:
     controller = kind(ROBOT, GAIT, initial_slope=UNEVEN.slope_at(0.0))
     plain = hybrid(controller, UNEVEN, steps=30)
     compiled = mjbiped.walk(controller, UNEVEN, engine="hybrid", steps=30)
@@ -180,7 +180,7 @@ def test_compiled_and_plain_walks_agree(kind: Callable[..., GivenSlopeController
 
 
 @each_kind
-def test_both_engines_walk_alike(kind: Callable[..., GivenSlopeController]) -> None:
+def test_both_engines_walk_alike(kind: Callable[..., KnownSlopeController]) -> None:
     both = mjbiped.compare(in_plain_python(kind(ROBOT, GAIT)), Terrain.slopes(change_deg=-1), steps=10)
     assert both.mujoco.outcome == both.hybrid.outcome == "finished"
     # within what contacts resolved at 0.1 ms explain, until errors have grown: an energy-based method damps a
@@ -191,7 +191,7 @@ def test_both_engines_walk_alike(kind: Callable[..., GivenSlopeController]) -> N
     assert both.mujoco.cost_of_transport == pytest.approx(both.hybrid.cost_of_transport, rel=3e-3)
 
 
-SETTLING: list[GivenSlopeController] = [
+SETTLING: list[KnownSlopeController] = [
     PassivityController(ROBOT, GAIT),
     KineticEnergyController(ROBOT, GAIT, gain=6.0, hip_weight=1.0, slope_source="local"),
     LimitCycleController(ROBOT, GAIT),
@@ -200,7 +200,7 @@ SETTLING: list[GivenSlopeController] = [
 
 
 @pytest.mark.parametrize("controller", SETTLING, ids=lambda controller: type(controller).__name__)
-def test_level_ground_costs_what_the_slope_gives(controller: GivenSlopeController) -> None:
+def test_level_ground_costs_what_the_slope_gives(controller: KnownSlopeController) -> None:
     walk = hybrid(controller, Terrain.level(), steps=40)
     assert walk.outcome == "finished"
     # the impact takes what virtual gravity gives; measured 3e-11, the walk's integration
@@ -220,7 +220,7 @@ def test_the_gait_is_returned_to_after_a_small_step() -> None:
 
 
 @each_kind
-def test_another_robot_than_the_model_is_let_walk(kind: Callable[..., GivenSlopeController]) -> None:
+def test_another_robot_than_the_model_is_let_walk(kind: Callable[..., KnownSlopeController]) -> None:
     """The law computes with its own model, and the walk with the robot."""
     heavier = replace(ROBOT, hip_mass=0.05)
     walk = hybrid(kind(ROBOT, GAIT), Terrain.level(), steps=3, robot=heavier)

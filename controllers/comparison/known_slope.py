@@ -1,6 +1,6 @@
 """The slope of the ground as controllers have it that compensate gravity but do not estimate: given, or dead reckoned.
 
-`GivenSlopeController` is what the comparison controllers of the paper's section V have in common.
+`KnownSlopeController` is what the comparison controllers of the paper's section V have in common.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _LOCAL, _TILT = 0, 1
 
 
 @dataclass(frozen=True)
-class GivenSlopeController(Controller):
+class KnownSlopeController(Controller):
     r"""A law of the ground's slope, which is given at the start and then, by choice, dead reckoned at touchdown.
 
     | `slope_source` | the law's slope :math:`\varphi`, which its angles are taken from the normal of |

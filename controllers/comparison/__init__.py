@@ -1,0 +1,1 @@
+"""The control laws that the paper compares its own with (section V)."""

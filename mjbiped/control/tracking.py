@@ -1,0 +1,47 @@
+"""What the analysis of Theorem 1 needs of a controller beyond the contract: gains, reference and tracking errors."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+
+from mjbiped.control.controller import Controller, Memory
+from mjbiped.gaits.passive import Gait
+from mjbiped.robots.compass import Compass
+
+
+class AdaptiveTracking(Controller):
+    """A controller that tracks a reference by the paper's law (14) and adapts its slope estimate by (17).
+
+    The first two states of its memory are the estimates of the slope's sine and cosine. A law of your own that derives
+    from this class can be given to `mjbiped.stability` and to the figures of a walk.
+
+    Attributes:
+        robot: Robot model of the law.
+        gait: Gait that is imitated.
+        position_gain: K1 = diag(k, k), 1/s.
+        velocity_gain: K2 = diag(k, k), 1/s.
+        adaptation_gain: gamma of the estimator.
+        replanning_delay: zeta, the time of a re-planned transition in gait periods; None without re-planning.
+    """
+
+    robot: Compass
+    gait: Gait
+    position_gain: float
+    velocity_gain: float
+    adaptation_gain: float
+    replanning_delay: float | None
+
+    @abstractmethod
+    def reference(self, memory: Memory, t: float) -> tuple[float, float, float, float, float, float]:
+        """What is tracked at time t of the step: q_r (rad), its rates and accelerations, stance leg first each."""
+
+    @abstractmethod
+    def tracking_errors(
+        self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
+    ) -> tuple[float, float, float, float, float, float]:
+        """z1 of (5) (rad), its rate, and z2 of (9) (rad/s) at time t of the step, stance leg first each."""
+
+    @abstractmethod
+    def transition_end(self, memory: Memory) -> float:
+        """Until when a re-planned transition is tracked in the step, s; 0 where the step was not re-planned."""
