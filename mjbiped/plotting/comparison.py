@@ -15,20 +15,7 @@ from numpy.typing import NDArray
 
 from mjbiped.analysis.compare import torque_differences
 from mjbiped.errors import RenderError
-from mjbiped.plotting.style import (
-    ANKLE,
-    BLUE,
-    GUIDE,
-    HIP,
-    ORANGE,
-    SHADE,
-    TRUTH,
-    VERMILLION,
-    check_path,
-    new_figure,
-    save_figure,
-    styled,
-)
+from mjbiped.plotting.style import ANKLE, BLUE, GUIDE, HIP, ORANGE, SHADE, TRUTH, VERMILLION, drawn
 from mjbiped.records import measures
 
 if TYPE_CHECKING:
@@ -65,12 +52,11 @@ def plot_comparison(comparison: Comparison, path: str | Path | None = None) -> F
         InputError: The path has another suffix; nothing has been drawn then.
         RenderError: A record holds no samples, or the file cannot be written.
     """
-    path = check_path(path)
     if not all(len(walk.samples["time"]) for walk in (comparison.mujoco, comparison.hybrid)):
         raise RenderError("a record holds no samples: there is nothing to draw")
-    with styled():
+    with drawn(path) as figure:
         title = _title(comparison)
-        figure = new_figure(10.2 + 0.17 * title.count("\n"))
+        figure.set_figheight(10.2 + 0.17 * title.count("\n"))
         figure.suptitle(title, fontsize=9.0, x=0.01, ha="left", linespacing=1.4, parse_math=False)
         parts: Any = figure.subfigures(2, 1, height_ratios=(5.0, 5.2))
         torques = parts[0].subplots(3, 1, sharex=True, height_ratios=(1.5, 1.5, 1.0))
@@ -82,8 +68,6 @@ def plot_comparison(comparison: Comparison, path: str | Path | None = None) -> F
         _mark_ends(torques, comparison)
         for part in parts:
             part.align_ylabels()
-    if path is not None:
-        save_figure(figure, path)
     return figure
 
 

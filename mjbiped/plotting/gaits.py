@@ -19,18 +19,7 @@ from mjbiped.errors import InputError
 from mjbiped.limit_cycles.basin import Basin, Fate
 from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade
 from mjbiped.limit_cycles.periodic import PeriodicGait
-from mjbiped.plotting.style import (
-    BLUE,
-    GREEN,
-    GUIDE,
-    ORANGE,
-    SHADE,
-    VERMILLION,
-    check_path,
-    new_figure,
-    save_figure,
-    styled,
-)
+from mjbiped.plotting.style import BLUE, GREEN, GUIDE, ORANGE, SHADE, VERMILLION, drawn
 from mjbiped.robots.compass import Array
 
 _COUNT_STYLES = ((BLUE, "-"), (VERMILLION, (0, (5, 1.2))), (GREEN, (0, (2.5, 1))), (ORANGE, (0, (1, 0.8))))
@@ -55,7 +44,6 @@ def plot_bifurcation(diagram: BifurcationDiagram, cascade: Cascade | None = None
         InputError: The path has another suffix; nothing has been drawn then.
         RenderError: The file cannot be written.
     """
-    path = check_path(path)
     degrees = np.degrees(diagram.slopes)
     onsets = np.degrees(cascade.onsets) if cascade is not None else np.empty(0)
     onsets = onsets[(onsets >= degrees[0]) & (onsets <= degrees[-1])]
@@ -64,8 +52,8 @@ def plot_bifurcation(diagram: BifurcationDiagram, cascade: Cascade | None = None
     if window is not None:
         window = np.clip(window, degrees[0], min(degrees[-1], lost) if math.isfinite(lost) else degrees[-1])
     near = window is not None and window[1] > window[0]
-    with styled():
-        figure = new_figure(7.4 if near else 4.2)
+    with drawn(path) as figure:
+        figure.set_figheight(7.4 if near else 4.2)
         grid: Any = figure.subplots(2 if near else 1, 1, squeeze=False)
         _draw_diagram(grid[0, 0], diagram, cascade, (degrees[0], degrees[-1]), onsets)
         grid[0, 0].set_title("(a) Step lengths on which the passive robot settles", pad=18)
@@ -84,8 +72,6 @@ def plot_bifurcation(diagram: BifurcationDiagram, cascade: Cascade | None = None
                 va="bottom",
                 fontsize=8,
             )
-    if path is not None:
-        save_figure(figure, path)
     return figure
 
 
@@ -139,11 +125,10 @@ def plot_multipliers(branches: Sequence[Sequence[PeriodicGait]], path: Path | No
         InputError: The path has another suffix, or a branch has fewer than two gaits.
         RenderError: The file cannot be written.
     """
-    path = check_path(path)
     if not branches or min(len(gaits) for gaits in branches) < 2:
         raise InputError("multipliers over slope need branches of at least two gaits each")
-    with styled():
-        figure = new_figure(7.0)
+    with drawn(path) as figure:
+        figure.set_figheight(7.0)
         grid: Any = figure.subplots(2, 1, sharex=True)
         for number, gaits in enumerate(branches):
             color, line = _COUNT_STYLES[min(number, len(_COUNT_STYLES) - 1)]
@@ -161,8 +146,6 @@ def plot_multipliers(branches: Sequence[Sequence[PeriodicGait]], path: Path | No
             grid[1].axhline(level, color=SHADE, linewidth=0.8)
         grid[1].set(ylabel="real part", xlabel="slope (°)", ylim=(-2.5, 1.25))
         grid[1].set_title("(b) Real part; at −1 the period doubles")
-    if path is not None:
-        save_figure(figure, path)
     return figure
 
 
@@ -180,19 +163,16 @@ def plot_basins(basins: Sequence[Basin], path: Path | None = None) -> Figure:
         InputError: The path has another suffix, or the maps are not one or two.
         RenderError: The file cannot be written.
     """
-    path = check_path(path)
     if not 1 <= len(basins) <= 2:
         raise InputError(f"one or two basins can be drawn, got {len(basins)}")
-    with styled():
-        figure = new_figure(5.2)
+    with drawn(path) as figure:
+        figure.set_figheight(5.2)
         grid: Any = figure.subplots(1, len(basins), squeeze=False)
         for axes, basin in zip(grid[0], basins, strict=True):
             _draw_basin(figure, axes, basin)
         if len(basins) == 2:
             _frame(grid[0, 1], basins[0], basins[1])
         _legend_of_basins(figure, basins)
-    if path is not None:
-        save_figure(figure, path)
     return figure
 
 

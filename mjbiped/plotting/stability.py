@@ -14,18 +14,7 @@ from matplotlib.lines import Line2D
 from mjbiped.analysis.error_dynamics import Array
 from mjbiped.analysis.stability import RESOLVED, Stability
 from mjbiped.errors import InputError
-from mjbiped.plotting.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GUIDE,
-    ORANGE,
-    VERMILLION,
-    check_path,
-    new_figure,
-    save_figure,
-    styled,
-)
+from mjbiped.plotting.style import BLACK, BLUE, GREEN, GUIDE, ORANGE, VERMILLION, drawn
 
 _LOOKS = ((BLUE, "o", "-"), (ORANGE, "s", (0, (4, 1.2))), (VERMILLION, "^", (0, (1.5, 1.2))), (GREEN, "D", "-."))
 _MOST_NAMED = 40  # steps whose change of slope is written
@@ -48,11 +37,10 @@ def plot_stability(walks: Mapping[str, Stability], path: str | Path | None = Non
         InputError: There is no walk or more than four, or the path has another suffix.
         RenderError: The file cannot be written.
     """
-    path = check_path(path)
     if not 1 <= len(walks) <= len(_LOOKS):
         raise InputError(f"a figure shows one to {len(_LOOKS)} walks, got {len(walks)}")
-    with styled():
-        figure = new_figure(6.6)
+    with drawn(path) as figure:
+        figure.set_figheight(6.6)
         (over_time, errors), (excitation, condition) = figure.subplots(2, 2)
         for (name, found), (color, marker, line) in zip(walks.items(), _LOOKS, strict=False):
             steps = np.arange(1, found.steps + 1)
@@ -92,8 +80,6 @@ def plot_stability(walks: Mapping[str, Stability], path: str | Path | None = Non
             ],
             loc="lower left",
         )  # fmt: skip
-    if path is not None:
-        save_figure(figure, path)
     return figure
 
 

@@ -77,7 +77,7 @@ def styled() -> Iterator[None]:
         yield
 
 
-def new_figure(height: float) -> Figure:
+def new_figure(height: float = 1.0) -> Figure:
     """An empty figure of the house's width, `height` inches high, that leaves pyplot alone."""
     figure = Figure(figsize=(WIDTH, height), layout=_EvenLayout())
     FigureCanvasAgg(figure)
@@ -98,18 +98,25 @@ class _EvenLayout(ConstrainedLayoutEngine):
         return layout
 
 
-def check_path(path: str | Path | None) -> Path | None:
-    """The path to write a figure to, before any work is done.
+@contextmanager
+def drawn(path: str | Path | None) -> Iterator[Figure]:
+    """An empty figure, to be drawn in the block and given its height there; written when the block ends.
+
+    Args:
+        path: File to write, one of `SUFFIXES`; None: none.
 
     Raises:
-        InputError: Its suffix is not one of `SUFFIXES`.
+        InputError: The path has another suffix; raised before the block is entered.
+        RenderError: The file cannot be written.
     """
-    if path is None:
-        return None
-    path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
+    path = None if path is None else Path(path)
+    if path is not None and path.suffix.lower() not in SUFFIXES:
         raise InputError(f"a figure is a file of {', '.join(SUFFIXES)}; cannot draw to {shown(path.name)}")
-    return path
+    with styled():
+        figure = new_figure()
+        yield figure
+    if path is not None:
+        save_figure(figure, path)
 
 
 def save_figure(figure: Figure, path: Path) -> None:

@@ -17,21 +17,7 @@ from numpy.typing import NDArray
 from mjbiped.analysis.replay import recorded_controller, transitions
 from mjbiped.errors import MjbipedError, RenderError
 from mjbiped.gaits.passive import Gait, find_passive_gait
-from mjbiped.plotting.style import (
-    ANKLE,
-    BLUE,
-    GUIDE,
-    HIP,
-    ORANGE,
-    PLANNED,
-    STANCE,
-    SWING,
-    TRUTH,
-    check_path,
-    new_figure,
-    save_figure,
-    styled,
-)
+from mjbiped.plotting.style import ANKLE, BLUE, GUIDE, HIP, ORANGE, PLANNED, STANCE, SWING, TRUTH, drawn
 from mjbiped.plotting.timelapse import draw_row, rows_of
 from mjbiped.records.columns import SAMPLES
 from mjbiped.robots.compass import Compass
@@ -62,14 +48,13 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
         InputError: The path has another suffix; nothing has been drawn then.
         RenderError: The record holds no samples, or the file cannot be written.
     """
-    path = check_path(path)
     if not len(walk.samples["time"]):
         raise RenderError("the record holds no samples: there is nothing to draw")
-    with styled():
+    with drawn(path) as figure:
         rows = rows_of(walk)
         title = _title(walk)
         heights = [sum(row.height + 0.25 for row in rows) + 0.45, 3.3, 3.3]
-        figure = new_figure(sum(heights) + 0.25 * (1 + title.count("\n")))
+        figure.set_figheight(sum(heights) + 0.25 * (1 + title.count("\n")))
         # a file's name may hold a dollar sign: no formulas in the title
         figure.suptitle(title, fontsize=9.5, x=0.01, ha="left", linespacing=1.4, parse_math=False)
         parts: Any = figure.subfigures(3, 1, height_ratios=heights)
@@ -91,8 +76,6 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
         _draw_slopes(slopes, walk)
         _draw_torques(torques, walk)
         _draw_phases(phases, walk)
-    if path is not None:
-        save_figure(figure, path)
     return figure
 
 
@@ -110,9 +93,8 @@ def plot_gait(gait: Gait, path: str | Path | None = None) -> Figure:
         InputError: The path has another suffix; nothing has been drawn then.
         RenderError: The file cannot be written.
     """
-    path = check_path(path)
-    with styled():
-        figure = new_figure(4.9)
+    with drawn(path) as figure:
+        figure.set_figheight(4.9)
         stable = "stable" if gait.stable else "unstable"
         figure.suptitle(
             f"Passive gait on {math.degrees(gait.slope):.3g}°, {stable}:  period {gait.period:.4f} s,  "
@@ -124,8 +106,6 @@ def plot_gait(gait: Gait, path: str | Path | None = None) -> Figure:
         cycle, circle = figure.subplots(1, 2, width_ratios=(1.45, 1.0))
         _draw_cycle(cycle, gait)
         _draw_multipliers(circle, gait)
-    if path is not None:
-        save_figure(figure, path)
     return figure
 
 

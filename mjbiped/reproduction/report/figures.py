@@ -11,20 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
-from mjbiped.plotting.style import (
-    ANKLE,
-    BLACK,
-    BLUE,
-    GUIDE,
-    HIP,
-    ORANGE,
-    STANCE,
-    TRUTH,
-    check_path,
-    new_figure,
-    save_figure,
-    styled,
-)
+from mjbiped.plotting.style import ANKLE, BLACK, BLUE, GUIDE, HIP, ORANGE, STANCE, TRUTH, drawn
 from mjbiped.records.record import Walk
 from mjbiped.reproduction.published import TABLE_3
 from mjbiped.reproduction.report.markdown import ENGINES
@@ -55,10 +42,9 @@ def plot_figure_5(walks: Mapping[float, Mapping[tuple[float, bool], Walk]], path
         InputError: The path has another suffix.
         RenderError: The file cannot be written.
     """
-    path = check_path(path)
     first = next(iter(next(iter(walks.values())).values()))
-    with styled():
-        figure = new_figure(0.9 + 1.65 * len(walks))
+    with drawn(path) as figure:
+        figure.set_figheight(0.9 + 1.65 * len(walks))
         figure.suptitle(_caption("Fig. 5", first), fontsize=9.5, x=0.01, ha="left")
         grid = figure.subplots(len(walks), 1, sharex=True, sharey=True, squeeze=False)
         for (axes,), (gain, curves) in zip(grid, walks.items(), strict=True):
@@ -78,8 +64,6 @@ def plot_figure_5(walks: Mapping[float, Mapping[tuple[float, bool], Walk]], path
         handles, names = grid[0, 0].get_legend_handles_labels()
         figure.legend(handles, names, loc="outside lower center", ncols=3)
         grid[-1, 0].set_xlabel("time (s)")
-    if path is not None:
-        save_figure(figure, path)
     return figure
 
 
@@ -97,9 +81,8 @@ def plot_figure_6(walks: Mapping[float | None, Walk], path: str | Path | None = 
         InputError: The path has another suffix.
         RenderError: The file cannot be written.
     """
-    path = check_path(path)
-    with styled():
-        figure = new_figure(0.6 + 1.9 * len(walks))
+    with drawn(path) as figure:
+        figure.set_figheight(0.6 + 1.9 * len(walks))
         figure.suptitle(_caption("Fig. 6", next(iter(walks.values()))), fontsize=9.5, x=0.01, ha="left")
         grid = figure.subplots(len(walks), 2, sharex=True, sharey="col", squeeze=False)
         for (slopes, torques), (delay, walk) in zip(grid, walks.items(), strict=True):
@@ -119,8 +102,6 @@ def plot_figure_6(walks: Mapping[float | None, Walk], path: str | Path | None = 
         figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=len(handles))
         for axes in grid[-1]:
             axes.set_xlabel("time (s)")
-    if path is not None:
-        save_figure(figure, path)
     return figure
 
 
@@ -138,10 +119,9 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
         InputError: The path has another suffix.
         RenderError: The file cannot be written.
     """
-    path = check_path(path)
     zetas = [zeta for zeta in TABLE_3 if zeta is not None]
-    with styled():
-        figure = new_figure(6.0)
+    with drawn(path) as figure:
+        figure.set_figheight(6.0)
         grid = figure.subplots(2, 2, sharex=True)
         for column, (ground, title) in enumerate((("mixed", "our mixed ground"), ("found", "the ground found"))):
             for place, (axes, what) in enumerate(zip(grid[:, column], ("greatest torque (N m)", "c_mt"), strict=True)):
@@ -163,8 +143,6 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
         for axes in grid[-1]:
             axes.set_xlabel("ζ;  horizontal lines: no re-planning")
         grid[0, 0].legend(loc="upper right")
-    if path is not None:
-        save_figure(figure, path)
     return figure
 
 
