@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from pkgutil import resolve_name
@@ -13,8 +13,10 @@ from typing import Any, NoReturn
 
 import click
 import numpy as np
+from rich.console import Console, RenderableType
 
 from mjbiped.analysis.compare import Comparison
+from mjbiped.cli.tables import as_json
 from mjbiped.errors import MjbipedError, RecordError, shortened
 from mjbiped.records.record import Walk
 from mjbiped.utils.files import written_whole
@@ -97,15 +99,35 @@ class Files:
         self.failures.append(message)
         self._status = max(self._status, status)
 
-    def tell(self) -> None:
-        """Say what was written."""
-        for path in self.written.values():
-            click.echo(f"wrote {path}")
-
-    def end(self) -> None:
-        """End the command, with its failures if there are any."""
+    def end(self, summary: Mapping[str, Any], shown: Iterable[RenderableType], *, json: bool, quiet: bool) -> None:
+        """Print what came of the command, as `tell`, and end it, with its failures if there are any."""
+        tell({**summary, "files": self.written}, shown, self.written.values(), json=json, quiet=quiet)
         if self.failures:
             end(self._status, *self.failures)
+
+
+def tell(
+    summary: Mapping[str, Any], shown: Iterable[RenderableType], files: Iterable[object], *, json: bool, quiet: bool
+) -> None:
+    """Print what came of a command on the standard output.
+
+    Args:
+        summary: All of it, for machines.
+        shown: Tables and sentences, for people; a text is a line of its own however long it is.
+        files: That were written.
+        json: Whether machines read it.
+        quiet: Whether people want none of it.
+    """
+    if json:
+        click.echo(as_json(summary))
+    elif not quiet:
+        for each in shown:
+            if isinstance(each, str):
+                click.echo(each)
+            else:
+                Console(highlight=False).print(each)
+        for file in files:
+            click.echo(f"wrote {file}")
 
 
 def save_arrays(path: Path, arrays: Mapping[str, Any]) -> None:

@@ -9,8 +9,6 @@ from typing import Any
 
 import click
 import numpy as np
-from rich import box
-from rich.table import Table
 
 from controllers import AdaptiveController
 from mjbiped.cli import options as given
@@ -51,8 +49,7 @@ _out = given.options("Results", ("--out", given.output(".npz"), None, "FILE", "W
     "Results",
     ("--plot-multipliers", given.output(".png", ".pdf", ".svg"), None, "FILE", "Write a figure of the multipliers."),
 )
-@given.json_option
-@given.quiet_option
+@given.printed_options
 def bifurcation(
     slope_deg: tuple[float, float],
     slopes: int,
@@ -99,17 +96,8 @@ def bifurcation(
     diagram = bifurcation_diagram(robot, grid, steps=steps, keep=keep, scuffing=rule, progress=not quiet)
     ended = time.perf_counter()
     files = Files()
-    files.save_arrays(
-        out,
-        {
-            "slopes": diagram.slopes,
-            "states": diagram.states,
-            "periods": diagram.periods,
-            "step_lengths": diagram.step_lengths,
-            "outcomes": diagram.outcomes,
-            "onsets": cascade.onsets,
-        },
-    )
+    columns = ("slopes", "states", "periods", "step_lengths", "outcomes")
+    files.save_arrays(out, {**{name: getattr(diagram, name) for name in columns}, "onsets": cascade.onsets})
 
     def draw_multipliers(path: Path) -> None:
         from mjbiped.plotting import gaits as plot_gaits
@@ -132,24 +120,7 @@ def bifurcation(
         "search_s": searched - began,
         "diagram_s": ended - searched,
     }
-    if json:
-        click.echo(tables.as_json({**summary, "files": files.written}))
-    elif not quiet:
-        table = _headed("period", "begins at", "distance from the last", "ratio of distances")
-        onsets, ratios = summary["onsets_deg"], ["", "", *(f"{ratio:.4f}" for ratio in summary["ratios"])]
-        for number, onset in enumerate(onsets):
-            distance = f"{onset - onsets[number - 1]:.5f}°" if number else ""
-            table.add_row(str(2 ** (number + 1)), f"{onset:.5f}°", distance, ratios[number])
-        tables.show(table)
-        if cascade.end:
-            click.echo(cascade.end)
-        if len(onsets) > 1:
-            click.echo(f"aperiodic beyond {summary['accumulation_deg']:.4f}°, if Feigenbaum's ratio holds")
-        if math.isfinite(diagram.lost):
-            click.echo(f"falls on {summary['lost_deg']:.3f}° and steeper")
-        click.echo(f"{len(diagram.slopes) * steps} steps in {ended - searched:.1f} s")
-        files.tell()
-    files.end()
+    files.end(summary, tables.bifurcation_told(summary), json=json, quiet=quiet)
 
 
 @click.command("basin", cls=given.SectionCommand)
@@ -198,8 +169,7 @@ def bifurcation(
 @given.robot_options
 @_out
 @given.plot_option
-@given.json_option
-@given.quiet_option
+@given.printed_options
 def basin(
     slope_deg: float | None,
     controller: str,
@@ -284,22 +254,9 @@ def basin(
         "mean_steps_to_settle": float(found.steps[found.fates == Fate.SETTLED].mean()) if shares["settled"] else None,
         "seconds": seconds,
     }
-    if json:
-        click.echo(tables.as_json({**summary, "files": files.written}))
-    elif not quiet:
-        table = _headed("fate", "share of the starts", "steps, mean")
-        for fate in Fate:
-            here = found.fates == fate
-            if here.any():
-                table.add_row(fate.name.lower(), f"{100 * here.mean():.2f} %", f"{found.steps[here].mean():.2f}")
-        tables.show(table)
-        click.echo(f"{found.fates.size} walks in {seconds:.1f} s")
-        files.tell()
-    files.end()
-
-
-def _headed(*columns: str) -> Table:
-    table = Table(box=box.SIMPLE, pad_edge=False)
-    for column in columns:
-        table.add_column(column, justify="right")
-    return table
+    table = tables.bare_table("fate", "share of the starts", "steps, mean", numbers=True)
+    for fate in Fate:
+        here = found.fates == fate
+        if here.any():
+            table.add_row(fate.name.lower(), f"{100 * here.mean():.2f} %", f"{found.steps[here].mean():.2f}")
+    files.end(summary, [table, f"{found.fates.size} walks in {seconds:.1f} s"], json=json, quiet=quiet)

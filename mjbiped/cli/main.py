@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from rich.text import Text
 
 from mjbiped.analysis.compare import compare
 from mjbiped.cli import options as given
@@ -102,32 +103,22 @@ def main() -> None:
 
 @main.command("walk", cls=given.SectionCommand)
 @click.argument("terrain", default="mixed")
-@given.walk_options
-@given.scuffing_option("Walk")
+@given.walker_options
 @given.engine_option
-@given.mujoco_options
-@given.adaptive_options
-@given.comparison_options
-@given.robot_options
 @given.record_option
 @given.plot_option
 @given.video_option
-@given.json_option
-@given.quiet_option
+@given.printed_options
 @given.video_options
 @click.pass_context
 def _walk(
     ctx: click.Context,
     /,
-    terrain: str,
-    seed: int | None,
-    controller: str,
     out: Path | None,
     plot: Path | None,
     video: Path | None,
     json: bool,
     quiet: bool,
-    scuffing_reach: float,
     **values: Any,
 ) -> None:
     """Let the biped walk on TERRAIN, and tell how it went.
@@ -149,16 +140,13 @@ def _walk(
       mjbiped walk trail.csv --steps 200 --plot trail.pdf
     """  # noqa: D301 (click reads the backspace)
     pictures = {name: values.pop(name) for name in _VIDEO}
-    ground = _terrain(terrain, seed)
-    robot = Compass(**{name: values.pop(name) for name in _ROBOT})
-    law = _controller(ctx, controller, robot, values)
-    values["scuffing"] = ScuffingRule(reach=scuffing_reach)
+    law, ground = _walker(ctx, values)
     engine = _engine(ctx, values.pop("engine"), values)
     if video is not None and not quiet:
         _warn_without_gl()
     status, trouble = 0, ""
     try:
-        done = walk(law, ground, robot=robot, engine=engine, progress=not quiet, **values)
+        done = walk(law, ground, engine=engine, progress=not quiet, **values)
     except WalkInterrupted as stop:
         done, status, trouble = stop.walk, INTERRUPTED, f"the walk was interrupted after {stop.walk.steps} steps"
     except WalkStopped as stop:
@@ -171,39 +159,19 @@ def _walk(
         files.plot(plot, "walk:plot_walk", done)
         files.render(done, video, pictures, progress=not quiet)
     summary = measures.summary(done)
-    if json:
-        click.echo(tables.as_json({**summary, "settings": dict(done.settings), "files": files.written}))
-    elif not quiet:
-        tables.show(tables.walk_table(done, summary))
-        files.tell()
-    files.end()
+    told = {**summary, "settings": dict(done.settings)}
+    files.end(told, [tables.walk_table(done, summary)], json=json, quiet=quiet)
 
 
 @main.command("compare", cls=given.SectionCommand)
 @click.argument("terrain", default="mixed")
-@given.walk_options
-@given.scuffing_option("Walk")
-@given.mujoco_options
-@given.adaptive_options
-@given.comparison_options
-@given.robot_options
+@given.walker_options
 @given.records_option
 @given.plot_option
-@given.json_option
-@given.quiet_option
+@given.printed_options
 @click.pass_context
 def _compare(
-    ctx: click.Context,
-    /,
-    terrain: str,
-    seed: int | None,
-    controller: str,
-    out: Path | None,
-    plot: Path | None,
-    json: bool,
-    quiet: bool,
-    scuffing_reach: float,
-    **values: Any,
+    ctx: click.Context, /, out: Path | None, plot: Path | None, json: bool, quiet: bool, **values: Any
 ) -> None:
     """Let the biped walk on TERRAIN in both engines, and tell where they part, and why.
 
@@ -217,24 +185,14 @@ def _compare(
       mjbiped compare slopes:change_deg=-1 --controller passivity --gain gain=20 --slope-source local
       mjbiped compare trail.csv --initial rest --json --out trail.npz
     """  # noqa: D301 (click reads the backspace)
-    ground = _terrain(terrain, seed)
-    robot = Compass(**{name: values.pop(name) for name in _ROBOT})
-    law = _controller(ctx, controller, robot, values)
-    values["scuffing"] = ScuffingRule(reach=scuffing_reach)
+    law, ground = _walker(ctx, values)
     mujoco = _mujoco(ctx, values)
-    done = compare(law, ground, robot=robot, mujoco=mujoco, progress=not quiet, **values)
+    done = compare(law, ground, mujoco=mujoco, progress=not quiet, **values)
     files = Files()
     files.save_both(done, out)
     files.plot(plot, "comparison:plot_comparison", done)
-    if json:
-        click.echo(tables.as_json({**done.to_dict(), "files": files.written}))
-    elif not quiet:
-        click.echo(f"{done.mujoco.settings['controller']['name']} on {done.mujoco.terrain.caption}")
-        for table in tables.comparison_tables(done):
-            tables.show(table)
-        tables.say(done.verdict)
-        files.tell()
-    files.end()
+    who = f"{done.mujoco.settings['controller']['name']} on {done.mujoco.terrain.caption}"
+    files.end(done.to_dict(), [who, *tables.comparison_tables(done), Text(done.verdict)], json=json, quiet=quiet)
 
 
 @main.command("gait", cls=given.SectionCommand)
@@ -254,12 +212,7 @@ def _gait(slope_deg: float, plot: Path | None, json: bool, **values: Any) -> Non
     files = Files()
     files.plot(plot, "walk:plot_gait", gait)
     summary = tables.gait_summary(gait)
-    if json:
-        click.echo(tables.as_json({**summary, "files": files.written}))
-    else:
-        tables.show(tables.gait_table(summary))
-        files.tell()
-    files.end()
+    files.end(summary, [tables.gait_table(summary)], json=json, quiet=False)
 
 
 main.add_command(bifurcation)
@@ -286,12 +239,7 @@ def _stability(record: Path, plot: Path | None, json: bool) -> None:
     files = Files()
     files.plot(plot, "stability:plot_stability", {record.stem: found})
     summary = tables.stability_summary(found)
-    if json:
-        click.echo(tables.as_json({**summary, "files": files.written}))
-    else:
-        tables.show(tables.stability_table(summary))
-        files.tell()
-    files.end()
+    files.end(summary, [tables.stability_table(summary)], json=json, quiet=False)
 
 
 @main.command("render", cls=given.SectionCommand)
@@ -320,13 +268,25 @@ def _render(record: Path, video: Path | None, plot: Path | None, no_video: bool,
     files = Files()
     files.plot(plot, "walk:plot_walk", done)
     files.render(done, video, pictures, progress=not quiet)
-    if not quiet:
-        files.tell()
-    files.end()
+    files.end({}, [], json=False, quiet=quiet)
 
 
 main.add_command(sweep)
 main.add_command(reproduce)
+
+
+def _walker(ctx: click.Context, values: dict[str, Any]) -> tuple[Controller, Terrain]:
+    """Who walks where, of `values`, in which robot and scuffing rule take the place of the options that they are of.
+
+    Raises:
+        click.UsageError: An option is given that the controller does not have.
+        MjbipedError: Terrain, robot or controller cannot be as the options say.
+    """
+    terrain = _terrain(values.pop("terrain"), values.pop("seed"))
+    values["robot"] = Compass(**{name: values.pop(name) for name in _ROBOT})
+    controller = _controller(ctx, values.pop("controller"), values["robot"], values)
+    values["scuffing"] = ScuffingRule(reach=values.pop("scuffing_reach"))
+    return controller, terrain
 
 
 def _terrain(text: str, seed: int | None) -> Terrain:

@@ -366,6 +366,20 @@ video_option = options("Results", ("--video", VIDEO_PATH, None, "FILE", "Write a
 json_option = options("Results", ("--json", bool, False, None, "Print the results as JSON instead of a table."))
 quiet_option = options("Results", ("--quiet", bool, False, None, "Print errors only, and JSON if asked for."))
 
+
+def walker_options(function: _Function) -> _Function:
+    """All options that say who walks where and how, but for the engine."""
+    parts = (walk_options, scuffing_option("Walk"), mujoco_options, adaptive_options, comparison_options, robot_options)
+    for part in reversed(parts):
+        function = part(function)
+    return function
+
+
+def printed_options(function: _Function) -> _Function:
+    """What a command prints."""
+    return json_option(quiet_option(function))
+
+
 video_options = options(
     "Video",
     ("--video-size", size, "640x480", "WxH", "Width and height, pixels."),

@@ -8,7 +8,7 @@ import click
 
 from mjbiped.cli import options as given
 from mjbiped.cli import tables as reports
-from mjbiped.cli.files import INTERRUPTED, end
+from mjbiped.cli.files import INTERRUPTED, end, tell
 from mjbiped.utils import domains
 
 
@@ -30,8 +30,7 @@ from mjbiped.utils import domains
         "Where page, table and figures go; --out unless given.",
     ),
 )
-@given.json_option
-@given.quiet_option
+@given.printed_options
 def reproduce(
     quick: bool, workers: int | None, fresh: bool, out: Path, report: Path | None, json: bool, quiet: bool
 ) -> None:
@@ -54,14 +53,8 @@ def reproduce(
         end(INTERRUPTED, f"interrupted; finished walks are in {out}: the same command goes on from there")
     asked = checks(rows, choices(rows)[0])
     failed = [row for row in rows if row.outcome == "failed"]
-    if json:
-        plain = [{**check.answer._asdict(), "engine": check.engine, "group": check.group} for check in asked]
-        errors = [{"ground": row.ground, "method": row.method, "error": row.error} for row in failed]
-        summary = {"walks": len(rows), "failed": errors, "checks": plain, "files": [str(file) for file in files]}
-        click.echo(reports.as_json(summary))
-    elif not quiet:
-        reports.show(reports.checks_table(asked))
-        for row in failed:
-            click.echo(f"failed: {row.method} on {row.ground}, {row.engine}: {row.error}")
-        for file in files:
-            click.echo(f"wrote {file}")
+    plain = [{**check.answer._asdict(), "engine": check.engine, "group": check.group} for check in asked]
+    errors = [{"ground": row.ground, "method": row.method, "error": row.error} for row in failed]
+    summary = {"walks": len(rows), "failed": errors, "checks": plain, "files": [str(file) for file in files]}
+    lines = (f"failed: {row.method} on {row.ground}, {row.engine}: {row.error}" for row in failed)
+    tell(summary, [reports.checks_table(asked), *lines], files, json=json, quiet=quiet)

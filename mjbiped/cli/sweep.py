@@ -8,7 +8,7 @@ import click
 
 from mjbiped.cli import options as given
 from mjbiped.cli import tables
-from mjbiped.cli.files import INTERRUPTED, end
+from mjbiped.cli.files import INTERRUPTED, end, tell
 from mjbiped.utils import domains
 
 
@@ -36,8 +36,7 @@ from mjbiped.utils import domains
         "Where table and figures go; unless given, a folder beside STUDY that has its name.",
     ),
 )
-@given.json_option
-@given.quiet_option
+@given.printed_options
 def sweep(
     study: Path, workers: int | None, scheduler: str | None, fresh: bool, out: Path | None, json: bool, quiet: bool
 ) -> None:
@@ -67,10 +66,5 @@ def sweep(
     except KeyboardInterrupt:
         end(INTERRUPTED, f"interrupted; what had ended is in {folder}: the same command goes on from there")
     summary = summarised(rows)
-    if json:
-        click.echo(tables.as_json({**summary, "files": [str(file) for file in files]}))
-    elif not quiet:
-        for each in tables.sweep_tables(summary):
-            tables.show(each)
-        for file in files:
-            click.echo(f"wrote {file}")
+    told = {**summary, "files": [str(file) for file in files]}
+    tell(told, tables.sweep_tables(summary), files, json=json, quiet=quiet)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich import box
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
@@ -48,7 +47,7 @@ def walk_table(walk: Walk, summary: Mapping[str, Any]) -> Table:
 def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:
     """Two engines' measures side by side, and the largest differences at a touchdown beside their limits."""
     measures = comparison.measures()
-    sides = _bare_table("", "MuJoCo", "hybrid", "difference", "%", "unit")
+    sides = bare_table("", "MuJoCo", "hybrid", "difference", "%", "unit")
     outcome = measures["outcome"]
     sides.add_row("outcome", outcome["mujoco"], outcome["hybrid"])
     for label, key, factor, form, unit in MEASURES:
@@ -57,7 +56,7 @@ def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:
         percent = _shown(row["difference_percent"], 1, "+.2f")
         cells = (_shown(row[engine], factor, form) for engine in ("mujoco", "hybrid"))
         sides.add_row(label, *cells, difference, percent, unit)
-    steps = _bare_table("largest difference at a touchdown", "", "at", "limit", "unit")
+    steps = bare_table("largest difference at a touchdown", "", "at", "limit", "unit")
     table = comparison.touchdowns
     for name, column in COLUMNS.items():
         sizes = abs(table[name])
@@ -166,9 +165,26 @@ def stability_table(summary: Mapping[str, Any]) -> Table:
     )
 
 
+def bifurcation_told(summary: Mapping[str, Any]) -> Iterator[Table | str]:
+    """What the command `bifurcation` says of its summary: the onsets, and where the robot is lost."""
+    table = bare_table("period", "begins at", "distance from the last", "ratio of distances", numbers=True)
+    onsets, ratios = summary["onsets_deg"], ["", "", *(f"{ratio:.4f}" for ratio in summary["ratios"])]
+    for number, onset in enumerate(onsets):
+        distance = f"{onset - onsets[number - 1]:.5f}°" if number else ""
+        table.add_row(str(2 ** (number + 1)), f"{onset:.5f}°", distance, ratios[number])
+    yield table
+    if summary["cascade_end"]:
+        yield summary["cascade_end"]
+    if len(onsets) > 1:
+        yield f"aperiodic beyond {summary['accumulation_deg']:.4f}°, if Feigenbaum's ratio holds"
+    if math.isfinite(summary["lost_deg"]):
+        yield f"falls on {summary['lost_deg']:.3f}° and steeper"
+    yield f"{summary['slopes'] * summary['steps']} steps in {summary['diagram_s']:.1f} s"
+
+
 def checks_table(checks: Iterable[Check]) -> Table:
     """The paper's claims and whether they hold."""
-    table = _bare_table("claim", "engine", "found", "holds")
+    table = bare_table("claim", "engine", "found", "holds")
     for check in checks:
         answer = check.answer
         holds = "-" if answer.holds is None else "yes" if answer.holds else "no"
@@ -179,31 +195,21 @@ def checks_table(checks: Iterable[Check]) -> Table:
 
 def sweep_tables(summary: Mapping[str, Any]) -> list[Table]:
     """What `mjbiped.sweeps.summary.summarised` says of a study: outcomes, quantiles, and errors where there are any."""
-    outcomes = _bare_table("outcome", "walks", "%")
+    outcomes = bare_table("outcome", "walks", "%")
     for outcome, count in summary["outcomes"].items():
         outcomes.add_row(outcome, str(count), f"{100.0 * count / summary['walks']:.1f}")
-    quantiles = _bare_table("of the finished walks", *(f"{100 * q:g} %" for q in summary["quantiles"]), "unit")
+    quantiles = bare_table("of the finished walks", *(f"{100 * q:g} %" for q in summary["quantiles"]), "unit")
     for label, key, factor, form, unit in MEASURES:
         values = summary["finished"].get(key)
         if values is not None:
             quantiles.add_row(label, *(_shown(value, factor, form) for value in values), unit)
     tables = [outcomes] + ([quantiles] if quantiles.rows else [])
     if summary["errors"]:
-        errors = _bare_table("error", "walks", "first cell")
+        errors = bare_table("error", "walks", "first cell")
         for each in summary["errors"]:
             errors.add_row(Text(each["error"]), str(each["walks"]), str(each["first_cell"]))
         tables.append(errors)
     return tables
-
-
-def show(table: Table) -> None:
-    """Print a table on the standard output."""
-    Console(highlight=False).print(table)
-
-
-def say(text: str) -> None:
-    """Print a sentence on the standard output, wrapped; nothing in it is taken for markup."""
-    Console(highlight=False).print(Text(text))
 
 
 def as_json(values: Mapping[str, Any]) -> str:
@@ -216,11 +222,11 @@ def _shown(value: float | None, factor: float, form: str) -> str:
     return "-" if value is None else "unbounded" if value == math.inf else format(value * factor, form)
 
 
-def _bare_table(*headings: str) -> Table:
-    """An empty table in the house's way: words to the left, numbers to the right."""
+def bare_table(*headings: str, numbers: bool = False) -> Table:
+    """An empty table in the house's way: words to the left, numbers to the right; all are numbers if told so."""
     table = Table(box=box.SIMPLE, pad_edge=False)
     for heading in headings:
-        words = heading in (headings[0], "unit")
+        words = heading in (headings[0], "unit") and not numbers
         table.add_column(heading, justify="left" if words else "right", overflow="fold")
     return table
 
