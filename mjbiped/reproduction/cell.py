@@ -10,9 +10,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from mjbiped.control.controller import Controller
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP
@@ -25,8 +22,6 @@ from mjbiped.rollout.walk import WalkStopped, walk
 from mjbiped.sweeps.cell import FAILED
 from mjbiped.sweeps.provenance import sources
 from mjbiped.terrain.terrain import Terrain
-
-Array = NDArray[np.float64]
 
 KEY_DIGITS = 24
 """Hexadecimal digits of a cell's key."""

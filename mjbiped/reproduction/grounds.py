@@ -10,12 +10,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import resources
+from typing import TypeAlias
 
 from mjbiped.reproduction.published import CHANGES, SLOPE_LENGTH, TREAD
 from mjbiped.terrain.terrain import Terrain
 
 Segments = Sequence[tuple[float, float, float]]
 """(length in m, slope in degrees, step up in m) each, as `Terrain.from_segments` takes them."""
+
+Place: TypeAlias = tuple[str, str, float]
+"""A ground of Table II as it is read: the ground, its pattern, and its first change, m."""
 
 COUNT = 30
 """Steps or changes of slope of a ground: more than 100 steps of 0.38 m can reach."""
@@ -71,6 +75,11 @@ class Reading:
     first: float
     terrain: Terrain
 
+    @property
+    def place(self) -> Place:
+        """What tells it apart from all other readings."""
+        return self.ground, self.pattern, self.first
+
 
 def readings(ground: str) -> list[Reading]:
     """All readings of a ground of Table II.
@@ -95,13 +104,9 @@ def readings(ground: str) -> list[Reading]:
     return found
 
 
-def reading_at(place: tuple[str, str, float]) -> Reading:
-    """The reading of a ground, a pattern and a first change.
-
-    Args:
-        place: These three, as `Reading` has them.
-    """
-    return next(found for found in readings(place[0]) if (found.ground, found.pattern, found.first) == place)
+def reading_at(place: Place) -> Reading:
+    """The reading of a ground, a pattern and a first change."""
+    return next(found for found in readings(place[0]) if found.place == place)
 
 
 def found_terrain() -> Terrain:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from mjbiped.control.controller import Controller
 from mjbiped.reproduction.cell import Cell
-from mjbiped.reproduction.grounds import Reading, end_of, found_segments, found_terrain, reading_at, readings
+from mjbiped.reproduction.grounds import Place, Reading, end_of, found_segments, found_terrain, reading_at, readings
 from mjbiped.reproduction.methods import METHODS, Variant, adaptive, variants
 from mjbiped.reproduction.published import GROUNDS, TABLE_3
 from mjbiped.reproduction.rows import LENGTHS, Entry
@@ -40,15 +41,11 @@ def table_2(grounds: Iterable[str] = GROUNDS, methods: Iterable[str] = METHODS) 
     ]
 
 
-def table_2_in_mujoco(places: Iterable[tuple[str, str, float]], chosen: Iterable[Variant], steps: int) -> list[Entry]:
+def table_2_in_mujoco(places: Iterable[Place], chosen: Iterable[Variant], steps: int) -> list[Entry]:
     """Some readings, given by ground, pattern and first change, in MuJoCo."""
-    wanted, chosen = set(places), list(chosen)
+    chosen = list(chosen)
     return [
-        _walked("table 2", "mujoco", reading, variant, steps)
-        for ground in GROUNDS
-        for reading in readings(ground)
-        if (reading.ground, reading.pattern, reading.first) in wanted
-        for variant in chosen
+        _walked("table 2", "mujoco", reading, variant, steps) for reading in _readings(places) for variant in chosen
     ]
 
 
@@ -59,15 +56,10 @@ def fitted(choice: Choice, chosen: Iterable[Variant], engine: str, steps: int) -
     ]
 
 
-def gravity(places: Iterable[tuple[str, str, float]], delay: float | None) -> list[Entry]:
+def gravity(places: Iterable[Place], delay: float | None) -> list[Entry]:
     """Some readings by the adaptive controller where g = 9.8 m/s²."""
-    wanted, robot = set(places), Compass(gravity=OTHER_GRAVITY)
-    return [
-        _walked("gravity", "hybrid", reading, Variant("adaptive", delay), max(LENGTHS), robot)
-        for ground in GROUNDS
-        for reading in readings(ground)
-        if (reading.ground, reading.pattern, reading.first) in wanted
-    ]
+    mine, robot = Variant("adaptive", delay), Compass(gravity=OTHER_GRAVITY)
+    return [_walked("gravity", "hybrid", reading, mine, max(LENGTHS), robot) for reading in _readings(places)]
 
 
 def table_3(engine: str) -> list[Entry]:
@@ -77,20 +69,7 @@ def table_3(engine: str) -> list[Entry]:
         ("found", found_terrain(), None, end_of(found_segments())),
     )
     return [
-        Entry(
-            "table 3",
-            ground,
-            "adaptive",
-            Cell(
-                engine,
-                adaptive(delay),
-                terrain,
-                initial="rest",
-                steps=steps,
-                distance=distance,
-                record=delay in DRAWN_DELAYS,
-            ),
-        )
+        _from_rest("table 3", ground, engine, adaptive(delay), terrain, steps, distance, record=delay in DRAWN_DELAYS)
         for ground, terrain, steps, distance in grounds
         for delay in TABLE_3
     ]
@@ -98,10 +77,7 @@ def table_3(engine: str) -> list[Entry]:
 
 def start() -> list[Entry]:
     """The first step of Table III alone: from rest on level ground, hybrid engine."""
-    return [
-        Entry("start", "level", "adaptive", Cell("hybrid", adaptive(delay), Terrain.level(), initial="rest", steps=1))
-        for delay in TABLE_3
-    ]
+    return [_from_rest("start", "level", "hybrid", adaptive(delay), Terrain.level(), 1) for delay in TABLE_3]
 
 
 def figure_5(engine: str, gains: Iterable[float] = ADAPTATION_GAINS) -> list[Entry]:
@@ -109,29 +85,35 @@ def figure_5(engine: str, gains: Iterable[float] = ADAPTATION_GAINS) -> list[Ent
 
     From a right one the adaptive law (17) would have nothing to do, for the update (27) keeps it right.
     """
-    return [
-        Entry(
-            "figure 5",
-            "mixed",
-            "adaptive",
-            Cell(
-                engine,
-                adaptive(
-                    DRAWN_DELAYS[1],
-                    adaptation_gain=gain,
-                    estimate_update=update,
-                    initial_slope_estimate_deg=start,
-                ),
-                Terrain.mixed(),
-                initial="rest",
-                steps=MIXED_STEPS,
-                record=True,
-            ),
-        )
+    laws = [
+        adaptive(DRAWN_DELAYS[1], adaptation_gain=gain, estimate_update=update, initial_slope_estimate_deg=start)
         for gain in gains
         for start in START_ESTIMATES
         for update in (True, False)
     ]
+    return [_from_rest("figure 5", "mixed", engine, law, Terrain.mixed(), MIXED_STEPS, record=True) for law in laws]
+
+
+def _from_rest(
+    part: str,
+    ground: str,
+    engine: str,
+    law: Controller,
+    terrain: Terrain,
+    steps: int | None,
+    distance: float | None = None,
+    *,
+    record: bool = False,
+) -> Entry:
+    """A walk of the adaptive controller that begins at rest."""
+    cell = Cell(engine, law, terrain, initial="rest", steps=steps, distance=distance, record=record)
+    return Entry(part, ground, "adaptive", cell)
+
+
+def _readings(places: Iterable[Place]) -> list[Reading]:
+    """The readings at some places, in the order of the table."""
+    wanted = set(places)
+    return [reading for ground in GROUNDS for reading in readings(ground) if reading.place in wanted]
 
 
 def _walked(

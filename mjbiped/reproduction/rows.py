@@ -14,6 +14,7 @@ import numpy as np
 from mjbiped.errors import RecordError, shown
 from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.cell import Cell, Result
+from mjbiped.reproduction.grounds import Place
 from mjbiped.reproduction.methods import gains_told
 from mjbiped.reproduction.traces import Traces
 
@@ -86,6 +87,11 @@ class Row:
     cost: Mapping[tuple[str, int | None], float]
     traces: Traces
     error: str
+
+    @property
+    def place_read(self) -> Place:
+        """Table II's ground, its pattern and its first change, as this walk's was read."""
+        return self.ground, self.pattern, self.first
 
     @property
     def finished(self) -> bool:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from mjbiped.records.measures import WORK_KINDS
+from mjbiped.reproduction.grounds import Place
 from mjbiped.reproduction.methods import SLOPE_SOURCES
 from mjbiped.reproduction.published import TABLE_2
 from mjbiped.reproduction.rows import LENGTHS, Row
@@ -39,34 +40,26 @@ class Choice:
     distance: float
 
     @property
-    def places(self) -> list[tuple[str, str, float]]:
+    def places(self) -> list[Place]:
         """Ground, pattern and first change of every ground of the table."""
         uneven = [(ground, *(self.stairs if ground.startswith("stair") else self.slopes)) for ground in UNEVEN]
         return [("level", "", 0.0), *uneven]
 
     def reads(self, entry: Row) -> bool:
         """Whether a walk is on one of the grounds as they are read here."""
-        return (entry.ground, entry.pattern, entry.first) in self.places
+        return entry.place_read in self.places
 
 
 def choices(rows: Iterable[Row]) -> list[Choice]:
     """All readings of the hybrid engine's walks of the adaptive controller, the nearest to the paper first."""
-    logs: dict[tuple[float | None, str, int, str, str, float], float] = {}
-    for entry in rows:
-        if entry.part == "table 2" and entry.engine == "hybrid" and entry.method == "adaptive":
-            for kind, length in itertools.product(WORK_KINDS, LENGTHS):
-                if entry.ground in UNEVEN:
-                    key = (entry.delay, kind, length, entry.ground, entry.pattern, entry.first)
-                    logs[key] = _log(entry.cost[kind, length], TABLE_2["adaptive"][entry.ground])
-    found = []
+    logs, found = _logs(rows), []
     for delay, kind, length in dict.fromkeys(key[:3] for key in logs):
         sides = []
         for pair in (UNEVEN[:2], UNEVEN[2:]):
             places = dict.fromkeys(key[4:] for key in logs if key[3] == pair[0])
             sides.append([(place, [logs[(delay, kind, length, g, *place)] for g in pair]) for place in places])
         for (stairs, first), (slopes, second) in itertools.product(*sides):
-            distance = math.sqrt(sum(value**2 for value in first + second) / 4)
-            found.append(Choice(delay, kind, length, stairs, slopes, distance))
+            found.append(Choice(delay, kind, length, stairs, slopes, _root_mean_square(first + second)))
     return sorted(found, key=lambda choice: choice.distance)
 
 
@@ -105,8 +98,7 @@ def agreement(costs: Iterable[tuple[str, str, float]], source: str = "") -> Agre
         agreeing.append((paper is None) == math.isnan(ours))
         if paper is not None and ours > 0.0:
             logs.append(_log(ours, paper))
-    distance = math.sqrt(sum(value**2 for value in logs) / len(logs)) if logs else math.nan
-    return Agreement(sum(agreeing), len(agreeing), distance, source)
+    return Agreement(sum(agreeing), len(agreeing), _root_mean_square(logs) if logs else math.nan, source)
 
 
 def walks_read(rows: Iterable[Row], choice: Choice, part: str, engine: str, source: str | None = None) -> list[Row]:
@@ -148,16 +140,28 @@ def side_distances(
 ) -> Iterator[tuple[float, float | None, str, int, str, float]]:
     """Readings of the two stairs or of the two slopes alone: distance, zeta, kind, steps, pattern, first change."""
     by_key: dict[tuple[float | None, str, int, str, float], list[float]] = {}
-    for entry in rows:
-        mine = entry.part == "table 2" and entry.engine == "hybrid" and entry.method == "adaptive"
-        if mine and entry.ground in pair:
-            for kind, length in itertools.product(WORK_KINDS, LENGTHS):
-                key = (entry.delay, kind, length, entry.pattern, entry.first)
-                value = _log(entry.cost[kind, length], TABLE_2["adaptive"][entry.ground])
-                by_key.setdefault(key, []).append(value)
-    for (delay, kind, length, pattern, first), values in by_key.items():
-        distance = math.sqrt(sum(value**2 for value in values) / len(values))
-        yield distance, delay, kind, length, pattern, first
+    for (delay, kind, length, ground, pattern, first), value in _logs(rows).items():
+        if ground in pair:
+            by_key.setdefault((delay, kind, length, pattern, first), []).append(value)
+    for key, values in by_key.items():
+        yield _root_mean_square(values), *key
+
+
+def _logs(rows: Iterable[Row]) -> dict[tuple[float | None, str, int, str, str, float], float]:
+    """ln(ours / paper's) of the hybrid engine's walks of the adaptive controller on uneven ground.
+
+    By zeta, kind of work, number of steps, ground, pattern and first change.
+    """
+    return {
+        (row.delay, kind, length, *row.place_read): _log(row.cost[kind, length], TABLE_2["adaptive"][row.ground])
+        for row in rows
+        if (row.part, row.engine, row.method) == ("table 2", "hybrid", "adaptive") and row.ground in UNEVEN
+        for kind, length in itertools.product(WORK_KINDS, LENGTHS)
+    }
+
+
+def _root_mean_square(values: Sequence[float]) -> float:
+    return math.sqrt(sum(value**2 for value in values) / len(values))
 
 
 def _log(ours: float, paper: float | None) -> float:

@@ -7,14 +7,12 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mjbiped.analysis.replay import recorded_controller, replayed
 from mjbiped.control.registry import settings_of
 from mjbiped.control.tracking import AdaptiveTracking
 from mjbiped.records.record import Walk
-
-Array = NDArray[np.float64]
+from mjbiped.robots.compass import Array
 
 RESOLVED_SLOPE = float(settings_of("adaptive")["update_threshold"])
 """Epsilon of (27), rad: two slopes that differ by less are one to the controller."""

@@ -51,31 +51,26 @@ def _answers(rows: Sequence[Row], best: Choice, engine: str) -> Iterator[tuple[s
 
 def sections(asked: Sequence[Check]) -> dict[str, str]:
     """What the template wants to know of the checks, by name."""
-    return {
-        "missed": str(_missed(asked)),
-        "asked": str(sum(check.answer.holds is not None for check in asked)),
-        **{f"checks_{group.replace(' ', '_')}": _group(asked, group) for group in (UNFITTED, TABLE_2, FOUND)},
-        **{
-            f"missed_{group.replace(' ', '_')}": _count([check for check in asked if check.group == group])
-            for group in (UNFITTED, TABLE_2, FOUND)
-        },
-    }
+    missed, known = _count(asked)
+    parts = {"missed": str(missed), "asked": str(known)}
+    for group in (UNFITTED, TABLE_2, FOUND):
+        mine = [check for check in asked if check.group == group]
+        missed, known = _count(mine)
+        name = group.replace(" ", "_")
+        parts |= {f"checks_{name}": _table(mine), f"missed_{name}": f"{missed} of {known}"}
+    return parts
 
 
-def _missed(asked: Sequence[Check]) -> int:
-    return sum(check.answer.holds is False for check in asked)
+def _count(asked: Sequence[Check]) -> tuple[int, int]:
+    """How many claims do not hold, and of how many it is known."""
+    return sum(check.answer.holds is False for check in asked), sum(check.answer.holds is not None for check in asked)
 
 
-def _count(asked: Sequence[Check]) -> str:
-    return f"{_missed(asked)} of {sum(check.answer.holds is not None for check in asked)}"
-
-
-def _group(asked: Sequence[Check], group: str) -> str:
+def _table(asked: Sequence[Check]) -> str:
     """A claim a line, with each engine's verdict on it."""
     verdicts: dict[tuple[str, str], dict[str, str]] = {}
     for check in asked:
-        if check.group == group:
-            by_engine = verdicts.setdefault((check.answer.claim, check.answer.source), {})
-            by_engine[check.engine] = check.answer.verdict
+        by_engine = verdicts.setdefault((check.answer.claim, check.answer.source), {})
+        by_engine[check.engine] = check.answer.verdict
     lines = [[*claim, *(said.get(engine, NONE) for engine in ENGINES)] for claim, said in verdicts.items()]
     return table(("claim", "in the paper", "hybrid", "MuJoCo"), lines, words=4)

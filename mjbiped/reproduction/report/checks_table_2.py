@@ -8,27 +8,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from mjbiped.reproduction.published import IMITATED_SLOPE, TABLE_2
 from mjbiped.reproduction.report.answers import DIGITS, Answer, printed
 from mjbiped.reproduction.report.markdown import cost, number
-from mjbiped.reproduction.report.table_2 import walk_of
+from mjbiped.reproduction.report.table_2 import Walks, walks_asked
 from mjbiped.reproduction.rows import Row
-from mjbiped.reproduction.table_2 import Choice, walks_read
+from mjbiped.reproduction.table_2 import Choice
 
 _UNIT = 10.0**-DIGITS
 _PASSIVE = math.sin(IMITATED_SLOPE)
-
-Walks = Mapping[str, Row | None]
-"""By method; None where it was not walked."""
-
-
-def walks_asked(rows: Sequence[Row], best: Choice, engine: str, ground: str) -> Walks:
-    """The walks of the methods of Table II that its claims are asked of, on a ground as the best reading has it.
-
-    Of the other methods these are the walks with the gains that were fitted to the table: the paper does not give its
-    gains, and none are nearer to its numbers.
-    """
-    place = next(place for place in best.places if place[0] == ground)
-    walks: dict[str, Row | None] = dict.fromkeys(TABLE_2)
-    walks |= {row.method: row for row in walks_read(rows, best, "fitted", engine) if row.ground == ground}
-    return {**walks, "adaptive": walk_of(rows, engine, place, "adaptive", best.delay)}
 
 
 def unfitted(rows: Sequence[Row], best: Choice, engine: str) -> Iterator[Answer]:
@@ -90,6 +75,15 @@ def _all_there(costs: Mapping[str, float]) -> bool:
     return not any(math.isnan(value) for value in costs.values())
 
 
+def _pair(costs: Mapping[str, float], method: str) -> Mapping[str, float]:
+    return {name: costs[name] for name in ("adaptive", method)}
+
+
+def _asked(claim: str, source: str, costs: Mapping[str, float], holds: bool) -> Answer:
+    """The answer to a claim about some c_mt; none where one of them does not exist."""
+    return Answer(claim, source, holds if _all_there(costs) else None, _told(costs))
+
+
 def _number(walks: Walks, best: Choice, method: str, ground: str) -> Answer:
     """A number of the table, to half a unit of its last digit."""
     value, paper = _cost(walks[method], best), _paper(method, ground)
@@ -103,13 +97,10 @@ def _closeness(costs: Mapping[str, float]) -> Iterator[Answer]:
     """V-A: "closer to the reference value on the level ground, the same as KETC"."""
     off = {method: abs(printed(value) - printed(_PASSIVE)) for method, value in costs.items()}
     for method in ("PBC", "ECC"):
-        pair = {name: costs[name] for name in ("adaptive", method)}
         claim = f"On level ground the adaptive controller's c_mt is closer than {method}'s to sin 2° = {_PASSIVE:.4f}"
-        holds = off["adaptive"] < off[method] - 0.5 * _UNIT if _all_there(pair) else None
-        yield Answer(claim, "V-A", holds, _told(pair))
-    pair = {name: costs[name] for name in ("adaptive", "KETC")}
-    same = printed(costs["adaptive"]) == printed(costs["KETC"]) if _all_there(pair) else None
-    yield Answer("On level ground the adaptive controller's c_mt is the same as KETC's", "V-A", same, _told(pair))
+        yield _asked(claim, "V-A", _pair(costs, method), off["adaptive"] < off[method] - 0.5 * _UNIT)
+    claim = "On level ground the adaptive controller's c_mt is the same as KETC's"
+    yield _asked(claim, "V-A", _pair(costs, "KETC"), printed(costs["adaptive"]) == printed(costs["KETC"]))
 
 
 def _against_level(here: Mapping[str, float], level: Mapping[str, float], ground: str, dearer: bool) -> Answer:
@@ -125,10 +116,8 @@ def _against_level(here: Mapping[str, float], level: Mapping[str, float], ground
 
 def _cheapest(costs: Mapping[str, float]) -> Answer:
     claim = "On stair 1 the adaptive controller's c_mt is the lowest of the four"
-    if not _all_there(costs):
-        return Answer(claim, "Table II", None, _told(costs))
     others = [printed(value) for method, value in costs.items() if method != "adaptive"]
-    return Answer(claim, "Table II", printed(costs["adaptive"]) < min(others), _told(costs))
+    return _asked(claim, "Table II", costs, printed(costs["adaptive"]) < min(others))
 
 
 def _similar(costs: Mapping[str, float], ground: str) -> Answer:
@@ -156,8 +145,5 @@ def _comes_through(walk: Row | None, best: Choice, method: str, ground: str) -> 
 
 def _dearer(costs: Mapping[str, float], method: str, ground: str) -> Answer:
     """Whether a method pays more than the adaptive controller."""
-    pair = {name: costs[name] for name in ("adaptive", method)}
-    holds = printed(costs[method]) > printed(costs["adaptive"]) if _all_there(pair) else None
-    return Answer(
-        f"On {ground} {method}'s c_mt is higher than the adaptive controller's", "Table II", holds, _told(pair)
-    )
+    claim = f"On {ground} {method}'s c_mt is higher than the adaptive controller's"
+    return _asked(claim, "Table II", _pair(costs, method), printed(costs[method]) > printed(costs["adaptive"]))

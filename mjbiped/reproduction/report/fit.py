@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
+from mjbiped.reproduction.grounds import Place
 from mjbiped.reproduction.methods import METHODS, SETTLED, SLOPE_SOURCES, Variant, gains_told
 from mjbiped.reproduction.published import GROUNDS, TABLE_2
-from mjbiped.reproduction.report.markdown import ENGINES, NONE, cost, ending, number, percent, table
-from mjbiped.reproduction.report.table_2 import walk_of
+from mjbiped.reproduction.report.markdown import ENGINES, NONE, cost, ending, number, paper, percent, table
+from mjbiped.reproduction.report.table_2 import walk_of, walks_asked
 from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.scan import GAINS, RATIOS, Tried, fitted, ranked
 from mjbiped.reproduction.table_2 import Agreement, Choice, agreement, agreement_of, agreements, walks_read
@@ -51,7 +52,7 @@ def sections(rows: Sequence[Row], best: Choice, tried: Sequence[Tried]) -> dict[
 
 
 def walks_shown(
-    rows: Sequence[Row], best: Choice, source: str, place: tuple[str, str, float], method: str
+    rows: Sequence[Row], best: Choice, source: str, place: Place, method: str
 ) -> tuple[list[Row | None], list[Row | None]]:
     """A method's walks on a ground in both engines: with the gains nearest to Table II, and with those that settle.
 
@@ -64,15 +65,9 @@ def walks_shown(
         place: Ground, pattern and first change.
         method: One of `METHODS`.
     """
+    fit = [walks_asked(rows, best, engine, place[0]).get(method) for engine in ENGINES]
     if method == "adaptive":
-        return [walk_of(rows, engine, place, method, best.delay) for engine in ENGINES], [None, None]
-    fit: list[Row | None] = [
-        next(
-            (row for row in walks_read(rows, best, "fitted", engine) if (row.method, row.ground) == (method, place[0])),
-            None,
-        )
-        for engine in ENGINES
-    ]
+        return fit, [None, None]
     return fit, [walk_of(rows, engine, place, method, source=source) for engine in ENGINES]
 
 
@@ -81,14 +76,13 @@ def _main(rows: Sequence[Row], best: Choice, source: str) -> str:
     lines = []
     for place in best.places:
         for method in METHODS:
-            paper = TABLE_2.get(method, {}).get(place[0], math.nan)
-            known = paper if paper is not None and paper == paper else None
+            known = TABLE_2.get(method, {}).get(place[0])
             cells = []
             for walks in walks_shown(rows, best, source, place, method):
                 here = walks[0]
                 cells += [cost(walk, best.kind, best.length) for walk in walks]
                 cells.append(percent(math.nan if here is None else here.cost[best.kind, best.length], known))
-            lines.append([place[0], method, "X" if paper is None else number(paper), *cells])
+            lines.append([place[0], method, paper(method, place[0]), *cells])
     headings = [
         f"{gains}, {what}" for gains in ("fitted", "settled") for what in ("hybrid", "MuJoCo", "hybrid − paper")
     ]
@@ -106,8 +100,7 @@ def _ends(rows: Sequence[Row], best: Choice, source: str) -> str:
                     NONE if walk is None else f"{walk.steps} steps" if walk.finished else ending(walk)
                     for walk in (*fit, *plain)
                 )
-                paper = TABLE_2.get(method, {}).get(place[0], math.nan)
-                lines.append([place[0], method, "X" if paper is None else number(paper), *cells])
+                lines.append([place[0], method, paper(method, place[0]), *cells])
     headings = [f"{gains}, {engine}" for gains in ("fitted", "settled") for engine in ENGINES.values()]
     return table(("ground", "method", "paper", *headings), lines) if lines else "None: all walks came to it."
 
@@ -146,8 +139,7 @@ def _fits(tried: Sequence[Tried]) -> str:
         for each in ranked(ranked(alike)[0] for alike in kinds.values()):
             star = " *" if each is chosen else ""
             lines.append(_fit(method, _gains(each.variant) + star, each))
-        paper = ["X" if (value := TABLE_2[method][ground]) is None else number(value) for ground in GROUNDS]
-        lines.append([method, "paper", NONE, NONE, NONE, *paper])
+        lines.append([method, "paper", NONE, NONE, NONE, *(paper(method, ground) for ground in GROUNDS)])
     return table(("method", "gains", "slope", "X and numbers", "distance %", *GROUNDS), lines)
 
 
@@ -166,15 +158,12 @@ def _fit(method: str, gains: str, each: Tried) -> list[str]:
 def _as_near(tried: Sequence[Tried]) -> str:
     """How many settings of each method are as good as its nearest, in words."""
     parts = []
-    for method, best in fitted(tried).items():
+    for method, nearest in fitted(tried).items():
         mine = [each.agreement for each in tried if each.variant.method == method]
-        near = _count(mine, best.agreement)
+        best = nearest.agreement
+        near = sum(each.agreeing == best.agreeing and each.distance <= best.distance + _AS_NEAR for each in mine)
         parts.append(f"{near} of {len(mine)} for {method}")
     return ", ".join(parts)
-
-
-def _count(found: Iterable[Agreement], best: Agreement) -> int:
-    return sum(each.agreeing == best.agreeing and each.distance <= best.distance + _AS_NEAR for each in found)
 
 
 def _falls(tried: Sequence[Tried], method: str, ground: str) -> str:

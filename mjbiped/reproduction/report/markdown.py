@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+from mjbiped.reproduction.published import TABLE_2
 from mjbiped.reproduction.rows import Row
 
 NONE = "–"
@@ -27,6 +28,12 @@ def number(value: float | None, form: str = ".4f") -> str:
 def percent(ours: float, other: float | None, form: str = "+.1f") -> str:
     """How much more ours is, in percent of the other."""
     return NONE if other is None or math.isnan(ours) else number(100.0 * (ours / other - 1.0), form) + " %"
+
+
+def paper(method: str, ground: str) -> str:
+    """c_mt of Table II, X for a walk that did not come to its end, a dash for a method that is not in it."""
+    value = TABLE_2.get(method, {}).get(ground, math.nan)
+    return "X" if value is None else number(value)
 
 
 def delay(value: float | None) -> str:

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeAlias
 
-from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS, SLOPE_PATTERNS, STAIR_PATTERNS
+from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS, SLOPE_PATTERNS, STAIR_PATTERNS, Place
 from mjbiped.reproduction.methods import DELAYS, METHODS, SETTLED, SLOPE_SOURCES
 from mjbiped.reproduction.published import GROUNDS, TABLE_2
-from mjbiped.reproduction.report.markdown import NONE, cost, delay, ending, number, percent, table
+from mjbiped.reproduction.report.markdown import NONE, cost, delay, ending, number, paper, percent, table
 from mjbiped.reproduction.rows import LENGTHS, Row
-from mjbiped.reproduction.table_2 import UNEVEN, Choice, agreements, choices, side_distances
+from mjbiped.reproduction.table_2 import UNEVEN, Choice, agreements, choices, side_distances, walks_read
 
 _NEAREST = 10  # readings that are listed
+
+Walks: TypeAlias = Mapping[str, Row | None]
+"""By method; None where it was not walked."""
 
 
 def sections(rows: Sequence[Row]) -> dict[str, str]:
@@ -49,7 +53,7 @@ def sections(rows: Sequence[Row]) -> dict[str, str]:
 def walk_of(
     rows: Iterable[Row],
     engine: str,
-    place: tuple[str, str, float],
+    place: Place,
     method: str,
     zeta: float | None = None,
     source: str = "",
@@ -57,15 +61,22 @@ def walk_of(
 ) -> Row | None:
     """A method's walk on a ground: the adaptive controller's with a zeta, the others' with a slope source."""
     for row in rows:
-        if (row.part, row.engine, row.method) == (part, engine, method) and (
-            (row.ground, row.pattern, row.first) == place
-        ):
-            if method == "adaptive" and row.delay != zeta:
-                continue
-            if method != "adaptive" and row.slope_source != source:
-                continue
+        right = row.delay == zeta if method == "adaptive" else row.slope_source == source
+        if right and (row.part, row.engine, row.method, row.place_read) == (part, engine, method, place):
             return row
     return None
+
+
+def walks_asked(rows: Sequence[Row], best: Choice, engine: str, ground: str) -> Walks:
+    """The walks of the methods of Table II that its claims are asked of, on a ground as the best reading has it.
+
+    Of the other methods these are the walks with the gains that were fitted to the table: the paper does not give its
+    gains, and none are nearer to its numbers.
+    """
+    place = next(place for place in best.places if place[0] == ground)
+    walks: dict[str, Row | None] = dict.fromkeys(TABLE_2)
+    walks |= {row.method: row for row in walks_read(rows, best, "fitted", engine) if row.ground == ground}
+    return {**walks, "adaptive": walk_of(rows, engine, place, "adaptive", best.delay)}
 
 
 def _words(choice: Choice) -> str:
@@ -99,16 +110,12 @@ def _sides(rows: Sequence[Row], pair: Sequence[str]) -> str:
         nearest.setdefault(side[4], side)
     lines = []
     for distance, zeta, kind, length, pattern, first in nearest.values():
-        if math.isfinite(distance):
-            walks = [walk_of(rows, "hybrid", (ground, pattern, first), "adaptive", zeta) for ground in pair]
-            cells = [cost(walk, kind, length) for walk in walks]
-            settings = [f"{first:g} m", delay(zeta), kind, str(length)]
-        else:
-            walks = [walk_of(rows, "hybrid", (ground, pattern, first), "adaptive", 0.8) for ground in pair]
-            cells = [cost(walk, "absolute", max(LENGTHS)) for walk in walks]
-            settings = [f"{first:g} m", "0.8", "absolute", str(max(LENGTHS))]
-        lines.append([pattern, *settings, *cells, number(100 * distance, ".1f")])
-    papers = [f"{ground}, paper {number(TABLE_2['adaptive'][ground])}" for ground in pair]
+        if not math.isfinite(distance):  # a fall, however it is read: in which step is shown for one setting
+            zeta, kind, length = 0.8, "absolute", max(LENGTHS)
+        walks = [walk_of(rows, "hybrid", (ground, pattern, first), "adaptive", zeta) for ground in pair]
+        cells = [f"{first:g} m", delay(zeta), kind, str(length), *(cost(walk, kind, length) for walk in walks)]
+        lines.append([pattern, *cells, number(100 * distance, ".1f")])
+    papers = [f"{ground}, paper {paper('adaptive', ground)}" for ground in pair]
     return table(("pattern", "first", "ζ", "work", "steps", *papers, "distance %"), lines)
 
 
@@ -120,7 +127,7 @@ def _delays(rows: Sequence[Row], best: Choice) -> str:
         torques = "; ".join(NONE if walk is None else number(walk.torque, ".1f") for walk in walks)
         forces = "; ".join(NONE if walk is None else number(walk.least_force, ".2f") for walk in walks)
         lines.append([delay(zeta), *(cost(walk, best.kind, best.length) for walk in walks), torques, forces])
-    lines.append(["paper", *(number(TABLE_2["adaptive"][ground]) for ground in GROUNDS), NONE, NONE])
+    lines.append(["paper", *(paper("adaptive", ground) for ground in GROUNDS), NONE, NONE])
     return table(("ζ", *GROUNDS, "greatest torques, N m", "least normal forces, weights"), lines)
 
 
@@ -129,20 +136,11 @@ def _sources(rows: Sequence[Row], best: Choice) -> str:
     lines = []
     for method in METHODS[1:]:
         for source in SLOPE_SOURCES:
-            cells = []
-            for place in best.places:
-                mine = [
-                    row
-                    for row in rows
-                    if (row.part, row.engine, row.method, row.slope_source) == ("table 2", "hybrid", method, source)
-                    and (row.ground, row.pattern, row.first) == place
-                ]
-                cells.append(cost(mine[0] if mine else None, best.kind, best.length))
+            walks = [walk_of(rows, "hybrid", place, method, source=source) for place in best.places]
+            cells = (cost(walk, best.kind, best.length) for walk in walks)
             lines.append([method, source + (" *" if source == SETTLED[method].slope_source else ""), *cells])
-        printed = TABLE_2.get(method)
-        if printed is not None:
-            values = ("X" if printed[ground] is None else number(printed[ground]) for ground in GROUNDS)
-            lines.append([method, "paper", *values])
+        if method in TABLE_2:
+            lines.append([method, "paper", *(paper(method, ground) for ground in GROUNDS)])
     return table(("method", "slope", *GROUNDS), lines)
 
 
@@ -157,7 +155,7 @@ def _printed(rows: Sequence[Row], best: Choice) -> str:
             NONE if walk is None else ending(walk) if not walk.finished else cost(walk, best.kind, best.length)
             for walk in walks
         ]
-        lines.append([ground, AS_PRINTED[ground], number(TABLE_2["adaptive"][ground]), *cells])
+        lines.append([ground, AS_PRINTED[ground], paper("adaptive", ground), *cells])
     return table(("ground", "pattern", "paper", "hybrid", "MuJoCo"), lines)
 
 
@@ -206,7 +204,7 @@ def _engines(rows: Sequence[Row]) -> str:
 
 
 def _identity(row: Row) -> tuple[object, ...]:
-    return row.part, row.ground, row.pattern, row.first, row.method, row.delay, row.slope_source
+    return row.part, row.place_read, row.method, row.delay, row.slope_source
 
 
 def _gravity(rows: Sequence[Row], best: Choice) -> str:
@@ -217,15 +215,17 @@ def _gravity(rows: Sequence[Row], best: Choice) -> str:
             walk_of(rows, "hybrid", place, "adaptive", best.delay, part=part) for part in ("table 2", "gravity")
         )
         costs = [math.nan if walk is None else walk.cost[best.kind, best.length] for walk in (here, there)]
-        paper = number(TABLE_2["adaptive"][place[0]])
-        lines.append([place[0], paper, *(number(value, ".6f") for value in costs), percent(costs[1], costs[0], "+.4f")])
+        printed = paper("adaptive", place[0])
+        lines.append(
+            [place[0], printed, *(number(value, ".6f") for value in costs), percent(costs[1], costs[0], "+.4f")]
+        )
     return table(("ground", "paper", "g = 9.81", "g = 9.8", "%"), lines)
 
 
 def _every(rows: Sequence[Row], best: Choice, source: str) -> str:
     """All readings of all methods: the adaptive one in full, the others at the best reading's kind and length."""
     lines = []
-    places = dict.fromkeys((row.ground, row.pattern, row.first) for row in rows if row.part == "table 2")
+    places = dict.fromkeys(row.place_read for row in rows if row.part == "table 2")
     for place in places:
         walks = {method: walk_of(rows, "hybrid", place, method, best.delay, source) for method in METHODS}
         ours = walks["adaptive"]

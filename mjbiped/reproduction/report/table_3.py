@@ -67,9 +67,7 @@ def _distance(rows: Sequence[Row], ground: str) -> str:
 
 def _table(rows: Sequence[Row], ground: str) -> str:
     """Table III line by line."""
-    begun = None
-    if ground == "mixed":
-        begun = {row.delay: row.torque for row in rows if row.part == "start"}
+    begun = {row.delay: row.torque for row in rows if row.part == "start"} if ground == "mixed" else None
     by_engine = [walks_of(rows, ground, engine) for engine in ENGINES]
     lines = []
     for zeta, (torque, paper) in TABLE_3.items():
@@ -80,7 +78,7 @@ def _table(rows: Sequence[Row], ground: str) -> str:
                 delay(zeta),
                 number(torque, ".5g"),
                 *([] if begun is None else [number(begun.get(zeta), ".5g")]),
-                *(_shown(walk, None if walk is None else walk.torque, ".5g") for walk in walks),
+                *(_torque(walk) for walk in walks),
                 percent(math.nan if here is None else here.torque, torque),
                 number(paper),
                 *(_cost(walk) for walk in walks),
@@ -97,10 +95,9 @@ def _table(rows: Sequence[Row], ground: str) -> str:
     return table(("ζ", *torques, *(f"c_mt, {side}" for side in sides), *forces), lines)
 
 
-def _shown(walk: Row | None, value: float | None, form: str) -> str:
-    if walk is None or walk.finished:
-        return number(value, form)
-    return ending(walk)
+def _torque(walk: Row | None) -> str:
+    """The greatest torque; of a walk that did not come to its end, where that was."""
+    return NONE if walk is None else number(walk.torque, ".5g") if walk.finished else ending(walk)
 
 
 def _pulls(rows: Sequence[Row]) -> str:
