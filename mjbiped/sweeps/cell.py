@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,31 +26,7 @@ from mjbiped.utils import domains
 Row = dict[str, Any]
 """A row of the table: values by the names of columns."""
 
-MEASURES = (
-    "steps",
-    "distance_m",
-    "time_s",
-    "speed_m_per_s",
-    "mean_step_length_m",
-    "mean_step_period_s",
-    "cost_of_transport",
-    "cost_of_transport_net",
-    "cost_of_transport_positive",
-    "peak_ankle_torque_Nm",
-    "peak_hip_torque_Nm",
-    "estimate_error_at_touchdown_deg",
-    "estimate_error_at_step_end_deg",
-    "final_estimate_error_deg",
-    "largest_impact_error",
-    "largest_slip_m",
-    "largest_penetration_m",
-    "largest_stance_friction",
-    "least_normal_force_weights",
-    "steps_that_pull",
-    "strikes",
-    "ended_at_time_s",
-    "ended_at_x_m",
-)
+MEASURES = (*(key for _, key, *_ in measures.MEASURES), "ended_at_time_s", "ended_at_x_m")
 """Columns of a walk's measures, named as in `mjbiped.records.measures.summary`."""
 
 STATE = {"q1": domains.ANGLE, "q2": domains.ANGLE, "dq1": domains.RATE, "dq2": domains.RATE}
@@ -98,7 +75,7 @@ class Cell:
 
     def robot(self) -> Compass:
         """The robot that walks."""
-        return _compass(self.section("robot"))
+        return Compass(**self.section("robot"))
 
     def controller(self, gait: Gait | None = None) -> Controller:
         """The law; its robot model is the robot that walks, except where the section `model` says otherwise.
@@ -109,7 +86,7 @@ class Cell:
         settings = self.section("controller")
         if settings.get("replanning_delay") == "none":
             settings["replanning_delay"] = None
-        model = _compass({**self.section("robot"), **self.section("model")})
+        model = Compass(**{**self.section("robot"), **self.section("model")})
         return make_controller(settings.pop("name"), model, settings, gait)
 
     def terrain(self) -> Terrain:
@@ -159,10 +136,7 @@ def measured(cell: Cell) -> Row:
         Outcome, error and measures; None for what does not exist.
     """
     try:
-        if cell.values["engine"] == "mujoco":
-            with _MUJOCO:
-                done = cell.walk()
-        else:
+        with _MUJOCO if cell.values["engine"] == "mujoco" else nullcontext():
             done = cell.walk()
     except WalkStopped as stop:
         return {**_measures(stop.walk), "outcome": FAILED, "error": str(stop)}
@@ -175,12 +149,8 @@ def measured(cell: Cell) -> Row:
 
 def _measures(done: Walk) -> Row:
     summary = measures.summary(done)
-    unbounded = [name for name in MEASURES if summary[name] == math.inf]  # friction where the ground would have to pull
-    return {name: summary[name] for name in MEASURES} | dict.fromkeys(unbounded)
-
-
-def _compass(settings: Mapping[str, Any]) -> Compass:
-    return Compass(**settings)
+    # friction is unbounded where the ground would have to pull
+    return {name: None if summary[name] == math.inf else summary[name] for name in MEASURES}
 
 
 def _range(where: str, value: Any) -> Any:

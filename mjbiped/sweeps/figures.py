@@ -195,7 +195,8 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str
                 ends = np.array([quartiles(each) for each in bins])
                 axes.fill_between(axis.at, ends[:, 0], ends[:, 1], color=colour, alpha=0.2, linewidth=0)
         axes.set_title(measure_label(name))
-        _set_share(axes, name)
+        if name == FINISHED:
+            axes.set_ylim(-0.03, 1.03)
         axes.set(xlabel=axis.label, xscale="log" if axis.log else "linear")
     if groups.count > 1:
         panels[0, 0].legend()
@@ -241,11 +242,6 @@ def _histograms(rows: Sequence[Row], measures: Sequence[str]) -> Figure:
         axes.set(xlabel=measure_label(name), ylabel="walks")
     _note(figure, rows, "only those that finished are shown")
     return figure
-
-
-def _set_share(axes: Axes, name: str) -> None:
-    if name == FINISHED:
-        axes.set_ylim(-0.03, 1.03)
 
 
 def _note(figure: Figure, rows: Sequence[Row], meaning: str) -> None:

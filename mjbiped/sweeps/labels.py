@@ -7,30 +7,18 @@ from typing import Any
 from mjbiped.records.measures import MEASURES
 from mjbiped.sweeps.plan import FINISHED
 
-_UNITS = {
-    "position_gain": "1/s",
-    "velocity_gain": "1/s",
-    "leg_mass": "kg",
-    "hip_mass": "kg",
-    "lower_length": "m",
-    "upper_length": "m",
-    "leg_inertia": "kg m²",
-    "gravity": "m/s²",
-    "distance": "m",
-    "timestep": "s",
-    "contact_timestep": "s",
-    "length": "m",
-    "tread": "m",
-    "rise": "m",
-    "first": "m",
-    "segment_length": "m",
-    "roughness": "m",
-    "spacing": "m",
-    "q1": "rad",
-    "q2": "rad",
-    "dq1": "rad/s",
-    "dq2": "rad/s",
-}
+_WITH_UNIT = {
+    "m": ("lower_length", "upper_length", "distance", "length", "tread", "rise", "first", "segment_length", "roughness",
+          "spacing"),
+    "s": ("timestep", "contact_timestep"),
+    "rad": ("q1", "q2"),
+    "rad/s": ("dq1", "dq2"),
+    "kg": ("leg_mass", "hip_mass"),
+    "kg m²": ("leg_inertia",),
+    "m/s²": ("gravity",),
+    "1/s": ("position_gain", "velocity_gain"),
+}  # fmt: skip
+_UNITS = {name: unit for unit, names in _WITH_UNIT.items() for name in names}
 _MEASURES = {key: (label, factor, unit) for label, key, factor, _, unit in MEASURES}
 
 

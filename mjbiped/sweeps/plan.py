@@ -18,7 +18,7 @@ from mjbiped.gaits.passive import Gait, find_passive_gait
 from mjbiped.robots.compass import Compass
 from mjbiped.sweeps.cell import MEASURES, STATE, Cell
 from mjbiped.sweeps.sections import LIMITS, SECTIONS, Settings, parts_of
-from mjbiped.sweeps.values import Draw, Scalar
+from mjbiped.sweeps.values import Draw, Scalar, check_keys
 from mjbiped.terrain.files import FILE_SUFFIXES, parse_toml, read_text
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
@@ -31,6 +31,12 @@ MOST_CELLS = domains.WALKS.high
 FINISHED = "finished"
 """Measure beside `MEASURES` in a study's figures: the share of walks that finished."""
 
+_LIMITS: Mapping[str, domains.Count | domains.Domain] = {
+    "steps": domains.STEPS,
+    "distance": domains.DISTANCE,
+    "timestep": domains.TIMESTEP,
+    "contact_timestep": domains.CONTACT_TIMESTEP,
+}
 _STAND_IN_SLOPE = math.radians(2.0)  # of a gait that settings are checked with
 
 Combination: TypeAlias = dict[str, Scalar | Draw]
@@ -65,11 +71,10 @@ class Study:
     def digest(self) -> str:
         """Digest of everything that the cells are, files of terrains included."""
         digest = hashlib.sha256()
-        grounds = {cell.ground for cell in self.cells} - {None}
-        texts = {ground: json.dumps(ground.to_dict()) for ground in grounds if ground is not None}
+        grounds = {cell.ground for cell in self.cells}
+        texts = {ground: "" if ground is None else json.dumps(ground.to_dict()) for ground in grounds}
         for cell in self.cells:
-            ground = "" if cell.ground is None else texts[cell.ground]
-            digest.update(json.dumps([cell.index, cell.sample, dict(cell.values), ground]).encode())
+            digest.update(json.dumps([cell.index, cell.sample, dict(cell.values), texts[cell.ground]]).encode())
         return digest.hexdigest()
 
 
@@ -91,8 +96,7 @@ def plan(path: Path, content: Mapping[str, Any]) -> Study:
     Raises:
         InputError: As `read_study`.
     """
-    for key in content:
-        known_name("key", key, KEYS)
+    check_keys("key", content, KEYS)
     seed = domains.SEED.check("seed", content.get("seed", 0))
     read = list(parts_of(content))
     _check_count(math.prod(sum(map(_combinations, part)) for part in read))
@@ -112,7 +116,8 @@ def plan(path: Path, content: Mapping[str, Any]) -> Study:
     cells = tuple(_cells(parts, seed, samples, drawn, grounds))
     _check(cells, varied)
     logarithmic = frozenset(name for name, value in draws.items() if value.kind == "log_uniform")
-    return Study(path, cells, varied, drawn, logarithmic, _declared(content), *_plot(content.get("plot", {}), varied))
+    declared = {key: value for key, value in content.items() if key != "plot"}
+    return Study(path, cells, varied, drawn, logarithmic, declared, *_plot(content.get("plot", {}), varied))
 
 
 def _combinations(settings: Settings) -> int:
@@ -124,10 +129,6 @@ def _check_count(count: int) -> None:
         raise InputError(
             f"these are {shown(count)} walks; at most {MOST_CELLS} are one study: take fewer values or samples"
         )
-
-
-def _declared(content: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in content.items() if key != "plot"}
 
 
 def _cells(
@@ -228,14 +229,10 @@ def _check_limits(values: Mapping[str, Scalar]) -> None:
     engine = known_name("engine", values["engine"], ENGINES)
     if "initial" in values:
         known_name("initial state", values["initial"], INITIAL_STATES)
-    if "steps" in values:
-        domains.STEPS.check("steps", values["steps"])
-    if "distance" in values:
-        domains.DISTANCE.check("distance", values["distance"])
-    for key, domain in (("timestep", domains.TIMESTEP), ("contact_timestep", domains.CONTACT_TIMESTEP)):
+    for key, domain in _LIMITS.items():
         if key in values:
             domain.check(key, values[key])
-            if engine != "mujoco":
+            if "timestep" in key and engine != "mujoco":
                 raise InputError(f"{key} is for the engine mujoco; the engine {engine} has none")
 
 
@@ -247,8 +244,7 @@ def _plot(table: object, varied: Sequence[str]) -> tuple[tuple[str, ...], tuple[
     """
     if not isinstance(table, Mapping):
         raise InputError(f"plot must be a table [plot], got {shown(table)}")
-    for key in table:
-        known_name("key of plot", key, ("parameters", "measures"))
+    check_keys("key of plot", table, ("parameters", "measures"))
     found = []
     for key, valid, most in (("parameters", varied, 3), ("measures", (*MEASURES, FINISHED), 6)):
         names = table.get(key, [])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import queue
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future
 from itertools import islice
 from pathlib import Path
@@ -44,11 +44,6 @@ def layout_of(study: Study) -> Layout:
     return Layout("study", columns, fits)
 
 
-def identity_of(study: Study) -> dict[str, Any]:
-    """All that the rows of a study depend on."""
-    return {"study": dict(study.declared), **_machinery(), "cells": study.digest}
-
-
 def run(
     study: Study,
     folder: Path,
@@ -80,7 +75,8 @@ def run(
         MjbipedError: Workers died, or their mjbiped is another one; what had ended is kept.
         KeyboardInterrupt: Ctrl-C; what had ended is kept.
     """
-    with opened(folder, layout_of(study), identity_of(study), fresh=fresh) as store:
+    identity = {"study": dict(study.declared), **_machinery(), "cells": study.digest}
+    with opened(folder, layout_of(study), identity, fresh=fresh) as store:
         done = {row["cell"] for row in store.rows()}
         todo = [cell for cell in study.cells if cell.index not in done]
         walk_cells(_walked, todo, store, ended=len(done), workers=workers, scheduler=scheduler, progress=progress)
@@ -115,7 +111,8 @@ def walk_cells(
     pending: dict[Future[list[Row]], list[AnyCell]] = {}
 
     def submit(cells: Iterable[AnyCell], most: int) -> None:
-        for batch in _batches(cells, most):
+        rest = iter(cells)
+        while batch := list(islice(rest, most)):
             future = pool.submit(walk_batch, walked, batch, machinery)
             pending[future] = batch
             future.add_done_callback(back.put)
@@ -165,12 +162,6 @@ def walk_batch(walked: Callable[[AnyCell], Row], cells: Sequence[AnyCell], machi
         if time.monotonic() - begun > LONGEST_BATCH:
             break
     return rows
-
-
-def _batches(cells: Iterable[AnyCell], most: int) -> Iterator[list[AnyCell]]:
-    rest = iter(cells)
-    while batch := list(islice(rest, most)):
-        yield batch
 
 
 def _machinery() -> dict[str, Any]:

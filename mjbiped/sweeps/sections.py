@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields
 from inspect import signature
 from typing import Any, TypeAlias
@@ -13,7 +13,7 @@ from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
 from mjbiped.robots.compass import Compass
 from mjbiped.sweeps.cell import STATE
-from mjbiped.sweeps.values import Choice, Draw, read_choice
+from mjbiped.sweeps.values import Choice, Draw, check_keys, read_choice
 from mjbiped.terrain.presets import PRESETS, Presets
 from mjbiped.utils.domains import known_name
 
@@ -35,19 +35,17 @@ def parts_of(content: Mapping[str, Any]) -> Iterator[list[Settings]]:
     for key in LIMITS:
         if key in content or key == "engine":
             yield [{key: read_choice(key, content.get(key, DEFAULT_ENGINE))}]
-    if isinstance(content.get("initial", "gait"), str) or _is_list_of_names(content.get("initial")):
-        yield [{"initial": read_choice("initial", content.get("initial", INITIAL_STATES[0]))}]
+    initial = content.get("initial", INITIAL_STATES[0])
+    alternatives = initial if isinstance(initial, list) else [initial]
+    if not isinstance(initial, str | list) or any(isinstance(each, Mapping) for each in alternatives):
+        yield [_initial(table) for table in _tables("initial", initial)]
     else:
-        yield [_initial(table) for table in _tables("initial", content["initial"])]
+        yield [{"initial": read_choice("initial", initial)}]
     yield [_controller(table) for table in _tables("controller", content.get("controller", {}))]
     for key in ("robot", "model"):
         if key in content:
             yield [_robot(key, table) for table in _tables(key, content[key])]
     yield [_terrain(table) for table in _tables("terrain", content.get("terrain", {}))]
-
-
-def _is_list_of_names(value: object) -> bool:
-    return isinstance(value, list) and not any(isinstance(each, Mapping) for each in value)
 
 
 def _tables(key: str, value: object) -> list[Mapping[str, Any]]:
@@ -63,24 +61,20 @@ def _tables(key: str, value: object) -> list[Mapping[str, Any]]:
 
 
 def _initial(table: Mapping[str, Any]) -> Settings:
-    for key in table:
-        known_name("key of initial", key, ("around", *STATE))
+    check_keys("key of initial", table, ("around", *STATE))
     if "around" not in table and any(key not in table for key in STATE):
         raise InputError(
             f"initial needs all of {', '.join(STATE)} (rad, rad/s), or around = one of {', '.join(INITIAL_STATES)} and "
             "the deviations from it"
         )
     settings = {f"initial.{key}": read_choice(f"initial.{key}", value) for key, value in table.items()}
-    for name in _names("initial.around", settings.get("initial.around", ())):
-        known_name("initial.around", name, INITIAL_STATES)
+    _names("initial.around", "initial.around", settings.get("initial.around", ()), INITIAL_STATES)
     return settings
 
 
 def _controller(table: Mapping[str, Any]) -> Settings:
     settings = {"controller.name": read_choice("controller.name", table.get("name", DEFAULT_CONTROLLER))}
-    names = _names("controller.name", settings["controller.name"])
-    for name in names:
-        known_name("controller", name, controller_names())
+    names = _names("controller", "controller.name", settings["controller.name"], controller_names())
     for key, value in table.items():
         if key != "name":
             _known_to_all("controller", key, {name: settings_of(name) for name in names})
@@ -89,21 +83,16 @@ def _controller(table: Mapping[str, Any]) -> Settings:
 
 
 def _robot(section: str, table: Mapping[str, Any]) -> Settings:
-    valid = [field.name for field in fields(Compass)]
-    for key in table:
-        known_name(f"parameter of the {section}", key, valid)
+    check_keys(f"parameter of the {section}", table, [field.name for field in fields(Compass)])
     return {f"{section}.{key}": read_choice(f"{section}.{key}", value) for key, value in table.items()}
 
 
 def _terrain(table: Mapping[str, Any]) -> Settings:
     if "file" in table:
-        for key in table:
-            known_name("key of a terrain of a file", key, ("file",))
+        check_keys("key of a terrain of a file", table, ("file",))
         return {"terrain.file": read_choice("terrain.file", table["file"])}
     settings = {"terrain.name": read_choice("terrain.name", table.get("name", "mixed"))}
-    names = _names("terrain.name", settings["terrain.name"])
-    for name in names:
-        known_name("terrain", name, PRESETS)
+    names = _names("terrain", "terrain.name", settings["terrain.name"], PRESETS)
     parameters = {name: signature(getattr(Presets, name)).parameters for name in names}
     for key, value in table.items():
         if key == "name":
@@ -130,8 +119,7 @@ def _read_range_setting(where: str, value: object) -> Settings:
         InputError: It is not a text, a list of texts, nor a table of `_PARTS_OF_RANGE`.
     """
     if isinstance(value, Mapping):
-        for key in value:
-            known_name(f"part of the range {where}", key, _PARTS_OF_RANGE)
+        check_keys(f"part of the range {where}", value, _PARTS_OF_RANGE)
         if {*value} not in ({"low", "high"}, {"plus_minus"}):
             raise InputError(f"{where}: expected {{low, high}} or {{plus_minus}}, got {shown([*value])}")
         return {f"{where}.{key}": read_choice(f"{where}.{key}", part) for key, part in value.items()}
@@ -144,15 +132,21 @@ def _read_range_setting(where: str, value: object) -> Settings:
     return {where: choice}
 
 
-def _names(where: str, choice: Choice) -> tuple[str, ...]:
-    """A choice that must be of texts.
+def _names(what: str, where: str, choice: Choice, valid: Iterable[str]) -> tuple[str, ...]:
+    """A choice that must be of names.
+
+    Args:
+        what: They are of, for messages.
+        where: They stand in the file.
+        choice: As it was read.
+        valid: The names that there are.
 
     Raises:
-        InputError: It is not.
+        InputError: It is of something else, or of a name that is unknown.
     """
     if isinstance(choice, Draw) or not all(isinstance(name, str) for name in choice):
         raise InputError(f"{where} must be a name, or a list of names")
-    return tuple(str(name) for name in choice)
+    return tuple(known_name(what, name, valid) for name in choice)
 
 
 def _known_to_all(section: str, key: str, valid: Mapping[str, Any], *others: str) -> None:

@@ -17,6 +17,7 @@ from mjbiped.utils.files import written_whole
 _LOCK = ".running"
 _FORMAT = 1
 _BROKEN = (sqlite3.Error, UnicodeDecodeError)  # an error's text may hold what stands in a damaged file
+_BEGIN = "BEGIN IMMEDIATE"  # a connection's own block ends it: all of it is kept, or none
 _IDENTITY = "CREATE TABLE identity (kind TEXT PRIMARY KEY, value TEXT)"
 _WAY_OUT = "; name another --out, or begin again with --fresh"
 _SHOWN = 5  # differences in a message
@@ -61,7 +62,8 @@ class Store:
         marks = ", ".join("?" * len(self._layout.columns))
         values = [tuple(row.get(name) for name in self._layout.columns) for row in rows]
         try:
-            with _transaction(self._database):
+            with self._database:
+                self._database.execute(_BEGIN)
                 self._database.executemany(f"INSERT OR REPLACE INTO cells VALUES ({marks})", values)
         except _BROKEN as error:
             raise RecordError(f"cannot write {self._path}: {error}") from error
@@ -188,7 +190,8 @@ def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], ide
         f"CREATE TABLE cells ({', '.join((f'{key} PRIMARY KEY', *others))})",
     ]  # no types: values stay as they are
     try:
-        with _transaction(database):
+        with database:
+            database.execute(_BEGIN)
             empty = not database.execute("SELECT name FROM sqlite_master").fetchall()
             if empty:
                 for statement in made:
@@ -243,14 +246,3 @@ def _flat(name: str, value: Any) -> dict[str, str]:
     if not isinstance(value, dict):
         return {name: json.dumps(value)}
     return {key: text for inner, each in value.items() for key, text in _flat(f"{name}.{inner}", each).items()}
-
-
-@contextmanager
-def _transaction(database: sqlite3.Connection) -> Iterator[None]:
-    database.execute("BEGIN IMMEDIATE")
-    try:
-        yield
-    except BaseException:
-        database.rollback()
-        raise
-    database.commit()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -58,6 +58,16 @@ class Draw:
 
 Choice: TypeAlias = tuple[Scalar, ...] | Draw
 """The values of a grid, one of them where it is fixed, or a distribution."""
+
+
+def check_keys(what: str, table: Iterable[str], valid: Iterable[str]) -> None:
+    """Refuse a table that has other keys than those that are valid.
+
+    Raises:
+        InputError: It has; the message says what the key is.
+    """
+    for key in table:
+        known_name(what, key, valid)
 
 
 def read_choice(where: str, value: object) -> Choice:
@@ -116,8 +126,7 @@ def _read_table(where: str, table: Mapping[str, object]) -> Choice:
 
 
 def _read_range(where: str, table: Mapping[str, object]) -> tuple[Scalar, ...]:
-    for key in table:
-        known_name(f"key of the range {where}", key, _RANGE)
+    check_keys(f"key of the range {where}", table, _RANGE)
     missing = [key for key in _RANGE[:3] if key not in table]
     if missing:
         raise InputError(f"{where}: the range lacks {', '.join(missing)}; expected {{from, to, count}}")
