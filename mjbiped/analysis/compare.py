@@ -11,21 +11,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mjbiped.analysis import divergence
 from mjbiped.analysis.divergence import Parting
-from mjbiped.engines.base import Engine
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.errors import InputError
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
-from mjbiped.robots.compass import Compass
+from mjbiped.robots.compass import Array, Compass
 from mjbiped.rollout.walk import walk
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
@@ -33,8 +32,6 @@ from mjbiped.utils.domains import check_kind
 
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,23 +146,20 @@ def compare(
         raise InputError("sample_period = None: must be a number, for the records' samples are compared")
     contacts = Mujoco() if mujoco is None else check_kind("mujoco", mujoco, Mujoco)
     impacts = Hybrid() if hybrid is None else check_kind("hybrid", hybrid, Hybrid)
-
-    def walk_in(engine: Engine) -> Walk:
-        return walk(
-            controller,
-            terrain,
-            engine=engine,
-            steps=steps,
-            distance=distance,
-            initial=initial,
-            robot=robot,
-            sample_period=sample_period,
-            scuffing=scuffing,
-            progress=progress,
-        )
-
-    there = walk_in(contacts)  # first: it refuses all that the hybrid engine would, and more
-    here = walk_in(impacts)
+    walked = partial(
+        walk,
+        controller,
+        terrain,
+        steps=steps,
+        distance=distance,
+        initial=initial,
+        robot=robot,
+        sample_period=sample_period,
+        scuffing=scuffing,
+        progress=progress,
+    )
+    there = walked(engine=contacts)  # first: it refuses all that the hybrid engine would, and more
+    here = walked(engine=impacts)
     table = divergence.differences(there, here)
     return Comparison(there, here, table, divergence.find(there, here, table, controller))
 

@@ -9,19 +9,17 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mjbiped.analysis.replay import replayed
 from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP
 from mjbiped.records import measures
 from mjbiped.records.columns import Column
 from mjbiped.records.record import Walk
+from mjbiped.robots.compass import Array
 from mjbiped.terrain.segments import GROUND_FRICTION
 
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller
-
-Array = NDArray[np.float64]
 
 COLUMNS: Mapping[str, Column] = {
     "x": Column(1, "m", "foothold"),
@@ -102,32 +100,22 @@ def differences(there: Walk, here: Walk) -> dict[str, Array]:
         return np.take_along_axis(difference, np.abs(difference).argmax(axis=1)[:, None], axis=1)[:, 0]
 
     steps_work = [np.diff(np.append(0.0, walk.touchdowns["work_absolute"]))[:n] for walk in (there, here)]
-    table: dict[str, Any] = {
-        "x": one["x"][:n] - two["x"][:n],
-        "period": (measures.step_periods(there)[:n] - measures.step_periods(here)[:n]),
-        "angle": greater("q"),
-        "rate": greater("dq"),
-        "slope": one["slope"][:n] - two["slope"][:n],
-        "slope_estimate": one["slope_estimate"][:n] - two["slope_estimate"][:n],
-        "work": steps_work[0] - steps_work[1],
-    }
     robot = there.robot
     length, weight = robot.leg_length, robot.weight
     pace = math.sqrt(robot.gravity / length)
     # what the controller is told errs in first order of the timestep (docs/convergence.md)
     coarse = max(1.0, (there.settings["control_period"] or there.settings["timestep"]) / DEFAULT_TIMESTEP)
-    limits = {
-        "x": _FOOTHOLD * length * np.arange(1, n + 1),
-        "period": _PERIOD / pace,
-        "angle": _ANGLE,
-        "rate": _RATE * pace,
-        "slope": _SLOPE,
-        "slope_estimate": _ESTIMATE,
-        "work": _WORK * weight * length + _WORK_SHARE * steps_work[1],
+    found: dict[str, tuple[Array, Any]] = {
+        "x": (one["x"][:n] - two["x"][:n], _FOOTHOLD * length * np.arange(1, n + 1)),
+        "period": (measures.step_periods(there)[:n] - measures.step_periods(here)[:n], _PERIOD / pace),
+        "angle": (greater("q"), _ANGLE),
+        "rate": (greater("dq"), _RATE * pace),
+        "slope": (one["slope"][:n] - two["slope"][:n], _SLOPE),
+        "slope_estimate": (one["slope_estimate"][:n] - two["slope_estimate"][:n], _ESTIMATE),
+        "work": (steps_work[0] - steps_work[1], _WORK * weight * length + _WORK_SHARE * steps_work[1]),
     }
-    for name, limit in limits.items():
-        table[f"limit_{name}"] = coarse * limit * np.ones(n)
-    return table
+    limits = {f"limit_{name}": coarse * limit * np.ones(n) for name, (_, limit) in found.items()}
+    return {name: difference for name, (difference, _) in found.items()} | limits
 
 
 def find(there: Walk, here: Walk, table: Mapping[str, Array], controller: Controller) -> Parting | None:

@@ -23,11 +23,10 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from mjbiped.robots import compass
+from mjbiped.robots.compass import Array
 
 if TYPE_CHECKING:
     from mjbiped.control.tracking import AdaptiveTracking
-
-Array = NDArray[np.float64]
 
 SIZE = 6  # of eta: z1 (2, rad), z2 (2, rad/s), errors of sine and cosine
 ESTIMATES = slice(4, 6)
@@ -186,14 +185,18 @@ class CycleStability:
     @property
     def multipliers(self) -> NDArray[np.complex128]:
         """Eigenvalues of the return map, largest modulus first; the loop is stable where all lie in the unit circle."""
-        values = np.linalg.eigvals(self.return_map).astype(np.complex128)
-        return values[np.argsort(-np.abs(values), kind="stable")]
+        return _eigenvalues(self.return_map)
 
     @property
     def multipliers_replanned(self) -> NDArray[np.complex128]:
         """The same where each step is re-planned to begin without tracking error: of the estimates alone."""
-        values = np.linalg.eigvals(self.evolution.transitions[-1][ESTIMATES, ESTIMATES]).astype(np.complex128)
-        return values[np.argsort(-np.abs(values), kind="stable")]
+        return _eigenvalues(self.evolution.transitions[-1][ESTIMATES, ESTIMATES])
+
+
+def _eigenvalues(matrix: Array) -> NDArray[np.complex128]:
+    """Largest modulus first."""
+    values = np.linalg.eigvals(matrix).astype(np.complex128)
+    return values[np.argsort(-np.abs(values), kind="stable")]
 
 
 def cycle_stability(controller: AdaptiveTracking, intervals: int = 200) -> CycleStability:

@@ -6,17 +6,15 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mjbiped.control.controller import Controller
 from mjbiped.control.registry import controller_from
 from mjbiped.control.tracking import AdaptiveTracking
 from mjbiped.errors import InputError
+from mjbiped.robots.compass import Array
 
 if TYPE_CHECKING:
     from mjbiped.records.record import Walk
-
-Array = NDArray[np.float64]
 
 _POINTS = 60  # of a transition's curve
 

@@ -26,8 +26,7 @@ from mjbiped.analysis.replay import replayed
 from mjbiped.control.tracking import AdaptiveTracking
 from mjbiped.errors import InputError
 from mjbiped.records.record import Walk
-
-Array = NDArray[np.float64]
+from mjbiped.robots.compass import Array
 
 RESOLVED = 1e-8
 """Norm of eta below which nothing is made of it: in the hybrid engine it is the integration's error there."""

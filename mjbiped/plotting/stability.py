@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from mjbiped.analysis.error_dynamics import Array
 from mjbiped.analysis.stability import RESOLVED, Stability
 from mjbiped.errors import InputError
 from mjbiped.plotting.style import BLACK, BLUE, GREEN, GUIDE, ORANGE, VERMILLION, drawn
+from mjbiped.robots.compass import Array
 
 _LOOKS = ((BLUE, "o", "-"), (ORANGE, "s", (0, (4, 1.2))), (VERMILLION, "^", (0, (1.5, 1.2))), (GREEN, "D", "-."))
 _MOST_NAMED = 40  # steps whose change of slope is written

@@ -12,12 +12,11 @@ from matplotlib.collections import LineCollection
 from numpy.typing import NDArray
 
 from mjbiped.plotting.style import BLUE, GROUND, GUIDE, ORANGE, SHADE, VERMILLION, WIDTH
+from mjbiped.robots.compass import Array
 
 if TYPE_CHECKING:
     from mjbiped.records.record import Walk
     from mjbiped.terrain.terrain import Terrain
-
-Array = NDArray[np.float64]
 
 _ROW = 8.0  # ground in a row, m, as long as there are not too many rows
 _MOST_ROWS = 6

@@ -13,7 +13,6 @@ from scipy.integrate import quad_vec, solve_ivp
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped.analysis.error_dynamics import (
-    Array,
     cycle_stability,
     envelope,
     evolve,
@@ -26,6 +25,7 @@ from mjbiped.analysis.error_dynamics import (
 )
 from mjbiped.analysis.stability import stability
 from mjbiped.robots import compass
+from mjbiped.robots.compass import Array
 
 gains = st.floats(0.05, 60.0)
 angles = st.floats(-1.0, 1.0)
