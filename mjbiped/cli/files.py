@@ -42,10 +42,6 @@ class Files:
         self.failures: list[str] = []
         self._status = 0
 
-    def save(self, walk: Walk, path: Path | None) -> None:
-        """Write a walk's record."""
-        self.write("record", path, walk.save)
-
     def save_both(self, comparison: Comparison, path: Path | None) -> None:
         """Write a comparison's records, each named after the path and its engine."""
         for engine, walk in (("mujoco", comparison.mujoco), ("hybrid", comparison.hybrid)):
@@ -54,7 +50,16 @@ class Files:
 
     def save_arrays(self, path: Path | None, arrays: Mapping[str, Any]) -> None:
         """Write arrays, an .npz file."""
-        self.write("data", path, lambda file: save_arrays(file, arrays))
+
+        def save(file: Path) -> None:
+            columns: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
+            try:
+                with written_whole(file) as unfinished, unfinished.open("wb") as stream:
+                    np.savez_compressed(stream, **columns)
+            except OSError as error:
+                raise RecordError(f"cannot write {file}: {error.strerror or error}") from error
+
+        self.write("data", path, save)
 
     def plot(self, path: Path | None, function: str, *shown: object) -> None:
         """Write a figure.
@@ -128,20 +133,6 @@ def tell(
                 Console(highlight=False).print(each)
         for file in files:
             click.echo(f"wrote {file}")
-
-
-def save_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
-    """Write arrays as an .npz file, whole or not at all.
-
-    Raises:
-        RecordError: The file cannot be written.
-    """
-    try:
-        with written_whole(path) as unfinished, unfinished.open("wb") as file:
-            columns: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
-            np.savez_compressed(file, **columns)
-    except OSError as error:
-        raise RecordError(f"cannot write {path}: {error.strerror or error}") from error
 
 
 @contextmanager

@@ -30,16 +30,10 @@ _out = given.options("Results", ("--out", given.output(".npz"), None, "FILE", "W
 @given.options(
     "Diagram",
     ("--slope-deg", given.span(domains.SLOPE_DEG), "2.4..3.6", "LOW..HIGH", "Slopes of the diagram."),
-    (
-        "--slopes",
-        given.quantity(domains.SLOPES),
-        1000,
-        "N",
-        "How many; half of them where the period doubles again and again.",
-    ),
-    ("--steps", given.quantity(domains.MAP_STEPS), 600, "N", "Steps on each slope."),
-    ("--keep", given.quantity(domains.MAP_STEPS), 100, "N", "The last so many of them are kept."),
-    ("--doublings", given.quantity(domains.DOUBLINGS), 4, "N", "Period doublings to look for."),
+    ("--slopes", domains.SLOPES, 1000, "N", "How many; half of them where the period doubles again and again."),
+    ("--steps", domains.MAP_STEPS, 600, "N", "Steps on each slope."),
+    ("--keep", domains.MAP_STEPS, 100, "N", "The last so many of them are kept."),
+    ("--doublings", domains.DOUBLINGS, 4, "N", "Period doublings to look for."),
 )
 @given.scuffing_option("Diagram")
 @given.robot_options
@@ -128,7 +122,7 @@ def bifurcation(
     "Map",
     (
         "--slope-deg",
-        given.quantity(domains.SLOPE_DEG),
+        domains.SLOPE_DEG,
         None,
         "X",
         "Slope of the plane; 2 for the passive robot, 0 for the adaptive controller.",
@@ -136,7 +130,7 @@ def bifurcation(
     ("--controller", click.Choice(("passive", "adaptive")), "passive", None, "Who walks."),
     (
         "--imitate-slope-deg",
-        given.quantity(domains.SLOPE_DEG),
+        domains.SLOPE_DEG,
         2.0,
         "X",
         "Slope of the passive gait that the adaptive controller imitates.",
@@ -149,21 +143,9 @@ def bifurcation(
         "First rates of the stance leg, rad/s; around the gait's if left out.",
     ),
     ("--swing-rates", given.span(domains.RATE), None, "LOW..HIGH", "First rates of the swing leg, rad/s; the same."),
-    (
-        "--grid",
-        given.quantity(domains.GRID),
-        None,
-        "N",
-        "Starts along each side; 300, or 100 with the adaptive controller.",
-    ),
-    (
-        "--limit",
-        given.quantity(domains.LIMIT),
-        None,
-        "N",
-        "Steps at most; 100, or 10 with the adaptive controller.",
-    ),
-    ("--threads", given.quantity(domains.WORKERS), None, "N", "Threads; one for each core unless given."),
+    ("--grid", domains.GRID, None, "N", "Starts along each side; 300, or 100 with the adaptive controller."),
+    ("--limit", domains.LIMIT, None, "N", "Steps at most; 100, or 10 with the adaptive controller."),
+    ("--threads", domains.WORKERS, None, "N", "Threads; one for each core unless given."),
 )
 @given.scuffing_option("Map")
 @given.robot_options

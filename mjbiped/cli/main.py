@@ -7,7 +7,7 @@ Exit status: 0 for a walk that came to an end, a fall included; 2 for anything t
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -152,7 +152,7 @@ def _walk(
     except WalkStopped as stop:
         done, status, trouble = stop.walk, 1, str(stop)
     files = Files()
-    files.save(done, out)
+    files.write("record", out, done.save)
     if trouble:
         files.fail(status, trouble + (f"; what was walked is in {out}" if files.written else ""))
     else:
@@ -196,7 +196,7 @@ def _compare(
 
 
 @main.command("gait", cls=given.SectionCommand)
-@given.options("Gait", ("--slope-deg", given.quantity(domains.SLOPE_DEG), 2.0, "X", "Slope that it walks down."))
+@given.options("Gait", ("--slope-deg", domains.SLOPE_DEG, 2.0, "X", "Slope that it walks down."))
 @given.robot_options
 @given.plot_option
 @given.json_option
@@ -317,14 +317,11 @@ def _controller(ctx: click.Context, name: str, robot: Compass, values: dict[str,
     chosen = _section(ctx, given.ADAPTIVE, given.COMPARISON)
     settings = {str(parameter.name): values.pop(str(parameter.name)) for parameter in chosen}
     compared = name in given.OTHERS
-    for parameter in chosen:
-        source = ctx.get_parameter_source(str(parameter.name))
-        own = {"adaptive": given.ADAPTIVE, "passive": ""}.get(name, given.COMPARISON)
-        shared = compared and parameter.name in SHARED
-        section = getattr(parameter, "section", "")
-        if source is click.core.ParameterSource.COMMANDLINE and section != own and not shared:
-            owners = "adaptive" if section == given.ADAPTIVE else ", ".join(given.OTHERS)
-            raise click.UsageError(f"{parameter.opts[0]} is for --controller {owners}; {name} has no such thing.")
+    if name != "adaptive":
+        others = [each for each in _section(ctx, given.ADAPTIVE) if not (compared and each.name in SHARED)]
+        _refuse(ctx, others, "--controller adaptive", name)
+    if not compared:
+        _refuse(ctx, _section(ctx, given.COMPARISON), f"--controller {', '.join(given.OTHERS)}", name)
     gains, slope_source = dict(settings.pop("gain")), settings.pop("slope_source")
     if name == "passive":
         return make_controller(name, robot, {})
@@ -348,9 +345,7 @@ def _engine(ctx: click.Context, name: str, values: dict[str, Any]) -> Engine:
     mujoco = _mujoco(ctx, values)
     if name == mujoco.name:
         return mujoco
-    for parameter in _section(ctx, given.MUJOCO):
-        if ctx.get_parameter_source(str(parameter.name)) is click.core.ParameterSource.COMMANDLINE:
-            raise click.UsageError(f"{parameter.opts[0]} is for --engine {mujoco.name}; {name} has no such thing.")
+    _refuse(ctx, _section(ctx, given.MUJOCO), f"--engine {mujoco.name}", name)
     return ENGINES[name]
 
 
@@ -358,6 +353,17 @@ def _mujoco(ctx: click.Context, values: dict[str, Any]) -> Mujoco:
     """The MuJoCo engine of a command, its options taken out of `values`."""
     settings = {str(parameter.name): values.pop(str(parameter.name)) for parameter in _section(ctx, given.MUJOCO)}
     return Mujoco(lands=not settings.pop("plain_steps"), **settings)
+
+
+def _refuse(ctx: click.Context, parameters: Iterable[click.Parameter], owner: str, name: str) -> None:
+    """Refuse options that are for something else than what was chosen.
+
+    Raises:
+        click.UsageError: One of them is given.
+    """
+    for parameter in parameters:
+        if ctx.get_parameter_source(str(parameter.name)) is click.core.ParameterSource.COMMANDLINE:
+            raise click.UsageError(f"{parameter.opts[0]} is for {owner}; {name} has no such thing.")
 
 
 def _section(ctx: click.Context, *sections: str) -> list[click.Parameter]:

@@ -26,7 +26,7 @@ from mjbiped.utils.files import check_writable
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 Row = tuple[str, Any, Any, str | None, str]
-"""An option: its names, type, default, what stands for its value in the help, and help."""
+"""An option: its names, type (numbers: their domain), default, what stands for its value in the help, and help."""
 
 
 class SectionOption(click.Option):
@@ -63,7 +63,7 @@ def options(section: str, *rows: Row) -> Callable[[_Function], _Function]:
                 *name.split(),
                 cls=SectionOption,
                 section=section,
-                type=kind,
+                type=quantity(kind) if isinstance(kind, Domain | Count) else kind,
                 is_flag=kind is bool,
                 default=default,
                 multiple=default == (),
@@ -193,9 +193,9 @@ CAMERAS = ("track", "side", "overview")
 
 walk_options = options(
     "Walk",
-    ("--seed", quantity(domains.SEED), None, "N", "Seed of the terrain 'random'."),
-    ("--steps", quantity(domains.STEPS), None, "N", f"End after so many steps; {DEFAULT_STEPS} without a distance."),
-    ("--distance", quantity(domains.DISTANCE), None, "X", "End at this place x of the stance foot, m."),
+    ("--seed", domains.SEED, None, "N", "Seed of the terrain 'random'."),
+    ("--steps", domains.STEPS, None, "N", f"End after so many steps; {DEFAULT_STEPS} without a distance."),
+    ("--distance", domains.DISTANCE, None, "X", "End at this place x of the stance foot, m."),
     (
         "--initial",
         initial_state,
@@ -216,17 +216,17 @@ walk_options = options(
 
 mujoco_options = options(
     MUJOCO,
-    ("--timestep", quantity(domains.TIMESTEP), DEFAULT_TIMESTEP, "X", "Longest physics step, s."),
+    ("--timestep", domains.TIMESTEP, DEFAULT_TIMESTEP, "X", "Longest physics step, s."),
     (
         "--contact-timestep",
-        quantity(domains.CONTACT_TIMESTEP),
+        domains.CONTACT_TIMESTEP,
         DEFAULT_CONTACT_TIMESTEP,
         "X",
         "Physics step that makes an impact, s.",
     ),
     (
         "--control-period",
-        quantity(domains.CONTROL_PERIOD),
+        domains.CONTROL_PERIOD,
         None,
         "X",
         "Time between ticks of the controller, s; each physics step unless given.",
@@ -244,7 +244,7 @@ mujoco_options = options(
 def scuffing_option(section: str) -> Callable[[_Function], _Function]:
     """The option for the scuffing rule: which scuffs are passed through, and which steps are long enough."""
     text = "Leg lengths ahead of the stance foot from which the swing foot may touch the ground; steps must be longer."
-    return options(section, ("--scuffing-reach", quantity(domains.REACH), ScuffingRule.reach, "X", text))
+    return options(section, ("--scuffing-reach", domains.REACH, ScuffingRule.reach, "X", text))
 
 
 engine_option = options(
@@ -262,20 +262,14 @@ adaptive_options = options(
     ADAPTIVE,
     (
         "--imitate-slope-deg",
-        quantity(domains.SLOPE_DEG),
+        domains.SLOPE_DEG,
         SHARED["imitate_slope_deg"],
         "X",
         "Slope of the passive gait that is imitated; for all but passive.",
     ),
-    ("--position-gain", quantity(domains.GAIN), _LAW.position_gain, "X", "K1, 1/s."),
-    ("--velocity-gain", quantity(domains.GAIN), _LAW.velocity_gain, "X", "K2, 1/s."),
-    (
-        "--adaptation-gain",
-        quantity(domains.ADAPTATION_GAIN),
-        _LAW.adaptation_gain,
-        "X",
-        "gamma of the slope estimator.",
-    ),
+    ("--position-gain", domains.GAIN, _LAW.position_gain, "X", "K1, 1/s."),
+    ("--velocity-gain", domains.GAIN, _LAW.velocity_gain, "X", "K2, 1/s."),
+    ("--adaptation-gain", domains.ADAPTATION_GAIN, _LAW.adaptation_gain, "X", "gamma of the slope estimator."),
     (
         "--replanning-delay",
         delay,
@@ -292,7 +286,7 @@ adaptive_options = options(
     ),
     (
         "--initial-slope-estimate-deg",
-        quantity(domains.SLOPE_DEG),
+        domains.SLOPE_DEG,
         SHARED["initial_slope_estimate_deg"],
         "X",
         "Slope estimate at the start; for the comparison controllers the slope that they are given.",
@@ -324,41 +318,23 @@ comparison_options = options(
 
 robot_options = options(
     "Robot",
-    ("--leg-mass", quantity(domains.LEG_MASS), Compass.leg_mass, "X", "Mass of one leg, kg."),
-    ("--hip-mass", quantity(domains.HIP_MASS), Compass.hip_mass, "X", "Mass at the hip, kg."),
-    (
-        "--lower-length",
-        quantity(domains.LENGTH),
-        Compass.lower_length,
-        "X",
-        "From the foot to the leg's centre of mass, m.",
-    ),
-    (
-        "--upper-length",
-        quantity(domains.LENGTH),
-        Compass.upper_length,
-        "X",
-        "From the leg's centre of mass to the hip, m.",
-    ),
+    ("--leg-mass", domains.LEG_MASS, Compass.leg_mass, "X", "Mass of one leg, kg."),
+    ("--hip-mass", domains.HIP_MASS, Compass.hip_mass, "X", "Mass at the hip, kg."),
+    ("--lower-length", domains.LENGTH, Compass.lower_length, "X", "From the foot to the leg's centre of mass, m."),
+    ("--upper-length", domains.LENGTH, Compass.upper_length, "X", "From the leg's centre of mass to the hip, m."),
     (
         "--leg-inertia",
-        quantity(domains.INERTIA),
+        domains.INERTIA,
         None,
         "X",
         "Inertia of a leg about its centre of mass, kg m^2; a uniform rod's unless given.",
     ),
-    ("--gravity", quantity(domains.GRAVITY), Compass.gravity, "X", "Acceleration of gravity, m/s^2."),
+    ("--gravity", domains.GRAVITY, Compass.gravity, "X", "Acceleration of gravity, m/s^2."),
 )
 
 records_option = options(
     "Results",
-    (
-        "--out",
-        output(".npz"),
-        None,
-        "FILE",
-        "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz.",
-    ),
+    ("--out", output(".npz"), None, "FILE", "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz."),
 )
 record_option = options("Results", ("--out", output(".npz"), None, "FILE", "Write the record, an .npz file."))
 plot_option = options("Results", ("--plot", _PLOT, None, "FILE", "Write a figure, .png, .pdf or .svg."))
@@ -384,8 +360,8 @@ video_options = options(
     "Video",
     ("--video-size", size, "640x480", "WxH", "Width and height, pixels."),
     ("--camera", click.Choice(CAMERAS), CAMERAS[0], None, "Where it is seen from."),
-    ("--slow-motion", quantity(domains.SLOW_MOTION), 1.0, "X", "Seconds of video per second of the walk."),
-    ("--fps", quantity(domains.FPS), 30, "N", "Frames per second."),
+    ("--slow-motion", domains.SLOW_MOTION, 1.0, "X", "Seconds of video per second of the walk."),
+    ("--fps", domains.FPS, 30, "N", "Frames per second."),
     ("--caption/--no-caption", bool, True, None, "Time, step and slope written on the frames."),
     ("--shadows/--no-shadows", bool, True, None, "Without them a software renderer is faster."),
 )

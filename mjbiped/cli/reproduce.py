@@ -16,7 +16,7 @@ from mjbiped.utils import domains
 @given.options(
     "Walks",
     ("--quick", bool, False, None, "Only a few short walks in MuJoCo; all of the hybrid engine's."),
-    ("--workers", given.quantity(domains.WORKERS), None, "N", "Processes; one for each core unless given."),
+    ("--workers", domains.WORKERS, None, "N", "Processes; one for each core unless given."),
     ("--fresh", bool, False, None, "Delete the finished walks of an earlier run and begin again."),
 )
 @given.options(

@@ -16,7 +16,7 @@ from mjbiped.utils import domains
 @click.argument("study", type=click.Path(path_type=Path))
 @given.options(
     "Walks",
-    ("--workers", given.quantity(domains.WORKERS), None, "N", "Processes; one for each core unless given."),
+    ("--workers", domains.WORKERS, None, "N", "Processes; one for each core unless given."),
     (
         "--scheduler",
         str,

@@ -135,33 +135,30 @@ def stability_summary(found: Stability) -> dict[str, Any]:
 
 def stability_table(summary: Mapping[str, Any]) -> Table:
     """What `stability_summary` says, as a table."""
-
-    def shown(key: str) -> str:
-        return _shown(summary[key], 1, ".4g")
-
-    low, high = "transition_norm_smallest", "transition_norm_largest"
+    shown = {key: _shown(value, 1, ".4g") for key, value in summary.items()}
     return _table(
-        [
-            ("whole steps", shown("steps"), ""),
-            ("excitation, smallest eigenvalue of ∫WW'", shown("excitation_smallest_eigenvalue"), "1/s³"),
-            ("excitation, largest eigenvalue", shown("excitation_largest_eigenvalue"), "1/s³"),
-            ("its weak direction, from the cosine's", shown("excitation_weak_direction_from_cosine_deg"), "deg"),
-            ("norm of the transition matrix of a step (23)", f"{shown(low)} to {shown(high)}", ""),
-            ("left side of (24), smallest", shown("condition_24_smallest"), ""),
-            ("left side of (24), smallest of any constants", shown("condition_24_smallest_for_any_constants"), ""),
-            ("steps where (24) holds", shown("condition_24_holds_steps"), ""),
+        (label, form.format_map(shown), unit)
+        for label, form, unit in (
+            ("whole steps", "{steps}", ""),
+            ("excitation, smallest eigenvalue of ∫WW'", "{excitation_smallest_eigenvalue}", "1/s³"),
+            ("excitation, largest eigenvalue", "{excitation_largest_eigenvalue}", "1/s³"),
+            ("its weak direction, from the cosine's", "{excitation_weak_direction_from_cosine_deg}", "deg"),
             (
-                "steps where ‖η‖ fell (26)",
-                f"{shown('errors_26_holds_steps')} of {shown('errors_26_compared_steps')}",
+                "norm of the transition matrix of a step (23)",
+                "{transition_norm_smallest} to {transition_norm_largest}",
                 "",
             ),
-            ("V_a, largest rise within a step", shown("lyapunov_largest_rise_within_a_step"), ""),
-            ("V_a, largest jump at a touchdown", shown("lyapunov_largest_jump_at_a_touchdown"), ""),
-            ("V_a against (16) with (17), worst", shown("lyapunov_balance_largest"), ""),
-            ("estimate's error, largest rise within a step", shown("estimate_error_largest_rise_within_a_step"), ""),
-            ("‖η‖ before the last touchdown", shown("error_before_last_touchdown"), ""),
-            ("walk against (22), worst of a step", shown("residual_largest"), ""),
-        ]
+            ("left side of (24), smallest", "{condition_24_smallest}", ""),
+            ("left side of (24), smallest of any constants", "{condition_24_smallest_for_any_constants}", ""),
+            ("steps where (24) holds", "{condition_24_holds_steps}", ""),
+            ("steps where ‖η‖ fell (26)", "{errors_26_holds_steps} of {errors_26_compared_steps}", ""),
+            ("V_a, largest rise within a step", "{lyapunov_largest_rise_within_a_step}", ""),
+            ("V_a, largest jump at a touchdown", "{lyapunov_largest_jump_at_a_touchdown}", ""),
+            ("V_a against (16) with (17), worst", "{lyapunov_balance_largest}", ""),
+            ("estimate's error, largest rise within a step", "{estimate_error_largest_rise_within_a_step}", ""),
+            ("‖η‖ before the last touchdown", "{error_before_last_touchdown}", ""),
+            ("walk against (22), worst of a step", "{residual_largest}", ""),
+        )
     )
 
 
