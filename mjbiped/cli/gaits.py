@@ -23,17 +23,17 @@ from mjbiped.utils import domains
 _MULTIPLIERS_EVERY = math.radians(0.02)
 
 
-_out = given.options("Results", ("--out", given.output(".npz"), None, "FILE", "Write the data, an .npz file."))
+_out = given.options("Results", ("--out", given.output(".npz"), None, "Write the data, an .npz file."))
 
 
 @click.command("bifurcation", cls=given.SectionCommand)
 @given.options(
     "Diagram",
-    ("--slope-deg", given.span(domains.SLOPE_DEG), "2.4..3.6", "LOW..HIGH", "Slopes of the diagram."),
-    ("--slopes", domains.SLOPES, 1000, "N", "How many; half of them where the period doubles again and again."),
-    ("--steps", domains.MAP_STEPS, 600, "N", "Steps on each slope."),
-    ("--keep", domains.MAP_STEPS, 100, "N", "The last so many of them are kept."),
-    ("--doublings", domains.DOUBLINGS, 4, "N", "Period doublings to look for."),
+    ("--slope-deg", given.span(domains.SLOPE_DEG), "2.4..3.6", "Slopes of the diagram."),
+    ("--slopes", domains.SLOPES, 1000, "How many; half of them where the period doubles again and again."),
+    ("--steps", domains.MAP_STEPS, 600, "Steps on each slope."),
+    ("--keep", domains.MAP_STEPS, 100, "The last so many of them are kept."),
+    ("--doublings", domains.DOUBLINGS, 4, "Period doublings to look for."),
 )
 @given.scuffing_option("Diagram")
 @given.robot_options
@@ -41,7 +41,7 @@ _out = given.options("Results", ("--out", given.output(".npz"), None, "FILE", "W
 @given.plot_option
 @given.options(
     "Results",
-    ("--plot-multipliers", given.output(".png", ".pdf", ".svg"), None, "FILE", "Write a figure of the multipliers."),
+    ("--plot-multipliers", given.output(".png", ".pdf", ".svg"), None, "Write a figure of the multipliers."),
 )
 @given.printed_options
 def bifurcation(
@@ -124,28 +124,20 @@ def bifurcation(
         "--slope-deg",
         domains.SLOPE_DEG,
         None,
-        "X",
         "Slope of the plane; 2 for the passive robot, 0 for the adaptive controller.",
     ),
-    ("--controller", click.Choice(("passive", "adaptive")), "passive", None, "Who walks."),
-    (
-        "--imitate-slope-deg",
-        domains.SLOPE_DEG,
-        2.0,
-        "X",
-        "Slope of the passive gait that the adaptive controller imitates.",
-    ),
+    ("--controller", click.Choice(("passive", "adaptive")), "passive", "Who walks."),
+    ("--imitate-slope-deg", domains.SLOPE_DEG, 2.0, "Slope of the passive gait that the adaptive controller imitates."),
     (
         "--stance-rates",
         given.span(domains.RATE),
         None,
-        "LOW..HIGH",
         "First rates of the stance leg, rad/s; around the gait's if left out.",
     ),
-    ("--swing-rates", given.span(domains.RATE), None, "LOW..HIGH", "First rates of the swing leg, rad/s; the same."),
-    ("--grid", domains.GRID, None, "N", "Starts along each side; 300, or 100 with the adaptive controller."),
-    ("--limit", domains.LIMIT, None, "N", "Steps at most; 100, or 10 with the adaptive controller."),
-    ("--threads", domains.WORKERS, None, "N", "Threads; one for each core unless given."),
+    ("--swing-rates", given.span(domains.RATE), None, "First rates of the swing leg, rad/s; the same."),
+    ("--grid", domains.GRID, None, "Starts along each side; 300, or 100 with the adaptive controller."),
+    ("--limit", domains.LIMIT, None, "Steps at most; 100, or 10 with the adaptive controller."),
+    ("--threads", domains.WORKERS, None, "Threads; one for each core unless given."),
 )
 @given.scuffing_option("Map")
 @given.robot_options

@@ -196,7 +196,7 @@ def _compare(
 
 
 @main.command("gait", cls=given.SectionCommand)
-@given.options("Gait", ("--slope-deg", domains.SLOPE_DEG, 2.0, "X", "Slope that it walks down."))
+@given.options("Gait", ("--slope-deg", domains.SLOPE_DEG, 2.0, "Slope that it walks down."))
 @given.robot_options
 @given.plot_option
 @given.json_option

@@ -25,8 +25,27 @@ from mjbiped.utils.files import check_writable
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
-Row = tuple[str, Any, Any, str | None, str]
-"""An option: its names, type (numbers: their domain), default, what stands for its value in the help, and help."""
+Row = tuple[str, Any, Any, str]
+"""An option: its names, type (numbers: their domain), default, and help."""
+
+
+class Kind(click.types.FuncParamType):  # type: ignore[type-arg]  # generic in the latest click alone
+    """Values that a function reads; `metavar` stands for one in the help."""
+
+    def __init__(self, metavar: str, read: Callable[[Any], Any]) -> None:
+        """Take the name beside the function."""
+        super().__init__(read)
+        self.metavar = metavar
+
+
+class Folder(click.Path):
+    """The path of a folder, which need not be there."""
+
+    metavar = "FOLDER"
+
+    def __init__(self) -> None:
+        """Take folders alone."""
+        super().__init__(file_okay=False, path_type=Path)
 
 
 class SectionOption(click.Option):
@@ -58,17 +77,18 @@ def options(section: str, *rows: Row) -> Callable[[_Function], _Function]:
     """Options of one section of the help: a decorator for the command's function."""
 
     def decorate(function: _Function) -> _Function:
-        for name, kind, default, metavar, text in reversed(rows):
+        for name, given, default, text in reversed(rows):
+            kind = quantity(given) if isinstance(given, Domain | Count) else given
             function = click.option(
                 *name.split(),
                 cls=SectionOption,
                 section=section,
-                type=quantity(kind) if isinstance(kind, Domain | Count) else kind,
+                type=kind,
                 is_flag=kind is bool,
                 default=default,
                 multiple=default == (),
                 show_default=default is not None and default is not False and default != (),
-                metavar=metavar,
+                metavar=getattr(kind, "metavar", None),
                 help=text,
             )(function)
         return function
@@ -76,7 +96,7 @@ def options(section: str, *rows: Row) -> Callable[[_Function], _Function]:
     return decorate
 
 
-def output(*suffixes: str) -> Callable[[Any], Path]:
+def output(*suffixes: str) -> Kind:
     """The type of a file to write: its suffix is one of these, its folder is there and takes new files.
 
     A file that is there already may be replaced.
@@ -99,10 +119,10 @@ def output(*suffixes: str) -> Callable[[Any], Path]:
             raise click.BadParameter(f"{shown(str(path))} cannot be written: {reason}.") from error
         return path
 
-    return convert
+    return Kind("FILE", convert)
 
 
-def quantity(domain: Domain | Count) -> Callable[[Any], float]:
+def quantity(domain: Domain | Count) -> Kind:
     """The type of a number of a domain."""
 
     def number(value: Any) -> float:
@@ -111,10 +131,10 @@ def quantity(domain: Domain | Count) -> Callable[[Any], float]:
         except InputError as error:
             raise click.BadParameter(f"{shown(value)}; expected {domain.words}.") from error
 
-    return number
+    return Kind("X" if isinstance(domain, Domain) else "N", number)
 
 
-def span(domain: Domain) -> Callable[[Any], tuple[float, float]]:
+def span(domain: Domain) -> Kind:
     """The type of two numbers of a domain as "0.8..1.6", the first below the second."""
 
     def ends(value: Any) -> tuple[float, float]:
@@ -129,7 +149,7 @@ def span(domain: Domain) -> Callable[[Any], tuple[float, float]]:
             )
         return low, high
 
-    return ends
+    return Kind("LOW..HIGH", ends)
 
 
 def size(value: str) -> tuple[int, int]:
@@ -151,7 +171,8 @@ def delay(value: Any) -> float | None:
     if isinstance(value, str) and value.strip().lower() == "none":
         return None
     try:
-        return quantity(domains.REPLANNING_DELAY)(value)
+        number: float = quantity(domains.REPLANNING_DELAY)(value)
+        return number
     except click.BadParameter as error:
         raise click.BadParameter(f"{error.message[:-1]}, or 'none' to switch re-planning off.") from error
 
@@ -193,14 +214,13 @@ CAMERAS = ("track", "side", "overview")
 
 walk_options = options(
     "Walk",
-    ("--seed", domains.SEED, None, "N", "Seed of the terrain 'random'."),
-    ("--steps", domains.STEPS, None, "N", f"End after so many steps; {DEFAULT_STEPS} without a distance."),
-    ("--distance", domains.DISTANCE, None, "X", "End at this place x of the stance foot, m."),
+    ("--seed", domains.SEED, None, "Seed of the terrain 'random'."),
+    ("--steps", domains.STEPS, None, f"End after so many steps; {DEFAULT_STEPS} without a distance."),
+    ("--distance", domains.DISTANCE, None, "End at this place x of the stance foot, m."),
     (
         "--initial",
-        initial_state,
+        Kind("STATE", initial_state),
         "gait",
-        "STATE",
         "First state: 'gait' (on the limit cycle), 'rest' (legs together, at rest), or q1,q2,dq1,dq2 of stance and "
         "swing leg from the ground's normal, rad and rad/s.",
     ),
@@ -208,7 +228,6 @@ walk_options = options(
         "--controller",
         click.Choice(controller_names()),
         DEFAULT_CONTROLLER,
-        None,
         "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque; the others are "
         "those that the paper compares with, see docs/comparison.md.",
     ),
@@ -216,26 +235,18 @@ walk_options = options(
 
 mujoco_options = options(
     MUJOCO,
-    ("--timestep", domains.TIMESTEP, DEFAULT_TIMESTEP, "X", "Longest physics step, s."),
-    (
-        "--contact-timestep",
-        domains.CONTACT_TIMESTEP,
-        DEFAULT_CONTACT_TIMESTEP,
-        "X",
-        "Physics step that makes an impact, s.",
-    ),
+    ("--timestep", domains.TIMESTEP, DEFAULT_TIMESTEP, "Longest physics step, s."),
+    ("--contact-timestep", domains.CONTACT_TIMESTEP, DEFAULT_CONTACT_TIMESTEP, "Physics step that makes an impact, s."),
     (
         "--control-period",
         domains.CONTROL_PERIOD,
         None,
-        "X",
         "Time between ticks of the controller, s; each physics step unless given.",
     ),
     (
         "--plain-steps",
         bool,
         False,
-        None,
         "Steps of the one length --timestep (0.1 ms or less): none ends at a touchdown, and contacts alone tell of it.",
     ),
 )
@@ -244,7 +255,7 @@ mujoco_options = options(
 def scuffing_option(section: str) -> Callable[[_Function], _Function]:
     """The option for the scuffing rule: which scuffs are passed through, and which steps are long enough."""
     text = "Leg lengths ahead of the stance foot from which the swing foot may touch the ground; steps must be longer."
-    return options(section, ("--scuffing-reach", domains.REACH, ScuffingRule.reach, "X", text))
+    return options(section, ("--scuffing-reach", domains.REACH, ScuffingRule.reach, text))
 
 
 engine_option = options(
@@ -253,7 +264,6 @@ engine_option = options(
         "--engine",
         click.Choice(tuple(ENGINES)),
         DEFAULT_ENGINE,
-        None,
         "The physics: MuJoCo's contacts, or the paper's impact map.",
     ),
 )
@@ -264,31 +274,22 @@ adaptive_options = options(
         "--imitate-slope-deg",
         domains.SLOPE_DEG,
         SHARED["imitate_slope_deg"],
-        "X",
         "Slope of the passive gait that is imitated; for all but passive.",
     ),
-    ("--position-gain", domains.GAIN, _LAW.position_gain, "X", "K1, 1/s."),
-    ("--velocity-gain", domains.GAIN, _LAW.velocity_gain, "X", "K2, 1/s."),
-    ("--adaptation-gain", domains.ADAPTATION_GAIN, _LAW.adaptation_gain, "X", "gamma of the slope estimator."),
+    ("--position-gain", domains.GAIN, _LAW.position_gain, "K1, 1/s."),
+    ("--velocity-gain", domains.GAIN, _LAW.velocity_gain, "K2, 1/s."),
+    ("--adaptation-gain", domains.ADAPTATION_GAIN, _LAW.adaptation_gain, "gamma of the slope estimator."),
     (
         "--replanning-delay",
-        delay,
+        Kind("ZETA", delay),
         _LAW.replanning_delay,
-        "ZETA",
         "Gait periods, in (0, 1], in which re-planning leads back to the gait; 'none' switches it off.",
     ),
-    (
-        "--estimate-update/--no-estimate-update",
-        bool,
-        _LAW.estimate_update,
-        None,
-        "Correct the slope estimate at touchdown.",
-    ),
+    ("--estimate-update/--no-estimate-update", bool, _LAW.estimate_update, "Correct the slope estimate at touchdown."),
     (
         "--initial-slope-estimate-deg",
         domains.SLOPE_DEG,
         SHARED["initial_slope_estimate_deg"],
-        "X",
         "Slope estimate at the start; for the comparison controllers the slope that they are given.",
     ),
 )
@@ -297,9 +298,8 @@ comparison_options = options(
     COMPARISON,
     (
         "--gain",
-        gain,
+        Kind("NAME=X", gain),
         (),
-        "NAME=X",
         "A gain, may be repeated; "
         + "; ".join(
             f"{name}: {', '.join(f'{key}={value:g}' for key, value in gains_of(name).items())}" for name in COMPARED
@@ -310,7 +310,6 @@ comparison_options = options(
         "--slope-source",
         click.Choice(SLOPE_SOURCES),
         None,
-        None,
         "The slope that gravity is compensated for: as given at the start, dead reckoned under the stance foot, or of "
         "the line through both feet; two_point for passivity, local for the others unless given.",
     ),
@@ -318,29 +317,28 @@ comparison_options = options(
 
 robot_options = options(
     "Robot",
-    ("--leg-mass", domains.LEG_MASS, Compass.leg_mass, "X", "Mass of one leg, kg."),
-    ("--hip-mass", domains.HIP_MASS, Compass.hip_mass, "X", "Mass at the hip, kg."),
-    ("--lower-length", domains.LENGTH, Compass.lower_length, "X", "From the foot to the leg's centre of mass, m."),
-    ("--upper-length", domains.LENGTH, Compass.upper_length, "X", "From the leg's centre of mass to the hip, m."),
+    ("--leg-mass", domains.LEG_MASS, Compass.leg_mass, "Mass of one leg, kg."),
+    ("--hip-mass", domains.HIP_MASS, Compass.hip_mass, "Mass at the hip, kg."),
+    ("--lower-length", domains.LENGTH, Compass.lower_length, "From the foot to the leg's centre of mass, m."),
+    ("--upper-length", domains.LENGTH, Compass.upper_length, "From the leg's centre of mass to the hip, m."),
     (
         "--leg-inertia",
         domains.INERTIA,
         None,
-        "X",
         "Inertia of a leg about its centre of mass, kg m^2; a uniform rod's unless given.",
     ),
-    ("--gravity", domains.GRAVITY, Compass.gravity, "X", "Acceleration of gravity, m/s^2."),
+    ("--gravity", domains.GRAVITY, Compass.gravity, "Acceleration of gravity, m/s^2."),
 )
 
 records_option = options(
     "Results",
-    ("--out", output(".npz"), None, "FILE", "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz."),
+    ("--out", output(".npz"), None, "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz."),
 )
-record_option = options("Results", ("--out", output(".npz"), None, "FILE", "Write the record, an .npz file."))
-plot_option = options("Results", ("--plot", _PLOT, None, "FILE", "Write a figure, .png, .pdf or .svg."))
-video_option = options("Results", ("--video", VIDEO_PATH, None, "FILE", "Write a video, .mp4; see below."))
-json_option = options("Results", ("--json", bool, False, None, "Print the results as JSON instead of a table."))
-quiet_option = options("Results", ("--quiet", bool, False, None, "Print errors only, and JSON if asked for."))
+record_option = options("Results", ("--out", output(".npz"), None, "Write the record, an .npz file."))
+plot_option = options("Results", ("--plot", _PLOT, None, "Write a figure, .png, .pdf or .svg."))
+video_option = options("Results", ("--video", VIDEO_PATH, None, "Write a video, .mp4; see below."))
+json_option = options("Results", ("--json", bool, False, "Print the results as JSON instead of a table."))
+quiet_option = options("Results", ("--quiet", bool, False, "Print errors only, and JSON if asked for."))
 
 
 def walker_options(function: _Function) -> _Function:
@@ -358,14 +356,14 @@ def printed_options(function: _Function) -> _Function:
 
 video_options = options(
     "Video",
-    ("--video-size", size, "640x480", "WxH", "Width and height, pixels."),
-    ("--camera", click.Choice(CAMERAS), CAMERAS[0], None, "Where it is seen from."),
-    ("--slow-motion", domains.SLOW_MOTION, 1.0, "X", "Seconds of video per second of the walk."),
-    ("--fps", domains.FPS, 30, "N", "Frames per second."),
-    ("--caption/--no-caption", bool, True, None, "Time, step and slope written on the frames."),
-    ("--shadows/--no-shadows", bool, True, None, "Without them a software renderer is faster."),
+    ("--video-size", Kind("WxH", size), "640x480", "Width and height, pixels."),
+    ("--camera", click.Choice(CAMERAS), CAMERAS[0], "Where it is seen from."),
+    ("--slow-motion", domains.SLOW_MOTION, 1.0, "Seconds of video per second of the walk."),
+    ("--fps", domains.FPS, 30, "Frames per second."),
+    ("--caption/--no-caption", bool, True, "Time, step and slope written on the frames."),
+    ("--shadows/--no-shadows", bool, True, "Without them a software renderer is faster."),
 )
 """Options of a video, named as the arguments of `mjbiped.rendering.video.render_video`, `video_size` apart."""
 
-no_video_option = options("Results", ("--no-video", bool, False, None, "Write the figure only."))
+no_video_option = options("Results", ("--no-video", bool, False, "Write the figure only."))
 video_argument = click.argument("video", required=False, type=VIDEO_PATH)

@@ -15,20 +15,14 @@ from mjbiped.utils import domains
 @click.command("reproduce", cls=given.SectionCommand)
 @given.options(
     "Walks",
-    ("--quick", bool, False, None, "Only a few short walks in MuJoCo; all of the hybrid engine's."),
-    ("--workers", domains.WORKERS, None, "N", "Processes; one for each core unless given."),
-    ("--fresh", bool, False, None, "Delete the finished walks of an earlier run and begin again."),
+    ("--quick", bool, False, "Only a few short walks in MuJoCo; all of the hybrid engine's."),
+    ("--workers", domains.WORKERS, None, "Processes; one for each core unless given."),
+    ("--fresh", bool, False, "Delete the finished walks of an earlier run and begin again."),
 )
 @given.options(
     "Results",
-    ("--out", click.Path(file_okay=False, path_type=Path), "reproduction", "FOLDER", "Finished walks, kept."),
-    (
-        "--report",
-        click.Path(file_okay=False, path_type=Path),
-        None,
-        "FOLDER",
-        "Where page, table and figures go; --out unless given.",
-    ),
+    ("--out", given.Folder(), "reproduction", "Finished walks, kept."),
+    ("--report", given.Folder(), None, "Where page, table and figures go; --out unless given."),
 )
 @given.printed_options
 def reproduce(

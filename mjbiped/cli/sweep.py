@@ -16,23 +16,21 @@ from mjbiped.utils import domains
 @click.argument("study", type=click.Path(path_type=Path))
 @given.options(
     "Walks",
-    ("--workers", domains.WORKERS, None, "N", "Processes; one for each core unless given."),
+    ("--workers", domains.WORKERS, None, "Processes; one for each core unless given."),
     (
         "--scheduler",
-        str,
+        given.Kind("ADDRESS", str),
         None,
-        "ADDRESS",
         "Let the workers of this Dask scheduler walk, as tcp://host:8786; needs pip install 'mjbiped[cluster]'.",
     ),
-    ("--fresh", bool, False, None, "Delete the rows of an earlier run and begin again."),
+    ("--fresh", bool, False, "Delete the rows of an earlier run and begin again."),
 )
 @given.options(
     "Results",
     (
         "--out",
-        click.Path(file_okay=False, path_type=Path),
+        given.Folder(),
         None,
-        "FOLDER",
         "Where table and figures go; unless given, a folder beside STUDY that has its name.",
     ),
 )
