@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -170,12 +170,16 @@ class Entry:
 def write_rows(rows: Iterable[Row]) -> str:
     """Rows as CSV, a heading first; an empty cell is a number that does not exist."""
     plain = _plain()
+    values = (
+        (*(getattr(row, name) for name in plain), *(row.cost[key] for key in _COSTS), *row.traces) for row in rows
+    )
+    return as_csv(_columns(), (map(_cell, line) for line in values))
+
+
+def as_csv(headings: Sequence[str], lines: Iterable[Iterable[object]]) -> str:
+    """A table as CSV, the headings first."""
     text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_columns())
-    for entry in rows:
-        values = [*(getattr(entry, name) for name in plain), *(entry.cost[key] for key in _COSTS), *entry.traces]
-        writer.writerow([_cell(value) for value in values])
+    csv.writer(text, lineterminator="\n").writerows([headings, *lines])
     return text.getvalue()
 
 

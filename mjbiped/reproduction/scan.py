@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +10,7 @@ from mjbiped.reproduction.cell import Cell
 from mjbiped.reproduction.grounds import reading_at
 from mjbiped.reproduction.methods import SLOPE_SOURCES, Variant
 from mjbiped.reproduction.published import GROUNDS
-from mjbiped.reproduction.rows import rounded
+from mjbiped.reproduction.rows import as_csv, rounded
 from mjbiped.reproduction.table_2 import Agreement, Choice, agreement
 from mjbiped.reproduction.walks import Walks
 
@@ -115,11 +113,9 @@ _HEADINGS = ("method", "slope_source", *_NAMES, *GROUNDS)
 
 def write_tried(tried: Iterable[Tried]) -> str:
     """Settings as CSV, a heading first: c_mt by ground, or X and the step in which the walk ended."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_HEADINGS)
+    lines = []
     for each in tried:
         gains = dict(each.variant.gains)
         cells = [f"X {each.ended[name]}" if name in each.ended else repr(each.cost[name]) for name in GROUNDS]
-        writer.writerow([each.variant.method, each.variant.slope_source, *(gains.get(n, "") for n in _NAMES), *cells])
-    return text.getvalue()
+        lines.append([each.variant.method, each.variant.slope_source, *(gains.get(n, "") for n in _NAMES), *cells])
+    return as_csv(_HEADINGS, lines)

@@ -14,7 +14,7 @@ from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.traces import RESOLVED_SLOPE
 
 _EPSILON = math.degrees(RESOLVED_SLOPE)
-_ON_CYCLE = settings_of("adaptive")["replanning_threshold"]  # rad
+_ON_CYCLE = math.degrees(settings_of("adaptive")["replanning_threshold"])
 _SLOW_GAIN = min(ADAPTATION_GAINS)
 _FROM = " and ".join(f"{start:+g}°" for start in START_ESTIMATES).replace("-", "−")
 
@@ -47,20 +47,17 @@ def figure_4(rows: Sequence[Row], ground: str, title: str, engine: str) -> Itera
     if not walks or not all(walk.finished for walk in walks):
         walks = []
 
-    def asked(claim: str, source: str, values: Sequence[float], bound: float, unit: str) -> Answer:
-        """Whether the greatest of some numbers is below a bound."""
+    def asked(claim: str, panel: str, name: str, bound: float) -> Answer:
+        """Whether the greatest of some angles is below a bound, degrees."""
+        values = [_value(walk, name) for walk in walks]
         known = bool(values) and not any(map(math.isnan, values))
-        found = f"{number(max(values), '.4f')} {unit}" if known else ""
-        return Answer(f"{title}, {claim}", source, max(values) < bound if known else None, found.replace(" °", "°"))
+        found = f"{number(max(values), '.4f')}°" if known else ""
+        holds = max(values) < bound if known else None
+        return Answer(f"{title}, {wrong}, {claim}", f"V-B, Fig. 4({panel})", holds, found)
 
-    yield asked(
-        f"{wrong}, the slope estimate is within ε = {_EPSILON:.2f}° of the truth before the ground first changes",
-        "V-B, Fig. 4(b)", [walk.traces.settled for walk in walks], _EPSILON, "°",
-    )  # fmt: skip
-    yield asked(
-        f"{wrong}, it stays within ε from then on",
-        "V-B, Fig. 4(b)", [walk.traces.later for walk in walks], _EPSILON, "°",
-    )  # fmt: skip
+    claim = f"the slope estimate is within ε = {_EPSILON:.2f}° of the truth before the ground first changes"
+    yield asked(claim, "b", "settled", _EPSILON)
+    yield asked("it stays within ε from then on", "b", "later", _EPSILON)
     straight, bent = ([getattr(walk.traces, name) for walk in walks] for name in ("straight", "bent"))
     known = bool(walks) and not any(map(math.isnan, straight + bent))
     yield Answer(
@@ -70,10 +67,8 @@ def figure_4(rows: Sequence[Row], ground: str, title: str, engine: str) -> Itera
         max(straight) < min(bent) if known else None,
         f"at most {max(straight):.2f} N m from it, re-planned at least {min(bent):.2f} N m" if known else "",
     )
-    yield asked(
-        f"{wrong}, both legs stay within {math.degrees(_ON_CYCLE):.2f}° of the reference, re-planned or not",
-        "V-B, Fig. 4(d)", [walk.traces.z1 for walk in walks], math.degrees(_ON_CYCLE), "°",
-    )  # fmt: skip
+    claim = f"both legs stay within {_ON_CYCLE:.2f}° of the reference, re-planned or not"
+    yield asked(claim, "d", "z1", _ON_CYCLE)
 
 
 def figure_5(rows: Sequence[Row], title: str, engine: str) -> Iterator[Answer]:
