@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from controllers.comparison.known_slope import KnownSlopeController, against_slope
 from controllers.comparison.virtual_gravity import energy_error
@@ -84,29 +84,22 @@ class EnergyConstraintController(KnownSlopeController):
     ratio: float = -2.3
     singular_band: float = 0.1
 
+    gains: ClassVar[Mapping[str, domains.Domain]] = {
+        "gain": domains.GAIN,
+        "ratio": domains.TORQUE_RATIO,
+        "singular_band": domains.SLOWEST_RATE,
+    }
+    law_parameters: ClassVar[type[Parameters]] = Parameters
+
     def __post_init__(self) -> None:
         """Refuse parameters outside their domain.
 
         Raises:
-            InputError: One is (see `mjbiped.utils.domains`), the ratio is zero, or as in `KnownSlopeController`.
+            InputError: One is, as in `KnownSlopeController`, or the ratio is zero.
         """
         super().__post_init__()
-        domains.check_fields(self, gain=domains.GAIN, ratio=domains.TORQUE_RATIO, singular_band=domains.SLOWEST_RATE)
         if self.ratio == 0.0:
             raise InputError("ratio = 0 (mu, ankle over hip torque): must be another number than 0")
-
-    @cached_property
-    def parameters(self) -> Parameters:
-        """The attributes in plain numbers, as the law takes them."""
-        return Parameters(
-            constants=self.robot.constants,
-            source=self.source,
-            imitated_slope=float(self.gait.slope),
-            energy=self.gait.energy,
-            gain=float(self.gain),
-            ratio=float(self.ratio),
-            singular_band=float(self.singular_band),
-        )
 
 
 def _torque(

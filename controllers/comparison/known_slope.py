@@ -5,15 +5,14 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar
 
+from controllers.imitation import check_imitation, parameters_of
 from controllers.slope_estimator import slope_change
 from mjbiped.control.controller import Controller, Law, Memory, never
-from mjbiped.errors import InputError
 from mjbiped.gaits.passive import Gait
 from mjbiped.robots.compass import Compass
 from mjbiped.utils import domains
@@ -55,32 +54,27 @@ class KnownSlopeController(Controller):
     initial_slope: float = field(default=0.0, kw_only=True)
 
     memory_size: ClassVar[int] = 2
+    gains: ClassVar[Mapping[str, domains.Domain]] = {}
+    """The law's own attributes, with their domains."""
+    law_parameters: ClassVar[type[Any]]
+    """NamedTuple of what the law takes; see `controllers.imitation.parameters_of`."""
     torque_law: ClassVar[Callable[..., tuple[float, float]]]
     """(parameters, memory, t, q1, q2, dq1, dq2) -> ankle and hip torque, N m; a function at a module's top level."""
 
     def __post_init__(self) -> None:
-        """Refuse what is no robot, gait, source or slope.
+        """Refuse what is no robot, gait, source or slope, and gains outside their domains.
 
         Raises:
-            InputError: One is not.
+            InputError: One is; see `mjbiped.utils.domains`.
         """
-        if not isinstance(self.robot, Compass) or not isinstance(self.gait, Gait):
-            raise InputError(
-                f"{type(self).__name__} needs a mjbiped.Compass and a mjbiped.Gait (see mjbiped.find_passive_gait), "
-                f"got {type(self.robot).__name__} and {type(self.gait).__name__}"
-            )
+        check_imitation(self)
         domains.known_name("slope_source", self.slope_source, SLOPE_SOURCES)
-        domains.check_fields(self, initial_slope=domains.SLOPE)
+        domains.check_fields(self, initial_slope=domains.SLOPE, **self.gains)
 
     @cached_property
-    @abstractmethod
     def parameters(self) -> Any:
-        """A NamedTuple of plain numbers for `torque_law`; its `source` is the slope source's place in the list."""
-
-    @property
-    def source(self) -> int:
-        """Place of `slope_source` in `SLOPE_SOURCES`, for compiled laws."""
-        return SLOPE_SOURCES.index(self.slope_source)
+        """The attributes in plain numbers, as the law takes them; `source` is the slope source's place in the list."""
+        return parameters_of(self.law_parameters, self, source=SLOPE_SOURCES.index(self.slope_source))
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Begin with the slope given."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from controllers.comparison.known_slope import KnownSlopeController, against_slope
 from controllers.tracking import computed_torque, tracking_errors
@@ -58,25 +58,8 @@ class LimitCycleController(KnownSlopeController):
     rate_gain: float = 10.0
     position_gain: float = 25.0
 
-    def __post_init__(self) -> None:
-        """Refuse parameters outside their domain.
-
-        Raises:
-            InputError: One is (see `mjbiped.utils.domains`), or as in `KnownSlopeController`.
-        """
-        super().__post_init__()
-        domains.check_fields(self, rate_gain=domains.GAIN, position_gain=domains.POSITION_GAIN)
-
-    @cached_property
-    def parameters(self) -> Parameters:
-        """The attributes in plain numbers, as the law takes them."""
-        return Parameters(
-            constants=self.robot.constants,
-            source=self.source,
-            rate_gain=float(self.rate_gain),
-            position_gain=float(self.position_gain),
-            table=self.gait.table,
-        )
+    gains: ClassVar[Mapping[str, domains.Domain]] = {"rate_gain": domains.GAIN, "position_gain": domains.POSITION_GAIN}
+    law_parameters: ClassVar[type[Parameters]] = Parameters
 
     def next_break(self, memory: Memory, t: float) -> float:
         """The end of the gait's trajectory; see `Controller.next_break`."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from controllers.comparison.known_slope import KnownSlopeController, against_slope
 from controllers.comparison.virtual_gravity import energy_error, shaped_torque
@@ -56,25 +56,8 @@ class PassivityController(KnownSlopeController):
     gain: float = 5.0
     slope_source: str = field(default="two_point", kw_only=True)
 
-    def __post_init__(self) -> None:
-        """Refuse parameters outside their domain.
-
-        Raises:
-            InputError: It is (see `mjbiped.utils.domains`), or as in `KnownSlopeController`.
-        """
-        super().__post_init__()
-        domains.check_fields(self, gain=domains.DAMPING_GAIN)
-
-    @cached_property
-    def parameters(self) -> Parameters:
-        """The attributes in plain numbers, as the law takes them."""
-        return Parameters(
-            constants=self.robot.constants,
-            source=self.source,
-            imitated_slope=float(self.gait.slope),
-            energy=self.gait.energy,
-            gain=float(self.gain),
-        )
+    gains: ClassVar[Mapping[str, domains.Domain]] = {"gain": domains.DAMPING_GAIN}
+    law_parameters: ClassVar[type[Parameters]] = Parameters
 
 
 def _torque(
