@@ -218,6 +218,7 @@ def take_sample(
     estimate = laws.slope_estimate(parameters, memory)
     write_sample(
         recording.samples[row],
+        0,
         time=time,
         q=(q1, q2),
         dq=(dq1, dq2),

@@ -92,17 +92,9 @@ FEWEST_AVERAGED = 5.0  # physics steps in such a stretch, at least: the foot los
 AIRBORNE = 0.06  # without contact the stance foot is off the ground, in the same units: sliding, it hops half as long
 
 
-_FINISHED, _FELL, _STALLED, _SLIPPED, _LEFT_TERRAIN, _DIVERGED = (
-    float(outcome)
-    for outcome in (
-        Outcome.FINISHED,
-        Outcome.FELL,
-        Outcome.STALLED,
-        Outcome.SLIPPED,
-        Outcome.LEFT_TERRAIN,
-        Outcome.DIVERGED,
-    )
-)
+_FINISHED, _FELL = float(Outcome.FINISHED), float(Outcome.FELL)
+_STALLED, _SLIPPED = float(Outcome.STALLED), float(Outcome.SLIPPED)
+_LEFT_TERRAIN, _DIVERGED = float(Outcome.LEFT_TERRAIN), float(Outcome.DIVERGED)
 
 
 def begin(
