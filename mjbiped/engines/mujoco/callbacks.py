@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco import step_size
+from mjbiped.engines.mujoco.contact_events import State
 from mjbiped.records.rows import SAMPLED, TOUCHED, write_sample
 from mjbiped.rules.termination import Limits
 from mjbiped.terrain.profile import Floats, Profile, height_of, height_over_ground, segment_met, segment_stood_on
@@ -87,37 +88,51 @@ class Laws(NamedTuple):
     slope_estimate: Callable[..., float]
 
 
-def control(
-    laws: Laws,
-    parameters: Any,
-    world: World,
-    recording: Recording,
-    u: MutableSequence[float],
-    memory: MutableSequence[float],
-    rates: MutableSequence[float],
-    ctrl: MutableSequence[float],
-    time: float,
-    qpos: Sequence[float],
-    qvel: Sequence[float],
-) -> bool:
-    """`mjcb_control`: one tick per new time; a second call at the same time changes nothing.
+class Setting(NamedTuple):
+    """All that a walk's callbacks work with and do not change, but for what they write into the recording.
 
-    Args:
+    Attributes:
         laws: The controller's.
         parameters: Theirs.
         world: The walk's.
         recording: To be written.
-        u: Userdata up to the controller's memory.
+    """
+
+    laws: Laws
+    parameters: Any
+    world: World
+    recording: Recording
+
+
+class Userdata(NamedTuple):
+    """The parts of `mjData.userdata`.
+
+    Attributes:
+        events: Up to the controller's memory; see `mjbiped.engines.mujoco.contact_events`.
         memory: The controller's memory.
         rates: Held, of its integrated states.
+    """
+
+    events: MutableSequence[float]
+    memory: MutableSequence[float]
+    rates: MutableSequence[float]
+
+
+def control(setting: Setting, userdata: Userdata, ctrl: MutableSequence[float], time: float, state: State) -> bool:
+    """`mjcb_control`: one tick per new time; a second call at the same time changes nothing.
+
+    Args:
+        setting: The walk's.
+        userdata: To be changed.
         ctrl: To be filled: left ankle, right ankle, hip, N m.
         time: Now, s.
-        qpos: Hip x, hip z (m), left and right leg (rad).
-        qvel: Their rates.
+        state: Now.
 
     Returns:
         Whether anything was changed.
     """
+    world, recording = setting.world, setting.recording
+    u, memory, rates = userdata
     if not (u[events.RUNNING] and time > u[events.TIME]):
         return False
     over = u[events.OUTCOME] != 0.0
@@ -128,19 +143,19 @@ def control(
     if u[events.TRANSFERRED] and u[events.NOTED]:
         _write_row(recording, u)  # of a touchdown that the controller is never told of
     u[events.LAST_STEP] = step_size.step_before(u, time)
-    events.observe(u, world.limits, world.profile, time, qpos, qvel)
+    events.observe(u, world.limits, world.profile, time, state)
     due = time > u[events.NEXT_CONTROL] - _NOW
     if due:
         u[events.NEXT_CONTROL] += world.control_period
     if due or (u[events.TRANSFERRED] and u[events.OUTCOME]):  # the last touchdown is told at once: its row is whole
-        _tick(laws, parameters, recording, u, memory, rates, time)
+        _tick(setting, userdata, time)
     right = bool(u[events.STANCE])
     ctrl[0] = 0.0 if right else u[events.ANKLE]
     ctrl[1] = u[events.ANKLE] if right else 0.0
     ctrl[2] = -u[events.HIP] if right else u[events.HIP]
     if not over and (time > u[events.NEXT_SAMPLE] - _NOW or u[events.OUTCOME]):
         u[events.NEXT_SAMPLE] = (math.floor(time / recording.sample_period + _NOW) + 1.0) * recording.sample_period
-        take_sample(laws, parameters, world, recording, u, memory, time, qpos)
+        take_sample(setting, userdata, time, state.qpos)
     return True
 
 
@@ -152,16 +167,10 @@ def _posture(u: Sequence[float]) -> tuple[float, float, float, float]:
     return u[events.LEFT] - slope, u[events.RIGHT] - slope, u[events.LEFT_RATE], u[events.RIGHT_RATE]
 
 
-def _tick(
-    laws: Laws,
-    parameters: Any,
-    recording: Recording,
-    u: MutableSequence[float],
-    memory: MutableSequence[float],
-    rates: MutableSequence[float],
-    time: float,
-) -> None:
+def _tick(setting: Setting, userdata: Userdata, time: float) -> None:
     """One tick of the digital controller: its events and its law, whose torques and rates are held from now on."""
+    laws, parameters, _, recording = setting
+    u, memory, rates = userdata
     q1, q2, dq1, dq2 = _posture(u)
     if u[events.TRANSFERRED]:
         u[events.TRANSFERRED] = 0.0
@@ -200,17 +209,10 @@ def _write_row(recording: Recording, u: MutableSequence[float]) -> None:
         u[events.ROWS] += 1.0
 
 
-def take_sample(
-    laws: Laws,
-    parameters: Any,
-    world: World,
-    recording: Recording,
-    u: MutableSequence[float],
-    memory: Sequence[float],
-    time: float,
-    qpos: Sequence[float],
-) -> None:
+def take_sample(setting: Setting, userdata: Userdata, time: float, qpos: Sequence[float]) -> None:
     """Write down the state now, with the torque that is held from now on."""
+    laws, parameters, world, recording = setting
+    u, memory, _ = userdata
     row = int(u[events.SAMPLES])
     if not 0 <= row < len(recording.samples):
         return
@@ -238,8 +240,7 @@ def sense(
     u: MutableSequence[float],
     readings: Sequence[float],
     time: float,
-    qpos: Sequence[float],
-    qvel: Sequence[float],
+    state: State,
     qacc: Sequence[float],
 ) -> tuple[float, float]:
     """`mjcb_sensor` at the acceleration stage, after MuJoCo has filled its own contact sensors.
@@ -249,9 +250,8 @@ def sense(
         u: Userdata.
         readings: Sensor data.
         time: Now, s.
-        qpos: Hip x, hip z (m), left and right leg (rad).
-        qvel: Their rates.
-        qacc: Their accelerations.
+        state: Now.
+        qacc: The accelerations of the hip and of both legs.
 
     Returns:
         Length of the physics step from now on, s, 0 where it is not for this walk to say; and by what factor its
@@ -265,7 +265,7 @@ def sense(
     if not world.lands:
         u[events.KICK] = world.timestep
         return 0.0, 1.0
-    length = step_size.step_length(u, world, time, qpos, qvel, qacc)
+    length = step_size.step_length(u, world, time, state, qacc)
     return length, u[events.KICK] / length
 
 

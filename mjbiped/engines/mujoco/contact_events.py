@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import MutableSequence, Sequence
+from typing import NamedTuple
 
 from mjbiped.records.columns import TOUCHDOWNS, index_of
 from mjbiped.records.rows import TOUCHED, write_touchdown
@@ -97,20 +98,24 @@ _STALLED, _SLIPPED = float(Outcome.STALLED), float(Outcome.SLIPPED)
 _LEFT_TERRAIN, _DIVERGED = float(Outcome.LEFT_TERRAIN), float(Outcome.DIVERGED)
 
 
-def begin(
-    u: MutableSequence[float],
-    qpos: Sequence[float],
-    qvel: Sequence[float],
-    slope: float,
-    foot: tuple[float, float],
-    timestep: float,
-) -> None:
+class State(NamedTuple):
+    """How the robot stands and moves.
+
+    Attributes:
+        qpos: Hip x, hip z (m), left and right leg (rad).
+        qvel: Their rates.
+    """
+
+    qpos: Sequence[float]
+    qvel: Sequence[float]
+
+
+def begin(u: MutableSequence[float], state: State, slope: float, foot: tuple[float, float], timestep: float) -> None:
     """Fill zeroed userdata for a walk that starts on the left leg.
 
     Args:
         u: Userdata.
-        qpos: Hip x, hip z (m), left and right leg (rad).
-        qvel: Their rates.
+        state: At the start.
         slope: Of the ground under the stance foot, rad.
         foot: Stance foot, x and z in m.
         timestep: Of the first step, s.
@@ -121,19 +126,12 @@ def begin(
     u[NORMAL_FORCE] = math.inf
     u[SLOPE] = slope
     u[FOOT_X], u[FOOT_Z] = foot
-    u[FOOT_ANGLE] = qpos[2]
-    u[LEFT], u[RIGHT] = qpos[2], qpos[3]
-    u[LEFT_RATE], u[RIGHT_RATE] = qvel[2], qvel[3]
+    _, _, u[LEFT], u[RIGHT] = state.qpos
+    _, _, u[LEFT_RATE], u[RIGHT_RATE] = state.qvel
+    u[FOOT_ANGLE] = u[LEFT]
 
 
-def observe(
-    u: MutableSequence[float],
-    limits: Limits,
-    profile: Profile,
-    time: float,
-    qpos: Sequence[float],
-    qvel: Sequence[float],
-) -> None:
+def observe(u: MutableSequence[float], limits: Limits, profile: Profile, time: float, state: State) -> None:
     """Take in the state at a new time; see the module.
 
     Args:
@@ -141,13 +139,12 @@ def observe(
         limits: What the walk is judged by.
         profile: The ground.
         time: Now, s; later than the last observation.
-        qpos: Hip x, hip z (m), left and right leg (rad).
-        qvel: Their rates.
+        state: Now.
     """
-    hip_x, hip_z, left, right = qpos
-    _, _, left_rate, right_rate = qvel
+    hip_x, hip_z, left, right = state.qpos
+    _, _, left_rate, right_rate = state.qvel
     if u[NOTED]:
-        _exchange(u, limits, profile, time, qpos, qvel)
+        _exchange(u, limits, profile, time, state)
     else:
         _count_work(u, left, right)
         _weigh(u, limits)
@@ -223,14 +220,7 @@ def _least_normal_force(u: Sequence[float]) -> float:
     return u[IMPULSE] / u[STRETCH] if u[STRETCH] > 0.0 else math.nan
 
 
-def _exchange(
-    u: MutableSequence[float],
-    limits: Limits,
-    profile: Profile,
-    time: float,
-    qpos: Sequence[float],
-    qvel: Sequence[float],
-) -> None:
+def _exchange(u: MutableSequence[float], limits: Limits, profile: Profile, time: float, state: State) -> None:
     """Swap the legs' roles and write the touchdown's row; the estimates are not known before the controller's tick.
 
     No row tells of a foot that is not on the ground: the walk has then diverged.
@@ -238,8 +228,8 @@ def _exchange(
     The slope is that of the segment that the foot stands on: no contact's normal, which at an edge can be any.
     The contact step itself counts for no work: half of it belongs to either step's roles.
     """
-    hip_x, hip_z, left, right = qpos
-    _, _, left_rate, right_rate = qvel
+    hip_x, hip_z, left, right = state.qpos
+    _, _, left_rate, right_rate = state.qvel
     if u[STANCE]:
         old, new, old_rate, new_rate = right, left, right_rate, left_rate
         old_before, new_before = u[RIGHT_RATE], u[LEFT_RATE]

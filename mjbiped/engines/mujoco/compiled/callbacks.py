@@ -184,6 +184,7 @@ def _compile(
     import numba
 
     own = (callbacks.control, callbacks.sense, callbacks.refuses, callbacks.softness)
+    groups = (callbacks.Laws, callbacks.Setting, callbacks.Userdata, events.State)
     roots = (*own, torque, touchdown, slope_estimate)
     known = (
         prepared(roots, inlined=(callbacks.control, torque)),
@@ -211,9 +212,9 @@ def bind(digest):
             u = numbers(word(data + AT_USERDATA), behind + world.states)
             try:
                 control(
-                    Laws(_torque, touchdown, slope_estimate), parameters, world, recording, u, u[MEMORY:behind],
-                    u[behind:], numbers(word(data + AT_CTRL), 3), numbers(data + AT_TIME, 1)[0],
-                    four(word(data + AT_QPOS)), four(word(data + AT_QVEL)),
+                    Setting(Laws(_torque, touchdown, slope_estimate), parameters, world, recording),
+                    Userdata(u, u[MEMORY:behind], u[behind:]), numbers(word(data + AT_CTRL), 3),
+                    numbers(data + AT_TIME, 1)[0], State(four(word(data + AT_QPOS)), four(word(data + AT_QVEL))),
                 )
             except Exception:  # such as an index into a tuple; it could not pass through MuJoCo
                 u[RUNNING] = 0.0
@@ -228,7 +229,7 @@ def bind(digest):
             readings = numbers(word(data + AT_SENSORDATA), max(world.contacts[0], world.contacts[1]) + world.slots)
             length, weight = sense(
                 world, numbers(word(data + AT_USERDATA), MEMORY), readings, numbers(data + AT_TIME, 1)[0],
-                four(word(data + AT_QPOS)), four(word(data + AT_QVEL)), four(word(data + AT_QACC)),
+                State(four(word(data + AT_QPOS)), four(word(data + AT_QVEL))), four(word(data + AT_QACC)),
             )
             if length > 0.0:
                 numbers(model + AT_TIMESTEP, 1)[0] = length
@@ -257,11 +258,7 @@ def bind(digest):
 """
     space: dict[str, Any] = {
         "__name__": __name__,
-        "Laws": callbacks.Laws,
-        "control": callbacks.control,
-        "sense": callbacks.sense,
-        "refuses": callbacks.refuses,
-        "softness": callbacks.softness,
+        **{part.__name__: part for part in (*own, *groups)},
         "torque": torque,
         "touchdown": touchdown,
         "slope_estimate": slope_estimate,
