@@ -38,20 +38,37 @@ class Recording(NamedTuple):
     rows: Any
 
 
-class World(NamedTuple):
-    """What does not change in a walk, beside the controller's parameters.
+class Places(NamedTuple):
+    """Where things are in a scene.
 
     Attributes:
-        limits: What the walk is judged by.
-        profile: The ground.
+        profile: The ground, as far as it was built.
         rises: Steps up at the starts of its segments, m.
-        stepped: Whether there are any.
         feet: Geoms of the left and the right foot.
         contacts: Places in the sensor data where the left and the right foot's contacts begin.
         slots: Floats of one foot's contacts.
         risers: For each geom the segment at whose start it is the riser; -1 for the others.
         first: For each geom the first of the segments that it is the ground of; all are where it is none.
         last: The last of them.
+    """
+
+    profile: Profile
+    rises: Floats
+    feet: tuple[int, int]
+    contacts: tuple[int, int]
+    slots: int
+    risers: Floats
+    first: Floats
+    last: Floats
+
+
+class World(NamedTuple):
+    """What does not change in a walk, beside the controller's parameters.
+
+    Attributes:
+        limits: What the walk is judged by.
+        places: In the scene.
+        stepped: Whether there are steps in the ground.
         deepest: No foot is deeper in the ground than this in the first step of a contact, m.
         timestep: Longest physics step, s.
         contact_timestep: Of the step that makes an impact, s.
@@ -62,15 +79,8 @@ class World(NamedTuple):
     """
 
     limits: Limits
-    profile: Profile
-    rises: Floats
+    places: Places
     stepped: bool
-    feet: tuple[int, int]
-    contacts: tuple[int, int]
-    slots: int
-    risers: Floats
-    first: Floats
-    last: Floats
     deepest: float
     timestep: float
     contact_timestep: float
@@ -143,7 +153,7 @@ def control(setting: Setting, userdata: Userdata, ctrl: MutableSequence[float], 
     if u[events.TRANSFERRED] and u[events.NOTED]:
         _write_row(recording, u)  # of a touchdown that the controller is never told of
     u[events.LAST_STEP] = step_size.step_before(u, time)
-    events.observe(u, world.limits, world.profile, time, state)
+    events.observe(u, world.limits, world.places.profile, time, state)
     due = time > u[events.NEXT_CONTROL] - _NOW
     if due:
         u[events.NEXT_CONTROL] += world.control_period
@@ -260,8 +270,8 @@ def sense(
     if not u[events.RUNNING]:
         return 0.0, 1.0
     stance = 1 if u[events.STANCE] else 0
-    own, other = world.contacts[stance], world.contacts[1 - stance]
-    events.feel(u, world.limits, readings[own : own + world.slots], readings[other : other + world.slots])
+    own, other, slots = world.places.contacts[stance], world.places.contacts[1 - stance], world.places.slots
+    events.feel(u, world.limits, readings[own : own + slots], readings[other : other + slots])
     if not world.lands:
         u[events.KICK] = world.timestep
         return 0.0, 1.0
@@ -280,7 +290,7 @@ def softness(world: World, u: Sequence[float], time: float) -> tuple[float, floa
     return step_size.softness(u, time) if u[events.RUNNING] and world.lands else (0.0, 0.0)
 
 
-def refuses(world: World, u: Sequence[float], places: Any, first: int, second: int) -> bool:
+def refuses(world: World, u: Sequence[float], centres: Any, first: int, second: int) -> bool:
     """`mjcb_contactfilter`: whether a pair of geoms does not collide.
 
     The swing foot passes through everything until it is armed (scuffing rule). From then on it is a point: it meets
@@ -294,39 +304,41 @@ def refuses(world: World, u: Sequence[float], places: Any, first: int, second: i
     Args:
         world: The walk's.
         u: Userdata.
-        places: Of all geoms, an array of shape (geoms, 3), m.
+        centres: Of all geoms, an array of shape (geoms, 3), m.
         first: One geom.
         second: The other.
     """
     if not u[events.RUNNING]:
         return False
     right = 1 if u[events.STANCE] else 0
-    stance, swing = world.feet[right], world.feet[1 - right]
+    places = world.places
+    stance, swing = places.feet[right], places.feet[1 - right]
     armed = bool(u[events.ARMED])
     if swing in (first, second):
-        return not armed or not _meets(world, places[swing, 0], places[swing, 2], second if first == swing else first)
+        other = second if first == swing else first
+        return not armed or not _meets(places, centres[swing, 0], centres[swing, 2], other)
     if stance not in (first, second):
         return False
-    if armed and -world.deepest < height_over_ground(world.profile, places[swing, 0], places[swing, 2]) < 0.0:
+    if armed and -world.deepest < height_over_ground(places.profile, centres[swing, 0], centres[swing, 2]) < 0.0:
         return True
-    return _beside(world, places[stance, 0], places[stance, 2], second if first == stance else first)
+    return _beside(places, centres[stance, 0], centres[stance, 2], second if first == stance else first)
 
 
-def _meets(world: World, x: float, z: float, geom: int) -> bool:
+def _meets(places: Places, x: float, z: float, geom: int) -> bool:
     """Whether a foot at x, z can meet a geom of the ground."""
-    segment = segment_met(world.profile, x, z)
-    riser = int(world.risers[geom])
+    segment = segment_met(places.profile, x, z)
+    riser = int(places.risers[geom])
     if riser >= 0:
-        return (segment < riser) == (world.rises[riser] > 0.0)
-    return bool(world.first[geom] <= segment <= world.last[geom])
+        return (segment < riser) == (places.rises[riser] > 0.0)
+    return bool(places.first[geom] <= segment <= places.last[geom])
 
 
-def _beside(world: World, x: float, z: float, geom: int) -> bool:
+def _beside(places: Places, x: float, z: float, geom: int) -> bool:
     """Whether a standing foot at x, z, which may have sunk a little, has a geom of the ground beside it."""
-    if world.risers[geom] >= 0.0:
+    if places.risers[geom] >= 0.0:
         return True
-    segment = segment_stood_on(world.profile, x, z, SUNK)
-    if world.first[geom] <= segment <= world.last[geom]:
+    segment = segment_stood_on(places.profile, x, z, SUNK)
+    if places.first[geom] <= segment <= places.last[geom]:
         return False
-    nearest = int(world.first[geom]) if segment < world.first[geom] else int(world.last[geom])
-    return height_of(world.profile, nearest, x) > z + SUNK
+    nearest = int(places.first[geom]) if segment < places.first[geom] else int(places.last[geom])
+    return height_of(places.profile, nearest, x) > z + SUNK

@@ -38,9 +38,9 @@ from mjbiped.engines.mujoco.compiled.registry import (
     stepped_under_shared,
 )
 from mjbiped.engines.mujoco.contact_events import State
+from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
 from mjbiped.engines.mujoco.options import Options
-from mjbiped.engines.mujoco.scene import FOOT_RADIUS
 from mjbiped.records.recorder import Recorder
 from mjbiped.records.rows import SAMPLED, TOUCHED
 from mjbiped.robots.compass import Compass
@@ -166,7 +166,7 @@ class Simulation:
         )
         self._world = World(
             limits=self.limits._replace(start=scene.start, end=scene.end),
-            **places_in(scene, terrain),
+            places=places_in(scene, terrain),
             stepped=any(terrain.rises),
             # twice the way at the fall of a leg
             deepest=2.0 * timestep * math.sqrt(2.0 * robot.gravity * length),
@@ -231,10 +231,10 @@ class Simulation:
             return False
         scene, before = self._windows.about(x), self._world
         world = before._replace(
-            limits=self.limits._replace(start=scene.start, end=scene.end), **places_in(scene, self._terrain)
+            limits=self.limits._replace(start=scene.start, end=scene.end), places=places_in(scene, self._terrain)
         )
         scene.model.opt.timestep = self.model.opt.timestep
-        scene.model.geom_solref[list(world.feet)] = self.model.geom_solref[list(before.feet)]
+        scene.model.geom_solref[list(world.places.feet)] = self.model.geom_solref[list(before.places.feet)]
         state = np.empty(mujoco.mj_stateSize(self.model, WHOLE_STATE))
         mujoco.mj_getState(self.model, data, state, WHOLE_STATE)
         data = mujoco.MjData(scene.model)
@@ -380,7 +380,7 @@ class Simulation:
             return int(self._pass_on("mjcb_contactfilter", model, data, first, second) or 0)
         solref = callbacks.softness(self._world, data.userdata, data.time)
         if solref[0] < 0.0:
-            model.geom_solref[list(self._world.feet)] = solref
+            model.geom_solref[list(self._world.places.feet)] = solref
         return int(callbacks.refuses(self._world, data.userdata, data.geom_xpos, first, second))
 
     def _pass_on(self, name: str, model: mujoco.MjModel, data: mujoco.MjData, *arguments: int) -> Any:

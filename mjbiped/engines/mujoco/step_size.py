@@ -152,7 +152,7 @@ def _foot(
 def _clearance(world: World, u: Sequence[float], side: int, t: float, state: State, qacc: Sequence[float]) -> float:
     """Height of a foot over the ground after a step of length t, m."""
     x, z = _foot(world, u, side, t, state, qacc)
-    return height_over_ground(world.profile, x, z)
+    return height_over_ground(world.places.profile, x, z)
 
 
 def _near_face(world: World, u: Sequence[float], t: float, state: State, qacc: Sequence[float]) -> bool:
@@ -161,10 +161,10 @@ def _near_face(world: World, u: Sequence[float], t: float, state: State, qacc: S
     x, z = _foot(world, u, swing, t, state, qacc)
     further, _ = _foot(world, u, swing, t + 2.0 * world.timestep, state, qacc)
     margin = MARGIN + abs(further - x)
-    profile = world.profile
+    profile, rises = world.places.profile, world.places.rises
     segment = segment_under(profile, x)
     for index in range(segment, min(segment + 2, len(profile.x))):  # the faces behind and ahead
-        rise, top = world.rises[index], profile.z[index]
+        rise, top = rises[index], profile.z[index]
         if rise != 0.0 and abs(x - profile.x[index]) < margin and z < max(top, top - rise) + margin:
             return True
     return False

@@ -96,13 +96,15 @@ class Native:
             NotPackableError: The law's parameters cannot be put into a record.
             NumbaError: The laws cannot be compiled.
         """
-        profile = Profile(*(np.array(values, dtype=np.float64) for values in world.profile))
+        places = world.places
         packed = world._replace(
-            profile=profile,
-            rises=np.array(world.rises),
-            risers=np.array(world.risers),
-            first=np.array(world.first),
-            last=np.array(world.last),
+            places=places._replace(
+                profile=Profile(*(np.array(values, dtype=np.float64) for values in places.profile)),
+                rises=np.array(places.rises),
+                risers=np.array(places.risers),
+                first=np.array(places.first),
+                last=np.array(places.last),
+            )
         )
         shared = recording._replace(samples=Shared(recording.samples), rows=Shared(recording.rows))
         packer = Packer()
@@ -120,11 +122,11 @@ class Native:
 
     def fits(self, model: mujoco.MjModel) -> bool:
         """Whether all places that the callbacks use are there in a model: C code does not look."""
-        world = self.world
+        world, places = self.world, self.world.places
         return bool(
             model.nuserdata >= events.CONTROLLER_MEMORY + world.memory_size + world.states
-            and model.ngeom == len(world.risers)
-            and model.nsensordata >= max(world.contacts) + world.slots
+            and model.ngeom == len(places.risers)
+            and model.nsensordata >= max(places.contacts) + places.slots
             and (model.nq, model.nv, model.nu) == (4, 4, 3)
             and model.nnumericdata >= RECORDS_SIZE
         )
@@ -135,7 +137,7 @@ def attached(model: mujoco.MjModel, walks: Sequence[Native]) -> Iterator[None]:
     """Tell the compiled callbacks of a model's walks, and let them forget these afterwards.
 
     Args:
-        model: Made by `scene.build_scene`.
+        model: Made by `scene.compose_scene`.
         walks: `userdata[events.RECORD]` is an index into them.
 
     Raises:
@@ -226,7 +228,8 @@ def bind(digest):
         if record != 0:
             p = numbers(record, SCALARS)
             world, _, _ = {made}
-            readings = numbers(word(data + AT_SENSORDATA), max(world.contacts[0], world.contacts[1]) + world.slots)
+            places = world.places
+            readings = numbers(word(data + AT_SENSORDATA), max(places.contacts[0], places.contacts[1]) + places.slots)
             length, weight = sense(
                 world, numbers(word(data + AT_USERDATA), MEMORY), readings, numbers(data + AT_TIME, 1)[0],
                 State(four(word(data + AT_QPOS)), four(word(data + AT_QVEL))), four(word(data + AT_QACC)),
@@ -245,14 +248,15 @@ def bind(digest):
             return 0
         p = numbers(record, SCALARS)
         world, _, _ = {made}
+        places = world.places
         u = numbers(word(data + AT_USERDATA), MEMORY)
         minus_stiffness, minus_damping = softness(world, u, numbers(data + AT_TIME, 1)[0])
         if minus_stiffness < 0.0:
-            solref = array(word(model + AT_GEOM_SOLREF), (len(world.risers), 2))
-            for foot in world.feet:
+            solref = array(word(model + AT_GEOM_SOLREF), (len(places.risers), 2))
+            for foot in places.feet:
                 solref[foot, 0], solref[foot, 1] = minus_stiffness, minus_damping
-        places = array(word(data + AT_GEOM_XPOS), (len(world.risers), 3))
-        return 1 if refuses(world, u, places, first, second) else 0
+        centres = array(word(data + AT_GEOM_XPOS), (len(places.risers), 3))
+        return 1 if refuses(world, u, centres, first, second) else 0
 
     return control_{name}, sensor_{name}, filter_{name}
 """
