@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, NamedTuple
 
-from controllers.imitation import check_imitation, parameters_of
+from controllers.imitation import check_imitation
 from controllers.replanning import transition, transition_at
 from controllers.slope_estimator import estimate_rates, slope_of, updated_estimate
 from controllers.tracking import tracking_errors, tracking_torque
@@ -121,8 +121,19 @@ class AdaptiveController(AdaptiveTracking):
     def parameters(self) -> Parameters:
         """The attributes in plain numbers, as the laws take them."""
         q1, q2, dq1, dq2 = self.gait.start.tolist()
-        transition_time = float((self.replanning_delay or 0.0) * self.gait.period)
-        return parameters_of(Parameters, self, transition_time=transition_time, cycle=(q1, q2, dq1, dq2))
+        return Parameters(
+            constants=self.robot.constants,
+            position_gain=self.position_gain,
+            velocity_gain=self.velocity_gain,
+            adaptation_gain=self.adaptation_gain,
+            transition_time=float((self.replanning_delay or 0.0) * self.gait.period),
+            estimate_update=self.estimate_update,
+            update_threshold=self.update_threshold,
+            replanning_threshold=self.replanning_threshold,
+            cycle=(q1, q2, dq1, dq2),
+            imitated_slope=float(self.gait.slope),
+            table=self.gait.table,
+        )
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Begin with the initial estimate, and plan the way from the first state to the limit cycle."""

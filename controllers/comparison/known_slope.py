@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
-from controllers.imitation import check_imitation, parameters_of
+from controllers.imitation import check_imitation
 from controllers.slope_estimator import slope_change
 from mjbiped.control.controller import Controller, Law, Memory, never
 from mjbiped.gaits.passive import Gait
+from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
 from mjbiped.utils import domains
 
@@ -21,6 +22,26 @@ SLOPE_SOURCES = ("none", "local", "two_point")
 
 # places in the memory: slope under the stance foot, and from there to the slope that the law takes, rad
 _LOCAL, _TILT = 0, 1
+
+
+class Parameters(NamedTuple):
+    """What the laws of these controllers take: the attributes in plain numbers.
+
+    Attributes:
+        constants: Of the robot model.
+        source: Of the slope, its place in `SLOPE_SOURCES`.
+        imitated_slope: phi_r, rad.
+        energy: E_ref, J.
+        gains: The law's own attributes, in the order of `KnownSlopeController.gains`.
+        table: The gait's trajectory, for a law that follows it; else empty.
+    """
+
+    constants: compass.Constants
+    source: int
+    imitated_slope: float
+    energy: float
+    gains: tuple[float, ...]
+    table: Any
 
 
 @dataclass(frozen=True)
@@ -56,8 +77,8 @@ class KnownSlopeController(Controller):
     memory_size: ClassVar[int] = 2
     gains: ClassVar[Mapping[str, domains.Domain]] = {}
     """The law's own attributes, with their domains."""
-    law_parameters: ClassVar[type[Any]]
-    """NamedTuple of what the law takes; see `controllers.imitation.parameters_of`."""
+    follows: ClassVar[bool] = False
+    """Whether the law follows the gait's trajectory in time."""
     torque_law: ClassVar[Callable[..., tuple[float, float]]]
     """(parameters, memory, t, q1, q2, dq1, dq2) -> ankle and hip torque, N m; a function at a module's top level."""
 
@@ -72,9 +93,16 @@ class KnownSlopeController(Controller):
         domains.check_fields(self, initial_slope=domains.SLOPE, **self.gains)
 
     @cached_property
-    def parameters(self) -> Any:
-        """The attributes in plain numbers, as the law takes them; `source` is the slope source's place in the list."""
-        return parameters_of(self.law_parameters, self, source=SLOPE_SOURCES.index(self.slope_source))
+    def parameters(self) -> Parameters:
+        """The attributes in plain numbers, as the law takes them."""
+        return Parameters(
+            constants=self.robot.constants,
+            source=SLOPE_SOURCES.index(self.slope_source),
+            imitated_slope=float(self.gait.slope),
+            energy=self.gait.energy,
+            gains=tuple(getattr(self, name) for name in self.gains),
+            table=self.gait.table if self.follows else (),
+        )
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Begin with the slope given."""
@@ -103,7 +131,7 @@ def against_slope(memory: Memory, q1: float, q2: float) -> tuple[float, float, f
 
 
 def _touchdown(
-    parameters: Any,
+    parameters: Parameters,
     memory: Memory,
     q1_before: float,
     q2_before: float,
@@ -118,5 +146,5 @@ def _touchdown(
         memory[_TILT] = 0.5 * (q1 + q2)
 
 
-def _slope_estimate(parameters: Any, memory: Memory) -> float:
+def _slope_estimate(parameters: Parameters, memory: Memory) -> float:
     return memory[_LOCAL]

@@ -174,11 +174,10 @@ def _plans(
         InputError: The numbers differ, or one is not what is expected; the message says which walk's.
         GaitError: A walk has no passive gait to start on.
     """
-    given: dict[str, Any] = {"controllers": controllers, "terrains": terrains}
+    given: dict[str, Any] = {"controllers": controllers, "terrains": terrains, "initial": initial}
     each = {name: values for name, value in given.items() if (values := entries(value)) is not None}
-    starts = entries(initial)
-    if starts is not None and not all(isinstance(start, Real) for start in starts):
-        each["initial"] = starts
+    if all(isinstance(start, Real) for start in each.get("initial", ())):
+        each.pop("initial", None)  # one state for all
     counts = {name: len(values) for name, values in each.items()}
     if len(set(counts.values())) > 1:
         got = ", ".join(f"{count} of {name}" for name, count in counts.items())
@@ -187,9 +186,7 @@ def _plans(
     described: dict[int, dict[str, Any]] = {}
     plans = []
     for index in range(count):
-        controller, terrain, start = (
-            each[name][index] if name in each else value for name, value in {**given, "initial": initial}.items()
-        )
+        controller, terrain, start = (each[name][index] if name in each else value for name, value in given.items())
         try:
             if id(controller) not in described:
                 described[id(controller)] = check_controller(controller)

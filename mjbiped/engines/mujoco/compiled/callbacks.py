@@ -20,7 +20,7 @@ import ctypes
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
@@ -33,7 +33,7 @@ from mjbiped.engines.mujoco.compiled.layout import Layout, UnknownLayoutError, l
 from mjbiped.engines.mujoco.compiled.memory import memory_access
 from mjbiped.engines.mujoco.compiled.records import NotPackableError, Packer, Shared
 from mjbiped.engines.mujoco.scene import RECORDS_SIZE
-from mjbiped.numerics.jit import described, prepared, raises
+from mjbiped.numerics.jit import described, kept_on_disk, prepared, raises
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.profile import Profile
 
@@ -295,15 +295,9 @@ def bind(digest):
 def _cfunc(signature: Any, function: Callable[..., Any]) -> Any:
     import numba
 
-    options: dict[str, Any] = {
-        "_nrt": False,
-        "error_model": "numpy",
-        "boundscheck": True,
-    }  # and no fastmath: as Python rounds
-    try:
-        compiled = numba.cfunc(signature, cache=True, **options)(function)
-    except RuntimeError:  # no folder to write to
-        compiled = numba.cfunc(signature, **options)(function)
+    # no fastmath: as Python rounds
+    options: dict[str, Any] = {"_nrt": False, "error_model": "numpy", "boundscheck": True}
+    compiled = kept_on_disk(partial(numba.cfunc, signature, **options), function)
     _kept.append(compiled)
     return compiled.ctypes
 
