@@ -125,7 +125,7 @@ class Terrain(Presets):
             InputError: No segments, or a value outside its domain; the message names the segment, counted from 1.
         """
         rows = checked_segments(segments)
-        return cls._of_segments(rows, name, (("segments", rows),))
+        return cls._of_segments(rows, name, segments=rows)
 
     @classmethod
     def from_file(cls, path: str | Path) -> Terrain:
@@ -150,7 +150,7 @@ class Terrain(Presets):
                 return cls._from_samples(path)
             if suffix in FILE_SUFFIXES:
                 rows = checked_segments(read_segments(path))
-                return cls._of_segments(rows, path.name, (("segments", rows),))
+                return cls._of_segments(rows, path.name, segments=rows)
             raise InputError(f"unknown suffix {shown(suffix)}: valid are {', '.join(FILE_SUFFIXES)}")
         except InputError as error:
             raise InputError(f"terrain file {shortened(str(path))}: {error}") from error

@@ -172,9 +172,9 @@ def control(setting: Setting, userdata: Userdata, ctrl: MutableSequence[float], 
 def _posture(u: Sequence[float]) -> tuple[float, float, float, float]:
     """Stance and swing leg from the ground's normal, and their rates, as last observed."""
     slope = u[events.SLOPE]
-    if u[events.STANCE]:
-        return u[events.RIGHT] - slope, u[events.LEFT] - slope, u[events.RIGHT_RATE], u[events.LEFT_RATE]
-    return u[events.LEFT] - slope, u[events.RIGHT] - slope, u[events.LEFT_RATE], u[events.RIGHT_RATE]
+    stance, swing = events.by_role(u, u[events.LEFT], u[events.RIGHT])
+    stance_rate, swing_rate = events.by_role(u, u[events.LEFT_RATE], u[events.RIGHT_RATE])
+    return stance - slope, swing - slope, stance_rate, swing_rate
 
 
 def _tick(setting: Setting, userdata: Userdata, time: float) -> None:

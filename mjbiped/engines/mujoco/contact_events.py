@@ -152,7 +152,7 @@ def observe(u: MutableSequence[float], limits: Limits, profile: Profile, time: f
     u[LEFT], u[RIGHT], u[LEFT_RATE], u[RIGHT_RATE] = left, right, left_rate, right_rate
 
     length = limits.leg_length
-    stance, swing = (right, left) if u[STANCE] else (left, right)
+    stance, swing = by_role(u, left, right)
     foot_x, foot_z = hip_x - length * math.sin(stance), hip_z - length * math.cos(stance)
     if not u[ARMED]:
         swing_x = hip_x - length * math.sin(swing)
@@ -180,14 +180,18 @@ def observe(u: MutableSequence[float], limits: Limits, profile: Profile, time: f
             u[OUTCOME] = _LEFT_TERRAIN
 
 
+def by_role(u: Sequence[float], left: float, right: float) -> tuple[float, float]:
+    """What belongs to the left and the right leg, as that of the stance and of the swing leg."""
+    return (right, left) if u[STANCE] else (left, right)
+
+
 def _count_work(u: MutableSequence[float], left: float, right: float) -> None:
     """Work of the held torques since the last observation, exact for the way that was made.
 
     The paper's power is τ1 q̇1 + τ2 (q̇2 - q̇1); the ground's slope does not change in between.
     """
-    way_left, way_right = left - u[LEFT], right - u[RIGHT]
-    way_ankle, way_hip = (way_right, way_left - way_right) if u[STANCE] else (way_left, way_right - way_left)
-    ankle, hip = u[ANKLE] * way_ankle, u[HIP] * way_hip
+    stance, swing = by_role(u, left - u[LEFT], right - u[RIGHT])
+    ankle, hip = u[ANKLE] * stance, u[HIP] * (swing - stance)
     u[WORK_ABSOLUTE] += abs(ankle) + abs(hip)
     u[WORK_NET] += ankle + hip
     u[WORK_POSITIVE] += (0.0 if ankle < 0.0 else ankle) + (0.0 if hip < 0.0 else hip)
@@ -230,12 +234,9 @@ def _exchange(u: MutableSequence[float], limits: Limits, profile: Profile, time:
     """
     hip_x, hip_z, left, right = state.qpos
     _, _, left_rate, right_rate = state.qvel
-    if u[STANCE]:
-        old, new, old_rate, new_rate = right, left, right_rate, left_rate
-        old_before, new_before = u[RIGHT_RATE], u[LEFT_RATE]
-    else:
-        old, new, old_rate, new_rate = left, right, left_rate, right_rate
-        old_before, new_before = u[LEFT_RATE], u[RIGHT_RATE]
+    old, new = by_role(u, left, right)
+    old_rate, new_rate = by_role(u, left_rate, right_rate)
+    old_before, new_before = by_role(u, u[LEFT_RATE], u[RIGHT_RATE])
     foot_x, foot_z = hip_x - limits.leg_length * math.sin(new), hip_z - limits.leg_length * math.cos(new)
     segment = segment_stood_on(profile, foot_x, foot_z)
     if not abs(foot_z - height_of(profile, segment, foot_x)) <= MISSED * limits.leg_length:

@@ -21,7 +21,7 @@ import mujoco
 import numpy as np
 
 from mjbiped.control import methods as laws
-from mjbiped.control.check import refusal
+from mjbiped.control.check import refused_in_words
 from mjbiped.control.methods import gives_its_law
 from mjbiped.engines.mujoco import callbacks
 from mjbiped.engines.mujoco import contact_events as events
@@ -339,15 +339,11 @@ class Simulation:
             return None
         try:
             check_offsets(self.data)
-            return native(law, self._world, self.recording)
+            with refused_in_words(controller, law):
+                return native(law, self._world, self.recording)
         except UnknownLayoutError as error:
             _warn_once(str(error))
             return None
-        except Exception as error:
-            refused = refusal(error, law, controller.states, whose=type(controller).__name__)
-            if refused is not None:
-                raise refused from error
-            raise
 
     def _on_control(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """`mjcb_control`; see `callbacks.control`."""

@@ -28,7 +28,7 @@ import numpy as np
 
 from mjbiped.engines.mujoco import callbacks
 from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco.callbacks import Recording, World
+from mjbiped.engines.mujoco.callbacks import Laws, Recording, World
 from mjbiped.engines.mujoco.compiled.layout import Layout, UnknownLayoutError, layout
 from mjbiped.engines.mujoco.compiled.memory import memory_access
 from mjbiped.engines.mujoco.compiled.records import NotPackableError, Packer, Shared
@@ -65,7 +65,7 @@ def native(law: Law, world: World, recording: Recording) -> Native | None:
     A law that raises an exception cannot do so through MuJoCo, nor can a record hold every kind of parameters. See
     `Native` for arguments and errors.
     """
-    if raises((law.torque, law.touchdown, law.slope_estimate)):
+    if raises(_laws(law)):
         return None
     try:
         return Native(law, world, recording)
@@ -111,7 +111,7 @@ class Native:
         made = packer.add((packed, shared, law.parameters))
         classes = tuple(packer.classes.items())
         values = 2 + world.states
-        self.functions = _compile(law.torque, law.touchdown, law.slope_estimate, values, made, classes, layout())
+        self.functions = _compile(_laws(law), values, made, classes, layout())
         self.world, self.recording = world, recording
         self.record = packer.record()
         self._law = law
@@ -172,24 +172,20 @@ def check_offsets(data: mujoco.MjData) -> None:
             raise UnknownLayoutError(f"MuJoCo {mujoco.__version__} keeps {name} elsewhere than in other models")
 
 
+def _laws(law: Law) -> Laws:
+    return Laws(law.torque, law.touchdown, law.slope_estimate)
+
+
 @lru_cache(maxsize=64)
-def _compile(
-    torque: Callable[..., Any],
-    touchdown: Callable[..., Any],
-    slope_estimate: Callable[..., Any],
-    values: int,
-    made: str,
-    classes: tuple[tuple[str, type], ...],
-    at: Layout,
-) -> Functions:
+def _compile(laws: Laws, values: int, made: str, classes: tuple[tuple[str, type], ...], at: Layout) -> Functions:
     """The callbacks for one kind of law and record."""
     import numba
 
     own = (callbacks.control, callbacks.sense, callbacks.refuses, callbacks.softness)
-    groups = (callbacks.Laws, callbacks.Setting, callbacks.Userdata, events.State)
-    roots = (*own, torque, touchdown, slope_estimate)
+    groups = (Laws, callbacks.Setting, callbacks.Userdata, events.State)
+    roots = (*own, *laws)
     known = (
-        prepared(roots, inlined=(callbacks.control, torque)),
+        prepared(roots, inlined=(callbacks.control, laws.torque)),
         described(memory_access.__wrapped__),
         *(values, made, at, numba.__version__),
         *(events.CONTROLLER_MEMORY, events.RECORD, events.RUNNING, events.OUTCOME),
@@ -263,9 +259,7 @@ def bind(digest):
     space: dict[str, Any] = {
         "__name__": __name__,
         **{part.__name__: part for part in (*own, *groups)},
-        "torque": torque,
-        "touchdown": touchdown,
-        "slope_estimate": slope_estimate,
+        **laws._asdict(),
         "TOKEN": token,
         "SCALARS": made.count("p["),
         "MEMORY": events.CONTROLLER_MEMORY,
