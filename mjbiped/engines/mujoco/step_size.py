@@ -108,8 +108,7 @@ def _approach(u: Sequence[float], world: World, state: State, qacc: Sequence[flo
     length, shortest = u[events.PLANNED], world.contact_timestep
     if u[events.NOTED] or not u[events.ARMED]:
         return length, world.timestep, 0.0
-    swing = 0 if u[events.STANCE] else 1
-    if _clearance(world, u, swing, 0.0, state, qacc) <= 0.0:
+    if _clearance(world, u, 0.0, state, qacc) <= 0.0:
         return length, shortest, 1.0  # it lies lower than where its contact should have been felt
     shorter = max(length / SHORTER, shortest)
     rest, part = 0.0, length  # of the approach
@@ -117,13 +116,13 @@ def _approach(u: Sequence[float], world: World, state: State, qacc: Sequence[flo
         part = max(part / SHORTER, shortest)
         rest += part
     above, below = 0.0, length
-    if _clearance(world, u, swing, below, state, qacc) > -DEPTH:
+    if _clearance(world, u, below, state, qacc) > -DEPTH:
         below = _LOOK_AHEAD * (length + rest)  # which may be behind an edge already
-        if _clearance(world, u, swing, below, state, qacc) > -DEPTH:
+        if _clearance(world, u, below, state, qacc) > -DEPTH:
             return length, world.timestep, 0.0
     for _ in range(_HALVINGS):
         middle = 0.5 * (above + below)
-        if _clearance(world, u, swing, middle, state, qacc) > -DEPTH:
+        if _clearance(world, u, middle, state, qacc) > -DEPTH:
             above = middle
         else:
             below = middle
@@ -136,30 +135,28 @@ def _approach(u: Sequence[float], world: World, state: State, qacc: Sequence[flo
     return max(0.5 * below, _SHORTEST), shorter, 0.0  # seen late, behind an edge
 
 
-def _foot(
-    world: World, u: Sequence[float], side: int, t: float, state: State, qacc: Sequence[float]
-) -> tuple[float, float]:
-    """Place of the left (0) or right (1) foot after a step of length t, x and z in m."""
+def _foot(world: World, u: Sequence[float], t: float, state: State, qacc: Sequence[float]) -> tuple[float, float]:
+    """Place of the swing foot after a step of length t, x and z in m."""
     qpos, qvel = state
     kick = _kick(u[events.PLAIN], u[events.LAST_STEP], t)
     x = qpos[0] + t * (qvel[0] + kick * qacc[0])
     z = qpos[1] + t * (qvel[1] + kick * qacc[1])
-    leg = qpos[2 + side] + t * (qvel[2 + side] + kick * qacc[2 + side])
+    swing = 2 if u[events.STANCE] else 3
+    leg = qpos[swing] + t * (qvel[swing] + kick * qacc[swing])
     length = world.limits.leg_length
     return x - length * math.sin(leg), z - length * math.cos(leg)
 
 
-def _clearance(world: World, u: Sequence[float], side: int, t: float, state: State, qacc: Sequence[float]) -> float:
-    """Height of a foot over the ground after a step of length t, m."""
-    x, z = _foot(world, u, side, t, state, qacc)
+def _clearance(world: World, u: Sequence[float], t: float, state: State, qacc: Sequence[float]) -> float:
+    """Height of the swing foot over the ground after a step of length t, m."""
+    x, z = _foot(world, u, t, state, qacc)
     return height_over_ground(world.places.profile, x, z)
 
 
 def _near_face(world: World, u: Sequence[float], t: float, state: State, qacc: Sequence[float]) -> bool:
     """Whether the swing foot could touch a riser in the step after this one, which is of length t."""
-    swing = 0 if u[events.STANCE] else 1
-    x, z = _foot(world, u, swing, t, state, qacc)
-    further, _ = _foot(world, u, swing, t + 2.0 * world.timestep, state, qacc)
+    x, z = _foot(world, u, t, state, qacc)
+    further, _ = _foot(world, u, t + 2.0 * world.timestep, state, qacc)
     margin = MARGIN + abs(further - x)
     profile, rises = world.places.profile, world.places.rises
     segment = segment_under(profile, x)
