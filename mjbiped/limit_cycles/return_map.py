@@ -1,275 +1,76 @@
 """The return map of the unpowered robot on a plane: from just after one impact to just after the next (eq. 1-4).
 
-It is the hybrid engine's walk without a controller, on a plane, and without a record: the same laws and scuffing rule,
-in fixed integration steps, some fifteen to a gait step, so that its result depends smoothly on the state. That makes it
-fit for Newton's method, and fast enough for diagrams of a million steps. docs/gaits.md has its accuracy.
+It is the hybrid engine's gait step by the engine's own machine code, begun afresh after each impact, in integration
+steps of one length, some fifteen to a gait step, so that its result depends smoothly on the state. That makes it fit
+for Newton's method, and fast enough for diagrams of a million steps. docs/gaits.md has its accuracy.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, cached_property, lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from mjbiped.numerics.dormand_prince import STAGES, unrolled
-from mjbiped.numerics.jit import Function, compiled
-from mjbiped.robots.compass import Array, Compass, Constants, acceleration, impact_rates, mass_terms
-from mjbiped.rules.scuffing import ScuffingRule, swing_foot_collides
-from mjbiped.rules.termination import FALLEN_HIP, STALL_TIME, Outcome
+from mjbiped.control.unpowered import Unpowered
+from mjbiped.engines.hybrid.simulation import HybridSimulation
+from mjbiped.engines.hybrid.state import (
+    ANGLES_AND_RATES,
+    COSINE,
+    NEXT_STEP,
+    OUTCOME,
+    PAUSE,
+    SINE,
+    SLOPE,
+    TIME,
+    Buffers,
+    World,
+)
+from mjbiped.numerics.jit import compiled
+from mjbiped.robots.compass import Array, Compass, mass_terms
+from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.rules.termination import Outcome
+from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 
-STEP = 0.3
-"""Integration step times the fastest rate of the motion: 50 ms for Table I's gait on 2 degrees."""
+STEP = 0.24
+"""Integration step times the fastest rate of the linearised motion: 50 ms for Table I's robot."""
 
-FINEST = 1e-4  # of the stall time: no integration step is shorter, however fast the legs
-SHORTEST = 1e-3  # of an integration step: events are not searched for in intervals shorter than this
-ROOM = 2.0  # the foot is allowed this many times the acceleration that it has at an integration step's ends
-TAYLOR = 1e-6  # a touchdown known so closely, in shares of an integration step, is brought home by a Taylor series
+TOLERANCE = 1e-9
+"""Of an integration step. One of full length is better than that near a gait; only wild motions take shorter ones."""
+
 SETTLED = -1  # beside the engines' outcomes
-TOUCHDOWN, FELL, STALLED, DIVERGED = (
-    int(outcome) for outcome in (Outcome.WALKING, Outcome.FELL, Outcome.STALLED, Outcome.DIVERGED)
+TOUCHDOWN, FELL, STALLED, DIVERGED, UNRESOLVED = (
+    int(outcome) for outcome in (Outcome.WALKING, Outcome.FELL, Outcome.STALLED, Outcome.DIVERGED, Outcome.UNRESOLVED)
 )
 
 
+class EngineCode(NamedTuple):
+    """The hybrid engine's machine code for the unpowered robot.
+
+    Attributes:
+        advance: See `mjbiped.engines.hybrid.simulation.HybridSimulation`.
+    """
+
+    advance: Any
+
+
 class Plane(NamedTuple):
-    """Robot, plane and rules in plain numbers.
+    """A robot on a plane, as the hybrid engine takes it.
 
     Attributes:
-        constants: Of the robot.
-        length: Of a leg, m.
-        gravity: m/s^2.
-        sine: Of the slope.
-        cosine: Of the slope.
-        reach: Of the scuffing rule, m.
-        delay: Of the scuffing rule, s.
-        rate: The fastest rate of the linearised motion, 1/s.
-        stall_time: Longest time without touchdown, s.
+        code: What walks it.
+        world: Robot, plane and rules.
+        buffers: Of a walk just after an impact, with room for one touchdown; to be copied for each batch.
     """
 
-    constants: Constants
-    length: float
-    gravity: float
-    sine: float
-    cosine: float
-    reach: float
-    delay: float
-    rate: float
-    stall_time: float
-
-
-class Integration(NamedTuple):
-    """The unrolled integrator's functions; see `mjbiped.numerics.dormand_prince.Integrator`."""
-
-    begin: Callable[..., None]
-    step: Callable[..., float]
-
-
-class Work(NamedTuple):
-    """Working memory of one walk, for compiled code does not allocate any.
-
-    Attributes:
-        y: The state (q1, q2, dq1, dq2).
-        k: Rates at the stages of an integration step.
-        out: State at its end.
-        curve: Angles within it, as polynomials.
-    """
-
-    y: Any
-    k: Any
-    out: Any
-    curve: Any
-
-
-def rates(
-    constants: Constants,
-    sine: float,
-    cosine: float,
-    t: float,  # noqa: ARG001 (the integrator's)
-    state: tuple[float, ...],
-) -> tuple[float, float, float, float]:
-    """Rates of a state (q1, q2, dq1, dq2) of the unpowered motion, whatever the time."""
-    q1, q2, dq1, dq2 = state[0], state[1], state[2], state[3]
-    ddq1, ddq2 = acceleration(constants, q1, q2, dq1, dq2, sine, cosine, 0.0, 0.0)
-    return dq1, dq2, ddq1, ddq2
-
-
-def integrate(use: Integration, plane: Plane, h: float, work: Work) -> None:
-    """One Runge-Kutta step of order 8 from `work.y` to `work.out`; the rates at its start stand in `work.k` already."""
-    use.step(rates, plane.constants, plane.sine, plane.cosine, 0.0, h, work.y, work.k, work.out, 1.0)
-
-
-def swing_foot(plane: Plane, q1: float, q2: float) -> tuple[float, float]:
-    """The swing foot's horizontal distance ahead of the stance foot and its height along the plane's normal, m."""
-    along = plane.length * (math.sin(q1) - math.sin(q2))
-    height = plane.length * (math.cos(q1) - math.cos(q2))
-    return along * plane.cosine + height * plane.sine, height
-
-
-def fit(h: float, work: Work) -> None:
-    """Polynomials of degree 5 in the share of the step, of q1 and q2, from angle, rate and acceleration at its ends."""
-    y, k, out, curve = work.y, work.k, work.out, work.curve
-    for leg in range(2):
-        c0, c1, c2 = y[leg], h * y[2 + leg], 0.5 * h * h * k[2 + leg]
-        d0 = out[leg] - (c0 + c1 + c2)
-        d1 = h * out[2 + leg] - (c1 + 2.0 * c2)
-        d2 = h * h * k[4 * STAGES + 2 + leg] - 2.0 * c2
-        at = 6 * leg
-        curve[at], curve[at + 1], curve[at + 2] = c0, c1, c2
-        curve[at + 3] = 10.0 * d0 - 4.0 * d1 + 0.5 * d2
-        curve[at + 4] = -15.0 * d0 + 7.0 * d1 - d2
-        curve[at + 5] = 6.0 * d0 - 3.0 * d1 + 0.5 * d2
-
-
-def angle_at(work: Work, leg: int, x: float) -> float:
-    """An angle at the share x of the step."""
-    c, at = work.curve, 6 * leg
-    return float(c[at] + x * (c[at + 1] + x * (c[at + 2] + x * (c[at + 3] + x * (c[at + 4] + x * c[at + 5])))))
-
-
-def foot_at(plane: Plane, work: Work, x: float) -> tuple[float, float]:
-    """`swing_foot` at the share x of the step."""
-    return swing_foot(plane, angle_at(work, 0, x), angle_at(work, 1, x))
-
-
-def nothing_happens(
-    plane: Plane, armed: bool, room: float, ahead: float, height: float, then_ahead: float, then_height: float
-) -> bool:
-    """Whether a foot that strays at most `room` from the straight line between two places has met nothing."""
-    if armed:
-        return min(height, then_height) > room
-    return max(ahead, then_ahead) + room < plane.reach or max(height, then_height) + room < 0.0
-
-
-def search(plane: Plane, work: Work, armed: bool, t: float, h: float, bound: float, until: float) -> tuple[bool, float]:
-    """Look for the touchdown in the step from time t on, up to the share `until`.
-
-    Returns:
-        Whether the foot collides at the end, and the share of the touchdown; a share of 2 for none.
-    """
-    x = 0.0
-    if not armed:
-        x = max(0.0, (plane.delay - t) / h)
-        if x >= until:
-            return False, 2.0
-    ahead, height = foot_at(plane, work, x)
-    while x < until:
-        end = until
-        while True:
-            then_ahead, then_height = foot_at(plane, work, end)
-            width = (end - x) * h
-            if nothing_happens(plane, armed, bound * width * width, ahead, height, then_ahead, then_height):
-                break
-            if end - x < SHORTEST:
-                if armed and then_height <= 0.0:
-                    return True, crossing(plane, work, x, height, end, then_height)
-                armed = armed or swing_foot_collides(plane.reach, plane.delay, t + end * h, then_ahead, then_height)
-                break
-            end = 0.5 * (x + end)
-        x, ahead, height = end, then_ahead, then_height
-    return armed, 2.0
-
-
-def crossing(plane: Plane, work: Work, low: float, above: float, high: float, below: float) -> float:
-    """The share between two others at which the foot passes through the ground, by the Illinois method."""
-    x = high
-    for _ in range(50):
-        x = high - below * (high - low) / (below - above)
-        height = foot_at(plane, work, x)[1]
-        if abs(height) <= 1e-15 * plane.length or high - low < 1e-14:
-            break
-        if height <= 0.0:
-            high, below = x, height
-            above *= 0.5
-        else:
-            low, above = x, height
-            below *= 0.5
-    return x
-
-
-def fall(work: Work) -> float:
-    """The share of the step at which the hip has sunk to where the robot has fallen."""
-    low, high = 0.0, 1.0
-    while high - low > 1e-9:
-        middle = 0.5 * (low + high)
-        if math.cos(angle_at(work, 0, middle)) < FALLEN_HIP:
-            high = middle
-        else:
-            low = middle
-    return high
-
-
-def land(use: Integration, plane: Plane, h: float, share: float, work: Work) -> float:
-    """Integrate from `work.y` to the touchdown, which is near a share of the step h; returns the time that takes.
-
-    Newton's method on steps of the full order, and at last two terms of the Taylor series.
-    """
-    k, out = work.k, work.out
-    time = share * h
-    for _ in range(6):
-        integrate(use, plane, time, work)
-        height = swing_foot(plane, out[0], out[1])[1]
-        speed = plane.length * (math.sin(out[1]) * out[3] - math.sin(out[0]) * out[2])
-        if speed >= 0.0 or abs(height) > 1e-3 * h * abs(speed):
-            break  # it grazes: the crossing that was found stands
-        change = -height / speed
-        time += change
-        if abs(change) < TAYLOR * h:
-            for c in range(4):
-                out[c] += change * k[4 * STAGES + c]
-            out[0] += 0.5 * change * change * k[4 * STAGES + 2]
-            out[1] += 0.5 * change * change * k[4 * STAGES + 3]
-            break
-    return time
-
-
-def gait_step(use: Integration, plane: Plane, work: Work) -> tuple[float, int]:
-    """Walk from just after one impact, in `work.y`, to just after the next, which then stands there.
-
-    Returns:
-        The period, s, and `TOUCHDOWN`; or the time and what became of the robot else.
-    """
-    y, k, out = work.y, work.k, work.out
-    step = max(STEP / (plane.rate + max(abs(y[2]), abs(y[3]))), FINEST * plane.stall_time)
-    t, armed = 0.0, False
-    use.begin(rates, plane.constants, plane.sine, plane.cosine, 0.0, y, k)
-    ahead, height = swing_foot(plane, y[0], y[1])
-    while t < plane.stall_time:
-        h = min(step, plane.stall_time - t)
-        integrate(use, plane, h, work)
-        if not (abs(out[0]) < 1e6 and abs(out[1]) < 1e6 and math.isfinite(out[2] + out[3])):
-            return t, DIVERGED
-        fallen = math.cos(out[0]) < FALLEN_HIP
-        then_ahead, then_height = swing_foot(plane, out[0], out[1])
-        if armed or t + h > plane.delay or fallen:
-            end = 4 * STAGES
-            fastest = max(
-                abs(k[2]) + abs(k[3]) + y[2] * y[2] + y[3] * y[3],
-                abs(k[end + 2]) + abs(k[end + 3]) + out[2] * out[2] + out[3] * out[3],
-            )
-            bound = (ROOM * plane.length * fastest + plane.gravity) / 8.0
-            if fallen or not nothing_happens(plane, armed, bound * h * h, ahead, height, then_ahead, then_height):
-                fit(h, work)
-                until = fall(work) if fallen else 1.0
-                armed, share = search(plane, work, armed, t, h, bound, until)
-                if share <= 1.0:
-                    t += land(use, plane, h, share, work)
-                    dq1, dq2 = impact_rates(plane.constants, out[0], out[1], out[2], out[3])
-                    y[0], y[1], y[2], y[3] = out[1], out[0], dq1, dq2
-                    return t, TOUCHDOWN
-                if fallen:
-                    return t + until * h, FELL
-        t += h
-        ahead, height = then_ahead, then_height
-        for c in range(4):
-            y[c] = out[c]
-            k[c] = k[4 * STAGES + c]
-    return t, STALLED
+    code: EngineCode
+    world: World
+    buffers: Buffers
 
 
 class Batch(NamedTuple):
@@ -280,6 +81,7 @@ class Batch(NamedTuple):
         limit: Steps at most.
         goals: States near which a walk is settled and ends, shape (n, 4); n may be 0.
         near: How near to one of them, shape (4,).
+        scalars: The engine's, just after an impact.
         states: Last states after impacts, shape (walks, room, 4): step n stands in row n % room.
         periods: Of the same steps, shape (walks, room), s.
         counts: Steps walked, shape (walks,).
@@ -290,30 +92,39 @@ class Batch(NamedTuple):
     limit: int
     goals: Any
     near: Any
+    scalars: Any
     states: Any
     periods: Any
     counts: Any
     outcomes: Any
 
 
-def walk_batch(use: Integration, plane: Plane, work: Work, batch: Batch) -> None:
-    """Walk each walk of a batch, and fill in the rest of it."""
+def walk_batch(code: EngineCode, world: World, b: Buffers, batch: Batch) -> None:
+    """Walk each walk of a batch, and fill in the rest of it.
+
+    Place and time begin at zero after each impact, so that a step depends on its first state alone.
+    """
     room = batch.states.shape[1]
     for walk in range(len(batch.starts)):
-        for c in range(4):
-            work.y[c] = batch.starts[walk, c]
+        for c in range(len(b.y)):
+            b.y[c] = batch.starts[walk, c] if c < ANGLES_AND_RATES else 0.0
         n, outcome = 0, TOUCHDOWN
         while True:
-            if is_near(work.y, batch.goals, batch.near):
+            if is_near(b.y, batch.goals, batch.near):
                 outcome = SETTLED
             if outcome != TOUCHDOWN or n == batch.limit:
                 break
-            period, outcome = gait_step(use, plane, work)
+            for place in range(len(b.w)):
+                b.w[place] = batch.scalars[place]
+            code.advance((), world, b)
+            outcome = int(b.w[OUTCOME])
             if outcome == TOUCHDOWN:
-                batch.periods[walk, n % room] = period
-                for c in range(4):
-                    batch.states[walk, n % room, c] = work.y[c]
+                batch.periods[walk, n % room] = b.w[TIME]
+                for c in range(ANGLES_AND_RATES):
+                    batch.states[walk, n % room, c] = b.y[c]
                 n += 1
+            elif outcome == UNRESOLVED:  # without torques only a motion beyond all bounds is
+                outcome = DIVERGED
         batch.counts[walk], batch.outcomes[walk] = n, outcome
 
 
@@ -338,20 +149,15 @@ def walk_all(
         limit=limit,
         goals=np.empty((0, 4)) if goals is None else goals,
         near=np.zeros(4) if near is None else near,
+        scalars=plane.buffers.w,
         states=np.empty((walks, room, 4)),
         periods=np.empty((walks, room)),
         counts=np.empty(walks, dtype=np.int64),
         outcomes=np.empty(walks, dtype=np.int64),
     )
-    work = Work(np.empty(4), np.empty(4 * (STAGES + 1)), np.empty(4), np.empty(12))
-    _machine_code()(plane, work, batch)
+    walk = compiled(walk_batch, EngineCode, plane.code, inlined=())
+    walk(plane.world, Buffers(*(buffer.copy() for buffer in plane.buffers)), batch)
     return batch
-
-
-@cache
-def _machine_code() -> Function:
-    integrator = unrolled(4, untested=0, arguments=("constants", "sine", "cosine"))
-    return compiled(walk_batch, Integration, (integrator.begin, integrator.step), inlined=(rates,))
 
 
 @lru_cache(maxsize=4096)
@@ -361,17 +167,33 @@ def plane_of(robot: Compass, slope: float, scuffing: ScuffingRule) -> Plane:
     fastest = scipy.linalg.eigvalsh(
         np.diag([-robot.constants[3], robot.constants[4]]), np.array([[m11, m12], [m12, m22]])
     )
-    return Plane(
-        constants=robot.constants,
-        length=robot.leg_length,
-        gravity=robot.gravity,
-        sine=math.sin(slope),
-        cosine=math.cos(slope),
-        reach=scuffing.reach * robot.leg_length,
-        delay=float(scuffing.delay),
-        rate=math.sqrt(float(np.abs(fastest).max())),
-        stall_time=STALL_TIME * math.sqrt(robot.leg_length / robot.gravity),
+    step = STEP / math.sqrt(float(np.abs(fastest).max()))
+    simulation = HybridSimulation(
+        Unpowered(),
+        Terrain.level(),
+        robot=robot,
+        q=(0.0, 0.0),
+        dq=(0.0, 0.0),
+        sample_period=math.inf,
+        scuffing=scuffing,
+        tolerance=TOLERANCE,
     )
+    world = simulation.world._replace(
+        angle=np.array([slope]),  # by hand, for a terrain refuses slopes on which no foot would stand
+        gradient=np.array([-math.tan(slope)]),
+        mass=math.nan,  # without a weight the engine does not look for the least force on the ground, which takes time
+        longest_step=step,
+    )
+    buffers = simulation.buffers._replace(rows=simulation.buffers.rows[:1].copy())
+    for place, value in (
+        (SLOPE, slope),
+        (SINE, math.sin(slope)),
+        (COSINE, math.cos(slope)),
+        (NEXT_STEP, step),
+        (PAUSE, math.inf),
+    ):
+        buffers.w[place] = value
+    return Plane(EngineCode(simulation.advance), world, buffers)
 
 
 @dataclass(frozen=True)

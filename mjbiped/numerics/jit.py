@@ -30,7 +30,7 @@ def compiled(
     Args:
         function: A function, as all that it calls, at the top level of a module; three arguments follow the first.
         group: The class of the group, a `NamedTuple`.
-        functions: Its members.
+        functions: Its members; what this function has made before is called as the machine code that it is.
         inlined: Functions that become part of their caller, with all that they call: those of the innermost loop.
 
     Returns:
@@ -59,7 +59,7 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function]) -> str:
     """Let compiled functions call the roots and all that these call; returns a digest of all of it.
 
     Args:
-        roots: Functions at the top level of modules.
+        roots: Functions at the top level of modules, or what `compiled` has made of such.
         inlined: Those of them, or of what they call, that become part of their caller with all that they call.
     """
     from numba.extending import register_jitable
@@ -71,7 +71,8 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function]) -> str:
         if part not in _registered:
             register_jitable(forceinline=part in hot)(part)
             _registered.add(part)
-    return hashlib.sha256(repr([described(part) for part in parts]).encode()).hexdigest()
+    made = [root.__name__ for root in roots if not isinstance(root, FunctionType)]  # with a digest in it
+    return hashlib.sha256(repr([described(part) for part in parts] + made).encode()).hexdigest()
 
 
 @contextmanager
@@ -123,17 +124,26 @@ def _bound(function: Function, group: Callable[..., Any], functions: tuple[Funct
     The digest is in the name as well: functions of one name share a file of Numba's that lists what is kept, and one
     program's types, written there, would keep every other program from reading it.
     """
+    from numba.extending import register_jitable
+
     name = f"entry_{digest[:16]}"
     names = [f"function_{place}" for place in range(len(functions))]
-    source = f"""def bind(function, group, digest, {", ".join(names)}):
+    members = dict(zip(names, functions, strict=True))
+    made = {name: member for name, member in members.items() if not isinstance(member, FunctionType)}
+    cells = [name for name in names if name not in made]
+    source = f"""def bind({", ".join(["function", "group", "digest", *cells])}):
     def {name}(x, y, z):
         digest  # a cell that Numba's cache looks at
         return function(group({", ".join(names)}), x, y, z)
     return {name}
 """
-    space: dict[str, Any] = {"__name__": __name__}
+    # machine code has an address, with which nothing can be kept on disk: what is handed on is a function that calls it
+    source += "".join(f"def {name}(x, y, z):\n    return made_{name}(x, y, z)\n" for name in made)
+    space: dict[str, Any] = {"__name__": __name__, **{f"made_{name}": member for name, member in made.items()}}
     exec(compile(source, __file__, "exec"), space)  # the cache lies where this file does
-    bound: Function = space["bind"](function, group, digest, *functions)
+    for calling in made:
+        register_jitable(space[calling])
+    bound: Function = space["bind"](function, group, digest, *(members[name] for name in cells))
     return bound
 
 

@@ -19,7 +19,8 @@ SMALL = ("--slopes", 24, "--steps", 60, "--keep", 12, "--doublings", 2)
 def test_bifurcation_tells_the_onsets_and_writes_its_files(tmp_path: Path) -> None:
     paths = [tmp_path / name for name in ("data.npz", "diagram.png", "multipliers.pdf")]
     words = ("--out", paths[0], "--plot", paths[1], "--plot-multipliers", paths[2])
-    result = run("bifurcation", *SMALL, *words)
+    # on 3.6 degrees only three of four starts are lost within 60 steps, and rounding decides which; on 3.7 all are
+    result = run("bifurcation", *SMALL, *words, "--slope-deg", "2.4..3.7")
     assert result.exit_code == 0
     for text in ("2.72844°", "3.29863°", "0.57019°", "falls on", *map(str, paths)):
         assert text in result.stdout.replace("\n", "")

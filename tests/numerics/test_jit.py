@@ -39,6 +39,16 @@ print(compiled(outer, Group, (twice,), ())((3.0,), 1.0, 1.0))
 """
 )
 
+TWO_LAYERS = (
+    COMMON
+    + """
+def around(group, x, y, z):
+    return group.inner(x, y, z) - 1.0
+
+inner = compiled(outer, Group, (twice,), ())
+print(compiled(around, Group, (inner,), ())((3.0,), 1.0, 1.0), inner((3.0,), 1.0, 1.0))
+"""
+)
 
 ANNOUNCED = (
     COMMON
@@ -79,6 +89,18 @@ def test_types_of_one_program_do_not_keep_another_from_its_cache(tmp_path: Path)
     before = {path: path.stat().st_mtime_ns for path in cache.rglob("*.nb?")}
     assert run(mine, cache, "import my_controller") == "8.0"  # from the cache: nothing is written
     assert {path: path.stat().st_mtime_ns for path in cache.rglob("*.nb?")} == before
+
+
+def test_machine_code_is_called_by_other_machine_code_and_both_are_kept(tmp_path: Path) -> None:
+    """A change in the inner one is one of the outer one, too, which has its machine code in it."""
+    cache = tmp_path / "cache"
+    for name, factor, results in (("two", "2.0", "7.0 8.0"), ("three", "3.0", "10.0 11.0")):
+        (tmp_path / f"{name}.py").write_text(TWO_LAYERS.replace("2.0", factor), encoding="utf-8")
+        assert run(tmp_path, cache, f"import {name}") == results
+        before = {path: path.stat().st_mtime_ns for path in cache.rglob("*.nb?")}
+        assert run(tmp_path, cache, f"import {name}") == results
+        assert {path: path.stat().st_mtime_ns for path in cache.rglob("*.nb?")} == before
+    assert len(list(cache.rglob("*.nbc"))) == 4
 
 
 def test_only_what_is_not_on_disk_is_announced(tmp_path: Path) -> None:

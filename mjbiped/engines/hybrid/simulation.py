@@ -60,6 +60,7 @@ class HybridSimulation:
     Attributes:
         controller: Drives stance ankle and hip.
         compiled: Whether the controller's laws are compiled; a controller without `law` runs in plain Python.
+        advance: `gait_step.advance` for these laws: a function of their parameters, the world and the buffers.
         world: Robot, ground and limits in plain numbers.
         buffers: The state of the walk.
     """
@@ -108,11 +109,11 @@ class HybridSimulation:
         )
         if law is not None:
             laws = Laws(law.torque, law.touchdown, law.slope_estimate, law.next_break, *integrator)
-            self._advance: Any = compiled(advance, Laws, tuple(laws), inlined=(rates_where, law.torque))
+            self.advance: Any = compiled(advance, Laws, tuple(laws), inlined=(rates_where, law.torque))
             self._parameters = law.parameters
         else:
             laws = Laws(*_METHODS, *integrator)
-            self._advance = partial(advance, laws)
+            self.advance = partial(advance, laws)
             self._parameters = controller
         self.world = World(
             constants=robot.constants,
@@ -195,7 +196,7 @@ class HybridSimulation:
             import numba
 
             with refused_in_words(self.controller, self._law):
-                self._advance.compile(tuple(map(numba.typeof, (self._parameters, self.world, self.buffers))))
+                self.advance.compile(tuple(map(numba.typeof, (self._parameters, self.world, self.buffers))))
 
     def go_on(self, cancellation: Cancellation = never_cancelled) -> None:
         """Walk some steps further; rows and samples are then in the buffers, for `take`.
@@ -214,7 +215,7 @@ class HybridSimulation:
             while True:
                 w[at.PAUSE] = w[at.EVALUATIONS] + self._stint
                 begun = time.perf_counter()
-                self._advance(self._parameters, self.world, self.buffers)
+                self.advance(self._parameters, self.world, self.buffers)
                 if w[at.EVALUATIONS] < w[at.PAUSE] or self.outcome is not Outcome.WALKING:
                     return
                 taken = time.perf_counter() - begun

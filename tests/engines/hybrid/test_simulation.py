@@ -242,10 +242,10 @@ def test_riser_strike(name: str, controller: AdaptiveController) -> None:
     there = mjbiped.walk(controller, terrain, steps=5)
     assert here.outcome == there.outcome == "finished"
     assert here.touchdowns["strikes"].tolist() == there.touchdowns["strikes"].tolist() == [0, 0, 1, 0, 0]
-    # in MuJoCo the face stands 0.3 mm proud of the riser, and the strike is resolved to 0.1 ms
-    assert there.touchdowns["x"] == pytest.approx(here.touchdowns["x"], abs=5e-3)
-    assert there.cost_of_transport == pytest.approx(here.cost_of_transport, rel=0.02)
-    assert there.peak_torque == pytest.approx(here.peak_torque, rel=0.05)
+    # In MuJoCo the stance foot slips when the other one meets a face; measured: 0.69 mm, 0.62 % and 3.0 %.
+    assert there.touchdowns["x"] == pytest.approx(here.touchdowns["x"], abs=1e-3)
+    assert there.cost_of_transport == pytest.approx(here.cost_of_transport, rel=0.01)
+    assert there.peak_torque == pytest.approx(here.peak_torque, rel=0.035)
     # the foot stays on its side of the face until it has landed
     qpos, stance = here.samples["qpos"], here.samples["stance"]
     swing = qpos[np.arange(len(qpos)), 3 - stance]
