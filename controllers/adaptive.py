@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, NamedTuple
 
+from controllers.imitation import check_imitation
 from controllers.replanning import transition, transition_at
 from controllers.slope_estimator import estimate_rates, slope_of, updated_estimate
 from controllers.tracking import tracking_errors, tracking_torque
@@ -112,11 +113,7 @@ class AdaptiveController(AdaptiveTracking):
         )
         if self.replanning_delay is not None:
             domains.check_fields(self, replanning_delay=domains.REPLANNING_DELAY)
-        if not isinstance(self.robot, Compass) or not isinstance(self.gait, Gait):
-            raise InputError(
-                "an AdaptiveController needs a mjbiped.Compass and a mjbiped.Gait (see mjbiped.find_passive_gait), "
-                f"got {type(self.robot).__name__} and {type(self.gait).__name__}"
-            )
+        check_imitation(self)
         if not isinstance(self.estimate_update, bool):
             raise InputError(f"estimate_update = {shown(self.estimate_update)}: must be True or False")
 
@@ -126,13 +123,13 @@ class AdaptiveController(AdaptiveTracking):
         q1, q2, dq1, dq2 = self.gait.start.tolist()
         return Parameters(
             constants=self.robot.constants,
-            position_gain=float(self.position_gain),
-            velocity_gain=float(self.velocity_gain),
-            adaptation_gain=float(self.adaptation_gain),
+            position_gain=self.position_gain,
+            velocity_gain=self.velocity_gain,
+            adaptation_gain=self.adaptation_gain,
             transition_time=float((self.replanning_delay or 0.0) * self.gait.period),
             estimate_update=self.estimate_update,
-            update_threshold=float(self.update_threshold),
-            replanning_threshold=float(self.replanning_threshold),
+            update_threshold=self.update_threshold,
+            replanning_threshold=self.replanning_threshold,
             cycle=(q1, q2, dq1, dq2),
             imitated_slope=float(self.gait.slope),
             table=self.gait.table,

@@ -3,38 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar
 
-from controllers.comparison.known_slope import KnownSlopeController, against_slope
+from controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
 from controllers.comparison.virtual_gravity import energy_error
 from mjbiped.control.controller import Memory
 from mjbiped.errors import InputError
 from mjbiped.robots import compass
 from mjbiped.utils import domains
-
-
-class Parameters(NamedTuple):
-    """What the law takes: `EnergyConstraintController`'s attributes in plain numbers.
-
-    Attributes:
-        constants: Of the robot model.
-        source: Of the slope.
-        imitated_slope: phi_r, rad.
-        energy: E_ref, J.
-        gain: zeta, 1/s.
-        ratio: mu.
-        singular_band: rad/s.
-    """
-
-    constants: compass.Constants
-    source: int
-    imitated_slope: float
-    energy: float
-    gain: float
-    ratio: float
-    singular_band: float
 
 
 @dataclass(frozen=True)
@@ -84,45 +62,37 @@ class EnergyConstraintController(KnownSlopeController):
     ratio: float = -2.3
     singular_band: float = 0.1
 
+    gains: ClassVar[Mapping[str, domains.Domain]] = {
+        "gain": domains.GAIN,
+        "ratio": domains.TORQUE_RATIO,
+        "singular_band": domains.SLOWEST_RATE,
+    }
+
     def __post_init__(self) -> None:
         """Refuse parameters outside their domain.
 
         Raises:
-            InputError: One is (see `mjbiped.utils.domains`), the ratio is zero, or as in `KnownSlopeController`.
+            InputError: One is, as in `KnownSlopeController`, or the ratio is zero.
         """
         super().__post_init__()
-        domains.check_fields(self, gain=domains.GAIN, ratio=domains.TORQUE_RATIO, singular_band=domains.SLOWEST_RATE)
         if self.ratio == 0.0:
             raise InputError("ratio = 0 (mu, ankle over hip torque): must be another number than 0")
-
-    @cached_property
-    def parameters(self) -> Parameters:
-        """The attributes in plain numbers, as the law takes them."""
-        return Parameters(
-            constants=self.robot.constants,
-            source=self.source,
-            imitated_slope=float(self.gait.slope),
-            energy=self.gait.energy,
-            gain=float(self.gain),
-            ratio=float(self.ratio),
-            singular_band=float(self.singular_band),
-        )
 
 
 def _torque(
     parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> tuple[float, float]:
     constants, imitated = parameters.constants, parameters.imitated_slope
+    gain, ratio, band = parameters.gains
     slope, q1, q2 = against_slope(memory, q1, q2)
     gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, q1, q2)
     moment, moment_rate = -(gs1 + gs2), -(gc1 * dq1 + gc2 * dq2)  # M g X and its rate
     pull = math.cos(slope) * math.tan(imitated) - math.sin(slope)  # of the torques, in weights
     wanted = parameters.energy * math.cos(slope) / math.cos(imitated) + pull * moment
-    power = pull * moment_rate - parameters.gain * energy_error(constants, slope, wanted, q1, q2, dq1, dq2)
-    hip_speed = (parameters.ratio - 1.0) * dq1 + dq2  # power per hip torque
-    band = parameters.singular_band
+    power = pull * moment_rate - gain * energy_error(constants, slope, wanted, q1, q2, dq1, dq2)
+    hip_speed = (ratio - 1.0) * dq1 + dq2  # power per hip torque
     hip = power * hip_speed / max(hip_speed * hip_speed, band * band)
-    return parameters.ratio * hip, hip
+    return ratio * hip, hip
 
 
 EnergyConstraintController.torque_law = staticmethod(_torque)

@@ -2,37 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar
 
-from controllers.comparison.known_slope import KnownSlopeController, against_slope
+from controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
 from controllers.comparison.virtual_gravity import energy_error, shaped_torque
 from mjbiped.control.controller import Memory
-from mjbiped.robots import compass
 from mjbiped.utils import domains
-
-
-class Parameters(NamedTuple):
-    """What the law takes: `KineticEnergyController`'s attributes in plain numbers.
-
-    Attributes:
-        constants: Of the robot model.
-        source: Of the slope.
-        imitated_slope: phi_r, rad.
-        energy: E_ref, J.
-        gain: lambda, 1/s.
-        slowest: Rate below which the law weakens, rad/s.
-        hip_weight: w.
-    """
-
-    constants: compass.Constants
-    source: int
-    imitated_slope: float
-    energy: float
-    gain: float
-    slowest: float
-    hip_weight: float
 
 
 @dataclass(frozen=True)
@@ -76,37 +53,22 @@ class KineticEnergyController(KnownSlopeController):
     hip_weight: float = 0.0
     slope_source: str = field(default="two_point", kw_only=True)
 
-    def __post_init__(self) -> None:
-        """Refuse parameters outside their domain.
-
-        Raises:
-            InputError: One is (see `mjbiped.utils.domains`), or as in `KnownSlopeController`.
-        """
-        super().__post_init__()
-        domains.check_fields(self, gain=domains.GAIN, slowest=domains.SLOWEST_RATE, hip_weight=domains.HIP_WEIGHT)
-
-    @cached_property
-    def parameters(self) -> Parameters:
-        """The attributes in plain numbers, as the law takes them."""
-        return Parameters(
-            constants=self.robot.constants,
-            source=self.source,
-            imitated_slope=float(self.gait.slope),
-            energy=self.gait.energy,
-            gain=float(self.gain),
-            slowest=float(self.slowest),
-            hip_weight=float(self.hip_weight),
-        )
+    gains: ClassVar[Mapping[str, domains.Domain]] = {
+        "gain": domains.GAIN,
+        "slowest": domains.SLOWEST_RATE,
+        "hip_weight": domains.HIP_WEIGHT,
+    }
 
 
 def _torque(
     parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> tuple[float, float]:
     constants, imitated = parameters.constants, parameters.imitated_slope
+    gain, slowest, hip_weight = parameters.gains
     slope, q1, q2 = against_slope(memory, q1, q2)
     error = energy_error(constants, imitated, parameters.energy, q1, q2, dq1, dq2)  # T - T_ref
-    swing = parameters.hip_weight * dq2
-    damping = parameters.gain * error / max(dq1 * dq1 + swing * dq2, parameters.slowest * parameters.slowest)
+    swing = hip_weight * dq2
+    damping = gain * error / max(dq1 * dq1 + swing * dq2, slowest * slowest)
     return shaped_torque(constants, slope, imitated, q1, q2, -damping * dq1, -damping * swing)
 
 

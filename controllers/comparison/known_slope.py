@@ -5,16 +5,16 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
+from controllers.imitation import check_imitation
 from controllers.slope_estimator import slope_change
 from mjbiped.control.controller import Controller, Law, Memory, never
-from mjbiped.errors import InputError
 from mjbiped.gaits.passive import Gait
+from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
 from mjbiped.utils import domains
 
@@ -22,6 +22,26 @@ SLOPE_SOURCES = ("none", "local", "two_point")
 
 # places in the memory: slope under the stance foot, and from there to the slope that the law takes, rad
 _LOCAL, _TILT = 0, 1
+
+
+class Parameters(NamedTuple):
+    """What the laws of these controllers take: the attributes in plain numbers.
+
+    Attributes:
+        constants: Of the robot model.
+        source: Of the slope, its place in `SLOPE_SOURCES`.
+        imitated_slope: phi_r, rad.
+        energy: E_ref, J.
+        gains: The law's own attributes, in the order of `KnownSlopeController.gains`.
+        table: The gait's trajectory, for a law that follows it; else empty.
+    """
+
+    constants: compass.Constants
+    source: int
+    imitated_slope: float
+    energy: float
+    gains: tuple[float, ...]
+    table: Any
 
 
 @dataclass(frozen=True)
@@ -55,32 +75,34 @@ class KnownSlopeController(Controller):
     initial_slope: float = field(default=0.0, kw_only=True)
 
     memory_size: ClassVar[int] = 2
+    gains: ClassVar[Mapping[str, domains.Domain]] = {}
+    """The law's own attributes, with their domains."""
+    follows: ClassVar[bool] = False
+    """Whether the law follows the gait's trajectory in time."""
     torque_law: ClassVar[Callable[..., tuple[float, float]]]
     """(parameters, memory, t, q1, q2, dq1, dq2) -> ankle and hip torque, N m; a function at a module's top level."""
 
     def __post_init__(self) -> None:
-        """Refuse what is no robot, gait, source or slope.
+        """Refuse what is no robot, gait, source or slope, and gains outside their domains.
 
         Raises:
-            InputError: One is not.
+            InputError: One is; see `mjbiped.utils.domains`.
         """
-        if not isinstance(self.robot, Compass) or not isinstance(self.gait, Gait):
-            raise InputError(
-                f"{type(self).__name__} needs a mjbiped.Compass and a mjbiped.Gait (see mjbiped.find_passive_gait), "
-                f"got {type(self.robot).__name__} and {type(self.gait).__name__}"
-            )
+        check_imitation(self)
         domains.known_name("slope_source", self.slope_source, SLOPE_SOURCES)
-        domains.check_fields(self, initial_slope=domains.SLOPE)
+        domains.check_fields(self, initial_slope=domains.SLOPE, **self.gains)
 
     @cached_property
-    @abstractmethod
-    def parameters(self) -> Any:
-        """A NamedTuple of plain numbers for `torque_law`; its `source` is the slope source's place in the list."""
-
-    @property
-    def source(self) -> int:
-        """Place of `slope_source` in `SLOPE_SOURCES`, for compiled laws."""
-        return SLOPE_SOURCES.index(self.slope_source)
+    def parameters(self) -> Parameters:
+        """The attributes in plain numbers, as the law takes them."""
+        return Parameters(
+            constants=self.robot.constants,
+            source=SLOPE_SOURCES.index(self.slope_source),
+            imitated_slope=float(self.gait.slope),
+            energy=self.gait.energy,
+            gains=tuple(getattr(self, name) for name in self.gains),
+            table=self.gait.table if self.follows else (),
+        )
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Begin with the slope given."""
@@ -109,7 +131,7 @@ def against_slope(memory: Memory, q1: float, q2: float) -> tuple[float, float, f
 
 
 def _touchdown(
-    parameters: Any,
+    parameters: Parameters,
     memory: Memory,
     q1_before: float,
     q2_before: float,
@@ -124,5 +146,5 @@ def _touchdown(
         memory[_TILT] = 0.5 * (q1 + q2)
 
 
-def _slope_estimate(parameters: Any, memory: Memory) -> float:
+def _slope_estimate(parameters: Parameters, memory: Memory) -> float:
     return memory[_LOCAL]

@@ -3,34 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar
 
-from controllers.comparison.known_slope import KnownSlopeController, against_slope
+from controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
 from controllers.tracking import computed_torque, tracking_errors
 from mjbiped.control.controller import Law, Memory
-from mjbiped.gaits.reference import Table, in_arrays, reference_at, reference_break
-from mjbiped.robots import compass
+from mjbiped.gaits.reference import in_arrays, reference_at, reference_break
 from mjbiped.utils import domains
-
-
-class Parameters(NamedTuple):
-    """What the law takes: `LimitCycleController`'s attributes in plain numbers.
-
-    Attributes:
-        constants: Of the robot model.
-        source: Of the slope.
-        rate_gain: K1, 1/s.
-        position_gain: K2, 1/s².
-        table: The gait's trajectory.
-    """
-
-    constants: compass.Constants
-    source: int
-    rate_gain: float
-    position_gain: float
-    table: Table
 
 
 @dataclass(frozen=True)
@@ -58,25 +39,8 @@ class LimitCycleController(KnownSlopeController):
     rate_gain: float = 10.0
     position_gain: float = 25.0
 
-    def __post_init__(self) -> None:
-        """Refuse parameters outside their domain.
-
-        Raises:
-            InputError: One is (see `mjbiped.utils.domains`), or as in `KnownSlopeController`.
-        """
-        super().__post_init__()
-        domains.check_fields(self, rate_gain=domains.GAIN, position_gain=domains.POSITION_GAIN)
-
-    @cached_property
-    def parameters(self) -> Parameters:
-        """The attributes in plain numbers, as the law takes them."""
-        return Parameters(
-            constants=self.robot.constants,
-            source=self.source,
-            rate_gain=float(self.rate_gain),
-            position_gain=float(self.position_gain),
-            table=self.gait.table,
-        )
+    gains: ClassVar[Mapping[str, domains.Domain]] = {"rate_gain": domains.GAIN, "position_gain": domains.POSITION_GAIN}
+    follows: ClassVar[bool] = True
 
     def next_break(self, memory: Memory, t: float) -> float:
         """The end of the gait's trajectory; see `Controller.next_break`."""
@@ -91,13 +55,14 @@ class LimitCycleController(KnownSlopeController):
 def _torque(
     parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> tuple[float, float]:
+    rate_gain, position_gain = parameters.gains
     slope, q1, q2 = against_slope(memory, q1, q2)
     reference = reference_at(parameters.table, t)
     errors = tracking_errors(0.0, reference, q1, q2, dq1, dq2)
     return computed_torque(
         parameters.constants,
-        parameters.position_gain,
-        parameters.rate_gain,
+        position_gain,
+        rate_gain,
         reference,
         errors,
         q1,

@@ -2,33 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar
 
-from controllers.comparison.known_slope import KnownSlopeController, against_slope
+from controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
 from controllers.comparison.virtual_gravity import energy_error, shaped_torque
 from mjbiped.control.controller import Memory
-from mjbiped.robots import compass
 from mjbiped.utils import domains
-
-
-class Parameters(NamedTuple):
-    """What the law takes: `PassivityController`'s attributes in plain numbers.
-
-    Attributes:
-        constants: Of the robot model.
-        source: Of the slope.
-        imitated_slope: phi_r, rad.
-        energy: E_ref, J.
-        gain: k, s.
-    """
-
-    constants: compass.Constants
-    source: int
-    imitated_slope: float
-    energy: float
-    gain: float
 
 
 @dataclass(frozen=True)
@@ -56,33 +37,16 @@ class PassivityController(KnownSlopeController):
     gain: float = 5.0
     slope_source: str = field(default="two_point", kw_only=True)
 
-    def __post_init__(self) -> None:
-        """Refuse parameters outside their domain.
-
-        Raises:
-            InputError: It is (see `mjbiped.utils.domains`), or as in `KnownSlopeController`.
-        """
-        super().__post_init__()
-        domains.check_fields(self, gain=domains.DAMPING_GAIN)
-
-    @cached_property
-    def parameters(self) -> Parameters:
-        """The attributes in plain numbers, as the law takes them."""
-        return Parameters(
-            constants=self.robot.constants,
-            source=self.source,
-            imitated_slope=float(self.gait.slope),
-            energy=self.gait.energy,
-            gain=float(self.gain),
-        )
+    gains: ClassVar[Mapping[str, domains.Domain]] = {"gain": domains.DAMPING_GAIN}
 
 
 def _torque(
     parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> tuple[float, float]:
     constants, imitated = parameters.constants, parameters.imitated_slope
+    (gain,) = parameters.gains
     slope, q1, q2 = against_slope(memory, q1, q2)
-    damping = parameters.gain * energy_error(constants, imitated, parameters.energy, q1, q2, dq1, dq2)
+    damping = gain * energy_error(constants, imitated, parameters.energy, q1, q2, dq1, dq2)
     return shaped_torque(constants, slope, imitated, q1, q2, -damping * dq1, -damping * dq2)
 
 

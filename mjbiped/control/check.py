@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mjbiped.errors import InputError, shown
 
 if TYPE_CHECKING:
-    from mjbiped.control.controller import Law
+    from mjbiped.control.controller import Controller, Law
 
 _ADVICE = (
     "A law takes and returns plain floats, returns several as a tuple, allocates nothing (no list, array or string), "
@@ -23,22 +24,24 @@ class LawError(InputError):
     """A controller's laws cannot be compiled; nothing has been computed then."""
 
 
-def refusal(error: Exception, law: Law, states: Sequence[str], *, whose: str) -> LawError | None:
-    """What to say of an error that a compiled function raised, if its laws could not be compiled.
+@contextmanager
+def refused_in_words(controller: Controller, law: Law | None) -> Iterator[None]:
+    """Say of laws that a block calls, where they cannot be compiled, which one is to blame, why, and where.
 
     Args:
-        error: As raised where the function was called.
-        law: Whose functions it calls.
-        states: Names of the controller's integrated states.
-        whose: Name of the controller, for the message.
+        controller: Whose laws they are.
+        law: What it gave; None where nothing is compiled.
 
-    Returns:
-        The error in words, which law is to blame, and where; None if `error` came from a law that runs.
+    Raises:
+        LawError: They cannot be compiled. What a law that runs has raised is left as it is.
     """
-    if not isinstance(error, _numba().core.errors.NumbaError):
-        return None
-    reason = _blame(law, states) or f"together: {_reason(error)}"
-    return LawError(f"the laws of {whose} cannot be compiled: {reason}. {_ADVICE}")
+    try:
+        yield
+    except Exception as error:
+        if law is None or not isinstance(error, _numba().core.errors.NumbaError):
+            raise
+        reason = _blame(law, controller.states) or f"together: {_reason(error)}"
+        raise LawError(f"the laws of {type(controller).__name__} cannot be compiled: {reason}. {_ADVICE}") from error
 
 
 def _blame(law: Law, states: Sequence[str]) -> str:

@@ -22,7 +22,7 @@ from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.utils.domains import MEMORY_SIZE, Count, Domain, check_kind, check_states
+from mjbiped.utils.domains import MEMORY_SIZE, Count, Domain, check_fields, check_kind, check_states
 from mjbiped.version import __version__
 
 if TYPE_CHECKING:
@@ -68,10 +68,7 @@ class Terms:
         """Check what can be checked without a controller and a terrain."""
         if self.steps is None and self.distance is None:
             object.__setattr__(self, "steps", DEFAULT_STEPS)
-        for name, domain in _NUMBERS.items():
-            value = getattr(self, name)
-            if value is not None:
-                object.__setattr__(self, name, domain.check(name, value))
+        check_fields(self, **{name: domain for name, domain in _NUMBERS.items() if getattr(self, name) is not None})
         if self.robot is not None:
             check_kind("robot", self.robot, Compass)
 

@@ -127,6 +127,9 @@ def find_passive_gait(robot: Compass, slope: float) -> Gait:
     return _find(robot, slope)
 
 
+_TABLE_ONE = Compass()
+
+
 class _Model(NamedTuple):
     """A robot in units in which its legs and gravity are those of Table I: 1 m and 9.81 m/s^2.
 
@@ -134,32 +137,25 @@ class _Model(NamedTuple):
 
     Attributes:
         constants: As of `Compass`.
-        leg_length: m.
-        gravity: m/s^2.
         weight: N.
         metre: The unit of length, m; exactly 1 for the legs of Table I.
         second: The unit of time, s; exactly 1 for its legs and gravity.
     """
 
     constants: Constants
-    leg_length: float
-    gravity: float
     weight: float
     metre: float
     second: float
 
 
 def _model(robot: Compass) -> _Model:
-    known = Compass()
-    metre = robot.leg_length / known.leg_length
-    second = math.sqrt(robot.leg_length / robot.gravity) / math.sqrt(known.leg_length / known.gravity)
-    square, moment = metre * metre, metre * robot.gravity / known.gravity
+    metre = robot.leg_length / _TABLE_ONE.leg_length
+    second = math.sqrt(robot.leg_length / robot.gravity) / math.sqrt(_TABLE_ONE.leg_length / _TABLE_ONE.gravity)
+    square, moment = metre * metre, metre * robot.gravity / _TABLE_ONE.gravity
     m11, m12, m22, g1, g2, about_point, about_hip = robot.constants
     return _Model(
         (m11 / square, m12 / square, m22 / square, g1 / moment, g2 / moment, about_point / square, about_hip / square),
-        known.leg_length,
-        known.gravity,
-        robot.total_mass * known.gravity,
+        robot.total_mass * _TABLE_ONE.gravity,
         metre,
         second,
     )
@@ -169,7 +165,7 @@ def _model(robot: Compass) -> _Model:
 def _find(robot: Compass, slope: float) -> Gait:
     model = _model(robot)
     scaled = _follow_branch(model, slope)
-    start, period = _unscale(model, slope, scaled)
+    start, period = _unscale(slope, scaled)
     end = _motion(model, slope, start, period, STEPS)[-1]
     _check(model, slope, start, period)
     multipliers = np.linalg.eigvals(_return_map_jacobian(model, slope, scaled)).astype(np.complex128)
@@ -233,27 +229,27 @@ def _motion(model: _Model, slope: float, start: Array, duration: float, steps: i
     raise _no_gait(slope, "the motion is too fast to follow; check the robot's lengths and masses")
 
 
-def _scales(model: _Model, slope: float) -> Array:
+def _scales(slope: float) -> Array:
     """Scales (r, r w, r w, 1/w) of (q1, dq1, dq2, period), with r = slope^(1/3) and w = sqrt(g/l).
 
     A gait divided by them, a "scaled" gait, stays finite as the slope vanishes.
     """
-    ratio, frequency = math.cbrt(slope), math.sqrt(model.gravity / model.leg_length)
+    ratio, frequency = math.cbrt(slope), math.sqrt(_TABLE_ONE.gravity / _TABLE_ONE.leg_length)
     return np.array([ratio, ratio * frequency, ratio * frequency, 1 / frequency])
 
 
-def _unscale(model: _Model, slope: float, scaled: Array) -> tuple[Array, float]:
+def _unscale(slope: float, scaled: Array) -> tuple[Array, float]:
     """State after the impact, shape (4,), and period of a scaled gait."""
-    q1, dq1, dq2, period = (_scales(model, slope) * scaled).tolist()
+    q1, dq1, dq2, period = (_scales(slope) * scaled).tolist()
     return np.array([q1, -q1, dq1, dq2]), period
 
 
 def _step(model: _Model, slope: float, scaled: Array, steps: int) -> Array:
     """Scaled (q1 + q2 at the end of the period, then q1, dq1, dq2 after the impact); for a gait, (0, q1, dq1, dq2)."""
-    start, period = _unscale(model, slope, scaled)
+    start, period = _unscale(slope, scaled)
     q1, q2, dq1, dq2 = _motion(model, slope, start, period, steps, WIDEST)[-1].tolist()
     after = np.array([q1 + q2, q2, *impact_rates(model.constants, q1, q2, dq1, dq2)])
-    return after / _scales(model, slope)[[0, 0, 1, 2]]
+    return after / _scales(slope)[[0, 0, 1, 2]]
 
 
 def _solve(model: _Model, slope: float, guess: Array, steps: int, tolerance: float) -> Array | None:
@@ -337,8 +333,8 @@ def _level_limit(model: _Model) -> Array:
     q, dq = 1e-2, 1e-2 * growth
     before = kinetic_energy(constants, q, -q, dq, dq)
     loss = before - kinetic_energy(constants, -q, q, *impact_rates(constants, q, -q, dq, dq))
-    slope = loss / (model.weight * 2 * model.leg_length * q)
-    return np.array([-q, dq, dq, 2 * half]) / _scales(model, slope)
+    slope = loss / (model.weight * 2 * _TABLE_ONE.leg_length * q)
+    return np.array([-q, dq, dq, 2 * half]) / _scales(slope)
 
 
 def _check(model: _Model, slope: float, start: Array, period: float) -> None:
@@ -390,6 +386,6 @@ def _tabulate(model: _Model, slope: float, start: Array, period: float) -> Table
         table: Table = (1 / width, length * width, tuple(map(tuple, coefficients.tolist())))
         middles = np.array([reference_at(table, (k + 0.5) * width) for k in range(length)])
         defects = np.array([law(state) for state in middles[:, :4]]) - middles[:, 2:]
-        if np.abs(defects).max() < 1e-10 * model.gravity / model.leg_length:
+        if np.abs(defects).max() < 1e-10 * _TABLE_ONE.gravity / _TABLE_ONE.leg_length:
             return table
     raise _no_gait(slope, "its trajectory is too fast to tabulate; check the robot's lengths and masses")

@@ -12,7 +12,7 @@ import hashlib
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
@@ -40,10 +40,19 @@ def compiled(
 
     digest = prepared((function, *functions), inlined)
     entry = _bound(function, group, functions, digest)
+    # without Numba's runtime (nothing is allocated), handing an array over costs no atomic reference count: half of the
+    # time otherwise
+    options = {"nogil": True, "_nrt": False, "error_model": "numpy", "fastmath": {"contract"}}
+    result: Function = kept_on_disk(partial(numba.njit, **options), entry)
+    return result
+
+
+def kept_on_disk(decorator: Callable[..., Any], function: Function) -> Any:
+    """What a decorator of Numba's makes of a function, kept on disk where there is a folder to write to."""
     try:
-        return _jit(numba, entry, cache=True)
-    except RuntimeError:  # no folder to write to
-        return _jit(numba, entry, cache=False)
+        return decorator(cache=True)(function)
+    except RuntimeError:
+        return decorator(cache=False)(function)
 
 
 def prepared(roots: Sequence[Function], inlined: Sequence[Function]) -> str:
@@ -107,14 +116,6 @@ def raises(roots: tuple[Function, ...]) -> bool:
     parts = [part for root in roots for part in _called(root, set())]
     codes = [part.__code__ for part in parts if isinstance(part, FunctionType)]
     return any(step.opname == "RAISE_VARARGS" for code in codes for step in dis.get_instructions(code))
-
-
-def _jit(numba: ModuleType, function: Function, cache: bool) -> Function:
-    # without Numba's runtime (nothing is allocated), handing an array over costs no atomic reference count: half of the
-    # time otherwise
-    decorate = numba.njit(cache=cache, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract"})
-    result: Function = decorate(function)
-    return result
 
 
 def _bound(function: Function, group: Callable[..., Any], functions: tuple[Function, ...], digest: str) -> Function:

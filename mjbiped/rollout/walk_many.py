@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack, overload
 
 from mjbiped.engines.base import Engine
 from mjbiped.engines.names import engine_of
@@ -17,7 +16,7 @@ from mjbiped.robots.compass import Compass
 from mjbiped.rollout.batch import Batch, Result
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.terrain.terrain import Terrain
-from mjbiped.utils.domains import WORKERS
+from mjbiped.utils.domains import WORKERS, entries
 from mjbiped.utils.parallel import cores
 
 if TYPE_CHECKING:
@@ -58,21 +57,27 @@ class WalksInterrupted(KeyboardInterrupt):
         self.errors = errors
 
 
+class _Options(TypedDict, total=False):
+    """What the overloads of `walk_many` have in common."""
+
+    engine: str | Engine
+    steps: int | None
+    distance: float | None
+    initial: Initial | Sequence[Initial]
+    robot: Compass | None
+    sample_period: float | None
+    scuffing: ScuffingRule | None
+    workers: int | None
+    progress: bool
+
+
 @overload
 def walk_many(
     controllers: Controller | Iterable[Controller],
     terrains: Terrain | Iterable[Terrain],
     *,
-    engine: str | Engine = ...,
-    steps: int | None = ...,
-    distance: float | None = ...,
-    initial: Initial | Sequence[Initial] = ...,
-    robot: Compass | None = ...,
-    sample_period: float | None = ...,
-    scuffing: ScuffingRule | None = ...,
     summaries: Literal[False] = ...,
-    workers: int | None = ...,
-    progress: bool = ...,
+    **options: Unpack[_Options],
 ) -> list[Walk]: ...
 
 
@@ -81,16 +86,8 @@ def walk_many(
     controllers: Controller | Iterable[Controller],
     terrains: Terrain | Iterable[Terrain],
     *,
-    engine: str | Engine = ...,
-    steps: int | None = ...,
-    distance: float | None = ...,
-    initial: Initial | Sequence[Initial] = ...,
-    robot: Compass | None = ...,
-    sample_period: float | None = ...,
-    scuffing: ScuffingRule | None = ...,
     summaries: Literal[True],
-    workers: int | None = ...,
-    progress: bool = ...,
+    **options: Unpack[_Options],
 ) -> list[dict[str, Any]]: ...
 
 
@@ -177,11 +174,10 @@ def _plans(
         InputError: The numbers differ, or one is not what is expected; the message says which walk's.
         GaitError: A walk has no passive gait to start on.
     """
-    given: dict[str, Any] = {"controllers": controllers, "terrains": terrains}
-    each = {name: values for name, value in given.items() if (values := _listed(value)) is not None}
-    starts = None if isinstance(initial, str) else _listed(initial)
-    if starts is not None and not all(isinstance(start, Real) for start in starts):
-        each["initial"] = starts
+    given: dict[str, Any] = {"controllers": controllers, "terrains": terrains, "initial": initial}
+    each = {name: values for name, value in given.items() if (values := entries(value)) is not None}
+    if all(isinstance(start, Real) for start in each.get("initial", ())):
+        each.pop("initial", None)  # one state for all
     counts = {name: len(values) for name, values in each.items()}
     if len(set(counts.values())) > 1:
         got = ", ".join(f"{count} of {name}" for name, count in counts.items())
@@ -190,9 +186,7 @@ def _plans(
     described: dict[int, dict[str, Any]] = {}
     plans = []
     for index in range(count):
-        controller, terrain, start = (
-            each[name][index] if name in each else value for name, value in {**given, "initial": initial}.items()
-        )
+        controller, terrain, start = (each[name][index] if name in each else value for name, value in given.items())
         try:
             if id(controller) not in described:
                 described[id(controller)] = check_controller(controller)
@@ -200,14 +194,6 @@ def _plans(
         except (InputError, GaitError) as error:
             raise type(error)(f"walk {index} of {count} (counted from 0): {error}") from error
     return plans
-
-
-def _listed(value: object) -> list[Any] | None:
-    """The entries of what is several; None for what is one."""
-    if isinstance(value, Iterable):
-        with suppress(TypeError):  # an array of no dimension
-            return list(value)
-    return None
 
 
 def _stopped(batch: Batch) -> WalksStopped:

@@ -92,11 +92,7 @@ def read_segments(path: Path) -> list[tuple[object, ...]]:
     text = read_text(path)
     yaml_file = path.suffix.lower() != ".toml"
     content: object = _parse_yaml(text) if yaml_file else parse_toml(text)
-    form = (
-        "segments = [[length_m, slope_deg, step_m], ...]"
-        if not yaml_file
-        else "segments: [[length_m, slope_deg, step_m], ...]"
-    )
+    form = f"segments{':' if yaml_file else ' ='} [[length_m, slope_deg, step_m], ...]"
     if not isinstance(content, dict):
         raise InputError(f"holds no table; expected {form}")
     for key in content:

@@ -41,13 +41,13 @@ class Presets:
     @classmethod
     def level(cls) -> Self:
         """Make level ground without end."""
-        return cls._of_segments([(1.0, 0.0, 0.0)], "level", ())
+        return cls._of_segments([(1.0, 0.0, 0.0)], "level")
 
     @classmethod
     def incline(cls, slope_deg: float = 3.0) -> Self:
         """Make one constant slope without end; `slope_deg` in degrees, positive downwards."""
         slope = checked_slope("slope_deg", slope_deg)
-        return cls._of_segments([(1.0, slope, 0.0)], "incline", (("slope_deg", slope),))
+        return cls._of_segments([(1.0, slope, 0.0)], "incline", slope_deg=slope)
 
     @classmethod
     def stairs(cls, tread: float = 1.8, rise: float = -0.06, first: float | None = None, count: int = 20) -> Self:
@@ -69,7 +69,7 @@ class Presets:
         first = tread / 2.0 if first is None else domains.STRETCH.check("first", first)
         count = domains.CHANGES.check("count", count)
         rows = [(first, 0.0, 0.0)] + [(tread, 0.0, rise)] * count
-        return cls._of_segments(rows, "stairs", (("tread", tread), ("rise", rise), ("first", first), ("count", count)))
+        return cls._of_segments(rows, "stairs", tread=tread, rise=rise, first=first, count=count)
 
     @classmethod
     def slopes(cls, length: float = 1.5, change_deg: float = 0.3, count: int = 16, start_deg: float = 0.0) -> Self:
@@ -92,8 +92,7 @@ class Presets:
         start = checked_slope("start_deg", start_deg)
         check_slope(f"start_deg + {count} x change_deg", math.radians(start + count * change))
         rows = [(length, start + k * change, 0.0) for k in range(count + 1)]
-        parameters = (("length", length), ("change_deg", change), ("count", count), ("start_deg", start))
-        return cls._of_segments(rows, "slopes", parameters)
+        return cls._of_segments(rows, "slopes", length=length, change_deg=change, count=count, start_deg=start)
 
     @classmethod
     def mixed(cls) -> Self:
@@ -123,7 +122,7 @@ class Presets:
         degree: the passive gait's swing foot clears 9 mm at 10 cm ahead of the stance foot, 26 mm at 20 cm and at most
         46 mm.
         """
-        return cls._of_segments(_MIXED, "mixed", ())
+        return cls._of_segments(_MIXED, "mixed")
 
     @classmethod
     def random(
@@ -182,17 +181,18 @@ class Presets:
             done += piece
         if roughness:
             rows = _roughened(rows, spacing, lambda: float(draw.normal(0.0, roughness)))
-        parameters = (
-            ("seed", seed),
-            ("length", length),
-            ("segment_length", lengths),
-            ("slope_deg", slopes),
-            ("rise", rises),
-            ("step_probability", probability),
-            ("roughness", roughness),
-            ("spacing", spacing),
+        return cls._of_segments(
+            rows,
+            "random",
+            seed=seed,
+            length=length,
+            segment_length=lengths,
+            slope_deg=slopes,
+            rise=rises,
+            step_probability=probability,
+            roughness=roughness,
+            spacing=spacing,
         )
-        return cls._of_segments(rows, "random", parameters)
 
     @classmethod
     def preset(cls, name: str, **parameters: Any) -> Self:
@@ -210,10 +210,11 @@ class Presets:
             raise InputError(f"terrain {name}: {error}") from error
 
     @classmethod
-    def _of_segments(cls, rows: Sequence[Segment], name: str, parameters: tuple[tuple[str, Any], ...]) -> Self:
+    def _of_segments(cls, rows: Sequence[Segment], name: str, **parameters: Any) -> Self:
         """Make a terrain of checked segments, laid one after another from x = 0."""
         x, z, angle = chained(rows)
-        return cls(x=x, z=z, angle=angle, name=name, parameters=parameters)  # type: ignore[call-arg]  # Terrain's fields
+        pairs = tuple(parameters.items())
+        return cls(x=x, z=z, angle=angle, name=name, parameters=pairs)  # type: ignore[call-arg]  # Terrain's fields
 
 
 def _roughened(rows: Sequence[Segment], spacing: float, height: Callable[[], float]) -> list[Segment]:

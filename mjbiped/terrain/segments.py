@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from mjbiped.errors import InputError, shown
 from mjbiped.utils import domains
+from mjbiped.utils.domains import entries
 
 Segment: TypeAlias = tuple[float, float, float]
 """Length along the ground (m), slope (degrees, positive downwards) and step up at the start (m)."""
@@ -45,12 +46,11 @@ def checked_slope(what: str, degrees: object) -> float:
 def checked_segments(segments: Iterable[object]) -> list[Segment]:
     """Check segments as users give them and return them as (length, slope in degrees, step) of plain floats."""
     rows = []
-    if isinstance(segments, str | Mapping) or not isinstance(segments, Iterable):
+    given = entries(segments)
+    if given is None:
         raise InputError(f"segments must be a list of (length_m, slope_deg, step_up_m), got {shown(segments)}")
-    for k, segment in enumerate(segments, start=1):
-        values: tuple[Any, ...] = (
-            () if isinstance(segment, str) or not isinstance(segment, Iterable) else tuple(segment)
-        )
+    for k, segment in enumerate(given, start=1):
+        values = entries(segment) or ()
         if len(values) not in (2, 3):
             raise InputError(f"segment {k} is {shown(segment)}; expected (length_m, slope_deg, step_up_m)")
         length = domains.STRETCH.check(f"segment {k}: length", values[0])

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -23,7 +22,7 @@ from mjbiped.terrain.presets import PRESETS, Presets
 from mjbiped.terrain.profile import Profile, height_of, segment_under
 from mjbiped.terrain.segments import HIGHEST_STEP, MOST_SEGMENTS, check_slope, checked_segments
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Domain, known_name
+from mjbiped.utils.domains import Domain, entries, known_name
 
 STEP_RESOLUTION = 1e-9
 """Height differences at a break of no more than this (m) are rounding, not steps; `domains.PLACE` keeps it so."""
@@ -126,7 +125,7 @@ class Terrain(Presets):
             InputError: No segments, or a value outside its domain; the message names the segment, counted from 1.
         """
         rows = checked_segments(segments)
-        return cls._of_segments(rows, name, (("segments", rows),))
+        return cls._of_segments(rows, name, segments=rows)
 
     @classmethod
     def from_file(cls, path: str | Path) -> Terrain:
@@ -151,7 +150,7 @@ class Terrain(Presets):
                 return cls._from_samples(path)
             if suffix in FILE_SUFFIXES:
                 rows = checked_segments(read_segments(path))
-                return cls._of_segments(rows, path.name, (("segments", rows),))
+                return cls._of_segments(rows, path.name, segments=rows)
             raise InputError(f"unknown suffix {shown(suffix)}: valid are {', '.join(FILE_SUFFIXES)}")
         except InputError as error:
             raise InputError(f"terrain file {shortened(str(path))}: {error}") from error
@@ -283,32 +282,26 @@ class Terrain(Presets):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fields as JSON can hold them, an `end` at infinity as None; `from_dict` undoes it exactly."""
-        return {
-            "x": list(self.x),
-            "z": list(self.z),
-            "angle": list(self.angle),
-            "end": self.end if math.isfinite(self.end) else None,
-            "name": self.name,
-            "parameters": [[key, _thawed(value)] for key, value in self.parameters],
-        }
+        written = {field.name: _thawed(getattr(self, field.name)) for field in fields(self)}
+        return {**written, "end": self.end if math.isfinite(self.end) else None}
 
     @classmethod
-    def from_dict(cls, fields: Mapping[str, Any]) -> Terrain:
+    def from_dict(cls, written: Mapping[str, Any]) -> Terrain:
         """Make the terrain that `to_dict` wrote.
 
         Raises:
             InputError: A field is missing or unknown, or a value is outside its domain.
         """
-        names = ("x", "z", "angle", "end", "name", "parameters")
-        if not isinstance(fields, Mapping):
-            raise InputError(f"a terrain's record must be a mapping with {', '.join(names)}, got {shown(fields)}")
-        for key in fields:
+        names = tuple(field.name for field in fields(cls))
+        if not isinstance(written, Mapping):
+            raise InputError(f"a terrain's record must be a mapping with {', '.join(names)}, got {shown(written)}")
+        for key in written:
             known_name("field of a terrain", key, names)
-        missing = [key for key in names if key not in fields]
+        missing = [key for key in names if key not in written]
         if missing:
             raise InputError(f"a terrain's record lacks {', '.join(missing)}; it has {', '.join(names)}")
         try:
-            return cls(**{**fields, "end": math.inf if fields["end"] is None else fields["end"]})
+            return cls(**{**written, "end": math.inf if written["end"] is None else written["end"]})
         except InputError as error:
             raise InputError(f"not a terrain's record: {error}") from error
 
@@ -342,10 +335,10 @@ def parse_terrain(text: str) -> Terrain:
 
 def _listed(name: str, values: object) -> tuple[Any, ...]:
     """Return the entries of a list, tuple or row of an array."""
-    if not isinstance(values, str | bytes | Mapping) and isinstance(values, Iterable):
-        with suppress(TypeError):  # an array of no dimension
-            return tuple(values)
-    raise InputError(f"{name} = {shown(values)}: must be a list")
+    listed = entries(values)
+    if listed is None:
+        raise InputError(f"{name} = {shown(values)}: must be a list")
+    return listed
 
 
 def _places(x: object) -> NDArray[np.float64]:

@@ -12,10 +12,11 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from numbers import Integral, Real
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -196,6 +197,14 @@ def check_interval(name: str, value: object, domain: Domain) -> tuple[float, flo
     if low > high:
         raise InputError(f"{name} = ({low:g}, {high:g}): must have its low end first, swap them")
     return low, high
+
+
+def entries(value: object) -> tuple[Any, ...] | None:
+    """The entries of a list, a tuple or a row of an array; None for what is one thing, or text, or a table."""
+    if isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping):
+        with suppress(TypeError):  # an array of no dimension
+            return tuple(value)
+    return None
 
 
 def known_name(what: str, name: object, valid: Iterable[str]) -> str:

@@ -112,7 +112,7 @@ def orders(values: Sequence[float], found: NDArray[np.float64]) -> list[float]:
     way: there something else is the greater part. At the default radius the steps' share is, so it is left out.
     """
     places, slopes = np.array(values), []
-    order = np.array([i for i in np.argsort(places) if values is not RADII or places[i] != scene.FOOT_RADIUS])
+    order = np.array([i for i in np.argsort(places) if values is not RADII or places[i] != ground.FOOT_RADIUS])
     for column, name in zip(np.abs(found).T, ERRORS, strict=True):
         there = order[np.isfinite(column[order])]
         falls = len(there) >= 3 and bool((np.diff(column[there]) > 0.0).all())

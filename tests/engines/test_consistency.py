@@ -17,13 +17,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+from simulations import build_scene
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory
 from mjbiped.analysis.compare import torque_differences
 from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, Options
-from mjbiped.engines.mujoco.scene import FOOT_RADIUS, build_scene
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.mujoco.step_size import STIFFNESS
 from mjbiped.records import measures

@@ -11,16 +11,16 @@ from mjbiped.records.rows import SAMPLED, TOUCHED, write_sample, write_touchdown
 
 
 @pytest.mark.parametrize(
-    ("write", "columns", "size", "given"),
-    [(write_sample, SAMPLES, SAMPLED, ()), (write_touchdown, TOUCHDOWNS, TOUCHED, (0,))],
+    ("write", "columns", "size"),
+    [(write_sample, SAMPLES, SAMPLED), (write_touchdown, TOUCHDOWNS, TOUCHED)],
     ids=["samples", "touchdowns"],
 )
 def test_every_column_is_written_where_it_is_read(
-    write: Callable[..., None], columns: Mapping[str, Column], size: int, given: tuple[int, ...]
+    write: Callable[..., None], columns: Mapping[str, Column], size: int
 ) -> None:
-    assert list(signature(write).parameters)[1 + len(given) :] == list(columns)
+    assert list(signature(write).parameters) == ["row", "first", *columns]
     numbers = iter(range(size))
     values = {name: tuple(float(next(numbers)) for _ in range(column.width)) for name, column in columns.items()}
     row = np.full(size, np.nan)
-    write(row, *given, **{name: value if len(value) > 1 else value[0] for name, value in values.items()})
+    write(row, 0, **{name: value if len(value) > 1 else value[0] for name, value in values.items()})
     assert {name: tuple(table.ravel()) for name, table in split(columns, row[None]).items()} == values

@@ -10,37 +10,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.dynamics import dense_state, ensure_dense, is_motion
 from mjbiped.engines.hybrid.events import Legs, hip, legs_at
-from mjbiped.engines.hybrid.state import (
-    AFTER,
-    ANGLES_AND_RATES,
-    ANKLE,
-    BEFORE,
-    CLOCK,
-    COSINE,
-    FACE,
-    FRICTION,
-    HIP,
-    NORMAL_FORCE,
-    PEAK_ANKLE,
-    PEAK_HIP,
-    PRESS,
-    SAMPLE,
-    SAMPLES,
-    SINE,
-    SLOPE,
-    STAGE_ANKLE,
-    STAGE_HIP,
-    STANCE,
-    WORK_ABSOLUTE,
-    WORK_NET,
-    WORK_POSITIVE,
-    WORKS,
-    Buffers,
-    Laws,
-    World,
-)
+from mjbiped.engines.hybrid.state import Buffers, Laws, World
 from mjbiped.numerics.dormand_prince import STAGES, dense_at, dense_rate_at
 from mjbiped.records.rows import SAMPLED, write_sample
 from mjbiped.rules.termination import LIGHT_CONTACT
@@ -66,51 +39,53 @@ def account(
         Whether the motion within it is one: a torque may be no number where only a sample is taken.
     """
     w, n = b.w, len(b.y)
-    stage_ankle, stage_hip = w[STAGE_ANKLE], w[STAGE_HIP]
-    note_peak(w, w[ANKLE], w[HIP])
-    if stage_ankle > w[PEAK_ANKLE] * BARELY or stage_hip > w[PEAK_HIP] * BARELY:
+    stage_ankle, stage_hip = w[at.STAGE_ANKLE], w[at.STAGE_HIP]
+    note_peak(w, w[at.ANKLE], w[at.HIP])
+    if stage_ankle > w[at.PEAK_ANKLE] * BARELY or stage_hip > w[at.PEAK_HIP] * BARELY:
         ensure_dense(laws, parameters, world, b, t, h)
         _peak_within(laws, parameters, b, t, h)
     works = stage_ankle + stage_hip > 0.0
-    for component in range(n - WORKS, n):
+    for component in range(n - at.WORKS, n):
         net = b.out[component] - b.y[component]
         way = abs(net)
         if works and _turns(b.k, n, component, h):
             ensure_dense(laws, parameters, world, b, t, h)
             way = _total_variation(b, n, component)
-        w[WORK_ABSOLUTE] += way
-        w[WORK_NET] += net
-        w[WORK_POSITIVE] += 0.5 * (way + net)
+        w[at.WORK_ABSOLUTE] += way
+        w[at.WORK_NET] += net
+        w[at.WORK_POSITIVE] += 0.5 * (way + net)
     note_ground_force(world, b, legs, b.out, STAGES * n)
-    if w[NORMAL_FORCE] < HARDLY * world.mass * world.gravity and w[FACE] == 0.0:
+    if w[at.NORMAL_FORCE] < HARDLY * world.mass * world.gravity and w[at.FACE] == 0.0:
         ensure_dense(laws, parameters, world, b, t, h)
         _normal_force_within(world, b, h)
-    first = w[SAMPLE] * world.sample_period
-    if first < w[CLOCK] + t + h:
+    first = w[at.SAMPLE] * world.sample_period
+    if first < w[at.CLOCK] + t + h:
         ensure_dense(laws, parameters, world, b, t, h)
-        while w[SAMPLE] * world.sample_period < w[CLOCK] + t + h:
-            time = w[SAMPLE] * world.sample_period
-            x = min(max((time - w[CLOCK] - t) / h, 0.0), 1.0)
+        while w[at.SAMPLE] * world.sample_period < w[at.CLOCK] + t + h:
+            time = w[at.SAMPLE] * world.sample_period
+            x = min(max((time - w[at.CLOCK] - t) / h, 0.0), 1.0)
             dense_state(b, x, b.spare)
             if not is_motion(b.spare):
                 return False
             take_sample(laws, parameters, world, b, time, t + x * h, b.spare)
-            w[SAMPLE] += 1.0
+            w[at.SAMPLE] += 1.0
     return True
 
 
 def note_peak(w: Any, ankle: float, hip_torque: float) -> None:
     """Keep the greatest magnitudes of the torques."""
-    w[PEAK_ANKLE] = max(w[PEAK_ANKLE], abs(ankle))
-    w[PEAK_HIP] = max(w[PEAK_HIP], abs(hip_torque))
+    w[at.PEAK_ANKLE] = max(w[at.PEAK_ANKLE], abs(ankle))
+    w[at.PEAK_HIP] = max(w[at.PEAK_HIP], abs(hip_torque))
 
 
 def _asked(laws: Laws, parameters: Any, b: Buffers, t: float, state: Sequence[float]) -> tuple[float, float]:
     """Torques of the law in a state."""
     w = b.w
-    for index in range(len(b.y) - ANGLES_AND_RATES - WORKS):
-        b.memory[index] = state[ANGLES_AND_RATES + index]
-    result = laws.torque(parameters, b.memory, min(max(t, w[AFTER]), w[BEFORE]), state[0], state[1], state[2], state[3])
+    for index in range(len(b.y) - at.ANGLES_AND_RATES - at.WORKS):
+        b.memory[index] = state[at.ANGLES_AND_RATES + index]
+    result = laws.torque(
+        parameters, b.memory, min(max(t, w[at.AFTER]), w[at.BEFORE]), state[0], state[1], state[2], state[3]
+    )
     return result[0], result[1]
 
 
@@ -171,20 +146,20 @@ def _total_variation(b: Buffers, n: int, component: int) -> float:
     return float(total + abs(b.out[component] - last))
 
 
-def note_ground_force(world: World, b: Buffers, legs: Legs, state: Sequence[float], at: int) -> None:
+def note_ground_force(world: World, b: Buffers, legs: Legs, state: Sequence[float], place: int) -> None:
     """Least F_n and greatest |F_t / F_n| that the motion asks of the ground under the stance foot.
 
-    F_n < 0 means that the ground would have to pull. Where the foot hardly presses on it the ratio is left out. `at` is
-    the place of the state's rates in `k`.
+    F_n < 0 means that the ground would have to pull. Where the foot hardly presses on it the ratio is left out. `place`
+    is that of the state's rates in `k`.
     """
-    along, normal = _ground_force(world, b, legs, state[2], state[3], b.k[at + 2], b.k[at + 3])
-    if b.w[FACE] != 0.0:  # the face's push at the swing foot is none of the ground's
-        push = b.w[FACE] * b.w[PRESS]
-        along += push * b.w[COSINE]
-        normal += push * b.w[SINE]
-    b.w[NORMAL_FORCE] = min(b.w[NORMAL_FORCE], normal)
+    along, normal = _ground_force(world, b, legs, state[2], state[3], b.k[place + 2], b.k[place + 3])
+    if b.w[at.FACE] != 0.0:  # the face's push at the swing foot is none of the ground's
+        push = b.w[at.FACE] * b.w[at.PRESS]
+        along += push * b.w[at.COSINE]
+        normal += push * b.w[at.SINE]
+    b.w[at.NORMAL_FORCE] = min(b.w[at.NORMAL_FORCE], normal)
     if normal > LIGHT_CONTACT * world.mass * world.gravity:
-        b.w[FRICTION] = max(b.w[FRICTION], abs(along) / normal)
+        b.w[at.FRICTION] = max(b.w[at.FRICTION], abs(along) / normal)
 
 
 def _ground_force(
@@ -197,7 +172,7 @@ def _ground_force(
     force_x = first * (cosine1 * ddq1 - sine1 * square1) - second * (cosine2 * ddq2 - sine2 * square2)
     force_z = second * (sine2 * ddq2 + cosine2 * square2) - first * (sine1 * ddq1 + cosine1 * square1)
     force_z += world.mass * world.gravity
-    return force_x * b.w[COSINE] - force_z * b.w[SINE], force_x * b.w[SINE] + force_z * b.w[COSINE]
+    return force_x * b.w[at.COSINE] - force_z * b.w[at.SINE], force_x * b.w[at.SINE] + force_z * b.w[at.COSINE]
 
 
 def _normal_force_within(world: World, b: Buffers, h: float) -> None:
@@ -210,9 +185,9 @@ def _normal_force_within(world: World, b: Buffers, h: float) -> None:
         ddq1, ddq2 = dense_rate_at(b.dense, n, 2, x) / h, dense_rate_at(b.dense, n, 3, x) / h
         legs = legs_at(b, b.spare[0], b.spare[1])
         _, normal = _ground_force(world, b, legs, b.spare[2], b.spare[3], ddq1, ddq2)
-        w[NORMAL_FORCE] = min(w[NORMAL_FORCE], normal)
+        w[at.NORMAL_FORCE] = min(w[at.NORMAL_FORCE], normal)
         if piece > 1 and last < min(before, normal):
-            w[NORMAL_FORCE] = min(w[NORMAL_FORCE], _parabola_top(before, last, normal))
+            w[at.NORMAL_FORCE] = min(w[at.NORMAL_FORCE], _parabola_top(before, last, normal))
         before, last = last, normal
 
 
@@ -228,8 +203,8 @@ def take_sample(
     """Write a row of the samples: those of `columns.SAMPLES`, then the controller's states."""
     w = b.w
     torque = _asked(laws, parameters, b, t, state)
-    write_state(world, b, b.samples[int(w[SAMPLES])], time, state, torque, laws.slope_estimate(parameters, b.memory))
-    w[SAMPLES] += 1.0
+    write_state(world, b, b.samples[int(w[at.SAMPLES])], time, state, torque, laws.slope_estimate(parameters, b.memory))
+    w[at.SAMPLES] += 1.0
 
 
 def write_state(
@@ -243,20 +218,21 @@ def write_state(
 ) -> None:
     """Fill a row of the samples with a state, and with torques (N m) and slope estimate (rad) in it."""
     w = b.w
-    left, right = state[0] + w[SLOPE], state[1] + w[SLOPE]
-    if w[STANCE] != 0.0:
+    left, right = state[0] + w[at.SLOPE], state[1] + w[at.SLOPE]
+    if w[at.STANCE] != 0.0:
         left, right = right, left
     x, z = hip(world, b, legs_at(b, state[0], state[1]))
     write_sample(
         row,
+        0,
         time=time,
         q=(state[0], state[1]),
         dq=(state[2], state[3]),
         torque=torque,
-        slope=w[SLOPE],
+        slope=w[at.SLOPE],
         slope_estimate=estimate,
-        stance=w[STANCE],
+        stance=w[at.STANCE],
         qpos=(x, z, left, right),
     )
-    for index in range(len(b.y) - ANGLES_AND_RATES - WORKS):
-        row[SAMPLED + index] = state[ANGLES_AND_RATES + index]
+    for index in range(len(b.y) - at.ANGLES_AND_RATES - at.WORKS):
+        row[SAMPLED + index] = state[at.ANGLES_AND_RATES + index]

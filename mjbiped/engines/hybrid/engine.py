@@ -36,7 +36,7 @@ class Hybrid(Engine):
 
     def __post_init__(self) -> None:
         """Check the value."""
-        object.__setattr__(self, "tolerance", domains.TOLERANCE.check("tolerance", self.tolerance))
+        domains.check_fields(self, tolerance=domains.TOLERANCE)
 
     def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> HybridRun:
         """Set the robot on the ground; see `Engine.start`."""

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.control.check import refusal
+from mjbiped.control.check import refused_in_words
 from mjbiped.control.methods import gives_its_law, next_break, slope_estimate, torque, touchdown
 from mjbiped.engines.base import Show
 from mjbiped.engines.hybrid import state as at
@@ -196,7 +195,7 @@ class HybridSimulation:
         if self.compiled:
             import numba
 
-            with self._refusal():
+            with refused_in_words(self.controller, self._law):
                 self.advance.compile(tuple(map(numba.typeof, (self._parameters, self.world, self.buffers))))
 
     def go_on(self, cancellation: Cancellation = never_cancelled) -> None:
@@ -212,7 +211,7 @@ class HybridSimulation:
             LawError: The controller's laws cannot be compiled.
         """
         w = self.buffers.w
-        with self._refusal():
+        with refused_in_words(self.controller, self._law):
             while True:
                 w[at.PAUSE] = w[at.EVALUATIONS] + self._stint
                 begun = time.perf_counter()
@@ -243,19 +242,6 @@ class HybridSimulation:
         estimate = self.controller.slope_estimate(memory)
         write_state(self.world, buffers, row[0], w[at.TIME], state, (w[at.ANKLE], w[at.HIP]), estimate)
         recorder.add(buffers.rows[:0], row)
-
-    @contextmanager
-    def _refusal(self) -> Iterator[None]:
-        """Say in words what is wrong with a law that cannot be compiled."""
-        try:
-            yield
-        except Exception as error:  # whatever a law raises; Numba's own errors can be told once it is loaded
-            if self._law is not None:
-                controller = self.controller
-                refused = refusal(error, self._law, controller.states, whose=type(controller).__name__)
-                if refused is not None:
-                    raise refused from error
-            raise
 
 
 def simulate(simulation: HybridSimulation, recorder: Recorder, show: Show | None = None) -> Outcome:

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco import step_size
+from mjbiped.engines.mujoco.contact_events import State
 from mjbiped.records.rows import SAMPLED, TOUCHED, write_sample
 from mjbiped.rules.termination import Limits
 from mjbiped.terrain.profile import Floats, Profile, height_of, height_over_ground, segment_met, segment_stood_on
@@ -37,20 +38,37 @@ class Recording(NamedTuple):
     rows: Any
 
 
-class World(NamedTuple):
-    """What does not change in a walk, beside the controller's parameters.
+class Places(NamedTuple):
+    """Where things are in a scene.
 
     Attributes:
-        limits: What the walk is judged by.
-        profile: The ground.
+        profile: The ground, as far as it was built.
         rises: Steps up at the starts of its segments, m.
-        stepped: Whether there are any.
         feet: Geoms of the left and the right foot.
         contacts: Places in the sensor data where the left and the right foot's contacts begin.
         slots: Floats of one foot's contacts.
         risers: For each geom the segment at whose start it is the riser; -1 for the others.
         first: For each geom the first of the segments that it is the ground of; all are where it is none.
         last: The last of them.
+    """
+
+    profile: Profile
+    rises: Floats
+    feet: tuple[int, int]
+    contacts: tuple[int, int]
+    slots: int
+    risers: Floats
+    first: Floats
+    last: Floats
+
+
+class World(NamedTuple):
+    """What does not change in a walk, beside the controller's parameters.
+
+    Attributes:
+        limits: What the walk is judged by.
+        places: In the scene.
+        stepped: Whether there are steps in the ground.
         deepest: No foot is deeper in the ground than this in the first step of a contact, m.
         timestep: Longest physics step, s.
         contact_timestep: Of the step that makes an impact, s.
@@ -61,15 +79,8 @@ class World(NamedTuple):
     """
 
     limits: Limits
-    profile: Profile
-    rises: Floats
+    places: Places
     stepped: bool
-    feet: tuple[int, int]
-    contacts: tuple[int, int]
-    slots: int
-    risers: Floats
-    first: Floats
-    last: Floats
     deepest: float
     timestep: float
     contact_timestep: float
@@ -87,37 +98,51 @@ class Laws(NamedTuple):
     slope_estimate: Callable[..., float]
 
 
-def control(
-    laws: Laws,
-    parameters: Any,
-    world: World,
-    recording: Recording,
-    u: MutableSequence[float],
-    memory: MutableSequence[float],
-    rates: MutableSequence[float],
-    ctrl: MutableSequence[float],
-    time: float,
-    qpos: Sequence[float],
-    qvel: Sequence[float],
-) -> bool:
-    """`mjcb_control`: one tick per new time; a second call at the same time changes nothing.
+class Setting(NamedTuple):
+    """All that a walk's callbacks work with and do not change, but for what they write into the recording.
 
-    Args:
+    Attributes:
         laws: The controller's.
         parameters: Theirs.
         world: The walk's.
         recording: To be written.
-        u: Userdata up to the controller's memory.
+    """
+
+    laws: Laws
+    parameters: Any
+    world: World
+    recording: Recording
+
+
+class Userdata(NamedTuple):
+    """The parts of `mjData.userdata`.
+
+    Attributes:
+        events: Up to the controller's memory; see `mjbiped.engines.mujoco.contact_events`.
         memory: The controller's memory.
         rates: Held, of its integrated states.
+    """
+
+    events: MutableSequence[float]
+    memory: MutableSequence[float]
+    rates: MutableSequence[float]
+
+
+def control(setting: Setting, userdata: Userdata, ctrl: MutableSequence[float], time: float, state: State) -> bool:
+    """`mjcb_control`: one tick per new time; a second call at the same time changes nothing.
+
+    Args:
+        setting: The walk's.
+        userdata: To be changed.
         ctrl: To be filled: left ankle, right ankle, hip, N m.
         time: Now, s.
-        qpos: Hip x, hip z (m), left and right leg (rad).
-        qvel: Their rates.
+        state: Now.
 
     Returns:
         Whether anything was changed.
     """
+    world, recording = setting.world, setting.recording
+    u, memory, rates = userdata
     if not (u[events.RUNNING] and time > u[events.TIME]):
         return False
     over = u[events.OUTCOME] != 0.0
@@ -128,40 +153,34 @@ def control(
     if u[events.TRANSFERRED] and u[events.NOTED]:
         _write_row(recording, u)  # of a touchdown that the controller is never told of
     u[events.LAST_STEP] = step_size.step_before(u, time)
-    events.observe(u, world.limits, world.profile, time, qpos, qvel)
+    events.observe(u, world.limits, world.places.profile, time, state)
     due = time > u[events.NEXT_CONTROL] - _NOW
     if due:
         u[events.NEXT_CONTROL] += world.control_period
     if due or (u[events.TRANSFERRED] and u[events.OUTCOME]):  # the last touchdown is told at once: its row is whole
-        _tick(laws, parameters, recording, u, memory, rates, time)
+        _tick(setting, userdata, time)
     right = bool(u[events.STANCE])
     ctrl[0] = 0.0 if right else u[events.ANKLE]
     ctrl[1] = u[events.ANKLE] if right else 0.0
     ctrl[2] = -u[events.HIP] if right else u[events.HIP]
     if not over and (time > u[events.NEXT_SAMPLE] - _NOW or u[events.OUTCOME]):
         u[events.NEXT_SAMPLE] = (math.floor(time / recording.sample_period + _NOW) + 1.0) * recording.sample_period
-        take_sample(laws, parameters, world, recording, u, memory, time, qpos)
+        take_sample(setting, userdata, time, state.qpos)
     return True
 
 
 def _posture(u: Sequence[float]) -> tuple[float, float, float, float]:
     """Stance and swing leg from the ground's normal, and their rates, as last observed."""
     slope = u[events.SLOPE]
-    if u[events.STANCE]:
-        return u[events.RIGHT] - slope, u[events.LEFT] - slope, u[events.RIGHT_RATE], u[events.LEFT_RATE]
-    return u[events.LEFT] - slope, u[events.RIGHT] - slope, u[events.LEFT_RATE], u[events.RIGHT_RATE]
+    stance, swing = events.by_role(u, u[events.LEFT], u[events.RIGHT])
+    stance_rate, swing_rate = events.by_role(u, u[events.LEFT_RATE], u[events.RIGHT_RATE])
+    return stance - slope, swing - slope, stance_rate, swing_rate
 
 
-def _tick(
-    laws: Laws,
-    parameters: Any,
-    recording: Recording,
-    u: MutableSequence[float],
-    memory: MutableSequence[float],
-    rates: MutableSequence[float],
-    time: float,
-) -> None:
+def _tick(setting: Setting, userdata: Userdata, time: float) -> None:
     """One tick of the digital controller: its events and its law, whose torques and rates are held from now on."""
+    laws, parameters, _, recording = setting
+    u, memory, rates = userdata
     q1, q2, dq1, dq2 = _posture(u)
     if u[events.TRANSFERRED]:
         u[events.TRANSFERRED] = 0.0
@@ -200,17 +219,10 @@ def _write_row(recording: Recording, u: MutableSequence[float]) -> None:
         u[events.ROWS] += 1.0
 
 
-def take_sample(
-    laws: Laws,
-    parameters: Any,
-    world: World,
-    recording: Recording,
-    u: MutableSequence[float],
-    memory: Sequence[float],
-    time: float,
-    qpos: Sequence[float],
-) -> None:
+def take_sample(setting: Setting, userdata: Userdata, time: float, qpos: Sequence[float]) -> None:
     """Write down the state now, with the torque that is held from now on."""
+    laws, parameters, world, recording = setting
+    u, memory, _ = userdata
     row = int(u[events.SAMPLES])
     if not 0 <= row < len(recording.samples):
         return
@@ -218,6 +230,7 @@ def take_sample(
     estimate = laws.slope_estimate(parameters, memory)
     write_sample(
         recording.samples[row],
+        0,
         time=time,
         q=(q1, q2),
         dq=(dq1, dq2),
@@ -237,8 +250,7 @@ def sense(
     u: MutableSequence[float],
     readings: Sequence[float],
     time: float,
-    qpos: Sequence[float],
-    qvel: Sequence[float],
+    state: State,
     qacc: Sequence[float],
 ) -> tuple[float, float]:
     """`mjcb_sensor` at the acceleration stage, after MuJoCo has filled its own contact sensors.
@@ -248,9 +260,8 @@ def sense(
         u: Userdata.
         readings: Sensor data.
         time: Now, s.
-        qpos: Hip x, hip z (m), left and right leg (rad).
-        qvel: Their rates.
-        qacc: Their accelerations.
+        state: Now.
+        qacc: The accelerations of the hip and of both legs.
 
     Returns:
         Length of the physics step from now on, s, 0 where it is not for this walk to say; and by what factor its
@@ -259,12 +270,12 @@ def sense(
     if not u[events.RUNNING]:
         return 0.0, 1.0
     stance = 1 if u[events.STANCE] else 0
-    own, other = world.contacts[stance], world.contacts[1 - stance]
-    events.feel(u, world.limits, readings[own : own + world.slots], readings[other : other + world.slots])
+    own, other, slots = world.places.contacts[stance], world.places.contacts[1 - stance], world.places.slots
+    events.feel(u, world.limits, readings[own : own + slots], readings[other : other + slots])
     if not world.lands:
         u[events.KICK] = world.timestep
         return 0.0, 1.0
-    length = step_size.step_length(u, world, time, qpos, qvel, qacc)
+    length = step_size.step_length(u, world, time, state, qacc)
     return length, u[events.KICK] / length
 
 
@@ -279,7 +290,7 @@ def softness(world: World, u: Sequence[float], time: float) -> tuple[float, floa
     return step_size.softness(u, time) if u[events.RUNNING] and world.lands else (0.0, 0.0)
 
 
-def refuses(world: World, u: Sequence[float], places: Any, first: int, second: int) -> bool:
+def refuses(world: World, u: Sequence[float], centres: Any, first: int, second: int) -> bool:
     """`mjcb_contactfilter`: whether a pair of geoms does not collide.
 
     The swing foot passes through everything until it is armed (scuffing rule). From then on it is a point: it meets
@@ -293,39 +304,41 @@ def refuses(world: World, u: Sequence[float], places: Any, first: int, second: i
     Args:
         world: The walk's.
         u: Userdata.
-        places: Of all geoms, an array of shape (geoms, 3), m.
+        centres: Of all geoms, an array of shape (geoms, 3), m.
         first: One geom.
         second: The other.
     """
     if not u[events.RUNNING]:
         return False
     right = 1 if u[events.STANCE] else 0
-    stance, swing = world.feet[right], world.feet[1 - right]
+    places = world.places
+    stance, swing = places.feet[right], places.feet[1 - right]
     armed = bool(u[events.ARMED])
     if swing in (first, second):
-        return not armed or not _meets(world, places[swing, 0], places[swing, 2], second if first == swing else first)
+        other = second if first == swing else first
+        return not armed or not _meets(places, centres[swing, 0], centres[swing, 2], other)
     if stance not in (first, second):
         return False
-    if armed and -world.deepest < height_over_ground(world.profile, places[swing, 0], places[swing, 2]) < 0.0:
+    if armed and -world.deepest < height_over_ground(places.profile, centres[swing, 0], centres[swing, 2]) < 0.0:
         return True
-    return _beside(world, places[stance, 0], places[stance, 2], second if first == stance else first)
+    return _beside(places, centres[stance, 0], centres[stance, 2], second if first == stance else first)
 
 
-def _meets(world: World, x: float, z: float, geom: int) -> bool:
+def _meets(places: Places, x: float, z: float, geom: int) -> bool:
     """Whether a foot at x, z can meet a geom of the ground."""
-    segment = segment_met(world.profile, x, z)
-    riser = int(world.risers[geom])
+    segment = segment_met(places.profile, x, z)
+    riser = int(places.risers[geom])
     if riser >= 0:
-        return (segment < riser) == (world.rises[riser] > 0.0)
-    return bool(world.first[geom] <= segment <= world.last[geom])
+        return (segment < riser) == (places.rises[riser] > 0.0)
+    return bool(places.first[geom] <= segment <= places.last[geom])
 
 
-def _beside(world: World, x: float, z: float, geom: int) -> bool:
+def _beside(places: Places, x: float, z: float, geom: int) -> bool:
     """Whether a standing foot at x, z, which may have sunk a little, has a geom of the ground beside it."""
-    if world.risers[geom] >= 0.0:
+    if places.risers[geom] >= 0.0:
         return True
-    segment = segment_stood_on(world.profile, x, z, SUNK)
-    if world.first[geom] <= segment <= world.last[geom]:
+    segment = segment_stood_on(places.profile, x, z, SUNK)
+    if places.first[geom] <= segment <= places.last[geom]:
         return False
-    nearest = int(world.first[geom]) if segment < world.first[geom] else int(world.last[geom])
-    return height_of(world.profile, nearest, x) > z + SUNK
+    nearest = int(places.first[geom]) if segment < places.first[geom] else int(places.last[geom])
+    return height_of(places.profile, nearest, x) > z + SUNK

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import MutableSequence, Sequence
+from typing import NamedTuple
 
 from mjbiped.records.columns import TOUCHDOWNS, index_of
 from mjbiped.records.rows import TOUCHED, write_touchdown
@@ -92,33 +93,29 @@ FEWEST_AVERAGED = 5.0  # physics steps in such a stretch, at least: the foot los
 AIRBORNE = 0.06  # without contact the stance foot is off the ground, in the same units: sliding, it hops half as long
 
 
-_FINISHED, _FELL, _STALLED, _SLIPPED, _LEFT_TERRAIN, _DIVERGED = (
-    float(outcome)
-    for outcome in (
-        Outcome.FINISHED,
-        Outcome.FELL,
-        Outcome.STALLED,
-        Outcome.SLIPPED,
-        Outcome.LEFT_TERRAIN,
-        Outcome.DIVERGED,
-    )
-)
+_FINISHED, _FELL = float(Outcome.FINISHED), float(Outcome.FELL)
+_STALLED, _SLIPPED = float(Outcome.STALLED), float(Outcome.SLIPPED)
+_LEFT_TERRAIN, _DIVERGED = float(Outcome.LEFT_TERRAIN), float(Outcome.DIVERGED)
 
 
-def begin(
-    u: MutableSequence[float],
-    qpos: Sequence[float],
-    qvel: Sequence[float],
-    slope: float,
-    foot: tuple[float, float],
-    timestep: float,
-) -> None:
+class State(NamedTuple):
+    """How the robot stands and moves.
+
+    Attributes:
+        qpos: Hip x, hip z (m), left and right leg (rad).
+        qvel: Their rates.
+    """
+
+    qpos: Sequence[float]
+    qvel: Sequence[float]
+
+
+def begin(u: MutableSequence[float], state: State, slope: float, foot: tuple[float, float], timestep: float) -> None:
     """Fill zeroed userdata for a walk that starts on the left leg.
 
     Args:
         u: Userdata.
-        qpos: Hip x, hip z (m), left and right leg (rad).
-        qvel: Their rates.
+        state: At the start.
         slope: Of the ground under the stance foot, rad.
         foot: Stance foot, x and z in m.
         timestep: Of the first step, s.
@@ -129,19 +126,12 @@ def begin(
     u[NORMAL_FORCE] = math.inf
     u[SLOPE] = slope
     u[FOOT_X], u[FOOT_Z] = foot
-    u[FOOT_ANGLE] = qpos[2]
-    u[LEFT], u[RIGHT] = qpos[2], qpos[3]
-    u[LEFT_RATE], u[RIGHT_RATE] = qvel[2], qvel[3]
+    _, _, u[LEFT], u[RIGHT] = state.qpos
+    _, _, u[LEFT_RATE], u[RIGHT_RATE] = state.qvel
+    u[FOOT_ANGLE] = u[LEFT]
 
 
-def observe(
-    u: MutableSequence[float],
-    limits: Limits,
-    profile: Profile,
-    time: float,
-    qpos: Sequence[float],
-    qvel: Sequence[float],
-) -> None:
+def observe(u: MutableSequence[float], limits: Limits, profile: Profile, time: float, state: State) -> None:
     """Take in the state at a new time; see the module.
 
     Args:
@@ -149,13 +139,12 @@ def observe(
         limits: What the walk is judged by.
         profile: The ground.
         time: Now, s; later than the last observation.
-        qpos: Hip x, hip z (m), left and right leg (rad).
-        qvel: Their rates.
+        state: Now.
     """
-    hip_x, hip_z, left, right = qpos
-    _, _, left_rate, right_rate = qvel
+    hip_x, hip_z, left, right = state.qpos
+    _, _, left_rate, right_rate = state.qvel
     if u[NOTED]:
-        _exchange(u, limits, profile, time, qpos, qvel)
+        _exchange(u, limits, profile, time, state)
     else:
         _count_work(u, left, right)
         _weigh(u, limits)
@@ -163,7 +152,7 @@ def observe(
     u[LEFT], u[RIGHT], u[LEFT_RATE], u[RIGHT_RATE] = left, right, left_rate, right_rate
 
     length = limits.leg_length
-    stance, swing = (right, left) if u[STANCE] else (left, right)
+    stance, swing = by_role(u, left, right)
     foot_x, foot_z = hip_x - length * math.sin(stance), hip_z - length * math.cos(stance)
     if not u[ARMED]:
         swing_x = hip_x - length * math.sin(swing)
@@ -191,14 +180,18 @@ def observe(
             u[OUTCOME] = _LEFT_TERRAIN
 
 
+def by_role(u: Sequence[float], left: float, right: float) -> tuple[float, float]:
+    """What belongs to the left and the right leg, as that of the stance and of the swing leg."""
+    return (right, left) if u[STANCE] else (left, right)
+
+
 def _count_work(u: MutableSequence[float], left: float, right: float) -> None:
     """Work of the held torques since the last observation, exact for the way that was made.
 
     The paper's power is τ1 q̇1 + τ2 (q̇2 - q̇1); the ground's slope does not change in between.
     """
-    way_left, way_right = left - u[LEFT], right - u[RIGHT]
-    way_ankle, way_hip = (way_right, way_left - way_right) if u[STANCE] else (way_left, way_right - way_left)
-    ankle, hip = u[ANKLE] * way_ankle, u[HIP] * way_hip
+    stance, swing = by_role(u, left - u[LEFT], right - u[RIGHT])
+    ankle, hip = u[ANKLE] * stance, u[HIP] * (swing - stance)
     u[WORK_ABSOLUTE] += abs(ankle) + abs(hip)
     u[WORK_NET] += ankle + hip
     u[WORK_POSITIVE] += (0.0 if ankle < 0.0 else ankle) + (0.0 if hip < 0.0 else hip)
@@ -231,14 +224,7 @@ def _least_normal_force(u: Sequence[float]) -> float:
     return u[IMPULSE] / u[STRETCH] if u[STRETCH] > 0.0 else math.nan
 
 
-def _exchange(
-    u: MutableSequence[float],
-    limits: Limits,
-    profile: Profile,
-    time: float,
-    qpos: Sequence[float],
-    qvel: Sequence[float],
-) -> None:
+def _exchange(u: MutableSequence[float], limits: Limits, profile: Profile, time: float, state: State) -> None:
     """Swap the legs' roles and write the touchdown's row; the estimates are not known before the controller's tick.
 
     No row tells of a foot that is not on the ground: the walk has then diverged.
@@ -246,14 +232,11 @@ def _exchange(
     The slope is that of the segment that the foot stands on: no contact's normal, which at an edge can be any.
     The contact step itself counts for no work: half of it belongs to either step's roles.
     """
-    hip_x, hip_z, left, right = qpos
-    _, _, left_rate, right_rate = qvel
-    if u[STANCE]:
-        old, new, old_rate, new_rate = right, left, right_rate, left_rate
-        old_before, new_before = u[RIGHT_RATE], u[LEFT_RATE]
-    else:
-        old, new, old_rate, new_rate = left, right, left_rate, right_rate
-        old_before, new_before = u[LEFT_RATE], u[RIGHT_RATE]
+    hip_x, hip_z, left, right = state.qpos
+    _, _, left_rate, right_rate = state.qvel
+    old, new = by_role(u, left, right)
+    old_rate, new_rate = by_role(u, left_rate, right_rate)
+    old_before, new_before = by_role(u, u[LEFT_RATE], u[RIGHT_RATE])
     foot_x, foot_z = hip_x - limits.leg_length * math.sin(new), hip_z - limits.leg_length * math.cos(new)
     segment = segment_stood_on(profile, foot_x, foot_z)
     if not abs(foot_z - height_of(profile, segment, foot_x)) <= MISSED * limits.leg_length:

@@ -25,9 +25,9 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
-from mjbiped.errors import InputError, shown
 from mjbiped.terrain.profile import EDGE
 from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils.domains import known_name
 
 FOOT_RADIUS = 1e-4
 """Radius of the colliding foot sphere, m: the step length's error is 0.009 % at 1e-4, 0.13 % at 1e-3, 1.2 % at 1e-2."""
@@ -71,8 +71,7 @@ class Ground:
         Raises:
             InputError: The kind is unknown.
         """
-        if kind not in GROUND_KINDS:
-            raise InputError(f"unknown ground {shown(kind)}; valid are {', '.join(GROUND_KINDS)}")
+        known_name("ground", kind, GROUND_KINDS)
         self.terrain = terrain
         self.end = min(terrain.end, max(reach, terrain.x[-1] + 1.0))
         self._plane = len(terrain.x) == 1 and kind == "auto" and math.isinf(terrain.end)

@@ -10,12 +10,10 @@ terrain, whatever window it was found in.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
-from typing import TypedDict
+from functools import partial
 
-import mujoco
-
+from mjbiped.engines.mujoco.callbacks import Places
+from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
 from mjbiped.engines.mujoco.scene import Scene, compose_scene
 from mjbiped.robots.compass import Compass
@@ -53,7 +51,7 @@ class GroundWindows:
         """Cut the terrain; nothing is built yet.
 
         Args:
-            robot: See `mjbiped.engines.mujoco.scene.build_scene` for this and all that follows but the last.
+            robot: See `mjbiped.engines.mujoco.scene.compose_scene` for this and all that follows but the last.
             terrain: The ground's profile.
             timestep: Physics step, s.
             reach: How far ahead of x = 0 the last segment must reach, m.
@@ -65,15 +63,17 @@ class GroundWindows:
         Raises:
             InputError: `ground` is unknown.
         """
-        self._robot, self._terrain, self._timestep = robot, terrain, timestep
-        self._userdata, self._scenery = userdata, scenery
+        self._terrain, self._length = terrain, robot.leg_length
         self._margin = MARGIN * robot.leg_length if margin is None else margin
         self._ground = Ground(terrain, reach=reach, kind=ground)
+        self._compose = partial(
+            compose_scene, robot, self._ground, timestep=timestep, userdata=userdata, scenery=scenery
+        )
         self.start, self.end = self._ground.start_of(0), self._ground.end
 
     def segments_about(self, x: float) -> range:
         """The segments to be built for a hip at x (m); all where they are few."""
-        starts, length = self._terrain.x, self._robot.leg_length
+        starts, length = self._terrain.x, self._length
         if len(starts) <= FEW_SEGMENTS:
             return self._ground.segments
         few = starts[min(self._terrain.segment_at(x) + FEW_SEGMENTS, len(starts) - 1)]
@@ -83,32 +83,12 @@ class GroundWindows:
     def about(self, x: float) -> Scene:
         """Build the scene about a hip at x (m)."""
         with python_callbacks_removed():
-            return compose_scene(
-                self._robot,
-                self._ground,
-                self.segments_about(x),
-                timestep=self._timestep,
-                userdata=self._userdata,
-                scenery=self._scenery,
-            )
+            return self._compose(self.segments_about(x))
 
     def inside(self, scene: Scene) -> tuple[float, float]:
         """Between which places (m) a scene has all ground about the hip; infinite where nothing more can be built."""
         first, last = scene.segments[0] == 0, scene.segments[-1] == len(self._terrain.x) - 1
         return -math.inf if first else scene.start + self._margin, math.inf if last else scene.end - self._margin
-
-
-class Places(TypedDict):
-    """The part of `mjbiped.engines.mujoco.callbacks.World` that differs from window to window."""
-
-    profile: Profile
-    rises: tuple[float, ...]
-    feet: tuple[int, int]
-    contacts: tuple[int, int]
-    slots: int
-    risers: tuple[float, ...]
-    first: tuple[float, ...]
-    last: tuple[float, ...]
 
 
 def places_in(scene: Scene, terrain: Terrain) -> Places:
@@ -120,32 +100,15 @@ def places_in(scene: Scene, terrain: Terrain) -> Places:
     names = [model.geom(index).name for index in range(model.ngeom)]
     whole = range(begin, scene.segments.stop)  # what is none of the ground's pieces can be met anywhere
     pieces = [scene.pieces.get(name, whole) for name in names]
-    return {
-        "profile": Profile(*(values[shown] for values in terrain.profile)),
-        "rises": terrain.rises[shown],
-        "feet": (int(model.geom("left_foot").id), int(model.geom("right_foot").id)),
-        "contacts": (int(left.adr[0]), int(right.adr[0])),
-        "slots": int(left.dim[0]),
-        "risers": tuple(
+    return Places(
+        profile=Profile(*(values[shown] for values in terrain.profile)),
+        rises=terrain.rises[shown],
+        feet=(int(model.geom("left_foot").id), int(model.geom("right_foot").id)),
+        contacts=(int(left.adr[0]), int(right.adr[0])),
+        slots=int(left.dim[0]),
+        risers=tuple(
             float(int(name.removeprefix("riser_")) - begin) if name.startswith("riser_") else -1.0 for name in names
         ),
-        "first": tuple(float(piece[0] - begin) for piece in pieces),
-        "last": tuple(float(piece[-1] - begin) for piece in pieces),
-    }
-
-
-@contextmanager
-def python_callbacks_removed() -> Iterator[None]:
-    """Take MuJoCo's callbacks in Python away meanwhile: its compiler calls them with models that Python cannot hold.
-
-    Compiled ones stay, and must leave alone what is not theirs, as those of `mjbiped.engines.mujoco.compiled.callbacks`
-    do.
-    """
-    names = [name.removeprefix("get_") for name in dir(mujoco) if name.startswith("get_mjcb_")]
-    with ExitStack() as stack:
-        for name in names:
-            callback = getattr(mujoco, f"get_{name}")()
-            if callback is not None and not hasattr(callback, "argtypes"):
-                stack.callback(getattr(mujoco, f"set_{name}"), callback)
-                getattr(mujoco, f"set_{name}")(None)
-        yield
+        first=tuple(float(piece[0] - begin) for piece in pieces),
+        last=tuple(float(piece[-1] - begin) for piece in pieces),
+    )

@@ -32,16 +32,13 @@ class Options:
 
     def __post_init__(self) -> None:
         """Check what does not depend on a walk."""
-        object.__setattr__(self, "timestep", domains.TIMESTEP.check("timestep", self.timestep))
-        contact = domains.CONTACT_TIMESTEP.check("contact_timestep", self.contact_timestep)
-        object.__setattr__(self, "contact_timestep", contact)
+        domains.check_fields(self, timestep=domains.TIMESTEP, contact_timestep=domains.CONTACT_TIMESTEP)
         known_name("ground", self.ground, GROUND_KINDS)
         if not isinstance(self.lands, bool):
             raise InputError(f"lands = {shown(self.lands)}: must be True or False")
         if self.control_period is not None:
-            period = domains.CONTROL_PERIOD.check("control_period", self.control_period)
-            object.__setattr__(self, "control_period", period)
-            ratio = period / self.timestep
+            domains.check_fields(self, control_period=domains.CONTROL_PERIOD)
+            ratio = self.control_period / self.timestep
             if not (ratio > 0.5 and np.isclose(ratio, round(ratio), rtol=1e-6)):
                 raise InputError(
                     f"control_period = {shown(self.control_period)}: must be a multiple of the timestep "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
+from dataclasses import asdict
 from typing import Any
 
 import mujoco
@@ -77,15 +78,7 @@ class MujocoRun(Run):
 
     def settings(self) -> dict[str, Any]:
         """The engine's settings, and MuJoCo's warnings."""
-        options = self.simulation.options
-        return {
-            "timestep": options.timestep,
-            "contact_timestep": options.contact_timestep,
-            "control_period": options.control_period,
-            "ground": options.ground,
-            "lands": options.lands,
-            "warnings": dict(self.simulation.warnings),
-        }
+        return {**asdict(self.simulation.options), "warnings": dict(self.simulation.warnings)}
 
 
 def simulate(simulation: Simulation, recorder: Recorder, show: Show | None = None) -> Outcome:

@@ -14,14 +14,11 @@ from pathlib import Path
 
 import mujoco
 
-from mjbiped.engines.mujoco.ground import FOOT_RADIUS, GROUND_KINDS, HALF_WIDTH, Ground
+from mjbiped.engines.mujoco.ground import FOOT_RADIUS, HALF_WIDTH, Ground
 from mjbiped.engines.mujoco.scenery import add_earth, add_faces
 from mjbiped.engines.mujoco.step_size import stiffness
 from mjbiped.robots.compass import Compass
 from mjbiped.terrain.segments import GROUND_FRICTION
-from mjbiped.terrain.terrain import Terrain
-
-__all__ = ["FOOT_RADIUS", "GROUND_KINDS", "Scene", "build_scene", "compose_scene", "models_folder"]
 
 SMALLEST_HIP_MASS = 1e-5
 """MuJoCo's compiler refuses a moving body without mass; this part of the robot's mass is invisible in every figure."""
@@ -54,38 +51,6 @@ class Scene:
     pieces: Mapping[str, range]
 
 
-def build_scene(
-    robot: Compass,
-    terrain: Terrain,
-    *,
-    timestep: float,
-    reach: float,
-    ground: str = "auto",
-    userdata: int = 0,
-    scenery: bool = False,
-) -> Scene:
-    """Build the MuJoCo model of a robot on a whole terrain.
-
-    Args:
-        robot: The robot's parameters.
-        terrain: The ground's profile.
-        timestep: Of the steps that the contacts are made for, s. Their damping is 1 / timestep: with it an impact is
-            plastic within one step.
-        reach: How far ahead of x = 0 the last segment must reach, m; a terrain that ends earlier keeps its end.
-        ground: "auto" (see `mjbiped.engines.mujoco.ground`), or "heightfield" or "boxes" for all stretches alike.
-        userdata: Number of floats in `mjData.userdata`.
-        scenery: For pictures: the earth under the ground, and textures, which take 5 MB and 12 ms.
-
-    Returns:
-        The scene.
-
-    Raises:
-        InputError: `ground` is unknown.
-    """
-    layout = Ground(terrain, reach=reach, kind=ground)
-    return compose_scene(robot, layout, layout.segments, timestep=timestep, userdata=userdata, scenery=scenery)
-
-
 def compose_scene(
     robot: Compass, ground: Ground, segments: range, *, timestep: float, userdata: int, scenery: bool
 ) -> Scene:
@@ -95,9 +60,10 @@ def compose_scene(
         robot: The robot's parameters.
         ground: The terrain, cut into pieces.
         segments: Those to be built; see `Ground.between`.
-        timestep: As in `build_scene`, s.
-        userdata: As there.
-        scenery: As there.
+        timestep: Of the steps that the contacts are made for, s. Their damping is 1 / timestep: with it an impact is
+            plastic within one step.
+        userdata: Number of floats in `mjData.userdata`.
+        scenery: For pictures: the earth under the ground, and textures, which take 5 MB and 12 ms.
 
     Returns:
         The scene.

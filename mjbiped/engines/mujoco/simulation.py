@@ -14,17 +14,18 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import cached_property, lru_cache
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 
 from mjbiped.control import methods as laws
-from mjbiped.control.check import refusal
+from mjbiped.control.check import refused_in_words
 from mjbiped.control.methods import gives_its_law
 from mjbiped.engines.mujoco import callbacks
 from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco.callbacks import Laws, Recording, World
+from mjbiped.engines.mujoco.callbacks import Laws, Recording, Setting, Userdata, World
 from mjbiped.engines.mujoco.compiled.callbacks import Functions, Native, attached, check_offsets, native
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
 from mjbiped.engines.mujoco.compiled.registry import (
@@ -36,9 +37,10 @@ from mjbiped.engines.mujoco.compiled.registry import (
     shared,
     stepped_under_shared,
 )
+from mjbiped.engines.mujoco.contact_events import State
+from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
 from mjbiped.engines.mujoco.options import Options
-from mjbiped.engines.mujoco.scene import FOOT_RADIUS
 from mjbiped.records.recorder import Recorder
 from mjbiped.records.rows import SAMPLED, TOUCHED
 from mjbiped.robots.compass import Compass
@@ -164,7 +166,7 @@ class Simulation:
         )
         self._world = World(
             limits=self.limits._replace(start=scene.start, end=scene.end),
-            **places_in(scene, terrain),
+            places=places_in(scene, terrain),
             stepped=any(terrain.rises),
             # twice the way at the fall of a leg
             deepest=2.0 * timestep * math.sqrt(2.0 * robot.gravity * length),
@@ -196,17 +198,22 @@ class Simulation:
         qvel = [length * math.cos(stance) * dq[0], -length * math.sin(stance) * dq[0], dq[0], dq[1]]
         self.data.qpos[:] = qpos
         self.data.qvel[:] = qvel
-        u, memory, rates = self._userdata()
-        events.begin(u, qpos, qvel, slope, (0.0, height), self._world.timestep)
-        self.controller.start(memory, tuple(q), tuple(dq))
-        self.data.userdata[:] = u + memory + rates
+        userdata = self._userdata()
+        events.begin(userdata.events, State(qpos, qvel), slope, (0.0, height), self._world.timestep)
+        self.controller.start(userdata.memory, tuple(q), tuple(dq))
+        self.data.userdata[:] = list(chain(*userdata))
 
-    def _userdata(self) -> tuple[list[float], list[float], list[float]]:
-        """Events' part of the userdata, the controller's memory, and the rates of its integrated states."""
+    def _userdata(self) -> Userdata:
+        """A copy of the userdata, in its parts."""
         u = self.data.userdata.tolist()
         memory = events.CONTROLLER_MEMORY
         rates = memory + self._world.memory_size
-        return u[:memory], u[memory:rates], u[rates:]
+        return Userdata(u[:memory], u[memory:rates], u[rates:])
+
+    @property
+    def _setting(self) -> Setting:
+        """What the callbacks work with in plain Python."""
+        return Setting(_METHODS, self.controller, self._world, self.recording)
 
     def move_on(self) -> bool:
         """Build the ground about the robot, where it comes near the end of what is built of a long terrain.
@@ -224,10 +231,10 @@ class Simulation:
             return False
         scene, before = self._windows.about(x), self._world
         world = before._replace(
-            limits=self.limits._replace(start=scene.start, end=scene.end), **places_in(scene, self._terrain)
+            limits=self.limits._replace(start=scene.start, end=scene.end), places=places_in(scene, self._terrain)
         )
         scene.model.opt.timestep = self.model.opt.timestep
-        scene.model.geom_solref[list(world.feet)] = self.model.geom_solref[list(before.feet)]
+        scene.model.geom_solref[list(world.places.feet)] = self.model.geom_solref[list(before.places.feet)]
         state = np.empty(mujoco.mj_stateSize(self.model, WHOLE_STATE))
         mujoco.mj_getState(self.model, data, state, WHOLE_STATE)
         data = mujoco.MjData(scene.model)
@@ -250,10 +257,9 @@ class Simulation:
 
     def sample(self) -> None:
         """Record the state now."""
-        u, memory, rates = self._userdata()
-        qpos = self.data.qpos.tolist()
-        callbacks.take_sample(_METHODS, self.controller, self._world, self.recording, u, memory, self.data.time, qpos)
-        self.data.userdata[:] = u + memory + rates
+        userdata = self._userdata()
+        callbacks.take_sample(self._setting, userdata, self.data.time, self.data.qpos.tolist())
+        self.data.userdata[:] = list(chain(*userdata))
 
     def take(self, recorder: Recorder) -> int:
         """Hand what was recorded on, and make room; returns the number of touchdowns."""
@@ -333,45 +339,28 @@ class Simulation:
             return None
         try:
             check_offsets(self.data)
-            return native(law, self._world, self.recording)
+            with refused_in_words(controller, law):
+                return native(law, self._world, self.recording)
         except UnknownLayoutError as error:
             _warn_once(str(error))
             return None
-        except Exception as error:
-            refused = refusal(error, law, controller.states, whose=type(controller).__name__)
-            if refused is not None:
-                raise refused from error
-            raise
 
     def _on_control(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """`mjcb_control`; see `callbacks.control`."""
         if model is not self.model:
             self._pass_on("mjcb_control", model, data)
             return
-        u, memory, rates = self._userdata()
-        qpos, qvel = data.qpos.tolist(), data.qvel.tolist()
-        if callbacks.control(
-            _METHODS,
-            self.controller,
-            self._world,
-            self.recording,
-            u,
-            memory,
-            rates,
-            data.ctrl,
-            data.time,
-            qpos,
-            qvel,
-        ):
-            data.userdata[:] = u + memory + rates
+        userdata, state = self._userdata(), State(data.qpos.tolist(), data.qvel.tolist())
+        if callbacks.control(self._setting, userdata, data.ctrl, data.time, state):
+            data.userdata[:] = list(chain(*userdata))
 
     def _on_sensor(self, model: mujoco.MjModel, data: mujoco.MjData, stage: int) -> None:
         """`mjcb_sensor`; see `callbacks.sense`."""
         if model is not self.model:
             self._pass_on("mjcb_sensor", model, data, stage)
         elif stage == _ACCELERATION:
-            motion = (values.tolist() for values in (data.qpos, data.qvel, data.qacc))
-            length, weight = callbacks.sense(self._world, data.userdata, data.sensordata.tolist(), data.time, *motion)
+            state, readings = State(data.qpos.tolist(), data.qvel.tolist()), data.sensordata.tolist()
+            length, weight = callbacks.sense(self._world, data.userdata, readings, data.time, state, data.qacc.tolist())
             if length > 0.0:
                 model.opt.timestep = length
                 if weight != 1.0:
@@ -387,7 +376,7 @@ class Simulation:
             return int(self._pass_on("mjcb_contactfilter", model, data, first, second) or 0)
         solref = callbacks.softness(self._world, data.userdata, data.time)
         if solref[0] < 0.0:
-            model.geom_solref[list(self._world.feet)] = solref
+            model.geom_solref[list(self._world.places.feet)] = solref
         return int(callbacks.refuses(self._world, data.userdata, data.geom_xpos, first, second))
 
     def _pass_on(self, name: str, model: mujoco.MjModel, data: mujoco.MjData, *arguments: int) -> Any:

@@ -31,6 +31,7 @@ from collections.abc import MutableSequence, Sequence
 from typing import TYPE_CHECKING
 
 from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.contact_events import State
 from mjbiped.terrain.profile import height_over_ground, segment_under
 
 if TYPE_CHECKING:
@@ -77,39 +78,29 @@ def _kick(plain: float, before: float, length: float) -> float:
     return length if plain else 0.5 * (before + length)
 
 
-def step_length(
-    u: MutableSequence[float],
-    world: World,
-    time: float,
-    qpos: Sequence[float],
-    qvel: Sequence[float],
-    qacc: Sequence[float],
-) -> float:
+def step_length(u: MutableSequence[float], world: World, time: float, state: State, qacc: Sequence[float]) -> float:
     """How long the step from now on is, s; notes its kick, and plans the next one.
 
     Args:
         u: Userdata, in which the control callback has seen this time already, and `contact_events.feel` its contacts.
         world: The walk's.
         time: Now, s.
-        qpos: Hip x, hip z (m), left and right leg (rad).
-        qvel: Their rates.
-        qacc: Their accelerations.
+        state: Now.
+        qacc: The accelerations of the hip and of both legs.
     """
-    length, following, plain = _approach(u, world, qpos, qvel, qacc)
+    length, following, plain = _approach(u, world, state, qacc)
     if world.control_period > 0.0 and not u[events.NOTED]:  # an impact is not cut in two; the tick waits for its end
         due = u[events.NEXT_CONTROL] - time
         if due < length - _SHORTEST:
             length, following, plain = due, u[events.PLANNED], 0.0
-    if world.stepped and u[events.ARMED] and _near_face(world, u, length, qpos, qvel, qacc):
+    if world.stepped and u[events.ARMED] and _near_face(world, u, length, state, qacc):
         following, plain = world.contact_timestep, 1.0
     u[events.PLANNED_NEXT], u[events.PLAIN_NEXT] = following, plain
     u[events.KICK] = _kick(u[events.PLAIN], u[events.LAST_STEP], length)
     return length
 
 
-def _approach(
-    u: Sequence[float], world: World, qpos: Sequence[float], qvel: Sequence[float], qacc: Sequence[float]
-) -> tuple[float, float, float]:
+def _approach(u: Sequence[float], world: World, state: State, qacc: Sequence[float]) -> tuple[float, float, float]:
     """Length of this step, and of the next one as planned, and whether that one is plain.
 
     As the way of the swing foot to the ground asks for it.
@@ -117,8 +108,7 @@ def _approach(
     length, shortest = u[events.PLANNED], world.contact_timestep
     if u[events.NOTED] or not u[events.ARMED]:
         return length, world.timestep, 0.0
-    swing = 0 if u[events.STANCE] else 1
-    if _clearance(world, u, swing, 0.0, qpos, qvel, qacc) <= 0.0:
+    if _clearance(world, u, 0.0, state, qacc) <= 0.0:
         return length, shortest, 1.0  # it lies lower than where its contact should have been felt
     shorter = max(length / SHORTER, shortest)
     rest, part = 0.0, length  # of the approach
@@ -126,13 +116,13 @@ def _approach(
         part = max(part / SHORTER, shortest)
         rest += part
     above, below = 0.0, length
-    if _clearance(world, u, swing, below, qpos, qvel, qacc) > -DEPTH:
+    if _clearance(world, u, below, state, qacc) > -DEPTH:
         below = _LOOK_AHEAD * (length + rest)  # which may be behind an edge already
-        if _clearance(world, u, swing, below, qpos, qvel, qacc) > -DEPTH:
+        if _clearance(world, u, below, state, qacc) > -DEPTH:
             return length, world.timestep, 0.0
     for _ in range(_HALVINGS):
         middle = 0.5 * (above + below)
-        if _clearance(world, u, swing, middle, qpos, qvel, qacc) > -DEPTH:
+        if _clearance(world, u, middle, state, qacc) > -DEPTH:
             above = middle
         else:
             below = middle
@@ -145,55 +135,33 @@ def _approach(
     return max(0.5 * below, _SHORTEST), shorter, 0.0  # seen late, behind an edge
 
 
-def _foot(
-    world: World,
-    u: Sequence[float],
-    side: int,
-    t: float,
-    qpos: Sequence[float],
-    qvel: Sequence[float],
-    qacc: Sequence[float],
-) -> tuple[float, float]:
-    """Place of the left (0) or right (1) foot after a step of length t, x and z in m."""
+def _foot(world: World, u: Sequence[float], t: float, state: State, qacc: Sequence[float]) -> tuple[float, float]:
+    """Place of the swing foot after a step of length t, x and z in m."""
+    qpos, qvel = state
     kick = _kick(u[events.PLAIN], u[events.LAST_STEP], t)
     x = qpos[0] + t * (qvel[0] + kick * qacc[0])
     z = qpos[1] + t * (qvel[1] + kick * qacc[1])
-    leg = qpos[2 + side] + t * (qvel[2 + side] + kick * qacc[2 + side])
+    swing = 2 if u[events.STANCE] else 3
+    leg = qpos[swing] + t * (qvel[swing] + kick * qacc[swing])
     length = world.limits.leg_length
     return x - length * math.sin(leg), z - length * math.cos(leg)
 
 
-def _clearance(
-    world: World,
-    u: Sequence[float],
-    side: int,
-    t: float,
-    qpos: Sequence[float],
-    qvel: Sequence[float],
-    qacc: Sequence[float],
-) -> float:
-    """Height of a foot over the ground after a step of length t, m."""
-    x, z = _foot(world, u, side, t, qpos, qvel, qacc)
-    return height_over_ground(world.profile, x, z)
+def _clearance(world: World, u: Sequence[float], t: float, state: State, qacc: Sequence[float]) -> float:
+    """Height of the swing foot over the ground after a step of length t, m."""
+    x, z = _foot(world, u, t, state, qacc)
+    return height_over_ground(world.places.profile, x, z)
 
 
-def _near_face(
-    world: World,
-    u: Sequence[float],
-    t: float,
-    qpos: Sequence[float],
-    qvel: Sequence[float],
-    qacc: Sequence[float],
-) -> bool:
+def _near_face(world: World, u: Sequence[float], t: float, state: State, qacc: Sequence[float]) -> bool:
     """Whether the swing foot could touch a riser in the step after this one, which is of length t."""
-    swing = 0 if u[events.STANCE] else 1
-    x, z = _foot(world, u, swing, t, qpos, qvel, qacc)
-    further, _ = _foot(world, u, swing, t + 2.0 * world.timestep, qpos, qvel, qacc)
+    x, z = _foot(world, u, t, state, qacc)
+    further, _ = _foot(world, u, t + 2.0 * world.timestep, state, qacc)
     margin = MARGIN + abs(further - x)
-    profile = world.profile
+    profile, rises = world.places.profile, world.places.rises
     segment = segment_under(profile, x)
     for index in range(segment, min(segment + 2, len(profile.x))):  # the faces behind and ahead
-        rise, top = world.rises[index], profile.z[index]
+        rise, top = rises[index], profile.z[index]
         if rise != 0.0 and abs(x - profile.x[index]) < margin and z < max(top, top - rise) + margin:
             return True
     return False

@@ -11,16 +11,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from simulations import make_simulation
+from simulations import build_scene, make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco import ground_window
+from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, GROUND_KINDS, Ground
-from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in, python_callbacks_removed
+from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
 from mjbiped.engines.mujoco.run import simulate
-from mjbiped.engines.mujoco.scene import Scene, build_scene
+from mjbiped.engines.mujoco.scene import Scene
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.records.recorder import Recorder
 from mjbiped.rendering.video import gl_available, render_frames
@@ -226,19 +227,19 @@ def test_pieces_have_the_same_numbers_in_every_window(name: str, ground: str) ->
         places = places_in(scene, terrain)
         begin = scene.segments.start
         for geom in range(model.ngeom):
-            called, riser = model.geom(geom).name, int(places["risers"][geom])
+            called, riser = model.geom(geom).name, int(places.risers[geom])
             assert (riser >= 0) == (model.geom_condim[geom] == 1)
             if riser >= 0:
                 assert called == f"riser_{begin + riser}"
             elif called.startswith("ground_"):
-                first, last = (begin + int(places[which][geom]) for which in ("first", "last"))
+                first, last = (begin + int(each[geom]) for each in (places.first, places.last))
                 low, high = (scene.start if first == 0 else terrain.x[first]), [*terrain.x, scene.end][last + 1]
                 half = model.geom_size[geom][0] if model.geom_dataid[geom] < 0 else model.hfield(called).size[0]
                 assert model.geom_pos[geom][0] == pytest.approx((low + high) / 2, abs=2e-2)  # a box's leans
                 assert half == pytest.approx((high - low) / 2, rel=0.01)
-        assert [model.geom(foot).name for foot in places["feet"]] == ["left_foot", "right_foot"]
+        assert [model.geom(foot).name for foot in places.feet] == ["left_foot", "right_foot"]
         for at in np.linspace(scene.start, scene.end, 300, endpoint=False):
-            assert height_over(places["profile"], at) == terrain.height_at(at)  # the very same numbers
+            assert height_over(places.profile, at) == terrain.height_at(at)  # the very same numbers
         for index in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_HFIELD):
             mine, theirs = (each.hfield(model.geom(int(index)).name) for each in (model, full))
             assert mine.data.tobytes() == theirs.data.tobytes()

@@ -8,7 +8,8 @@ import pytest
 from dm_control import mujoco as dm_mujoco
 
 import mjbiped
-from mjbiped.engines.mujoco.scene import FOOT_RADIUS, SMALLEST_HIP_MASS, models_folder
+from mjbiped.engines.mujoco.ground import FOOT_RADIUS
+from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS, models_folder
 
 FILES = ("compass.xml", "scene.xml")
 

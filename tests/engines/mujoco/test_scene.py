@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from simulations import build_scene
 
 import mjbiped
-from mjbiped.engines.mujoco.scene import FOOT_RADIUS, GROUND_KINDS, Scene, build_scene
+from mjbiped.engines.mujoco.ground import FOOT_RADIUS, GROUND_KINDS
+from mjbiped.engines.mujoco.scene import Scene
 from mjbiped.terrain.segments import GROUND_FRICTION
 
 TERRAINS = {

@@ -239,10 +239,10 @@ def test_a_stance_foot_is_not_in_the_ground(behind: float, outcome: Outcome, con
     terrain = mjbiped.Terrain((-1.0, -5e-3), (behind, 0.0), (0.0, 0.0))
     walker = Simulation(controller, terrain, robot=controller.robot, q=(0.0, 0.0), dq=(0.0, 0.0))
     u, at_rest = [0.0] * walker.model.nuserdata, (0.0, 0.0, 0.0, 0.0)
-    events.begin(u, (0.0, 1.0, 0.0, 0.0), at_rest, 0.0, (0.0, 0.0), 2e-4)
-    events.observe(u, walker.limits, terrain.profile, 0.0, (0.0, 1.0, 0.0, 0.0), at_rest)
+    events.begin(u, events.State((0.0, 1.0, 0.0, 0.0), at_rest), 0.0, (0.0, 0.0), 2e-4)
+    events.observe(u, walker.limits, terrain.profile, 0.0, events.State((0.0, 1.0, 0.0, 0.0), at_rest))
     assert u[events.OUTCOME] == Outcome.WALKING
-    events.observe(u, walker.limits, terrain.profile, 1e-3, (-0.01, 0.97, 0.0, 0.0), at_rest)
+    events.observe(u, walker.limits, terrain.profile, 1e-3, events.State((-0.01, 0.97, 0.0, 0.0), at_rest))
     assert u[events.OUTCOME] == outcome
 
 
@@ -254,9 +254,9 @@ def test_a_touchdown_off_the_ground_is_none(height: float, outcome: Outcome, con
     terrain = mjbiped.Terrain.level()
     walker = Simulation(controller, terrain, robot=controller.robot, q=(0.0, 0.0), dq=(0.0, 0.0))
     u, qpos, at_rest = [0.0] * walker.model.nuserdata, (0.2, math.cos(0.2) + height, 0.2, -0.2), (0.0, 0.0, 0.0, 0.0)
-    events.begin(u, qpos, at_rest, 0.0, (0.0, height), 2e-4)
+    events.begin(u, events.State(qpos, at_rest), 0.0, (0.0, height), 2e-4)
     u[events.NOTED] = 1.0
-    events.observe(u, walker.limits, terrain.profile, 0.0, qpos, at_rest)
+    events.observe(u, walker.limits, terrain.profile, 0.0, events.State(qpos, at_rest))
     assert u[events.OUTCOME] == outcome
     assert u[events.COUNT] == u[events.TRANSFERRED] == (outcome is Outcome.WALKING)
 

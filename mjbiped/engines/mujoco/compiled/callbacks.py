@@ -20,7 +20,7 @@ import ctypes
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
@@ -28,12 +28,12 @@ import numpy as np
 
 from mjbiped.engines.mujoco import callbacks
 from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco.callbacks import Recording, World
+from mjbiped.engines.mujoco.callbacks import Laws, Recording, World
 from mjbiped.engines.mujoco.compiled.layout import Layout, UnknownLayoutError, layout
 from mjbiped.engines.mujoco.compiled.memory import memory_access
 from mjbiped.engines.mujoco.compiled.records import NotPackableError, Packer, Shared
 from mjbiped.engines.mujoco.scene import RECORDS_SIZE
-from mjbiped.numerics.jit import described, prepared, raises
+from mjbiped.numerics.jit import described, kept_on_disk, prepared, raises
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.profile import Profile
 
@@ -65,7 +65,7 @@ def native(law: Law, world: World, recording: Recording) -> Native | None:
     A law that raises an exception cannot do so through MuJoCo, nor can a record hold every kind of parameters. See
     `Native` for arguments and errors.
     """
-    if raises((law.torque, law.touchdown, law.slope_estimate)):
+    if raises(_laws(law)):
         return None
     try:
         return Native(law, world, recording)
@@ -96,20 +96,22 @@ class Native:
             NotPackableError: The law's parameters cannot be put into a record.
             NumbaError: The laws cannot be compiled.
         """
-        profile = Profile(*(np.array(values, dtype=np.float64) for values in world.profile))
+        places = world.places
         packed = world._replace(
-            profile=profile,
-            rises=np.array(world.rises),
-            risers=np.array(world.risers),
-            first=np.array(world.first),
-            last=np.array(world.last),
+            places=places._replace(
+                profile=Profile(*(np.array(values, dtype=np.float64) for values in places.profile)),
+                rises=np.array(places.rises),
+                risers=np.array(places.risers),
+                first=np.array(places.first),
+                last=np.array(places.last),
+            )
         )
         shared = recording._replace(samples=Shared(recording.samples), rows=Shared(recording.rows))
         packer = Packer()
         made = packer.add((packed, shared, law.parameters))
         classes = tuple(packer.classes.items())
         values = 2 + world.states
-        self.functions = _compile(law.torque, law.touchdown, law.slope_estimate, values, made, classes, layout())
+        self.functions = _compile(_laws(law), values, made, classes, layout())
         self.world, self.recording = world, recording
         self.record = packer.record()
         self._law = law
@@ -120,11 +122,11 @@ class Native:
 
     def fits(self, model: mujoco.MjModel) -> bool:
         """Whether all places that the callbacks use are there in a model: C code does not look."""
-        world = self.world
+        world, places = self.world, self.world.places
         return bool(
             model.nuserdata >= events.CONTROLLER_MEMORY + world.memory_size + world.states
-            and model.ngeom == len(world.risers)
-            and model.nsensordata >= max(world.contacts) + world.slots
+            and model.ngeom == len(places.risers)
+            and model.nsensordata >= max(places.contacts) + places.slots
             and (model.nq, model.nv, model.nu) == (4, 4, 3)
             and model.nnumericdata >= RECORDS_SIZE
         )
@@ -135,7 +137,7 @@ def attached(model: mujoco.MjModel, walks: Sequence[Native]) -> Iterator[None]:
     """Tell the compiled callbacks of a model's walks, and let them forget these afterwards.
 
     Args:
-        model: Made by `scene.build_scene`.
+        model: Made by `scene.compose_scene`.
         walks: `userdata[events.RECORD]` is an index into them.
 
     Raises:
@@ -170,23 +172,20 @@ def check_offsets(data: mujoco.MjData) -> None:
             raise UnknownLayoutError(f"MuJoCo {mujoco.__version__} keeps {name} elsewhere than in other models")
 
 
+def _laws(law: Law) -> Laws:
+    return Laws(law.torque, law.touchdown, law.slope_estimate)
+
+
 @lru_cache(maxsize=64)
-def _compile(
-    torque: Callable[..., Any],
-    touchdown: Callable[..., Any],
-    slope_estimate: Callable[..., Any],
-    values: int,
-    made: str,
-    classes: tuple[tuple[str, type], ...],
-    at: Layout,
-) -> Functions:
+def _compile(laws: Laws, values: int, made: str, classes: tuple[tuple[str, type], ...], at: Layout) -> Functions:
     """The callbacks for one kind of law and record."""
     import numba
 
     own = (callbacks.control, callbacks.sense, callbacks.refuses, callbacks.softness)
-    roots = (*own, torque, touchdown, slope_estimate)
+    groups = (Laws, callbacks.Setting, callbacks.Userdata, events.State)
+    roots = (*own, *laws)
     known = (
-        prepared(roots, inlined=(callbacks.control, torque)),
+        prepared(roots, inlined=(callbacks.control, laws.torque)),
         described(memory_access.__wrapped__),
         *(values, made, at, numba.__version__),
         *(events.CONTROLLER_MEMORY, events.RECORD, events.RUNNING, events.OUTCOME),
@@ -211,9 +210,9 @@ def bind(digest):
             u = numbers(word(data + AT_USERDATA), behind + world.states)
             try:
                 control(
-                    Laws(_torque, touchdown, slope_estimate), parameters, world, recording, u, u[MEMORY:behind],
-                    u[behind:], numbers(word(data + AT_CTRL), 3), numbers(data + AT_TIME, 1)[0],
-                    four(word(data + AT_QPOS)), four(word(data + AT_QVEL)),
+                    Setting(Laws(_torque, touchdown, slope_estimate), parameters, world, recording),
+                    Userdata(u, u[MEMORY:behind], u[behind:]), numbers(word(data + AT_CTRL), 3),
+                    numbers(data + AT_TIME, 1)[0], State(four(word(data + AT_QPOS)), four(word(data + AT_QVEL))),
                 )
             except Exception:  # such as an index into a tuple; it could not pass through MuJoCo
                 u[RUNNING] = 0.0
@@ -225,10 +224,11 @@ def bind(digest):
         if record != 0:
             p = numbers(record, SCALARS)
             world, _, _ = {made}
-            readings = numbers(word(data + AT_SENSORDATA), max(world.contacts[0], world.contacts[1]) + world.slots)
+            places = world.places
+            readings = numbers(word(data + AT_SENSORDATA), max(places.contacts[0], places.contacts[1]) + places.slots)
             length, weight = sense(
                 world, numbers(word(data + AT_USERDATA), MEMORY), readings, numbers(data + AT_TIME, 1)[0],
-                four(word(data + AT_QPOS)), four(word(data + AT_QVEL)), four(word(data + AT_QACC)),
+                State(four(word(data + AT_QPOS)), four(word(data + AT_QVEL))), four(word(data + AT_QACC)),
             )
             if length > 0.0:
                 numbers(model + AT_TIMESTEP, 1)[0] = length
@@ -244,27 +244,22 @@ def bind(digest):
             return 0
         p = numbers(record, SCALARS)
         world, _, _ = {made}
+        places = world.places
         u = numbers(word(data + AT_USERDATA), MEMORY)
         minus_stiffness, minus_damping = softness(world, u, numbers(data + AT_TIME, 1)[0])
         if minus_stiffness < 0.0:
-            solref = array(word(model + AT_GEOM_SOLREF), (len(world.risers), 2))
-            for foot in world.feet:
+            solref = array(word(model + AT_GEOM_SOLREF), (len(places.risers), 2))
+            for foot in places.feet:
                 solref[foot, 0], solref[foot, 1] = minus_stiffness, minus_damping
-        places = array(word(data + AT_GEOM_XPOS), (len(world.risers), 3))
-        return 1 if refuses(world, u, places, first, second) else 0
+        centres = array(word(data + AT_GEOM_XPOS), (len(places.risers), 3))
+        return 1 if refuses(world, u, centres, first, second) else 0
 
     return control_{name}, sensor_{name}, filter_{name}
 """
     space: dict[str, Any] = {
         "__name__": __name__,
-        "Laws": callbacks.Laws,
-        "control": callbacks.control,
-        "sense": callbacks.sense,
-        "refuses": callbacks.refuses,
-        "softness": callbacks.softness,
-        "torque": torque,
-        "touchdown": touchdown,
-        "slope_estimate": slope_estimate,
+        **{part.__name__: part for part in (*own, *groups)},
+        **laws._asdict(),
         "TOKEN": token,
         "SCALARS": made.count("p["),
         "MEMORY": events.CONTROLLER_MEMORY,
@@ -294,15 +289,9 @@ def bind(digest):
 def _cfunc(signature: Any, function: Callable[..., Any]) -> Any:
     import numba
 
-    options: dict[str, Any] = {
-        "_nrt": False,
-        "error_model": "numpy",
-        "boundscheck": True,
-    }  # and no fastmath: as Python rounds
-    try:
-        compiled = numba.cfunc(signature, cache=True, **options)(function)
-    except RuntimeError:  # no folder to write to
-        compiled = numba.cfunc(signature, **options)(function)
+    # no fastmath: as Python rounds
+    options: dict[str, Any] = {"_nrt": False, "error_model": "numpy", "boundscheck": True}
+    compiled = kept_on_disk(partial(numba.cfunc, signature, **options), function)
     _kept.append(compiled)
     return compiled.ctypes
 

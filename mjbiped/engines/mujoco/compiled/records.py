@@ -67,17 +67,15 @@ class Packer:
                     self.classes[name] = type(value)
                 return f"{name}({', '.join(parts)})"
             return f"({''.join(part + ', ' for part in parts)})"
-        if isinstance(value, np.ndarray) and value.dtype == np.float64 and value.ndim > 0:
+        array = value.array if isinstance(value, Shared) else value
+        if isinstance(array, np.ndarray) and array.dtype == np.float64 and array.ndim > 0:
             first = len(self._numbers)
-            self._arrays.append((first, value))
-            self._numbers += [0.0, *map(float, value.shape)]
-            shape = "".join(f"int(p[{first + 1 + axis}]), " for axis in range(value.ndim))
+            self._numbers += [float(array.ctypes.data), *map(float, array.shape)]  # addresses have 48 bits
+            shape = "".join(f"int(p[{first + 1 + axis}]), " for axis in range(array.ndim))
+            if array is not value:
+                return f"array(int(p[{first}]), ({shape}))"
+            self._arrays.append((first, array))  # in the address's place comes that within the record
             return f"array(record + {WORD} * int(p[{first}]), ({shape}))"
-        if isinstance(value, Shared):
-            first = len(self._numbers)
-            self._numbers += [float(value.array.ctypes.data), *map(float, value.array.shape)]  # addresses have 48 bits
-            shape = "".join(f"int(p[{first + 1 + axis}]), " for axis in range(value.array.ndim))
-            return f"array(int(p[{first}]), ({shape}))"
         self._numbers.append(0.0)
         place = f"p[{len(self._numbers) - 1}]"
         if isinstance(value, bool | np.bool_):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
@@ -25,6 +25,30 @@ def installed() -> dict[str, Any]:
 
 
 @contextmanager
+def replaced(chosen: Mapping[str, Any]) -> Iterator[None]:
+    """Install callbacks, by MuJoCo's names; what stood there comes back."""
+    with ExitStack() as stack:
+        for name, callback in chosen.items():
+            install = getattr(mujoco, f"set_{name}")
+            stack.callback(install, getattr(mujoco, f"get_{name}")())
+            install(callback)
+        yield
+
+
+@contextmanager
+def python_callbacks_removed() -> Iterator[None]:
+    """Take MuJoCo's callbacks in Python away meanwhile: its compiler calls them with models that Python cannot hold.
+
+    Compiled ones stay, and must leave alone what is not theirs, as those of `mjbiped.engines.mujoco.compiled.callbacks`
+    do.
+    """
+    names = [name.removeprefix("get_") for name in dir(mujoco) if name.startswith("get_mjcb_")]
+    standing = {name: getattr(mujoco, f"get_{name}")() for name in names}
+    with replaced({name: None for name, each in standing.items() if each is not None and not is_compiled(each)}):
+        yield
+
+
+@contextmanager
 def own_callbacks(owner: object, chosen: dict[str, Any]) -> Iterator[None]:
     """Install callbacks in this thread alone; what stood there comes back.
 
@@ -32,14 +56,12 @@ def own_callbacks(owner: object, chosen: dict[str, Any]) -> Iterator[None]:
         owner: Counts as walking meanwhile.
         chosen: Callbacks by MuJoCo's names.
     """
-    with ExitStack() as stack:
-        _walking.append(owner)
-        stack.callback(_walking.remove, owner)
-        for name, callback in chosen.items():
-            install = getattr(mujoco, f"set_{name}")
-            stack.callback(install, getattr(mujoco, f"get_{name}")())
-            install(callback)
-        yield
+    _walking.append(owner)
+    try:
+        with replaced(chosen):
+            yield
+    finally:
+        _walking.remove(owner)
 
 
 @contextmanager
@@ -68,18 +90,14 @@ def shared_callbacks(functions: Functions) -> Iterator[None]:
     """
     global _shared
     chosen = {name: getattr(functions, name) for name in CALLBACKS}
-    with ExitStack() as stack:
-        stack.enter_context(exclusive())
+    with exclusive():
         require_no_callbacks()
-        for name, callback in {**chosen, "mju_user_warning": _on_shared_warning}.items():
-            install = getattr(mujoco, f"set_{name}")
-            stack.callback(install, getattr(mujoco, f"get_{name}")())
-            install(callback)
-        _shared = functions
-        try:
-            yield
-        finally:
-            _shared = None
+        with replaced({**chosen, "mju_user_warning": _on_shared_warning}):
+            _shared = functions
+            try:
+                yield
+            finally:
+                _shared = None
 
 
 def require_no_callbacks() -> None:
