@@ -6,26 +6,8 @@ import math
 from collections.abc import Callable, MutableSequence, Sequence
 from typing import Any
 
-from mjbiped.engines.hybrid.state import (
-    AFTER,
-    ANGLES_AND_RATES,
-    ANKLE,
-    BEFORE,
-    COSINE,
-    DENSE,
-    EVALUATIONS,
-    FACE,
-    HIP,
-    PRESS,
-    SINE,
-    SLOPE,
-    STAGE_ANKLE,
-    STAGE_HIP,
-    WORKS,
-    Buffers,
-    Laws,
-    World,
-)
+from mjbiped.engines.hybrid import state as at
+from mjbiped.engines.hybrid.state import Buffers, Laws, World
 from mjbiped.numerics.dormand_prince import STAGES, STAGES_WITH_DENSE, dense_at
 from mjbiped.robots.compass import Constants, acceleration, mass_terms, solve_mass
 
@@ -80,21 +62,21 @@ def rates_where(
 ) -> tuple[float, ...]:
     """Rates of a state, with or without the face's force."""
     q1, q2, dq1, dq2 = state[0], state[1], state[2], state[3]
-    for index in range(len(state) - ANGLES_AND_RATES - WORKS):
-        memory[index] = state[ANGLES_AND_RATES + index]
+    for index in range(len(state) - at.ANGLES_AND_RATES - at.WORKS):
+        memory[index] = state[at.ANGLES_AND_RATES + index]
     wild = not (abs(q1) < WILDEST_ANGLE and abs(q2) < WILDEST_ANGLE)
     if wild:
         q1 = q2 = dq1 = dq2 = 0.0
-    result = torque(parameters, memory, min(max(t, w[AFTER]), w[BEFORE]), q1, q2, dq1, dq2)
+    result = torque(parameters, memory, min(max(t, w[at.AFTER]), w[at.BEFORE]), q1, q2, dq1, dq2)
     ankle, hip = result[0], result[1]
-    ddq1, ddq2 = acceleration(constants, q1, q2, dq1, dq2, w[SINE], w[COSINE], ankle - hip, hip)
+    ddq1, ddq2 = acceleration(constants, q1, q2, dq1, dq2, w[at.SINE], w[at.COSINE], ankle - hip, hip)
     if sliding:
         ddq1, ddq2 = on_face(constants, length, w, q1, q2, dq1, dq2, ddq1, ddq2)
     if wild:
         ddq1 = math.nan
-    w[ANKLE], w[HIP] = ankle, hip
-    w[STAGE_ANKLE] = max(w[STAGE_ANKLE], abs(ankle))
-    w[STAGE_HIP] = max(w[STAGE_HIP], abs(hip))
+    w[at.ANKLE], w[at.HIP] = ankle, hip
+    w[at.STAGE_ANKLE] = max(w[at.STAGE_ANKLE], abs(ankle))
+    w[at.STAGE_HIP] = max(w[at.STAGE_HIP], abs(hip))
     return (dq1, dq2, ddq1, ddq2) + result[2:] + (ankle * dq1, hip * (dq2 - dq1))  # noqa: RUF005 (Numba adds tuples)
 
 
@@ -110,11 +92,11 @@ def on_face(
     ddq2: float,
 ) -> tuple[float, float]:
     """Accelerations of the legs while the swing foot slides along a vertical face, from those without the face."""
-    slope = w[SLOPE]
+    slope = w[at.SLOPE]
     push1, push2, along1, along2 = face_terms(constants, length, slope, q1, q2)
     bend = length * (math.sin(q2 + slope) * dq2 * dq2 - math.sin(q1 + slope) * dq1 * dq1)
     force = -(along1 * ddq1 + along2 * ddq2 + bend) / (along1 * push1 + along2 * push2)
-    w[PRESS] = -w[FACE] * force
+    w[at.PRESS] = -w[at.FACE] * force
     return ddq1 + push1 * force, ddq2 + push2 * force
 
 
@@ -140,7 +122,7 @@ def strike_rates(
 def begin(laws: Laws, parameters: Any, world: World, b: Buffers, t: float) -> None:
     """Rates of the state in `b.y`, which no step has led to."""
     constants, length, memory, w = world.constants, world.length, b.memory, b.w
-    if w[FACE] == 0.0:
+    if w[at.FACE] == 0.0:
         laws.begin(rates, laws.torque, parameters, constants, length, memory, w, t, b.y, b.k)
     else:
         laws.begin(sliding_rates, laws.torque, parameters, constants, length, memory, w, t, b.y, b.k)
@@ -153,11 +135,11 @@ def attempt(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: 
         The estimated error over the tolerance; NaN where the motion has no meaning.
     """
     torque, step, constants, length, memory, w = laws.torque, laws.step, world.constants, world.length, b.memory, b.w
-    w[STAGE_ANKLE] = w[STAGE_HIP] = w[DENSE] = 0.0
-    w[EVALUATIONS] += STAGES
+    w[at.STAGE_ANKLE] = w[at.STAGE_HIP] = w[at.DENSE] = 0.0
+    w[at.EVALUATIONS] += STAGES
     tolerance = world.tolerance
     error: float
-    if w[FACE] == 0.0:
+    if w[at.FACE] == 0.0:
         error = step(rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, tolerance)
     else:
         error = step(sliding_rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, tolerance)
@@ -167,16 +149,16 @@ def attempt(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: 
 def ensure_dense(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: float) -> None:
     """Make the step's dense output, unless it is there; torques and press in `b.w` stay those at the step's end."""
     torque, dense, constants, length, memory, w = laws.torque, laws.dense, world.constants, world.length, b.memory, b.w
-    if w[DENSE] != 0.0:
+    if w[at.DENSE] != 0.0:
         return
-    ankle, hip, press = w[ANKLE], w[HIP], w[PRESS]
-    if w[FACE] == 0.0:
+    ankle, hip, press = w[at.ANKLE], w[at.HIP], w[at.PRESS]
+    if w[at.FACE] == 0.0:
         dense(rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, b.dense)
     else:
         dense(sliding_rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, b.dense)
-    w[ANKLE], w[HIP], w[PRESS] = ankle, hip, press
-    w[DENSE] = 1.0
-    w[EVALUATIONS] += STAGES_WITH_DENSE - STAGES - 1
+    w[at.ANKLE], w[at.HIP], w[at.PRESS] = ankle, hip, press
+    w[at.DENSE] = 1.0
+    w[at.EVALUATIONS] += STAGES_WITH_DENSE - STAGES - 1
 
 
 def is_motion(state: Sequence[float]) -> bool:

@@ -13,21 +13,8 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
-from mjbiped.engines.hybrid.state import (
-    ARMED,
-    COSINE,
-    FACE,
-    FACE_SEGMENT,
-    FACE_TOP,
-    FACE_X,
-    FOOT_X,
-    FOOT_Z,
-    LANDING,
-    SEGMENT,
-    SLOPE,
-    Buffers,
-    World,
-)
+from mjbiped.engines.hybrid import state as at
+from mjbiped.engines.hybrid.state import Buffers, World
 from mjbiped.numerics.dormand_prince import STAGES, dense_at
 from mjbiped.rules.scuffing import swing_foot_collides
 from mjbiped.terrain.profile import height_of, segment_near
@@ -48,28 +35,28 @@ CORNER = 1e-6  # a foot that meets a face so close below its edge has landed on 
 
 def segment_under(world: World, b: Buffers, x: float) -> int:
     """The terrain's segment under x, but for a foot on a face: that one stays on its side of it."""
-    if abs(x - b.w[FACE_X]) < FACE_WIDTH:
-        return int(b.w[FACE_SEGMENT])
-    index = segment_near(world, x, int(b.w[SEGMENT]))
-    b.w[SEGMENT] = index
+    if abs(x - b.w[at.FACE_X]) < FACE_WIDTH:
+        return int(b.w[at.FACE_SEGMENT])
+    index = segment_near(world, x, int(b.w[at.SEGMENT]))
+    b.w[at.SEGMENT] = index
     return index
 
 
 def legs_at(b: Buffers, q1: float, q2: float) -> Legs:
     """Sine and cosine of the stance leg's and of the swing leg's angle from the vertical."""
-    stance, swing = q1 + b.w[SLOPE], q2 + b.w[SLOPE]
+    stance, swing = q1 + b.w[at.SLOPE], q2 + b.w[at.SLOPE]
     return math.sin(stance), math.cos(stance), math.sin(swing), math.cos(swing)
 
 
 def swing_foot(world: World, b: Buffers, legs: Legs) -> tuple[float, float]:
     """Place x, z of the swing foot, m."""
     sine1, cosine1, sine2, cosine2 = legs
-    return b.w[FOOT_X] + world.length * (sine1 - sine2), b.w[FOOT_Z] + world.length * (cosine1 - cosine2)
+    return b.w[at.FOOT_X] + world.length * (sine1 - sine2), b.w[at.FOOT_Z] + world.length * (cosine1 - cosine2)
 
 
 def hip(world: World, b: Buffers, legs: Legs) -> tuple[float, float]:
     """Place x, z of the hip, m."""
-    return b.w[FOOT_X] + world.length * legs[0], b.w[FOOT_Z] + world.length * legs[1]
+    return b.w[at.FOOT_X] + world.length * legs[0], b.w[at.FOOT_Z] + world.length * legs[1]
 
 
 def legs_within(b: Buffers, x: float) -> Legs:
@@ -85,8 +72,8 @@ def legs_within(b: Buffers, x: float) -> Legs:
 def foot_over_ground(world: World, b: Buffers, legs: Legs) -> Place:
     """Distance ahead of the stance foot (m), clearance (m) and segment of the swing foot."""
     foot_x, foot_z = swing_foot(world, b, legs)
-    segment = int(b.w[FACE_SEGMENT]) if b.w[FACE] != 0.0 else segment_under(world, b, foot_x)
-    return foot_x - b.w[FOOT_X], foot_z - height_of(world, segment, foot_x), segment
+    segment = int(b.w[at.FACE_SEGMENT]) if b.w[at.FACE] != 0.0 else segment_under(world, b, foot_x)
+    return foot_x - b.w[at.FOOT_X], foot_z - height_of(world, segment, foot_x), segment
 
 
 def foot_acceleration(world: World, b: Buffers) -> float:
@@ -100,7 +87,7 @@ def foot_acceleration(world: World, b: Buffers) -> float:
 
 def happens(world: World, b: Buffers, t: float, ahead: float, clearance: float) -> bool:
     """Whether what is waited for is so: the rule arms the foot, or the armed foot is below ground."""
-    if b.w[ARMED] != 0.0:
+    if b.w[at.ARMED] != 0.0:
         return clearance <= 0.0
     return swing_foot_collides(world.reach, world.delay, t, ahead, clearance)
 
@@ -120,9 +107,9 @@ def cannot_arm(world: World, room: float, here: Place, there: Place) -> bool:
 def decided_by_ends(world: World, b: Buffers, t: float, h: float, here: Place, there: Place) -> bool:
     """Whether the step's ends alone tell that the swing foot meets nothing in it; arms the foot where that is safe."""
     w = b.w
-    if w[ARMED] == 0.0 and t + h <= world.delay:
+    if w[at.ARMED] == 0.0 and t + h <= world.delay:
         return True
-    if w[FACE] != 0.0:
+    if w[at.FACE] != 0.0:
         return False
     room = foot_acceleration(world, b) * h * h / 8.0
     return _decided(world, b, t + h, room, here, there)
@@ -135,12 +122,12 @@ def _decided(world: World, b: Buffers, t: float, room: float, here: Place, there
     """
     w = b.w
     clear = keeps_clear(room, here, there)
-    if w[ARMED] != 0.0:
+    if w[at.ARMED] != 0.0:
         return clear
     if cannot_arm(world, room, here, there):
         return True
     if clear and happens(world, b, t, there[0], there[1]):
-        w[ARMED] = 1.0
+        w[at.ARMED] = 1.0
         return True
     return False
 
@@ -153,7 +140,7 @@ def first_event(world: World, b: Buffers, t: float, h: float, until: float) -> t
     w = b.w
     bound = foot_acceleration(world, b) / 8.0
     x = 0.0
-    if w[ARMED] == 0.0:
+    if w[at.ARMED] == 0.0:
         x = max(0.0, (world.delay - t) / h)
     if x >= until:
         return NOTHING, until
@@ -167,23 +154,23 @@ def first_event(world: World, b: Buffers, t: float, h: float, until: float) -> t
             if _decided(world, b, t + end * h, room, here, there):
                 break
             if (
-                w[ARMED] != 0.0
+                w[at.ARMED] != 0.0
                 and here[2] == there[2]
                 and here[1] > 0.0 >= there[1]
                 and here[1] - there[1] > 8.0 * room
             ):
                 # the clearance falls all the way: one crossing
-                w[LANDING] = there[2]
+                w[at.LANDING] = there[2]
                 return TOUCHDOWN, _crossing(world, b, h, x, end, here[1], there[1], here[2])
             if width < SHORTEST:
                 if happens(world, b, t + end * h, there[0], there[1]):
-                    if w[ARMED] != 0.0:
+                    if w[at.ARMED] != 0.0:
                         before, after = _narrowed(world, b, t, h, x, end)
                         return _kind(world, b, before, after), before
-                    w[ARMED] = 1.0
+                    w[at.ARMED] = 1.0
                 break
             end = 0.5 * (x + end)
-        if w[FACE] != 0.0 and _over_the_top(world, b, end):
+        if w[at.FACE] != 0.0 and _over_the_top(world, b, end):
             while (end - x) * h > RESOLVED:
                 middle = 0.5 * (x + end)
                 if _over_the_top(world, b, middle):
@@ -241,19 +228,19 @@ def _kind(world: World, b: Buffers, before: float, after: float) -> int:
     legs = legs_within(b, after)
     own = foot_over_ground(world, b, legs_within(b, before))[2]
     other = foot_over_ground(world, b, legs)[2]
-    w[LANDING] = other
+    w[at.LANDING] = other
     if own == other:
         return TOUCHDOWN
     face = world.x[max(own, other)]
     top = height_of(world, other, face)
     if top - height_of(world, own, face) < CORNER or swing_foot(world, b, legs)[1] > top - CORNER:
         return TOUCHDOWN
-    w[FACE_X], w[FACE_TOP], w[FACE_SEGMENT] = face, top, own
+    w[at.FACE_X], w[at.FACE_TOP], w[at.FACE_SEGMENT] = face, top, own
     return STRIKE
 
 
 def _over_the_top(world: World, b: Buffers, x: float) -> bool:
-    return bool(swing_foot(world, b, legs_within(b, x))[1] >= b.w[FACE_TOP])
+    return bool(swing_foot(world, b, legs_within(b, x))[1] >= b.w[at.FACE_TOP])
 
 
 def landing(world: World, b: Buffers, segment: int) -> tuple[float, float]:
@@ -267,7 +254,7 @@ def landing(world: World, b: Buffers, segment: int) -> tuple[float, float]:
 def striking(world: World, b: Buffers) -> tuple[float, float]:
     """Distance of the swing foot from the struck face at the step's end, m, and its rate, m/s."""
     legs = legs_at(b, b.out[0], b.out[1])
-    return swing_foot(world, b, legs)[0] - b.w[FACE_X], _foot_speed(world, b, legs)[0]
+    return swing_foot(world, b, legs)[0] - b.w[at.FACE_X], _foot_speed(world, b, legs)[0]
 
 
 def _foot_speed(world: World, b: Buffers, legs: Legs) -> tuple[float, float]:
@@ -281,11 +268,11 @@ def _foot_speed(world: World, b: Buffers, legs: Legs) -> tuple[float, float]:
 def body_ends(world: World, b: Buffers, legs: Legs, fallen_hip: float) -> int:
     """1 if the hip is too low, 2 if it is beyond the ground's end, 0 if neither."""
     x, z = hip(world, b, legs)
-    index = int(b.w[SEGMENT])
+    index = int(b.w[at.SEGMENT])
     while index > 0 and world.x[index] > x:
         index -= 1
     while index + 1 < len(world.x) and world.x[index + 1] <= x:
         index += 1
-    if (z - height_of(world, index, x)) * b.w[COSINE] < fallen_hip * world.length:
+    if (z - height_of(world, index, x)) * b.w[at.COSINE] < fallen_hip * world.length:
         return 1
     return 2 if x >= world.end else 0

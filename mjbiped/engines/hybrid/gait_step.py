@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.accounting import account, note_ground_force, note_peak, take_sample
 from mjbiped.engines.hybrid.dynamics import attempt, begin, ensure_dense, is_motion, strike_rates
 from mjbiped.engines.hybrid.events import (
@@ -30,47 +31,7 @@ from mjbiped.engines.hybrid.events import (
     swing_foot,
 )
 from mjbiped.engines.hybrid.progress import is_tame, lags, watch
-from mjbiped.engines.hybrid.state import (
-    AFTER,
-    ANGLES_AND_RATES,
-    ANKLE,
-    ARMED,
-    BEFORE,
-    CLOCK,
-    COSINE,
-    COUNT,
-    ELAPSED,
-    EVALUATIONS,
-    FACE,
-    FACE_X,
-    FOOT_X,
-    FOOT_Z,
-    FRICTION,
-    HIP,
-    LANDING,
-    LIMIT,
-    LOOK,
-    NEXT_STEP,
-    NORMAL_FORCE,
-    OUTCOME,
-    PAUSE,
-    PRESS,
-    ROWS,
-    SAMPLES,
-    SINE,
-    SLOPE,
-    STANCE,
-    STRIKES,
-    TIME,
-    UNDER_WAY,
-    WORK_ABSOLUTE,
-    WORK_NET,
-    WORK_POSITIVE,
-    WORKS,
-    Buffers,
-    Laws,
-    World,
-)
+from mjbiped.engines.hybrid.state import Buffers, Laws, World
 from mjbiped.numerics.dormand_prince import STAGES
 from mjbiped.records.rows import write_touchdown
 from mjbiped.robots.compass import impact_rates
@@ -97,7 +58,7 @@ POLISHED = 1e-7  # a touchdown found so closely is brought home by one term of i
 
 
 def advance(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
-    """Walk until the outcome is decided, the buffers have no room for one more step, or `b.w[PAUSE]` is reached.
+    """Walk until the outcome is decided, the buffers have no room for one more step, or `b.w[at.PAUSE]` is reached.
 
     After a pause the next call goes on where this one stopped, be it in the middle of a gait step: the walk is bitwise
     the same, however often it pauses.
@@ -106,17 +67,19 @@ def advance(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
         laws: The controller's and the integrator's functions.
         parameters: What the controller's take.
         world: Robot, ground and limits.
-        b: State; `b.w[OUTCOME]` says in the end whether the walk is over.
+        b: State; `b.w[at.OUTCOME]` says in the end whether the walk is over.
     """
     w = b.w
     room = len(b.samples) - 1
     if math.isfinite(world.sample_period):
         room -= int(world.stall_time / world.sample_period) + 2
-    while w[OUTCOME] == 0.0 and w[ROWS] < len(b.rows) and w[SAMPLES] <= room and w[EVALUATIONS] < w[PAUSE]:
+    while (
+        w[at.OUTCOME] == 0.0 and w[at.ROWS] < len(b.rows) and w[at.SAMPLES] <= room and w[at.EVALUATIONS] < w[at.PAUSE]
+    ):
         if gait_step(laws, parameters, world, b):
             exchange(laws, parameters, world, b)
-    if w[OUTCOME] != 0.0:
-        take_sample(laws, parameters, world, b, w[TIME], w[TIME] - w[CLOCK], b.y)
+    if w[at.OUTCOME] != 0.0:
+        take_sample(laws, parameters, world, b, w[at.TIME], w[at.TIME] - w[at.CLOCK], b.y)
 
 
 def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
@@ -125,32 +88,32 @@ def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
     Where there was none, the outcome is decided, or the engine pauses.
     """
     w, n = b.w, len(b.y)
-    t, step, limit = w[ELAPSED], w[NEXT_STEP], w[LIMIT]
-    if w[UNDER_WAY] == 0.0:
+    t, step, limit = w[at.ELAPSED], w[at.NEXT_STEP], w[at.LIMIT]
+    if w[at.UNDER_WAY] == 0.0:
         t = 0.0
         limit = _look_ahead(laws, parameters, world, b, t)
         _begin(laws, parameters, world, b, t)
         watch(w)
     here = foot_over_ground(world, b, legs_at(b, b.y[0], b.y[1]))
-    check = min(w[LOOK], w[PAUSE])
+    check = min(w[at.LOOK], w[at.PAUSE])
     while True:
-        if w[EVALUATIONS] >= check:
-            if w[EVALUATIONS] >= w[LOOK] and lags(world, w, t):
-                w[OUTCOME], w[TIME] = UNRESOLVED, w[CLOCK] + t
+        if w[at.EVALUATIONS] >= check:
+            if w[at.EVALUATIONS] >= w[at.LOOK] and lags(world, w, t):
+                w[at.OUTCOME], w[at.TIME] = UNRESOLVED, w[at.CLOCK] + t
                 return False
-            if w[EVALUATIONS] >= w[PAUSE]:
-                w[ELAPSED], w[NEXT_STEP], w[LIMIT] = t, step, limit
+            if w[at.EVALUATIONS] >= w[at.PAUSE]:
+                w[at.ELAPSED], w[at.NEXT_STEP], w[at.LIMIT] = t, step, limit
                 return False
-            check = min(w[LOOK], w[PAUSE])
+            check = min(w[at.LOOK], w[at.PAUSE])
         whole = limit - t
-        step = min(step, SLIDING_STEP if w[FACE] != 0.0 else world.longest_step)
+        step = min(step, SLIDING_STEP if w[at.FACE] != 0.0 else world.longest_step)
         h = step if step < 0.5 * whole else (0.5 * whole if step < whole else whole)
         error = attempt(laws, parameters, world, b, t, h)
         if not error <= 1.0:
             step = h * (max(LEAST, CAUTION * _eighth_root(1.0 / error)) if error > 1.0 else LEAST)
             if step < SHORTEST_STEP or not is_motion(b.y):
-                w[OUTCOME] = UNRESOLVED if math.isfinite(error) and is_tame(world, b) else DIVERGED
-                w[TIME] = w[CLOCK] + t
+                w[at.OUTCOME] = UNRESOLVED if math.isfinite(error) and is_tame(world, b) else DIVERGED
+                w[at.TIME] = w[at.CLOCK] + t
                 return False
             continue
         grown = h * (min(GREATEST, CAUTION * _eighth_root(1.0 / error)) if error > 0.0 else GREATEST)
@@ -167,9 +130,9 @@ def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
         if event != NOTHING or ended:
             h = _end_on(laws, parameters, world, b, t, share * h, event)
             if not is_motion(b.out):  # a torque that is none between the times at which it was asked before
-                w[OUTCOME], w[TIME] = DIVERGED, w[CLOCK] + t
+                w[at.OUTCOME], w[at.TIME] = DIVERGED, w[at.CLOCK] + t
                 return False
-        released = w[FACE] != 0.0 and w[PRESS] < 0.0
+        released = w[at.FACE] != 0.0 and w[at.PRESS] < 0.0
         if released:  # and what the foot on the face would have met later in the step, it does not
             h = _end_of_contact(laws, parameters, world, b, t, h)
             event, ended = NOTHING, 0
@@ -179,25 +142,25 @@ def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
         t = limit if h == whole else t + h
         for c in range(n):
             b.y[c] = b.out[c]
-        w[TIME] = w[CLOCK] + t
-        w[NEXT_STEP] = step
+        w[at.TIME] = w[at.CLOCK] + t
+        w[at.NEXT_STEP] = step
         if not whole_motion:
-            w[OUTCOME] = DIVERGED
+            w[at.OUTCOME] = DIVERGED
             return False
         if event == TOUCHDOWN:
-            w[UNDER_WAY] = 0.0
+            w[at.UNDER_WAY] = 0.0
             return True
         if event == STRIKE:
             _strike(world, b)
             _begin(laws, parameters, world, b, t)
         elif event == OVER_THE_TOP or released:
-            w[FACE] = 0.0
+            w[at.FACE] = 0.0
             _begin(laws, parameters, world, b, t)
         elif ended:
-            w[OUTCOME] = FELL if ended == 1 else LEFT_TERRAIN
+            w[at.OUTCOME] = FELL if ended == 1 else LEFT_TERRAIN
             return False
         elif t >= world.stall_time:
-            w[OUTCOME] = STALLED
+            w[at.OUTCOME] = STALLED
             return False
         elif t == limit:
             limit = _look_ahead(laws, parameters, world, b, t)
@@ -217,20 +180,20 @@ def _eighth_root(x: float) -> float:
 def _begin(laws: Laws, parameters: Any, world: World, b: Buffers, t: float) -> None:
     """Rates of a state that no step has led to, with its torques and its friction."""
     begin(laws, parameters, world, b, t)
-    note_peak(b.w, b.w[ANKLE], b.w[HIP])
+    note_peak(b.w, b.w[at.ANKLE], b.w[at.HIP])
     note_ground_force(world, b, legs_at(b, b.y[0], b.y[1]), b.y, 0)
 
 
 def _look_ahead(laws: Laws, parameters: Any, world: World, b: Buffers, t: float) -> float:
     """Time up to which the law is smooth, or the robot has stalled; keeps the law on this side of both."""
     w = b.w
-    for index in range(len(b.y) - ANGLES_AND_RATES - WORKS):
-        b.memory[index] = b.y[ANGLES_AND_RATES + index]
+    for index in range(len(b.y) - at.ANGLES_AND_RATES - at.WORKS):
+        b.memory[index] = b.y[at.ANGLES_AND_RATES + index]
     there = laws.next_break(parameters, b.memory, t)
     if not there > t:
         there = math.inf
-    w[AFTER] = t * (1.0 + JUST_BESIDE)
-    w[BEFORE] = there * (1.0 - JUST_BESIDE)
+    w[at.AFTER] = t * (1.0 + JUST_BESIDE)
+    w[at.BEFORE] = there * (1.0 - JUST_BESIDE)
     return float(min(there, world.stall_time))
 
 
@@ -258,7 +221,7 @@ def _end_on(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: 
         if event != TOUCHDOWN and event != STRIKE:
             break
         if event == TOUCHDOWN:
-            gap, speed = landing(world, b, int(b.w[LANDING]))
+            gap, speed = landing(world, b, int(b.w[at.LANDING]))
         else:
             gap, speed = striking(world, b)
         if speed == 0.0 or abs(gap) > abs(speed) * 1e-3:
@@ -281,7 +244,7 @@ def _end_of_contact(laws: Laws, parameters: Any, world: World, b: Buffers, t: fl
     while high - low > 1e-9:
         middle = 0.5 * (low + high)
         attempt(laws, parameters, world, b, t, middle)
-        if b.w[PRESS] < 0.0:
+        if b.w[at.PRESS] < 0.0:
             high = middle
         else:
             low = middle
@@ -292,9 +255,9 @@ def _end_of_contact(laws: Laws, parameters: Any, world: World, b: Buffers, t: fl
 def _strike(world: World, b: Buffers) -> None:
     """The swing foot meets a vertical face: plastic and without friction; the stance foot stays."""
     y, w = b.y, b.w
-    w[FACE] = 1.0 if world.x[int(w[LANDING])] == w[FACE_X] else -1.0
-    y[2], y[3] = strike_rates(world.constants, world.length, w[SLOPE], y[0], y[1], y[2], y[3])
-    w[STRIKES] = 1.0
+    w[at.FACE] = 1.0 if world.x[int(w[at.LANDING])] == w[at.FACE_X] else -1.0
+    y[2], y[3] = strike_rates(world.constants, world.length, w[at.SLOPE], y[0], y[1], y[2], y[3])
+    w[at.STRIKES] = 1.0
 
 
 def exchange(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
@@ -303,63 +266,63 @@ def exchange(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
     No row tells of a foot that is not on the ground: the walk has then diverged.
     """
     w, y, n = b.w, b.y, len(b.y)
-    own = n - ANGLES_AND_RATES - WORKS
-    old_slope, stance = w[SLOPE], int(w[STANCE])
+    own = n - at.ANGLES_AND_RATES - at.WORKS
+    old_slope, stance = w[at.SLOPE], int(w[at.STANCE])
     q1, q2, dq1, dq2 = y[0], y[1], y[2], y[3]
     legs = legs_at(b, q1, q2)
     hip_x, hip_z = hip(world, b, legs)
     foot_x, foot_z = swing_foot(world, b, legs)
     segment = segment_stood_on(world, foot_x, foot_z, CORNER, FACE_WIDTH, FACE_WIDTH)
     if not abs(foot_z - height_of(world, segment, foot_x)) <= MISSED * world.length + CORNER:
-        w[OUTCOME] = DIVERGED
+        w[at.OUTCOME] = DIVERGED
         return
     slope = world.angle[segment]
     new1, new2 = q2 + old_slope - slope, q1 + old_slope - slope
     rate1, rate2 = impact_rates(world.constants, q1, q2, dq1, dq2)
     for index in range(own):
-        b.memory[index] = y[ANGLES_AND_RATES + index]
+        b.memory[index] = y[at.ANGLES_AND_RATES + index]
     estimate_before = laws.slope_estimate(parameters, b.memory)
     laws.touchdown(parameters, b.memory, q1, q2, new1, new2, rate1, rate2)
-    w[CLOCK], w[AFTER], w[BEFORE] = w[TIME], 0.0, math.inf
-    w[STANCE] = 1.0 - w[STANCE]
-    w[SLOPE], w[SINE], w[COSINE] = slope, math.sin(slope), math.cos(slope)
-    w[FOOT_X], w[FOOT_Z] = foot_x, height_of(world, segment, foot_x)
+    w[at.CLOCK], w[at.AFTER], w[at.BEFORE] = w[at.TIME], 0.0, math.inf
+    w[at.STANCE] = 1.0 - w[at.STANCE]
+    w[at.SLOPE], w[at.SINE], w[at.COSINE] = slope, math.sin(slope), math.cos(slope)
+    w[at.FOOT_X], w[at.FOOT_Z] = foot_x, height_of(world, segment, foot_x)
     y[0], y[1], y[2], y[3] = new1, new2, rate1, rate2
     for index in range(own):
-        y[ANGLES_AND_RATES + index] = b.memory[index]
+        y[at.ANGLES_AND_RATES + index] = b.memory[index]
     y[n - 2] = y[n - 1] = 0.0
     left, right = q1 + old_slope, q2 + old_slope
     if stance == 1:
         left, right = right, left
     write_touchdown(
-        b.rows[int(w[ROWS])],
+        b.rows[int(w[at.ROWS])],
         0,
-        time=w[TIME],
+        time=w[at.TIME],
         qpos=(hip_x, hip_z, left, right),
-        x=w[FOOT_X],
-        z=w[FOOT_Z],
-        stance=w[STANCE],
+        x=w[at.FOOT_X],
+        z=w[at.FOOT_Z],
+        stance=w[at.STANCE],
         slope=slope,
         q_before=(q1, q2),
         dq_before=(dq1, dq2),
         q=(new1, new2),
         dq=(rate1, rate2),
-        work_absolute=w[WORK_ABSOLUTE],
-        work_net=w[WORK_NET],
-        work_positive=w[WORK_POSITIVE],
+        work_absolute=w[at.WORK_ABSOLUTE],
+        work_net=w[at.WORK_NET],
+        work_positive=w[at.WORK_POSITIVE],
         slip=0.0,
         penetration=0.0,
-        friction=w[FRICTION],
-        strikes=w[STRIKES],
+        friction=w[at.FRICTION],
+        strikes=w[at.STRIKES],
         slope_estimate_before=estimate_before,
         slope_estimate=laws.slope_estimate(parameters, b.memory),
-        normal_force=w[NORMAL_FORCE],
+        normal_force=w[at.NORMAL_FORCE],
     )
-    w[ROWS] += 1.0
-    w[COUNT] += 1.0
-    w[ARMED] = w[FACE] = w[FRICTION] = w[STRIKES] = 0.0
-    w[FACE_X], w[NORMAL_FORCE] = math.nan, math.inf
-    if w[COUNT] >= world.steps or foot_x >= world.distance:
-        w[OUTCOME] = FINISHED
+    w[at.ROWS] += 1.0
+    w[at.COUNT] += 1.0
+    w[at.ARMED] = w[at.FACE] = w[at.FRICTION] = w[at.STRIKES] = 0.0
+    w[at.FACE_X], w[at.NORMAL_FORCE] = math.nan, math.inf
+    if w[at.COUNT] >= world.steps or foot_x >= world.distance:
+        w[at.OUTCOME] = FINISHED
     elif foot_x >= world.end:
-        w[OUTCOME] = LEFT_TERRAIN
+        w[at.OUTCOME] = LEFT_TERRAIN
