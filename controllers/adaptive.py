@@ -16,12 +16,12 @@ from mjbiped.control.controller import Law, Memory
 from mjbiped.control.tracking import AdaptiveTracking
 from mjbiped.errors import InputError, shown
 from mjbiped.gaits.passive import Gait
-from mjbiped.gaits.reference import Table, in_arrays, reference_at, reference_break
+from mjbiped.gaits.reference import Table, in_arrays, reference_at, reference_discontinuity
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
 from mjbiped.utils import domains
 
-# places in the memory
+# indices in the memory
 _SIN, _COS, _REPLANNED, _STANCE_CURVE, _SWING_CURVE = 0, 1, 2, 3, 9
 
 Motion = tuple[float, float, float, float, float, float]
@@ -165,14 +165,14 @@ class AdaptiveController(AdaptiveTracking):
         """Until when a re-planned transition is tracked in the step, s; 0 where the step was not re-planned."""
         return self.parameters.transition_time if memory[_REPLANNED] else 0.0
 
-    def next_break(self, memory: Memory, t: float) -> float:
-        """The transition's end, then the end of the gait's trajectory; see `Controller.next_break`."""
-        return _next_break(self.parameters, memory, t)
+    def next_discontinuity(self, memory: Memory, t: float) -> float:
+        """The transition's end, then the end of the gait's trajectory; see `Controller.next_discontinuity`."""
+        return _next_discontinuity(self.parameters, memory, t)
 
     def law(self) -> Law:
         """The same laws for compilation; see `Controller.law`."""
         arrays = self.parameters._replace(table=in_arrays(self.gait.table))
-        return Law(arrays, _torque, _touchdown, _slope_estimate, _next_break)
+        return Law(arrays, _torque, _touchdown, _slope_estimate, _next_discontinuity)
 
 
 def _torque(
@@ -221,10 +221,10 @@ def _slope_estimate(parameters: Parameters, memory: Memory) -> float:
     return slope_of(memory[_SIN])
 
 
-def _next_break(parameters: Parameters, memory: Memory, t: float) -> float:
+def _next_discontinuity(parameters: Parameters, memory: Memory, t: float) -> float:
     if memory[_REPLANNED] and t < parameters.transition_time:
         return parameters.transition_time
-    return reference_break(parameters.table, t)
+    return reference_discontinuity(parameters.table, t)
 
 
 def _reference(parameters: Parameters, memory: Memory, t: float) -> Motion:

@@ -38,10 +38,10 @@ def transition_at(points: Sequence[float], first: int, duration: float, t: float
     .. math:: q(u) = \sum_k \binom{5}{k} (1-u)^{5-k} u^k P_k, \quad u = t / t_c
 
     Args:
-        points: Holds six control points from place `first` on, rad.
+        points: Holds six control points from index `first` on, rad.
         first: Place of the first of them.
         duration: t_c, s.
-        t: Time since the leg exchange, s, in [0, t_c].
+        t: Time since the support transfer, s, in [0, t_c].
 
     Returns:
         Angle (rad), rate (rad/s), acceleration (rad/s²).

@@ -20,7 +20,7 @@ from mjbiped.utils import domains
 
 SLOPE_SOURCES = ("none", "local", "two_point")
 
-# places in the memory: slope under the stance foot, and from there to the slope that the law takes, rad
+# indices in the memory: slope under the stance foot, and from there to the slope that the law takes, rad
 _LOCAL, _TILT = 0, 1
 
 

@@ -10,7 +10,7 @@ from typing import ClassVar
 from controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
 from controllers.tracking import computed_torque, tracking_errors
 from mjbiped.control.controller import Law, Memory
-from mjbiped.gaits.reference import in_arrays, reference_at, reference_break
+from mjbiped.gaits.reference import in_arrays, reference_at, reference_discontinuity
 from mjbiped.utils import domains
 
 
@@ -42,14 +42,14 @@ class LimitCycleController(KnownSlopeController):
     gains: ClassVar[Mapping[str, domains.Domain]] = {"rate_gain": domains.GAIN, "position_gain": domains.POSITION_GAIN}
     follows: ClassVar[bool] = True
 
-    def next_break(self, memory: Memory, t: float) -> float:
-        """The end of the gait's trajectory; see `Controller.next_break`."""
-        return _next_break(self.parameters, memory, t)
+    def next_discontinuity(self, memory: Memory, t: float) -> float:
+        """The end of the gait's trajectory; see `Controller.next_discontinuity`."""
+        return _next_discontinuity(self.parameters, memory, t)
 
     def law(self) -> Law:
         """The same laws for compilation; see `Controller.law`."""
         arrays = self.parameters._replace(table=in_arrays(self.gait.table))
-        return super().law()._replace(parameters=arrays, next_break=_next_break)
+        return super().law()._replace(parameters=arrays, next_discontinuity=_next_discontinuity)
 
 
 def _torque(
@@ -74,8 +74,8 @@ def _torque(
     )
 
 
-def _next_break(parameters: Parameters, memory: Memory, t: float) -> float:
-    return reference_break(parameters.table, t)
+def _next_discontinuity(parameters: Parameters, memory: Memory, t: float) -> float:
+    return reference_discontinuity(parameters.table, t)
 
 
 LimitCycleController.torque_law = staticmethod(_torque)

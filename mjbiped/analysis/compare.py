@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mjbiped.analysis import divergence
-from mjbiped.analysis.divergence import Parting
+from mjbiped.analysis.divergence import Divergence
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
@@ -44,17 +44,17 @@ class Comparison:
         touchdowns: Differences MuJoCo - hybrid, a row per touchdown that both walks have, of the columns in
             `mjbiped.analysis.divergence.COLUMNS`, with `limit_` columns beside them: what the contact's resolution
             explains.
-        parting: The first touchdown at which the walks differ by more, and the causes; None where they never do.
+        divergence: The first touchdown at which the walks differ by more, and the causes; None where they never do.
     """
 
     mujoco: Walk
     hybrid: Walk
     touchdowns: Mapping[str, Array]
-    parting: Parting | None
+    divergence: Divergence | None
 
     def __repr__(self) -> str:
         """One line; the tables are long."""
-        found = "they agree" if self.parting is None else f"they part at touchdown {self.parting.touchdown}"
+        found = "they agree" if self.divergence is None else f"they part at touchdown {self.divergence.touchdown}"
         ends = (
             f"{walk.outcome} after {walk.steps} steps, {walk.distance:.3f} m" for walk in (self.mujoco, self.hybrid)
         )
@@ -65,8 +65,8 @@ class Comparison:
     @property
     def verdict(self) -> str:
         """In one or more sentences: whether they agree, or where and why they part."""
-        if self.parting is not None:
-            return str(self.parting)
+        if self.divergence is not None:
+            return str(self.divergence)
         steps, both = len(self.touchdowns["x"]), f"{self.mujoco.outcome} in both"
         if not steps:
             return f"The engines agree: {both}, without a touchdown."
@@ -95,7 +95,7 @@ class Comparison:
         """All of it in plain JSON types, the samples apart."""
         return {
             "verdict": self.verdict,
-            "parting": None if self.parting is None else self.parting.to_dict(),
+            "parting": None if self.divergence is None else self.divergence.to_dict(),
             "measures": self.measures(),
             "touchdowns": {name: column.tolist() for name, column in self.touchdowns.items()},
             "settings": {"mujoco": dict(self.mujoco.settings), "hybrid": dict(self.hybrid.settings)},
@@ -124,7 +124,7 @@ def compare(
         controller: As for `mjbiped.walk`, like all that follows.
         terrain: The ground.
         steps: Touchdowns after which the walk is finished; 60 unless a distance is given.
-        distance: Place x of the stance foot at which it is finished, m.
+        distance: Position x of the stance foot at which it is finished, m.
         initial: "gait", "rest", or (q1, q2, dq1, dq2).
         robot: The robot that walks.
         mujoco: Settings of the MuJoCo engine.

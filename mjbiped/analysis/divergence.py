@@ -62,7 +62,7 @@ GROWN = 0.25  # of the limit, a step before: differences that grew to it
 
 
 @dataclass(frozen=True)
-class Parting:
+class Divergence:
     """The first touchdown at which two walks differ by more than the contact's resolution explains.
 
     Attributes:
@@ -118,8 +118,8 @@ def differences(there: Walk, here: Walk) -> dict[str, Array]:
     return {name: difference for name, (difference, _) in found.items()} | limits
 
 
-def find(there: Walk, here: Walk, table: Mapping[str, Array], controller: Controller) -> Parting | None:
-    """The parting of two walks, if there is one.
+def find(there: Walk, here: Walk, table: Mapping[str, Array], controller: Controller) -> Divergence | None:
+    """The divergence of two walks, if there is one.
 
     Args:
         there: The walk in MuJoCo.
@@ -140,7 +140,7 @@ def find(there: Walk, here: Walk, table: Mapping[str, Array], controller: Contro
     else:
         return None
     if beyond.any() and strikes[0][k] != strikes[1][k]:
-        said.append(f"a strike in {_engine(there if strikes[0][k] else here)} alone")
+        said.append(f"a face impact in {_engine(there if strikes[0][k] else here)} alone")
     causes = list(explanations(there, here, k, controller))
     if not causes and 0 < k < len(beyond):
         name, grown = max(((name, share[k - 1]) for name, share in shares.items()), key=lambda pair: pair[1])
@@ -152,7 +152,7 @@ def find(there: Walk, here: Walk, table: Mapping[str, Array], controller: Contro
     longer = there if there.steps >= here.steps else here
     time = float(longer.touchdowns["time"][k]) if k < longer.steps else longer.end[0]
     x = float(longer.touchdowns["x"][k - 1]) if k else 0.0
-    return Parting(k + 1, time, x, tuple(said), tuple(causes))
+    return Divergence(k + 1, time, x, tuple(said), tuple(causes))
 
 
 def _said(name: str, difference: float) -> str:
@@ -257,12 +257,12 @@ def _decisions(there: Walk, here: Walk, steps: list[int], controller: Controller
 
 def _next_breaks(walk: Walk, controller: Controller, last: int) -> list[float]:
     """When the controller's law breaks next, just after each touchdown up to the last one asked for, s."""
-    if not hasattr(controller, "next_break"):
+    if not hasattr(controller, "next_discontinuity"):
         return [math.inf] * (last + 1)
     own, found = len(controller.states), []
     for number, (_, memory) in enumerate(islice(replayed(walk, controller), last + 2)):
         if number:
-            found.append(float(controller.next_break(memory, 0.0)))
+            found.append(float(controller.next_discontinuity(memory, 0.0)))
         if number < walk.steps:
             end = np.searchsorted(walk.samples["time"], walk.touchdowns["time"][number])
             memory[:own] = walk.samples["controller_states"][max(int(end) - 1, 0)].tolist()

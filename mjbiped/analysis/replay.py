@@ -32,7 +32,7 @@ def recorded_controller(walk: Walk) -> AdaptiveTracking:
     return controller
 
 
-class Begun(NamedTuple):
+class StepStart(NamedTuple):
     """A step at its beginning.
 
     Attributes:
@@ -48,7 +48,7 @@ class Begun(NamedTuple):
     dq: list[float]
 
 
-def replayed(walk: Walk, controller: Controller) -> Iterator[tuple[Begun, list[float]]]:
+def replayed(walk: Walk, controller: Controller) -> Iterator[tuple[StepStart, list[float]]]:
     """The controller's memory at each step's beginning; the step that the walk's end cut off is the last.
 
     What is planned at touchdowns is in it. The integrated states are not carried on through a step: who needs them
@@ -60,15 +60,15 @@ def replayed(walk: Walk, controller: Controller) -> Iterator[tuple[Begun, list[f
     """
     memory = [0.0] * controller.memory_size
     initial: list[float] = walk.settings["initial"]
-    begun = Begun(0.0, walk.terrain.slope_at(0.0), initial[:2], initial[2:])
-    controller.start(memory, begun.q, begun.dq)
-    yield begun, memory
+    started = StepStart(0.0, walk.terrain.slope_at(0.0), initial[:2], initial[2:])
+    controller.start(memory, started.q, started.dq)
+    yield started, memory
     rows = walk.touchdowns
     for time, slope, before, q, dq in zip(
         *(rows[name].tolist() for name in ("time", "slope", "q_before", "q", "dq")), strict=True
     ):
         controller.on_touchdown(memory, before, q, dq)
-        yield Begun(time, slope, q, dq), memory
+        yield StepStart(time, slope, q, dq), memory
 
 
 def transitions(walk: Walk, controller: AdaptiveTracking) -> list[Array]:
@@ -83,8 +83,8 @@ def transitions(walk: Walk, controller: AdaptiveTracking) -> list[Array]:
     """
     ends = [*walk.touchdowns["time"].tolist(), walk.end[0]]
     found = []
-    for (begun, memory), end in zip(replayed(walk, controller), ends, strict=True):
-        duration = min(controller.transition_end(memory), end - begun.time)
+    for (started, memory), end in zip(replayed(walk, controller), ends, strict=True):
+        duration = min(controller.transition_end(memory), end - started.time)
         if duration > 0.0:
             time = np.linspace(0.0, duration, _POINTS).tolist()
             found.append(np.array([controller.reference(memory, t)[:4] for t in time]))

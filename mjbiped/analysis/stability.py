@@ -214,23 +214,23 @@ def _steps(walk: Walk, controller: AdaptiveTracking) -> Iterator[_Step]:
         InputError: A step has too few samples, or holds what is no finite number.
     """
     samples, touchdowns = walk.samples, walk.touchdowns
-    for number, (begun, memory) in enumerate(replayed(walk, controller)):
+    for number, (started, memory) in enumerate(replayed(walk, controller)):
         if number == walk.steps:
             return
         row: dict[str, Any] = {name: column[number].tolist() for name, column in touchdowns.items()}
-        inside = (samples["time"] > begun.time + _SAME_TIME) & (samples["time"] < row["time"] - _SAME_TIME)
+        inside = (samples["time"] > started.time + _SAME_TIME) & (samples["time"] < row["time"] - _SAME_TIME)
         if inside.sum() < _FEWEST - 2:
             raise InputError(
-                f"step {number + 1} of {row['time'] - begun.time:.3g} s has only {inside.sum()} samples; "
+                f"step {number + 1} of {row['time'] - started.time:.3g} s has only {inside.sum()} samples; "
                 "record the walk with a shorter sample_period (5e-3 s is the default)"
             )
-        time = np.array([begun.time, *samples["time"][inside], row["time"]])
-        angles = np.vstack([begun.q, samples["q"][inside], row["q_before"]])
-        rates = np.vstack([begun.dq, samples["dq"][inside], row["dq_before"]])
+        time = np.array([started.time, *samples["time"][inside], row["time"]])
+        angles = np.vstack([started.q, samples["q"][inside], row["q_before"]])
+        rates = np.vstack([started.dq, samples["dq"][inside], row["dq_before"]])
         tracking = np.array(
             [
                 controller.tracking_errors(memory, t, a, r)
-                for t, a, r in zip((time - begun.time).tolist(), angles.tolist(), rates.tolist(), strict=True)
+                for t, a, r in zip((time - started.time).tolist(), angles.tolist(), rates.tolist(), strict=True)
             ]
         )
         z1, z2 = tracking[:, 0:2], tracking[:, 4:6]
@@ -244,7 +244,7 @@ def _steps(walk: Walk, controller: AdaptiveTracking) -> Iterator[_Step]:
         gained = CubicSpline(time[late], adaptation).integrate(time[-2], time[-1])
         estimates = np.vstack([estimates, estimates[-1] + gained])
         memory[:2] = estimates[-1].tolist()
-        truth = [math.sin(begun.slope), math.cos(begun.slope)]
+        truth = [math.sin(started.slope), math.cos(started.slope)]
         yield _Step(time, angles, rates, np.hstack([z1, z2, truth - estimates]))
 
 

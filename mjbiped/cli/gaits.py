@@ -11,8 +11,7 @@ import click
 import numpy as np
 
 from controllers import AdaptiveController
-from mjbiped.cli import options as given
-from mjbiped.cli import tables
+from mjbiped.cli import options, tables
 from mjbiped.cli.files import INTERRUPTED, Files
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.numerics.jit import announced
@@ -23,27 +22,27 @@ from mjbiped.utils import domains
 _MULTIPLIERS_EVERY = math.radians(0.02)
 
 
-_out = given.options("Results", ("--out", given.output(".npz"), None, "Write the data, an .npz file."))
+_out = options.options("Results", ("--out", options.output(".npz"), None, "Write the data, an .npz file."))
 
 
-@click.command("bifurcation", cls=given.SectionCommand)
-@given.options(
+@click.command("bifurcation", cls=options.SectionCommand)
+@options.options(
     "Diagram",
-    ("--slope-deg", given.span(domains.SLOPE_DEG), "2.4..3.6", "Slopes of the diagram."),
+    ("--slope-deg", options.span(domains.SLOPE_DEG), "2.4..3.6", "Slopes of the diagram."),
     ("--slopes", domains.SLOPES, 1000, "How many; half of them where the period doubles again and again."),
     ("--steps", domains.MAP_STEPS, 600, "Steps on each slope."),
     ("--keep", domains.MAP_STEPS, 100, "The last so many of them are kept."),
     ("--doublings", domains.DOUBLINGS, 4, "Period doublings to look for."),
 )
-@given.scuffing_option("Diagram")
-@given.robot_options
+@options.scuffing_option("Diagram")
+@options.robot_options
 @_out
-@given.plot_option
-@given.options(
+@options.plot_option
+@options.options(
     "Results",
-    ("--plot-multipliers", given.output(".png", ".pdf", ".svg"), None, "Write a figure of the multipliers."),
+    ("--plot-multipliers", options.output(".png", ".pdf", ".svg"), None, "Write a figure of the multipliers."),
 )
-@given.printed_options
+@options.printed_options
 def bifurcation(
     slope_deg: tuple[float, float],
     slopes: int,
@@ -117,8 +116,8 @@ def bifurcation(
     files.end(summary, tables.bifurcation_told(summary), json=json, quiet=quiet)
 
 
-@click.command("basin", cls=given.SectionCommand)
-@given.options(
+@click.command("basin", cls=options.SectionCommand)
+@options.options(
     "Map",
     (
         "--slope-deg",
@@ -130,20 +129,20 @@ def bifurcation(
     ("--imitate-slope-deg", domains.SLOPE_DEG, 2.0, "Slope of the passive gait that the adaptive controller imitates."),
     (
         "--stance-rates",
-        given.span(domains.RATE),
+        options.span(domains.RATE),
         None,
         "First rates of the stance leg, rad/s; around the gait's if left out.",
     ),
-    ("--swing-rates", given.span(domains.RATE), None, "First rates of the swing leg, rad/s; the same."),
+    ("--swing-rates", options.span(domains.RATE), None, "First rates of the swing leg, rad/s; the same."),
     ("--grid", domains.GRID, None, "Starts along each side; 300, or 100 with the adaptive controller."),
     ("--limit", domains.LIMIT, None, "Steps at most; 100, or 10 with the adaptive controller."),
-    ("--threads", domains.WORKERS, None, "Threads; one for each core unless given."),
+    ("--threads", domains.WORKERS, None, "Threads; one for each core unless options."),
 )
-@given.scuffing_option("Map")
-@given.robot_options
+@options.scuffing_option("Map")
+@options.robot_options
 @_out
-@given.plot_option
-@given.printed_options
+@options.plot_option
+@options.printed_options
 def basin(
     slope_deg: float | None,
     controller: str,

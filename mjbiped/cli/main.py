@@ -16,8 +16,7 @@ import click
 from rich.text import Text
 
 from mjbiped.analysis.compare import compare
-from mjbiped.cli import options as given
-from mjbiped.cli import tables
+from mjbiped.cli import options, tables
 from mjbiped.cli.files import INTERRUPTED, LONGEST_LINE, Files, end, terminable
 from mjbiped.cli.gaits import basin, bifurcation
 from mjbiped.cli.reproduce import reproduce
@@ -101,15 +100,15 @@ def main() -> None:
     """  # noqa: D301 (click reads the backspace)
 
 
-@main.command("walk", cls=given.SectionCommand)
+@main.command("walk", cls=options.SectionCommand)
 @click.argument("terrain", default="mixed")
-@given.walker_options
-@given.engine_option
-@given.record_option
-@given.plot_option
-@given.video_option
-@given.printed_options
-@given.video_options
+@options.walker_options
+@options.engine_option
+@options.record_option
+@options.plot_option
+@options.video_option
+@options.printed_options
+@options.video_options
 @click.pass_context
 def _walk(
     ctx: click.Context,
@@ -159,16 +158,16 @@ def _walk(
         files.plot(plot, "walk:plot_walk", done)
         files.render(done, video, pictures, progress=not quiet)
     summary = measures.summary(done)
-    told = {**summary, "settings": dict(done.settings)}
-    files.end(told, [tables.walk_table(done, summary)], json=json, quiet=quiet)
+    printed = {**summary, "settings": dict(done.settings)}
+    files.end(printed, [tables.walk_table(done, summary)], json=json, quiet=quiet)
 
 
-@main.command("compare", cls=given.SectionCommand)
+@main.command("compare", cls=options.SectionCommand)
 @click.argument("terrain", default="mixed")
-@given.walker_options
-@given.records_option
-@given.plot_option
-@given.printed_options
+@options.walker_options
+@options.records_option
+@options.plot_option
+@options.printed_options
 @click.pass_context
 def _compare(
     ctx: click.Context, /, out: Path | None, plot: Path | None, json: bool, quiet: bool, **values: Any
@@ -195,11 +194,11 @@ def _compare(
     files.end(done.to_dict(), [who, *tables.comparison_tables(done), Text(done.verdict)], json=json, quiet=quiet)
 
 
-@main.command("gait", cls=given.SectionCommand)
-@given.options("Gait", ("--slope-deg", domains.SLOPE_DEG, 2.0, "Slope that it walks down."))
-@given.robot_options
-@given.plot_option
-@given.json_option
+@main.command("gait", cls=options.SectionCommand)
+@options.options("Gait", ("--slope-deg", domains.SLOPE_DEG, 2.0, "Slope that it walks down."))
+@options.robot_options
+@options.plot_option
+@options.json_option
 def _gait(slope_deg: float, plot: Path | None, json: bool, **values: Any) -> None:
     """Find the passive gait of a slope, its limit cycle and stability.
 
@@ -219,10 +218,10 @@ main.add_command(bifurcation)
 main.add_command(basin)
 
 
-@main.command("stability", cls=given.SectionCommand)
+@main.command("stability", cls=options.SectionCommand)
 @click.argument("record", type=click.Path(path_type=Path))
-@given.plot_option
-@given.json_option
+@options.plot_option
+@options.json_option
 def _stability(record: Path, plot: Path | None, json: bool) -> None:
     """Evaluate the paper's Theorem 1 along the walk of RECORD, an .npz file.
 
@@ -242,13 +241,13 @@ def _stability(record: Path, plot: Path | None, json: bool) -> None:
     files.end(summary, [tables.stability_table(summary)], json=json, quiet=False)
 
 
-@main.command("render", cls=given.SectionCommand)
+@main.command("render", cls=options.SectionCommand)
 @click.argument("record", type=click.Path(path_type=Path))
-@given.video_argument
-@given.plot_option
-@given.no_video_option
-@given.quiet_option
-@given.video_options
+@options.video_argument
+@options.plot_option
+@options.no_video_option
+@options.quiet_option
+@options.video_options
 def _render(record: Path, video: Path | None, plot: Path | None, no_video: bool, quiet: bool, **pictures: Any) -> None:
     """Draw the walk of RECORD, an .npz file: a video, a figure.
 
@@ -264,7 +263,7 @@ def _render(record: Path, video: Path | None, plot: Path | None, no_video: bool,
         raise click.UsageError("--no-video leaves a --plot to be drawn, and no VIDEO.")
     done = Walk.load(record)
     if video is None and not no_video:
-        video = given.VIDEO_PATH(record.with_suffix(".mp4"))
+        video = options.VIDEO_PATH(record.with_suffix(".mp4"))
     files = Files()
     files.plot(plot, "walk:plot_walk", done)
     files.render(done, video, pictures, progress=not quiet)
@@ -314,20 +313,20 @@ def _controller(ctx: click.Context, name: str, robot: Compass, values: dict[str,
         click.UsageError: An option is given that the controller does not have.
         MjbipedError: A gain is outside its domain, or the slope to be imitated has no passive gait.
     """
-    chosen = _section(ctx, given.ADAPTIVE, given.COMPARISON)
+    chosen = _section(ctx, options.ADAPTIVE, options.COMPARISON)
     settings = {str(parameter.name): values.pop(str(parameter.name)) for parameter in chosen}
-    compared = name in given.OTHERS
+    compared = name in options.OTHERS
     if name != "adaptive":
-        others = [each for each in _section(ctx, given.ADAPTIVE) if not (compared and each.name in SHARED)]
+        others = [each for each in _section(ctx, options.ADAPTIVE) if not (compared and each.name in SHARED)]
         _refuse(ctx, others, "--controller adaptive", name)
     if not compared:
-        _refuse(ctx, _section(ctx, given.COMPARISON), f"--controller {', '.join(given.OTHERS)}", name)
+        _refuse(ctx, _section(ctx, options.COMPARISON), f"--controller {', '.join(options.OTHERS)}", name)
     gains, slope_source = dict(settings.pop("gain")), settings.pop("slope_source")
     if name == "passive":
         return make_controller(name, robot, {})
     if not compared:
         return make_controller(name, robot, settings)
-    valid = given.gains_of(name)
+    valid = options.gains_of(name)
     for unknown in gains.keys() - valid.keys():
         raise click.UsageError(f"--gain {shortened(unknown)}: {name} has no such gain; valid are {', '.join(valid)}.")
     if slope_source is not None:
@@ -345,13 +344,13 @@ def _engine(ctx: click.Context, name: str, values: dict[str, Any]) -> Engine:
     mujoco = _mujoco(ctx, values)
     if name == mujoco.name:
         return mujoco
-    _refuse(ctx, _section(ctx, given.MUJOCO), f"--engine {mujoco.name}", name)
+    _refuse(ctx, _section(ctx, options.MUJOCO), f"--engine {mujoco.name}", name)
     return ENGINES[name]
 
 
 def _mujoco(ctx: click.Context, values: dict[str, Any]) -> Mujoco:
     """The MuJoCo engine of a command, its options taken out of `values`."""
-    settings = {str(parameter.name): values.pop(str(parameter.name)) for parameter in _section(ctx, given.MUJOCO)}
+    settings = {str(parameter.name): values.pop(str(parameter.name)) for parameter in _section(ctx, options.MUJOCO)}
     return Mujoco(lands=not settings.pop("plain_steps"), **settings)
 
 
@@ -359,7 +358,7 @@ def _refuse(ctx: click.Context, parameters: Iterable[click.Parameter], owner: st
     """Refuse options that are for something else than what was chosen.
 
     Raises:
-        click.UsageError: One of them is given.
+        click.UsageError: One of them is options.
     """
     for parameter in parameters:
         if ctx.get_parameter_source(str(parameter.name)) is click.core.ParameterSource.COMMANDLINE:

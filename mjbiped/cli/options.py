@@ -216,7 +216,7 @@ walk_options = options(
     "Walk",
     ("--seed", domains.SEED, None, "Seed of the terrain 'random'."),
     ("--steps", domains.STEPS, None, f"End after so many steps; {DEFAULT_STEPS} without a distance."),
-    ("--distance", domains.DISTANCE, None, "End at this place x of the stance foot, m."),
+    ("--distance", domains.DISTANCE, None, "End at this position x of the stance foot, m."),
     (
         "--initial",
         Kind("STATE", initial_state),

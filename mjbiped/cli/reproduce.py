@@ -6,25 +6,24 @@ from pathlib import Path
 
 import click
 
-from mjbiped.cli import options as given
-from mjbiped.cli import tables as reports
+from mjbiped.cli import options, tables
 from mjbiped.cli.files import INTERRUPTED, end, tell
 from mjbiped.utils import domains
 
 
-@click.command("reproduce", cls=given.SectionCommand)
-@given.options(
+@click.command("reproduce", cls=options.SectionCommand)
+@options.options(
     "Walks",
     ("--quick", bool, False, "Only a few short walks in MuJoCo; all of the hybrid engine's."),
-    ("--workers", domains.WORKERS, None, "Processes; one for each core unless given."),
+    ("--workers", domains.WORKERS, None, "Processes; one for each core unless options."),
     ("--fresh", bool, False, "Delete the finished walks of an earlier run and begin again."),
 )
-@given.options(
+@options.options(
     "Results",
-    ("--out", given.Folder(), "reproduction", "Finished walks, kept."),
-    ("--report", given.Folder(), None, "Where page, table and figures go; --out unless given."),
+    ("--out", options.Folder(), "reproduction", "Finished walks, kept."),
+    ("--report", options.Folder(), None, "Where page, table and figures go; --out unless options."),
 )
-@given.printed_options
+@options.printed_options
 def reproduce(
     quick: bool, workers: int | None, fresh: bool, out: Path, report: Path | None, json: bool, quiet: bool
 ) -> None:
@@ -51,4 +50,4 @@ def reproduce(
     errors = [{"ground": row.ground, "method": row.method, "error": row.error} for row in failed]
     summary = {"walks": len(rows), "failed": errors, "checks": plain, "files": [str(file) for file in files]}
     lines = (f"failed: {row.method} on {row.ground}, {row.engine}: {row.error}" for row in failed)
-    tell(summary, [reports.checks_table(asked), *lines], files, json=json, quiet=quiet)
+    tell(summary, [tables.checks_table(asked), *lines], files, json=json, quiet=quiet)

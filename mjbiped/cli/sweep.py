@@ -6,35 +6,34 @@ from pathlib import Path
 
 import click
 
-from mjbiped.cli import options as given
-from mjbiped.cli import tables
+from mjbiped.cli import options, tables
 from mjbiped.cli.files import INTERRUPTED, end, tell
 from mjbiped.utils import domains
 
 
-@click.command("sweep", cls=given.SectionCommand)
+@click.command("sweep", cls=options.SectionCommand)
 @click.argument("study", type=click.Path(path_type=Path))
-@given.options(
+@options.options(
     "Walks",
-    ("--workers", domains.WORKERS, None, "Processes; one for each core unless given."),
+    ("--workers", domains.WORKERS, None, "Processes; one for each core unless options."),
     (
         "--scheduler",
-        given.Kind("ADDRESS", str),
+        options.Kind("ADDRESS", str),
         None,
         "Let the workers of this Dask scheduler walk, as tcp://host:8786; needs pip install 'mjbiped[cluster]'.",
     ),
     ("--fresh", bool, False, "Delete the rows of an earlier run and begin again."),
 )
-@given.options(
+@options.options(
     "Results",
     (
         "--out",
-        given.Folder(),
+        options.Folder(),
         None,
         "Where table and figures go; unless given, a folder beside STUDY that has its name.",
     ),
 )
-@given.printed_options
+@options.printed_options
 def sweep(
     study: Path, workers: int | None, scheduler: str | None, fresh: bool, out: Path | None, json: bool, quiet: bool
 ) -> None:
@@ -64,5 +63,5 @@ def sweep(
     except KeyboardInterrupt:
         end(INTERRUPTED, f"interrupted; what had ended is in {folder}: the same command goes on from there")
     summary = summarised(rows)
-    told = {**summary, "files": [str(file) for file in files]}
-    tell(told, tables.sweep_tables(summary), files, json=json, quiet=quiet)
+    printed = {**summary, "files": [str(file) for file in files]}
+    tell(printed, tables.sweep_tables(summary), files, json=json, quiet=quiet)

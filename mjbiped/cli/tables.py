@@ -38,8 +38,8 @@ def walk_table(walk: Walk, summary: Mapping[str, Any]) -> Table:
         ("controller", f"{settings['controller']['name']}, engine {settings['engine']}", ""),
     ]
     if summary["warnings"]:
-        told = (f"{text} ({n} times)" if n > 1 else text for text, n in summary["warnings"].items())
-        rows.append(("warning", "; ".join(told), ""))
+        warnings = (f"{text} ({n} times)" if n > 1 else text for text, n in summary["warnings"].items())
+        rows.append(("warning", "; ".join(warnings), ""))
     rows += [(label, _shown(summary[key], factor, form), unit) for label, key, factor, form, unit in MEASURES]
     return _table(rows)
 

@@ -57,7 +57,7 @@ def _blame(law: Law, states: Sequence[str]) -> str:
         ("torque", 5, 2 + len(states)),
         ("touchdown", 6, 0),
         ("slope_estimate", 0, 1),
-        ("next_break", 1, 1),
+        ("next_discontinuity", 1, 1),
     ):
         function: Callable[..., Any] = getattr(law, name)
         alone = numba.njit(_nrt=False)(function)
@@ -84,10 +84,10 @@ def _numba() -> Any:
 def _reason(error: Exception) -> str:
     """The line of Numba's message that says what is wrong, and the place in the source."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    told = next((line for line in lines if not line.startswith("Failed in")), type(error).__name__).rstrip(".")
-    if "NRT required" in told:
-        told = "it allocates memory"
+    message = next((line for line in lines if not line.startswith("Failed in")), type(error).__name__).rstrip(".")
+    if "NRT required" in message:
+        message = "it allocates memory"
     place = re.search(r'File "(?P<file>[^"]+)", line (?P<line>\d+)', str(error)) or re.search(
         r"at (?P<file>\S+) \((?P<line>\d+)\)", str(error)
     )
-    return f"{told} (line {place['line']} of {Path(place['file']).name})" if place else told
+    return f"{message} (line {place['line']} of {Path(place['file']).name})" if place else message

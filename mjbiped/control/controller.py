@@ -37,14 +37,14 @@ class Law(NamedTuple):
         torque: (parameters, memory, t, q1, q2, dq1, dq2) -> floats, as `Controller.torque`.
         touchdown: (parameters, memory, q1 and q2 before, q1, q2, dq1, dq2), as `Controller.on_touchdown`.
         slope_estimate: (parameters, memory) -> float.
-        next_break: (parameters, memory, t) -> float.
+        next_discontinuity: (parameters, memory, t) -> float.
     """
 
     parameters: Any
     torque: Callable[..., Sequence[float]]
     touchdown: Callable[..., None]
     slope_estimate: Callable[..., float]
-    next_break: Callable[..., float]
+    next_discontinuity: Callable[..., float]
 
 
 class Controller(ABC):
@@ -56,15 +56,15 @@ class Controller(ABC):
     | call | when | what it does |
     |---|---|---|
     | `start` | once, at the beginning of a walk | sets up its memory |
-    | `on_touchdown` | once per leg exchange, with the state just after it | what changes from step to step |
+    | `on_touchdown` | once per support transfer, with the state just after it | what changes from step to step |
     | `torque` | every control period | the continuous law |
 
     All laws are functions of their arguments and of `memory` alone, never of attributes that change: a walk can then be
-    saved in the middle, resumed and repeated bit by bit. The first `len(states)` places of the memory are integrated by
-    the engine with the rates that `torque` returns; the others change only in `start` and `on_touchdown`.
+    saved in the middle, resumed and repeated bit by bit. The engine integrates the first `len(states)` numbers of the
+    memory with the rates that `torque` returns; the others change only in `start` and `on_touchdown`.
 
     Attributes:
-        states: Names of the integrated states, in the order of their places in the memory.
+        states: Names of the integrated states, in the order of their indices in the memory.
         memory_size: Floats needed in all, the integrated states included.
         robot: The robot model that the laws use, or None; the walking robot is this one unless told otherwise.
         gait: The gait that is imitated, or None; a walk with `initial="gait"` starts on it.
@@ -87,7 +87,7 @@ class Controller(ABC):
     def on_touchdown(  # noqa: B027 (optional hook)
         self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]
     ) -> None:
-        """Take notice of a leg exchange.
+        """Take notice of a support transfer.
 
         Args:
             memory: As the last call left it; to be changed in place.
@@ -102,7 +102,7 @@ class Controller(ABC):
 
         Args:
             memory: Not to be changed here.
-            t: Time since the leg exchange, s.
+            t: Time since the support transfer, s.
             q: Stance and swing angle from the ground's normal under the stance foot, rad.
             dq: Their rates, rad/s.
 
@@ -114,8 +114,8 @@ class Controller(ABC):
         """The controller's estimate of the slope under its stance foot, rad; NaN where it has none."""
         return math.nan
 
-    def next_break(self, memory: Memory, t: float) -> float:
-        """The first time after t at which `torque` may jump or have a kink, s since the leg exchange; infinity if none.
+    def next_discontinuity(self, memory: Memory, t: float) -> float:
+        """The first time after t at which `torque` may jump or have a kink, s since the support transfer, or infinity.
 
         No integration step of the hybrid engine goes across it. Without it a law that is not smooth costs many short
         steps, no more.
@@ -145,5 +145,5 @@ class Controller(ABC):
 
 
 def never(parameters: Any, memory: Memory, t: float) -> float:  # noqa: ARG001 (a law has all of them)
-    """`Law.next_break` of a law without kinks: infinity."""
+    """`Law.next_discontinuity` of a law without kinks: infinity."""
     return math.inf

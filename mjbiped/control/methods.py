@@ -11,7 +11,7 @@ from mjbiped.errors import InputError
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller, Memory
 
-_METHODS = ("start", "on_touchdown", "torque", "slope_estimate", "next_break")
+_METHODS = ("start", "on_touchdown", "torque", "slope_estimate", "next_discontinuity")
 
 
 def gives_its_law(controller: Controller) -> bool:
@@ -64,7 +64,7 @@ def slope_estimate(controller: Controller, memory: Memory) -> float:
     return controller.slope_estimate(memory)
 
 
-def next_break(controller: Controller, memory: Memory, t: float) -> float:
-    """The method `next_break` likewise; a controller without it has no breaks."""
-    ask = getattr(controller, "next_break", None)
+def next_discontinuity(controller: Controller, memory: Memory, t: float) -> float:
+    """The method `next_discontinuity` likewise; a controller without it has no breaks."""
+    ask = getattr(controller, "next_discontinuity", None)
     return math.inf if ask is None else float(ask(memory, t))

@@ -28,7 +28,7 @@ def reference_at(table: Table, t: float) -> tuple[float, float, float, float, fl
     return q1, q2, rate * dq1, rate * dq2, rate * rate * ddq1, rate * rate * ddq2
 
 
-def reference_break(table: Table, t: float) -> float:
+def reference_discontinuity(table: Table, t: float) -> float:
     """The first time after t at which the trajectory has a kink, s: its end; infinity after it."""
     horizon = table[1]
     return horizon if t < horizon else math.inf

@@ -28,7 +28,7 @@ DIFFERENCE = 1e-4
 """Of the fourth-order differences, in rad and sqrt(g/l): truncation is then below 1e-8, rounding 1e-11."""
 
 CONVERGED = 1e-11  # Newton's last change, in rad and sqrt(g/l)
-LEAP = 0.05  # a gait further than this from the one extrapolated may be another one, same units
+LARGEST_CHANGE = 0.05  # a gait further than this from the one extrapolated may be another one, same units
 SHORTEST_STEP = 1e-9  # of the slope, rad
 
 
@@ -163,7 +163,7 @@ def first_gait(robot: Compass, slope: float) -> PeriodicGait:
 
 
 def follow(gait: PeriodicGait, slopes: Sequence[float]) -> Iterator[PeriodicGait]:
-    """The gaits on other slopes that continue a gait without a leap, stable or not, until the branch ends.
+    """The gaits on other slopes that continue a gait without a jump, stable or not, until the branch ends.
 
     Args:
         gait: Where to begin.
@@ -194,7 +194,7 @@ def _neighbour(known: Sequence[PeriodicGait], slope: float) -> PeriodicGait | No
         found = find_periodic_gait(known[-1].robot, slope, states)
     except (GaitError, np.linalg.LinAlgError):
         return None
-    return found if np.abs(found.states - states).max() < LEAP else None
+    return found if np.abs(found.states - states).max() < LARGEST_CHANGE else None
 
 
 def extrapolated(known: Sequence[PeriodicGait], slope: float) -> Array:

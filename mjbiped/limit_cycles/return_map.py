@@ -1,6 +1,6 @@
 """The return map of the unpowered robot on a plane: from just after one impact to just after the next (eq. 1-4).
 
-It is the hybrid engine's gait step by the engine's own machine code, begun afresh after each impact, in integration
+It is the hybrid engine's gait step by the engine's own machine code, started afresh after each impact, in integration
 steps of one length, some fifteen to a gait step, so that its result depends smoothly on the state. That makes it fit
 for Newton's method, and fast enough for diagrams of a million steps. docs/gaits.md has its accuracy.
 """
@@ -28,7 +28,7 @@ from mjbiped.engines.hybrid.state import (
     SLOPE,
     TIME,
     Buffers,
-    World,
+    SimulationConstants,
 )
 from mjbiped.numerics.jit import compiled
 from mjbiped.robots.compass import Array, Compass, mass_terms
@@ -64,12 +64,12 @@ class Plane(NamedTuple):
 
     Attributes:
         code: What walks it.
-        world: Robot, plane and rules.
+        constants: Robot, plane and rules.
         buffers: Of a walk just after an impact, with room for one touchdown; to be copied for each batch.
     """
 
     code: EngineCode
-    world: World
+    constants: SimulationConstants
     buffers: Buffers
 
 
@@ -99,7 +99,7 @@ class Batch(NamedTuple):
     outcomes: Any
 
 
-def walk_batch(code: EngineCode, world: World, b: Buffers, batch: Batch) -> None:
+def walk_batch(code: EngineCode, constants: SimulationConstants, b: Buffers, batch: Batch) -> None:
     """Walk each walk of a batch, and fill in the rest of it.
 
     Place and time begin at zero after each impact, so that a step depends on its first state alone.
@@ -116,7 +116,7 @@ def walk_batch(code: EngineCode, world: World, b: Buffers, batch: Batch) -> None
                 break
             for place in range(len(b.w)):
                 b.w[place] = batch.scalars[place]
-            code.advance((), world, b)
+            code.advance((), constants, b)
             outcome = int(b.w[OUTCOME])
             if outcome == TOUCHDOWN:
                 batch.periods[walk, n % room] = b.w[TIME]
@@ -156,7 +156,7 @@ def walk_all(
         outcomes=np.empty(walks, dtype=np.int64),
     )
     walk = compiled(walk_batch, EngineCode, plane.code, inlined=())
-    walk(plane.world, Buffers(*(buffer.copy() for buffer in plane.buffers)), batch)
+    walk(plane.constants, Buffers(*(buffer.copy() for buffer in plane.buffers)), batch)
     return batch
 
 
@@ -178,7 +178,7 @@ def plane_of(robot: Compass, slope: float, scuffing: ScuffingRule) -> Plane:
         scuffing=scuffing,
         tolerance=TOLERANCE,
     )
-    world = simulation.world._replace(
+    constants = simulation.constants._replace(
         angle=np.array([slope]),  # by hand, for a terrain refuses slopes on which no foot would stand
         gradient=np.array([-math.tan(slope)]),
         mass=math.nan,  # without a weight the engine does not look for the least force on the ground, which takes time
@@ -193,7 +193,7 @@ def plane_of(robot: Compass, slope: float, scuffing: ScuffingRule) -> Plane:
         (PAUSE, math.inf),
     ):
         buffers.w[place] = value
-    return Plane(EngineCode(simulation.advance), world, buffers)
+    return Plane(EngineCode(simulation.advance), constants, buffers)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ coefficients are those of `scipy.integrate.DOP853`.
 
 A state here is a handful of numbers, for which loops over stages and components cost more than the sums in them. So
 `unrolled` writes the step out, for a number of components, as Python source without loops: a function like any other,
-which Numba turns into straight machine code. The rates of stage s stand at places s n to s n + n - 1 of `k`.
+which Numba turns into straight machine code. The rates of stage s stand at indices s n to s n + n - 1 of `k`.
 """
 
 from __future__ import annotations

@@ -189,17 +189,17 @@ def _legend(axes: Axes) -> None:
 
 def _mark_parting(torques: Any, grounds: Any, comparison: Comparison) -> None:
     """A line where the walks part."""
-    parting = comparison.parting
-    if parting is None:
+    divergence = comparison.divergence
+    if divergence is None:
         return
-    k = parting.touchdown - 1
+    k = divergence.touchdown - 1
     places = [walk.touchdowns["x"] for walk in (comparison.mujoco, comparison.hybrid)]
-    x = next((float(column[k]) for column in places if k < len(column)), parting.x)
-    for axes, place in (*((axes, parting.time) for axes in torques), *((axes, x) for axes in grounds)):
+    x = next((float(column[k]) for column in places if k < len(column)), divergence.x)
+    for axes, place in (*((axes, divergence.time) for axes in torques), *((axes, x) for axes in grounds)):
         axes.axvline(place, color=VERMILLION, linewidth=0.9, linestyle=":", zorder=0)
     torques[0].annotate(
         "they part",
-        (parting.time, 1.0),
+        (divergence.time, 1.0),
         (3, -2),
         xycoords=("data", "axes fraction"),
         textcoords="offset points",

@@ -257,9 +257,9 @@ def _draw_multipliers(axes: Axes, gait: Gait) -> None:
     axes.set(xlim=(-reach, reach), ylim=(-reach, 1.25 * reach), xlabel="real part", ylabel="imaginary part")
     axes.set_aspect("equal")
     axes.set_title("Floquet multipliers and the unit circle")
-    told = "\n".join(f"λ{k} = {_complex(value)}" for k, value in enumerate(gait.multipliers, start=1))
+    message = "\n".join(f"λ{k} = {_complex(value)}" for k, value in enumerate(gait.multipliers, start=1))
     axes.text(
-        0.02, 0.98, f"{told}\n|λ| ≤ {abs(gait.multipliers[0]):.5f}", transform=axes.transAxes, va="top", fontsize=8
+        0.02, 0.98, f"{message}\n|λ| ≤ {abs(gait.multipliers[0]):.5f}", transform=axes.transAxes, va="top", fontsize=8
     )
 
 

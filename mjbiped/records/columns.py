@@ -41,9 +41,9 @@ SAMPLES: Mapping[str, Column] = {
 """Columns of the samples; `controller_states` comes beside them, one column per integrated state of the controller."""
 
 TOUCHDOWNS: Mapping[str, Column] = {
-    "time": Column(1, "s", "of the leg exchange"),
+    "time": Column(1, "s", "of the support transfer"),
     "qpos": Column(4, "m, m, rad, rad", "hip x, hip z, left and right leg from the vertical"),
-    "x": Column(1, "m", "place of the new stance foot"),
+    "x": Column(1, "m", "position of the new stance foot"),
     "z": Column(1, "m", "its height"),
     "stance": Column(1, "", "the new stance leg, 0 left, 1 right"),
     "slope": Column(1, "rad", "of the ground under the new stance foot"),
@@ -55,7 +55,7 @@ TOUCHDOWNS: Mapping[str, Column] = {
     "work_net": Column(1, "J", "the same, with its sign", finite=False),
     "work_positive": Column(1, "J", "the same, positive work alone", finite=False),
     "slip": Column(
-        1, "m", "greatest way that the old stance foot slid along the ground (rolling on its radius is none)"
+        1, "m", "greatest distance that the old stance foot slid along the ground (rolling on its radius is none)"
     ),
     "penetration": Column(1, "m", "deepest contact of the step that ends"),
     "friction": Column(1, "", "greatest |F_t| / F_n of the old stance foot"),
@@ -70,7 +70,7 @@ TOUCHDOWNS: Mapping[str, Column] = {
         since=2,
     ),
 }
-"""Columns of the touchdowns, one row per leg exchange, in their order in a row."""
+"""Columns of the touchdowns, one row per support transfer, in their order in a row."""
 
 WHOLE_NUMBERS = ("stance", "strikes")
 

@@ -23,7 +23,7 @@ WORK_KINDS = ("absolute", "net", "positive")
 
 
 def distance(walk: Walk) -> float:
-    """Horizontal way of the stance foot from x = 0 to the last touchdown, m."""
+    """Horizontal distance of the stance foot from x = 0 to the last touchdown, m."""
     return float(walk.touchdowns["x"][-1]) if walk.steps else 0.0
 
 
@@ -55,8 +55,8 @@ def cost_of_transport(walk: Walk, kind: str = "absolute") -> float:
     return _transport(work(walk, kind), walk.robot, distance(walk))
 
 
-def _transport(work: float, robot: Compass, way: float) -> float:
-    return work / (robot.weight * way) if way > 0.0 else math.nan
+def _transport(work: float, robot: Compass, distance: float) -> float:
+    return work / (robot.weight * distance) if distance > 0.0 else math.nan
 
 
 def speed(walk: Walk) -> float:
@@ -64,8 +64,8 @@ def speed(walk: Walk) -> float:
     return _speed(distance(walk), float(walk.touchdowns["time"][-1])) if walk.steps else math.nan
 
 
-def _speed(way: float, time: float) -> float:
-    return way / time if time > 0.0 else math.nan
+def _speed(distance: float, time: float) -> float:
+    return distance / time if time > 0.0 else math.nan
 
 
 def step_lengths(walk: Walk) -> NDArray[np.float64]:
@@ -185,9 +185,9 @@ class Summary:
         if not count:
             return
         last = self._last
-        begun, ended = _errors(touchdowns, last["slope"])
+        started, ended = _errors(touchdowns, last["slope"])
         for name, values in (
-            ("estimate_error_at_touchdown", begun),
+            ("estimate_error_at_touchdown", started),
             ("estimate_error_at_step_end", ended),
             ("impact_error", _impact_errors(touchdowns, self._robot)),
             ("slip", touchdowns["slip"]),
@@ -278,6 +278,6 @@ MEASURES: tuple[tuple[str, str, float, str, str], ...] = (
     ("stance friction used, largest", "largest_stance_friction", 1, ".3f", ""),
     ("normal force on the stance foot, least", "least_normal_force_weights", 1, ".3f", "weights"),
     ("steps in which the ground would have to pull", "steps_that_pull", 1, "d", ""),
-    ("strikes against vertical faces", "strikes", 1, "d", ""),
+    ("impacts on vertical faces", "strikes", 1, "d", ""),
 )
 """Of a summary, as they are shown: label, key, factor to the unit shown, format, and that unit."""

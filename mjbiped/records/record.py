@@ -41,7 +41,7 @@ class Walk:
             | `qpos` | (n, 4) | m, rad | hip x, hip z, left and right leg from the vertical |
             | `controller_states` | (n, k) | | the controller's integrated states |
 
-        touchdowns: Arrays with a row per leg exchange; `mjbiped.records.columns.TOUCHDOWNS` lists them all with units.
+        touchdowns: Arrays with a row per support transfer; `mjbiped.records.columns.TOUCHDOWNS` lists all with units.
             The posture (`q_before`, `q`) is that of the touchdown, in the old and the new roles; the rates `dq_before`
             and `dq` are those before and after the impact.
         outcome: "finished", "fell", "stalled", "slipped", "left the terrain", "diverged", "unresolved" (the hybrid
@@ -87,7 +87,7 @@ class Walk:
 
     @property
     def distance(self) -> float:
-        """Horizontal way of the stance foot, m."""
+        """Horizontal distance of the stance foot, m."""
         return measures.distance(self)
 
     @property
@@ -98,9 +98,9 @@ class Walk:
     def __repr__(self) -> str:
         """One line; the tables are long."""
         name = textwrap.shorten(self.settings["terrain"]["name"], LONGEST_SHOWN, placeholder="...")
-        way = self.distance
+        x = self.distance
         said = "".join(f"; {text}" for text in self.warnings)
-        return f"<Walk on {name}: {self.outcome} after {self.steps} steps, {way:.3f} m, {self.end[0]:.3f} s{said}>"
+        return f"<Walk on {name}: {self.outcome} after {self.steps} steps, {x:.3f} m, {self.end[0]:.3f} s{said}>"
 
     def __eq__(self, other: object) -> bool:
         """Bitwise equality of everything recorded."""

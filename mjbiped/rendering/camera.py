@@ -14,7 +14,7 @@ _CALM = 0.35  # standard deviation of the bell curve that smooths the path, s: h
 _MOST_PLACES = 1_000_000  # at which the path is smoothed; in ten hours of walking the curve widens, and nobody sees it
 
 
-def calm_offsets(walk: Walk) -> NDArray[np.float64]:
+def smooth_offsets(walk: Walk) -> NDArray[np.float64]:
     """What to add to the place of a camera that follows the centre of mass, so that it follows a smoothed path of it.
 
     Args:

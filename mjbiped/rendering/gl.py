@@ -179,8 +179,8 @@ def _obstacle(platform: str, environment: tuple[tuple[str, str], ...]) -> str:
 
 def _reason(errors: str, code: int) -> str:
     """The exception that a traceback tells of, or what else is known."""
-    told = [line for line in errors.splitlines() if line and not line[0].isspace() and ": " in line]
-    for line in reversed(told):
+    named = [line for line in errors.splitlines() if line and not line[0].isspace() and ": " in line]
+    for line in reversed(named):
         kind, _, text = line.partition(": ")
         if kind.rpartition(".")[2].endswith(("Error", "Exception")):
             return "its library is missing" if "'NoneType' object has no attribute" in text else text.rstrip(".")

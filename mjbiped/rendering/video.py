@@ -18,7 +18,7 @@ from tqdm import tqdm
 
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows
 from mjbiped.errors import InputError, RenderError, shown
-from mjbiped.rendering.camera import calm_offsets
+from mjbiped.rendering.camera import smooth_offsets
 from mjbiped.rendering.gl import ensure_gl, gl_available
 from mjbiped.rendering.overlay import Pixels, draw_caption
 from mjbiped.utils import domains
@@ -193,7 +193,7 @@ class _Stage:
         self._name = camera
         self._shadows = shadows
         self._open = open_now
-        self._calm = calm_offsets(walk)
+        self._smooth = smooth_offsets(walk)
         self._windows = GroundWindows(
             walk.robot,
             walk.terrain,
@@ -255,7 +255,7 @@ class _Stage:
         mujoco.mj_comPos(self._model, data)
         mujoco.mj_camlight(self._model, data)
         if self._tracked:
-            for axis, offsets in zip((0, 2), self._calm.T, strict=True):
+            for axis, offsets in zip((0, 2), self._smooth.T, strict=True):
                 data.cam_xpos[self._camera, axis] += np.interp(time, samples["time"], offsets)
         self._renderer.update_scene(data, self._camera)
         pixels: Pixels = self._renderer.render()

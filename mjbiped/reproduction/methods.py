@@ -56,8 +56,8 @@ class Variant:
         if self.method == "adaptive":
             return _law("adaptive", model, replanning_delay=self.delay)
         law: Any = _law(_NAMES[self.method], model, slope_source=self.slope_source, **dict(self.gains))
-        told: Controller = replace(law, initial_slope=terrain.slope_at(0.0))
-        return told
+        controller: Controller = replace(law, initial_slope=terrain.slope_at(0.0))
+        return controller
 
 
 _SETTLED = (

@@ -100,7 +100,7 @@ def search(seed: int = 0, generations: int = 160, population: int = 6, *, progre
     def cost(parameters: NDArray[np.float64]) -> float:
         return distance(walked(_segments(parameters)))
 
-    def told(intermediate_result: OptimizeResult) -> None:
+    def show(intermediate_result: OptimizeResult) -> None:
         bar.set_postfix(distance=float(intermediate_result.fun))
         bar.update()
 
@@ -114,7 +114,7 @@ def search(seed: int = 0, generations: int = 160, population: int = 6, *, progre
             init="sobol",
             polish=False,
             tol=0.0,
-            callback=told,
+            callback=show,
         )
     segments = _segments(best.x)
     return Found(segments, distance(walked(segments)), int(best.nfev))

@@ -98,11 +98,11 @@ def _steps(walk: Walk, controller: AdaptiveTracking) -> Iterator[_Step]:
     places = [0.0, *walk.touchdowns["x"].tolist()]
     first_change = walk.terrain.x[1] if len(walk.terrain.x) > 1 else math.inf
     ends = walk.touchdowns["time"].tolist()
-    for (begun, memory), place, end in zip(replayed(walk, controller), places, ends, strict=False):
-        inside = (samples["time"] > begun.time + _SAME_TIME) & (samples["time"] < end - _SAME_TIME)
+    for (start, memory), place, end in zip(replayed(walk, controller), places, ends, strict=False):
+        inside = (samples["time"] > start.time + _SAME_TIME) & (samples["time"] < end - _SAME_TIME)
         if inside.sum() < _FEWEST:
             continue
-        time, torque = samples["time"][inside] - begun.time, samples["torque"][inside]
+        time, torque = samples["time"][inside] - start.time, samples["torque"][inside]
         motion = zip(time.tolist(), samples["q"][inside].tolist(), samples["dq"][inside].tolist(), strict=True)
         z = np.abs([controller.tracking_errors(memory, t, q, dq) for t, q, dq in motion])
         lines = (np.polynomial.Polynomial.fit(time, joint, 1)(time) for joint in torque.T)

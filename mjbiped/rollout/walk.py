@@ -69,7 +69,7 @@ def walk(
         engine: "mujoco" (rigid bodies and contacts) or "hybrid" (the paper's equations and impact map), or an object
             with settings of its own: `mjbiped.Mujoco(timestep=...)`, `mjbiped.Hybrid(tolerance=...)`.
         steps: Touchdowns after which the walk is finished; 60 unless a distance is given.
-        distance: Place x of the stance foot at which it is finished, m. With both, the first to be reached counts.
+        distance: Position x of the stance foot at which it is finished, m. With both, the first to be reached counts.
         initial: "gait" (on the imitated limit cycle, just after an impact), "rest" (both legs together on the ground,
             at rest), or (q1, q2, dq1, dq2) from the ground's normal under x = 0, rad and rad/s. Hip and swing foot are
             not under the ground, but for the hundredth of a leg length by which a straight swing leg scuffs.

@@ -31,7 +31,7 @@ class WalksStopped(MjbipedError):  # noqa: N818 (as its sisters of one walk)
     Attributes:
         walks: What is kept of each walk, in order; of a broken one the part so far, with the outcome "interrupted",
             and None where there is none.
-        errors: What went wrong, by the walk's place in that list.
+        errors: What went wrong, by the walk's index in that list.
     """
 
     def __init__(self, message: str, walks: Sequence[Result | None], errors: Mapping[int, str]) -> None:

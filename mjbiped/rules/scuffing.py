@@ -28,8 +28,8 @@ class ScuffingRule:
 
     Attributes:
         reach: It is this far ahead of the stance foot, horizontally, in leg lengths.
-        delay: This much time has passed since the leg exchange, s.
-        name: For records; the third condition, that it is above the ground at its own place, has no parameter.
+        delay: This much time has passed since the support transfer, s.
+        name: For records; the third condition, that it is above the ground at its own position, has no parameter.
     """
 
     reach: float = 0.20
@@ -61,10 +61,10 @@ def swing_foot_collides(reach: float, delay: float, time: float, ahead: float, c
 
     Args:
         reach: Distance ahead that the rule asks for, m (leg lengths times leg length).
-        delay: Time since the leg exchange that it asks for, s.
-        time: Time since the leg exchange, s.
+        delay: Time since the support transfer that it asks for, s.
+        time: Time since the support transfer, s.
         ahead: Horizontal distance of the swing foot ahead of the stance foot, m.
-        clearance: Height of the swing foot over the ground at its own place, m.
+        clearance: Height of the swing foot over the ground at its own position, m.
     """
     return time > delay and ahead >= reach and clearance > 0.0
 

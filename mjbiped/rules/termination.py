@@ -6,7 +6,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 FALLEN_HIP = 0.5  # hip height over the ground, along its normal, in leg lengths
-SLIPPED_FOOT = 0.1  # way of a stance foot within one step, along the ground or across, in leg lengths
+SLIPPED_FOOT = 0.1  # distance of a stance foot within one step, along the ground or across, in leg lengths
 STALL_TIME = 10.0  # without touchdown, in sqrt(leg length / gravity): four periods of the passive gait
 LIGHT_CONTACT = 0.01  # of the weight: below it the friction ratio is noise
 
@@ -45,7 +45,7 @@ class Limits(NamedTuple):
         start: Ground begins here, x in m.
         end: Ground ends here, x in m.
         steps: Touchdowns after which the walk is finished.
-        distance: Place of the stance foot at which it is finished, x in m.
+        distance: Position of the stance foot at which it is finished, x in m.
     """
 
     leg_length: float

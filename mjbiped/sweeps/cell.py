@@ -46,7 +46,7 @@ class Cell:
     """A walk to be made.
 
     Attributes:
-        index: Its place in the table.
+        index: Its index in the table.
         sample: Of a study with distributions, the sample that its values were drawn for; else None.
         values: All that the study file says of it, by dotted names such as "controller.position_gain".
         ground: The terrain, where it is of a file.

@@ -156,10 +156,10 @@ def walk_batch(walked: Callable[[AnyCell], Row], cells: Sequence[AnyCell], machi
         raise MjbipedError(
             "a worker's mjbiped, Python or libraries are not the same as here; install the same versions everywhere"
         )
-    begun, rows = time.monotonic(), []
+    started, rows = time.monotonic(), []
     for cell in cells:
         rows.append(walked(cell))
-        if time.monotonic() - begun > LONGEST_BATCH:
+        if time.monotonic() - started > LONGEST_BATCH:
             break
     return rows
 

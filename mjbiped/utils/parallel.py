@@ -50,11 +50,11 @@ def processes(count: int | None = None) -> Iterator[Executor]:
                 pool.submit(_nothing)
         yield pool
     except BaseException:
-        begun = set(multiprocessing.active_children()) - before
-        for child in begun:
+        started = set(multiprocessing.active_children()) - before
+        for child in started:
             child.terminate()
         end = time.monotonic() + _MERCY
-        for child in begun:
+        for child in started:
             child.join(max(0.0, end - time.monotonic()))
             child.kill()  # which does nothing to those that have ended
         pool.shutdown(cancel_futures=True)

@@ -72,9 +72,9 @@ def hybrid_case(
                 steps=steps,
                 sample_period=sample_period,
             )
-            begun = clock()
+            started = clock()
             outcome = simulate(simulation, Recorder())
-            taken += clock() - begun
+            taken += clock() - started
             if outcome is not Outcome.FINISHED:
                 raise RuntimeError(f"the walk {outcome.words}")
         return taken
@@ -113,9 +113,9 @@ def against_scipy(repeats: int, steps: int) -> list[list[str]]:
         scipy_walk = ScipyWalk(controller, terrain, ROBOT, tolerance=float(TOLERANCES[chosen]))
 
         def by_scipy(walk: ScipyWalk = scipy_walk) -> float:
-            begun = time.thread_time()
+            started = time.thread_time()
             walk.states(GAIT.start, 60)
-            return time.thread_time() - begun
+            return time.thread_time() - started
 
         timings = interleaved(
             {
@@ -177,9 +177,9 @@ def over_threads(repeats: int, steps: int) -> list[list[str]]:
     alone = compiled(turn, NoFunctions, (), inlined=())
 
     def arithmetic() -> float:
-        begun = time.perf_counter()
+        started = time.perf_counter()
         alone(rounds, 1.0, 0.0)
-        return time.perf_counter() - begun
+        return time.perf_counter() - started
 
     rows = []
     for name, (one, work) in {**cases, "bare arithmetic (a million rounds)": (arithmetic, rounds // 1_000_000)}.items():

@@ -100,6 +100,6 @@ class DrakeWalk:
     def timed(self, start: NDArray[np.float64], until: float) -> float:
         """CPU time of the same walk, s, without anything that looks on."""
         self._begin(start)
-        begun = time.thread_time()
+        started = time.thread_time()
         self._simulator.AdvanceTo(until)
-        return time.thread_time() - begun
+        return time.thread_time() - started

@@ -55,16 +55,16 @@ def build(terrain: Terrain, *, whole: bool) -> tuple[Simulation, float]:
     """A simulation, and the seconds that its making took."""
     few = max(FEW_SEGMENTS, len(terrain.x) if whole else 0)
     with patch.object(ground_window, "FEW_SEGMENTS", few):
-        begun = time.thread_time()
+        started = time.thread_time()
         made = simulation(ADAPTIVE, terrain, compile=True)
-        return made, time.thread_time() - begun
+        return made, time.thread_time() - started
 
 
 def walked(terrain: Terrain) -> float:
     """Seconds of `mjbiped.walk`, all that belongs to it included."""
-    begun = time.thread_time()
+    started = time.thread_time()
     walk = mjbiped.walk(ADAPTIVE, terrain, steps=WALKED, initial=GAIT.start.tolist())
-    taken = time.thread_time() - begun
+    taken = time.thread_time() - started
     if walk.steps < WALKED:
         raise RuntimeError(f"the walk {walk.outcome} after {walk.steps} steps")
     return taken

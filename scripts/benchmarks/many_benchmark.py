@@ -45,9 +45,9 @@ def walking(engine: str, count: int, steps: int, workers: int) -> Case:
     terrains = grounds(count, steps)
 
     def run() -> float:
-        begun = time.perf_counter()
+        started = time.perf_counter()
         walks = mjbiped.walk_many(ADAPTIVE, terrains, engine=engine, steps=steps, sample_period=None, workers=workers)
-        taken = time.perf_counter() - begun
+        taken = time.perf_counter() - started
         walked = sum(walk.steps for walk in walks)
         if walked != count * steps:
             raise RuntimeError(f"{walked} gait steps were walked, not {count * steps}")
@@ -84,11 +84,11 @@ def over_walks(engine: str, repeats: int) -> Iterator[list[str]]:
 def millions(workers: int) -> Iterator[list[str]]:
     """Rows for a million steps over random ground."""
     for count, steps in MILLION:
-        begun = time.perf_counter()
+        started = time.perf_counter()
         terrains = grounds(count, steps)
-        built = time.perf_counter() - begun
+        built = time.perf_counter() - started
         for summaries in (False, True) if steps == MILLION[-1][1] else (False,):
-            begun, used = time.perf_counter(), time.process_time()
+            started, used = time.perf_counter(), time.process_time()
             walks = mjbiped.walk_many(
                 ADAPTIVE,
                 terrains,
@@ -98,7 +98,7 @@ def millions(workers: int) -> Iterator[list[str]]:
                 summaries=summaries,
                 workers=workers,
             )
-            taken, used = time.perf_counter() - begun, time.process_time() - used
+            taken, used = time.perf_counter() - started, time.process_time() - used
             walked = sum(walk["steps"] if isinstance(walk, dict) else walk.steps for walk in walks)
             what = "summaries" if summaries else "records without samples"
             yield [

@@ -74,9 +74,9 @@ def hybrid_case(robot: mjbiped.Compass, slope: float, steps: int) -> Case:
             steps=steps,
             sample_period=math.inf,
         )
-        begun = time.thread_time()
+        started = time.thread_time()
         simulate(simulation, Recorder())
-        return time.thread_time() - begun
+        return time.thread_time() - started
 
     return run
 
@@ -132,9 +132,9 @@ def against_diffrax(repeats: int, steps: int) -> list[list[str]]:
     walk = DiffraxWalk(robot, slope, tolerance=tolerance, steps=steps)
 
     def run() -> float:
-        begun = time.process_time()  # JAX computes in a thread of its own
+        started = time.process_time()  # JAX computes in a thread of its own
         walk.states(start)
-        return time.process_time() - begun
+        return time.process_time() - started
 
     timings = interleaved(
         {"hybrid": (hybrid_case(robot, slope, steps), steps), "diffrax": (run, steps)}, repeats, "diffrax"

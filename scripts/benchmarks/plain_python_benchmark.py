@@ -52,11 +52,11 @@ PAIRS: dict[str, tuple[Controller, Controller, Terrain]] = {
 
 def walking(controller: Controller, terrain: Terrain, engine: str, steps: int) -> float:
     """CPU time of a walk without samples, s."""
-    begun = time.thread_time()
+    started = time.thread_time()
     walk = mjbiped.walk(
         controller, terrain, engine=engine, steps=steps, initial=GAIT.start.tolist(), sample_period=None
     )
-    taken = time.thread_time() - begun
+    taken = time.thread_time() - started
     if walk.outcome != "finished":
         raise RuntimeError(f"the walk {walk.outcome}")
     return taken

@@ -115,7 +115,7 @@ class ScipyWalk:
         known, out, value = self._known, np.empty_like(y), np.empty(1)
         kinks = [0.0]
         while kinks[-1] < LONGEST:
-            kinks.append(min(self.controller.next_break(known.memory, kinks[-1]), LONGEST))
+            kinks.append(min(self.controller.next_discontinuity(known.memory, kinks[-1]), LONGEST))
         first = last = 0.0
 
         def rhs(t: float, y: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -71,10 +71,10 @@ def frames(repeats: int) -> list[list[str]]:
 
     def drawing(shadows: bool) -> Case:
         def run() -> float:
-            begun = time.perf_counter()
+            started = time.perf_counter()
             for _ in render_frames(walk, times, width=SIZE[0], height=SIZE[1], shadows=shadows):
                 pass
-            return time.perf_counter() - begun
+            return time.perf_counter() - started
 
         return run
 

@@ -76,9 +76,9 @@ def stepping(walker: Simulation, states: list[NDArray[np.float64]], *, bare: boo
             for state in states:
                 mujoco.mj_setState(walker.model, walker.data, state, STATE)
                 walker.model.opt.timestep = DEFAULT_TIMESTEP  # the callbacks change it, for themselves
-                begun = time.thread_time()
+                started = time.thread_time()
                 mujoco.mj_step(walker.model, walker.data, nstep=LENGTH)
-                taken += time.thread_time() - begun
+                taken += time.thread_time() - started
         return taken
 
     return run
@@ -88,11 +88,11 @@ def real_time(controller: Controller, terrain: Terrain, timestep: float, repeats
     """Simulated time over CPU time of `mjbiped.walk`, all that belongs to it included: median of repeated walks."""
     factors = []
     for _ in range(repeats):
-        begun = time.thread_time()
+        started = time.thread_time()
         walk = mjbiped.walk(
             controller, terrain, steps=WALKED, initial=GAIT.start.tolist(), engine=mjbiped.Mujoco(timestep=timestep)
         )
-        factors.append(walk.end[0] / (time.thread_time() - begun))
+        factors.append(walk.end[0] / (time.thread_time() - started))
     return f"{np.median(factors):.0f}"
 
 

@@ -63,9 +63,9 @@ def interleaved(cases: Mapping[str, tuple[Case, int]], repeats: int, title: str)
 def side_by_side(case: Callable[[], object], threads: int) -> float:
     """Seconds by the clock on the wall in which so many threads each do the same."""
     working = [threading.Thread(target=case) for _ in range(threads)]
-    begun = time.perf_counter()
+    started = time.perf_counter()
     for thread in working:
         thread.start()
     for thread in working:
         thread.join()
-    return time.perf_counter() - begun
+    return time.perf_counter() - started

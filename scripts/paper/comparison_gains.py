@@ -209,7 +209,7 @@ def walk(controller: Controller, terrain: mjbiped.Terrain, steps: int = WALK) ->
     return mjbiped.walk(controller, terrain, engine="hybrid", steps=steps, sample_period=0.05)
 
 
-def told(gains: Mapping[str, Any]) -> str:
+def in_words(gains: Mapping[str, Any]) -> str:
     """Gains in words."""
     return ", ".join(f"{name} {value:g}" for name, value in gains.items())
 
@@ -222,7 +222,7 @@ def found_row(name: str, found: Trial, trials: Sequence[Trial]) -> tuple[str, ..
     key = "position_gain" if "position_gain" in found.gains else "gain"
     settled = [each.gains[key] for each in alike if each.settles]
     numbers = f"{found.cost:.4f}", f"{found.multiplier:.2f}", f"{found.peak:.1f}"
-    return name, told(found.gains), told(defaults), f"{key} {min(settled):g} to {max(settled):g}", *numbers
+    return name, in_words(found.gains), in_words(defaults), f"{key} {min(settled):g} to {max(settled):g}", *numbers
 
 
 def outcomes(found: Mapping[str, Trial]) -> list[tuple[str, ...]]:

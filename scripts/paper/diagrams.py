@@ -31,7 +31,9 @@ def draw_clearance() -> Figure:
     ahead = feet[:, 0] * math.cos(SLOPE) + feet[:, 1] * math.sin(SLOPE)
     height, share = 1e3 * feet[:, 1], 100.0 * time / gait.period
     below = np.flatnonzero((time > 0.0) & (time < gait.period) & (height < 0.0))
-    armed = share[np.flatnonzero((ahead >= rule.reach * robot.leg_length) & (time > rule.delay) & (height > 0.0))[0]]
+    contact_enabled = share[
+        np.flatnonzero((ahead >= rule.reach * robot.leg_length) & (time > rule.delay) & (height > 0.0))[0]
+    ]
     lowest = below[height[below].argmin()]
     ends = (below[0], below[0] - 1), (below[-1], below[-1] + 1)
     first, last = (np.interp(0.0, height[[inner, outer]], share[[inner, outer]]) for inner, outer in ends)
@@ -45,9 +47,9 @@ def draw_clearance() -> Figure:
         axes.fill_between(share[below], height[below], 0.0, color=VERMILLION, linewidth=0, alpha=0.6)
         axes.plot(first, 0.0, "v", color=VERMILLION, markersize=7, zorder=5)
         axes.set(xlabel="time since the impact (% of the step)", ylabel="height of the swing foot (mm)")
-    whole.axvspan(armed, 100.0, color=GUIDE, alpha=0.22, linewidth=0)
-    told = f"the rule lets it collide:\nfrom {rule.reach:g} leg lengths ahead"
-    whole.text(armed - 1.5, 44.0, told, va="top", ha="right", color=SHADE, **small)
+    whole.axvspan(contact_enabled, 100.0, color=GUIDE, alpha=0.22, linewidth=0)
+    text = f"the rule lets it collide:\nfrom {rule.reach:g} leg lengths ahead"
+    whole.text(contact_enabled - 1.5, 44.0, text, va="top", ha="right", color=SHADE, **small)
     printed, pointer = "(4) as printed\nends the step here", {"arrowstyle": "-", "color": VERMILLION, "lw": 0.8}
     whole.annotate(printed, (first, 1.5), (17.0, 27.0), color=VERMILLION, arrowprops=pointer, **small)
     whole.set(title="(a) A passive step down 2°", xlim=(0.0, 100.0))

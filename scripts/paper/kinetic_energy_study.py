@@ -198,12 +198,12 @@ def why() -> Table:
                 walks.append((("MuJoCo", f"{friction:g}", f"{1e3 * timestep:g}"), walk))
     rows: list[tuple[str, ...]] = [
         (
-            *told,
+            *cells,
             f"{walk.outcome}, {walk.steps} steps",
             f"{walk.touchdowns['friction'].max():.2f}",
             f"{walk.peak_torque[0]:.0f}",
         )
-        for told, walk in walks
+        for cells, walk in walks
     ]
     return ("engine", "ground's friction", "timestep, ms", "outcome", "greatest friction", "ankle, N m"), rows
 

@@ -162,12 +162,12 @@ def single_support(axes: Axes) -> None:
     write(axes, stance, "stance leg", (0.0, -0.11), **{**SMALL, "color": BLUE})
     write(axes, below, "swing leg", (0.0, -0.10), **{**SMALL, "color": DARK_ORANGE})
     frame(axes, np.array([-0.70, 0.58]))
-    told = (
+    text = (
         r"$\theta = q + \varphi$; drawn with $\varphi > 0$, $q_1 > 0$, $q_2 < 0$"
         "\n"
         r"on stance and swing leg: $B\tau = (\tau_1 - \tau_2,\, \tau_2)$"
     )
-    write(axes, np.array([-0.70, -0.29]), told, **SMALL, ha="left", linespacing=1.6)
+    write(axes, np.array([-0.70, -0.29]), text, **SMALL, ha="left", linespacing=1.6)
 
 
 def double_support(axes: Axes) -> None:
@@ -199,13 +199,13 @@ def double_support(axes: Axes) -> None:
             arc(axes, foot, radius, normal, angle, colour)
             write(axes, foot + (radius + 0.06) * direction(0.4 * normal + 0.6 * angle), text, color=colour)
         write(axes, foot, name, (0.0, -0.13), **{**SMALL, "color": colour})
-    told = (
+    text = (
         "swing and stance leg exchanged:\n"
         r"$q_1^+ = q_2^- - \Delta\varphi$,   $q_2^+ = q_1^- - \Delta\varphi$"
         "\n"
         r"$\Delta\varphi = \varphi_2 - \varphi_1$"
     )
-    write(axes, np.array([-0.50, 1.08]), told, ha="left", va="top", fontsize=9.5, linespacing=1.5)
+    write(axes, np.array([-0.50, 1.08]), text, ha="left", va="top", fontsize=9.5, linespacing=1.5)
 
 
 def draw_robot() -> Figure:

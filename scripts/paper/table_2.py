@@ -30,11 +30,11 @@ def main(out: Path | None) -> None:
         tried = scan(best, kept, progress=True)
         nearest = [each.variant for each in fitted(tried).values()]
         rows += walked(plan.fitted(best, nearest, "hybrid", max(LENGTHS)), kept, progress=True)
-    told = {**report_table_2.sections(rows), **report_fit.sections(rows, best, tried)}
+    sections = {**report_table_2.sections(rows), **report_fit.sections(rows, best, tried)}
     console = Console(width=140)
-    console.print(f"{told['best']}; distance {told['best_distance']} %")
+    console.print(f"{sections['best']}; distance {sections['best_distance']} %")
     for name in ("table_2", "agreement", "fits", "nearest"):
-        console.print(Markdown(told[name]))
+        console.print(Markdown(sections[name]))
 
 
 if __name__ == "__main__":

@@ -23,11 +23,11 @@ def main(out: Path | None, engine: str) -> None:
     """Walk and print."""
     with TemporaryDirectory() as folder, opened_walks(out or Path(folder)) as kept:
         rows = walked([*plan.table_3(engine), *plan.start()], kept, progress=True)
-    told = report_table_3.sections(rows)
+    sections = report_table_3.sections(rows)
     console = Console(width=140)
     for ground in ("mixed", "found"):
-        console.print(f"{ground}: distance {told[f'distance_{ground}']}")
-        console.print(Markdown(told[f"table_3_{ground}"]))
+        console.print(f"{ground}: distance {sections[f'distance_{ground}']}")
+        console.print(Markdown(sections[f"table_3_{ground}"]))
 
 
 if __name__ == "__main__":

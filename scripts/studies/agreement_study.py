@@ -45,7 +45,7 @@ def row(name: str, walked: mjbiped.Comparison) -> list[str]:
     _, torque = torque_differences(walked)
     ankle, hip = there.peak_torque - here.peak_torque
     return [
-        name + ("" if walked.parting is None else " *"),
+        name + ("" if walked.divergence is None else " *"),
         f"{here.cost_of_transport:.6f}",
         f"{100 * (there.cost_of_transport / here.cost_of_transport - 1):+.2f}",
         f"{ankle:+.3f}, {hip:+.3f}",
@@ -108,7 +108,7 @@ def main(steps: int, count: int, rough: int, rough_steps: int, page: Path | None
     for name, terrain in tqdm(terrains.items(), desc="terrains", disable=None):
         walked = mjbiped.compare(controller, terrain, steps=steps)
         rows.append(row(name, walked))
-        if walked.parting is not None:
+        if walked.divergence is not None:
             partings.append([name, walked.verdict])
     table = Table(title=f"MuJoCo - hybrid engine, {steps} steps; * they part")
     for heading in HEADINGS:

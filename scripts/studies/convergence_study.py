@@ -137,8 +137,8 @@ def draw_study(axes: Axes, study: "Study") -> None:
     """One study, with lines of first order to hold the eye to."""
     symbol, values = study.symbol, study.values
     for name, style, slope, column in zip(ERRORS, STYLES, orders(values, study.found), study.found.T, strict=True):
-        told = f"{name}:  ${symbol}^{{{slope:.1f}}}$" if math.isfinite(slope) else name
-        axes.loglog(values, 100.0 * np.abs(column), label=told, linewidth=1.1, markersize=4.5, **style)
+        text = f"{name}:  ${symbol}^{{{slope:.1f}}}$" if math.isfinite(slope) else name
+        axes.loglog(values, 100.0 * np.abs(column), label=text, linewidth=1.1, markersize=4.5, **style)
     ends = np.array([min(values), max(values)])
     for height in (2e-1, 2e1):
         axes.loglog(ends, height * ends / ends[1], color=plot_style.GUIDE, linewidth=0.6, zorder=0)

@@ -58,7 +58,7 @@ def main(folder: Path, steps: int) -> None:
         plot_walk(walk, folder / f"{name}.png")
         still = render_frame(walk, 0.6 * walk.end[0], width=960, height=540, caption=True)
         matplotlib.image.imsave(folder / f"{name}_still.png", still)
-        begun, _ = measures.estimate_errors(walk)
+        started, _ = measures.estimate_errors(walk)
         impacts = measures.impact_errors(walk)
         table.add_row(
             name,
@@ -66,7 +66,7 @@ def main(folder: Path, steps: int) -> None:
             str(walk.steps),
             f"{walk.cost_of_transport:.4f}",
             *(f"{torque:.2f}" for torque in walk.peak_torque),
-            f"{math.degrees(begun[-1]):+.4f}" if walk.steps else "-",
+            f"{math.degrees(started[-1]):+.4f}" if walk.steps else "-",
             f"{100 * abs(impacts).max():.2f}" if walk.steps else "-",
         )
     Console(width=120).print(table)

@@ -21,7 +21,7 @@ from controllers import Controller, PassiveController
 from mjbiped.records import measures
 from scripts.pages import write_table
 from scripts.studies.gallery import TERRAINS
-from scripts.studies.landing_study import ADAPTIVE, PASSIVE
+from scripts.studies.step_size_study import ADAPTIVE, PASSIVE
 
 ENGINES = (mjbiped.Mujoco(), mjbiped.Mujoco(timestep=1e-4, lands=False), mjbiped.Mujoco(timestep=5e-5, lands=False))
 WALKS: dict[str, tuple[Controller, mjbiped.Terrain]] = {

@@ -41,7 +41,7 @@ def again(there: Walk, here: Walk, controller: Controller) -> Comparison:
 
 
 def test_agreement(agreeing: Comparison) -> None:
-    assert agreeing.parting is None
+    assert agreeing.divergence is None
     assert agreeing.verdict.startswith("The engines agree at all 3 touchdowns")
     assert agreeing.mujoco.settings["engine"] == "mujoco"
     assert agreeing.hybrid.settings["engine"] == "hybrid"
@@ -90,9 +90,9 @@ def test_named_causes(
     terrain: Terrain, replanning: float | None, steps: int, where: int, cause: str, controller: AdaptiveController
 ) -> None:
     walked = mjbiped.compare(dataclasses.replace(controller, replanning_delay=replanning), terrain, steps=steps)
-    assert walked.parting is not None
-    assert walked.parting.touchdown == where
-    assert any(cause in named for named in walked.parting.causes), walked.verdict
+    assert walked.divergence is not None
+    assert walked.divergence.touchdown == where
+    assert any(cause in named for named in walked.divergence.causes), walked.verdict
     assert cause in walked.verdict
 
 
@@ -108,13 +108,13 @@ def test_threshold_of_the_controller(controller: AdaptiveController) -> None:
 def test_strike_in_one_engine_alone(agreeing: Comparison, controller: AdaptiveController) -> None:
     strikes = np.array([0, 1, 0])
     found = again(agreeing.mujoco, changed(agreeing.hybrid, strikes=strikes), controller)
-    assert found.parting is not None
-    assert found.parting.touchdown == 2
-    assert found.parting.differences == ("a strike in the hybrid engine alone",)
+    assert found.divergence is not None
+    assert found.divergence.touchdown == 2
+    assert found.divergence.differences == ("a face impact in the hybrid engine alone",)
     assert "struck a riser (in the hybrid engine)" in found.verdict
     # the record of one engine says whether, that of the other how often
     both = [changed(walk, strikes=strikes * count) for count, walk in ((1, agreeing.mujoco), (3, agreeing.hybrid))]
-    assert again(both[0], both[1], controller).parting is None
+    assert again(both[0], both[1], controller).divergence is None
 
 
 def test_correction_in_one_engine_alone(agreeing: Comparison, controller: AdaptiveController) -> None:
@@ -123,8 +123,8 @@ def test_correction_in_one_engine_alone(agreeing: Comparison, controller: Adapti
     uncorrected = here["slope_estimate"].copy()
     uncorrected[row] = here["slope_estimate_before"][row]
     found = again(agreeing.mujoco, changed(agreeing.hybrid, slope_estimate=uncorrected), controller)
-    assert found.parting is not None
-    assert found.parting.touchdown == row + 1
+    assert found.divergence is not None
+    assert found.divergence.touchdown == row + 1
     assert "corrects its slope estimate in one engine alone" in found.verdict
 
 
@@ -132,8 +132,8 @@ def test_no_cause_is_invented(agreeing: Comparison, controller: AdaptiveControll
     x = agreeing.hybrid.touchdowns["x"].copy()
     x[2] += 0.01
     found = again(agreeing.mujoco, changed(agreeing.hybrid, x=x), controller)
-    assert found.parting is not None
-    assert (found.parting.touchdown, found.parting.causes) == (3, ())
+    assert found.divergence is not None
+    assert (found.divergence.touchdown, found.divergence.causes) == (3, ())
     assert found.verdict.endswith("No cause was found.")
     assert "x -10 mm" in found.verdict
 
@@ -141,8 +141,8 @@ def test_no_cause_is_invented(agreeing: Comparison, controller: AdaptiveControll
 def test_growing_differences_are_told_from_sudden_ones(agreeing: Comparison, controller: AdaptiveController) -> None:
     x = agreeing.mujoco.touchdowns["x"] + agreeing.touchdowns["limit_x"] * [0.0, 0.6, 1.5]
     found = again(agreeing.mujoco, changed(agreeing.hybrid, x=x), controller)
-    assert found.parting is not None
-    assert found.parting.touchdown == 3
+    assert found.divergence is not None
+    assert found.divergence.touchdown == 3
     assert "grew from step to step" in found.verdict
 
 
@@ -151,8 +151,8 @@ def test_one_engine_falls(which: int, agreeing: Comparison, controller: Adaptive
     pair = [agreeing.mujoco, agreeing.hybrid]
     pair[which] = changed(pair[which], outcome="fell", rows=2)
     found = again(pair[0], pair[1], controller)
-    assert found.parting is not None
-    assert found.parting.touchdown == 3
+    assert found.divergence is not None
+    assert found.divergence.touchdown == 3
     assert f"{('MuJoCo', 'the hybrid engine')[which]} fell in this step" in found.verdict
     assert "finished after 3 steps" in found.verdict
 
@@ -182,7 +182,7 @@ def test_walks_without_touchdown_or_estimate() -> None:
     start = (-0.19, 0.19, 0.3, 0.0)
     fallen = mjbiped.compare(PassiveController(), Terrain.level(), initial=start)
     assert (fallen.mujoco.outcome, fallen.hybrid.outcome) == ("fell", "fell")
-    assert fallen.parting is None
+    assert fallen.divergence is None
     assert fallen.verdict == "The engines agree: fell in both, without a touchdown."
     assert math.isnan(fallen.mujoco.cost_of_transport)
     plot_comparison(fallen)

@@ -50,8 +50,8 @@ def test_the_robot_follows_the_transitions(controller: AdaptiveController) -> No
     """The motion, which the engine integrates, is the replayed reference where model and slope are known."""
     walk = mjbiped.walk(controller, GROUND, engine="hybrid", steps=5, initial="rest")
     found = transitions(walk, controller)
-    begun = np.array([[0.0] * 4, *np.hstack([walk.touchdowns["q"], walk.touchdowns["dq"]]).tolist()])
-    off = np.abs(begun - controller.gait.start).max(axis=1) > controller.replanning_threshold
+    started = np.array([[0.0] * 4, *np.hstack([walk.touchdowns["q"], walk.touchdowns["dq"]]).tolist()])
+    off = np.abs(started - controller.gait.start).max(axis=1) > controller.replanning_threshold
     assert 1 < off.sum() < len(off)  # both kinds of steps
     # the last step was not walked: the walk ends with its touchdown
     assert len(found) == off[:-1].sum()

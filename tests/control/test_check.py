@@ -91,7 +91,10 @@ def test_good_laws_are_not_blamed() -> None:
         ({"torque": misspelt}, ["torque (misspelt): NameError: name 'sine' is not defined"]),
         ({"touchdown": returning_touchdown}, ["touchdown (returning_touchdown) returns float64; expected nothing"]),
         ({"slope_estimate": returning_pair}, ["slope_estimate (returning_pair) returns ", "expected a float"]),
-        ({"next_break": returning_pair}, ["next_break (returning_pair): ", "3 argument types given", "2 arguments"]),
+        (
+            {"next_discontinuity": returning_pair},
+            ["next_discontinuity (returning_pair): ", "3 argument types given", "2 arguments"],
+        ),
     ],
     ids=lambda value: (
         next(iter(value.values())).__name__ if isinstance(value, dict) and callable(next(iter(value.values()))) else ""

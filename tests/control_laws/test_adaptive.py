@@ -47,7 +47,7 @@ class Guarded(list[float]):
         super().__setitem__(index, value)
 
 
-def begun(controller: AdaptiveController, q: Sequence[float], dq: Sequence[float]) -> list[float]:
+def started(controller: AdaptiveController, q: Sequence[float], dq: Sequence[float]) -> list[float]:
     """Memory after the start of a walk."""
     memory = [0.0] * controller.memory_size
     controller.start(memory, q, dq)
@@ -60,7 +60,7 @@ def begun(controller: AdaptiveController, q: Sequence[float], dq: Sequence[float
 def test_integrated_states_stand_first_in_the_memory() -> None:
     assert PAPER.states == ("sin_slope_estimate", "cos_slope_estimate")
     controller = replace(PAPER, initial_slope_estimate=0.3)
-    memory = begun(controller, *OFF)
+    memory = started(controller, *OFF)
     assert memory[:2] == [math.sin(0.3), math.cos(0.3)]
     assert controller.slope_estimate(memory) == pytest.approx(0.3, abs=1e-15)  # rounding of sine and arcsine
     assert len(controller.torque(memory, 0.1, *OFF)) == 2 + len(PAPER.states)
@@ -84,7 +84,7 @@ def test_memory_is_used_within_its_size_and_never_written_by_the_law() -> None:
 
 def test_whole_memory_is_needed_and_used() -> None:
     """Every place is read by the law of a re-planned step, or changes what is read: none is dead."""
-    memory = begun(PAPER, *OFF)
+    memory = started(PAPER, *OFF)
     torque = PAPER.torque(memory, 0.3, *OFF)
     for place in range(PAPER.memory_size):
         changed = list(memory)
@@ -105,7 +105,7 @@ def test_list_and_array_give_the_same_numbers_bit_by_bit() -> None:
 
 
 def test_states_may_come_as_arrays() -> None:
-    plain = begun(PAPER, *OFF)
+    plain = started(PAPER, *OFF)
     memory = [0.0] * PAPER.memory_size
     arrays: Any = [np.array(part) for part in OFF]  # no Sequence to mypy
     q, dq = arrays
@@ -116,7 +116,7 @@ def test_states_may_come_as_arrays() -> None:
 
 def test_nothing_remains_of_an_earlier_step() -> None:
     """A step that starts on the cycle is led by the gait, though the one before it was re-planned."""
-    memory = begun(PAPER, *OFF)
+    memory = started(PAPER, *OFF)
     PAPER.on_touchdown(memory, [CYCLE[1], CYCLE[0]], CYCLE[:2], CYCLE[2:])
     for t in (0.0, 0.3, 0.7):
         assert PAPER.reference(memory, t) == reference_at(GAIT.table, t)
@@ -128,7 +128,7 @@ def test_law_is_equations_14_and_17_with_the_estimates_in_memory(
     first: list[float], state: list[float], t: float, estimate: float
 ) -> None:
     controller = replace(PAPER, position_gain=4.0, velocity_gain=9.0, adaptation_gain=0.7)
-    memory = begun(controller, first[:2], first[2:])
+    memory = started(controller, first[:2], first[2:])
     memory[:2] = [1.1 * math.sin(estimate), 0.9 * math.cos(estimate)]  # off the unit circle, as (17) leaves them
     q, dq = np.array(state[:2]), np.array(state[2:])
     q_r, dq_r, ddq_r = np.array(controller.reference(memory, t)).reshape(3, 2)
@@ -152,7 +152,7 @@ def test_law_is_equations_14_and_17_with_the_estimates_in_memory(
 def test_transition_starts_at_the_measured_state_with_the_passive_acceleration(state: list[float], zeta: float) -> None:
     controller = replace(PAPER, replanning_delay=zeta, replanning_threshold=1e-300)
     q, dq = np.array(state[:2]), np.array(state[2:])
-    reference = controller.reference(begun(controller, state[:2], state[2:]), 0.0)
+    reference = controller.reference(started(controller, state[:2], state[2:]), 0.0)
     # rounding of control points of the order of 1, divided by (zeta T)^2 / 20 >= 3e-4 for the acceleration
     np.testing.assert_allclose(reference[:4], state, rtol=0, atol=1e-12)
     passive = -(ROBOT.coriolis_matrix(q, dq) @ dq + ROBOT.gravity_vector(q, GAIT.slope))
@@ -163,7 +163,7 @@ def test_transition_starts_at_the_measured_state_with_the_passive_acceleration(s
 @settings(deadline=None, derandomize=True)
 def test_transition_joins_the_gait_with_position_rate_and_acceleration(state: list[float], zeta: float) -> None:
     controller = replace(PAPER, replanning_delay=zeta, replanning_threshold=1e-300)
-    memory = begun(controller, state[:2], state[2:])
+    memory = started(controller, state[:2], state[2:])
     end = zeta * GAIT.period
     before, after = controller.reference(memory, math.nextafter(end, 0.0)), controller.reference(memory, end)
     assert after == reference_at(GAIT.table, end)
@@ -176,7 +176,7 @@ def test_transition_joins_the_gait_with_position_rate_and_acceleration(state: li
 def test_reference_is_one_smooth_motion(zeta: float) -> None:
     """Rates and accelerations are the derivatives of the angles, on the curve, after it and across the joint."""
     controller = replace(PAPER, replanning_delay=zeta)
-    memory = begun(controller, *OFF)
+    memory = started(controller, *OFF)
     step = 1e-4
     joint = zeta * GAIT.period
     for t in (0.03, 0.5 * joint, joint, joint + 0.05):
@@ -194,7 +194,7 @@ def test_only_a_step_off_the_limit_cycle_is_planned_anew(place: int, sign: float
     for part, planned in ((0.9, False), (1.1, True)):
         state = list(CYCLE)
         state[place] += sign * part * threshold
-        memory = begun(PAPER, state[:2], state[2:])
+        memory = started(PAPER, state[:2], state[2:])
         # on the curve the step starts at the measured state, otherwise at the cycle's
         expected = state if planned else CYCLE
         # rounding as above; both lie 1e-2 apart
@@ -203,7 +203,7 @@ def test_only_a_step_off_the_limit_cycle_is_planned_anew(place: int, sign: float
 
 def test_replanning_can_be_switched_off() -> None:
     controller = replace(PAPER, replanning_delay=None)
-    memory = begun(controller, *OFF)
+    memory = started(controller, *OFF)
     controller.on_touchdown(memory, [0.25, -0.2], *OFF)
     for t in (0.0, 0.3, 0.7, 0.9):
         assert controller.reference(memory, t) == reference_at(GAIT.table, t)
@@ -213,7 +213,7 @@ def test_estimate_update_can_be_switched_off() -> None:
     q_before, q = [0.25, -0.15], [-0.2, 0.2]  # the slope changes by 0.05
     for update, change in ((True, 0.05), (False, 0.0)):
         controller = replace(PAPER, estimate_update=update, initial_slope_estimate=0.1)
-        memory = begun(controller, CYCLE[:2], CYCLE[2:])
+        memory = started(controller, CYCLE[:2], CYCLE[2:])
         controller.on_touchdown(memory, q_before, q, [1.0, 0.9])
         assert controller.slope_estimate(memory) == pytest.approx(0.1 + change, abs=1e-15)  # rounding of arcsin
 
@@ -221,7 +221,7 @@ def test_estimate_update_can_be_switched_off() -> None:
 def test_estimate_is_updated_only_above_the_threshold() -> None:
     controller = replace(PAPER, update_threshold=0.01)
     for change, expected in ((0.009, 0.0), (-0.009, 0.0), (0.011, 0.011), (-0.011, -0.011)):
-        memory = begun(controller, CYCLE[:2], CYCLE[2:])
+        memory = started(controller, CYCLE[:2], CYCLE[2:])
         controller.on_touchdown(memory, [0.2 + change, -0.2], [-0.2 - change, 0.2], [1.0, 0.9])
         assert controller.slope_estimate(memory) == pytest.approx(expected, abs=1e-15)  # rounding of 0.2 + change
 

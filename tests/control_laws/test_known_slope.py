@@ -122,10 +122,10 @@ def test_bad_parameters_are_refused(kind: Callable[..., KnownSlopeController]) -
 @each_kind
 def test_described_in_json(kind: Callable[..., KnownSlopeController]) -> None:
     controller = kind(ROBOT, GAIT, slope_source="none", initial_slope=np.float64(0.25))
-    told = json.loads(json.dumps(controller.describe()))
-    assert told["name"] == type(controller).__name__
-    assert (told["slope_source"], told["initial_slope"]) == ("none", 0.25)
-    assert told["gait"]["slope"] == GAIT.slope
+    message = json.loads(json.dumps(controller.describe()))
+    assert message["name"] == type(controller).__name__
+    assert (message["slope_source"], message["initial_slope"]) == ("none", 0.25)
+    assert message["gait"]["slope"] == GAIT.slope
 
 
 def test_default_sources() -> None:
@@ -185,7 +185,7 @@ def test_both_engines_walk_alike(kind: Callable[..., KnownSlopeController]) -> N
     assert both.mujoco.outcome == both.hybrid.outcome == "finished"
     # within what contacts resolved at 0.1 ms explain, until errors have grown: an energy-based method damps a
     # disturbance by 0.9 per step only (docs/comparison.md), so that they add up
-    assert both.parting is None or both.parting.touchdown > 5
+    assert both.divergence is None or both.divergence.touchdown > 5
     assert "threshold" not in both.verdict  # these laws have none; the reckoned slope's rounding was taken for one
     # design: 0.3 % between the engines; measured 0.08 % at most
     assert both.mujoco.cost_of_transport == pytest.approx(both.hybrid.cost_of_transport, rel=3e-3)

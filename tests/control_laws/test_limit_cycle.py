@@ -63,9 +63,9 @@ def test_next_break_is_the_trajectorys_end() -> None:
     horizon = GAIT.table[1]
     memory = memory_on(controller)
     assert horizon > GAIT.period
-    assert controller.next_break(memory, 0.0) == horizon
-    assert controller.next_break(memory, horizon) == math.inf
-    assert controller.law().next_break(controller.law().parameters, memory, 0.0) == horizon
+    assert controller.next_discontinuity(memory, 0.0) == horizon
+    assert controller.next_discontinuity(memory, horizon) == math.inf
+    assert controller.law().next_discontinuity(controller.law().parameters, memory, 0.0) == horizon
 
 
 @pytest.mark.parametrize("name", ["rate_gain", "position_gain"])

@@ -70,7 +70,7 @@ class Pinned:
         robot: What MuJoCo's compiler made of the robot: it refuses a body without mass or inertia, and
             `mjbiped.engines.mujoco.scene` gives it the least that is allowed (1e-5 of the robot's mass, 1e-4 kg for
             Table I). The analytic robot gets the same, so that nothing has to be forgiven.
-        foot: Place of the stance foot, shape (3,), m.
+        foot: Position of the stance foot, shape (3,), m.
         S: Velocities of hip x, hip z, left and right leg that each leg's rate brings about, stance leg first.
         S_rate: Its time derivative.
         M: MuJoCo's mass matrix, shape (4, 4).
@@ -491,7 +491,7 @@ def assert_agreement(walked: mjbiped.Comparison) -> None:
 def assert_same_steps(walked: mjbiped.Comparison) -> None:
     """Step for step: what the default steps leave, by the measurement in docs/convergence.md."""
     there, here = walked.mujoco, walked.hybrid
-    assert walked.parting is None, walked.verdict
+    assert walked.divergence is None, walked.verdict
     lengths = [measures.step_lengths(w) for w in (there, here)]
     assert lengths[0] == pytest.approx(lengths[1], abs=1e-4)  # measured 0.03 mm
     estimates = [w.touchdowns["slope_estimate"] for w in (there, here)]
@@ -526,8 +526,8 @@ def test_closed_loop_walks_agree_on_every_preset(name: str, controller: Adaptive
 def test_closed_loop_walks_agree_on_random_ground(seed: int, controller: AdaptiveController) -> None:
     """A third of it smooth between its breaks, the rest rough. Where they part there must be a cause."""
     walked = mjbiped.compare(controller, Terrain.random(seed=seed, roughness=0.002 * (seed % 3)), steps=20)
-    if walked.parting is not None:
-        assert walked.parting.causes, walked.verdict
+    if walked.divergence is not None:
+        assert walked.divergence.causes, walked.verdict
     assert_agreement(walked)
 
 
@@ -553,7 +553,7 @@ def test_a_threshold_of_the_law_parts_walks_that_agree_without_it(controller: Ad
     """The greatest difference of c_mt found on rough ground, 1 %: a step that begins 0.01 off the cycle, or nearly."""
     terrain = Terrain.random(seed=1260, roughness=0.001)
     parted = mjbiped.compare(controller, terrain, steps=12)
-    assert parted.parting is not None
+    assert parted.divergence is not None
     assert "at touchdown 8 the controller plans the new step in one engine alone" in parted.verdict
     assert parted.mujoco.cost_of_transport < 0.995 * parted.hybrid.cost_of_transport
     walked = mjbiped.compare(replace(controller, replanning_threshold=0.009), terrain, steps=12)

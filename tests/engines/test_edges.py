@@ -159,8 +159,8 @@ def test_normals_are_the_grounds(name: str) -> None:
     )
     model, data = simulation.model, simulation.data
     swing, met = model.geom("right_foot").id, 0
-    data.userdata[events.ARMED] = 1.0
-    begun = data.userdata.copy()
+    data.userdata[events.CONTACT_ENABLED] = 1.0
+    started = data.userdata.copy()
     with simulation.callbacks():
         for on in (0, 1):
             for away in (1e-3, 1.1e-4, 6e-5, 2e-5, 5e-6, -5e-6, -2e-5, -6e-5, -1.1e-4):
@@ -169,7 +169,7 @@ def test_normals_are_the_grounds(name: str) -> None:
                     continue  # the other side is ground itself there
                 z = height_of(terrain.profile, on, x) - 1e-6
                 data.qpos[:] = x, z + robot.leg_length, -1.0, 0.0
-                data.userdata[:] = begun
+                data.userdata[:] = started
                 mujoco.mj_forward(model, data)
                 normals = [
                     contact.frame[:3] * (-1.0 if contact.geom[0] == swing else 1.0)
@@ -248,7 +248,7 @@ def test_a_foot_on_the_very_edge() -> None:
 @pytest.mark.slow
 def test_slopes_of_random_grounds(controller: AdaptiveController) -> None:
     """30 grounds of slopes and steps, 60 steps each: every slope that is told is there, and the engines agree."""
-    told, walked = 0, 0
+    message, walked = 0, 0
     for seed in range(30):
         terrain = Terrain.random(seed=seed)
         there = mjbiped.walk(controller, terrain, steps=60, sample_period=None)
@@ -258,8 +258,8 @@ def test_slopes_of_random_grounds(controller: AdaptiveController) -> None:
             for x, z, slope in zip(rows["x"], rows["z"], rows["slope"], strict=True):
                 on = segment_stood_on(terrain.profile, x, z, *EXACT[walk.settings["engine"]])
                 assert slope == pytest.approx(terrain.angle[on], abs=1e-15)
-                told += 1
+                message += 1
         assert there.outcome == here.outcome == "finished"
         assert there.cost_of_transport == pytest.approx(here.cost_of_transport, rel=2e-3), seed
         walked += 1
-    assert (told, walked) == (3600, 30)
+    assert (message, walked) == (3600, 30)

@@ -64,8 +64,8 @@ def test_push_of_a_face_is_none_of_the_grounds(controller: AdaptiveController) -
     walk = mjbiped.walk(controller, terrain, engine="hybrid", steps=2, sample_period=1e-4)
     robot, samples, slope = walk.robot, walk.samples, terrain.slope_at(0.0)
     assert walk.touchdowns["strikes"].tolist() == [0, 1]
-    begun, ended = walk.touchdowns["time"]
-    at = np.flatnonzero((samples["time"] > begun) & (samples["time"] < ended))[1:-1]
+    started, ended = walk.touchdowns["time"]
+    at = np.flatnonzero((samples["time"] > started) & (samples["time"] < ended))[1:-1]
     q, dq, torque = (samples[name][at] for name in ("q", "dq", "torque"))
     ddq = (q[2:] - 2.0 * q[1:-1] + q[:-2]) / 1e-4**2
     push = np.empty(len(ddq))  # of the face at the swing foot, N
@@ -75,7 +75,7 @@ def test_push_of_a_face_is_none_of_the_grounds(controller: AdaptiveController) -
         along = robot.leg_length * np.cos(angles + slope) * [1.0, -1.0]
         push[k] = missing @ along / (along @ along)
     struck = np.flatnonzero(np.abs(push) > 10.0 * robot.weight)
-    assert 0 < len(struck) < 4  # differences over the strike itself
+    assert 0 < len(struck) < 4  # differences over the face impact itself
     after = slice(struck[-1] + 1, -1)
     tangent, normal = borne(walk, 1) - push * [[math.cos(slope)], [math.sin(slope)]]
     used = np.abs(tangent / normal)[after].max()
@@ -125,7 +125,7 @@ def test_a_hop_is_told_from_a_lost_contact(robot: mjbiped.Compass) -> None:
     limits, h = simulation.limits, 2e-4
     for gap, expected in ((0, 1.0), (1, 1.0), (5, 1.0), (60, 1.0), (96, 0.0)):  # 60 steps: a hop of 12 ms
         u = [0.0] * events.CONTROLLER_MEMORY
-        u[events.NORMAL_FORCE], u[events.KICK] = math.inf, h
+        u[events.NORMAL_FORCE], u[events.EFFECTIVE_STEP] = math.inf, h
         for _ in range(10):
             for force in [1.0] * 40 + [0.0] * gap + [1.0 + gap]:
                 u[events.FORCE] = force
@@ -151,7 +151,7 @@ def test_records_of_version_1_have_no_force(pulled: mjbiped.Walk, tmp_path: Path
 
 
 def test_force_without_landing_steps(controller: AdaptiveController, gait: mjbiped.Gait) -> None:
-    """Steps of one length have a kick, too; contacts then open for so long after an impact that more is lost."""
+    """Steps of one length have an effective step, too; contacts then open for so long that more is lost."""
     simulation = Simulation(
         controller,
         mjbiped.Terrain.level(),

@@ -81,8 +81,8 @@ def test_closed_loop(name: str, steps: int, controller: AdaptiveController) -> N
     terrain, cost, torque = CLOSED_LOOP[name]
     walk = mjbiped.walk(controller, terrain, steps=steps)
     assert (walk.outcome, walk.steps) == ("finished", steps)
-    begun, _ = measures.estimate_errors(walk)
-    assert abs(begun[-1]) < math.radians(0.1)
+    started, _ = measures.estimate_errors(walk)
+    assert abs(started[-1]) < math.radians(0.1)
     assert np.abs(measures.impact_errors(walk)).max() < IMPACT
     assert walk.touchdowns["penetration"].max() < PENETRATION
     assert walk.touchdowns["slip"].max() < SLIP
@@ -100,8 +100,8 @@ def test_starts_by_itself_from_rest(slope_deg: float, controller: AdaptiveContro
     """The paper's X = [0, 0, 0, 0]: both legs together, at rest, the slope's estimate at zero."""
     walk = mjbiped.walk(controller, Terrain.incline(slope_deg), steps=6, initial="rest")
     assert (walk.outcome, walk.steps) == ("finished", 6)
-    begun, _ = measures.estimate_errors(walk)
-    assert abs(begun[-1]) < math.radians(0.1)
+    started, _ = measures.estimate_errors(walk)
+    assert abs(started[-1]) < math.radians(0.1)
 
 
 @pytest.mark.parametrize(
@@ -149,10 +149,10 @@ def test_estimates_of_a_slower_controller_are_those_of_their_own_touchdown(contr
         # its estimate goes on at the rate held, for up to 5 ms; the touchdown's before would be off by a degree
         assert touchdowns["slope_estimate_before"][row] == pytest.approx(samples["slope_estimate"][last], abs=1e-6)
     change = touchdowns["q_before"][:, 0] - touchdowns["q"][:, 1]
-    told = touchdowns["slope_estimate"] - touchdowns["slope_estimate_before"]
+    message = touchdowns["slope_estimate"] - touchdowns["slope_estimate_before"]
     assert np.abs(change).max() > np.radians(1)
     # (27) leaves out what is under its threshold
-    assert told == pytest.approx(change, abs=controller.update_threshold)
+    assert message == pytest.approx(change, abs=controller.update_threshold)
 
 
 def test_robot_may_differ_from_the_model(controller: AdaptiveController) -> None:

@@ -50,9 +50,9 @@ def damaged(draw: random.Random, content: bytes) -> bytes:
         place = draw.randrange(len(content))
         changed[place : place + 40] = draw.choice((bytes(40), b"\xff" * 40, draw.randbytes(40)))
     else:  # where something stands, and not in what is empty
-        told = [place for place, byte in enumerate(content) if byte]
+        message = [place for place, byte in enumerate(content) if byte]
         for _ in range(draw.choice((1, 1, 2, 8))):
-            changed[draw.choice(told)] ^= 1 << draw.randrange(8)
+            changed[draw.choice(message)] ^= 1 << draw.randrange(8)
     return bytes(changed)
 
 
@@ -118,7 +118,7 @@ def test_damaged_tables_by_the_thousand(layout: Layout, table: bytes, tmp_path: 
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         ("UPDATE cells SET outcome = 'flew' WHERE cell = 1", "outcome of cell 1 is 'flew'"),
         ("UPDATE cells SET outcome = NULL WHERE cell = 1", "outcome of cell 1 is None"),
@@ -136,11 +136,13 @@ def test_damaged_tables_by_the_thousand(layout: Layout, table: bytes, tmp_path: 
         ("DROP TABLE cells", "its tables are others"),
     ],
 )
-def test_tables_with_what_no_walk_leaves(layout: Layout, table: bytes, tmp_path: Path, change: str, told: str) -> None:
+def test_tables_with_what_no_walk_leaves(
+    layout: Layout, table: bytes, tmp_path: Path, change: str, message: str
+) -> None:
     (tmp_path / "study.sqlite").write_bytes(table)
     with contextlib.closing(sqlite3.connect(tmp_path / "study.sqlite")) as database, database:
         database.execute(change)
-    with pytest.raises(RecordError, match=told) as refused, opened(tmp_path, layout, IDENTITY) as store:
+    with pytest.raises(RecordError, match=message) as refused, opened(tmp_path, layout, IDENTITY) as store:
         store.rows()
     assert "--fresh" in str(refused.value)
     with opened(tmp_path, layout, IDENTITY, fresh=True) as store:
@@ -190,14 +192,14 @@ def result() -> Result:
     ],
 )
 def test_results_of_other_kinds_are_refused(result: Result, field: str, value: object) -> None:
-    told = json.loads(json.dumps(result.to_dict()))
-    assert repr(Result.from_dict(told)) == repr(result)  # NaN is not itself
+    message = json.loads(json.dumps(result.to_dict()))
+    assert repr(Result.from_dict(message)) == repr(result)  # NaN is not itself
     with pytest.raises(RecordError, match="no result of a walk"):
-        Result.from_dict({**told, field: value})
-    told.pop(field, None)
+        Result.from_dict({**message, field: value})
+    message.pop(field, None)
     if field in ("outcome", "x", "work", "begun", "peak_torque"):
         with pytest.raises(RecordError, match="no result of a walk"):
-            Result.from_dict(told)
+            Result.from_dict(message)
     for nothing in (None, [1.0], "x", 3):
         with pytest.raises(RecordError, match="no result of a walk"):
             Result.from_dict(nothing)
@@ -220,9 +222,9 @@ def test_a_damaged_walk_is_walked_again(tmp_path: Path, monkeypatch: pytest.Monk
         assert kept.results([cell])[cell.key].steps == 2
         record = record_path(tmp_path, cell).read_bytes()
     for case in range(FEW):
-        told = damaged(random.Random(case), json.dumps(result.to_dict()).encode()).decode(errors="replace")
+        message = damaged(random.Random(case), json.dumps(result.to_dict()).encode()).decode(errors="replace")
         with opened(tmp_path, walks.LAYOUT, {}) as store:
-            store.save([{"key": cell.key, "inputs": "", "result": told}])
+            store.save([{"key": cell.key, "inputs": "", "result": message}])
         with within(LONGEST, case), opened_walks(tmp_path) as kept:
             assert kept.results([cell])[cell.key].steps == 2
     assert FEW / 2 < len(walked) <= FEW + 1

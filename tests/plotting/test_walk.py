@@ -169,9 +169,9 @@ def test_a_gait(gait: mjbiped.Gait) -> None:
     assert f"{gait.period:.4f} s" in figure.get_suptitle()
     cycle, circle = figure.axes
     assert "(rad)" in cycle.get_xlabel()
-    told = circle.texts[0].get_text()
-    assert "−0.43032 + 0.31560 i" in told
-    assert "+0.27555" in told
+    message = circle.texts[0].get_text()
+    assert "−0.43032 + 0.31560 i" in message
+    assert "+0.27555" in message
     jumps = [line for line in cycle.lines if line.get_linestyle() == ":"]
     assert [list(line.get_ydata()) for line in jumps] == [  # type: ignore[arg-type]
         pytest.approx([gait.end[2], gait.start[3]]),

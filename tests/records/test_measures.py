@@ -53,16 +53,16 @@ def test_distance_and_steps(walk: mjbiped.Walk) -> None:
 
 
 def test_estimate_errors(walk: mjbiped.Walk) -> None:
-    begun, ended = measures.estimate_errors(walk)
+    started, ended = measures.estimate_errors(walk)
     slopes = np.radians([0.0, 0.0, 2.0, 2.0, -1.0, -1.0])  # under the stance foot of each step, the first included
     assert walk.terrain.slope(np.append(0.0, walk.touchdowns["x"])) == pytest.approx(slopes, abs=1e-15)
-    assert walk.touchdowns["slope"] == pytest.approx(slopes[1:], abs=1e-6)  # as the contacts feel it
-    assert begun == pytest.approx(walk.touchdowns["slope_estimate"] - slopes[1:], abs=1e-6)
+    assert walk.touchdowns["slope"] == pytest.approx(slopes[1:], abs=1e-6)  # as the contacts show it
+    assert started == pytest.approx(walk.touchdowns["slope_estimate"] - slopes[1:], abs=1e-6)
     assert ended == pytest.approx(walk.touchdowns["slope_estimate_before"] - slopes[:-1], abs=1e-6)
 
 
 def test_samples_at_a_touchdown_are_in_the_new_roles(walk: mjbiped.Walk) -> None:
-    """The sample taken at the exchange shows what the touchdown's row does."""
+    """The sample taken at the support transfer shows what the touchdown's row does."""
     at = np.searchsorted(walk.samples["time"], walk.touchdowns["time"] - 1e-9)
     for name in ("time", "q", "dq", "slope", "stance", "qpos"):
         assert np.array_equal(walk.samples[name][at], walk.touchdowns[name]), name
@@ -128,14 +128,14 @@ def test_summary_in_parts_is_the_same_to_the_last_bit(walk: mjbiped.Walk, parts:
 def test_summary_holds_the_measures(walk: mjbiped.Walk) -> None:
     """Each figure against the function or the column that it is of."""
     found = measures.summary(walk)
-    begun, ended = np.degrees(np.abs(measures.estimate_errors(walk)))
+    started, ended = np.degrees(np.abs(measures.estimate_errors(walk)))
     for name, expected in {
         "mean_step_length_m": measures.step_lengths(walk).mean(),
         "mean_step_period_s": measures.step_periods(walk).mean(),
         "cost_of_transport": measures.cost_of_transport(walk),
         "cost_of_transport_net": measures.cost_of_transport(walk, "net"),
         "cost_of_transport_positive": measures.cost_of_transport(walk, "positive"),
-        "estimate_error_at_touchdown_deg": begun.max(),
+        "estimate_error_at_touchdown_deg": started.max(),
         "estimate_error_at_step_end_deg": ended.max(),
         "largest_impact_error": np.abs(measures.impact_errors(walk)).max(),
         "largest_slip_m": walk.touchdowns["slip"].max(),

@@ -55,7 +55,7 @@ def changed(walk: Walk, tmp_path: Path, change: Change) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         (lambda r: r.header.update(outcome="flew"), "outcome is 'flew'; valid are finished, fell"),
         (lambda r: r.header.pop("outcome"), "outcome"),
@@ -89,8 +89,8 @@ def changed(walk: Walk, tmp_path: Path, change: Change) -> Path:
         (lambda r: r.arrays.update({"samples/more": np.zeros(2)}), "samples/'more'.* rows of numbers"),
     ],
 )  # fmt: skip
-def test_what_is_not_promised_is_refused(walk: Walk, tmp_path: Path, change: Change, told: str) -> None:
-    with pytest.raises(mjbiped.RecordError, match=told):
+def test_what_is_not_promised_is_refused(walk: Walk, tmp_path: Path, change: Change, message: str) -> None:
+    with pytest.raises(mjbiped.RecordError, match=message):
         Walk.load(changed(walk, tmp_path, change))
 
 

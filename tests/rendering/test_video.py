@@ -130,8 +130,8 @@ def test_what_a_caption_says(walk: Walk) -> None:
         "slow motion 4×",
     ]
     estimating = {**walk.samples, "slope_estimate": np.full_like(walk.samples["slope"], np.deg2rad(-1.25))}
-    told = video._caption(dataclasses.replace(walk, samples=estimating), 0.25, 0.5)
-    assert told[1:] == ["slope +2.0°   estimate −1.2°", "time lapse 2×"]
+    message = video._caption(dataclasses.replace(walk, samples=estimating), 0.25, 0.5)
+    assert message[1:] == ["slope +2.0°   estimate −1.2°", "time lapse 2×"]
 
 
 @needs_gl
@@ -237,9 +237,9 @@ def refusal(script: str, **environment: str) -> str:
     ],
 )
 def test_a_missing_platform_is_told_in_words(changes: dict[str, str], words: str) -> None:
-    told = refusal(REFUSED.format(changes=changes))
-    assert words in told
-    assert "records and figures need no OpenGL" in told
+    message = refusal(REFUSED.format(changes=changes))
+    assert words in message
+    assert "records and figures need no OpenGL" in message
 
 
 IMPORTED = """

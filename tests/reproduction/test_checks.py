@@ -224,11 +224,15 @@ def test_page_s_counts() -> None:
         Check(UNFITTED, "mujoco", Answer("a", "I", False, "2", "some")),
         Check(FOUND, "hybrid", Answer("b", "II", None)),
     ]
-    told = sections(asked_here)
-    assert (told["missed"], told["asked"]) == ("1", "2")
-    assert (told["missed_unfitted"], told["missed_table_2"], told["missed_found"]) == ("1 of 2", "0 of 0", "0 of 0")
-    assert told["checks_unfitted"].splitlines()[2:] == ["| a | I | holds: 1 | **does not hold** for some: 2 |"]
-    assert told["checks_found"].splitlines()[2:] == ["| b | II | – | – |"]
+    message = sections(asked_here)
+    assert (message["missed"], message["asked"]) == ("1", "2")
+    assert (message["missed_unfitted"], message["missed_table_2"], message["missed_found"]) == (
+        "1 of 2",
+        "0 of 0",
+        "0 of 0",
+    )
+    assert message["checks_unfitted"].splitlines()[2:] == ["| a | I | holds: 1 | **does not hold** for some: 2 |"]
+    assert message["checks_found"].splitlines()[2:] == ["| b | II | – | – |"]
 
 
 def test_methods_are_asked_with_fitted_gains() -> None:

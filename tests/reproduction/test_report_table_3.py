@@ -22,22 +22,22 @@ def walks(forces: dict[tuple[str, float | None], float]) -> list[Row]:
     ]  # fmt: skip
 
 
-def last_cells(told: str, zeta: str) -> list[str]:
-    line = next(line for line in told.splitlines() if line.startswith(f"| {zeta} |"))
+def last_cells(message: str, zeta: str) -> list[str]:
+    line = next(line for line in message.splitlines() if line.startswith(f"| {zeta} |"))
     return [cell.strip() for cell in line.split("|")[-4:-1]]
 
 
 def test_no_friction_is_given_where_the_ground_pulls() -> None:
-    told = sections(walks({("mixed", 0.1): -1.464, ("found", None): -0.01, ("found", 0.2): -0.512}))
-    assert last_cells(told["table_3_mixed"], "0.1") == ["−1.46", "0.01", "pulls"]
-    assert last_cells(told["table_3_mixed"], "0.2") == ["0.50", "0.01", "84.4"]
-    assert last_cells(told["table_3_found"], "none") == ["−0.01", "0.01", "pulls"]
-    assert told["pulls"] == (
+    message = sections(walks({("mixed", 0.1): -1.464, ("found", None): -0.01, ("found", 0.2): -0.512}))
+    assert last_cells(message["table_3_mixed"], "0.1") == ["−1.46", "0.01", "pulls"]
+    assert last_cells(message["table_3_mixed"], "0.2") == ["0.50", "0.01", "84.4"]
+    assert last_cells(message["table_3_found"], "none") == ["−0.01", "0.01", "pulls"]
+    assert message["pulls"] == (
         "with ζ = 0.1 on our mixed ground, and with no re-planning and ζ = 0.2 on the ground that was found"
     )
 
 
 def test_where_nothing_pulls_it_says_so() -> None:
-    told = sections(walks({}))
-    assert told["pulls"] == "with no ζ on our mixed ground, and with no ζ on the ground that was found"
-    assert "pulls" not in told["table_3_mixed"] + told["table_3_found"]
+    message = sections(walks({}))
+    assert message["pulls"] == "with no ζ on our mixed ground, and with no ζ on the ground that was found"
+    assert "pulls" not in message["table_3_mixed"] + message["table_3_found"]

@@ -109,11 +109,11 @@ def test_fitted_walks_of_the_report_are_the_chosen_ones(tried: list[Tried]) -> N
     rows = read_rows((DOCS / TABLE).read_text(encoding="utf-8"))
     best = choices(rows)[0]
     for method, each in fitted(tried).items():
-        told = gains_told(dict(each.variant.gains))
+        message = gains_told(dict(each.variant.gains))
         for engine in ("hybrid", "mujoco"):
             mine = [row for row in rows if (row.part, row.method, row.engine) == ("fitted", method, engine)]
             assert [row.ground for row in mine] == list(GROUNDS)
-            assert all((row.gains, row.slope_source) == (told, each.variant.slope_source) for row in mine)
+            assert all((row.gains, row.slope_source) == (message, each.variant.slope_source) for row in mine)
             if engine == "hybrid":
                 costs = {row.ground: row.cost[best.kind, best.length] for row in mine}
                 assert costs == pytest.approx(each.cost, rel=2e-5, nan_ok=True)

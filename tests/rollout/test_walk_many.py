@@ -237,12 +237,12 @@ def test_a_controller_that_fails_costs_no_other_walk(engine: str, workers: int, 
 def test_what_cannot_be_sent_to_a_process_is_refused(
     gait: mjbiped.Gait, robot: mjbiped.Compass, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    given_slope: KnownSlopeController = in_plain_python(PassivityController(robot, gait))
+    known_slope: KnownSlopeController = in_plain_python(PassivityController(robot, gait))
     with monkeypatch.context() as patch:
         forbid_walking(patch)
         with pytest.raises(mjbiped.InputError, match=r"PlainPassivityController .*pickled.*workers=1"):
-            mjbiped.walk_many(given_slope, [Terrain.level()] * 2, engine="hybrid", workers=2)
-    walks = mjbiped.walk_many(given_slope, [Terrain.level()] * 2, engine="hybrid", workers=1, steps=1)
+            mjbiped.walk_many(known_slope, [Terrain.level()] * 2, engine="hybrid", workers=2)
+    walks = mjbiped.walk_many(known_slope, [Terrain.level()] * 2, engine="hybrid", workers=1, steps=1)
     assert [walk.outcome for walk in walks] == ["finished"] * 2
 
 
@@ -289,7 +289,7 @@ def test_a_summary_holds_no_table(engine: str, controller: AdaptiveController, m
     monkeypatch.setattr("mjbiped.engines.hybrid.simulation._ROWS", 2)
     walked = mjbiped.walk_many(controller, Terrain.level(), engine=engine, steps=5, summaries=True)
     assert sum(taken) == 5
-    assert max(taken) == {"hybrid": 2, "mujoco": 1}[engine]  # as a leap in MuJoCo is shorter than a step
+    assert max(taken) == {"hybrid": 2, "mujoco": 1}[engine]  # as a block in MuJoCo is shorter than a step
     assert walked[0]["steps"] == 5
 
 

@@ -239,9 +239,9 @@ def test_interrupted_it_says_what_is_kept(tmp_path: Path) -> None:
     time.sleep(3.0)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does it: the workers hear it too
     assert process.wait(timeout=60) == 130
-    told = (tmp_path / "errors").read_text()
-    assert "the same command goes on" in told
-    assert "Traceback" not in told
+    message = (tmp_path / "errors").read_text()
+    assert "the same command goes on" in message
+    assert "Traceback" not in message
 
 
 @pytest.mark.slow

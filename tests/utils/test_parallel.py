@@ -30,10 +30,10 @@ def test_error_ends_the_workers_at_once() -> None:
                 pool.submit(time.sleep, 600.0)
             raise KeyboardInterrupt
 
-    begun = time.monotonic()
+    started = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
         broken_off()
-    assert time.monotonic() - begun < 120.0  # the import in the worker, on a busy machine
+    assert time.monotonic() - started < 120.0  # the import in the worker, on a busy machine
     assert multiprocessing.active_children() == []
 
 

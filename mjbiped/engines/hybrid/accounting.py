@@ -13,7 +13,7 @@ from typing import Any
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.dynamics import dense_state, ensure_dense, is_motion
 from mjbiped.engines.hybrid.events import Legs, hip, legs_at
-from mjbiped.engines.hybrid.state import Buffers, Laws, World
+from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
 from mjbiped.numerics.dormand_prince import STAGES, dense_at, dense_rate_at
 from mjbiped.records.rows import SAMPLED, write_sample
 from mjbiped.rules.termination import LIGHT_CONTACT
@@ -24,10 +24,10 @@ HARDLY = 0.7  # of the weight: in a step that bears less, the least force is loo
 NO_WORK = 1e-14  # J in a step: rounding
 
 
-def account(
+def accumulate(
     laws: Laws,
     parameters: Any,
-    world: World,
+    constants: SimulationConstants,
     b: Buffers,
     legs: Legs,
     t: float,
@@ -42,32 +42,32 @@ def account(
     stage_ankle, stage_hip = w[at.STAGE_ANKLE], w[at.STAGE_HIP]
     note_peak(w, w[at.ANKLE], w[at.HIP])
     if stage_ankle > w[at.PEAK_ANKLE] * BARELY or stage_hip > w[at.PEAK_HIP] * BARELY:
-        ensure_dense(laws, parameters, world, b, t, h)
+        ensure_dense(laws, parameters, constants, b, t, h)
         _peak_within(laws, parameters, b, t, h)
     works = stage_ankle + stage_hip > 0.0
     for component in range(n - at.WORKS, n):
         net = b.out[component] - b.y[component]
-        way = abs(net)
+        variation = abs(net)
         if works and _turns(b.k, n, component, h):
-            ensure_dense(laws, parameters, world, b, t, h)
-            way = _total_variation(b, n, component)
-        w[at.WORK_ABSOLUTE] += way
+            ensure_dense(laws, parameters, constants, b, t, h)
+            variation = _total_variation(b, n, component)
+        w[at.WORK_ABSOLUTE] += variation
         w[at.WORK_NET] += net
-        w[at.WORK_POSITIVE] += 0.5 * (way + net)
-    note_ground_force(world, b, legs, b.out, STAGES * n)
-    if w[at.NORMAL_FORCE] < HARDLY * world.mass * world.gravity and w[at.FACE] == 0.0:
-        ensure_dense(laws, parameters, world, b, t, h)
-        _normal_force_within(world, b, h)
-    first = w[at.SAMPLE] * world.sample_period
+        w[at.WORK_POSITIVE] += 0.5 * (variation + net)
+    note_ground_force(constants, b, legs, b.out, STAGES * n)
+    if w[at.NORMAL_FORCE] < HARDLY * constants.mass * constants.gravity and w[at.FACE] == 0.0:
+        ensure_dense(laws, parameters, constants, b, t, h)
+        _normal_force_within(constants, b, h)
+    first = w[at.SAMPLE] * constants.sample_period
     if first < w[at.CLOCK] + t + h:
-        ensure_dense(laws, parameters, world, b, t, h)
-        while w[at.SAMPLE] * world.sample_period < w[at.CLOCK] + t + h:
-            time = w[at.SAMPLE] * world.sample_period
+        ensure_dense(laws, parameters, constants, b, t, h)
+        while w[at.SAMPLE] * constants.sample_period < w[at.CLOCK] + t + h:
+            time = w[at.SAMPLE] * constants.sample_period
             x = min(max((time - w[at.CLOCK] - t) / h, 0.0), 1.0)
             dense_state(b, x, b.spare)
             if not is_motion(b.spare):
                 return False
-            take_sample(laws, parameters, world, b, time, t + x * h, b.spare)
+            take_sample(laws, parameters, constants, b, time, t + x * h, b.spare)
             w[at.SAMPLE] += 1.0
     return True
 
@@ -146,36 +146,38 @@ def _total_variation(b: Buffers, n: int, component: int) -> float:
     return float(total + abs(b.out[component] - last))
 
 
-def note_ground_force(world: World, b: Buffers, legs: Legs, state: Sequence[float], place: int) -> None:
+def note_ground_force(
+    constants: SimulationConstants, b: Buffers, legs: Legs, state: Sequence[float], place: int
+) -> None:
     """Least F_n and greatest |F_t / F_n| that the motion asks of the ground under the stance foot.
 
     F_n < 0 means that the ground would have to pull. Where the foot hardly presses on it the ratio is left out. `place`
     is that of the state's rates in `k`.
     """
-    along, normal = _ground_force(world, b, legs, state[2], state[3], b.k[place + 2], b.k[place + 3])
+    along, normal = _ground_force(constants, b, legs, state[2], state[3], b.k[place + 2], b.k[place + 3])
     if b.w[at.FACE] != 0.0:  # the face's push at the swing foot is none of the ground's
         push = b.w[at.FACE] * b.w[at.PRESS]
         along += push * b.w[at.COSINE]
         normal += push * b.w[at.SINE]
     b.w[at.NORMAL_FORCE] = min(b.w[at.NORMAL_FORCE], normal)
-    if normal > LIGHT_CONTACT * world.mass * world.gravity:
+    if normal > LIGHT_CONTACT * constants.mass * constants.gravity:
         b.w[at.FRICTION] = max(b.w[at.FRICTION], abs(along) / normal)
 
 
 def _ground_force(
-    world: World, b: Buffers, legs: Legs, dq1: float, dq2: float, ddq1: float, ddq2: float
+    constants: SimulationConstants, b: Buffers, legs: Legs, dq1: float, dq2: float, ddq1: float, ddq2: float
 ) -> tuple[float, float]:
     """Force on the feet along the stance foot's ground and normal to it, N: the rate of the robot's momentum."""
-    first, second = world.constants[3] / world.gravity, world.constants[4] / world.gravity
+    first, second = constants.robot[3] / constants.gravity, constants.robot[4] / constants.gravity
     sine1, cosine1, sine2, cosine2 = legs
     square1, square2 = dq1 * dq1, dq2 * dq2
     force_x = first * (cosine1 * ddq1 - sine1 * square1) - second * (cosine2 * ddq2 - sine2 * square2)
     force_z = second * (sine2 * ddq2 + cosine2 * square2) - first * (sine1 * ddq1 + cosine1 * square1)
-    force_z += world.mass * world.gravity
+    force_z += constants.mass * constants.gravity
     return force_x * b.w[at.COSINE] - force_z * b.w[at.SINE], force_x * b.w[at.SINE] + force_z * b.w[at.COSINE]
 
 
-def _normal_force_within(world: World, b: Buffers, h: float) -> None:
+def _normal_force_within(constants: SimulationConstants, b: Buffers, h: float) -> None:
     """Least F_n inside the step, as `_peak_within` finds peaks."""
     w, n = b.w, len(b.y)
     last = before = 0.0
@@ -184,7 +186,7 @@ def _normal_force_within(world: World, b: Buffers, h: float) -> None:
         dense_state(b, x, b.spare)
         ddq1, ddq2 = dense_rate_at(b.dense, n, 2, x) / h, dense_rate_at(b.dense, n, 3, x) / h
         legs = legs_at(b, b.spare[0], b.spare[1])
-        _, normal = _ground_force(world, b, legs, b.spare[2], b.spare[3], ddq1, ddq2)
+        _, normal = _ground_force(constants, b, legs, b.spare[2], b.spare[3], ddq1, ddq2)
         w[at.NORMAL_FORCE] = min(w[at.NORMAL_FORCE], normal)
         if piece > 1 and last < min(before, normal):
             w[at.NORMAL_FORCE] = min(w[at.NORMAL_FORCE], _parabola_top(before, last, normal))
@@ -194,7 +196,7 @@ def _normal_force_within(world: World, b: Buffers, h: float) -> None:
 def take_sample(
     laws: Laws,
     parameters: Any,
-    world: World,
+    constants: SimulationConstants,
     b: Buffers,
     time: float,
     t: float,
@@ -203,12 +205,14 @@ def take_sample(
     """Write a row of the samples: those of `columns.SAMPLES`, then the controller's states."""
     w = b.w
     torque = _asked(laws, parameters, b, t, state)
-    write_state(world, b, b.samples[int(w[at.SAMPLES])], time, state, torque, laws.slope_estimate(parameters, b.memory))
+    write_state(
+        constants, b, b.samples[int(w[at.SAMPLES])], time, state, torque, laws.slope_estimate(parameters, b.memory)
+    )
     w[at.SAMPLES] += 1.0
 
 
 def write_state(
-    world: World,
+    constants: SimulationConstants,
     b: Buffers,
     row: Any,
     time: float,
@@ -221,7 +225,7 @@ def write_state(
     left, right = state[0] + w[at.SLOPE], state[1] + w[at.SLOPE]
     if w[at.STANCE] != 0.0:
         left, right = right, left
-    x, z = hip(world, b, legs_at(b, state[0], state[1]))
+    x, z = hip(constants, b, legs_at(b, state[0], state[1]))
     write_sample(
         row,
         0,

@@ -7,7 +7,7 @@ from collections.abc import Callable, MutableSequence, Sequence
 from typing import Any
 
 from mjbiped.engines.hybrid import state as at
-from mjbiped.engines.hybrid.state import Buffers, Laws, World
+from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
 from mjbiped.numerics.dormand_prince import STAGES, STAGES_WITH_DENSE, dense_at
 from mjbiped.robots.compass import Constants, acceleration, mass_terms, solve_mass
 
@@ -27,7 +27,7 @@ def rates(
     t: float,
     state: tuple[float, ...],
 ) -> tuple[float, ...]:
-    """Rates of a state at time t since the leg exchange, the swing foot free.
+    """Rates of a state at time t since the support transfer, the swing foot free.
 
     This innermost function takes the few sequences that it needs instead of whole buffers: where compiled, handing over
     a tuple of arrays costs more than the equations of motion.
@@ -103,59 +103,59 @@ def on_face(
 def face_terms(
     constants: Constants, length: float, slope: float, q1: float, q2: float
 ) -> tuple[float, float, float, float]:
-    """Accelerations of the legs by a unit force along x at the swing foot (M^-1 J'), and its way per angle (J)."""
+    """Accelerations of the legs by a unit force along x at the swing foot (M^-1 J'), and the foot's Jacobian (J)."""
     along1, along2 = length * math.cos(q1 + slope), -length * math.cos(q2 + slope)
     m11, m12, m22 = mass_terms(constants, q1, q2)
     push1, push2 = solve_mass(m11, m12, m22, along1, along2)
     return push1, push2, along1, along2
 
 
-def strike_rates(
+def face_impact_rates(
     constants: Constants, length: float, slope: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> tuple[float, float]:
-    """Rates after a plastic, frictionless strike: an impulse along x takes the swing foot's horizontal speed."""
+    """Rates after a plastic, frictionless impact on a face: an impulse along x stops the swing foot along x."""
     push1, push2, along1, along2 = face_terms(constants, length, slope, q1, q2)
     impulse = -(along1 * dq1 + along2 * dq2) / (along1 * push1 + along2 * push2)
     return dq1 + push1 * impulse, dq2 + push2 * impulse
 
 
-def begin(laws: Laws, parameters: Any, world: World, b: Buffers, t: float) -> None:
+def begin(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float) -> None:
     """Rates of the state in `b.y`, which no step has led to."""
-    constants, length, memory, w = world.constants, world.length, b.memory, b.w
+    robot, length, memory, w = constants.robot, constants.length, b.memory, b.w
     if w[at.FACE] == 0.0:
-        laws.begin(rates, laws.torque, parameters, constants, length, memory, w, t, b.y, b.k)
+        laws.begin(rates, laws.torque, parameters, robot, length, memory, w, t, b.y, b.k)
     else:
-        laws.begin(sliding_rates, laws.torque, parameters, constants, length, memory, w, t, b.y, b.k)
+        laws.begin(sliding_rates, laws.torque, parameters, robot, length, memory, w, t, b.y, b.k)
 
 
-def attempt(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: float) -> float:
+def attempt(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float, h: float) -> float:
     """One step of length h from `b.y` to `b.out`; the rates at its start stand in `b.k` already.
 
     Returns:
         The estimated error over the tolerance; NaN where the motion has no meaning.
     """
-    torque, step, constants, length, memory, w = laws.torque, laws.step, world.constants, world.length, b.memory, b.w
+    torque, step, robot, length, memory, w = laws.torque, laws.step, constants.robot, constants.length, b.memory, b.w
     w[at.STAGE_ANKLE] = w[at.STAGE_HIP] = w[at.DENSE] = 0.0
     w[at.EVALUATIONS] += STAGES
-    tolerance = world.tolerance
+    tolerance = constants.tolerance
     error: float
     if w[at.FACE] == 0.0:
-        error = step(rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, tolerance)
+        error = step(rates, torque, parameters, robot, length, memory, w, t, h, b.y, b.k, b.out, tolerance)
     else:
-        error = step(sliding_rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, tolerance)
+        error = step(sliding_rates, torque, parameters, robot, length, memory, w, t, h, b.y, b.k, b.out, tolerance)
     return error
 
 
-def ensure_dense(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: float) -> None:
+def ensure_dense(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float, h: float) -> None:
     """Make the step's dense output, unless it is there; torques and press in `b.w` stay those at the step's end."""
-    torque, dense, constants, length, memory, w = laws.torque, laws.dense, world.constants, world.length, b.memory, b.w
+    torque, dense, robot, length, memory, w = laws.torque, laws.dense, constants.robot, constants.length, b.memory, b.w
     if w[at.DENSE] != 0.0:
         return
     ankle, hip, press = w[at.ANKLE], w[at.HIP], w[at.PRESS]
     if w[at.FACE] == 0.0:
-        dense(rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, b.dense)
+        dense(rates, torque, parameters, robot, length, memory, w, t, h, b.y, b.k, b.out, b.dense)
     else:
-        dense(sliding_rates, torque, parameters, constants, length, memory, w, t, h, b.y, b.k, b.out, b.dense)
+        dense(sliding_rates, torque, parameters, robot, length, memory, w, t, h, b.y, b.k, b.out, b.dense)
     w[at.ANKLE], w[at.HIP], w[at.PRESS] = ankle, hip, press
     w[at.DENSE] = 1.0
     w[at.EVALUATIONS] += STAGES_WITH_DENSE - STAGES - 1

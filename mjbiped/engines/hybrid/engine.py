@@ -78,5 +78,5 @@ class HybridRun(Run):
     def settings(self) -> dict[str, Any]:
         """The tolerance, and why the walk ended where its outcome does not say it."""
         simulation = self.simulation
-        settings = {"tolerance": simulation.world.tolerance, "compiled": simulation.compiled}
+        settings = {"tolerance": simulation.constants.tolerance, "compiled": simulation.compiled}
         return {**settings, "warnings": simulation.warnings} if simulation.warnings else settings

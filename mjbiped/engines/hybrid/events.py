@@ -1,8 +1,8 @@
-"""Events of the hybrid engine: where within an integration step the swing foot starts to collide, lands or strikes.
+"""Events of the hybrid engine: where within an integration step the swing foot may touch, lands or meets a face.
 
-The clearance is the height of the swing foot over the profile at its own place x. It is continuous as long as the foot
-stays over one stretch, and jumps at risers: a jump from above to below ground is a strike of the vertical face, be it
-forwards against a riser ahead, or backwards against the one that the foot has just stepped down from.
+The clearance is the height of the swing foot over the profile at its own position x. It is continuous as long as the
+foot stays over one stretch, and jumps at risers: a jump from above to below ground is an impact on the vertical face,
+be it forwards against a riser ahead, or backwards against the one that the foot has just stepped down from.
 
 No event of more than a fraction of a millisecond is missed: an interval is passed over only if the foot, accelerated
 no more than `ROOM` times as much as at the step's ends, could not have reached the ground in it.
@@ -14,7 +14,7 @@ import math
 from typing import TypeAlias
 
 from mjbiped.engines.hybrid import state as at
-from mjbiped.engines.hybrid.state import Buffers, World
+from mjbiped.engines.hybrid.state import Buffers, SimulationConstants
 from mjbiped.numerics.dormand_prince import STAGES, dense_at
 from mjbiped.rules.scuffing import swing_foot_collides
 from mjbiped.terrain.profile import height_of, segment_near
@@ -24,7 +24,7 @@ Legs: TypeAlias = tuple[float, float, float, float]
 Place: TypeAlias = tuple[float, float, int]
 """Distance of the swing foot ahead of the stance foot (m), its clearance (m), and the terrain segment under it."""
 
-NOTHING, TOUCHDOWN, STRIKE, OVER_THE_TOP = 0, 1, 2, 3
+NOTHING, TOUCHDOWN, FACE_IMPACT, OVER_THE_TOP = 0, 1, 2, 3
 
 SHORTEST = 5e-4  # intervals are not halved below this, s: the foot's sag in it is some 1e-6 m
 RESOLVED = 1e-8  # a crossing is first located so closely, s
@@ -33,11 +33,11 @@ FACE_WIDTH = 1e-8  # a foot so close to the face that it struck stays on its own
 CORNER = 1e-6  # a foot that meets a face so close below its edge has landed on top, m
 
 
-def segment_under(world: World, b: Buffers, x: float) -> int:
+def segment_under(constants: SimulationConstants, b: Buffers, x: float) -> int:
     """The terrain's segment under x, but for a foot on a face: that one stays on its side of it."""
     if abs(x - b.w[at.FACE_X]) < FACE_WIDTH:
         return int(b.w[at.FACE_SEGMENT])
-    index = segment_near(world, x, int(b.w[at.SEGMENT]))
+    index = segment_near(constants, x, int(b.w[at.SEGMENT]))
     b.w[at.SEGMENT] = index
     return index
 
@@ -48,15 +48,15 @@ def legs_at(b: Buffers, q1: float, q2: float) -> Legs:
     return math.sin(stance), math.cos(stance), math.sin(swing), math.cos(swing)
 
 
-def swing_foot(world: World, b: Buffers, legs: Legs) -> tuple[float, float]:
+def swing_foot(constants: SimulationConstants, b: Buffers, legs: Legs) -> tuple[float, float]:
     """Place x, z of the swing foot, m."""
     sine1, cosine1, sine2, cosine2 = legs
-    return b.w[at.FOOT_X] + world.length * (sine1 - sine2), b.w[at.FOOT_Z] + world.length * (cosine1 - cosine2)
+    return b.w[at.FOOT_X] + constants.length * (sine1 - sine2), b.w[at.FOOT_Z] + constants.length * (cosine1 - cosine2)
 
 
-def hip(world: World, b: Buffers, legs: Legs) -> tuple[float, float]:
+def hip(constants: SimulationConstants, b: Buffers, legs: Legs) -> tuple[float, float]:
     """Place x, z of the hip, m."""
-    return b.w[at.FOOT_X] + world.length * legs[0], b.w[at.FOOT_Z] + world.length * legs[1]
+    return b.w[at.FOOT_X] + constants.length * legs[0], b.w[at.FOOT_Z] + constants.length * legs[1]
 
 
 def legs_within(b: Buffers, x: float) -> Legs:
@@ -69,27 +69,27 @@ def legs_within(b: Buffers, x: float) -> Legs:
     return legs_at(b, dense_at(b.dense, n, 0, b.y[0], x), dense_at(b.dense, n, 1, b.y[1], x))
 
 
-def foot_over_ground(world: World, b: Buffers, legs: Legs) -> Place:
+def foot_over_ground(constants: SimulationConstants, b: Buffers, legs: Legs) -> Place:
     """Distance ahead of the stance foot (m), clearance (m) and segment of the swing foot."""
-    foot_x, foot_z = swing_foot(world, b, legs)
-    segment = int(b.w[at.FACE_SEGMENT]) if b.w[at.FACE] != 0.0 else segment_under(world, b, foot_x)
-    return foot_x - b.w[at.FOOT_X], foot_z - height_of(world, segment, foot_x), segment
+    foot_x, foot_z = swing_foot(constants, b, legs)
+    segment = int(b.w[at.FACE_SEGMENT]) if b.w[at.FACE] != 0.0 else segment_under(constants, b, foot_x)
+    return foot_x - b.w[at.FOOT_X], foot_z - height_of(constants, segment, foot_x), segment
 
 
-def foot_acceleration(world: World, b: Buffers) -> float:
+def foot_acceleration(constants: SimulationConstants, b: Buffers) -> float:
     """Bound of the swing foot's acceleration in the step, m/s^2, from its ends."""
     greatest = 0.0
     for first, state in ((0, b.y), (STAGES * len(b.y), b.out)):
         legs = abs(b.k[first + 2]) + abs(b.k[first + 3]) + state[2] * state[2] + state[3] * state[3]
-        greatest = max(greatest, world.length * legs)
-    return ROOM * greatest + world.gravity
+        greatest = max(greatest, constants.length * legs)
+    return ROOM * greatest + constants.gravity
 
 
-def happens(world: World, b: Buffers, t: float, ahead: float, clearance: float) -> bool:
-    """Whether what is waited for is so: the rule arms the foot, or the armed foot is below ground."""
-    if b.w[at.ARMED] != 0.0:
+def happens(constants: SimulationConstants, b: Buffers, t: float, ahead: float, clearance: float) -> bool:
+    """Whether the event waited for is there: the rule enables the foot's contact or, later, it is below ground."""
+    if b.w[at.CONTACT_ENABLED] != 0.0:
         return clearance <= 0.0
-    return swing_foot_collides(world.reach, world.delay, t, ahead, clearance)
+    return swing_foot_collides(constants.reach, constants.delay, t, ahead, clearance)
 
 
 def keeps_clear(room: float, here: Place, there: Place) -> bool:
@@ -97,83 +97,85 @@ def keeps_clear(room: float, here: Place, there: Place) -> bool:
     return here[2] == there[2] and min(here[1], there[1]) > room
 
 
-def cannot_arm(world: World, room: float, here: Place, there: Place) -> bool:
+def cannot_be_enabled(constants: SimulationConstants, room: float, here: Place, there: Place) -> bool:
     """Whether the rule cannot let the foot collide between two moments: not ahead enough, or below ground."""
-    if max(here[0], there[0]) + room < world.reach:
+    if max(here[0], there[0]) + room < constants.reach:
         return True
     return here[2] == there[2] and max(here[1], there[1]) + room < 0.0
 
 
-def decided_by_ends(world: World, b: Buffers, t: float, h: float, here: Place, there: Place) -> bool:
+def decided_by_ends(constants: SimulationConstants, b: Buffers, t: float, h: float, here: Place, there: Place) -> bool:
     """Whether the step's ends alone tell that the swing foot meets nothing in it; arms the foot where that is safe."""
     w = b.w
-    if w[at.ARMED] == 0.0 and t + h <= world.delay:
+    if w[at.CONTACT_ENABLED] == 0.0 and t + h <= constants.delay:
         return True
     if w[at.FACE] != 0.0:
         return False
-    room = foot_acceleration(world, b) * h * h / 8.0
-    return _decided(world, b, t + h, room, here, there)
+    room = foot_acceleration(constants, b) * h * h / 8.0
+    return _decided(constants, b, t + h, room, here, there)
 
 
-def _decided(world: World, b: Buffers, t: float, room: float, here: Place, there: Place) -> bool:
-    """Whether nothing but perhaps the arming of the foot can have happened up to t; then it is armed, if it is to be.
+def _decided(constants: SimulationConstants, b: Buffers, t: float, room: float, here: Place, there: Place) -> bool:
+    """Whether the foot can have met nothing up to t; its contact is then enabled, if the rule says so by now.
 
-    A foot that keeps clear of the ground may as well be armed at the end of the interval as within it.
+    The contact of a foot that keeps clear of the ground may as well be enabled at the end of the interval as within it.
     """
     w = b.w
     clear = keeps_clear(room, here, there)
-    if w[at.ARMED] != 0.0:
+    if w[at.CONTACT_ENABLED] != 0.0:
         return clear
-    if cannot_arm(world, room, here, there):
+    if cannot_be_enabled(constants, room, here, there):
         return True
-    if clear and happens(world, b, t, there[0], there[1]):
-        w[at.ARMED] = 1.0
+    if clear and happens(constants, b, t, there[0], there[1]):
+        w[at.CONTACT_ENABLED] = 1.0
         return True
     return False
 
 
-def first_event(world: World, b: Buffers, t: float, h: float, until: float) -> tuple[int, float]:
-    """The first event of the swing foot up to the share `until` of the step, and its share; arms the foot on its way.
+def first_event(constants: SimulationConstants, b: Buffers, t: float, h: float, until: float) -> tuple[int, float]:
+    """The first event of the swing foot up to the share `until` of the step, and its share.
+
+    The foot's contact is enabled on the way, where the rule says so.
 
     The dense output must be there. The share is that of the last moment before the event, within `RESOLVED`.
     """
     w = b.w
-    bound = foot_acceleration(world, b) / 8.0
+    bound = foot_acceleration(constants, b) / 8.0
     x = 0.0
-    if w[at.ARMED] == 0.0:
-        x = max(0.0, (world.delay - t) / h)
+    if w[at.CONTACT_ENABLED] == 0.0:
+        x = max(0.0, (constants.delay - t) / h)
     if x >= until:
         return NOTHING, until
-    here = foot_over_ground(world, b, legs_within(b, x))
+    here = foot_over_ground(constants, b, legs_within(b, x))
     while x < until:
         end = until
         while True:
-            there = foot_over_ground(world, b, legs_within(b, end))
+            there = foot_over_ground(constants, b, legs_within(b, end))
             width = (end - x) * h
             room = bound * width * width
-            if _decided(world, b, t + end * h, room, here, there):
+            if _decided(constants, b, t + end * h, room, here, there):
                 break
             if (
-                w[at.ARMED] != 0.0
+                w[at.CONTACT_ENABLED] != 0.0
                 and here[2] == there[2]
                 and here[1] > 0.0 >= there[1]
                 and here[1] - there[1] > 8.0 * room
             ):
                 # the clearance falls all the way: one crossing
                 w[at.LANDING] = there[2]
-                return TOUCHDOWN, _crossing(world, b, h, x, end, here[1], there[1], here[2])
+                return TOUCHDOWN, _crossing(constants, b, h, x, end, here[1], there[1], here[2])
             if width < SHORTEST:
-                if happens(world, b, t + end * h, there[0], there[1]):
-                    if w[at.ARMED] != 0.0:
-                        before, after = _narrowed(world, b, t, h, x, end)
-                        return _kind(world, b, before, after), before
-                    w[at.ARMED] = 1.0
+                if happens(constants, b, t + end * h, there[0], there[1]):
+                    if w[at.CONTACT_ENABLED] != 0.0:
+                        before, after = _narrowed(constants, b, t, h, x, end)
+                        return _kind(constants, b, before, after), before
+                    w[at.CONTACT_ENABLED] = 1.0
                 break
             end = 0.5 * (x + end)
-        if w[at.FACE] != 0.0 and _over_the_top(world, b, end):
+        if w[at.FACE] != 0.0 and _over_the_top(constants, b, end):
             while (end - x) * h > RESOLVED:
                 middle = 0.5 * (x + end)
-                if _over_the_top(world, b, middle):
+                if _over_the_top(constants, b, middle):
                     end = middle
                 else:
                     x = middle
@@ -183,7 +185,7 @@ def first_event(world: World, b: Buffers, t: float, h: float, until: float) -> t
 
 
 def _crossing(
-    world: World, b: Buffers, h: float, x: float, end: float, above: float, below: float, segment: int
+    constants: SimulationConstants, b: Buffers, h: float, x: float, end: float, above: float, below: float, segment: int
 ) -> float:
     """Share of the step at which the foot meets a segment that it is above at x and not above at `end`.
 
@@ -193,8 +195,8 @@ def _crossing(
     middle = x
     while (end - x) * h > RESOLVED:
         last, middle = middle, (x * below - end * above) / (below - above)
-        foot_x, foot_z = swing_foot(world, b, legs_within(b, middle))
-        gap = foot_z - height_of(world, segment, foot_x)
+        foot_x, foot_z = swing_foot(constants, b, legs_within(b, middle))
+        gap = foot_z - height_of(constants, segment, foot_x)
         if gap > 0.0:
             x, above = middle, gap
             below = 0.5 * below if side > 0 else below
@@ -208,71 +210,73 @@ def _crossing(
     return middle
 
 
-def _narrowed(world: World, b: Buffers, t: float, h: float, x: float, end: float) -> tuple[float, float]:
+def _narrowed(
+    constants: SimulationConstants, b: Buffers, t: float, h: float, x: float, end: float
+) -> tuple[float, float]:
     """Shares of the step just before and just after something happens, `RESOLVED` apart."""
     while (end - x) * h > RESOLVED:
         middle = 0.5 * (x + end)
         if not x < middle < end:
             break
-        ahead, clearance, _ = foot_over_ground(world, b, legs_within(b, middle))
-        if happens(world, b, t + middle * h, ahead, clearance):
+        ahead, clearance, _ = foot_over_ground(constants, b, legs_within(b, middle))
+        if happens(constants, b, t + middle * h, ahead, clearance):
             end = middle
         else:
             x = middle
     return x, end
 
 
-def _kind(world: World, b: Buffers, before: float, after: float) -> int:
-    """What an armed foot that is below ground after `before` has met; a struck face is noted in `w`."""
+def _kind(constants: SimulationConstants, b: Buffers, before: float, after: float) -> int:
+    """What a foot that is below ground after the share `before` has met; a face that it hit is noted in `w`."""
     w = b.w
     legs = legs_within(b, after)
-    own = foot_over_ground(world, b, legs_within(b, before))[2]
-    other = foot_over_ground(world, b, legs)[2]
+    own = foot_over_ground(constants, b, legs_within(b, before))[2]
+    other = foot_over_ground(constants, b, legs)[2]
     w[at.LANDING] = other
     if own == other:
         return TOUCHDOWN
-    face = world.x[max(own, other)]
-    top = height_of(world, other, face)
-    if top - height_of(world, own, face) < CORNER or swing_foot(world, b, legs)[1] > top - CORNER:
+    face = constants.x[max(own, other)]
+    top = height_of(constants, other, face)
+    if top - height_of(constants, own, face) < CORNER or swing_foot(constants, b, legs)[1] > top - CORNER:
         return TOUCHDOWN
     w[at.FACE_X], w[at.FACE_TOP], w[at.FACE_SEGMENT] = face, top, own
-    return STRIKE
+    return FACE_IMPACT
 
 
-def _over_the_top(world: World, b: Buffers, x: float) -> bool:
-    return bool(swing_foot(world, b, legs_within(b, x))[1] >= b.w[at.FACE_TOP])
+def _over_the_top(constants: SimulationConstants, b: Buffers, x: float) -> bool:
+    return bool(swing_foot(constants, b, legs_within(b, x))[1] >= b.w[at.FACE_TOP])
 
 
-def landing(world: World, b: Buffers, segment: int) -> tuple[float, float]:
+def landing(constants: SimulationConstants, b: Buffers, segment: int) -> tuple[float, float]:
     """Clearance of the swing foot over a segment at the step's end, m, and its rate, m/s."""
     legs = legs_at(b, b.out[0], b.out[1])
-    foot_x, foot_z = swing_foot(world, b, legs)
-    speed_x, speed_z = _foot_speed(world, b, legs)
-    return foot_z - height_of(world, segment, foot_x), speed_z - world.gradient[segment] * speed_x
+    foot_x, foot_z = swing_foot(constants, b, legs)
+    speed_x, speed_z = _foot_speed(constants, b, legs)
+    return foot_z - height_of(constants, segment, foot_x), speed_z - constants.gradient[segment] * speed_x
 
 
-def striking(world: World, b: Buffers) -> tuple[float, float]:
+def face_gap(constants: SimulationConstants, b: Buffers) -> tuple[float, float]:
     """Distance of the swing foot from the struck face at the step's end, m, and its rate, m/s."""
     legs = legs_at(b, b.out[0], b.out[1])
-    return swing_foot(world, b, legs)[0] - b.w[at.FACE_X], _foot_speed(world, b, legs)[0]
+    return swing_foot(constants, b, legs)[0] - b.w[at.FACE_X], _foot_speed(constants, b, legs)[0]
 
 
-def _foot_speed(world: World, b: Buffers, legs: Legs) -> tuple[float, float]:
+def _foot_speed(constants: SimulationConstants, b: Buffers, legs: Legs) -> tuple[float, float]:
     sine1, cosine1, sine2, cosine2 = legs
     return (
-        world.length * (cosine1 * b.out[2] - cosine2 * b.out[3]),
-        world.length * (sine2 * b.out[3] - sine1 * b.out[2]),
+        constants.length * (cosine1 * b.out[2] - cosine2 * b.out[3]),
+        constants.length * (sine2 * b.out[3] - sine1 * b.out[2]),
     )
 
 
-def body_ends(world: World, b: Buffers, legs: Legs, fallen_hip: float) -> int:
+def body_ends(constants: SimulationConstants, b: Buffers, legs: Legs, fallen_hip: float) -> int:
     """1 if the hip is too low, 2 if it is beyond the ground's end, 0 if neither."""
-    x, z = hip(world, b, legs)
+    x, z = hip(constants, b, legs)
     index = int(b.w[at.SEGMENT])
-    while index > 0 and world.x[index] > x:
+    while index > 0 and constants.x[index] > x:
         index -= 1
-    while index + 1 < len(world.x) and world.x[index + 1] <= x:
+    while index + 1 < len(constants.x) and constants.x[index + 1] <= x:
         index += 1
-    if (z - height_of(world, index, x)) * b.w[at.COSINE] < fallen_hip * world.length:
+    if (z - height_of(constants, index, x)) * b.w[at.COSINE] < fallen_hip * constants.length:
         return 1
-    return 2 if x >= world.end else 0
+    return 2 if x >= constants.end else 0

@@ -1,4 +1,4 @@
-"""Walking in the hybrid engine: from one touchdown to the next, and the leg exchange between (eq. 1-4).
+"""Walking in the hybrid engine: from one touchdown to the next, and the support transfer between (eq. 1-4).
 
 The functions are plain Python, called as such for a controller in plain Python, and compiled by `mjbiped.numerics.jit`
 for one that gives its laws as functions.
@@ -10,28 +10,28 @@ import math
 from typing import Any
 
 from mjbiped.engines.hybrid import state as at
-from mjbiped.engines.hybrid.accounting import account, note_ground_force, note_peak, take_sample
-from mjbiped.engines.hybrid.dynamics import attempt, begin, ensure_dense, is_motion, strike_rates
+from mjbiped.engines.hybrid.accounting import accumulate, note_ground_force, note_peak, take_sample
+from mjbiped.engines.hybrid.dynamics import attempt, begin, ensure_dense, face_impact_rates, is_motion
 from mjbiped.engines.hybrid.events import (
     CORNER,
+    FACE_IMPACT,
     FACE_WIDTH,
     NOTHING,
     OVER_THE_TOP,
-    STRIKE,
     TOUCHDOWN,
     body_ends,
     decided_by_ends,
+    face_gap,
     first_event,
     foot_over_ground,
     hip,
     landing,
     legs_at,
     legs_within,
-    striking,
     swing_foot,
 )
 from mjbiped.engines.hybrid.progress import is_tame, lags, watch
-from mjbiped.engines.hybrid.state import Buffers, Laws, World
+from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
 from mjbiped.numerics.dormand_prince import STAGES
 from mjbiped.records.rows import write_touchdown
 from mjbiped.robots.compass import impact_rates
@@ -57,7 +57,7 @@ MISSED = 1e-6  # of the leg's length: a foot that lands so far off the ground ha
 POLISHED = 1e-7  # a touchdown found so closely is brought home by one term of its Taylor series, s
 
 
-def advance(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
+def advance(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers) -> None:
     """Walk until the outcome is decided, the buffers have no room for one more step, or `b.w[at.PAUSE]` is reached.
 
     After a pause the next call goes on where this one stopped, be it in the middle of a gait step: the walk is bitwise
@@ -66,24 +66,24 @@ def advance(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
     Args:
         laws: The controller's and the integrator's functions.
         parameters: What the controller's take.
-        world: Robot, ground and limits.
+        constants: Robot, ground and limits.
         b: State; `b.w[at.OUTCOME]` says in the end whether the walk is over.
     """
     w = b.w
     room = len(b.samples) - 1
-    if math.isfinite(world.sample_period):
-        room -= int(world.stall_time / world.sample_period) + 2
+    if math.isfinite(constants.sample_period):
+        room -= int(constants.stall_time / constants.sample_period) + 2
     while (
         w[at.OUTCOME] == 0.0 and w[at.ROWS] < len(b.rows) and w[at.SAMPLES] <= room and w[at.EVALUATIONS] < w[at.PAUSE]
     ):
-        if gait_step(laws, parameters, world, b):
-            exchange(laws, parameters, world, b)
+        if gait_step(laws, parameters, constants, b):
+            transfer_support(laws, parameters, constants, b)
     if w[at.OUTCOME] != 0.0:
-        take_sample(laws, parameters, world, b, w[at.TIME], w[at.TIME] - w[at.CLOCK], b.y)
+        take_sample(laws, parameters, constants, b, w[at.TIME], w[at.TIME] - w[at.CLOCK], b.y)
 
 
-def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
-    """Move from just after a leg exchange to the next touchdown; whether there was one. The state is then in `b.y`.
+def gait_step(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers) -> bool:
+    """Move from just after a support transfer to the next touchdown; whether there was one. The state is then in `b.y`.
 
     Where there was none, the outcome is decided, or the engine pauses.
     """
@@ -91,14 +91,14 @@ def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
     t, step, limit = w[at.ELAPSED], w[at.NEXT_STEP], w[at.LIMIT]
     if w[at.UNDER_WAY] == 0.0:
         t = 0.0
-        limit = _look_ahead(laws, parameters, world, b, t)
-        _begin(laws, parameters, world, b, t)
+        limit = _look_ahead(laws, parameters, constants, b, t)
+        _begin(laws, parameters, constants, b, t)
         watch(w)
-    here = foot_over_ground(world, b, legs_at(b, b.y[0], b.y[1]))
+    here = foot_over_ground(constants, b, legs_at(b, b.y[0], b.y[1]))
     check = min(w[at.LOOK], w[at.PAUSE])
     while True:
         if w[at.EVALUATIONS] >= check:
-            if w[at.EVALUATIONS] >= w[at.LOOK] and lags(world, w, t):
+            if w[at.EVALUATIONS] >= w[at.LOOK] and lags(constants, w, t):
                 w[at.OUTCOME], w[at.TIME] = UNRESOLVED, w[at.CLOCK] + t
                 return False
             if w[at.EVALUATIONS] >= w[at.PAUSE]:
@@ -106,39 +106,39 @@ def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
                 return False
             check = min(w[at.LOOK], w[at.PAUSE])
         whole = limit - t
-        step = min(step, SLIDING_STEP if w[at.FACE] != 0.0 else world.longest_step)
+        step = min(step, SLIDING_STEP if w[at.FACE] != 0.0 else constants.longest_step)
         h = step if step < 0.5 * whole else (0.5 * whole if step < whole else whole)
-        error = attempt(laws, parameters, world, b, t, h)
+        error = attempt(laws, parameters, constants, b, t, h)
         if not error <= 1.0:
             step = h * (max(LEAST, CAUTION * _eighth_root(1.0 / error)) if error > 1.0 else LEAST)
             if step < SHORTEST_STEP or not is_motion(b.y):
-                w[at.OUTCOME] = UNRESOLVED if math.isfinite(error) and is_tame(world, b) else DIVERGED
+                w[at.OUTCOME] = UNRESOLVED if math.isfinite(error) and is_tame(constants, b) else DIVERGED
                 w[at.TIME] = w[at.CLOCK] + t
                 return False
             continue
         grown = h * (min(GREATEST, CAUTION * _eighth_root(1.0 / error)) if error > 0.0 else GREATEST)
         step = max(step, grown) if h < step else grown
         legs = legs_at(b, b.out[0], b.out[1])
-        ended = body_ends(world, b, legs, FALLEN_HIP)
-        there = foot_over_ground(world, b, legs)
+        ended = body_ends(constants, b, legs, FALLEN_HIP)
+        there = foot_over_ground(constants, b, legs)
         event, share = NOTHING, 1.0
-        if ended or not decided_by_ends(world, b, t, h, here, there):
-            ensure_dense(laws, parameters, world, b, t, h)
+        if ended or not decided_by_ends(constants, b, t, h, here, there):
+            ensure_dense(laws, parameters, constants, b, t, h)
             if ended:
-                share = _end_of_walk(world, b, h)
-            event, share = first_event(world, b, t, h, share)
+                share = _end_of_walk(constants, b, h)
+            event, share = first_event(constants, b, t, h, share)
         if event != NOTHING or ended:
-            h = _end_on(laws, parameters, world, b, t, share * h, event)
+            h = _end_on(laws, parameters, constants, b, t, share * h, event)
             if not is_motion(b.out):  # a torque that is none between the times at which it was asked before
                 w[at.OUTCOME], w[at.TIME] = DIVERGED, w[at.CLOCK] + t
                 return False
         released = w[at.FACE] != 0.0 and w[at.PRESS] < 0.0
         if released:  # and what the foot on the face would have met later in the step, it does not
-            h = _end_of_contact(laws, parameters, world, b, t, h)
+            h = _end_of_contact(laws, parameters, constants, b, t, h)
             event, ended = NOTHING, 0
         if released or event != NOTHING or ended:
             legs = legs_at(b, b.out[0], b.out[1])
-        whole_motion = account(laws, parameters, world, b, legs, t, h)
+        whole_motion = accumulate(laws, parameters, constants, b, legs, t, h)
         t = limit if h == whole else t + h
         for c in range(n):
             b.y[c] = b.out[c]
@@ -150,66 +150,68 @@ def gait_step(laws: Laws, parameters: Any, world: World, b: Buffers) -> bool:
         if event == TOUCHDOWN:
             w[at.UNDER_WAY] = 0.0
             return True
-        if event == STRIKE:
-            _strike(world, b)
-            _begin(laws, parameters, world, b, t)
+        if event == FACE_IMPACT:
+            _hit_face(constants, b)
+            _begin(laws, parameters, constants, b, t)
         elif event == OVER_THE_TOP or released:
             w[at.FACE] = 0.0
-            _begin(laws, parameters, world, b, t)
+            _begin(laws, parameters, constants, b, t)
         elif ended:
             w[at.OUTCOME] = FELL if ended == 1 else LEFT_TERRAIN
             return False
-        elif t >= world.stall_time:
+        elif t >= constants.stall_time:
             w[at.OUTCOME] = STALLED
             return False
         elif t == limit:
-            limit = _look_ahead(laws, parameters, world, b, t)
-            _begin(laws, parameters, world, b, t)
+            limit = _look_ahead(laws, parameters, constants, b, t)
+            _begin(laws, parameters, constants, b, t)
         else:
             for c in range(n):
                 b.k[c] = b.k[STAGES * n + c]
             here = there
             continue
-        here = foot_over_ground(world, b, legs_at(b, b.y[0], b.y[1]))
+        here = foot_over_ground(constants, b, legs_at(b, b.y[0], b.y[1]))
 
 
 def _eighth_root(x: float) -> float:
     return math.sqrt(math.sqrt(math.sqrt(x)))
 
 
-def _begin(laws: Laws, parameters: Any, world: World, b: Buffers, t: float) -> None:
+def _begin(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float) -> None:
     """Rates of a state that no step has led to, with its torques and its friction."""
-    begin(laws, parameters, world, b, t)
+    begin(laws, parameters, constants, b, t)
     note_peak(b.w, b.w[at.ANKLE], b.w[at.HIP])
-    note_ground_force(world, b, legs_at(b, b.y[0], b.y[1]), b.y, 0)
+    note_ground_force(constants, b, legs_at(b, b.y[0], b.y[1]), b.y, 0)
 
 
-def _look_ahead(laws: Laws, parameters: Any, world: World, b: Buffers, t: float) -> float:
+def _look_ahead(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float) -> float:
     """Time up to which the law is smooth, or the robot has stalled; keeps the law on this side of both."""
     w = b.w
     for index in range(len(b.y) - at.ANGLES_AND_RATES - at.WORKS):
         b.memory[index] = b.y[at.ANGLES_AND_RATES + index]
-    there = laws.next_break(parameters, b.memory, t)
+    there = laws.next_discontinuity(parameters, b.memory, t)
     if not there > t:
         there = math.inf
     w[at.AFTER] = t * (1.0 + JUST_BESIDE)
     w[at.BEFORE] = there * (1.0 - JUST_BESIDE)
-    return float(min(there, world.stall_time))
+    return float(min(there, constants.stall_time))
 
 
-def _end_of_walk(world: World, b: Buffers, h: float) -> float:
+def _end_of_walk(constants: SimulationConstants, b: Buffers, h: float) -> float:
     """Share of the step at which the robot has fallen or left the ground."""
     x, end = 0.0, 1.0
     while (end - x) * h > 1e-9:
         middle = 0.5 * (x + end)
-        if body_ends(world, b, legs_within(b, middle), FALLEN_HIP):
+        if body_ends(constants, b, legs_within(b, middle), FALLEN_HIP):
             end = middle
         else:
             x = middle
     return end
 
 
-def _end_on(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: float, event: int) -> float:
+def _end_on(
+    laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float, h: float, event: int
+) -> float:
     """Take the step again so that it ends on its event; returns its length.
 
     Newton's method on steps of the full order, for the dense output is of a lower one, and at last a Taylor term.
@@ -217,13 +219,13 @@ def _end_on(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: 
     n = len(b.y)
     h = max(h, SHORTEST_STEP)
     for _ in range(6):
-        attempt(laws, parameters, world, b, t, h)
-        if event != TOUCHDOWN and event != STRIKE:
+        attempt(laws, parameters, constants, b, t, h)
+        if event != TOUCHDOWN and event != FACE_IMPACT:
             break
         if event == TOUCHDOWN:
-            gap, speed = landing(world, b, int(b.w[at.LANDING]))
+            gap, speed = landing(constants, b, int(b.w[at.LANDING]))
         else:
-            gap, speed = striking(world, b)
+            gap, speed = face_gap(constants, b)
         if speed == 0.0 or abs(gap) > abs(speed) * 1e-3:
             break  # it grazes: the crossing that was found stands
         change = -gap / speed
@@ -238,30 +240,32 @@ def _end_on(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: 
     return h
 
 
-def _end_of_contact(laws: Laws, parameters: Any, world: World, b: Buffers, t: float, h: float) -> float:
+def _end_of_contact(
+    laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float, h: float
+) -> float:
     """Take the step again so that it ends when the foot no longer presses on the face; returns its length."""
     low, high = 0.0, h
     while high - low > 1e-9:
         middle = 0.5 * (low + high)
-        attempt(laws, parameters, world, b, t, middle)
+        attempt(laws, parameters, constants, b, t, middle)
         if b.w[at.PRESS] < 0.0:
             high = middle
         else:
             low = middle
-    attempt(laws, parameters, world, b, t, high)
+    attempt(laws, parameters, constants, b, t, high)
     return high
 
 
-def _strike(world: World, b: Buffers) -> None:
+def _hit_face(constants: SimulationConstants, b: Buffers) -> None:
     """The swing foot meets a vertical face: plastic and without friction; the stance foot stays."""
     y, w = b.y, b.w
-    w[at.FACE] = 1.0 if world.x[int(w[at.LANDING])] == w[at.FACE_X] else -1.0
-    y[2], y[3] = strike_rates(world.constants, world.length, w[at.SLOPE], y[0], y[1], y[2], y[3])
-    w[at.STRIKES] = 1.0
+    w[at.FACE] = 1.0 if constants.x[int(w[at.LANDING])] == w[at.FACE_X] else -1.0
+    y[2], y[3] = face_impact_rates(constants.robot, constants.length, w[at.SLOPE], y[0], y[1], y[2], y[3])
+    w[at.FACE_IMPACTS] = 1.0
 
 
-def exchange(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
-    """Impact map (2), exchange of the legs, the controller's touchdown, and a row of the record.
+def transfer_support(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers) -> None:
+    """Impact map (2), support transfer, the controller's touchdown, and a row of the record.
 
     No row tells of a foot that is not on the ground: the walk has then diverged.
     """
@@ -270,15 +274,15 @@ def exchange(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
     old_slope, stance = w[at.SLOPE], int(w[at.STANCE])
     q1, q2, dq1, dq2 = y[0], y[1], y[2], y[3]
     legs = legs_at(b, q1, q2)
-    hip_x, hip_z = hip(world, b, legs)
-    foot_x, foot_z = swing_foot(world, b, legs)
-    segment = segment_stood_on(world, foot_x, foot_z, CORNER, FACE_WIDTH, FACE_WIDTH)
-    if not abs(foot_z - height_of(world, segment, foot_x)) <= MISSED * world.length + CORNER:
+    hip_x, hip_z = hip(constants, b, legs)
+    foot_x, foot_z = swing_foot(constants, b, legs)
+    segment = segment_stood_on(constants, foot_x, foot_z, CORNER, FACE_WIDTH, FACE_WIDTH)
+    if not abs(foot_z - height_of(constants, segment, foot_x)) <= MISSED * constants.length + CORNER:
         w[at.OUTCOME] = DIVERGED
         return
-    slope = world.angle[segment]
+    slope = constants.angle[segment]
     new1, new2 = q2 + old_slope - slope, q1 + old_slope - slope
-    rate1, rate2 = impact_rates(world.constants, q1, q2, dq1, dq2)
+    rate1, rate2 = impact_rates(constants.robot, q1, q2, dq1, dq2)
     for index in range(own):
         b.memory[index] = y[at.ANGLES_AND_RATES + index]
     estimate_before = laws.slope_estimate(parameters, b.memory)
@@ -286,7 +290,7 @@ def exchange(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
     w[at.CLOCK], w[at.AFTER], w[at.BEFORE] = w[at.TIME], 0.0, math.inf
     w[at.STANCE] = 1.0 - w[at.STANCE]
     w[at.SLOPE], w[at.SINE], w[at.COSINE] = slope, math.sin(slope), math.cos(slope)
-    w[at.FOOT_X], w[at.FOOT_Z] = foot_x, height_of(world, segment, foot_x)
+    w[at.FOOT_X], w[at.FOOT_Z] = foot_x, height_of(constants, segment, foot_x)
     y[0], y[1], y[2], y[3] = new1, new2, rate1, rate2
     for index in range(own):
         y[at.ANGLES_AND_RATES + index] = b.memory[index]
@@ -313,16 +317,16 @@ def exchange(laws: Laws, parameters: Any, world: World, b: Buffers) -> None:
         slip=0.0,
         penetration=0.0,
         friction=w[at.FRICTION],
-        strikes=w[at.STRIKES],
+        strikes=w[at.FACE_IMPACTS],
         slope_estimate_before=estimate_before,
         slope_estimate=laws.slope_estimate(parameters, b.memory),
         normal_force=w[at.NORMAL_FORCE],
     )
     w[at.ROWS] += 1.0
     w[at.COUNT] += 1.0
-    w[at.ARMED] = w[at.FACE] = w[at.FRICTION] = w[at.STRIKES] = 0.0
+    w[at.CONTACT_ENABLED] = w[at.FACE] = w[at.FRICTION] = w[at.FACE_IMPACTS] = 0.0
     w[at.FACE_X], w[at.NORMAL_FORCE] = math.nan, math.inf
-    if w[at.COUNT] >= world.steps or foot_x >= world.distance:
+    if w[at.COUNT] >= constants.steps or foot_x >= constants.distance:
         w[at.OUTCOME] = FINISHED
-    elif foot_x >= world.end:
+    elif foot_x >= constants.end:
         w[at.OUTCOME] = LEFT_TERRAIN

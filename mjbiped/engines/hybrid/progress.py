@@ -10,7 +10,15 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from mjbiped.engines.hybrid.state import BEGUN, EVALUATIONS, LOOK, LOOKED, UNDER_WAY, Buffers, World
+from mjbiped.engines.hybrid.state import (
+    EVALUATIONS,
+    LOOK,
+    LOOKED,
+    STEP_STARTED,
+    UNDER_WAY,
+    Buffers,
+    SimulationConstants,
+)
 from mjbiped.numerics.dormand_prince import STAGES
 
 MOST_ATTEMPTS = 100_000  # integration steps tried in one gait step; the paper's controller needs some 20
@@ -25,24 +33,24 @@ TAME = 1e3
 def watch(w: Any) -> None:
     """Begin to watch a gait step."""
     w[UNDER_WAY], w[LOOKED] = 1.0, 0.0
-    w[BEGUN] = w[EVALUATIONS]
-    w[LOOK] = w[BEGUN] + STAGES * ATTEMPTS_BETWEEN_LOOKS
+    w[STEP_STARTED] = w[EVALUATIONS]
+    w[LOOK] = w[STEP_STARTED] + STAGES * ATTEMPTS_BETWEEN_LOOKS
 
 
-def lags(world: World, w: Any, t: float) -> bool:
+def lags(constants: SimulationConstants, w: Any, t: float) -> bool:
     """Whether a gait step takes too many integration steps, or the last of them have brought it on too little.
 
     Args:
-        world: Tells the stall time.
+        constants: Tells the stall time.
         w: Scalars of the walk.
-        t: Time since the leg exchange, s.
+        t: Time since the support transfer, s.
     """
     progress = t - w[LOOKED]
     w[LOOKED], w[LOOK] = t, w[EVALUATIONS] + STAGES * ATTEMPTS_BETWEEN_LOOKS
-    tried = w[EVALUATIONS] - w[BEGUN]
-    return bool(tried > STAGES * MOST_ATTEMPTS or progress < LEAST_PROGRESS * world.stall_time)
+    tried = w[EVALUATIONS] - w[STEP_STARTED]
+    return bool(tried > STAGES * MOST_ATTEMPTS or progress < LEAST_PROGRESS * constants.stall_time)
 
 
-def is_tame(world: World, b: Buffers) -> bool:
+def is_tame(constants: SimulationConstants, b: Buffers) -> bool:
     """Whether the robot moves as robots do."""
-    return bool(abs(b.y[2]) + abs(b.y[3]) < TAME * math.sqrt(world.gravity / world.length))
+    return bool(abs(b.y[2]) + abs(b.y[3]) < TAME * math.sqrt(constants.gravity / constants.length))

@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.control.check import refused_in_words
-from mjbiped.control.methods import gives_its_law, next_break, slope_estimate, torque, touchdown
+from mjbiped.control.methods import gives_its_law, next_discontinuity, slope_estimate, torque, touchdown
 from mjbiped.engines.base import Show
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.accounting import write_state
 from mjbiped.engines.hybrid.dynamics import HANDED_ON, rates_where
 from mjbiped.engines.hybrid.gait_step import advance
-from mjbiped.engines.hybrid.state import Buffers, Laws, World
+from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
 from mjbiped.numerics.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
 from mjbiped.numerics.jit import compiled
 from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
@@ -48,10 +48,10 @@ _SHORT, _LONG = 0.02, 0.08  # s: a stint shall take a time between these
 _STALLS = 10  # longest gait steps of which the buffer holds the samples
 _WHY = {
     Outcome.UNRESOLVED: "the torque switches, or changes, faster than the integrator can follow: name the times of its "
-    "jumps in the controller's next_break, make it smooth, or walk with engine='mujoco' and a control_period",
+    "jumps in the controller's next_discontinuity, make it smooth, or walk with engine='mujoco' and a control_period",
     Outcome.DIVERGED: "torques or motion are beyond all bounds, or no numbers",
 }
-_METHODS = (torque, touchdown, slope_estimate, next_break)
+_METHODS = (torque, touchdown, slope_estimate, next_discontinuity)
 
 
 class HybridSimulation:
@@ -61,7 +61,7 @@ class HybridSimulation:
         controller: Drives stance ankle and hip.
         compiled: Whether the controller's laws are compiled; a controller without `law` runs in plain Python.
         advance: `gait_step.advance` for these laws: a function of their parameters, the world and the buffers.
-        world: Robot, ground and limits in plain numbers.
+        constants: Robot, ground and limits in plain numbers.
         buffers: The state of the walk.
     """
 
@@ -89,7 +89,7 @@ class HybridSimulation:
             q: Stance (left) and swing angle at the start, from the ground's normal under x = 0, rad.
             dq: Their rates, rad/s.
             steps: Touchdowns after which the walk is finished; None: no limit.
-            distance: Place x of the stance foot at which it is finished, m; None: no limit.
+            distance: Position x of the stance foot at which it is finished, m; None: no limit.
             sample_period: Time between two samples, s; infinity: none but the last.
             scuffing: When the swing foot may touch the ground.
             tolerance: Of an integration step.
@@ -108,15 +108,15 @@ class HybridSimulation:
             at.ANGLES_AND_RATES + len(controller.states) + at.WORKS, untested=at.WORKS, arguments=HANDED_ON
         )
         if law is not None:
-            laws = Laws(law.torque, law.touchdown, law.slope_estimate, law.next_break, *integrator)
+            laws = Laws(law.torque, law.touchdown, law.slope_estimate, law.next_discontinuity, *integrator)
             self.advance: Any = compiled(advance, Laws, tuple(laws), inlined=(rates_where, law.torque))
             self._parameters = law.parameters
         else:
             laws = Laws(*_METHODS, *integrator)
             self.advance = partial(advance, laws)
             self._parameters = controller
-        self.world = World(
-            constants=robot.constants,
+        self.constants = SimulationConstants(
+            robot=robot.constants,
             length=robot.leg_length,
             mass=robot.total_mass,
             gravity=robot.gravity,
@@ -143,7 +143,7 @@ class HybridSimulation:
 
     def _begin(self, terrain: Terrain, q: Sequence[float], dq: Sequence[float]) -> Buffers:
         """Buffers of a walk that starts with the left foot at x = 0."""
-        controller, world = self.controller, self.world
+        controller, constants = self.controller, self.constants
         own = len(controller.states)
         n = at.ANGLES_AND_RATES + own + at.WORKS
         memory = [0.0] * controller.memory_size
@@ -155,10 +155,10 @@ class HybridSimulation:
         w[at.SEGMENT] = float(terrain.segment_at(0.0))
         w[at.FACE_X], w[at.NORMAL_FORCE] = math.nan, math.inf
         w[at.PAUSE] = math.inf
-        w[at.NEXT_STEP] = FIRST_STEP * math.sqrt(world.length / world.gravity)
+        w[at.NEXT_STEP] = FIRST_STEP * math.sqrt(constants.length / constants.gravity)
         samples = 1
-        if math.isfinite(world.sample_period):
-            samples += (_STALLS if self.compiled else 2) * (int(world.stall_time / world.sample_period) + 3)
+        if math.isfinite(constants.sample_period):
+            samples += (_STALLS if self.compiled else 2) * (int(constants.stall_time / constants.sample_period) + 3)
         return Buffers(
             y=self._table([*q, *dq, *memory[:own], *[0.0] * at.WORKS]),
             out=self._table([0.0] * n),
@@ -196,7 +196,7 @@ class HybridSimulation:
             import numba
 
             with refused_in_words(self.controller, self._law):
-                self.advance.compile(tuple(map(numba.typeof, (self._parameters, self.world, self.buffers))))
+                self.advance.compile(tuple(map(numba.typeof, (self._parameters, self.constants, self.buffers))))
 
     def go_on(self, cancellation: Cancellation = never_cancelled) -> None:
         """Walk some steps further; rows and samples are then in the buffers, for `take`.
@@ -214,11 +214,11 @@ class HybridSimulation:
         with refused_in_words(self.controller, self._law):
             while True:
                 w[at.PAUSE] = w[at.EVALUATIONS] + self._stint
-                begun = time.perf_counter()
-                self.advance(self._parameters, self.world, self.buffers)
+                started = time.perf_counter()
+                self.advance(self._parameters, self.constants, self.buffers)
                 if w[at.EVALUATIONS] < w[at.PAUSE] or self.outcome is not Outcome.WALKING:
                     return
-                taken = time.perf_counter() - begun
+                taken = time.perf_counter() - started
                 if taken < _SHORT:
                     self._stint *= 4
                 elif taken > _LONG:
@@ -240,7 +240,7 @@ class HybridSimulation:
         memory = [*state[at.ANGLES_AND_RATES :][:own], *(float(value) for value in buffers.memory[own:])]
         row, w = np.empty((1, buffers.samples.shape[1])), buffers.w
         estimate = self.controller.slope_estimate(memory)
-        write_state(self.world, buffers, row[0], w[at.TIME], state, (w[at.ANKLE], w[at.HIP]), estimate)
+        write_state(self.constants, buffers, row[0], w[at.TIME], state, (w[at.ANKLE], w[at.HIP]), estimate)
         recorder.add(buffers.rows[:0], row)
 
 

@@ -9,16 +9,16 @@ from typing import Any, NamedTuple
 
 from mjbiped.robots.compass import Constants
 
-# places in the scalars `w`
+# indices in the scalars `w`
 (
-    CLOCK,  # time of the last leg exchange, s
+    CLOCK,  # time of the last support transfer, s
     STANCE,  # 0 left, 1 right
     SLOPE,  # of the ground under the stance foot, rad
     SINE,
     COSINE,
     FOOT_X,  # stance foot, m
     FOOT_Z,
-    ARMED,  # 1: the swing foot collides
+    CONTACT_ENABLED,  # 1: the swing foot collides
     SEGMENT,  # of the terrain, under the swing foot when last looked at: where the search begins
     FACE,  # the swing foot slides on a vertical face: 1 ahead of it, -1 behind it, 0 not
     FACE_X,  # of the last face struck in this step, m; NaN without one
@@ -36,7 +36,7 @@ from mjbiped.robots.compass import Constants
     PEAK_HIP,
     FRICTION,  # greatest |F_t / F_n| of this step
     NORMAL_FORCE,  # least F_n of this step, N; below zero the ground would have to pull
-    STRIKES,  # 1: one in this step
+    FACE_IMPACTS,  # 1: one in this step
     WORK_ABSOLUTE,  # since the start, J
     WORK_NET,
     WORK_POSITIVE,
@@ -51,11 +51,11 @@ from mjbiped.robots.compass import Constants
     EVALUATIONS,  # of the law, since the start
     PAUSE,  # so many of them bring the engine back to Python, wherever it is
     UNDER_WAY,  # 1: it came back in the middle of a gait step
-    ELAPSED,  # there: time since the leg exchange, s
+    ELAPSED,  # there: time since the support transfer, s
     LIMIT,  # there: time up to which the law is smooth, s
-    BEGUN,  # evaluations at the gait step's beginning
+    STEP_STARTED,  # evaluations at the gait step's beginning
     LOOK,  # so many of them, and the gait step's progress is looked at
-    LOOKED,  # time since the leg exchange when it was looked at, s
+    LOOKED,  # time since the support transfer when it was looked at, s
 ) = range(45)
 SCALARS = 45
 
@@ -71,7 +71,7 @@ class Laws(NamedTuple):
         torque: See `controllers.Law`.
         touchdown: The same.
         slope_estimate: The same.
-        next_break: The same.
+        next_discontinuity: The same.
         begin: See `dormand_prince.Integrator`.
         step: The same.
         dense: The same.
@@ -80,17 +80,17 @@ class Laws(NamedTuple):
     torque: Any
     touchdown: Any
     slope_estimate: Any
-    next_break: Any
+    next_discontinuity: Any
     begin: Any
     step: Any
     dense: Any
 
 
-class World(NamedTuple):
+class SimulationConstants(NamedTuple):
     """Robot, ground, rules and limits.
 
     Attributes:
-        constants: Of the robot that walks.
+        robot: Lumped constants of the robot that walks.
         length: Of a leg, m.
         mass: Of the robot, kg.
         gravity: m/s^2.
@@ -103,13 +103,13 @@ class World(NamedTuple):
         stall_time: Longest time without touchdown, s.
         end: Ground ends here, x in m.
         steps: Touchdowns after which the walk is finished.
-        distance: Place of the stance foot at which it is finished, x in m.
+        distance: Position of the stance foot at which it is finished, x in m.
         tolerance: Of the integrator's steps.
         longest_step: The longest of them, s.
         sample_period: s.
     """
 
-    constants: Constants
+    robot: Constants
     length: float
     mass: float
     gravity: float
@@ -137,7 +137,7 @@ class Buffers(NamedTuple):
         spare: A state in between.
         k: Rates at the step's stages.
         dense: Its dense output.
-        w: Scalars, in the places above.
+        w: Scalars, at the indices above.
         memory: The controller's.
         rows: Touchdowns, one row each, in the order of `columns.TOUCHDOWNS`.
         samples: Samples, one row each: those of `columns.SAMPLES`, then the controller's states.

@@ -45,7 +45,7 @@ class Places(NamedTuple):
         profile: The ground, as far as it was built.
         rises: Steps up at the starts of its segments, m.
         feet: Geoms of the left and the right foot.
-        contacts: Places in the sensor data where the left and the right foot's contacts begin.
+        contacts: Indices in the sensor data where the left and the right foot's contacts begin.
         slots: Floats of one foot's contacts.
         risers: For each geom the segment at whose start it is the riser; -1 for the others.
         first: For each geom the first of the segments that it is the ground of; all are where it is none.
@@ -62,7 +62,7 @@ class Places(NamedTuple):
     last: Floats
 
 
-class World(NamedTuple):
+class SimulationConstants(NamedTuple):
     """What does not change in a walk, beside the controller's parameters.
 
     Attributes:
@@ -104,13 +104,13 @@ class Setting(NamedTuple):
     Attributes:
         laws: The controller's.
         parameters: Theirs.
-        world: The walk's.
+        constants: The walk's.
         recording: To be written.
     """
 
     laws: Laws
     parameters: Any
-    world: World
+    constants: SimulationConstants
     recording: Recording
 
 
@@ -141,22 +141,22 @@ def control(setting: Setting, userdata: Userdata, ctrl: MutableSequence[float], 
     Returns:
         Whether anything was changed.
     """
-    world, recording = setting.world, setting.recording
+    constants, recording = setting.constants, setting.recording
     u, memory, rates = userdata
     if not (u[events.RUNNING] and time > u[events.TIME]):
         return False
     over = u[events.OUTCOME] != 0.0
     if u[events.TIME] >= 0.0:
-        for index in range(world.states):
+        for index in range(constants.states):
             memory[index] += (time - u[events.TIME]) * rates[index]
     u[events.PLANNED], u[events.PLAIN] = u[events.PLANNED_NEXT], u[events.PLAIN_NEXT]
     if u[events.TRANSFERRED] and u[events.NOTED]:
         _write_row(recording, u)  # of a touchdown that the controller is never told of
     u[events.LAST_STEP] = step_size.step_before(u, time)
-    events.observe(u, world.limits, world.places.profile, time, state)
+    events.observe(u, constants.limits, constants.places.profile, time, state)
     due = time > u[events.NEXT_CONTROL] - _NOW
     if due:
-        u[events.NEXT_CONTROL] += world.control_period
+        u[events.NEXT_CONTROL] += constants.control_period
     if due or (u[events.TRANSFERRED] and u[events.OUTCOME]):  # the last touchdown is told at once: its row is whole
         _tick(setting, userdata, time)
     right = bool(u[events.STANCE])
@@ -198,7 +198,7 @@ def _tick(setting: Setting, userdata: Userdata, time: float) -> None:
         )
         u[events.ESTIMATE_AFTER] = laws.slope_estimate(parameters, memory)
         _write_row(recording, u)
-    values = laws.torque(parameters, memory, time - u[events.EXCHANGE_TIME], q1, q2, dq1, dq2)
+    values = laws.torque(parameters, memory, time - u[events.TRANSFER_TIME], q1, q2, dq1, dq2)
     for index in range(len(values) - 2):
         rates[index] = values[2 + index]
     ankle, hip = values[0], values[1]
@@ -221,7 +221,7 @@ def _write_row(recording: Recording, u: MutableSequence[float]) -> None:
 
 def take_sample(setting: Setting, userdata: Userdata, time: float, qpos: Sequence[float]) -> None:
     """Write down the state now, with the torque that is held from now on."""
-    laws, parameters, world, recording = setting
+    laws, parameters, constants, recording = setting
     u, memory, _ = userdata
     row = int(u[events.SAMPLES])
     if not 0 <= row < len(recording.samples):
@@ -240,13 +240,13 @@ def take_sample(setting: Setting, userdata: Userdata, time: float, qpos: Sequenc
         stance=u[events.STANCE],
         qpos=(qpos[0], qpos[1], qpos[2], qpos[3]),
     )
-    for index in range(world.states):
+    for index in range(constants.states):
         recording.samples[row, SAMPLED + index] = memory[index]
     u[events.SAMPLES] += 1.0
 
 
 def sense(
-    world: World,
+    constants: SimulationConstants,
     u: MutableSequence[float],
     readings: Sequence[float],
     time: float,
@@ -256,7 +256,7 @@ def sense(
     """`mjcb_sensor` at the acceleration stage, after MuJoCo has filled its own contact sensors.
 
     Args:
-        world: The walk's.
+        constants: The walk's.
         u: Userdata.
         readings: Sensor data.
         time: Now, s.
@@ -270,39 +270,39 @@ def sense(
     if not u[events.RUNNING]:
         return 0.0, 1.0
     stance = 1 if u[events.STANCE] else 0
-    own, other, slots = world.places.contacts[stance], world.places.contacts[1 - stance], world.places.slots
-    events.feel(u, world.limits, readings[own : own + slots], readings[other : other + slots])
-    if not world.lands:
-        u[events.KICK] = world.timestep
+    own, other, slots = constants.places.contacts[stance], constants.places.contacts[1 - stance], constants.places.slots
+    events.read_contacts(u, constants.limits, readings[own : own + slots], readings[other : other + slots])
+    if not constants.lands:
+        u[events.EFFECTIVE_STEP] = constants.timestep
         return 0.0, 1.0
-    length = step_size.step_length(u, world, time, state, qacc)
-    return length, u[events.KICK] / length
+    length = step_size.step_length(u, constants, time, state, qacc)
+    return length, u[events.EFFECTIVE_STEP] / length
 
 
-def softness(world: World, u: Sequence[float], time: float) -> tuple[float, float]:
+def softness(constants: SimulationConstants, u: Sequence[float], time: float) -> tuple[float, float]:
     """`mjcb_contactfilter`, first: the feet's `solref` in this step; zeros: as the model has it.
 
     Args:
-        world: The walk's.
+        constants: The walk's.
         u: Userdata.
         time: Now, s.
     """
-    return step_size.softness(u, time) if u[events.RUNNING] and world.lands else (0.0, 0.0)
+    return step_size.softness(u, time) if u[events.RUNNING] and constants.lands else (0.0, 0.0)
 
 
-def refuses(world: World, u: Sequence[float], centres: Any, first: int, second: int) -> bool:
+def refuses(constants: SimulationConstants, u: Sequence[float], centres: Any, first: int, second: int) -> bool:
     """`mjcb_contactfilter`: whether a pair of geoms does not collide.
 
-    The swing foot passes through everything until it is armed (scuffing rule). From then on it is a point: it meets
-    the piece of the ground that it is over, and a riser if it is beside that (`profile.segment_met`). It cannot
-    meet a piece's corner.
+    The swing foot passes through everything until its contact is enabled (scuffing rule). From then on it is a point:
+    it meets the piece of the ground that it is over, and a riser if it is beside that (`profile.segment_met`). It
+    cannot meet a piece's corner.
 
     The stance foot, which stands still, meets all ground but what stands beside it: not the risers, nor a higher piece.
     And it passes through the ground from the step on that resolves the other foot's touchdown, as it does after the
-    exchange: a solver with a convex friction cone would drag a foot that leaves the ground obliquely.
+    support transfer: a solver with a convex friction cone would drag a foot that leaves the ground obliquely.
 
     Args:
-        world: The walk's.
+        constants: The walk's.
         u: Userdata.
         centres: Of all geoms, an array of shape (geoms, 3), m.
         first: One geom.
@@ -311,15 +311,18 @@ def refuses(world: World, u: Sequence[float], centres: Any, first: int, second: 
     if not u[events.RUNNING]:
         return False
     right = 1 if u[events.STANCE] else 0
-    places = world.places
+    places = constants.places
     stance, swing = places.feet[right], places.feet[1 - right]
-    armed = bool(u[events.ARMED])
+    contact_enabled = bool(u[events.CONTACT_ENABLED])
     if swing in (first, second):
         other = second if first == swing else first
-        return not armed or not _meets(places, centres[swing, 0], centres[swing, 2], other)
+        return not contact_enabled or not _meets(places, centres[swing, 0], centres[swing, 2], other)
     if stance not in (first, second):
         return False
-    if armed and -world.deepest < height_over_ground(places.profile, centres[swing, 0], centres[swing, 2]) < 0.0:
+    if (
+        contact_enabled
+        and -constants.deepest < height_over_ground(places.profile, centres[swing, 0], centres[swing, 2]) < 0.0
+    ):
         return True
     return _beside(places, centres[stance, 0], centres[stance, 2], second if first == stance else first)
 

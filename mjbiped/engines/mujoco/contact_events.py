@@ -1,6 +1,6 @@
 """Contact events: what the engine remembers from one physics step to the next, and how it exchanges the legs.
 
-All of it stands in `mjData.userdata`, in the places named below, so that a walk can be copied, saved and resumed with
+All of it stands in `mjData.userdata`, at the indices named below, so that a walk can be copied, saved and resumed with
 MuJoCo's own state functions, and nothing depends on how often a callback fires at the same time. The functions work on
 any mutable sequence of floats; they know neither MuJoCo's objects nor the controller. They run in plain Python and
 compiled, bit by bit the same.
@@ -11,10 +11,10 @@ One physics step from t to t + h:
    noted in it, lets the swing foot collide when the scuffing rule says so, and looks for an end of the walk;
 2. the controller ticks;
 3. MuJoCo resolves the contacts;
-4. `feel` (in the sensor callback): notes touchdown, friction and penetration as the contact sensors show them;
+4. `read_contacts` (in the sensor callback): notes touchdown, friction and penetration as the contact sensors show them;
 5. `step_size.step_length` (there too) says how long this step is: it ends where the swing foot meets the ground.
 
-The exchange comes one call after the contact was resolved: the rates are then already those after the impact.
+The support transfer comes one call after the contact was resolved: the rates are then already those after the impact.
 """
 
 from __future__ import annotations
@@ -29,28 +29,28 @@ from mjbiped.rules.scuffing import swing_foot_collides
 from mjbiped.rules.termination import FALLEN_HIP, LIGHT_CONTACT, SLIPPED_FOOT, Limits, Outcome
 from mjbiped.terrain.profile import Profile, height_of, height_over, segment_stood_on
 
-# --- places in userdata -----------------------------------------------------------------------------------------------
+# --- indices in userdata ----------------------------------------------------------------------------------------------
 (
     RUNNING,  # 0 in zeroed userdata: then nothing acts
     TIME,  # of the last observation, s
     PLANNED,  # length of the physics step from then on that its contacts are made for, s; see `step_size`
     PLANNED_NEXT,  # the same of the step after it, s
-    PLAIN,  # 1: its kick is as long as the step itself
+    PLAIN,  # 1: its effective step is as long as the step itself
     PLAIN_NEXT,  # the same of the step after it
-    KICK,  # time for which the accelerations act in it, s
+    EFFECTIVE_STEP,  # time for which the accelerations act in it, s
     LAST_STEP,  # length of the step before, s; 0 just after an impact
     STANCE,  # 0 left, 1 right
-    EXCHANGE_TIME,  # of the last leg exchange, s
+    TRANSFER_TIME,  # of the last support transfer, s
     NEXT_CONTROL,  # when the controller ticks next, s
     NEXT_SAMPLE,  # when a sample is due, s
     SAMPLES,  # that wait to be taken from the recording; see `callbacks.Recording`
     ROWS,  # of touchdowns that wait there
     TRANSFERRED,  # 1: there was a support transfer that the controller does not know of yet
-    ARMED,  # 1: the swing foot collides
+    CONTACT_ENABLED,  # 1: the swing foot collides
     SLOPE,  # of the ground under the stance foot, rad
-    FOOT_X,  # stance foot at the exchange, m
+    FOOT_X,  # stance foot at the support transfer, m
     FOOT_Z,
-    FOOT_ANGLE,  # stance leg at the exchange, rad
+    FOOT_ANGLE,  # stance leg at the support transfer, rad
     NOTED,  # 1: touchdown resolved in the last step
     ANKLE,  # torque held, N m
     HIP,
@@ -63,7 +63,7 @@ from mjbiped.terrain.profile import Profile, height_of, height_over, segment_sto
     WORK_POSITIVE,
     PEAK_ANKLE,  # since the start, N m
     PEAK_HIP,
-    SLIP,  # greatest in this step: way that the stance foot slid along the ground, m
+    SLIP,  # greatest in this step: distance that the stance foot slid along the ground, m
     PENETRATION,  # m
     FRICTION,  # |F_t| / F_n
     FORCE,  # F_n of the stance foot in the physics step last resolved, N
@@ -71,14 +71,14 @@ from mjbiped.terrain.profile import Profile, height_of, height_over, segment_sto
     STRETCH,  # how long that is ago, s
     WITHOUT_CONTACT,  # how long the stance foot has had none, s
     NORMAL_FORCE,  # least average in this step, N
-    STRIKES,  # 1: the swing foot struck a vertical face in this step
+    FACE_IMPACTS,  # 1: the swing foot struck a vertical face in this step
     COUNT,  # touchdowns so far
     OUTCOME,
     RECORD,  # which of its model's records holds for this walk where the callbacks are compiled; see `native`
-    LAST_TOUCHDOWN,  # first place of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
+    LAST_TOUCHDOWN,  # first index of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
 ) = range(45)
 
-# of the touchdown's row, each the first of two places: what the controller is told
+# of the touchdown's row, each the first of two indices: what the controller is told
 TOLD_Q_BEFORE, TOLD_Q, TOLD_DQ = (LAST_TOUCHDOWN + index_of(TOUCHDOWNS, name) for name in ("q_before", "q", "dq"))
 ESTIMATE_BEFORE = LAST_TOUCHDOWN + index_of(TOUCHDOWNS, "slope_estimate_before")
 ESTIMATE_AFTER = LAST_TOUCHDOWN + index_of(TOUCHDOWNS, "slope_estimate")
@@ -154,23 +154,23 @@ def observe(u: MutableSequence[float], limits: Limits, profile: Profile, time: f
     length = limits.leg_length
     stance, swing = by_role(u, left, right)
     foot_x, foot_z = hip_x - length * math.sin(stance), hip_z - length * math.cos(stance)
-    if not u[ARMED]:
+    if not u[CONTACT_ENABLED]:
         swing_x = hip_x - length * math.sin(swing)
         ahead = swing_x - foot_x
         if ahead >= limits.reach:
             clearance = hip_z - length * math.cos(swing) - height_over(profile, swing_x)
-            if swing_foot_collides(limits.reach, limits.delay, time - u[EXCHANGE_TIME], ahead, clearance):
-                u[ARMED] = 1.0
+            if swing_foot_collides(limits.reach, limits.delay, time - u[TRANSFER_TIME], ahead, clearance):
+                u[CONTACT_ENABLED] = 1.0
     slope = u[SLOPE]  # a foot that sinks into the ground, or rolls on its radius, does not slip
-    way = (foot_x - u[FOOT_X]) * math.cos(slope) - (foot_z - u[FOOT_Z]) * math.sin(slope)
-    slip = abs(way - limits.foot_radius * (stance - u[FOOT_ANGLE]))
+    distance = (foot_x - u[FOOT_X]) * math.cos(slope) - (foot_z - u[FOOT_Z]) * math.sin(slope)
+    slip = abs(distance - limits.foot_radius * (stance - u[FOOT_ANGLE]))
     up = (foot_x - u[FOOT_X]) * math.sin(slope) + (foot_z - u[FOOT_Z]) * math.cos(slope)
     if slip > u[SLIP]:
         u[SLIP] = slip
     if not u[OUTCOME]:
         if (hip_z - height_over(profile, hip_x)) * math.cos(slope) < FALLEN_HIP * length:
             u[OUTCOME] = _FELL
-        elif time - u[EXCHANGE_TIME] > limits.stall_time:
+        elif time - u[TRANSFER_TIME] > limits.stall_time:
             u[OUTCOME] = _STALLED
         elif max(slip, abs(up)) > SLIPPED_FOOT * length:
             u[OUTCOME] = _SLIPPED
@@ -186,7 +186,7 @@ def by_role(u: Sequence[float], left: float, right: float) -> tuple[float, float
 
 
 def _count_work(u: MutableSequence[float], left: float, right: float) -> None:
-    """Work of the held torques since the last observation, exact for the way that was made.
+    """Work of the held torques since the last observation, exact for the displacement that was made.
 
     The paper's power is τ1 q̇1 + τ2 (q̇2 - q̇1); the ground's slope does not change in between.
     """
@@ -204,10 +204,10 @@ def _weigh(u: MutableSequence[float], limits: Limits) -> None:
     step after makes up for it. So the force is averaged, over stretches of time that end with a step in contact. A foot
     that stays off the ground for longer bears nothing.
     """
-    kick, force = u[KICK], u[FORCE]
-    u[IMPULSE] += kick * force
-    u[STRETCH] += kick
-    u[WITHOUT_CONTACT] = 0.0 if force > 0.0 else u[WITHOUT_CONTACT] + kick
+    effective_step, force = u[EFFECTIVE_STEP], u[FORCE]
+    u[IMPULSE] += effective_step * force
+    u[STRETCH] += effective_step
+    u[WITHOUT_CONTACT] = 0.0 if force > 0.0 else u[WITHOUT_CONTACT] + effective_step
     if u[WITHOUT_CONTACT] >= limits.airborne:
         u[NORMAL_FORCE] = 0.0
     elif force > 0.0 and u[STRETCH] >= limits.averaged:
@@ -267,20 +267,20 @@ def _exchange(u: MutableSequence[float], limits: Limits, profile: Profile, time:
         slip=u[SLIP],
         penetration=u[PENETRATION],
         friction=u[FRICTION],
-        strikes=u[STRIKES],
+        strikes=u[FACE_IMPACTS],
         slope_estimate_before=math.nan,
         slope_estimate=math.nan,
         normal_force=_least_normal_force(u),
     )
     u[SLOPE] = slope
-    u[EXCHANGE_TIME] = time
+    u[TRANSFER_TIME] = time
     u[TRANSFERRED] = 1.0
-    u[NOTED] = u[ARMED] = 0.0
+    u[NOTED] = u[CONTACT_ENABLED] = 0.0
     u[ANKLE], u[HIP] = (
         0.0,
         -u[HIP],
     )  # until the controller ticks: the lifted leg's ankle is off, the hip's motor goes on
-    u[SLIP] = u[PENETRATION] = u[FRICTION] = u[STRIKES] = 0.0
+    u[SLIP] = u[PENETRATION] = u[FRICTION] = u[FACE_IMPACTS] = 0.0
     u[IMPULSE] = u[STRETCH] = u[WITHOUT_CONTACT] = 0.0
     u[NORMAL_FORCE] = math.inf
     if not u[OUTCOME]:
@@ -295,7 +295,7 @@ READING = 11
 _FOUND, _FORCE, _DISTANCE, _NORMAL = 0, 1, 4, 8
 
 
-def feel(u: MutableSequence[float], limits: Limits, stance: Sequence[float], swing: Sequence[float]) -> None:
+def read_contacts(u: MutableSequence[float], limits: Limits, stance: Sequence[float], swing: Sequence[float]) -> None:
     """Note what the contact sensors show of the step just resolved.
 
     Args:
@@ -306,12 +306,12 @@ def feel(u: MutableSequence[float], limits: Limits, stance: Sequence[float], swi
         swing: The same of the swing foot.
     """
     noted = 0.0
-    if u[ARMED]:
+    if u[CONTACT_ENABLED]:
         for slot in range(0, len(swing), READING):
             if swing[slot + _FOUND] > 0.0:
                 upward = -swing[slot + _NORMAL + 2]
                 if upward < SMALLEST_UPWARD_NORMAL:
-                    u[STRIKES] = 1.0
+                    u[FACE_IMPACTS] = 1.0
                 elif not noted:
                     noted = 1.0
                     if -swing[slot + _DISTANCE] > u[PENETRATION]:

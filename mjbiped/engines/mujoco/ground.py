@@ -42,7 +42,7 @@ HALF_WIDTH = 0.6
 
 _LONGEST_RUN = 16  # segments of one heightfield on a terrain of more than a few
 _THICKNESS = 0.12  # of boxes and heightfield bases, m; contacts are never deeper than some 0.1 mm
-_RISER_THICKNESS = 4e-3  # m; a foot gets no deeper into it than its way in a step
+_RISER_THICKNESS = 4e-3  # m; a foot gets no deeper into it than its displacement in a step
 _BACKWARD = 3.0  # ground behind the start, m: more than a fallen robot reaches
 
 Point = tuple[float, float]
@@ -119,7 +119,7 @@ class Ground:
         return {"ground_0": self.segments} if self._plane else dict(self._named_pieces(segments))
 
     def faces(self, segments: range) -> list[tuple[float, float, float]]:
-        """Of each step at one of these segments' starts its place x, and the heights before and after it, m."""
+        """Of each step at one of these segments' starts its position x, and the heights before and after it, m."""
         terrain = self.terrain
         return [
             (terrain.x[index], terrain.heights_before[index], terrain.z[index])

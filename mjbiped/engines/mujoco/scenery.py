@@ -46,7 +46,7 @@ def add_faces(spec: mujoco.MjSpec, faces: Sequence[tuple[float, float, float]], 
 
     Args:
         spec: The scene, with a default class "edge".
-        faces: Of each its place x, and the ground's height before and after it, m.
+        faces: Of each its position x, and the ground's height before and after it, m.
         half_width: As in `add_earth`, m.
     """
     for index, (x, before, after) in enumerate(faces):

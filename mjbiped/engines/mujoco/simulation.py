@@ -1,7 +1,7 @@
 """MuJoCo engine: rigid bodies, contacts, and a controller in `mjcb_control`.
 
 Nothing of the paper's impact map is used here: the contact solver makes the impact, and the contact sensors say when
-the legs exchange. What the callbacks do take from the terrain's profile is how long a step is, and with it the
+support is transferred. What the callbacks do take from the terrain's profile is how long a step is, and with it the
 contacts' softness (`mjbiped.engines.mujoco.step_size`), and when the departing foot ceases to collide. `Simulation`
 holds model and state; `mjbiped.engines.mujoco.run` walks it to its end.
 """
@@ -20,12 +20,12 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
-from mjbiped.control import methods as laws
+from mjbiped.control import methods
 from mjbiped.control.check import refused_in_words
 from mjbiped.control.methods import gives_its_law
 from mjbiped.engines.mujoco import callbacks
 from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco.callbacks import Laws, Recording, Setting, Userdata, World
+from mjbiped.engines.mujoco.callbacks import Laws, Recording, Setting, SimulationConstants, Userdata
 from mjbiped.engines.mujoco.compiled.callbacks import Functions, Native, attached, check_offsets, native
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
 from mjbiped.engines.mujoco.compiled.registry import (
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how far the ground is built
 START_DEPTH = 1e-6  # a foot set exactly on the surface may find a heightfield's inner edge instead, m
 _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_ACC)
-_METHODS = Laws(laws.torque, laws.touchdown, laws.slope_estimate)
+_METHODS = Laws(methods.torque, methods.touchdown, methods.slope_estimate)
 WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 BLOCK = 500  # steps made at once, at most
 
@@ -114,7 +114,7 @@ class Simulation:
             q: Stance (left) and swing angle at the start, from the ground's normal under x = 0, rad.
             dq: Their rates, rad/s.
             steps: Touchdowns after which the walk is finished; None: no limit.
-            distance: Place x of the stance foot at which it is finished, m; None: no limit.
+            distance: Position x of the stance foot at which it is finished, m; None: no limit.
             sample_period: Time between two samples, s; infinity: none but the first and the last.
             scuffing: When the swing foot may touch the ground.
             options: The engine's settings. Where its steps do not end at touchdowns, the model stays as it is, and may
@@ -133,7 +133,7 @@ class Simulation:
         states = len(controller.states)
         size = events.CONTROLLER_MEMORY + controller.memory_size + states
         self._terrain = terrain
-        leap = BLOCK * timestep * math.sqrt(robot.gravity * length)  # a faster hip would fly
+        block = BLOCK * timestep * math.sqrt(robot.gravity * length)  # a faster hip would fly
         self._windows = GroundWindows(
             robot,
             terrain,
@@ -141,7 +141,7 @@ class Simulation:
             reach=reach,
             ground=options.ground,
             userdata=size,
-            margin=MARGIN * length + leap,
+            margin=MARGIN * length + block,
         )
         scene = self._windows.about(0.0)
         scene.model.opt.timestep = timestep
@@ -164,11 +164,11 @@ class Simulation:
             steps=math.inf if steps is None else float(steps),
             distance=math.inf if distance is None else float(distance),
         )
-        self._world = World(
+        self._world = SimulationConstants(
             limits=self.limits._replace(start=scene.start, end=scene.end),
             places=places_in(scene, terrain),
             stepped=any(terrain.rises),
-            # twice the way at the fall of a leg
+            # twice the distance at the fall of a leg
             deepest=2.0 * timestep * math.sqrt(2.0 * robot.gravity * length),
             timestep=timestep,
             contact_timestep=shortest,
@@ -230,20 +230,20 @@ class Simulation:
         if low < x < high or not math.isfinite(x) or data.warning.number.any():
             return False
         scene, before = self._windows.about(x), self._world
-        world = before._replace(
+        constants = before._replace(
             limits=self.limits._replace(start=scene.start, end=scene.end), places=places_in(scene, self._terrain)
         )
         scene.model.opt.timestep = self.model.opt.timestep
-        scene.model.geom_solref[list(world.places.feet)] = self.model.geom_solref[list(before.places.feet)]
+        scene.model.geom_solref[list(constants.places.feet)] = self.model.geom_solref[list(before.places.feet)]
         state = np.empty(mujoco.mj_stateSize(self.model, WHOLE_STATE))
         mujoco.mj_getState(self.model, data, state, WHOLE_STATE)
         data = mujoco.MjData(scene.model)
         mujoco.mj_setState(scene.model, data, state, WHOLE_STATE)
-        self.model, self.data, self._world, self._inside = scene.model, data, world, self._windows.inside(scene)
+        self.model, self.data, self._world, self._inside = scene.model, data, constants, self._windows.inside(scene)
         made = self.__dict__.get("_native")  # as `cached_property` keeps it
         if made is not None:
             check_offsets(self.data)
-            self._native = made.in_world(self._world)
+            self._native = made.with_constants(self._world)
             if self._attachment is not None:
                 self._attachment.close()
                 self._attachment.enter_context(attached(self.model, [self._native]))

@@ -9,10 +9,11 @@ the impact. MuJoCo's Euler step is known before it is made: with the acceleratio
 so the length t that leads to the ground is found exactly, in the sensor callback, where the integrator has not yet read
 `opt.timestep` and `qacc`.
 
-**Kick.** In MuJoCo k = t: then v' belongs to the middle of the step (leapfrog), as long as all steps are of one length.
-Where the length changes, k must be the mean of this step's length and of the one before, and half this step's after an
-impact, whose rates belong to its end. Otherwise each gait step begins and ends with rates that are off by t a / 2, and
-c_mt by 1.3 % per ms of t. So there, and nowhere else, `qacc` is scaled by k / t before the integrator takes it.
+**Effective step.** In MuJoCo k = t: then v' belongs to the middle of the step (leapfrog), as long as all steps are of
+one length. Where the length changes, k must be the mean of this step's length and of the one before, and half this
+step's after an impact, whose rates belong to its end. Otherwise each gait step begins and ends with rates that are off
+by t a / 2, and c_mt by 1.3 % per ms of t. So there, and nowhere else, `qacc` is scaled by k / t before the integrator
+takes it.
 
 **Approach.** Before the touchdown, steps become shorter by a factor of 4 each. A step holds the stance foot at its
 beginning, not at its end, and so leaves it with a velocity of t l q̇², away from the ground; gravity takes that back
@@ -35,7 +36,7 @@ from mjbiped.engines.mujoco.contact_events import State
 from mjbiped.terrain.profile import height_over_ground, segment_under
 
 if TYPE_CHECKING:
-    from mjbiped.engines.mujoco.callbacks import World
+    from mjbiped.engines.mujoco.callbacks import SimulationConstants
 
 STIFFNESS = 1e5
 """Of a contact over the mass it meets, at most, 1/s²: a standing foot sinks by about g / stiffness = 0.1 mm."""
@@ -46,7 +47,9 @@ SHORTER = 4.0  # factor between the steps of the approach
 MARGIN = 1e-3  # about a riser's face, m
 _HALVINGS = 50  # of a step, until only rounding is left
 _SHORTEST = 1e-9  # no step is shorter, s
-_LOOK_AHEAD = 1.5  # times the way to the ground that a step and its approach may take: it is foreseen a step earlier
+_LOOK_AHEAD = (
+    1.5  # times the distance to the ground that a step and its approach may take: it is foreseen a step earlier
+)
 
 
 def stiffness(length: float) -> float:
@@ -65,7 +68,7 @@ def softness(u: Sequence[float], time: float) -> tuple[float, float]:
         length, plain, before = u[events.PLANNED_NEXT], u[events.PLAIN_NEXT], step_before(u, time)
     else:
         length, plain, before = u[events.PLANNED], u[events.PLAIN], u[events.LAST_STEP]
-    return -stiffness(length), -1.0 / _kick(plain, before, length)
+    return -stiffness(length), -1.0 / _effective_step(plain, before, length)
 
 
 def step_before(u: Sequence[float], time: float) -> float:
@@ -73,42 +76,48 @@ def step_before(u: Sequence[float], time: float) -> float:
     return 0.0 if u[events.NOTED] or u[events.TIME] < 0.0 else time - u[events.TIME]
 
 
-def _kick(plain: float, before: float, length: float) -> float:
+def _effective_step(plain: float, before: float, length: float) -> float:
     """Time for which accelerations act in a step, by its length and that of the one before, s."""
     return length if plain else 0.5 * (before + length)
 
 
-def step_length(u: MutableSequence[float], world: World, time: float, state: State, qacc: Sequence[float]) -> float:
-    """How long the step from now on is, s; notes its kick, and plans the next one.
+def step_length(
+    u: MutableSequence[float], constants: SimulationConstants, time: float, state: State, qacc: Sequence[float]
+) -> float:
+    """How long the step from now on is, s; notes its effective step, and plans the next one.
 
     Args:
-        u: Userdata, in which the control callback has seen this time already, and `contact_events.feel` its contacts.
-        world: The walk's.
+        u: Userdata, after the control callback and `contact_events.read_contacts` of this time.
+        constants: The walk's.
         time: Now, s.
         state: Now.
         qacc: The accelerations of the hip and of both legs.
     """
-    length, following, plain = _approach(u, world, state, qacc)
-    if world.control_period > 0.0 and not u[events.NOTED]:  # an impact is not cut in two; the tick waits for its end
+    length, following, plain = _approach(u, constants, state, qacc)
+    if (
+        constants.control_period > 0.0 and not u[events.NOTED]
+    ):  # an impact is not cut in two; the tick waits for its end
         due = u[events.NEXT_CONTROL] - time
         if due < length - _SHORTEST:
             length, following, plain = due, u[events.PLANNED], 0.0
-    if world.stepped and u[events.ARMED] and _near_face(world, u, length, state, qacc):
-        following, plain = world.contact_timestep, 1.0
+    if constants.stepped and u[events.CONTACT_ENABLED] and _near_face(constants, u, length, state, qacc):
+        following, plain = constants.contact_timestep, 1.0
     u[events.PLANNED_NEXT], u[events.PLAIN_NEXT] = following, plain
-    u[events.KICK] = _kick(u[events.PLAIN], u[events.LAST_STEP], length)
+    u[events.EFFECTIVE_STEP] = _effective_step(u[events.PLAIN], u[events.LAST_STEP], length)
     return length
 
 
-def _approach(u: Sequence[float], world: World, state: State, qacc: Sequence[float]) -> tuple[float, float, float]:
+def _approach(
+    u: Sequence[float], constants: SimulationConstants, state: State, qacc: Sequence[float]
+) -> tuple[float, float, float]:
     """Length of this step, and of the next one as planned, and whether that one is plain.
 
-    As the way of the swing foot to the ground asks for it.
+    As the distance of the swing foot to the ground asks for it.
     """
-    length, shortest = u[events.PLANNED], world.contact_timestep
-    if u[events.NOTED] or not u[events.ARMED]:
-        return length, world.timestep, 0.0
-    if _clearance(world, u, 0.0, state, qacc) <= 0.0:
+    length, shortest = u[events.PLANNED], constants.contact_timestep
+    if u[events.NOTED] or not u[events.CONTACT_ENABLED]:
+        return length, constants.timestep, 0.0
+    if _clearance(constants, u, 0.0, state, qacc) <= 0.0:
         return length, shortest, 1.0  # it lies lower than where its contact should have been felt
     shorter = max(length / SHORTER, shortest)
     rest, part = 0.0, length  # of the approach
@@ -116,13 +125,13 @@ def _approach(u: Sequence[float], world: World, state: State, qacc: Sequence[flo
         part = max(part / SHORTER, shortest)
         rest += part
     above, below = 0.0, length
-    if _clearance(world, u, below, state, qacc) > -DEPTH:
+    if _clearance(constants, u, below, state, qacc) > -DEPTH:
         below = _LOOK_AHEAD * (length + rest)  # which may be behind an edge already
-        if _clearance(world, u, below, state, qacc) > -DEPTH:
-            return length, world.timestep, 0.0
+        if _clearance(constants, u, below, state, qacc) > -DEPTH:
+            return length, constants.timestep, 0.0
     for _ in range(_HALVINGS):
         middle = 0.5 * (above + below)
-        if _clearance(world, u, middle, state, qacc) > -DEPTH:
+        if _clearance(constants, u, middle, state, qacc) > -DEPTH:
             above = middle
         else:
             below = middle
@@ -135,30 +144,36 @@ def _approach(u: Sequence[float], world: World, state: State, qacc: Sequence[flo
     return max(0.5 * below, _SHORTEST), shorter, 0.0  # seen late, behind an edge
 
 
-def _foot(world: World, u: Sequence[float], t: float, state: State, qacc: Sequence[float]) -> tuple[float, float]:
+def _foot(
+    constants: SimulationConstants, u: Sequence[float], t: float, state: State, qacc: Sequence[float]
+) -> tuple[float, float]:
     """Place of the swing foot after a step of length t, x and z in m."""
     qpos, qvel = state
-    kick = _kick(u[events.PLAIN], u[events.LAST_STEP], t)
-    x = qpos[0] + t * (qvel[0] + kick * qacc[0])
-    z = qpos[1] + t * (qvel[1] + kick * qacc[1])
+    effective_step = _effective_step(u[events.PLAIN], u[events.LAST_STEP], t)
+    x = qpos[0] + t * (qvel[0] + effective_step * qacc[0])
+    z = qpos[1] + t * (qvel[1] + effective_step * qacc[1])
     swing = 2 if u[events.STANCE] else 3
-    leg = qpos[swing] + t * (qvel[swing] + kick * qacc[swing])
-    length = world.limits.leg_length
+    leg = qpos[swing] + t * (qvel[swing] + effective_step * qacc[swing])
+    length = constants.limits.leg_length
     return x - length * math.sin(leg), z - length * math.cos(leg)
 
 
-def _clearance(world: World, u: Sequence[float], t: float, state: State, qacc: Sequence[float]) -> float:
+def _clearance(
+    constants: SimulationConstants, u: Sequence[float], t: float, state: State, qacc: Sequence[float]
+) -> float:
     """Height of the swing foot over the ground after a step of length t, m."""
-    x, z = _foot(world, u, t, state, qacc)
-    return height_over_ground(world.places.profile, x, z)
+    x, z = _foot(constants, u, t, state, qacc)
+    return height_over_ground(constants.places.profile, x, z)
 
 
-def _near_face(world: World, u: Sequence[float], t: float, state: State, qacc: Sequence[float]) -> bool:
+def _near_face(
+    constants: SimulationConstants, u: Sequence[float], t: float, state: State, qacc: Sequence[float]
+) -> bool:
     """Whether the swing foot could touch a riser in the step after this one, which is of length t."""
-    x, z = _foot(world, u, t, state, qacc)
-    further, _ = _foot(world, u, t + 2.0 * world.timestep, state, qacc)
+    x, z = _foot(constants, u, t, state, qacc)
+    further, _ = _foot(constants, u, t + 2.0 * constants.timestep, state, qacc)
     margin = MARGIN + abs(further - x)
-    profile, rises = world.places.profile, world.places.rises
+    profile, rises = constants.places.profile, constants.places.rises
     segment = segment_under(profile, x)
     for index in range(segment, min(segment + 2, len(profile.x))):  # the faces behind and ahead
         rise, top = rises[index], profile.z[index]

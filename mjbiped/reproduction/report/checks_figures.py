@@ -83,8 +83,8 @@ def figure_5(rows: Sequence[Row], title: str, engine: str) -> Iterator[Answer]:
         if not there:
             return None, ""
         both = [(_value(here, name), _value(other, name)) for here, other in zip(with_it, without, strict=True)]
-        told = "; ".join(f"{number(a, form)}{unit} against {number(b, form)}{unit}" for a, b in both)
-        return all(a < b for a, b in both), told
+        message = "; ".join(f"{number(a, form)}{unit} against {number(b, form)}{unit}" for a, b in both)
+        return all(a < b for a, b in both), message
 
     holds, found = pairs("off_time", ".2f", " s")
     claim = f"{ground}: with the update (27) the estimate is wrong by more than ε for a shorter time than without"
@@ -123,9 +123,9 @@ def figure_6(rows: Sequence[Row], ground: str, title: str, engine: str) -> Itera
     ):
         there = [walk for walk in drawn if walk is not None and walk.finished]
         values = [_value(walk, name) for walk in there]
-        told, holds = "", None
+        message, holds = "", None
         if len(there) == len(drawn) and not any(map(math.isnan, values)):
             holds = max(values[:-1]) < values[-1]
             first = " and ".join(f"{number(value, form)}{unit}" for value in values[:-1])
-            told = f"{first} against {number(values[-1], form)}{unit}"
-        yield Answer(f"{title}, with re-planning ({planned}) {claim} than without", "V-D, Fig. 6", holds, told)
+            message = f"{first} against {number(values[-1], form)}{unit}"
+        yield Answer(f"{title}, with re-planning ({planned}) {claim} than without", "V-D, Fig. 6", holds, message)

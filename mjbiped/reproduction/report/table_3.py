@@ -102,12 +102,12 @@ def _torque(walk: Row | None) -> str:
 
 def _pulls(rows: Sequence[Row]) -> str:
     """Which walks of the hybrid engine need a ground that pulls, in words."""
-    told = []
+    parts = []
     for ground, title in (("mixed", "our mixed ground"), ("found", "the ground that was found")):
         walks = walks_of(rows, ground, "hybrid")
         named = ["no re-planning" if zeta is None else f"ζ = {zeta:g}" for zeta, walk in walks.items() if walk.pulls]
-        told.append(f"with {' and '.join(named) if named else 'no ζ'} on {title}")
-    return ", and ".join(told)
+        parts.append(f"with {' and '.join(named) if named else 'no ζ'} on {title}")
+    return ", and ".join(parts)
 
 
 def _friction(walk: Row | None) -> str:

@@ -33,28 +33,28 @@ class SwingFoot:
         self.robot, length = walk.robot, walk.robot.leg_length
         swing = qpos[np.arange(len(qpos)), 3 - stance]
         self.x, self.z = qpos[:, 0] - length * np.sin(swing), qpos[:, 1] - length * np.cos(swing)
-        self.way = length * np.stack([np.cos(self.q[:, 0]), -np.cos(self.q[:, 1])], axis=1)  # dx/dq
-        self.speed = (self.way * self.dq).sum(axis=1)  # horizontal
+        self.distance = length * np.stack([np.cos(self.q[:, 0]), -np.cos(self.q[:, 1])], axis=1)  # dx/dq
+        self.speed = (self.distance * self.dq).sum(axis=1)  # horizontal
         # on the face the horizontal speed is zero to rounding, off it it grows with 10 to 1000 m/s^2 or m/s^3
         on_face = (np.abs(self.x - face) < 1e-9) & (np.abs(self.speed) < 1e-13)
-        assert on_face.any(), "no sample on the face: the strike was not plastic"
+        assert on_face.any(), "no sample on the face: the face impact was not plastic"
         self.first, self.last = (int(row) for row in np.nonzero(on_face)[0][[0, -1]])
         assert on_face[self.first : self.last + 1].all()
         assert self.last - self.first > 1000
 
     def accelerations(self, row: int, *, on_face: bool) -> tuple[Array, float]:
         """Those of the legs by equation (1), and the force along x at the foot that holds it on the face."""
-        q, dq, way = self.q[row], self.dq[row], self.way[row]
+        q, dq, distance = self.q[row], self.dq[row], self.distance[row]
         pull = self.robot.input_matrix @ self.torque[row] - self.robot.gravity_vector(q, 0.0)
         pull -= self.robot.coriolis_matrix(q, dq) @ dq
         if not on_face:
             return np.linalg.solve(self.robot.mass_matrix(q), pull), 0.0
         bend = self.robot.leg_length * (math.sin(q[1]) * dq[1] ** 2 - math.sin(q[0]) * dq[0] ** 2)
-        return self._held(q, way, pull, -bend)
+        return self._held(q, distance, pull, -bend)
 
-    def _held(self, q: Array, way: Array, pull: Array, along: float) -> tuple[Array, float]:
+    def _held(self, q: Array, distance: Array, pull: Array, along: float) -> tuple[Array, float]:
         """Solve M a = pull + way f for a and f with way . a given."""
-        whole = np.block([[self.robot.mass_matrix(q), -way[:, None]], [way[None, :], np.zeros((1, 1))]])
+        whole = np.block([[self.robot.mass_matrix(q), -distance[:, None]], [distance[None, :], np.zeros((1, 1))]])
         solved = np.linalg.solve(whole, np.append(pull, along))
         return solved[:2], float(solved[2])
 
@@ -62,19 +62,19 @@ class SwingFoot:
         """The face's on the foot, along x, at the samples on it, N."""
         return np.array([self.accelerations(row, on_face=True)[1] for row in range(self.first, self.last + 1)])
 
-    def check_strike(self, face: float) -> None:
-        """The rates after the strike are those of a plastic impact without friction on a stance foot that stays."""
+    def check_face_impact(self, face: float) -> None:
+        """The rates after it are those of a plastic impact without friction on a stance foot that stays."""
         before, after = self.first - 1, self.first
         ddq, _ = self.accelerations(before, on_face=False)
         late = (face - self.x[before]) / self.speed[before]  # up to 10 us; the foot's speed changes by 1e-4 m/s in it
         early = self.time[after] - self.time[before] - late
         q = self.q[before] + late * self.dq[before]
-        way = self.robot.leg_length * np.array([math.cos(q[0]), -math.cos(q[1])])
-        struck, impulse = self._held(q, way, self.robot.mass_matrix(q) @ (self.dq[before] + late * ddq), 0.0)
+        distance = self.robot.leg_length * np.array([math.cos(q[0]), -math.cos(q[1])])
+        struck, impulse = self._held(q, distance, self.robot.mass_matrix(q) @ (self.dq[before] + late * ddq), 0.0)
         assert impulse < -0.01  # N s: it pushes the foot back
         assert np.abs(struck - self.dq[before]).max() > 0.01
         found = self.dq[after] - early * self.accelerations(after, on_face=True)[0]
-        # some 1e3 rad/s^3 over 10 us, twice: 1e-7; and the moment of the strike to 1e-9 s
+        # some 1e3 rad/s^3 over 10 us, twice: 1e-7; and the moment of the face impact to 1e-9 s
         assert found == pytest.approx(struck, abs=2e-7)
 
 
@@ -90,7 +90,7 @@ def test_foot_leaves_the_face_when_it_presses_no_more(struck: mjbiped.Walk) -> N
     assert walk.outcome == "finished"
     assert walk.touchdowns["strikes"].tolist() == [0, 0, 1, 0, 0]
     foot = SwingFoot(walk, 2, face)
-    foot.check_strike(face)
+    foot.check_face_impact(face)
     forces, last = foot.forces(), foot.last
     assert (forces <= 0.0).all()  # the face pushes, it never pulls
     # the press fades: its line through the last two samples is zero before the next sample, where the foot is free
@@ -127,7 +127,7 @@ def test_foot_slides_over_the_top_edge_and_walks_on(controller: AdaptiveControll
     start = (0.11, 0.11, -0.36, -2.6)
     walk = mjbiped.walk(controller, terrain, engine="hybrid", steps=5, initial=start, sample_period=SAMPLE_PERIOD)
     foot = SwingFoot(walk, 0, face)
-    foot.check_strike(face)
+    foot.check_face_impact(face)
     first, last = foot.first, foot.last
     assert (foot.forces() < 0.0).all()  # pressed against the face up to the edge: it is the edge that ends the slide
     assert foot.z[first] < rise - 2e-3

@@ -62,12 +62,12 @@ def test_torque_that_switches_without_end_is_unresolved(robot: mjbiped.Compass, 
     with interrupted_after(60.0, TimeoutError):  # some 0.5 s; it once never ended
         walk = mjbiped.walk(Switching(torque), INCLINE, engine="hybrid", robot=robot, initial=START, steps=5)
     assert (walk.outcome, walk.fell) == ("unresolved", False)
-    (told,) = walk.warnings
-    assert "next_break" in told
-    assert "control_period" in told
-    assert told in repr(walk)
+    (message,) = walk.warnings
+    assert "next_discontinuity" in message
+    assert "control_period" in message
+    assert message in repr(walk)
     shown = " ".join(str(cell) for column in walk_table(walk, measures.summary(walk)).columns for cell in column.cells)
-    assert told in shown
+    assert message in shown
     assert math.isfinite(walk.end[0])
     assert walk == mjbiped.walk(Switching(torque), INCLINE, engine="hybrid", robot=robot, initial=START, steps=5)
 
@@ -106,7 +106,7 @@ def test_robot_that_flies_apart_has_diverged() -> None:
 
 def test_breaks_without_end_are_unresolved() -> None:
     class Crowded(PassiveController):
-        def next_break(self, memory: Memory, t: float) -> float:
+        def next_discontinuity(self, memory: Memory, t: float) -> float:
             return t + 1e-9
 
     walk = mjbiped.walk(Crowded(), INCLINE, engine="hybrid", initial=START)
@@ -121,11 +121,11 @@ def stiff(controller: AdaptiveController) -> AdaptiveController:
 
 def test_compiled_walk_can_be_interrupted(controller: AdaptiveController) -> None:
     mjbiped.walk(controller, Terrain.level(), engine="hybrid", steps=1)  # compiled now
-    begun = time.perf_counter()
+    started = time.perf_counter()
     with interrupted_after(0.5), pytest.raises(mjbiped.WalkInterrupted) as caught:
         mjbiped.walk(stiff(controller), Terrain.level(), engine="hybrid", steps=100_000, sample_period=None)
     # a stint is shorter than 0.1 s; the rest is for a machine under load. It once came after 1024 gait steps
-    assert time.perf_counter() - begun < 3.0
+    assert time.perf_counter() - started < 3.0
     walk = caught.value.walk
     assert walk.outcome == "interrupted"
     assert walk.steps > 0
@@ -134,7 +134,7 @@ def test_compiled_walk_can_be_interrupted(controller: AdaptiveController) -> Non
 
 def test_compiled_walks_in_threads_can_be_interrupted(controller: AdaptiveController) -> None:
     mjbiped.walk(controller, Terrain.level(), engine="hybrid", steps=1)
-    begun = time.perf_counter()
+    started = time.perf_counter()
     with interrupted_after(0.5), pytest.raises(mjbiped.WalksInterrupted) as caught:
         mjbiped.walk_many(
             stiff(controller),
@@ -144,7 +144,7 @@ def test_compiled_walks_in_threads_can_be_interrupted(controller: AdaptiveContro
             sample_period=None,
             workers=2,
         )
-    assert time.perf_counter() - begun < 3.0
+    assert time.perf_counter() - started < 3.0
     for walk in caught.value.walks:
         assert isinstance(walk, mjbiped.Walk)
         assert walk.outcome == "interrupted"

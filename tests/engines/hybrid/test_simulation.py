@@ -15,7 +15,7 @@ from controllers import AdaptiveController, Controller, Memory, PassiveControlle
 from mjbiped.control import methods as laws
 from mjbiped.engines.hybrid import state as hybrid_state
 from mjbiped.engines.hybrid.dynamics import HANDED_ON
-from mjbiped.engines.hybrid.gait_step import exchange
+from mjbiped.engines.hybrid.gait_step import transfer_support
 from mjbiped.engines.hybrid.simulation import TOLERANCE, HybridSimulation, simulate
 from mjbiped.engines.hybrid.state import Laws
 from mjbiped.numerics.dormand_prince import unrolled
@@ -111,8 +111,8 @@ def test_level_ground_costs_the_sine_of_the_slope(controller: AdaptiveController
     # in steady state; the estimator's error of the first steps is forgotten by a factor of 0.04 to 0.22 per step
     first, last = 20, 59
     work = np.diff(walk.touchdowns["work_net"][[first, last]])[0]
-    way = np.diff(walk.touchdowns["x"][[first, last]])[0]
-    assert work / (walk.robot.weight * way) == pytest.approx(math.sin(SLOPE), rel=1e-7)
+    distance = np.diff(walk.touchdowns["x"][[first, last]])[0]
+    assert work / (walk.robot.weight * distance) == pytest.approx(math.sin(SLOPE), rel=1e-7)
     steady = walk.samples["torque"][walk.samples["time"] > walk.touchdowns["time"][first]]
     assert 1.665 < steady[:, 0].min() < steady[:, 0].max() < 1.755
     assert 0.815 < -steady[:, 1].max() < -steady[:, 1].min() < 0.865
@@ -227,16 +227,16 @@ def test_walks_as_the_tables_of_the_design(controller: AdaptiveController) -> No
 
 
 # where the riser stands, its height, what the foot does
-STRIKES = {
+FACE_IMPACTS = {
     "ahead, slides down": (1.0, 0.045),
     "ahead, higher": (1.02, 0.04),
     "from above, backwards": (1.115, -0.06),
 }
 
 
-@pytest.mark.parametrize("name", STRIKES)
-def test_riser_strike(name: str, controller: AdaptiveController) -> None:
-    first, rise = STRIKES[name]
+@pytest.mark.parametrize("name", FACE_IMPACTS)
+def test_face_impact(name: str, controller: AdaptiveController) -> None:
+    first, rise = FACE_IMPACTS[name]
     terrain = Terrain.stairs(rise=rise, first=first, count=1)
     here = hybrid(controller, terrain, steps=5, sample_period=1e-3)
     there = mjbiped.walk(controller, terrain, steps=5)
@@ -255,16 +255,16 @@ def test_riser_strike(name: str, controller: AdaptiveController) -> None:
     assert (foot.max() < first + 1e-7) if rise > 0.0 else (foot[-1] > first - 1e-7)
 
 
-def test_strike_is_plastic_and_without_friction(controller: AdaptiveController) -> None:
-    from mjbiped.engines.hybrid.dynamics import strike_rates
+def test_face_impact_is_plastic_and_without_friction(controller: AdaptiveController) -> None:
+    from mjbiped.engines.hybrid.dynamics import face_impact_rates
 
     robot = controller.robot
     q, dq, slope = np.array([0.1, -0.12]), np.array([1.2, 2.5]), 0.03
-    after = np.array(strike_rates(robot.constants, robot.leg_length, slope, *q, *dq))
-    way = robot.leg_length * np.array([math.cos(q[0] + slope), -math.cos(q[1] + slope)])
-    assert way @ after == pytest.approx(0.0, abs=1e-15)  # the foot's horizontal speed, rounding apart
+    after = np.array(face_impact_rates(robot.constants, robot.leg_length, slope, *q, *dq))
+    distance = robot.leg_length * np.array([math.cos(q[0] + slope), -math.cos(q[1] + slope)])
+    assert distance @ after == pytest.approx(0.0, abs=1e-15)  # the foot's horizontal speed, rounding apart
     impulse = robot.mass_matrix(q) @ (after - dq)  # acts along the foot's horizontal way only: no friction
-    assert impulse[0] * way[1] == pytest.approx(impulse[1] * way[0], abs=1e-14)
+    assert impulse[0] * distance[1] == pytest.approx(impulse[1] * distance[0], abs=1e-14)
     assert robot.kinetic_energy(q, after) < robot.kinetic_energy(q, dq)
 
 
@@ -357,7 +357,7 @@ def test_law_with_a_jump_needs_its_break() -> None:
             return 0.0, (0.5 if t < 0.2 else -0.5)
 
     class ToldSwitch(Switch):
-        def next_break(self, memory: Memory, t: float) -> float:
+        def next_discontinuity(self, memory: Memory, t: float) -> float:
             return 0.2 if t < 0.2 else math.inf
 
     found = []
@@ -368,8 +368,8 @@ def test_law_with_a_jump_needs_its_break() -> None:
         recorder = Recorder()
         simulate(simulation, recorder)
         found.append((recorder.touchdowns()["dq"][0], simulation.buffers.w[hybrid_state.EVALUATIONS]))
-    (told, few), (untold, many) = found
-    assert told == pytest.approx(untold, abs=10.0 * TOLERANCE)  # some steps near the jump, each within it
+    (message, few), (untold, many) = found
+    assert message == pytest.approx(untold, abs=10.0 * TOLERANCE)  # some steps near the jump, each within it
     assert few < 0.7 * many
 
 
@@ -388,10 +388,10 @@ def test_a_foot_off_the_ground_is_no_touchdown(height: float) -> None:
             laws.torque,
             laws.touchdown,
             laws.slope_estimate,
-            laws.next_break,
+            laws.next_discontinuity,
             *unrolled(6, untested=2, arguments=HANDED_ON),
         )
-        exchange(called, walker.controller, walker.world, walker.buffers)
+        transfer_support(called, walker.controller, walker.constants, walker.buffers)
         assert walker.outcome.words == outcome
         assert walker.buffers.w[hybrid_state.ROWS] == rows
 

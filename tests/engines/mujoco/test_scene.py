@@ -33,9 +33,9 @@ def ground_below(scene: Scene, data: mujoco.MjData, x: float) -> float:
     hit = np.zeros(1, dtype=np.int32)
     groups = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)  # terrain alone: no stripes, no robot
     start = 10.0
-    way = mujoco.mj_ray(scene.model, data, [x, 0.0, start], [0.0, 0.0, -1.0], groups, 1, -1, hit, None)
-    assert way >= 0.0, f"no ground under x = {x}"
-    return float(start - way)
+    distance = mujoco.mj_ray(scene.model, data, [x, 0.0, start], [0.0, 0.0, -1.0], groups, 1, -1, hit, None)
+    assert distance >= 0.0, f"no ground under x = {x}"
+    return float(start - distance)
 
 
 @pytest.mark.parametrize("ground", GROUND_KINDS)

@@ -64,7 +64,7 @@ def test_extra_forward_calls_change_nothing(controller: AdaptiveController) -> N
         mujoco.mj_step(plain.model, plain.data, nstep=STEPS)
     with disturbed.callbacks():
         for step in range(STEPS):
-            if step % 7 == 0 or disturbed.data.userdata[events.ARMED]:  # at every step until a touchdown
+            if step % 7 == 0 or disturbed.data.userdata[events.CONTACT_ENABLED]:  # at every step until a touchdown
                 mujoco.mj_forward(disturbed.model, disturbed.data)
             if step % 11 == 0:
                 mujoco.mj_forward(disturbed.model, disturbed.data)
@@ -74,7 +74,7 @@ def test_extra_forward_calls_change_nothing(controller: AdaptiveController) -> N
 
 
 def test_resumes_bitwise_from_any_moment(controller: AdaptiveController) -> None:
-    """Saved in mid-swing, just before a touchdown, between its contact step and the exchange, and just after it."""
+    """Saved in mid-swing, just before a touchdown, between its contact step and the transfer, and just after it."""
     length = STEPS
     whole = make(controller)
     saved: dict[int, np.ndarray] = {}
@@ -267,8 +267,8 @@ def test_a_walk_that_loses_the_ground_says_why(controller: AdaptiveController, m
     object.__setattr__(uncompiled, "law", lambda: None)
     walk = mjbiped.walk(uncompiled, mjbiped.Terrain.level(), steps=1)
     assert (walk.outcome, walk.steps) == ("diverged", 0)
-    (told,) = walk.warnings
-    assert "the timestep is too long" in told
+    (message,) = walk.warnings
+    assert "the timestep is too long" in message
 
 
 def test_a_stance_foot_that_leaves_the_ground_has_slipped() -> None:
@@ -295,7 +295,7 @@ def test_swing_foot_passes_until_armed_and_strikes_risers() -> None:
     walked = mjbiped.walk(PassiveController(), near, steps=1)
     assert walked.touchdowns["strikes"].sum() == 0
     struck = mjbiped.walk(PassiveController(), far, steps=1)
-    # after the strike the foot slides down the face: a touchdown before the riser, less than a step ahead
+    # after the face impact the foot slides down the face: a touchdown before the riser, less than a step ahead
     assert struck.touchdowns["strikes"][0] == 1
     assert struck.touchdowns["x"][0] < 0.30
 
@@ -355,7 +355,7 @@ def test_nested_simulations_are_both_driven(controller: AdaptiveController) -> N
 
 
 def test_lifted_leg_has_no_ankle_torque_between_ticks(controller: AdaptiveController) -> None:
-    """A slow controller has not ticked yet when the legs exchange: the motor of the leg in the air must be off."""
+    """A slow controller has not ticked yet when support is transferred: the motor of the leg in the air must be off."""
     simulation = make(controller, control_period=1e-2)
     seen = 0
     with simulation.callbacks():

@@ -51,7 +51,7 @@ def test_a_step_ends_where_the_foot_meets_the_ground(
             lengths.append(simulation.model.opt.timestep)
             if u[events.NOTED]:
                 heights.append(z - terrain.height_at(x))
-                assert (lengths[-1], u[events.KICK], u[events.PLAIN]) == (2e-5, 2e-5, 1.0)
+                assert (lengths[-1], u[events.EFFECTIVE_STEP], u[events.PLAIN]) == (2e-5, 2e-5, 1.0)
     assert len(heights) == 6
     # no step is shorter than 1e-9 s, in which the foot falls by 3e-9 m at most
     assert heights == pytest.approx([-step_size.DEPTH] * 6, abs=3e-9)
@@ -86,7 +86,7 @@ def test_half_a_kick_after_the_impact(controller: AdaptiveController) -> None:
 
 def test_passive_step_length_at_long_steps(gait: mjbiped.Gait) -> None:
     walk = mjbiped.walk(PassiveController(), Terrain.incline(2.0), steps=12, engine=mjbiped.Mujoco(timestep=2e-3))
-    # the foot's rolling is 1e-4; 6e-3 without half kicks
+    # the foot's rolling is 1e-4; 6e-3 without half effective steps
     assert measures.step_lengths(walk)[-6:].mean() == pytest.approx(gait.step_length, rel=3e-4)
 
 
@@ -129,7 +129,7 @@ def test_struck_faces_at_long_steps(controller: AdaptiveController) -> None:
     terrain = Terrain.stairs(rise=0.045, first=1.0, count=1)
     fine, coarse = (mjbiped.walk(controller, terrain, steps=3, engine=mjbiped.Mujoco(timestep=h)) for h in (2e-4, 2e-3))
     assert fine.touchdowns["strikes"].tolist() == coarse.touchdowns["strikes"].tolist() == [0, 0, 1]
-    # a strike's own error is some mm in either (docs/physics.md)
+    # a face impact's own error is some mm in either (docs/physics.md)
     assert coarse.touchdowns["x"] == pytest.approx(fine.touchdowns["x"], abs=2e-3)
 
 

@@ -3,7 +3,7 @@
 A compiled callback gets two addresses: of the mjModel and of the mjData. All that it works on, it finds from there:
 
 * the walk's memory in `mjData.userdata`;
-* what does not change (world and gains) in a *record*, a block of numbers outside MuJoCo. The model's numeric field
+* what does not change (constants and gains) in a *record*, a block of numbers outside MuJoCo. The model's numeric field
   `scene.RECORDS` says where its records are while they are attached, `userdata[events.RECORD]` which one is meant. So
   one function serves any number of models, and one model many walks with gains of their own, in any thread.
 
@@ -28,7 +28,7 @@ import numpy as np
 
 from mjbiped.engines.mujoco import callbacks
 from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco.callbacks import Laws, Recording, World
+from mjbiped.engines.mujoco.callbacks import Laws, Recording, SimulationConstants
 from mjbiped.engines.mujoco.compiled.layout import Layout, UnknownLayoutError, layout
 from mjbiped.engines.mujoco.compiled.memory import memory_access
 from mjbiped.engines.mujoco.compiled.records import NotPackableError, Packer, Shared
@@ -59,7 +59,7 @@ class Functions(NamedTuple):
     token: float
 
 
-def native(law: Law, world: World, recording: Recording) -> Native | None:
+def native(law: Law, constants: SimulationConstants, recording: Recording) -> Native | None:
     """The compiled callbacks of a walk; None if a C callback could not do what its law does.
 
     A law that raises an exception cannot do so through MuJoCo, nor can a record hold every kind of parameters. See
@@ -68,7 +68,7 @@ def native(law: Law, world: World, recording: Recording) -> Native | None:
     if raises(_laws(law)):
         return None
     try:
-        return Native(law, world, recording)
+        return Native(law, constants, recording)
     except NotPackableError:
         return None
 
@@ -78,17 +78,17 @@ class Native:
 
     Attributes:
         functions: Shared by all walks whose controllers have the same laws.
-        world: As given.
-        record: World and gains of this walk, and where its recording lies.
+        constants: As given.
+        record: Simulation constants and gains of this walk, and where its recording lies.
         recording: As given; its arrays are kept alive.
     """
 
-    def __init__(self, law: Law, world: World, recording: Recording) -> None:
+    def __init__(self, law: Law, constants: SimulationConstants, recording: Recording) -> None:
         """Compile, or take from the cache, what this kind of walk needs.
 
         Args:
             law: The controller's.
-            world: The walk's.
+            constants: The walk's.
             recording: To be written.
 
         Raises:
@@ -96,8 +96,8 @@ class Native:
             NotPackableError: The law's parameters cannot be put into a record.
             NumbaError: The laws cannot be compiled.
         """
-        places = world.places
-        packed = world._replace(
+        places = constants.places
+        packed = constants._replace(
             places=places._replace(
                 profile=Profile(*(np.array(values, dtype=np.float64) for values in places.profile)),
                 rises=np.array(places.rises),
@@ -110,21 +110,21 @@ class Native:
         packer = Packer()
         made = packer.add((packed, shared, law.parameters))
         classes = tuple(packer.classes.items())
-        values = 2 + world.states
+        values = 2 + constants.states
         self.functions = _compile(_laws(law), values, made, classes, layout())
-        self.world, self.recording = world, recording
+        self.constants, self.recording = constants, recording
         self.record = packer.record()
         self._law = law
 
-    def in_world(self, world: World) -> Native:
+    def with_constants(self, constants: SimulationConstants) -> Native:
         """The same walk in another scene."""
-        return Native(self._law, world, self.recording)
+        return Native(self._law, constants, self.recording)
 
     def fits(self, model: mujoco.MjModel) -> bool:
         """Whether all places that the callbacks use are there in a model: C code does not look."""
-        world, places = self.world, self.world.places
+        constants, places = self.constants, self.constants.places
         return bool(
-            model.nuserdata >= events.CONTROLLER_MEMORY + world.memory_size + world.states
+            model.nuserdata >= events.CONTROLLER_MEMORY + constants.memory_size + constants.states
             and model.ngeom == len(places.risers)
             and model.nsensordata >= max(places.contacts) + places.slots
             and (model.nq, model.nv, model.nu) == (4, 4, 3)
@@ -145,7 +145,7 @@ def attached(model: mujoco.MjModel, walks: Sequence[Native]) -> Iterator[None]:
             lands on its touchdowns, which changes the model's timestep.
     """
     functions = walks[0].functions
-    if len(walks) > 1 and any(walk.world.lands for walk in walks):
+    if len(walks) > 1 and any(walk.constants.lands for walk in walks):
         raise ValueError("walks that land on their touchdowns need a model each")
     if not all(walk.functions is functions and walk.fits(model) for walk in walks):
         raise ValueError("walks of one model need the same laws, and records made for a model like it")
@@ -205,12 +205,12 @@ def bind(digest):
         record = record_of(model, data, TOKEN)
         if record != 0:
             p = numbers(record, SCALARS)
-            world, recording, parameters = {made}
-            behind = MEMORY + world.memory_size
-            u = numbers(word(data + AT_USERDATA), behind + world.states)
+            constants, recording, parameters = {made}
+            behind = MEMORY + constants.memory_size
+            u = numbers(word(data + AT_USERDATA), behind + constants.states)
             try:
                 control(
-                    Setting(Laws(_torque, touchdown, slope_estimate), parameters, world, recording),
+                    Setting(Laws(_torque, touchdown, slope_estimate), parameters, constants, recording),
                     Userdata(u, u[MEMORY:behind], u[behind:]), numbers(word(data + AT_CTRL), 3),
                     numbers(data + AT_TIME, 1)[0], State(four(word(data + AT_QPOS)), four(word(data + AT_QVEL))),
                 )
@@ -223,11 +223,11 @@ def bind(digest):
         record = record_of(model, data, TOKEN) if stage == ACCELERATION else 0
         if record != 0:
             p = numbers(record, SCALARS)
-            world, _, _ = {made}
-            places = world.places
+            constants, _, _ = {made}
+            places = constants.places
             readings = numbers(word(data + AT_SENSORDATA), max(places.contacts[0], places.contacts[1]) + places.slots)
             length, weight = sense(
-                world, numbers(word(data + AT_USERDATA), MEMORY), readings, numbers(data + AT_TIME, 1)[0],
+                constants, numbers(word(data + AT_USERDATA), MEMORY), readings, numbers(data + AT_TIME, 1)[0],
                 State(four(word(data + AT_QPOS)), four(word(data + AT_QVEL))), four(word(data + AT_QACC)),
             )
             if length > 0.0:
@@ -243,16 +243,16 @@ def bind(digest):
         if record == 0:
             return 0
         p = numbers(record, SCALARS)
-        world, _, _ = {made}
-        places = world.places
+        constants, _, _ = {made}
+        places = constants.places
         u = numbers(word(data + AT_USERDATA), MEMORY)
-        minus_stiffness, minus_damping = softness(world, u, numbers(data + AT_TIME, 1)[0])
+        minus_stiffness, minus_damping = softness(constants, u, numbers(data + AT_TIME, 1)[0])
         if minus_stiffness < 0.0:
             solref = array(word(model + AT_GEOM_SOLREF), (len(places.risers), 2))
             for foot in places.feet:
                 solref[foot, 0], solref[foot, 1] = minus_stiffness, minus_damping
         centres = array(word(data + AT_GEOM_XPOS), (len(places.risers), 3))
-        return 1 if refuses(world, u, centres, first, second) else 0
+        return 1 if refuses(constants, u, centres, first, second) else 0
 
     return control_{name}, sensor_{name}, filter_{name}
 """

@@ -66,7 +66,7 @@ def own_callbacks(owner: object, chosen: dict[str, Any]) -> Iterator[None]:
 
 @contextmanager
 def stepped_under_shared(on_warning: Callable[[str], None]) -> Iterator[None]:
-    """Say who is told what MuJoCo warns of in this thread, under `shared_callbacks`."""
+    """Say who is listener what MuJoCo warns of in this thread, under `shared_callbacks`."""
     _stepped.on_warning = on_warning
     try:
         yield
@@ -112,9 +112,9 @@ def require_no_callbacks() -> None:
 
 def _on_shared_warning(message: str) -> None:
     """`mju_user_warning` of many walks: MuJoCo calls it in the thread that steps."""
-    told: Callable[[str], None] | None = getattr(_stepped, "on_warning", None)
-    if told is not None:
-        told(message)
+    listener: Callable[[str], None] | None = getattr(_stepped, "on_warning", None)
+    if listener is not None:
+        listener(message)
 
 
 @contextmanager

@@ -4,7 +4,7 @@ Each setting walks the same grounds with the adaptive controller, and passively 
 with the impact map, all else with the hybrid engine, whose own error is below 1e-9. Then the settings are timed in
 turn. Some ten minutes. The result stands in `docs/step_size.md`.
 
-    python -m scripts.studies.landing_study --page docs/step_size.md --plot docs/images/step_size.png
+    python -m scripts.studies.step_size_study --page docs/step_size.md --plot docs/images/step_size.png
 """
 
 import math
@@ -197,17 +197,17 @@ def cases(setting: Setting, terrain: mjbiped.Terrain, steps: int) -> tuple[dict[
     bare.model.geom_solref[feet] = -step_size.stiffness(setting.timestep), -1.0 / setting.timestep
 
     def walk() -> float:
-        begun = time.thread_time()
+        started = time.thread_time()
         setting.walk(ADAPTIVE, terrain, steps)
-        return time.thread_time() - begun
+        return time.thread_time() - started
 
     def step() -> float:
         spent = 0.0
         for state in states:
             mujoco.mj_setState(bare.model, bare.data, state, STATE)
-            begun = time.thread_time()
+            started = time.thread_time()
             mujoco.mj_step(bare.model, bare.data, nstep=LENGTH)
-            spent += time.thread_time() - begun
+            spent += time.thread_time() - started
         return spent
 
     return {"walk": (walk, 1), "bare": (step, LENGTH * len(states))}, walker.data.time, taken
@@ -223,7 +223,7 @@ class Speed:
     time: float
 
     @property
-    def told(self) -> list[str]:
+    def cells(self) -> list[str]:
         """Physics steps per second of walking, median, best, bare, and their ratio pair by pair."""
         return [
             f"{self.steps / self.time:.0f}",
@@ -327,13 +327,13 @@ def draw_panel(axes: Axes, worst: Mapping[Setting, float], speed: Mapping[Settin
         for setting, place in zip(members, zip(x, y, strict=True), strict=True):
             if family == CONTACT and setting.family == LANDING:
                 continue
-            told, offset, side = f"{1e3 * setting.timestep:g} ms", (7, -9), "left"
+            label, offset, side = f"{1e3 * setting.timestep:g} ms", (7, -9), "left"
             if family == CONTACT:
-                told, offset, side = f"{1e6 * setting.contact_timestep:g} µs", (0, 7), "center"
+                label, offset, side = f"{1e6 * setting.contact_timestep:g} µs", (0, 7), "center"
             if family == OPTIONS:
-                told, offset, side = "ABCD"[members.index(setting)], (0, -12), "center"
+                label, offset, side = "ABCD"[members.index(setting)], (0, -12), "center"
             axes.annotate(
-                told, place, textcoords="offset points", xytext=offset, fontsize=7.5, color=style["color"], ha=side
+                label, place, textcoords="offset points", xytext=offset, fontsize=7.5, color=style["color"], ha=side
             )
     axes.axhline(WANTED_SPEED, color=plot_style.GUIDE, linewidth=0.9)
     axes.annotate(
@@ -374,7 +374,7 @@ def main(steps: int, count: int, timed_steps: int, repeats: int, plot: Path | No
     found = accuracy(grounds(count), steps)
     level = speeds([(s, "level") for s in SETTINGS], timed_steps, repeats, "speed, level ground")
     speed = {setting: level[setting, "level"] for setting in SETTINGS}
-    rows = [[s.name, s.family, *error_cells(found[s]), *speed[s].told] for s in SETTINGS]
+    rows = [[s.name, s.family, *error_cells(found[s]), *speed[s].cells] for s in SETTINGS]
     tabulate(page, "settings", ("step", "family", *ERROR_HEADINGS, *SPEED_HEADINGS), rows)
     pairs = [(s, name) for s in ON_ALL_GROUNDS for name in TERRAINS]
     everywhere = speeds(pairs, timed_steps, repeats, "speed, all grounds")
@@ -388,7 +388,7 @@ def main(steps: int, count: int, timed_steps: int, repeats: int, plot: Path | No
                 f"{100 * errors.impact:.2g}",
                 f"{100 * errors.cost:.2g}",
                 f"{errors.torque:.2g}",
-                *everywhere[setting, name].told,
+                *everywhere[setting, name].cells,
             ]
         )
     tabulate(page, "grounds", ("step", "ground", "impact, worst %", "c_mt %", "peak torque N m", *SPEED_HEADINGS), rows)
