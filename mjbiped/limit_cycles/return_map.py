@@ -16,6 +16,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
+from mjbiped.control.compilation import MachineCode
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.hybrid.simulation import HybridSimulation
 from mjbiped.engines.hybrid.state import (
@@ -64,11 +65,13 @@ class Plane(NamedTuple):
 
     Attributes:
         code: What walks it.
+        law: The machine code of no torque.
         constants: Robot, plane and rules.
         buffers: Of a walk just after an impact, with room for one touchdown; to be copied for each batch.
     """
 
     code: EngineCode
+    law: MachineCode
     constants: SimulationConstants
     buffers: Buffers
 
@@ -77,6 +80,7 @@ class Batch(NamedTuple):
     """Walks to be walked, and what comes of them.
 
     Attributes:
+        law: Of the unpowered robot.
         starts: First states, shape (walks, 4).
         limit: Steps at most.
         goals: States near which a walk is settled and ends, shape (n, 4); n may be 0.
@@ -88,6 +92,7 @@ class Batch(NamedTuple):
         outcomes: `SETTLED`, `TOUCHDOWN` for a walk that reached the limit, or what became of the robot, shape (walks,).
     """
 
+    law: Any
     starts: Any
     limit: int
     goals: Any
@@ -116,7 +121,7 @@ def walk_batch(code: EngineCode, constants: SimulationConstants, b: Buffers, bat
                 break
             for place in range(len(b.w)):
                 b.w[place] = batch.scalars[place]
-            code.advance((), constants, b)
+            code.advance(batch.law, constants, b)
             outcome = int(b.w[OUTCOME])
             if outcome == TOUCHDOWN:
                 batch.periods[walk, n % room] = b.w[TIME]
@@ -145,6 +150,7 @@ def walk_all(
     """Walk from many states by compiled code, which lets other threads run; see `Batch`."""
     walks = len(starts)
     batch = Batch(
+        law=plane.law.law,
         starts=starts,
         limit=limit,
         goals=np.empty((0, 4)) if goals is None else goals,
@@ -193,7 +199,8 @@ def plane_of(robot: Compass, slope: float, scuffing: ScuffingRule) -> Plane:
         (PAUSE, math.inf),
     ):
         buffers.w[place] = value
-    return Plane(EngineCode(simulation.advance), constants, buffers)
+    assert simulation.code is not None
+    return Plane(EngineCode(simulation.advance), simulation.code, constants, buffers)
 
 
 @dataclass(frozen=True)

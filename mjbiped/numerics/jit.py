@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache, lru_cache, partial
+from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
@@ -72,7 +73,14 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function]) -> str:
             register_jitable(forceinline=part in hot)(part)
             _registered.add(part)
     made = [root.__name__ for root in roots if not isinstance(root, FunctionType)]  # with a digest in it
+    made.append(_addresses())
     return hashlib.sha256(repr([described(part) for part in parts] + made).encode()).hexdigest()
+
+
+@cache
+def _addresses() -> str:
+    """Digest of `numerics.addresses`, whose functions write machine code themselves: there is no Python to describe."""
+    return hashlib.sha256(Path(__file__).with_name("addresses.py").read_bytes()).hexdigest()
 
 
 @contextmanager

@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.control.check import refused_in_words
+from mjbiped.control.compilation import MachineCode, can_be_compiled
 from mjbiped.control.methods import gives_its_law, next_discontinuity, slope_estimate, torque, touchdown
 from mjbiped.engines.base import Show
 from mjbiped.engines.hybrid import state as at
@@ -23,6 +24,7 @@ from mjbiped.engines.hybrid.accounting import write_state
 from mjbiped.engines.hybrid.dynamics import HANDED_ON, rates_where
 from mjbiped.engines.hybrid.gait_step import advance
 from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
+from mjbiped.errors import MjbipedError
 from mjbiped.numerics.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
 from mjbiped.numerics.jit import compiled
 from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
@@ -101,20 +103,21 @@ class HybridSimulation:
         if not (isinstance(sample_period, float) and sample_period == math.inf):
             domains.SAMPLE_PERIOD.check("sample_period", sample_period)
         rule = chosen(scuffing)
-        law = self._law = controller.law() if compile and gives_its_law(controller) else None
+        law = controller.law() if compile and gives_its_law(controller) else None
+        self._law = law if law is not None and can_be_compiled(law) else None
         self.controller = controller
-        self.compiled = law is not None
+        self.compiled = self._law is not None
         integrator = unrolled(
             at.ANGLES_AND_RATES + len(controller.states) + at.WORKS, untested=at.WORKS, arguments=HANDED_ON
         )
-        if law is not None:
-            laws = Laws(law.torque, law.touchdown, law.slope_estimate, law.next_discontinuity, *integrator)
-            self.advance: Any = compiled(advance, Laws, tuple(laws), inlined=(rates_where, law.torque))
-            self._parameters = law.parameters
+        if self.compiled:
+            from mjbiped.control import machine_code as law_code
+
+            laws = (law_code.torque, law_code.touchdown, law_code.slope_estimate, law_code.next_discontinuity)
+            hot = (rates_where, law_code.torque)
+            self.advance: Any = compiled(advance, Laws, (*laws, *integrator), inlined=hot)
         else:
-            laws = Laws(*_METHODS, *integrator)
-            self.advance = partial(advance, laws)
-            self._parameters = controller
+            self.advance = partial(advance, Laws(*_METHODS, *integrator))
         self.constants = SimulationConstants(
             robot=robot.constants,
             length=robot.leg_length,
@@ -186,6 +189,23 @@ class HybridSimulation:
         """Greatest |ankle| and |hip| torque so far, N m."""
         return np.array([self.buffers.w[at.PEAK_ANKLE], self.buffers.w[at.PEAK_HIP]], dtype=np.float64)
 
+    @cached_property
+    def code(self) -> MachineCode | None:
+        """The machine code of the controller's laws, where they are compiled."""
+        if self._law is None:
+            return None
+        with refused_in_words(self.controller, self._law):
+            return MachineCode(self._law, len(self.controller.states), self.controller.memory_size, contract=True)
+
+    @property
+    def parameters(self) -> Any:
+        """What `advance` takes for the controller.
+
+        Raises:
+            LawError: The controller's laws cannot be compiled.
+        """
+        return self.controller if self.code is None else self.code.law
+
     def compile(self) -> None:
         """Compile the controller's laws now, where they are compiled, and not at the first step.
 
@@ -195,8 +215,7 @@ class HybridSimulation:
         if self.compiled:
             import numba
 
-            with refused_in_words(self.controller, self._law):
-                self.advance.compile(tuple(map(numba.typeof, (self._parameters, self.constants, self.buffers))))
+            self.advance.compile(tuple(map(numba.typeof, (self.parameters, self.constants, self.buffers))))
 
     def go_on(self, cancellation: Cancellation = never_cancelled) -> None:
         """Walk some steps further; rows and samples are then in the buffers, for `take`.
@@ -210,20 +229,21 @@ class HybridSimulation:
         Raises:
             LawError: The controller's laws cannot be compiled.
         """
-        w = self.buffers.w
-        with refused_in_words(self.controller, self._law):
-            while True:
-                w[at.PAUSE] = w[at.EVALUATIONS] + self._stint
-                started = time.perf_counter()
-                self.advance(self._parameters, self.constants, self.buffers)
-                if w[at.EVALUATIONS] < w[at.PAUSE] or self.outcome is not Outcome.WALKING:
-                    return
-                taken = time.perf_counter() - started
-                if taken < _SHORT:
-                    self._stint *= 4
-                elif taken > _LONG:
-                    self._stint = max(self._stint // 4, 1)
-                cancellation()
+        w, parameters = self.buffers.w, self.parameters
+        while True:
+            w[at.PAUSE] = w[at.EVALUATIONS] + self._stint
+            started = time.perf_counter()
+            self.advance(parameters, self.constants, self.buffers)
+            if self.code is not None and self.code.failed:
+                raise MjbipedError("a compiled law raised an exception; let law() return None to see where")
+            if w[at.EVALUATIONS] < w[at.PAUSE] or self.outcome is not Outcome.WALKING:
+                return
+            taken = time.perf_counter() - started
+            if taken < _SHORT:
+                self._stint *= 4
+            elif taken > _LONG:
+                self._stint = max(self._stint // 4, 1)
+            cancellation()
 
     def take(self, recorder: Recorder) -> int:
         """Hand what the buffers hold on, and empty them; returns the number of touchdowns."""

@@ -26,14 +26,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import mujoco
 import numpy as np
 
+from mjbiped.control.compilation import MachineCode, can_be_compiled
 from mjbiped.engines.mujoco import callbacks
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.callbacks import Laws, Recording, SimulationConstants
 from mjbiped.engines.mujoco.compiled.layout import Layout, UnknownLayoutError, layout
 from mjbiped.engines.mujoco.compiled.memory import memory_access
-from mjbiped.engines.mujoco.compiled.records import NotPackableError, Packer, Shared
 from mjbiped.engines.mujoco.scene import RECORDS_SIZE
-from mjbiped.numerics.jit import described, kept_on_disk, prepared, raises
+from mjbiped.numerics.jit import described, kept_on_disk, prepared
+from mjbiped.numerics.records import Packer, Shared
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.profile import Profile
 
@@ -65,12 +66,7 @@ def native(law: Law, constants: SimulationConstants, recording: Recording) -> Na
     A law that raises an exception cannot do so through MuJoCo, nor can a record hold every kind of parameters. See
     `Native` for arguments and errors.
     """
-    if raises(_laws(law)):
-        return None
-    try:
-        return Native(law, constants, recording)
-    except NotPackableError:
-        return None
+    return Native(law, constants, recording) if can_be_compiled(law) else None
 
 
 class Native:
@@ -108,13 +104,12 @@ class Native:
         )
         shared = recording._replace(samples=Shared(recording.samples), rows=Shared(recording.rows))
         packer = Packer()
-        made = packer.add((packed, shared, law.parameters))
-        classes = tuple(packer.classes.items())
-        values = 2 + constants.states
-        self.functions = _compile(_laws(law), values, made, classes, layout())
+        self._law = law
+        self._code = MachineCode(law, constants.states, constants.memory_size, contract=False)
+        made = packer.add((packed, shared, self._code.law))
+        self.functions = _compile(made, tuple(packer.classes.items()), layout())
         self.constants, self.recording = constants, recording
         self.record = packer.record()
-        self._law = law
 
     def with_constants(self, constants: SimulationConstants) -> Native:
         """The same walk in another scene."""
@@ -172,34 +167,28 @@ def check_offsets(data: mujoco.MjData) -> None:
             raise UnknownLayoutError(f"MuJoCo {mujoco.__version__} keeps {name} elsewhere than in other models")
 
 
-def _laws(law: Law) -> Laws:
-    return Laws(law.torque, law.touchdown, law.slope_estimate)
-
-
 @lru_cache(maxsize=64)
-def _compile(laws: Laws, values: int, made: str, classes: tuple[tuple[str, type], ...], at: Layout) -> Functions:
-    """The callbacks for one kind of law and record."""
+def _compile(made: str, classes: tuple[tuple[str, type], ...], at: Layout) -> Functions:
+    """The callbacks for one kind of record."""
     import numba
 
+    from mjbiped.control import machine_code
+
+    laws = Laws(machine_code.torque, machine_code.touchdown, machine_code.slope_estimate)
     own = (callbacks.control, callbacks.sense, callbacks.refuses, callbacks.softness)
     groups = (Laws, callbacks.Setting, callbacks.Userdata, events.State)
     roots = (*own, *laws)
     known = (
         prepared(roots, inlined=(callbacks.control, laws.torque)),
         described(memory_access.__wrapped__),
-        *(values, made, at, numba.__version__),
+        *(made, at, numba.__version__),
         *(events.CONTROLLER_MEMORY, events.RECORD, events.RUNNING, events.OUTCOME),
         *((kind.__qualname__, getattr(kind, "_fields", ())) for _, kind in classes),
     )
     digest = hashlib.sha256(repr(known).encode()).hexdigest()
     token = float(int(digest[:13], 16))  # 52 bits: exact
     name = digest[:16]
-    values_named = [f"value_{index}" for index in range(values)]  # unpacked: their number is looked at
-    source = f"""def _torque(parameters, memory, t, q1, q2, dq1, dq2):
-    {", ".join(values_named)} = torque(parameters, memory, t, q1, q2, dq1, dq2)
-    return ({", ".join(f"float({value})" for value in values_named)})
-
-def bind(digest):
+    source = f"""def bind(digest):
     def control_{name}(model, data):
         digest  # a cell that Numba's cache looks at
         record = record_of(model, data, TOKEN)
@@ -208,13 +197,14 @@ def bind(digest):
             constants, recording, parameters = {made}
             behind = MEMORY + constants.memory_size
             u = numbers(word(data + AT_USERDATA), behind + constants.states)
-            try:
-                control(
-                    Setting(Laws(_torque, touchdown, slope_estimate), parameters, constants, recording),
-                    Userdata(u, u[MEMORY:behind], u[behind:]), numbers(word(data + AT_CTRL), 3),
-                    numbers(data + AT_TIME, 1)[0], State(four(word(data + AT_QPOS)), four(word(data + AT_QVEL))),
-                )
-            except Exception:  # such as an index into a tuple; it could not pass through MuJoCo
+            control(
+                Setting(Laws(torque, touchdown, slope_estimate), parameters, constants, recording),
+                Userdata(u, u[MEMORY:behind], u[behind:]), numbers(word(data + AT_CTRL), 3),
+                numbers(data + AT_TIME, 1)[0], State(four(word(data + AT_QPOS)), four(word(data + AT_QVEL))),
+            )
+            failed = numbers(parameters.record, 1)  # see `MachineCode.failed`
+            if failed[0] != 0.0:
+                failed[0] = 0.0  # this step may be taken back and made again
                 u[RUNNING] = 0.0
                 u[OUTCOME] = INTERRUPTED
 
@@ -272,9 +262,6 @@ def bind(digest):
         **memory_access(at),
     }
     exec(compile(source, __file__, "exec"), space)  # the cache lies where this file does
-    from numba.extending import register_jitable
-
-    register_jitable(inline="always")(space["_torque"])
     word = numba.types.int64
     whole = numba.types.int32
     signatures = (

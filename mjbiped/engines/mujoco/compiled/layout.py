@@ -17,9 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import MjbipedError
-
-WORD = 8
-"""Bytes of a pointer, and of MuJoCo's number."""
+from mjbiped.numerics.records import WORD
 
 _SHARED = ("qpos", "ctrl")
 """Two pointers always agree with these: the buffer begins with qpos, and the states of plugins, which no model here

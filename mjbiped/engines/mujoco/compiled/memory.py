@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
 from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco.compiled.layout import WORD, Layout
+from mjbiped.engines.mujoco.compiled.layout import Layout
 from mjbiped.engines.mujoco.scene import RECORDS_SIZE
 
 
@@ -24,55 +23,11 @@ def memory_access(at: Layout) -> dict[str, Any]:
         floats there, as an array that owns nothing. `four(address)`: the four floats there.
         `record_of(model, data, token)`: address of a walk's record, 0 where it has none for callbacks of this token.
     """
-    numba: Any = importlib.import_module("numba")
-    cgutils: Any = importlib.import_module("numba.core.cgutils")
-    extending: Any = importlib.import_module("numba.extending")
-    populate_array: Any = importlib.import_module("numba.np.arrayobj").populate_array
-    types, intrinsic, register_jitable = numba.types, extending.intrinsic, extending.register_jitable
+    register_jitable = importlib.import_module("numba.extending").register_jitable
+    addresses: Any = importlib.import_module("mjbiped.numerics.addresses")
+    word, numbers, array = addresses.word, addresses.numbers, addresses.array
     numerics, numeric_data, userdata = at.numerics, at.numeric_data, at.userdata
     place, size = events.RECORD, RECORDS_SIZE
-
-    def view(context: Any, builder: Any, kind: Any, address: Any, shape: Sequence[Any]) -> Any:
-        """An array without an owner, as `numba.carray` makes it; that one cannot do without Numba's runtime."""
-        strides = [context.get_constant(types.intp, WORD)]
-        for length in reversed(shape[1:]):
-            strides.insert(0, builder.mul(strides[0], length))
-        made = context.make_array(kind)(context, builder)
-        populate_array(
-            made,
-            data=builder.inttoptr(address, made.data.type),
-            shape=shape,
-            strides=strides,
-            itemsize=context.get_constant(types.intp, WORD),
-            meminfo=None,
-        )
-        return made._getvalue()
-
-    # Numba's decorators have no types
-    @intrinsic  # type: ignore[untyped-decorator]
-    def array(_typing: Any, _address: Any, shape: Any) -> Any:
-        kind = types.Array(types.float64, len(shape), "C")
-
-        def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-            return view(context, builder, kind, arguments[0], cgutils.unpack_tuple(builder, arguments[1]))
-
-        return kind(types.intp, types.UniTuple(types.intp, len(shape))), generate
-
-    @intrinsic  # type: ignore[untyped-decorator]
-    def numbers(_typing: Any, _address: Any, _count: Any) -> Any:
-        kind = types.Array(types.float64, 1, "C")
-
-        def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-            return view(context, builder, kind, arguments[0], [arguments[1]])
-
-        return kind(types.intp, types.intp), generate
-
-    @intrinsic  # type: ignore[untyped-decorator]
-    def word(_typing: Any, _address: Any) -> Any:
-        def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-            return builder.load(builder.inttoptr(arguments[0], cgutils.intp_t.as_pointer()))
-
-        return types.int64(types.int64), generate
 
     @register_jitable
     def four(address):  # type: ignore[no-untyped-def]

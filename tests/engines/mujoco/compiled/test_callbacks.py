@@ -21,11 +21,11 @@ from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco import simulation as physics
 from mjbiped.engines.mujoco.compiled.callbacks import attached
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
-from mjbiped.engines.mujoco.compiled.records import NotPackableError, Packer
 from mjbiped.engines.mujoco.run import simulate
 from mjbiped.engines.mujoco.scene import RECORDS
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.numerics.jit import raises
+from mjbiped.numerics.records import NotPackableError, Packer
 from mjbiped.records.recorder import Recorder
 from mjbiped.rules.termination import Outcome
 

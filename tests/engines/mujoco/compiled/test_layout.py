@@ -12,6 +12,7 @@ from controllers import PassiveController
 from mjbiped.engines.mujoco.compiled import layout as native_layout
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError, layout
 from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.numerics.records import WORD
 
 ARRAYS = ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos", "qacc")
 
@@ -50,7 +51,7 @@ def test_places_that_look_alike_are_refused() -> None:
         native_layout._only_place("userdata", [first, second], [7, 9])
     with pytest.raises(UnknownLayoutError, match="userdata in 0 places"):
         native_layout._only_place("userdata", [first, second], [2, 9])
-    assert native_layout._only_place("userdata", [first, second], [1, 9]) == native_layout.WORD
+    assert native_layout._only_place("userdata", [first, second], [1, 9]) == WORD
 
 
 def test_a_system_that_tells_no_sizes_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

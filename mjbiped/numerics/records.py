@@ -1,4 +1,4 @@
-"""Records: what a compiled callback needs to know of a walk beside its memory, as one block of numbers."""
+"""Records: what compiled code needs to know of a walk beside its memory, as one block of numbers."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.engines.mujoco.compiled.layout import WORD
+WORD = 8
+"""Bytes of an address, and of a float."""
 
 
 class NotPackableError(TypeError):

@@ -1,0 +1,66 @@
+"""A controller's laws as machine code of their own, which engines call by address.
+
+An engine compiled around a law has to be compiled again with every other law, which takes ten times as long as the law
+itself. So each law becomes C functions, and the engines call what stands at the addresses that they are given: one
+machine code of an engine serves all controllers with equally many states. `CompiledLaw` stands in the place of a law's
+parameters, and the functions of this module in that of its functions.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from mjbiped.control.controller import Memory
+from mjbiped.numerics.addresses import call_at, call_torque, call_touchdown
+
+
+class CompiledLaw(NamedTuple):
+    """Where a law's machine code and its parameters lie.
+
+    Attributes:
+        torque: Address of the C function (record, memory, t, q1, q2, dq1, dq2, out).
+        touchdown: Of (record, memory, q1 and q2 before, q1, q2, dq1, dq2).
+        slope_estimate: Of (record, memory, t) -> float; the time means nothing.
+        next_discontinuity: Of (record, memory, t) -> float.
+        record: Address of the parameters, a `mjbiped.numerics.records.Packer`'s record.
+        values: As many zeros as `torque` gives numbers: a tuple's length is part of its type.
+    """
+
+    torque: int
+    touchdown: int
+    slope_estimate: int
+    next_discontinuity: int
+    record: int
+    values: tuple[float, ...]
+
+
+def torque(
+    law: CompiledLaw, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, ...]:
+    """`Law.torque`, by address."""
+    found: tuple[float, ...] = call_torque(law.torque, law.record, memory, t, q1, q2, dq1, dq2, law.values)
+    return found
+
+
+def touchdown(
+    law: CompiledLaw,
+    memory: Memory,
+    q1_before: float,
+    q2_before: float,
+    q1: float,
+    q2: float,
+    dq1: float,
+    dq2: float,
+) -> None:
+    """`Law.touchdown`, by address."""
+    call_touchdown(law.touchdown, law.record, memory, q1_before, q2_before, q1, q2, dq1, dq2)
+
+
+def slope_estimate(law: CompiledLaw, memory: Memory) -> float:
+    """`Law.slope_estimate`, by address."""
+    return float(call_at(law.slope_estimate, law.record, memory, 0.0))
+
+
+def next_discontinuity(law: CompiledLaw, memory: Memory, t: float) -> float:
+    """`Law.next_discontinuity`, by address."""
+    return float(call_at(law.next_discontinuity, law.record, memory, t))

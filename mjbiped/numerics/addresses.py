@@ -1,0 +1,139 @@
+"""Memory and functions by address, for compiled code; bounds and signatures are the caller's matter.
+
+This module imports Numba: import it where something is compiled, not before.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from typing import Any
+
+from mjbiped.numerics.records import WORD
+
+# Numba has no types
+cgutils: Any = importlib.import_module("numba.core.cgutils")
+intrinsic: Any = importlib.import_module("numba.extending").intrinsic
+ir: Any = importlib.import_module("llvmlite.ir")
+populate_array: Any = importlib.import_module("numba.np.arrayobj").populate_array
+types: Any = importlib.import_module("numba").types
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def word(_typing: Any, _address: Any) -> Any:
+    """The 64-bit integer at an address."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.load(builder.inttoptr(arguments[0], cgutils.intp_t.as_pointer()))
+
+    return types.int64(types.int64), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def numbers(_typing: Any, _address: Any, _count: Any) -> Any:
+    """So many floats at an address, as an array that owns nothing."""
+    kind = types.Array(types.float64, 1, "C")
+
+    def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return _view(context, builder, kind, arguments[0], [arguments[1]])
+
+    return kind(types.intp, types.intp), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def array(_typing: Any, _address: Any, shape: Any) -> Any:
+    """The same with a shape of several dimensions, a tuple."""
+    kind = types.Array(types.float64, len(shape), "C")
+
+    def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return _view(context, builder, kind, arguments[0], cgutils.unpack_tuple(builder, arguments[1]))
+
+    return kind(types.intp, types.UniTuple(types.intp, len(shape))), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def call_torque(
+    _typing: Any,
+    _function: Any,
+    _record: Any,
+    memory: Any,
+    _t: Any,
+    _q1: Any,
+    _q2: Any,
+    _dq1: Any,
+    _dq2: Any,
+    values: Any,
+) -> Any:
+    """What the C function at an address writes where its last argument says: as many floats as `values` is long."""
+    number = types.float64
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        function, record, memory, *state, _ = arguments
+        made = cgutils.alloca_once(builder, context.get_value_type(values))
+        out = builder.ptrtoint(made, cgutils.intp_t)
+        _call(builder, function, ir.VoidType(), [record, _data(context, builder, signature, memory), *state, out])
+        return builder.load(made)
+
+    return values(types.int64, types.int64, memory, *[number] * 5, values), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def call_touchdown(
+    _typing: Any,
+    _function: Any,
+    _record: Any,
+    memory: Any,
+    _q1_before: Any,
+    _q2_before: Any,
+    _q1: Any,
+    _q2: Any,
+    _dq1: Any,
+    _dq2: Any,
+) -> Any:
+    """Call the C function at an address with two postures and the rates."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        function, record, memory, *state = arguments
+        _call(builder, function, ir.VoidType(), [record, _data(context, builder, signature, memory), *state])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, memory, *[types.float64] * 6), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def call_at(_typing: Any, _function: Any, _record: Any, memory: Any, _t: Any) -> Any:
+    """The float that the C function at an address returns for a time."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        function, record, memory, t = arguments
+        return _call(builder, function, ir.DoubleType(), [record, _data(context, builder, signature, memory), t])
+
+    return types.float64(types.int64, types.int64, memory, types.float64), generate
+
+
+def _call(builder: Any, function: Any, result: Any, arguments: Sequence[Any]) -> Any:
+    kind = ir.FunctionType(result, [argument.type for argument in arguments])
+    return builder.call(builder.inttoptr(function, kind.as_pointer()), arguments)
+
+
+def _data(context: Any, builder: Any, signature: Any, memory: Any) -> Any:
+    """Address of an array's first number; the array is the third argument."""
+    view = context.make_array(signature.args[2])(context, builder, memory)
+    return builder.ptrtoint(view.data, cgutils.intp_t)
+
+
+def _view(context: Any, builder: Any, kind: Any, address: Any, shape: Sequence[Any]) -> Any:
+    """An array without an owner, as `numba.carray` makes it; that one cannot do without Numba's runtime."""
+    strides = [context.get_constant(types.intp, WORD)]
+    for length in reversed(shape[1:]):
+        strides.insert(0, builder.mul(strides[0], length))
+    made = context.make_array(kind)(context, builder)
+    populate_array(
+        made,
+        data=builder.inttoptr(address, made.data.type),
+        shape=shape,
+        strides=strides,
+        itemsize=context.get_constant(types.intp, WORD),
+        meminfo=None,
+    )
+    return made._getvalue()

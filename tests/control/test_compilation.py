@@ -1,0 +1,100 @@
+"""Laws as machine code of their own: bitwise the law, one engine for all of them, and failures that are noticed."""
+
+from __future__ import annotations
+
+import ctypes
+
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, PassiveController, PassivityController
+from mjbiped.control.compilation import MachineCode, can_be_compiled
+from mjbiped.control.controller import Controller, Law, Memory
+from mjbiped.control.registry import controller_names, make_controller
+from mjbiped.engines.hybrid.simulation import HybridSimulation
+from mjbiped.engines.mujoco.simulation import Simulation
+
+NUMBER, ADDRESS = ctypes.c_double, ctypes.c_int64
+
+
+@pytest.mark.parametrize("name", controller_names())
+def test_machine_code_computes_what_the_law_does(name: str, robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
+    """Bit by bit, where no product and sum are made in one operation."""
+    controller = make_controller(name, robot, {}, gait)
+    law = controller.law()
+    assert law is not None
+    assert can_be_compiled(law)
+    code = MachineCode(law, len(controller.states), controller.memory_size, contract=False)
+    torque = ctypes.CFUNCTYPE(None, ADDRESS, ADDRESS, *[NUMBER] * 5, ADDRESS)(code.law.torque)
+    touchdown = ctypes.CFUNCTYPE(None, ADDRESS, ADDRESS, *[NUMBER] * 6)(code.law.touchdown)
+    at = ctypes.CFUNCTYPE(NUMBER, ADDRESS, ADDRESS, NUMBER)
+    memory, plain, out = np.zeros(controller.memory_size), [0.0] * controller.memory_size, np.zeros(8)
+    state = (-0.17, 0.21, 1.05, 0.4)
+    controller.start(plain, state[:2], state[2:])
+    memory[:] = plain
+    touchdown(code.law.record, memory.ctypes.data, 0.22, -0.19, *state)
+    law.touchdown(law.parameters, plain, 0.22, -0.19, *state)
+    assert memory.tolist() == plain
+    for t in (0.0, 0.31, 0.9):
+        expected = law.torque(law.parameters, plain, t, *state)
+        torque(code.law.record, memory.ctypes.data, t, *state, out.ctypes.data)
+        assert out[: len(expected)].tolist() == list(expected)
+        assert len(expected) == len(code.law.values)
+        found = at(code.law.next_discontinuity)(code.law.record, memory.ctypes.data, t)
+        assert found == law.next_discontinuity(law.parameters, plain, t)
+    estimate = at(code.law.slope_estimate)(code.law.record, memory.ctypes.data, 0.0)
+    np.testing.assert_equal(estimate, law.slope_estimate(law.parameters, plain))
+    assert not code.failed
+
+
+def out_of_range(
+    parameters: tuple[()], memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float]:
+    return (0.0, 1.0)[int(100.0 * t)], 0.0
+
+
+def raising(
+    parameters: tuple[()], memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float]:
+    if t > 0.01:
+        raise ValueError("late")
+    return 0.0, 0.0
+
+
+class Failing(PassiveController):
+    def law(self) -> Law:
+        return super().law()._replace(torque=out_of_range)
+
+
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+def test_a_law_that_fails_in_machine_code_stops_the_walk(engine: str) -> None:
+    with pytest.raises(mjbiped.WalkStopped, match="a compiled law raised an exception") as stopped:
+        mjbiped.walk(Failing(), mjbiped.Terrain.incline(2.0), engine=engine, steps=1)
+    # an index beyond the tuple from 0.02 s on; the hybrid engine keeps whole integration steps alone
+    assert stopped.value.walk.end[0] < 0.0205
+
+
+def test_what_cannot_be_compiled() -> None:
+    law = PassiveController().law()
+    assert can_be_compiled(law)
+    assert not can_be_compiled(law._replace(torque=raising))
+    assert not can_be_compiled(law._replace(parameters=("a text",)))
+
+
+def hybrid(controller: Controller) -> HybridSimulation:
+    return HybridSimulation(
+        controller, mjbiped.Terrain.level(), robot=mjbiped.Compass(), q=(-0.19, 0.19), dq=(1.1, 0.8), steps=1
+    )
+
+
+def test_one_machine_code_of_an_engine_serves_all_laws_with_as_many_states(
+    robot: mjbiped.Compass, gait: mjbiped.Gait, controller: AdaptiveController
+) -> None:
+    alike = PassivityController(robot, gait), PassiveController(), Failing()
+    assert len({id(hybrid(each).advance) for each in alike}) == 1
+    assert hybrid(controller).advance is not hybrid(alike[0]).advance  # two states more are integrated
+    made = [
+        Simulation(each, mjbiped.Terrain.level(), robot=robot, q=(0.0, 0.0), dq=(0.0, 0.0), steps=1) for each in alike
+    ]
+    assert len({id(simulation.functions) for simulation in made}) == 1
