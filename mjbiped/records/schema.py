@@ -191,9 +191,10 @@ def _table(kind: str, columns: Mapping[str, Column], arrays: Arrays, version: in
         if array.shape[:1] != (rows,) or array.dtype.kind == "U":
             raise _damaged(f"{beginning}{shown(name)} is {_described(array)}; expected {rows} rows of numbers")
     for name, column in columns.items():
-        if name not in table:
+        if name in table:
+            _check_column(f"{beginning}{name}", name in WHOLE_NUMBERS, column, table[name])
+        else:
             table[name] = np.full((rows, column.width)[: 2 if column.width > 1 else 1], np.nan)
-        _check_column(f"{beginning}{name}", name in WHOLE_NUMBERS, column, table[name])
     return table
 
 

@@ -16,8 +16,8 @@ from controllers import AdaptiveController, Controller, PassiveController
 from mjbiped.analysis.stability import stability
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
-from mjbiped.records.columns import SAMPLES, TOUCHDOWNS
-from mjbiped.records.record import Walk
+from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Column
+from mjbiped.records.record import FORMAT_VERSION, Walk
 
 
 @pytest.fixture(scope="module")
@@ -110,6 +110,17 @@ def test_further_columns_stay(walk: Walk, tmp_path: Path) -> None:
     own = dataclasses.replace(walk, touchdowns={**walk.touchdowns, "clearance": more})
     own.save(tmp_path / "walk.npz")
     assert Walk.load(tmp_path / "walk.npz") == own
+
+
+def test_columns_that_came_later_are_nan(walk: Walk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    walk.save(tmp_path / "walk.npz")
+    later = Column(2, "m", "finite, and not in this record", since=FORMAT_VERSION + 1)
+    for columns in (SAMPLES, TOUCHDOWNS):
+        monkeypatch.setitem(columns, "later", later)
+    loaded = Walk.load(tmp_path / "walk.npz")
+    for table, rows in ((loaded.samples, len(walk.samples["time"])), (loaded.touchdowns, walk.steps)):
+        assert table["later"].shape == (rows, 2)
+        assert np.isnan(table["later"]).all()
 
 
 class Given(Controller):
