@@ -10,7 +10,7 @@ from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mjbiped.errors import InputError, RecordError, shown
+from mjbiped.errors import InputError, RecordError, shortened, shown
 from mjbiped.sweeps.cell import Row
 from mjbiped.utils.files import written_whole
 
@@ -226,7 +226,7 @@ def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], ide
 
 
 def _damaged(path: Path, why: str) -> RecordError:
-    return RecordError(f"{path} is damaged: {' '.join(why.split())}{_WAY_OUT}")
+    return RecordError(f"{path} is damaged: {shortened(' '.join(why.split()))}{_WAY_OUT}")
 
 
 def _differences(kind: str, kept: str | None, now: str) -> Iterator[str]:

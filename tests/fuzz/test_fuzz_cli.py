@@ -199,17 +199,17 @@ def line(chance: random.Random) -> list[str]:
 
 def check(words: Sequence[str], seconds: float) -> bool:
     """Run a command line; whether it was accepted."""
-    message = [word[:100] for word in words]
+    shortened = [word[:100] for word in words]
     try:
-        with within(seconds, message):
+        with within(seconds, shortened):
             result = CliRunner().invoke(cli.main, words)
     except Reached:
         return True
-    assert result.exception is None or isinstance(result.exception, SystemExit), (message, result.exc_info)
-    assert result.exit_code in (0, 2), (message, result.output)
-    assert "Traceback" not in result.output, message
-    assert len(result.stderr) < LONGEST, message
-    assert result.exit_code == 0 or "Error: " in result.stderr, message
+    assert result.exception is None or isinstance(result.exception, SystemExit), (shortened, result.exc_info)
+    assert result.exit_code in (0, 2), (shortened, result.output)
+    assert "Traceback" not in result.output, shortened
+    assert len(result.stderr) < LONGEST, shortened
+    assert result.exit_code == 0 or "Error: " in result.stderr, shortened
     return result.exit_code == 0
 
 

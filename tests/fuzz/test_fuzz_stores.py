@@ -50,9 +50,9 @@ def damaged(draw: random.Random, content: bytes) -> bytes:
         place = draw.randrange(len(content))
         changed[place : place + 40] = draw.choice((bytes(40), b"\xff" * 40, draw.randbytes(40)))
     else:  # where something stands, and not in what is empty
-        message = [place for place, byte in enumerate(content) if byte]
+        used = [place for place, byte in enumerate(content) if byte]
         for _ in range(draw.choice((1, 1, 2, 8))):
-            changed[draw.choice(message)] ^= 1 << draw.randrange(8)
+            changed[draw.choice(used)] ^= 1 << draw.randrange(8)
     return bytes(changed)
 
 
