@@ -136,7 +136,7 @@ def bifurcation(
     ("--swing-rates", options.span(domains.RATE), None, "First rates of the swing leg, rad/s; the same."),
     ("--grid", domains.GRID, None, "Starts along each side; 300, or 100 with the adaptive controller."),
     ("--limit", domains.LIMIT, None, "Steps at most; 100, or 10 with the adaptive controller."),
-    ("--threads", domains.WORKERS, None, "Threads; one for each core unless options."),
+    ("--threads", domains.WORKERS, None, "Threads; one for each core unless given."),
 )
 @options.scuffing_option("Map")
 @options.robot_options

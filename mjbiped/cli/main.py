@@ -1,4 +1,4 @@
-"""The command line: `walk`, `compare`, `gait`, `stability` and `render`; the other commands in `cli_*.py`.
+"""The command line: `walk`, `compare`, `gait`, `stability` and `render`; other files here have the other commands.
 
 Exit status: 0 for a walk that came to an end, a fall included; 2 for anything the user can mend, told in one line;
 1 for a walk or a drawing that failed on its own; 130 after Ctrl-C, 143 after SIGTERM.
@@ -358,7 +358,7 @@ def _refuse(ctx: click.Context, parameters: Iterable[click.Parameter], owner: st
     """Refuse options that are for something else than what was chosen.
 
     Raises:
-        click.UsageError: One of them is options.
+        click.UsageError: One of them is given.
     """
     for parameter in parameters:
         if ctx.get_parameter_source(str(parameter.name)) is click.core.ParameterSource.COMMANDLINE:

@@ -15,13 +15,13 @@ from mjbiped.utils import domains
 @options.options(
     "Walks",
     ("--quick", bool, False, "Only a few short walks in MuJoCo; all of the hybrid engine's."),
-    ("--workers", domains.WORKERS, None, "Processes; one for each core unless options."),
+    ("--workers", domains.WORKERS, None, "Processes; one for each core unless given."),
     ("--fresh", bool, False, "Delete the finished walks of an earlier run and begin again."),
 )
 @options.options(
     "Results",
     ("--out", options.Folder(), "reproduction", "Finished walks, kept."),
-    ("--report", options.Folder(), None, "Where page, table and figures go; --out unless options."),
+    ("--report", options.Folder(), None, "Where page, table and figures go; --out unless given."),
 )
 @options.printed_options
 def reproduce(

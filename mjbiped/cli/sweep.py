@@ -15,7 +15,7 @@ from mjbiped.utils import domains
 @click.argument("study", type=click.Path(path_type=Path))
 @options.options(
     "Walks",
-    ("--workers", domains.WORKERS, None, "Processes; one for each core unless options."),
+    ("--workers", domains.WORKERS, None, "Processes; one for each core unless given."),
     (
         "--scheduler",
         options.Kind("ADDRESS", str),

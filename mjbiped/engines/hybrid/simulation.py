@@ -62,7 +62,7 @@ class HybridSimulation:
     Attributes:
         controller: Drives stance ankle and hip.
         compiled: Whether the controller's laws are compiled; a controller without `law` runs in plain Python.
-        advance: `gait_step.advance` for these laws: a function of their parameters, the world and the buffers.
+        advance: `gait_step.advance` for these laws: a function of their parameters, the constants and the buffers.
         constants: Robot, ground and limits in plain numbers.
         buffers: The state of the walk.
     """

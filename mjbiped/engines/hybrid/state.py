@@ -1,4 +1,4 @@
-"""What the hybrid engine works on: the world, which does not change, and the buffers of one walk.
+"""What the hybrid engine works on: the constants of a simulation, and the buffers of one walk.
 
 Everything is plain numbers in flat sequences: lists and tuples in plain Python, arrays where compiled.
 """

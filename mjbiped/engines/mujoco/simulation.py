@@ -320,7 +320,7 @@ class Simulation:
     def functions(self) -> Functions | None:
         """Its compiled callbacks, None where it needs Python's; raises as `compiled` does, where a law will not do.
 
-        Walks of the same kind of law and world share theirs.
+        Walks of the same kind of law and constants share theirs.
         """
         return self._native.functions if self._native is not None else None
 
