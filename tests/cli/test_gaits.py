@@ -33,10 +33,10 @@ def test_bifurcation_tells_the_onsets_and_writes_its_files(tmp_path: Path) -> No
 
 def test_bifurcation_as_json() -> None:
     result = run("bifurcation", *SMALL, "--json", "--leg-inertia", 0, "--hip-mass", 10, "--slope-deg", "4..5")
-    message = json.loads(result.stdout)
-    assert message["onsets_deg"][0] == pytest.approx(4.3909, abs=5e-5)
-    assert message["lost_deg"] is None
-    assert message["files"] == {}
+    printed = json.loads(result.stdout)
+    assert printed["onsets_deg"][0] == pytest.approx(4.3909, abs=5e-5)
+    assert printed["lost_deg"] is None
+    assert printed["files"] == {}
 
 
 def test_basin_tells_the_shares_and_writes_its_files(tmp_path: Path) -> None:
@@ -52,11 +52,11 @@ def test_basin_tells_the_shares_and_writes_its_files(tmp_path: Path) -> None:
 
 def test_controlled_basin_as_json() -> None:
     words = ("--stance-rates", "0..2", "--swing-rates=-1..1", "--grid", 3)
-    message = json.loads(run("basin", "--controller", "adaptive", *words, "--json").stdout)
-    assert message["walker"] == "AdaptiveController"
-    assert message["slope_deg"] == 0.0
-    assert message["shares"]["settled"] == 1.0
-    assert message["starts"] == 9
+    printed = json.loads(run("basin", "--controller", "adaptive", *words, "--json").stdout)
+    assert printed["walker"] == "AdaptiveController"
+    assert printed["slope_deg"] == 0.0
+    assert printed["shares"]["settled"] == 1.0
+    assert printed["starts"] == 9
 
 
 def test_interrupted_basin_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -774,10 +774,10 @@ def test_stability_tells_theorem_1(tmp_path: Path) -> None:
     assert "steps where (24) holds" in result.stdout
     assert result.stdout.endswith(f"wrote {plot}\n")
     assert plot.stat().st_size > 10_000
-    message = json.loads(run("stability", record, "--json").stdout)
+    printed = json.loads(run("stability", record, "--json").stdout)
     found = stability(mjbiped.Walk.load(record))
-    assert message["condition_24_smallest_for_any_constants"] == found.condition_floor.min() > 1.0
-    assert (message["condition_24_holds_steps"], message["errors_26_holds_steps"], message["steps"]) == (0, 3, 4)
+    assert printed["condition_24_smallest_for_any_constants"] == found.condition_floor.min() > 1.0
+    assert (printed["condition_24_holds_steps"], printed["errors_26_holds_steps"], printed["steps"]) == (0, 3, 4)
 
 
 def test_stability_refuses(record: Path, tmp_path: Path) -> None:

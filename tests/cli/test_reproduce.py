@@ -46,11 +46,11 @@ def test_page_table_and_figures_are_written(tmp_path: Path, monkeypatch: pytest.
     assert "0.03492" in result.stdout  # c_mt on level ground
     first = (tmp_path / "page" / "reproduction.md").read_bytes()
     monkeypatch.setattr(whole, "draw", lambda *_: [])
-    message = json.loads(run("reproduce", "--out", tmp_path / "walks", "--quick", "--json").stdout)
+    printed = json.loads(run("reproduce", "--out", tmp_path / "walks", "--quick", "--json").stdout)
     assert (tmp_path / "walks" / "reproduction.md").read_bytes() == first
-    assert message["failed"] == []
-    assert message["checks"][0]["claim"] == "On level ground the adaptive controller's c_mt is 0.0350"
-    assert {"claim", "source", "holds", "found", "of", "engine", "group"} == set(message["checks"][0])
+    assert printed["failed"] == []
+    assert printed["checks"][0]["claim"] == "On level ground the adaptive controller's c_mt is 0.0350"
+    assert {"claim", "source", "holds", "found", "of", "engine", "group"} == set(printed["checks"][0])
 
 
 @pytest.mark.usefixtures("small")

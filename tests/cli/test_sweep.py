@@ -36,11 +36,11 @@ def test_table_figures_and_summary(study: Path, tmp_path: Path) -> None:
     assert "finished" in result.stdout
     assert "cost of transport, absolute" in result.stdout
     assert "no passive gait" in result.stdout.replace("\n", " ")
-    message = json.loads(run("sweep", study, "--json").stdout)
-    assert message["walks"] == 6
-    assert message["outcomes"] == {"finished": 5, "failed": 1}
-    assert message["errors"][0]["first_cell"] == 1
-    assert str(folder / "study.csv") in message["files"]
+    printed = json.loads(run("sweep", study, "--json").stdout)
+    assert printed["walks"] == 6
+    assert printed["outcomes"] == {"finished": 5, "failed": 1}
+    assert printed["errors"][0]["first_cell"] == 1
+    assert str(folder / "study.csv") in printed["files"]
     assert run("sweep", study, "--quiet").stdout == ""
 
 

@@ -122,10 +122,10 @@ def test_bad_parameters_are_refused(kind: Callable[..., KnownSlopeController]) -
 @each_kind
 def test_described_in_json(kind: Callable[..., KnownSlopeController]) -> None:
     controller = kind(ROBOT, GAIT, slope_source="none", initial_slope=np.float64(0.25))
-    message = json.loads(json.dumps(controller.describe()))
-    assert message["name"] == type(controller).__name__
-    assert (message["slope_source"], message["initial_slope"]) == ("none", 0.25)
-    assert message["gait"]["slope"] == GAIT.slope
+    printed = json.loads(json.dumps(controller.describe()))
+    assert printed["name"] == type(controller).__name__
+    assert (printed["slope_source"], printed["initial_slope"]) == ("none", 0.25)
+    assert printed["gait"]["slope"] == GAIT.slope
 
 
 def test_default_sources() -> None:

@@ -192,14 +192,14 @@ def result() -> Result:
     ],
 )
 def test_results_of_other_kinds_are_refused(result: Result, field: str, value: object) -> None:
-    message = json.loads(json.dumps(result.to_dict()))
-    assert repr(Result.from_dict(message)) == repr(result)  # NaN is not itself
+    printed = json.loads(json.dumps(result.to_dict()))
+    assert repr(Result.from_dict(printed)) == repr(result)  # NaN is not itself
     with pytest.raises(RecordError, match="no result of a walk"):
-        Result.from_dict({**message, field: value})
-    message.pop(field, None)
+        Result.from_dict({**printed, field: value})
+    printed.pop(field, None)
     if field in ("outcome", "x", "work", "begun", "peak_torque"):
         with pytest.raises(RecordError, match="no result of a walk"):
-            Result.from_dict(message)
+            Result.from_dict(printed)
     for nothing in (None, [1.0], "x", 3):
         with pytest.raises(RecordError, match="no result of a walk"):
             Result.from_dict(nothing)

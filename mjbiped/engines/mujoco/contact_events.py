@@ -144,7 +144,7 @@ def observe(u: MutableSequence[float], limits: Limits, profile: Profile, time: f
     hip_x, hip_z, left, right = state.qpos
     _, _, left_rate, right_rate = state.qvel
     if u[NOTED]:
-        _exchange(u, limits, profile, time, state)
+        _transfer_support(u, limits, profile, time, state)
     else:
         _count_work(u, left, right)
         _weigh(u, limits)
@@ -224,7 +224,7 @@ def _least_normal_force(u: Sequence[float]) -> float:
     return u[IMPULSE] / u[STRETCH] if u[STRETCH] > 0.0 else math.nan
 
 
-def _exchange(u: MutableSequence[float], limits: Limits, profile: Profile, time: float, state: State) -> None:
+def _transfer_support(u: MutableSequence[float], limits: Limits, profile: Profile, time: float, state: State) -> None:
     """Swap the legs' roles and write the touchdown's row; the estimates are not known before the controller's tick.
 
     No row tells of a foot that is not on the ground: the walk has then diverged.

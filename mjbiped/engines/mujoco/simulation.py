@@ -164,7 +164,7 @@ class Simulation:
             steps=math.inf if steps is None else float(steps),
             distance=math.inf if distance is None else float(distance),
         )
-        self._world = SimulationConstants(
+        self._constants = SimulationConstants(
             limits=self.limits._replace(start=scene.start, end=scene.end),
             places=places_in(scene, terrain),
             stepped=any(terrain.rises),
@@ -199,7 +199,7 @@ class Simulation:
         self.data.qpos[:] = qpos
         self.data.qvel[:] = qvel
         userdata = self._userdata()
-        events.begin(userdata.events, State(qpos, qvel), slope, (0.0, height), self._world.timestep)
+        events.begin(userdata.events, State(qpos, qvel), slope, (0.0, height), self._constants.timestep)
         self.controller.start(userdata.memory, tuple(q), tuple(dq))
         self.data.userdata[:] = list(chain(*userdata))
 
@@ -207,13 +207,13 @@ class Simulation:
         """A copy of the userdata, in its parts."""
         u = self.data.userdata.tolist()
         memory = events.CONTROLLER_MEMORY
-        rates = memory + self._world.memory_size
+        rates = memory + self._constants.memory_size
         return Userdata(u[:memory], u[memory:rates], u[rates:])
 
     @property
     def _setting(self) -> Setting:
         """What the callbacks work with in plain Python."""
-        return Setting(_METHODS, self.controller, self._world, self.recording)
+        return Setting(_METHODS, self.controller, self._constants, self.recording)
 
     def move_on(self) -> bool:
         """Build the ground about the robot, where it comes near the end of what is built of a long terrain.
@@ -229,7 +229,7 @@ class Simulation:
         low, high = self._inside
         if low < x < high or not math.isfinite(x) or data.warning.number.any():
             return False
-        scene, before = self._windows.about(x), self._world
+        scene, before = self._windows.about(x), self._constants
         constants = before._replace(
             limits=self.limits._replace(start=scene.start, end=scene.end), places=places_in(scene, self._terrain)
         )
@@ -239,11 +239,11 @@ class Simulation:
         mujoco.mj_getState(self.model, data, state, WHOLE_STATE)
         data = mujoco.MjData(scene.model)
         mujoco.mj_setState(scene.model, data, state, WHOLE_STATE)
-        self.model, self.data, self._world, self._inside = scene.model, data, constants, self._windows.inside(scene)
+        self.model, self.data, self._constants, self._inside = scene.model, data, constants, self._windows.inside(scene)
         made = self.__dict__.get("_native")  # as `cached_property` keeps it
         if made is not None:
             check_offsets(self.data)
-            self._native = made.with_constants(self._world)
+            self._native = made.with_constants(self._constants)
             if self._attachment is not None:
                 self._attachment.close()
                 self._attachment.enter_context(attached(self.model, [self._native]))
@@ -340,7 +340,7 @@ class Simulation:
         try:
             check_offsets(self.data)
             with refused_in_words(controller, law):
-                return native(law, self._world, self.recording)
+                return native(law, self._constants, self.recording)
         except UnknownLayoutError as error:
             _warn_once(str(error))
             return None
@@ -360,7 +360,8 @@ class Simulation:
             self._pass_on("mjcb_sensor", model, data, stage)
         elif stage == _ACCELERATION:
             state, readings = State(data.qpos.tolist(), data.qvel.tolist()), data.sensordata.tolist()
-            length, weight = callbacks.sense(self._world, data.userdata, readings, data.time, state, data.qacc.tolist())
+            now = (readings, data.time, state, data.qacc.tolist())
+            length, weight = callbacks.sense(self._constants, data.userdata, *now)
             if length > 0.0:
                 model.opt.timestep = length
                 if weight != 1.0:
@@ -374,10 +375,10 @@ class Simulation:
         """`mjcb_contactfilter`: 1 refuses the pair; see `callbacks.refuses`."""
         if model is not self.model:
             return int(self._pass_on("mjcb_contactfilter", model, data, first, second) or 0)
-        solref = callbacks.softness(self._world, data.userdata, data.time)
+        solref = callbacks.softness(self._constants, data.userdata, data.time)
         if solref[0] < 0.0:
-            model.geom_solref[list(self._world.places.feet)] = solref
-        return int(callbacks.refuses(self._world, data.userdata, data.geom_xpos, first, second))
+            model.geom_solref[list(self._constants.places.feet)] = solref
+        return int(callbacks.refuses(self._constants, data.userdata, data.geom_xpos, first, second))
 
     def _pass_on(self, name: str, model: mujoco.MjModel, data: mujoco.MjData, *arguments: int) -> Any:
         """Hand a callback for another model to what stood there before this simulation's."""
