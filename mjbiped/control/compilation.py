@@ -90,19 +90,19 @@ def _function(
     from mjbiped.numerics import addresses
 
     written = "; ".join(f"o[{index}] = float(value_{index})" for index in range(values))
-    lost = "; ".join(f"o[{index}] = NAN" for index in range(values))
     names = ", ".join(f"value_{index}" for index in range(values))  # unpacked: their number is looked at
-    arguments, before, call, after, failed = {
+    # once a law has failed, be it at a touchdown, no torque is a number: the walk goes no further
+    lost = f"if p[{_FAILED}] != 0.0: o[:] = NAN"
+    arguments, before, call, after = {
         "torque": (
             "t, q1, q2, dq1, dq2, out",
             f"o = numbers(out, {values})",
             f"{names} = law(parameters, m, t, q1, q2, dq1, dq2); {written}",
-            "pass",
             lost,
         ),
-        "touchdown": (_POSTURES, "pass", f"law(parameters, m, {_POSTURES})", "pass", "pass"),
-        "slope_estimate": ("t", "x = NAN", "x = float(law(parameters, m))", "return x", "pass"),
-        "next_discontinuity": ("t", "x = NAN", "x = float(law(parameters, m, t))", "return x", "pass"),
+        "touchdown": (_POSTURES, "pass", f"law(parameters, m, {_POSTURES})", "pass"),
+        "slope_estimate": ("t", "x = NAN", "x = float(law(parameters, m))", "return x"),
+        "next_discontinuity": ("t", "x = NAN", "x = float(law(parameters, m, t))", "return x"),
     }[name]
     kinds = [(kind.__qualname__, getattr(kind, "_fields", ())) for _, kind in classes]
     digest = prepared((law,), inlined=(law,) if name == "torque" else ())
@@ -118,7 +118,6 @@ def _function(
             {call}
         except Exception:  # such as an index into a tuple; it could not pass through C
             p[{_FAILED}] = 1.0
-            {failed}
         {after}
     return {name}_{digest[:16]}
 """

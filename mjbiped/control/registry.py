@@ -44,9 +44,19 @@ SLOPE_FIELDS = ("initial_slope_estimate", "initial_slope")
 
 @cache
 def registered() -> Mapping[str, EntryPoint]:
-    """The registered controllers by name, the default first; none is imported yet."""
-    found = sorted(entry_points(group=GROUP), key=lambda entry: (entry.name != DEFAULT_CONTROLLER, entry.name))
-    return MappingProxyType({entry.name: entry for entry in found})
+    """The registered controllers by name, the default first; none is imported yet.
+
+    Raises:
+        InputError: Two packages register different controllers by one name.
+    """
+    found: dict[str, EntryPoint] = {}
+    for entry in sorted(entry_points(group=GROUP), key=lambda entry: (entry.name != DEFAULT_CONTROLLER, entry.name)):
+        if found.setdefault(entry.name, entry).value != entry.value:
+            raise InputError(
+                f"two installed packages register the controller {entry.name}: {found[entry.name].value} and "
+                f"{entry.value}; give one of them another name"
+            )
+    return MappingProxyType(found)
 
 
 def controller_names() -> tuple[str, ...]:

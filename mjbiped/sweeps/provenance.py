@@ -23,16 +23,16 @@ def sources() -> str:
 
 
 def law_folders() -> list[Path]:
-    """Folders of the packages that register controllers."""
+    """The packages that register controllers, and the modules that are in no package."""
     packages = {entry.module.partition(".")[0] for entry in registered().values()}
-    specs = [find_spec(package) for package in sorted(packages)]
-    return [Path(folder) for spec in specs if spec for folder in spec.submodule_search_locations or ()]
+    specs = [spec for spec in map(find_spec, sorted(packages)) if spec]
+    return [Path(place) for spec in specs for place in spec.submodule_search_locations or (spec.origin,) if place]
 
 
 def digest(package: Path, laws: Sequence[Path], models: Path) -> str:
-    """Digest of the files of these folders that numbers can depend on, by their contents and their places."""
+    """Digest of all files of these places that numbers can depend on, by their contents and their places."""
     files = [(package, file) for file in _of_numbers(package)]
-    files += [(folder, file) for folder in laws for file in folder.rglob("*.py")]
+    files += [(place, file) for place in laws for file in ([place] if place.is_file() else place.rglob("*.py"))]
     files += [(models, file) for file in models.rglob("*.xml")]
     found = hashlib.sha256()
     for name, file in sorted((f"{folder.name}/{file.relative_to(folder).as_posix()}", file) for folder, file in files):

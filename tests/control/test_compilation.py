@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -62,9 +63,40 @@ def raising(
     return 0.0, 0.0
 
 
+def out_of_range_at_touchdown(
+    parameters: tuple[()],
+    memory: Memory,
+    q1_before: float,
+    q2_before: float,
+    q1: float,
+    q2: float,
+    dq1: float,
+    dq2: float,
+) -> None:
+    memory[0] = (0.0, 1.0)[2 + int(q1)]
+
+
 class Failing(PassiveController):
     def law(self) -> Law:
         return super().law()._replace(torque=out_of_range)
+
+
+class FailingAtTouchdown(PassiveController):
+    memory_size: ClassVar[int] = 1
+
+    def law(self) -> Law:
+        return super().law()._replace(touchdown=out_of_range_at_touchdown)
+
+
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+def test_a_law_that_fails_at_a_touchdown_stops_the_walk_there(engine: str, gait: mjbiped.Gait) -> None:
+    """What would come of a memory that is half written is no walk."""
+    with pytest.raises(mjbiped.WalkStopped, match="a compiled law raised an exception") as stopped:
+        mjbiped.walk(
+            FailingAtTouchdown(), mjbiped.Terrain.incline(2.0), engine=engine, steps=20, initial=gait.start.tolist()
+        )
+    assert stopped.value.walk.steps <= 1
+    assert stopped.value.walk.end[0] == pytest.approx(gait.period, abs=1e-3)  # MuJoCo's steps are 0.06 ms shorter
 
 
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])

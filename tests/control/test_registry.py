@@ -13,6 +13,7 @@ from controllers import AdaptiveController, LimitCycleController, PassiveControl
 from controllers.comparison.known_slope import KnownSlopeController
 from mjbiped.control.registry import controller_from, controller_names, make_controller, registered, settings_of
 from mjbiped.errors import InputError
+from mjbiped.sweeps.provenance import law_folders
 
 
 @pytest.mark.parametrize("name", controller_names())
@@ -76,6 +77,20 @@ def test_descriptions_that_do_not_fit_are_refused(robot: mjbiped.Compass, gait: 
         controller_from({**described, "robot": {"mass": 5.0}})
 
 
+def test_two_controllers_of_one_name_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    about = tmp_path / "rival-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: rival\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[mjbiped.controllers]\nadaptive = rival:Adaptive\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    registered.cache_clear()
+    try:
+        with pytest.raises(InputError, match=r"two installed packages register the controller adaptive: .*rival:Ad"):
+            controller_names()
+    finally:
+        registered.cache_clear()
+
+
 @pytest.fixture
 def own_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """An installed distribution that registers two controllers, of which one does not exist."""
@@ -101,10 +116,11 @@ def own_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Non
 
 
 @pytest.mark.usefixtures("own_package")
-def test_another_package_registers_its_own(robot: mjbiped.Compass) -> None:
+def test_another_package_registers_its_own(robot: mjbiped.Compass, tmp_path: Path) -> None:
     assert controller_names()[0] == "adaptive"
     assert {"spread", "lost"} < {*controller_names()}
     assert settings_of("spread") == {"stiffness": 20.0}
+    assert tmp_path / "own_laws.py" in law_folders()  # a study's results depend on it
     law = make_controller("spread", robot, {"stiffness": 5.0})
     assert law.describe() == {"name": "HipSpread", "stiffness": 5.0}
     with pytest.raises(InputError, match="lost is registered as own_laws:Lost, which fails"):

@@ -248,7 +248,7 @@ def test_a_foot_on_the_very_edge() -> None:
 @pytest.mark.slow
 def test_slopes_of_random_grounds(controller: AdaptiveController) -> None:
     """30 grounds of slopes and steps, 60 steps each: every slope that is told is there, and the engines agree."""
-    message, walked = 0, 0
+    agreed, walked = 0, 0
     for seed in range(30):
         terrain = Terrain.random(seed=seed)
         there = mjbiped.walk(controller, terrain, steps=60, sample_period=None)
@@ -258,8 +258,8 @@ def test_slopes_of_random_grounds(controller: AdaptiveController) -> None:
             for x, z, slope in zip(rows["x"], rows["z"], rows["slope"], strict=True):
                 on = segment_stood_on(terrain.profile, x, z, *EXACT[walk.settings["engine"]])
                 assert slope == pytest.approx(terrain.angle[on], abs=1e-15)
-                message += 1
+                agreed += 1
         assert there.outcome == here.outcome == "finished"
         assert there.cost_of_transport == pytest.approx(here.cost_of_transport, rel=2e-3), seed
         walked += 1
-    assert (message, walked) == (3600, 30)
+    assert (agreed, walked) == (3600, 30)

@@ -149,10 +149,10 @@ def test_estimates_of_a_slower_controller_are_those_of_their_own_touchdown(contr
         # its estimate goes on at the rate held, for up to 5 ms; the touchdown's before would be off by a degree
         assert touchdowns["slope_estimate_before"][row] == pytest.approx(samples["slope_estimate"][last], abs=1e-6)
     change = touchdowns["q_before"][:, 0] - touchdowns["q"][:, 1]
-    message = touchdowns["slope_estimate"] - touchdowns["slope_estimate_before"]
+    update = touchdowns["slope_estimate"] - touchdowns["slope_estimate_before"]
     assert np.abs(change).max() > np.radians(1)
     # (27) leaves out what is under its threshold
-    assert message == pytest.approx(change, abs=controller.update_threshold)
+    assert update == pytest.approx(change, abs=controller.update_threshold)
 
 
 def test_robot_may_differ_from_the_model(controller: AdaptiveController) -> None:

@@ -222,9 +222,9 @@ def test_a_damaged_walk_is_walked_again(tmp_path: Path, monkeypatch: pytest.Monk
         assert kept.results([cell])[cell.key].steps == 2
         record = record_path(tmp_path, cell).read_bytes()
     for case in range(FEW):
-        message = damaged(random.Random(case), json.dumps(result.to_dict()).encode()).decode(errors="replace")
+        stored = damaged(random.Random(case), json.dumps(result.to_dict()).encode()).decode(errors="replace")
         with opened(tmp_path, walks.LAYOUT, {}) as store:
-            store.save([{"key": cell.key, "inputs": "", "result": message}])
+            store.save([{"key": cell.key, "inputs": "", "result": stored}])
         with within(LONGEST, case), opened_walks(tmp_path) as kept:
             assert kept.results([cell])[cell.key].steps == 2
     assert FEW / 2 < len(walked) <= FEW + 1

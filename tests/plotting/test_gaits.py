@@ -40,9 +40,9 @@ def labels(figure: Figure) -> str:
 def test_bifurcation(diagram: BifurcationDiagram, cascade: Cascade, tmp_path: Path) -> None:
     figure = plot_bifurcation(diagram, cascade, tmp_path / "diagram.png")
     assert (tmp_path / "diagram.png").stat().st_size > 10_000
-    message = labels(figure)
+    shown = labels(figure)
     for text in ("slope (°)", "step length (m)", "period 2: 2.7284°", "period 4: 3.2986°", "first fall on 3.60°"):
-        assert text in message
+        assert text in shown
     points = figure.get_axes()[0].lines[0]
     # every step kept, on its slope
     assert np.size(points.get_xdata()) == diagram.step_lengths.size
@@ -70,10 +70,10 @@ def test_multipliers(cascade: Cascade, tmp_path: Path) -> None:
 
 def test_basin(basin: Basin, tmp_path: Path) -> None:
     figure = plot_basins([basin], tmp_path / "basin.png")
-    message = labels(figure)
+    shown = labels(figure)
     assert (tmp_path / "basin.png").stat().st_size > 10_000
     for text in ("(rad/s)", "steps until settled", "passive on 2° down", f"{100 * basin.share(Fate.SETTLED):.1f} %"):
-        assert text in message
+        assert text in shown
 
 
 def test_basin_with_torques_and_with_nothing_settled(basin: Basin) -> None:
@@ -97,7 +97,7 @@ def test_what_settles_is_darker_than_what_falls_in_grey(basin: Basin) -> None:
     assert luma[0].min() > luma[1].max() + 0.1
     (legend,) = figure.legends
     assert not figure.get_axes()[0].get_legend()
-    message = [text.get_text() for text in legend.get_texts()]
-    assert message == ["the gait", "falls at once", "falls after 6 steps or more"]
+    shown = [text.get_text() for text in legend.get_texts()]
+    assert shown == ["the gait", "falls at once", "falls after 6 steps or more"]
     undecided = dataclasses.replace(basin, fates=np.full_like(basin.fates, Fate.UNDECIDED))
     assert [text.get_text() for text in plot_basins([undecided]).legends[0].get_texts()][-1] == "neither"

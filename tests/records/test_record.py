@@ -66,13 +66,13 @@ def test_tables_have_their_columns(walk: Walk) -> None:
 def test_settings_repeat_the_walk(walk: Walk, saved: Path) -> None:
     """All that is needed: a walk built from the file alone is bitwise the same."""
     settings = Walk.load(saved).settings
-    message = dict(settings["controller"])
-    assert message.pop("name") == "AdaptiveController"
-    robot = mjbiped.Compass(**message.pop("robot"))
-    imitated = message.pop("gait")
+    description = dict(settings["controller"])
+    assert description.pop("name") == "AdaptiveController"
+    robot = mjbiped.Compass(**description.pop("robot"))
+    imitated = description.pop("gait")
     gait = mjbiped.find_passive_gait(mjbiped.Compass(**imitated["robot"]), imitated["slope"])
     again = mjbiped.walk(
-        AdaptiveController(robot, gait, **message),
+        AdaptiveController(robot, gait, **description),
         mjbiped.Terrain.from_dict(settings["terrain"]),
         engine=mjbiped.Mujoco(
             **{name: settings[name] for name in ("timestep", "contact_timestep", "control_period", "ground", "lands")}

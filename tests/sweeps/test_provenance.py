@@ -65,6 +65,15 @@ def test_what_changes_no_number_is_left_out(place: str, folders: tuple[Path, ...
     assert digest(*folders) == before
 
 
+def test_a_law_in_no_package_is_seen(folders: tuple[Path, ...], tmp_path: Path) -> None:
+    package, laws, models = folders
+    own = tmp_path / "own_laws.py"
+    own.write_text("gain = 1.0\n")
+    before = provenance.digest(package, [laws, own], models)
+    own.write_text("gain = 2.0\n")
+    assert provenance.digest(package, [laws, own], models) != before
+
+
 def test_a_file_that_moves_is_seen(folders: tuple[Path, ...]) -> None:
     before, file = digest(*folders), folders[0] / "robots" / "compass.py"
     file.rename(folders[0] / "compass.py")

@@ -40,11 +40,11 @@ def test_rows_come_back_as_they_were_in_order(layout: Layout, tmp_path: Path) ->
     assert type(rows[2]["steps"]) is int
     assert rows[0]["cost_of_transport"] is None
     with path.open(newline="", encoding="utf-8") as file:
-        message = list(csv.DictReader(file))
-    assert tuple(message[0]) == layout.columns
-    assert float(message[2]["cost_of_transport"]) == third  # every digit
-    assert message[0]["error"] == 'no, "gait"\nthere'
-    assert message[1]["cost_of_transport"] == ""
+        rows = list(csv.DictReader(file))
+    assert tuple(rows[0]) == layout.columns
+    assert float(rows[2]["cost_of_transport"]) == third  # every digit
+    assert rows[0]["error"] == 'no, "gait"\nthere'
+    assert rows[1]["cost_of_transport"] == ""
 
 
 def test_batch_is_written_whole_or_not_at_all(layout: Layout, tmp_path: Path) -> None:

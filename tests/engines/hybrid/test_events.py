@@ -33,8 +33,8 @@ class SwingFoot:
         self.robot, length = walk.robot, walk.robot.leg_length
         swing = qpos[np.arange(len(qpos)), 3 - stance]
         self.x, self.z = qpos[:, 0] - length * np.sin(swing), qpos[:, 1] - length * np.cos(swing)
-        self.distance = length * np.stack([np.cos(self.q[:, 0]), -np.cos(self.q[:, 1])], axis=1)  # dx/dq
-        self.speed = (self.distance * self.dq).sum(axis=1)  # horizontal
+        self.jacobian = length * np.stack([np.cos(self.q[:, 0]), -np.cos(self.q[:, 1])], axis=1)  # dx/dq
+        self.speed = (self.jacobian * self.dq).sum(axis=1)  # horizontal
         # on the face the horizontal speed is zero to rounding, off it it grows with 10 to 1000 m/s^2 or m/s^3
         on_face = (np.abs(self.x - face) < 1e-9) & (np.abs(self.speed) < 1e-13)
         assert on_face.any(), "no sample on the face: the face impact was not plastic"
@@ -44,17 +44,17 @@ class SwingFoot:
 
     def accelerations(self, row: int, *, on_face: bool) -> tuple[Array, float]:
         """Those of the legs by equation (1), and the force along x at the foot that holds it on the face."""
-        q, dq, distance = self.q[row], self.dq[row], self.distance[row]
+        q, dq, jacobian = self.q[row], self.dq[row], self.jacobian[row]
         pull = self.robot.input_matrix @ self.torque[row] - self.robot.gravity_vector(q, 0.0)
         pull -= self.robot.coriolis_matrix(q, dq) @ dq
         if not on_face:
             return np.linalg.solve(self.robot.mass_matrix(q), pull), 0.0
         bend = self.robot.leg_length * (math.sin(q[1]) * dq[1] ** 2 - math.sin(q[0]) * dq[0] ** 2)
-        return self._held(q, distance, pull, -bend)
+        return self._held(q, jacobian, pull, -bend)
 
-    def _held(self, q: Array, distance: Array, pull: Array, along: float) -> tuple[Array, float]:
-        """Solve M a = pull + way f for a and f with way . a given."""
-        whole = np.block([[self.robot.mass_matrix(q), -distance[:, None]], [distance[None, :], np.zeros((1, 1))]])
+    def _held(self, q: Array, jacobian: Array, pull: Array, along: float) -> tuple[Array, float]:
+        """Solve M a = pull + J f for a and f with J . a given."""
+        whole = np.block([[self.robot.mass_matrix(q), -jacobian[:, None]], [jacobian[None, :], np.zeros((1, 1))]])
         solved = np.linalg.solve(whole, np.append(pull, along))
         return solved[:2], float(solved[2])
 
@@ -69,8 +69,8 @@ class SwingFoot:
         late = (face - self.x[before]) / self.speed[before]  # up to 10 us; the foot's speed changes by 1e-4 m/s in it
         early = self.time[after] - self.time[before] - late
         q = self.q[before] + late * self.dq[before]
-        distance = self.robot.leg_length * np.array([math.cos(q[0]), -math.cos(q[1])])
-        struck, impulse = self._held(q, distance, self.robot.mass_matrix(q) @ (self.dq[before] + late * ddq), 0.0)
+        jacobian = self.robot.leg_length * np.array([math.cos(q[0]), -math.cos(q[1])])
+        struck, impulse = self._held(q, jacobian, self.robot.mass_matrix(q) @ (self.dq[before] + late * ddq), 0.0)
         assert impulse < -0.01  # N s: it pushes the foot back
         assert np.abs(struck - self.dq[before]).max() > 0.01
         found = self.dq[after] - early * self.accelerations(after, on_face=True)[0]

@@ -261,10 +261,10 @@ def test_face_impact_is_plastic_and_without_friction(controller: AdaptiveControl
     robot = controller.robot
     q, dq, slope = np.array([0.1, -0.12]), np.array([1.2, 2.5]), 0.03
     after = np.array(face_impact_rates(robot.constants, robot.leg_length, slope, *q, *dq))
-    distance = robot.leg_length * np.array([math.cos(q[0] + slope), -math.cos(q[1] + slope)])
-    assert distance @ after == pytest.approx(0.0, abs=1e-15)  # the foot's horizontal speed, rounding apart
+    jacobian = robot.leg_length * np.array([math.cos(q[0] + slope), -math.cos(q[1] + slope)])
+    assert jacobian @ after == pytest.approx(0.0, abs=1e-15)  # the foot's horizontal speed, rounding apart
     impulse = robot.mass_matrix(q) @ (after - dq)  # acts along the foot's horizontal way only: no friction
-    assert impulse[0] * distance[1] == pytest.approx(impulse[1] * distance[0], abs=1e-14)
+    assert impulse[0] * jacobian[1] == pytest.approx(impulse[1] * jacobian[0], abs=1e-14)
     assert robot.kinetic_energy(q, after) < robot.kinetic_energy(q, dq)
 
 
@@ -368,8 +368,8 @@ def test_law_with_a_jump_needs_its_break() -> None:
         recorder = Recorder()
         simulate(simulation, recorder)
         found.append((recorder.touchdowns()["dq"][0], simulation.buffers.w[hybrid_state.EVALUATIONS]))
-    (message, few), (untold, many) = found
-    assert message == pytest.approx(untold, abs=10.0 * TOLERANCE)  # some steps near the jump, each within it
+    (named, few), (unnamed, many) = found
+    assert named == pytest.approx(unnamed, abs=10.0 * TOLERANCE)  # some steps near the jump, each within it
     assert few < 0.7 * many
 
 

@@ -305,7 +305,7 @@ def test_unknown_mujoco_warns_once_and_walks(monkeypatch: pytest.MonkeyPatch, co
 
     monkeypatch.setattr("mjbiped.engines.mujoco.compiled.callbacks.layout", unknown)
     physics._warn_once.cache_clear()
-    with warnings.catch_warnings(record=True) as message:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         for _ in range(2):
             simulation = make(controller)
@@ -314,7 +314,7 @@ def test_unknown_mujoco_warns_once_and_walks(monkeypatch: pytest.MonkeyPatch, co
                 mujoco.mj_step(simulation.model, simulation.data, nstep=3)
             assert simulation.data.ctrl.any()
     words = "MuJoCo 9.9 is not understood; walks run with callbacks in Python, which gives the same, only slower"
-    assert [str(warning.message) for warning in message] == [words]
+    assert [str(warning.message) for warning in caught] == [words]
 
 
 def test_over_callbacks_of_others_python_takes_its_place(controller: AdaptiveController) -> None:
