@@ -12,12 +12,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mjbiped.analysis import divergence
 from mjbiped.analysis.divergence import Divergence
+from mjbiped.control.controller import Controller
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
@@ -29,9 +30,6 @@ from mjbiped.rollout.walk import walk
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import check_kind
-
-if TYPE_CHECKING:
-    from mjbiped.control.controller import Controller
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,20 +6,18 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mjbiped.analysis.replay import replayed
+from mjbiped.control.controller import Controller
 from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP
 from mjbiped.records import measures
 from mjbiped.records.columns import Column
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
 from mjbiped.terrain.segments import GROUND_FRICTION
-
-if TYPE_CHECKING:
-    from mjbiped.control.controller import Controller
 
 COLUMNS: Mapping[str, Column] = {
     "x": Column(1, "m", "foothold"),

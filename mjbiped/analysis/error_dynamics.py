@@ -16,17 +16,15 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from mjbiped.control.tracking import AdaptiveTracking
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Array
-
-if TYPE_CHECKING:
-    from mjbiped.control.tracking import AdaptiveTracking
 
 SIZE = 6  # of eta: z1 (2, rad), z2 (2, rad/s), errors of sine and cosine
 ESTIMATES = slice(4, 6)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,10 +11,8 @@ from mjbiped.control.controller import Controller
 from mjbiped.control.registry import controller_from
 from mjbiped.control.tracking import AdaptiveTracking
 from mjbiped.errors import InputError
+from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
-
-if TYPE_CHECKING:
-    from mjbiped.records.record import Walk
 
 _POINTS = 60  # of a transition's curve
 

@@ -11,11 +11,11 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mjbiped.control.controller import Controller
 from mjbiped.engines.hybrid.simulation import HybridSimulation
 from mjbiped.engines.hybrid.state import ROWS, SAMPLES
 from mjbiped.engines.plan import check_controller
@@ -30,9 +30,6 @@ from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.parallel import cores
-
-if TYPE_CHECKING:
-    from mjbiped.control.controller import Controller
 
 SETTLED = 1e-3
 """A walk has settled when a state after an impact is as near to the gait's as this, in rad and sqrt(g/l)."""

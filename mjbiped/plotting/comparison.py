@@ -5,22 +5,19 @@ from __future__ import annotations
 import math
 import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from mjbiped.analysis.compare import torque_differences
+from mjbiped.analysis.compare import Comparison, torque_differences
 from mjbiped.errors import RenderError
 from mjbiped.plotting.style import ANKLE, BLUE, GUIDE, HIP, ORANGE, SHADE, TRUTH, VERMILLION, drawn
 from mjbiped.records import measures
+from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
-
-if TYPE_CHECKING:
-    from mjbiped.analysis.compare import Comparison
-    from mjbiped.records.record import Walk
 
 _MUJOCO: dict[str, Any] = {"color": BLUE, "linestyle": "-", "linewidth": 2.4, "alpha": 0.75, "label": "MuJoCo"}
 _HYBRID: dict[str, Any] = {"color": ORANGE, "linestyle": (0, (3, 1.5)), "linewidth": 1.1, "label": "hybrid"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,11 +12,9 @@ from matplotlib.collections import LineCollection
 from numpy.typing import NDArray
 
 from mjbiped.plotting.style import BLUE, GROUND, GUIDE, ORANGE, SHADE, VERMILLION, WIDTH
+from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
-
-if TYPE_CHECKING:
-    from mjbiped.records.record import Walk
-    from mjbiped.terrain.terrain import Terrain
+from mjbiped.terrain.terrain import Terrain
 
 _ROW = 8.0  # ground in a row, m, as long as there are not too many rows
 _MOST_ROWS = 6

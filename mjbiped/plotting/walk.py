@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,10 +20,8 @@ from mjbiped.gaits.passive import Gait, find_passive_gait
 from mjbiped.plotting.style import ANKLE, BLUE, GUIDE, HIP, ORANGE, PLANNED, STANCE, SWING, TRUTH, drawn
 from mjbiped.plotting.timelapse import draw_row, rows_of
 from mjbiped.records.columns import SAMPLES
+from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
-
-if TYPE_CHECKING:
-    from mjbiped.records.record import Walk
 
 _LETTERS_PER_LINE = 118
 _LINES = 3  # at most, of who walked where: a terrain's name may be of any length

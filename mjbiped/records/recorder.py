@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, index_of, split
+from mjbiped.records.measures import Summary
 from mjbiped.records.rows import SAMPLED, TOUCHED
-
-if TYPE_CHECKING:
-    from mjbiped.records.measures import Summary
 
 Cancellation: TypeAlias = Callable[[], None]
 """Called now and then while a walk is recorded; what it raises breaks the walk off."""

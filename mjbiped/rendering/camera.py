@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from mjbiped.records.record import Walk
+from mjbiped.records.record import Walk
 
 _CALM = 0.35  # standard deviation of the bell curve that smooths the path, s: half a step
 _MOST_PLACES = 1_000_000  # at which the path is smoothed; in ten hours of walking the curve widens, and nobody sees it

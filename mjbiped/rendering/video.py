@@ -11,21 +11,19 @@ import threading
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
 
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows
 from mjbiped.errors import InputError, RenderError, shown
+from mjbiped.records.record import Walk
 from mjbiped.rendering.camera import smooth_offsets
 from mjbiped.rendering.gl import ensure_gl, gl_available
 from mjbiped.rendering.overlay import Pixels, draw_caption
 from mjbiped.utils import domains
 from mjbiped.utils.files import written_whole
-
-if TYPE_CHECKING:
-    from mjbiped.records.record import Walk
 
 __all__ = ["ensure_gl", "gl_available", "render_frame", "render_frames", "render_video"]
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from mjbiped.control.check import LawError
+from mjbiped.control.controller import Controller
 from mjbiped.engines.base import Engine
 from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Terms, make_plan
@@ -14,9 +14,6 @@ from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.terrain.terrain import Terrain
-
-if TYPE_CHECKING:
-    from mjbiped.control.controller import Controller
 
 
 class WalkStopped(MjbipedError):  # noqa: N818 (its sister is a KeyboardInterrupt, no Error either)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack, overload
+from typing import Any, Literal, TypeAlias, TypedDict, Unpack, overload
 
+from mjbiped.control.controller import Controller
 from mjbiped.engines.base import Engine
 from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, check_controller, make_plan
@@ -18,9 +19,6 @@ from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import WORKERS, entries
 from mjbiped.utils.parallel import cores
-
-if TYPE_CHECKING:
-    from mjbiped.control.controller import Controller
 
 Initial: TypeAlias = str | Sequence[float]
 

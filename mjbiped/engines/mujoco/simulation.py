@@ -15,13 +15,14 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import cached_property, lru_cache
 from itertools import chain
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from mjbiped.control import methods
 from mjbiped.control.check import refused_in_words
+from mjbiped.control.controller import Controller
 from mjbiped.control.methods import gives_its_law
 from mjbiped.engines.mujoco import callbacks
 from mjbiped.engines.mujoco import contact_events as events
@@ -48,9 +49,6 @@ from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.rules.termination import STALL_TIME, Limits, Outcome
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-
-if TYPE_CHECKING:
-    from mjbiped.control.controller import Controller
 
 LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how far the ground is built
 START_DEPTH = 1e-6  # a foot set exactly on the surface may find a heightfield's inner edge instead, m
