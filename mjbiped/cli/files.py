@@ -6,20 +6,20 @@ import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from pkgutil import resolve_name
 from types import FrameType
 from typing import Any, NoReturn
 
 import click
-import numpy as np
 from rich.console import Console, RenderableType
 
 from mjbiped.analysis.compare import Comparison
 from mjbiped.cli.tables import as_json
-from mjbiped.errors import MjbipedError, RecordError, shortened
+from mjbiped.errors import MjbipedError, shortened
+from mjbiped.records.arrays import write_arrays
 from mjbiped.records.record import Walk
-from mjbiped.utils.files import written_whole
 
 INTERRUPTED, TERMINATED = 130, 143
 """Exit status after Ctrl-C and after SIGTERM, as shells have it."""
@@ -50,16 +50,7 @@ class Files:
 
     def save_arrays(self, path: Path | None, arrays: Mapping[str, Any]) -> None:
         """Write arrays, an .npz file."""
-
-        def save(file: Path) -> None:
-            columns: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
-            try:
-                with written_whole(file) as unfinished, unfinished.open("wb") as stream:
-                    np.savez_compressed(stream, **columns)
-            except OSError as error:
-                raise RecordError(f"cannot write {file}: {error.strerror or error}") from error
-
-        self.write("data", path, save)
+        self.write("data", path, partial(write_arrays, arrays=arrays))
 
     def plot(self, path: Path | None, function: str, *shown: object) -> None:
         """Write a figure.

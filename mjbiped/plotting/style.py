@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from mjbiped.errors import InputError, RenderError, shown
-from mjbiped.utils.files import written_whole
+from mjbiped.utils.files import saved, written_whole
 
 BLUE, ORANGE, VERMILLION, GREEN, BLACK = "#0072B2", "#E69F00", "#D55E00", "#009E73", "#000000"
 """Okabe and Ito's colours, told apart by colour-blind eyes; blue is darker than orange where print is grey."""
@@ -127,11 +127,8 @@ def save_figure(figure: Figure, path: Path) -> None:
     """
     kind = path.suffix.lower()[1:]
     dateless = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(kind)
-    try:
-        with styled(), written_whole(path) as unfinished:
-            figure.savefig(unfinished, format=kind, metadata=dateless)
-    except OSError as error:
-        raise RenderError(f"cannot write {path}: {error.strerror or error}") from error
+    with styled(), saved(path, RenderError) as unfinished:
+        figure.savefig(unfinished, format=kind, metadata=dateless)
 
 
 def make_small(path: Path) -> None:

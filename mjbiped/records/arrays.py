@@ -1,21 +1,23 @@
-"""The arrays of an .npz file that may come from anyone.
+"""The arrays of an .npz file: written whole or not at all, and read as what may come from anyone.
 
-Nothing in it is executed, and nothing is unpacked or allocated before the sizes that it claims have been compared with
-each other and with the size of the file.
+Nothing in a file is executed, and nothing is unpacked or allocated before the sizes that it claims have been compared
+with each other and with the size of the file.
 """
 
 from __future__ import annotations
 
 import math
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 from numpy.lib import format as npy
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.errors import RecordError, shown
+from mjbiped.utils.files import saved
 
 MOST_UNPACKED, ROOM = 100, 256 << 20
 """An archive may unpack to so many times its size, and so many bytes more. Records do to 1.0 to 37 times, most where a
@@ -23,6 +25,20 @@ robot stands still."""
 
 _SUFFIX = ".npy"
 _NUMBERS = (np.dtype(np.float64), np.dtype(np.int64))
+
+
+def write_arrays(path: Path, arrays: Mapping[str, ArrayLike]) -> None:
+    """Write an .npz file; it appears whole or not at all.
+
+    Args:
+        path: The file.
+        arrays: Numbers or texts by their names, in arrays or in what NumPy makes one of.
+
+    Raises:
+        RecordError: The file cannot be written.
+    """
+    with saved(path) as unfinished:
+        np.savez_compressed(unfinished, allow_pickle=False, **arrays)
 
 
 def read_arrays(path: Path) -> dict[str, NDArray[Any]]:

@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 
 from mjbiped.errors import LONGEST_SHOWN, RecordError, shown
 from mjbiped.records import measures
-from mjbiped.records.arrays import read_arrays
+from mjbiped.records.arrays import read_arrays, write_arrays
 from mjbiped.records.schema import FORMAT as FORMAT
 from mjbiped.records.schema import FORMAT_VERSION as FORMAT_VERSION
 from mjbiped.records.schema import checked_fields
 from mjbiped.robots.compass import Compass
 from mjbiped.terrain.terrain import Terrain
-from mjbiped.utils.files import written_whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,17 +137,13 @@ class Walk:
             "end": self.end,
             "settings": dict(self.settings),
         }
-        arrays: dict[str, NDArray[Any]] = {
+        arrays = {
             "header": np.array(json.dumps(header)),
             "peak_torque": self.peak_torque,
             **{f"samples/{name}": array for name, array in self.samples.items()},
             **{f"touchdowns/{name}": array for name, array in self.touchdowns.items()},
         }
-        try:
-            with written_whole(path) as unfinished:
-                np.savez_compressed(unfinished, allow_pickle=False, **arrays)
-        except OSError as error:
-            raise RecordError(f"cannot write {path}: {error.strerror or error}") from error
+        write_arrays(path, arrays)
 
     @classmethod
     def load(cls, path: str | Path) -> Walk:

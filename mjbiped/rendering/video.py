@@ -23,7 +23,7 @@ from mjbiped.rendering.camera import smooth_offsets
 from mjbiped.rendering.gl import ensure_gl, gl_available
 from mjbiped.rendering.overlay import Pixels, draw_caption
 from mjbiped.utils import domains
-from mjbiped.utils.files import written_whole
+from mjbiped.utils.files import saved
 
 __all__ = ["ensure_gl", "gl_available", "render_frame", "render_frames", "render_video"]
 
@@ -78,19 +78,16 @@ def render_video(
     slow_motion = domains.SLOW_MOTION.check("slow_motion", slow_motion)
     begin, end = _span(walk)
     frames = math.floor((end - begin) * slow_motion * fps + 1e-9) + 1
-    with ExitStack() as stack:
-        # a failure inside is told as what it is by those who raise it; an OSError left is the file's
-        try:
-            stage = stack.enter_context(_Stage.open(walk, width, height, camera, shadows))
-            unfinished = stack.enter_context(written_whole(path))
-        except OSError as error:
-            raise RenderError(f"cannot write {path}: {error.strerror or error}") from error
-        with _encoder(unfinished, width, height, fps) as add:
-            for number in tqdm(range(frames), desc="video", unit="frame", disable=None if progress else True):
-                add(stage.frame(begin + number / (slow_motion * fps), caption, slow_motion))
-            last = stage.frame(end, caption, slow_motion, with_outcome=True)
-            for _ in range(round(LAST_FRAME_HELD * fps)):
-                add(last)
+    with (
+        _Stage.open(walk, width, height, camera, shadows) as stage,
+        saved(path, RenderError) as unfinished,
+        _encoder(unfinished, width, height, fps) as add,
+    ):
+        for number in tqdm(range(frames), desc="video", unit="frame", disable=None if progress else True):
+            add(stage.frame(begin + number / (slow_motion * fps), caption, slow_motion))
+        last = stage.frame(end, caption, slow_motion, with_outcome=True)
+        for _ in range(round(LAST_FRAME_HELD * fps)):
+            add(last)
 
 
 def render_frame(

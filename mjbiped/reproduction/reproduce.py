@@ -23,7 +23,7 @@ from mjbiped.reproduction.traces import traced
 from mjbiped.reproduction.walks import Walks, opened_walks
 from mjbiped.sweeps.cell import FAILED
 from mjbiped.sweeps.store import make_folder
-from mjbiped.utils.files import written_whole
+from mjbiped.utils.files import saved
 
 PRINTS = "figures"
 MUJOCO_STEPS = 60
@@ -185,6 +185,6 @@ def _law(entry: Entry) -> dict[str, Any]:
 
 
 def _write(path: Path, text: str) -> Path:
-    with written_whole(path) as unfinished:
+    with saved(path) as unfinished:
         unfinished.write_text(text, encoding="utf-8")
     return path

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from mjbiped.errors import InputError, RecordError, shortened, shown
 from mjbiped.sweeps.cell import Row
-from mjbiped.utils.files import written_whole
+from mjbiped.utils.files import saved
 
 _LOCK = ".running"
 _FORMAT = 1
@@ -105,13 +105,10 @@ class Store:
             RecordError: It cannot be written.
         """
         path = self._path.with_suffix(".csv")
-        try:
-            with written_whole(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
-                writer = csv.writer(file, lineterminator="\n")
-                writer.writerow(self._layout.columns)
-                writer.writerows([row[name] for name in self._layout.columns] for row in self.rows())
-        except OSError as error:
-            raise RecordError(f"cannot write {path}: {error.strerror or error}") from error
+        with saved(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(self._layout.columns)
+            writer.writerows([row[name] for name in self._layout.columns] for row in self.rows())
         return path
 
 

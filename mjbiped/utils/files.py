@@ -19,6 +19,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
+from mjbiped.errors import MjbipedError, RecordError
+
 if sys.platform != "win32":
     import fcntl
 
@@ -49,6 +51,27 @@ def written_whole(path: Path) -> Iterator[Path]:
     with _unfinished_file(path) as unfinished:
         yield unfinished
         unfinished.replace(path)
+
+
+@contextmanager
+def saved(path: Path, failure: type[MjbipedError] = RecordError) -> Iterator[Path]:
+    """Write a file as `written_whole` does, and say so in words where it cannot be written.
+
+    Args:
+        path: Where the file shall stand; an older one is replaced.
+        failure: What is raised then, of the package's own exceptions.
+
+    Yields:
+        An empty file of the same suffix to write to.
+
+    Raises:
+        MjbipedError: The file cannot be written.
+    """
+    try:
+        with written_whole(path) as unfinished:
+            yield unfinished
+    except OSError as error:
+        raise failure(f"cannot write {path}: {error.strerror or error}") from error
 
 
 def check_writable(path: Path) -> None:
