@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from mjbiped.analysis.compare import Comparison, torque_differences
 from mjbiped.errors import RenderError
-from mjbiped.plotting.style import ANKLE, BLUE, GUIDE, HIP, ORANGE, SHADE, TRUTH, VERMILLION, drawn
+from mjbiped.plotting.style import ANKLE, BLUE, GUIDE, HIP, ORANGE, SHADE, TRUTH, VERMILLION, drawn, note_at, widen
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
@@ -137,7 +137,7 @@ def _draw_step_lengths(axes: Axes, under: Axes, comparison: Comparison) -> None:
     axes.set(ylabel="length (m)")
     axes.set_title("(b) Step length")
     longest = float(max(lengths[0].max(initial=0.0), lengths[1].max(initial=0.0)))
-    _widen(axes, _LENGTH_SPAN * longest)
+    widen(axes, _LENGTH_SPAN * longest)
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
     _legend(axes)
     n = len(comparison.touchdowns["x"])
@@ -154,7 +154,7 @@ def _draw_slopes(axes: Axes, under: Axes, comparison: Comparison) -> None:
     axes.plot(places, np.degrees(terrain.slope(places)), label="ground", zorder=1, linewidth=1.0, **TRUTH)
     axes.set(ylabel="slope (°)")
     axes.set_title("(c) Slope estimate at touchdown, and slope of the ground")
-    _widen(axes, _SLOPE_SPAN)
+    widen(axes, _SLOPE_SPAN)
     _legend(axes)
     _draw_difference(under, comparison, np.degrees(comparison.touchdowns["slope_estimate"]), "°")
     under.set_xlabel("x of the touchdown (m);  Δ = MuJoCo − hybrid")
@@ -167,13 +167,6 @@ def _draw_difference(axes: Axes, comparison: Comparison, difference: Any, unit: 
     axes.plot(comparison.mujoco.touchdowns["x"][:n], difference, "k.-", linewidth=0.8, markersize=4.0)
     axes.set(ylabel=f"Δ ({unit})")
     _zero_line(axes)
-
-
-def _widen(axes: Axes, least: float) -> None:
-    """Give the vertical axis at least this span."""
-    low, high = axes.get_ylim()
-    if high - low < least:
-        axes.set_ylim((low + high - least) / 2, (low + high + least) / 2)
 
 
 def _zero_line(axes: Axes) -> None:
@@ -194,16 +187,7 @@ def _mark_parting(torques: Any, grounds: Any, comparison: Comparison) -> None:
     x = next((float(column[k]) for column in places if k < len(column)), divergence.x)
     for axes, place in (*((axes, divergence.time) for axes in torques), *((axes, x) for axes in grounds)):
         axes.axvline(place, color=VERMILLION, linewidth=0.9, linestyle=":", zorder=0)
-    torques[0].annotate(
-        "they part",
-        (divergence.time, 1.0),
-        (3, -2),
-        xycoords=("data", "axes fraction"),
-        textcoords="offset points",
-        color=VERMILLION,
-        fontsize=8,
-        va="top",
-    )
+    note_at(torques[0], "they part", divergence.time, 1.0, (3, -2), color=VERMILLION, va="top")
 
 
 def _mark_ends(torques: Any, comparison: Comparison) -> None:
@@ -222,15 +206,5 @@ def _mark_ends(torques: Any, comparison: Comparison) -> None:
         names = ("both", how) if how == other_how else (f"{one} {how},", f"{other} {other_how}")
         ends = [(max(ends)[0], *names)]
     for time, name, outcome in ends:
-        early = time < _TOGETHER * last
-        torques[1].annotate(
-            f"{name} {outcome}",
-            (time, 1.0),
-            (-3 if early else 3, 2),
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            ha="left" if early else "right",
-            va="bottom",
-            fontsize=8,
-            color=SHADE,
-        )
+        shift, side = (-3, "left") if time < _TOGETHER * last else (3, "right")
+        note_at(torques[1], f"{name} {outcome}", time, 1.0, (shift, 2), ha=side, va="bottom", color=SHADE)

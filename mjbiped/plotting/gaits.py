@@ -19,7 +19,7 @@ from mjbiped.errors import InputError
 from mjbiped.limit_cycles.basin import Basin, Fate
 from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade
 from mjbiped.limit_cycles.periodic import PeriodicGait
-from mjbiped.plotting.style import BLUE, GREEN, GUIDE, ORANGE, SHADE, VERMILLION, drawn
+from mjbiped.plotting.style import BLUE, GREEN, GUIDE, ORANGE, SHADE, VERMILLION, drawn, note_at
 from mjbiped.robots.compass import Array
 
 _COUNT_STYLES = ((BLUE, "-"), (VERMILLION, (0, (5, 1.2))), (GREEN, (0, (2.5, 1))), (ORANGE, (0, (1, 0.8))))
@@ -62,16 +62,7 @@ def plot_bifurcation(diagram: BifurcationDiagram, cascade: Cascade | None = None
             grid[1, 0].set_title("(b) The same, magnified", pad=18)
         if math.isfinite(lost):
             grid[0, 0].axvline(lost, color=SHADE, linestyle=":", linewidth=1.0)
-            grid[0, 0].annotate(
-                f"first fall on {lost:.2f}°",
-                (lost, 0.02),
-                (-4, 0),
-                xycoords=("data", "axes fraction"),
-                textcoords="offset points",
-                ha="right",
-                va="bottom",
-                fontsize=8,
-            )
+            note_at(grid[0, 0], f"first fall on {lost:.2f}°", lost, 0.02, (-4, 0), ha="right", va="bottom")
     return figure
 
 

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 
 from mjbiped.analysis.stability import RESOLVED, Stability
 from mjbiped.errors import InputError
-from mjbiped.plotting.style import BLACK, BLUE, GREEN, GUIDE, ORANGE, VERMILLION, drawn
+from mjbiped.plotting.style import BLACK, BLUE, GREEN, GUIDE, ORANGE, VERMILLION, drawn, note_at
 from mjbiped.robots.compass import Array
 
 _LOOKS = ((BLUE, "o", "-"), (ORANGE, "s", (0, (4, 1.2))), (VERMILLION, "^", (0, (1.5, 1.2))), (GREEN, "D", "-."))
@@ -102,6 +102,4 @@ def _mark_slopes(axes: Axes, found: Stability) -> None:
     for step in np.flatnonzero(np.abs(found.slope_change) > 1e-9).tolist():
         axes.axvline(step + 1, color=GUIDE, linewidth=0.7, zorder=0)
         text = f"{math.degrees(found.slope_change[step]):+.3g}°".replace("-", "−")
-        axes.annotate(
-            text, (step + 1, 0.02), (2, 0), xycoords=("data", "axes fraction"), textcoords="offset points", fontsize=7
-        )
+        note_at(axes, text, step + 1, 0.02, (2, 0), fontsize=7)

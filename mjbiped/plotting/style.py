@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -68,6 +69,34 @@ _LAYOUT_DIGITS = 9
 which they lie in memory, so digits 14 and beyond differ from run to run, and with them the bytes of the file."""
 
 _COLOURS = 128  # of a small PNG's palette
+
+
+def note_at(axes: Axes, text: str, x: float, height: float, offset: tuple[float, float], **look: Any) -> None:
+    """Write beside a place of the horizontal axis.
+
+    Args:
+        axes: Where.
+        text: What.
+        x: Place on the axis, in its own unit.
+        height: Place above its lower end, as a share of the panel's height.
+        offset: Of the text from there, points.
+        **look: As matplotlib's `annotate` takes it.
+    """
+    axes.annotate(
+        text,
+        (x, height),
+        offset,
+        xycoords=("data", "axes fraction"),
+        textcoords="offset points",
+        **{"fontsize": 8} | look,
+    )
+
+
+def widen(axes: Axes, least: float) -> None:
+    """Give the vertical axis at least this span, in its own unit."""
+    low, high = axes.get_ylim()
+    if high - low < least:
+        axes.set_ylim((low + high - least) / 2, (low + high + least) / 2)
 
 
 @contextmanager

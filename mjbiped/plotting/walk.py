@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from mjbiped.analysis.replay import recorded_controller, transitions
 from mjbiped.errors import MjbipedError, RenderError
 from mjbiped.gaits.passive import Gait, find_passive_gait
-from mjbiped.plotting.style import ANKLE, BLUE, GUIDE, HIP, ORANGE, PLANNED, STANCE, SWING, TRUTH, drawn
+from mjbiped.plotting.style import ANKLE, BLUE, GUIDE, HIP, ORANGE, PLANNED, STANCE, SWING, TRUTH, drawn, widen
 from mjbiped.plotting.timelapse import draw_row, rows_of
 from mjbiped.records.columns import SAMPLES
 from mjbiped.records.record import Walk
@@ -147,10 +147,7 @@ def _draw_slopes(axes: Axes, walk: Walk) -> None:
     axes.set(ylabel="slope (°)")
     axes.set_title("(b) Slope estimate" if estimated else "(b) Slope (the controller makes no estimate)")
     axes.margins(y=0.12)
-    low, high = axes.get_ylim()
-    if high - low < 1.0:  # rounding is no news
-        middle = (low + high) / 2
-        axes.set_ylim(middle - 0.5, middle + 0.5)
+    widen(axes, 1.0)  # rounding is no news
     axes.legend(loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.2), borderaxespad=0.0)
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,19 +16,7 @@ from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from mjbiped.plotting.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GROUND,
-    GUIDE,
-    ORANGE,
-    SHADE,
-    VERMILLION,
-    new_figure,
-    save_figure,
-    styled,
-)
+from mjbiped.plotting.style import BLACK, BLUE, GREEN, GROUND, GUIDE, ORANGE, SHADE, VERMILLION, drawn
 from mjbiped.robots.compass import Array
 from mjbiped.sweeps.bins import MOST_VALUES, Axis, binned, grouped, middle, quartiles, values_of
 from mjbiped.sweeps.cell import Row
@@ -68,26 +57,26 @@ def draw(study: Study, rows: Sequence[Row], folder: Path) -> list[Path]:
     numeric, named = _chosen(study, rows)
     groups = grouped(rows, named)
     measures = study.plot_measures or MEASURES
-    written = []
+    drawings: dict[str, Callable[[Figure], None]] = {}
 
     def axis(name: str, most: float) -> Axis:
         return binned(rows, name, int(np.clip(most, _FEWEST_BINS, MOST_VALUES)), log=name in study.logarithmic)
 
-    def write(name: str, figure: Figure) -> None:
-        written.append(folder / f"{name}.png")
-        save_figure(figure, written[-1])
-
     each = len(rows) / groups.count
-    with styled():
-        for x, y in itertools.combinations(numeric, 2):
-            pair = [axis(name, math.sqrt(each / _WALKS_IN_BIN)) for name in (x, y)]
-            write(f"map_{x}_{y}", _maps(rows, pair, groups, measures))
-        if len(numeric) == 1:
-            write(f"line_{numeric[0]}", _lines(rows, axis(numeric[0], each / _WALKS_IN_BIN), groups, measures))
-        elif not numeric and named:
-            write(f"groups_{'_'.join(named)}", _groups(rows, groups, measures))
-        elif not numeric:
-            write("histograms", _histograms(rows, measures))
+    for x, y in itertools.combinations(numeric, 2):
+        pair = [axis(name, math.sqrt(each / _WALKS_IN_BIN)) for name in (x, y)]
+        drawings[f"map_{x}_{y}"] = partial(_maps, rows, pair, groups, measures)
+    if len(numeric) == 1:
+        line = axis(numeric[0], each / _WALKS_IN_BIN)
+        drawings[f"line_{numeric[0]}"] = partial(_lines, rows, line, groups, measures)
+    elif not numeric and named:
+        drawings[f"groups_{'_'.join(named)}"] = partial(_groups, rows, groups, measures)
+    elif not numeric:
+        drawings["histograms"] = partial(_histograms, rows, measures)
+    written = [folder / f"{name}.png" for name in drawings]
+    for path, fill in zip(written, drawings.values(), strict=True):
+        with drawn(path) as figure:
+            fill(figure)
     return written
 
 
@@ -101,21 +90,21 @@ def _chosen(study: Study, rows: Sequence[Row]) -> tuple[list[str], list[str]]:
     return numeric[:_MOST_PARAMETERS], named
 
 
-def _grid(measures: Sequence[str], height: float, groups: int = 1) -> tuple[Figure, Any]:
-    """A figure with a panel for each measure, and so for each group; what is too many is not there."""
+def _panels(figure: Figure, measures: Sequence[str], height: float, groups: int = 1) -> Any:
+    """A panel for each measure, and so for each group; what is too many is not there."""
     columns = min(len(measures), _COLUMNS)
     lines = math.ceil(len(measures) / columns)
-    figure = new_figure(0.4 + height * lines * groups)
+    figure.set_figheight(0.4 + height * lines * groups)
     panels: Any = figure.subplots(lines * groups, columns, squeeze=False)
     for line, column in np.ndindex(lines * groups, columns):
         if line % lines * columns + column >= len(measures):
             panels[line, column].remove()
-    return figure, panels.reshape(groups, lines * columns)[:, : len(measures)]
+    return panels.reshape(groups, lines * columns)[:, : len(measures)]
 
 
-def _maps(rows: Sequence[Row], pair: Sequence[Axis], groups: Axis, measures: Sequence[str]) -> Figure:
+def _maps(rows: Sequence[Row], pair: Sequence[Axis], groups: Axis, measures: Sequence[str], figure: Figure) -> None:
     """A heat map for each group (downwards) and measure (to the right)."""
-    figure, panels = _grid(measures, 3.1, groups.count)
+    panels = _panels(figure, measures, 3.1, groups.count)
     for place, name in enumerate(measures):
         tables = [_table(pair, groups.bin == k, rows, name) for k in range(groups.count)]
         norm = _norm(tables, name)
@@ -124,7 +113,6 @@ def _maps(rows: Sequence[Row], pair: Sequence[Axis], groups: Axis, measures: Seq
             axes.set_title("\n".join(filter(None, (measure_label(name), kind))))
     in_bins = "" if all(axis.ticks for axis in pair) else ", in bins"
     _note(figure, rows, f"medians of those that finished{in_bins}; grey: none")
-    return figure
 
 
 def _table(axes: Sequence[Axis], mine: NDArray[np.bool_], rows: Sequence[Row], name: str) -> Array:
@@ -181,9 +169,9 @@ def _set_scale(axes: Axes, axis: Axis, which: str) -> None:
         axes.set(**{f"{which}scale": "log"})
 
 
-def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str]) -> Figure:
+def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str], figure: Figure) -> None:
     """The middle of each measure over a parameter, with the quartiles as a band, a line for each group."""
-    figure, panels = _grid(measures, 3.2)
+    panels = _panels(figure, measures, 3.2)
     for axes, name in zip(panels[0], measures, strict=True):
         values = values_of(rows, name)
         styles = zip(groups.ticks, itertools.cycle(_LINES), strict=False)
@@ -202,12 +190,11 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str
         panels[0, 0].legend()
     in_bins = "" if axis.ticks else ", in bins"
     _note(figure, rows, f"medians of those that finished{in_bins}; band: from the lower to the upper quartile")
-    return figure
 
 
-def _groups(rows: Sequence[Row], groups: Axis, measures: Sequence[str]) -> Figure:
+def _groups(rows: Sequence[Row], groups: Axis, measures: Sequence[str], figure: Figure) -> None:
     """The middle of each measure of each group, and a line from quartile to quartile."""
-    figure, panels = _grid(measures, 0.9 + 0.3 * groups.count)
+    panels = _panels(figure, measures, 0.9 + 0.3 * groups.count)
     for axes, name in zip(panels[0], measures, strict=True):
         values = values_of(rows, name)
         bins = [values[groups.bin == k] for k in range(groups.count)]
@@ -222,13 +209,12 @@ def _groups(rows: Sequence[Row], groups: Axis, measures: Sequence[str]) -> Figur
     for axes in panels[0, 1:]:
         axes.tick_params(labelleft=axes.get_subplotspec().is_first_col())
     _note(figure, rows, "medians of those that finished; line: from the lower to the upper quartile")
-    return figure
 
 
-def _histograms(rows: Sequence[Row], measures: Sequence[str]) -> Figure:
+def _histograms(rows: Sequence[Row], measures: Sequence[str], figure: Figure) -> None:
     """How often each measure has which value, of walks that finished."""
     shown = [name for name in measures if name != FINISHED] or ["cost_of_transport"]
-    figure, panels = _grid(shown, 2.9)
+    panels = _panels(figure, shown, 2.9)
     for axes, name in zip(panels[0], shown, strict=True):
         values = values_of(rows, name)
         values = values[~np.isnan(values)]
@@ -241,7 +227,6 @@ def _histograms(rows: Sequence[Row], measures: Sequence[str]) -> Figure:
             axes.text(0.5, 0.5, "no walk finished", ha="center", transform=axes.transAxes, color=GUIDE)
         axes.set(xlabel=measure_label(name), ylabel="walks")
     _note(figure, rows, "only those that finished are shown")
-    return figure
 
 
 def _note(figure: Figure, rows: Sequence[Row], meaning: str) -> None:
