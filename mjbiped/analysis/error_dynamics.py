@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from mjbiped.control.tracking import AdaptiveTracking
+from mjbiped.gaits.passive import eigenvalues
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Array
 
@@ -183,18 +184,12 @@ class CycleStability:
     @property
     def multipliers(self) -> NDArray[np.complex128]:
         """Eigenvalues of the return map, largest modulus first; the loop is stable where all lie in the unit circle."""
-        return _eigenvalues(self.return_map)
+        return eigenvalues(self.return_map)
 
     @property
     def multipliers_replanned(self) -> NDArray[np.complex128]:
         """The same where each step is re-planned to begin without tracking error: of the estimates alone."""
-        return _eigenvalues(self.evolution.transitions[-1][ESTIMATES, ESTIMATES])
-
-
-def _eigenvalues(matrix: Array) -> NDArray[np.complex128]:
-    """Largest modulus first."""
-    values = np.linalg.eigvals(matrix).astype(np.complex128)
-    return values[np.argsort(-np.abs(values), kind="stable")]
+        return eigenvalues(self.evolution.transitions[-1][ESTIMATES, ESTIMATES])
 
 
 def cycle_stability(controller: AdaptiveTracking, intervals: int = 200) -> CycleStability:

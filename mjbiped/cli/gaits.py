@@ -200,20 +200,9 @@ def basin(
     except BasinInterrupted as stop:
         found, interrupted = stop.basin, True
     seconds = time.perf_counter() - began
-    files.save_arrays(
-        out,
-        {
-            "slope": found.slope,
-            "start": found.start,
-            "stance_rates": found.stance_rates,
-            "swing_rates": found.swing_rates,
-            "fates": found.fates,
-            "fate_names": [fate.name.lower() for fate in Fate],
-            "steps": found.steps,
-            "peak_torque": found.peak_torque,
-        },
-    )
-
+    columns = ("slope", "start", "stance_rates", "swing_rates", "fates", "steps", "peak_torque")
+    names = [fate.name.lower() for fate in Fate]
+    files.save_arrays(out, {**{name: getattr(found, name) for name in columns}, "fate_names": names})
     if interrupted:
         files.fail(INTERRUPTED, "the map was interrupted; what was not computed counts as undecided")
 

@@ -38,9 +38,6 @@ from mjbiped.terrain.terrain import Terrain, parse_terrain
 from mjbiped.utils import domains
 from mjbiped.version import __version__
 
-_ROBOT = ("leg_mass", "hip_mass", "lower_length", "upper_length", "leg_inertia", "gravity")
-_VIDEO = ("video_size", "camera", "slow_motion", "fps", "caption", "shadows")
-
 
 class _Commands(click.Group):
     """Turns what is a user's to mend, and Ctrl-C, into a line and an exit status."""
@@ -138,7 +135,7 @@ def _walk(
       mjbiped walk slopes --controller energy-constraint --gain ratio=-2 --gain gain=20
       mjbiped walk trail.csv --steps 200 --plot trail.pdf
     """  # noqa: D301 (click reads the backspace)
-    pictures = {name: values.pop(name) for name in _VIDEO}
+    pictures = _taken(ctx, values, "Video")
     law, ground = _walker(ctx, values)
     engine = _engine(ctx, values.pop("engine"), values)
     if video is not None and not quiet:
@@ -282,7 +279,7 @@ def _walker(ctx: click.Context, values: dict[str, Any]) -> tuple[Controller, Ter
         MjbipedError: Terrain, robot or controller cannot be as the options say.
     """
     terrain = _terrain(values.pop("terrain"), values.pop("seed"))
-    values["robot"] = Compass(**{name: values.pop(name) for name in _ROBOT})
+    values["robot"] = Compass(**_taken(ctx, values, "Robot"))
     controller = _controller(ctx, values.pop("controller"), values["robot"], values)
     values["scuffing"] = ScuffingRule(reach=values.pop("scuffing_reach"))
     return controller, terrain
@@ -313,8 +310,7 @@ def _controller(ctx: click.Context, name: str, robot: Compass, values: dict[str,
         click.UsageError: An option is given that the controller does not have.
         MjbipedError: A gain is outside its domain, or the slope to be imitated has no passive gait.
     """
-    chosen = _section(ctx, options.ADAPTIVE, options.COMPARISON)
-    settings = {str(parameter.name): values.pop(str(parameter.name)) for parameter in chosen}
+    settings = _taken(ctx, values, options.ADAPTIVE, options.COMPARISON)
     compared = name in options.OTHERS
     if name != "adaptive":
         others = [each for each in _section(ctx, options.ADAPTIVE) if not (compared and each.name in SHARED)]
@@ -350,7 +346,7 @@ def _engine(ctx: click.Context, name: str, values: dict[str, Any]) -> Engine:
 
 def _mujoco(ctx: click.Context, values: dict[str, Any]) -> Mujoco:
     """The MuJoCo engine of a command, its options taken out of `values`."""
-    settings = {str(parameter.name): values.pop(str(parameter.name)) for parameter in _section(ctx, options.MUJOCO)}
+    settings = _taken(ctx, values, options.MUJOCO)
     return Mujoco(lands=not settings.pop("plain_steps"), **settings)
 
 
@@ -368,6 +364,11 @@ def _refuse(ctx: click.Context, parameters: Iterable[click.Parameter], owner: st
 def _section(ctx: click.Context, *sections: str) -> list[click.Parameter]:
     """The options of sections of a command's help."""
     return [parameter for parameter in ctx.command.params if getattr(parameter, "section", "") in sections]
+
+
+def _taken(ctx: click.Context, values: dict[str, Any], *sections: str) -> dict[str, Any]:
+    """The options of sections of a command's help, taken out of `values`."""
+    return {str(parameter.name): values.pop(str(parameter.name)) for parameter in _section(ctx, *sections)}
 
 
 def _warn_without_gl() -> None:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy  # it loads a part when that is first used: half a second for all of these
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.errors import GaitError
 from mjbiped.gaits.reference import Table, reference_at
@@ -168,8 +168,7 @@ def _find(robot: Compass, slope: float) -> Gait:
     start, period = _unscale(slope, scaled)
     end = _motion(model, slope, start, period, STEPS)[-1]
     _check(model, slope, start, period)
-    multipliers = np.linalg.eigvals(_return_map_jacobian(model, slope, scaled)).astype(np.complex128)
-    multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
+    multipliers = eigenvalues(_return_map_jacobian(model, slope, scaled))
     step_length = 2 * robot.leg_length * math.sin(end[0])
     rate, horizon, pieces = _tabulate(model, slope, start, period)
     for state in (start, end):
@@ -178,6 +177,12 @@ def _find(robot: Compass, slope: float) -> Gait:
         array.flags.writeable = False
     table: Table = (rate / model.second, horizon * model.second, pieces)
     return Gait(robot, slope, start, end, period * model.second, step_length, multipliers, table)
+
+
+def eigenvalues(matrix: Array) -> NDArray[np.complex128]:
+    """Eigenvalues of a square matrix, the largest modulus first."""
+    values = np.linalg.eigvals(matrix).astype(np.complex128)
+    return values[np.argsort(-np.abs(values), kind="stable")]
 
 
 def _no_gait(slope: float, reason: str) -> GaitError:

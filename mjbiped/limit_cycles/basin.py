@@ -22,7 +22,7 @@ from mjbiped.engines.plan import check_controller
 from mjbiped.errors import InputError
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.limit_cycles import return_map
-from mjbiped.limit_cycles.return_map import ReturnMap, plane_of, walk_all
+from mjbiped.limit_cycles.return_map import KICK, ReturnMap, plane_of, walk_all
 from mjbiped.records.columns import TOUCHDOWNS, index_of
 from mjbiped.robots.compass import Array, Compass
 from mjbiped.rules.scuffing import ScuffingRule, check_landing, chosen
@@ -36,7 +36,6 @@ SETTLED = 1e-3
 
 _TRANSIENT, _ATTRACTOR = 2000, 64  # steps until the passive robot is taken to be on its attractor, and steps of that
 _FIRST_LOOK = 2  # steps: most controlled walks have settled after one
-_KICK = 1e-4  # rad: pushes it off the gait of period one, which may be unstable
 
 
 class Fate(IntEnum):
@@ -145,9 +144,9 @@ def basin_of_attraction(
     rule = chosen(scuffing)
     check_landing(gait, gait.slope, rule)
     basin = _empty(gait.slope, gait.start, stance_rates, swing_rates, limit, "passive")
-    _check_threads(threads)
+    threads = domains.WORKERS.check("threads", cores() if threads is None else threads)
     plane = plane_of(robot, gait.slope, rule)
-    walked = ReturnMap(robot, gait.slope, rule).walk(gait.start + np.array([_KICK, -_KICK, 0.0, 0.0]), _TRANSIENT)
+    walked = ReturnMap(robot, gait.slope, rule).walk(gait.start + KICK, _TRANSIENT)
     goals = np.unique(np.round(walked.states[-_ATTRACTOR:], 6), axis=0)
     if walked.outcome != "walking":
         goals = np.empty((0, 4))
@@ -204,7 +203,7 @@ def basin_of_control(
     q1, q2 = float(gait.start[0]), float(gait.start[1])
     near = _nearness(walker)
     basin = _empty(slope, gait.start, stance_rates, swing_rates, limit, type(controller).__name__)
-    _check_threads(threads)
+    threads = domains.WORKERS.check("threads", cores() if threads is None else threads)
 
     def row(number: int) -> None:
         rate2 = float(basin.swing_rates[number])
@@ -254,28 +253,19 @@ def _empty(
     """
     limit = domains.LIMIT.check("limit", limit)
     greatest = float(np.abs(start[2:]).max())
-    grids: list[Array] = []
-    for name, given, low, high in (
-        ("stance_rates", stance_rates, 0.5 * start[2], 1.6 * start[2]),
-        ("swing_rates", swing_rates, -2.2 * greatest, 2.2 * greatest),
-    ):
-        grid = np.linspace(low, high, 300) if given is None else domains.RATE.array(name, given, (None,))
-        if not 1 <= len(grid) <= domains.GRID.high or (np.diff(grid) <= 0.0).any():
-            raise InputError(f"{name}: expected 1 to {domains.GRID.high} numbers that ascend, got {len(grid)}")
-        grids.append(grid)
-    shape = (len(grids[1]), len(grids[0]))
-    fates = np.full(shape, Fate.UNDECIDED, dtype=np.int8)
-    return Basin(
-        slope,
-        start.copy(),
-        grids[0],
-        grids[1],
-        fates,
-        np.zeros(shape, dtype=np.int16),
-        np.zeros(shape),
-        limit,
-        walker,
-    )
+    columns = _rates("stance_rates", stance_rates, 0.5 * start[2], 1.6 * start[2])
+    rows = _rates("swing_rates", swing_rates, -2.2 * greatest, 2.2 * greatest)
+    shape = (len(rows), len(columns))
+    fates, steps = np.full(shape, Fate.UNDECIDED, dtype=np.int8), np.zeros(shape, dtype=np.int16)
+    return Basin(slope, start.copy(), columns, rows, fates, steps, np.zeros(shape), limit, walker)
+
+
+def _rates(name: str, given: ArrayLike | None, low: float, high: float) -> Array:
+    """First rates of a leg, those that are given or 300 between two ends; see `_empty`."""
+    rates = np.linspace(low, high, 300) if given is None else domains.RATE.array(name, given, (None,))
+    if not 1 <= len(rates) <= domains.GRID.high or (np.diff(rates) <= 0.0).any():
+        raise InputError(f"{name}: expected 1 to {domains.GRID.high} numbers that ascend, got {len(rates)}")
+    return rates
 
 
 def _nearness(robot: Compass) -> Array:
@@ -284,12 +274,7 @@ def _nearness(robot: Compass) -> Array:
     return SETTLED * np.array([1.0, 1.0, frequency, frequency])
 
 
-def _check_threads(threads: int | None) -> None:
-    if threads is not None:
-        domains.WORKERS.check("threads", threads)
-
-
-def _filled(basin: Basin, row: Callable[[int], None], threads: int | None, progress: bool) -> Basin:
+def _filled(basin: Basin, row: Callable[[int], None], threads: int, progress: bool) -> Basin:
     """The map with all rows computed, in threads.
 
     Raises:
@@ -298,7 +283,7 @@ def _filled(basin: Basin, row: Callable[[int], None], threads: int | None, progr
     from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
 
     rows = range(len(basin.swing_rates))
-    with ThreadPoolExecutor(threads or cores()) as pool:
+    with ThreadPoolExecutor(threads) as pool:
         try:
             futures = [pool.submit(row, number) for number in rows]
             for future in tqdm(as_completed(futures), total=len(rows), desc="rows", disable=None if progress else True):

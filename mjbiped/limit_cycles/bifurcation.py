@@ -20,7 +20,7 @@ from mjbiped.limit_cycles.periodic import (
     step_lengths,
     zero_on_branch,
 )
-from mjbiped.limit_cycles.return_map import TOUCHDOWN, ReturnMap, plane_of, walk_all
+from mjbiped.limit_cycles.return_map import KICK, TOUCHDOWN, ReturnMap, plane_of, walk_all
 from mjbiped.robots.compass import Array, Compass
 from mjbiped.rules.scuffing import ScuffingRule, check_landing, chosen
 from mjbiped.rules.termination import Outcome
@@ -31,7 +31,6 @@ FEIGENBAUM = 4.669201609
 _FIRST_STEP = math.radians(0.05)
 _STEEPEST = math.radians(20.0)
 _SETTLING = 1000  # periods in which a stable gait is reached from its unstable parent: a tenth is enough
-_KICK = 1e-4  # rad: pushes the robot off the unstable gait
 
 
 @dataclass(frozen=True)
@@ -163,10 +162,7 @@ def _doubled(robot: Compass, parent: PeriodicGait, slope: float) -> PeriodicGait
         GaitError: There is none.
     """
     count = 2 * len(parent.states)
-    start = parent.states[0].copy()
-    start[0] += _KICK
-    start[1] -= _KICK
-    steps = ReturnMap(robot, slope, GUARD).walk(start, _SETTLING * count)
+    steps = ReturnMap(robot, slope, GUARD).walk(parent.states[0] + KICK, _SETTLING * count)
     if steps.outcome != "walking":
         raise GaitError(f"it {steps.outcome} after {len(steps.states)} steps")
     return find_periodic_gait(robot, slope, steps.states[-count:])
@@ -264,9 +260,7 @@ def bifurcation_diagram(
     domains.KEPT.check("keep times the number of slopes", keep * len(planes))
     rule = chosen(scuffing)
     check_landing(find_passive_gait(robot, float(planes[0])), float(planes[0]), rule)
-    start = first_gait(robot, float(planes[0])).states[0].copy()
-    start[0] += _KICK  # off the gait itself, which may be unstable
-    start[1] -= _KICK
+    start = first_gait(robot, float(planes[0])).states[0] + KICK
     kept = np.full((len(planes), keep, 4), np.nan)
     times = np.full((len(planes), keep), np.nan)
     outcomes = []

@@ -15,7 +15,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.errors import GaitError, InputError
-from mjbiped.gaits.passive import find_passive_gait
+from mjbiped.gaits.passive import eigenvalues, find_passive_gait
 from mjbiped.limit_cycles.return_map import TOUCHDOWN, Plane, plane_of, walk_all
 from mjbiped.robots.compass import Array, Compass
 from mjbiped.rules.scuffing import ScuffingRule
@@ -146,10 +146,8 @@ def find_periodic_gait(robot: Compass, slope: float, states: ArrayLike) -> Perio
     whole = np.eye(3)
     for jacobian in jacobians:
         whole = jacobian @ whole
-    multipliers = np.linalg.eigvals(whole).astype(np.complex128)
-    multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
     found = np.column_stack([places[:, 0], -places[:, 0], places[:, 1], places[:, 2]])
-    return PeriodicGait(robot, slope, found, periods, multipliers, float(np.linalg.det(np.eye(3) + whole)))
+    return PeriodicGait(robot, slope, found, periods, eigenvalues(whole), float(np.linalg.det(np.eye(3) + whole)))
 
 
 def first_gait(robot: Compass, slope: float) -> PeriodicGait:

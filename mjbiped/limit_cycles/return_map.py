@@ -44,6 +44,9 @@ STEP = 0.24
 TOLERANCE = 1e-9
 """Of an integration step. One of full length is better than that near a gait; only wild motions take shorter ones."""
 
+KICK = np.array([1e-4, -1e-4, 0.0, 0.0])
+"""What pushes the robot off a gait that may be unstable, so that it walks to a stable one: rad."""
+
 SETTLED = -1  # beside the engines' outcomes
 TOUCHDOWN, FELL, STALLED, DIVERGED, UNRESOLVED = (
     int(outcome) for outcome in (Outcome.WALKING, Outcome.FELL, Outcome.STALLED, Outcome.DIVERGED, Outcome.UNRESOLVED)

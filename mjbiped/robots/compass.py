@@ -137,18 +137,11 @@ class Compass:
 
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""
-        for name, domain in (
-            ("leg_mass", domains.LEG_MASS),
-            ("hip_mass", domains.HIP_MASS),
-            ("lower_length", domains.LENGTH),
-            ("upper_length", domains.LENGTH),
-            ("leg_inertia", domains.INERTIA),
-            ("gravity", domains.GRAVITY),
-        ):
-            value = getattr(self, name)
-            if name == "leg_inertia" and value is None:
-                value = self.leg_mass * (self.lower_length + self.upper_length) ** 2 / 12
-            object.__setattr__(self, name, domain.check(name, value))
+        domains.check_fields(self, leg_mass=domains.LEG_MASS, hip_mass=domains.HIP_MASS)
+        domains.check_fields(self, lower_length=domains.LENGTH, upper_length=domains.LENGTH)
+        if self.leg_inertia is None:
+            object.__setattr__(self, "leg_inertia", self.leg_mass * self.leg_length**2 / 12)
+        domains.check_fields(self, leg_inertia=domains.INERTIA, gravity=domains.GRAVITY)
         domains.LEG.check("lower_length + upper_length", self.leg_length)
 
     @property
