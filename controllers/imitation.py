@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from mjbiped.control.controller import Controller
 from mjbiped.errors import InputError
 from mjbiped.gaits.passive import Gait
 from mjbiped.robots.compass import Compass
 
-if TYPE_CHECKING:
-    from controllers.adaptive import AdaptiveController
-    from controllers.comparison.known_slope import KnownSlopeController
 
-
-def check_imitation(controller: AdaptiveController | KnownSlopeController) -> None:
+def check_imitation(controller: Controller) -> None:
     """Refuse a controller whose robot or gait is none.
 
     Raises:

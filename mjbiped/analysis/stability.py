@@ -11,16 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from mjbiped.analysis.error_dynamics import (
-    ESTIMATES,
-    SIZE,
-    envelope,
-    evolve,
-    impact_gain,
-    impact_matrix,
-    lyapunov_weights,
-    regressor,
-)
+from mjbiped.analysis import error_dynamics
 from mjbiped.analysis.replay import recorded_controller as recorded_controller
 from mjbiped.analysis.replay import replayed
 from mjbiped.control.tracking import AdaptiveTracking
@@ -118,7 +109,7 @@ class Stability:
     @property
     def condition_floor(self) -> Array:
         """The same with alpha = beta = 0, shape (steps,): where this is not below 1, no constants make (24) true."""
-        return impact_gain(self.controller.position_gain, 0.0, 0.0) * self.contraction
+        return error_dynamics.impact_gain(self.controller.position_gain, 0.0, 0.0) * self.contraction
 
     @property
     def ratio(self) -> Array:
@@ -138,15 +129,15 @@ class Stability:
     @property
     def lyapunov_jump(self) -> Array:
         """Change of V_a at the touchdown where the step starts, shape (steps,); NaN for the first step."""
-        values = 0.5 * np.stack([self.start, self.end]) ** 2 @ lyapunov_weights(self.controller)
+        values = 0.5 * np.stack([self.start, self.end]) ** 2 @ error_dynamics.lyapunov_weights(self.controller)
         return np.append(np.nan, values[0, 1:] - values[1, :-1])
 
     @property
     def estimate_rise(self) -> Array:
         """Largest norm of the estimates' error in the step less that at its start, shape (steps,)."""
-        norms = np.linalg.norm(self.errors[:, ESTIMATES], axis=1)
+        norms = np.linalg.norm(self.errors[:, error_dynamics.ESTIMATES], axis=1)
         largest = np.array([norms[self.step == step].max() for step in range(self.steps)])
-        return np.asarray(largest - np.linalg.norm(self.start[:, ESTIMATES], axis=1), dtype=np.float64)
+        return np.asarray(largest - np.linalg.norm(self.start[:, error_dynamics.ESTIMATES], axis=1), dtype=np.float64)
 
 
 def stability(walk: Walk, controller: AdaptiveTracking | None = None) -> Stability:
@@ -186,7 +177,7 @@ def stability(walk: Walk, controller: AdaptiveTracking | None = None) -> Stabili
         time=np.concatenate([step.time for step in walked]),
         step=np.repeat(np.arange(len(walked)), [len(step.time) for step in walked]),
         errors=errors,
-        lyapunov=0.5 * errors**2 @ lyapunov_weights(controller),
+        lyapunov=0.5 * errors**2 @ error_dynamics.lyapunov_weights(controller),
         dissipation=_dissipation(controller, errors),
         slope_change=np.diff(slope, prepend=slope[0]),
         start=start,
@@ -237,7 +228,7 @@ def _steps(walk: Walk, controller: AdaptiveTracking) -> Iterator[_Step]:
         estimates = np.vstack([memory[:2], samples["controller_states"][inside, :2]])
         # (17) from the last sample to the touchdown, which the record does not hold
         late = slice(-4, None)
-        w = regressor(controller.robot.constants, angles[late])
+        w = error_dynamics.regressor(controller.robot.constants, angles[late])
         adaptation = controller.adaptation_gain * (w @ z2[late, :, None])[:, :, 0]
         if not all(np.isfinite(values**2).all() for values in (tracking, estimates, adaptation)):
             raise InputError(f"step {number + 1} of the walk holds what is no finite number, or becomes none")
@@ -250,10 +241,10 @@ def _steps(walk: Walk, controller: AdaptiveTracking) -> Iterator[_Step]:
 
 def _evaluate(controller: AdaptiveTracking, step: _Step) -> dict[str, Any]:
     """Excitation, transition matrix and balances of a step."""
-    evolution = evolve(controller, step.time, step.q, step.dq)
+    evolution = error_dynamics.evolve(controller, step.time, step.q, step.dq)
     phi = evolution.transitions[-1]
-    bound = envelope(step.time, evolution.transitions)
-    first, last = 0.5 * step.errors[[0, -1]] ** 2 @ lyapunov_weights(controller)
+    bound = error_dynamics.envelope(step.time, evolution.transitions)
+    first, last = 0.5 * step.errors[[0, -1]] ** 2 @ error_dynamics.lyapunov_weights(controller)
     lost = CubicSpline(step.time, _dissipation(controller, step.errors)).integrate(step.time[0], step.time[-1])
     return {
         "gramian": evolution.gramian,
@@ -267,7 +258,7 @@ def _evaluate(controller: AdaptiveTracking, step: _Step) -> dict[str, Any]:
 
 def _dissipation(controller: AdaptiveTracking, errors: Array) -> Array:
     """z1' K1 z1 + z2' K2 z2 of errors of shape (n, 6)."""
-    gains = np.repeat([controller.position_gain, controller.velocity_gain, 0.0], SIZE // 3)
+    gains = np.repeat([controller.position_gain, controller.velocity_gain, 0.0], error_dynamics.SIZE // 3)
     return np.asarray(errors**2 @ gains, dtype=np.float64)
 
 
@@ -276,12 +267,12 @@ def _impacts(walk: Walk, controller: AdaptiveTracking, start: Array, end: Array)
     gain = controller.position_gain
     z1 = np.linalg.norm(end[:-1, 0:2], axis=1)
     before, after = (np.linalg.norm(eta[:, 2:4] - gain * eta[:, 0:2], axis=1) for eta in (end[:-1], start[1:]))
-    maps = [impact_matrix(controller.robot.constants, q) for q in walk.touchdowns["q_before"][:-1]]
+    maps = [error_dynamics.impact_matrix(controller.robot.constants, q) for q in walk.touchdowns["q_before"][:-1]]
     beta = np.array([np.linalg.norm(matrix, 2) for matrix in maps])
     made = np.maximum(0.0, after - beta * before)
     with np.errstate(divide="ignore", invalid="ignore"):
         alpha = np.where(made < RESOLVED, 0.0, made / z1)
-    total = [impact_gain(gain, *pair) for pair in zip(alpha.tolist(), beta.tolist(), strict=True)]
+    total = [error_dynamics.impact_gain(gain, *pair) for pair in zip(alpha.tolist(), beta.tolist(), strict=True)]
     return np.append(np.nan, alpha), np.append(np.nan, beta), np.append(np.nan, total)
 
 

@@ -15,7 +15,6 @@ from typing import Any, NoReturn
 import click
 from rich.console import Console, RenderableType
 
-from mjbiped.analysis.compare import Comparison
 from mjbiped.cli.tables import as_json
 from mjbiped.errors import MjbipedError, shortened
 from mjbiped.records.arrays import write_arrays
@@ -41,12 +40,6 @@ class Files:
         self.written: dict[str, str] = {}
         self.failures: list[str] = []
         self._status = 0
-
-    def save_both(self, comparison: Comparison, path: Path | None) -> None:
-        """Write a comparison's records, each named after the path and its engine."""
-        for engine, walk in (("mujoco", comparison.mujoco), ("hybrid", comparison.hybrid)):
-            named = None if path is None else path.with_stem(f"{path.stem}_{engine}")
-            self.write(f"record_{engine}", named, walk.save)
 
     def save_arrays(self, path: Path | None, arrays: Mapping[str, Any]) -> None:
         """Write arrays, an .npz file."""

@@ -44,7 +44,6 @@ class _Commands(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Names of the commands, in the order in which they stand below."""
-        del ctx
         return list(self.commands)
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -185,7 +184,8 @@ def _compare(
     mujoco = _mujoco(ctx, values)
     done = compare(law, ground, mujoco=mujoco, progress=not quiet, **values)
     files = Files()
-    files.save_both(done, out)
+    for name, record in (("mujoco", done.mujoco), ("hybrid", done.hybrid)):
+        files.write(f"record_{name}", out and out.with_stem(f"{out.stem}_{name}"), record.save)
     files.plot(plot, "comparison:plot_comparison", done)
     who = f"{done.mujoco.settings['controller']['name']} on {done.mujoco.terrain.caption}"
     files.end(done.to_dict(), [who, *tables.comparison_tables(done), Text(done.verdict)], json=json, quiet=quiet)

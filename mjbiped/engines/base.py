@@ -74,7 +74,6 @@ class Engine(ABC):
         Raises:
             MjbipedError: No walk can be made now.
         """
-        del many
         return nullcontext()
 
 
@@ -131,7 +130,6 @@ class Run(ABC):
 
     def shares_with(self, other: Run) -> bool:
         """Whether this walk can be made in a thread while `other.sharing()` is held."""
-        del other
         return True
 
     def go(self, *, progress: bool = False) -> None:

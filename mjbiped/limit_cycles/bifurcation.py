@@ -11,15 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits.passive import find_passive_gait
-from mjbiped.limit_cycles.periodic import (
-    GUARD,
-    PeriodicGait,
-    find_periodic_gait,
-    first_gait,
-    follow,
-    step_lengths,
-    zero_on_branch,
-)
+from mjbiped.limit_cycles import periodic
+from mjbiped.limit_cycles.periodic import PeriodicGait
 from mjbiped.limit_cycles.return_map import KICK, TOUCHDOWN, ReturnMap, plane_of, walk_all
 from mjbiped.robots.compass import Array, Compass
 from mjbiped.rules.scuffing import ScuffingRule, check_landing, chosen
@@ -116,7 +109,7 @@ def find_cascade(robot: Compass, doublings: int = 4, *, progress: bool = False) 
 
     doublings = domains.DOUBLINGS.check("doublings", doublings)
     branches: list[Branch] = []
-    gait, step, end = first_gait(robot, FIRST_SLOPE), _FIRST_STEP, ""
+    gait, step, end = periodic.first_gait(robot, FIRST_SLOPE), _FIRST_STEP, ""
     with tqdm(total=doublings, desc="doublings", disable=None if progress else True) as bar:
         while True:
             branch = _followed(gait, step)
@@ -145,10 +138,10 @@ def _followed(gait: PeriodicGait, step: float) -> Branch:
     gaits, doubling = [gait], None
     slopes = np.arange(gait.slope, _STEEPEST, step)[1:]
     beyond = math.inf
-    for found in follow(gait, slopes.tolist()):
+    for found in periodic.follow(gait, slopes.tolist()):
         gaits.append(found)
         if doubling is None and gaits[-2].doubling > 0.0 >= found.doubling:
-            doubling = zero_on_branch(gaits[-2], found, lambda gait: gait.doubling)
+            doubling = periodic.zero_on_branch(gaits[-2], found, lambda gait: gait.doubling)
             beyond = found.slope + 0.5 * (found.slope - gait.slope)
         if found.slope > beyond:
             break
@@ -162,10 +155,10 @@ def _doubled(robot: Compass, parent: PeriodicGait, slope: float) -> PeriodicGait
         GaitError: There is none.
     """
     count = 2 * len(parent.states)
-    steps = ReturnMap(robot, slope, GUARD).walk(parent.states[0] + KICK, _SETTLING * count)
+    steps = ReturnMap(robot, slope, periodic.GUARD).walk(parent.states[0] + KICK, _SETTLING * count)
     if steps.outcome != "walking":
         raise GaitError(f"it {steps.outcome} after {len(steps.states)} steps")
-    return find_periodic_gait(robot, slope, steps.states[-count:])
+    return periodic.find_periodic_gait(robot, slope, steps.states[-count:])
 
 
 @dataclass(frozen=True)
@@ -198,7 +191,7 @@ class BifurcationDiagram:
     @property
     def step_lengths(self) -> Array:
         """Distances between the feet at the impacts, shape (n, kept), m."""
-        return step_lengths(self.robot, self.states)
+        return periodic.step_lengths(self.robot, self.states)
 
     @property
     def lost(self) -> float:
@@ -214,11 +207,9 @@ class BifurcationDiagram:
         tolerance = domains.LENGTH_TOLERANCE.check("tolerance", tolerance)
         lengths = self.step_lengths
         result = np.zeros(len(lengths), dtype=np.int64)
-        for row, values in enumerate(lengths):
-            for count in (1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32):
-                if count < len(values) and np.abs(values[count:] - values[:-count]).max() < tolerance:
-                    result[row] = count
-                    break
+        for count in (32, 28, 24, 20, 16, 14, 12, 10, 8, 7, 6, 5, 4, 3, 2, 1):  # the least that fits is the last
+            if count < lengths.shape[1]:
+                result[np.abs(lengths[:, count:] - lengths[:, :-count]).max(axis=1) < tolerance] = count
         return result
 
 
@@ -260,7 +251,7 @@ def bifurcation_diagram(
     domains.KEPT.check("keep times the number of slopes", keep * len(planes))
     rule = chosen(scuffing)
     check_landing(find_passive_gait(robot, float(planes[0])), float(planes[0]), rule)
-    start = first_gait(robot, float(planes[0])).states[0] + KICK
+    start = periodic.first_gait(robot, float(planes[0])).states[0] + KICK
     kept = np.full((len(planes), keep, 4), np.nan)
     times = np.full((len(planes), keep), np.nan)
     outcomes = []

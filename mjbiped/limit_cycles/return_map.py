@@ -18,19 +18,9 @@ from numpy.typing import ArrayLike
 
 from mjbiped.control.compilation import MachineCode
 from mjbiped.control.unpowered import Unpowered
+from mjbiped.engines.hybrid import state as indices
 from mjbiped.engines.hybrid.simulation import HybridSimulation
-from mjbiped.engines.hybrid.state import (
-    ANGLES_AND_RATES,
-    COSINE,
-    NEXT_STEP,
-    OUTCOME,
-    PAUSE,
-    SINE,
-    SLOPE,
-    TIME,
-    Buffers,
-    SimulationConstants,
-)
+from mjbiped.engines.hybrid.state import ANGLES_AND_RATES, Buffers, SimulationConstants
 from mjbiped.numerics.jit import compiled
 from mjbiped.robots.compass import Array, Compass, mass_terms
 from mjbiped.rules.scuffing import ScuffingRule
@@ -125,9 +115,9 @@ def walk_batch(code: EngineCode, constants: SimulationConstants, b: Buffers, bat
             for place in range(len(b.w)):
                 b.w[place] = batch.scalars[place]
             code.advance(batch.law, constants, b)
-            outcome = int(b.w[OUTCOME])
+            outcome = int(b.w[indices.OUTCOME])
             if outcome == TOUCHDOWN:
-                batch.periods[walk, n % room] = b.w[TIME]
+                batch.periods[walk, n % room] = b.w[indices.TIME]
                 for c in range(ANGLES_AND_RATES):
                     batch.states[walk, n % room, c] = b.y[c]
                 n += 1
@@ -194,14 +184,9 @@ def plane_of(robot: Compass, slope: float, scuffing: ScuffingRule) -> Plane:
         longest_step=step,
     )
     buffers = simulation.buffers._replace(rows=simulation.buffers.rows[:1].copy())
-    for place, value in (
-        (SLOPE, slope),
-        (SINE, math.sin(slope)),
-        (COSINE, math.cos(slope)),
-        (NEXT_STEP, step),
-        (PAUSE, math.inf),
-    ):
-        buffers.w[place] = value
+    buffers.w[indices.SLOPE] = slope
+    buffers.w[indices.SINE], buffers.w[indices.COSINE] = math.sin(slope), math.cos(slope)
+    buffers.w[indices.NEXT_STEP], buffers.w[indices.PAUSE] = step, math.inf
     assert simulation.code is not None
     return Plane(EngineCode(simulation.advance), simulation.code, constants, buffers)
 

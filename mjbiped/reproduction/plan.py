@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from mjbiped.control.controller import Controller
 from mjbiped.reproduction.cell import Cell
 from mjbiped.reproduction.grounds import Place, Reading, end_of, found_segments, found_terrain, reading_at, readings
 from mjbiped.reproduction.methods import METHODS, Variant, adaptive, variants
@@ -64,20 +63,20 @@ def gravity(places: Iterable[Place], delay: float | None) -> list[Entry]:
 
 def table_3(engine: str) -> list[Entry]:
     """Every zeta of Table III on our mixed ground, and on the one that was found; those of Fig. 6 keep records."""
-    grounds = (
-        ("mixed", Terrain.mixed(), MIXED_STEPS, None),
-        ("found", found_terrain(), None, end_of(found_segments())),
-    )
-    return [
-        _from_rest("table 3", ground, engine, adaptive(delay), terrain, steps, distance, record=delay in DRAWN_DELAYS)
-        for ground, terrain, steps, distance in grounds
-        for delay in TABLE_3
-    ]
+    mixed = ("mixed", Terrain.mixed(), MIXED_STEPS, None)
+    found = ("found", found_terrain(), None, end_of(found_segments()))
+    entries = []
+    for ground, terrain, steps, distance in (mixed, found):
+        for delay in TABLE_3:
+            cell = Cell(engine, adaptive(delay), terrain, "rest", steps, distance, record=delay in DRAWN_DELAYS)
+            entries.append(Entry("table 3", ground, "adaptive", cell))
+    return entries
 
 
 def start() -> list[Entry]:
     """The first step of Table III alone: from rest on level ground, hybrid engine."""
-    return [_from_rest("start", "level", "hybrid", adaptive(delay), Terrain.level(), 1) for delay in TABLE_3]
+    cells = [Cell("hybrid", adaptive(delay), Terrain.level(), "rest", 1) for delay in TABLE_3]
+    return [Entry("start", "level", "adaptive", cell) for cell in cells]
 
 
 def figure_5(engine: str, gains: Iterable[float] = ADAPTATION_GAINS) -> list[Entry]:
@@ -91,23 +90,8 @@ def figure_5(engine: str, gains: Iterable[float] = ADAPTATION_GAINS) -> list[Ent
         for start in START_ESTIMATES
         for update in (True, False)
     ]
-    return [_from_rest("figure 5", "mixed", engine, law, Terrain.mixed(), MIXED_STEPS, record=True) for law in laws]
-
-
-def _from_rest(
-    part: str,
-    ground: str,
-    engine: str,
-    law: Controller,
-    terrain: Terrain,
-    steps: int | None,
-    distance: float | None = None,
-    *,
-    record: bool = False,
-) -> Entry:
-    """A walk of the adaptive controller that begins at rest."""
-    cell = Cell(engine, law, terrain, initial="rest", steps=steps, distance=distance, record=record)
-    return Entry(part, ground, "adaptive", cell)
+    cells = [Cell(engine, law, Terrain.mixed(), "rest", MIXED_STEPS, record=True) for law in laws]
+    return [Entry("figure 5", "mixed", "adaptive", cell) for cell in cells]
 
 
 def _readings(places: Iterable[Place]) -> list[Reading]:

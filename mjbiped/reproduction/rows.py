@@ -173,7 +173,7 @@ def write_rows(rows: Iterable[Row]) -> str:
     values = (
         (*(getattr(row, name) for name in plain), *(row.cost[key] for key in _COSTS), *row.traces) for row in rows
     )
-    return as_csv(_columns(), (map(_cell, line) for line in values))
+    return as_csv(_columns(), (("" if value != value else value for value in line) for line in values))
 
 
 def as_csv(headings: Sequence[str], lines: Iterable[Iterable[object]]) -> str:
@@ -232,12 +232,6 @@ def _name(kind: str, length: int | None) -> str:
 
 def _trace(name: str) -> str:
     return f"trace_{name}"
-
-
-def _cell(value: Any) -> str:
-    if value is None or value != value:
-        return ""
-    return repr(value) if isinstance(value, float) else str(value)
 
 
 def rounded(value: float) -> float:

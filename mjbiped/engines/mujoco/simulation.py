@@ -27,17 +27,9 @@ from mjbiped.control.methods import gives_its_law
 from mjbiped.engines.mujoco import callbacks
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.callbacks import Laws, Recording, Setting, SimulationConstants, Userdata
+from mjbiped.engines.mujoco.compiled import registry
 from mjbiped.engines.mujoco.compiled.callbacks import Functions, Native, attached, check_offsets, native
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
-from mjbiped.engines.mujoco.compiled.registry import (
-    CALLBACKS,
-    exclusive,
-    installed,
-    is_compiled,
-    own_callbacks,
-    shared,
-    stepped_under_shared,
-)
 from mjbiped.engines.mujoco.contact_events import State
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
@@ -284,22 +276,23 @@ class Simulation:
         """
         made = self._native
         with ExitStack() as stack:
-            if made is not None and made.functions is shared():
+            if made is not None and made.functions is registry.shared():
                 self._attach(stack)
-                stack.enter_context(stepped_under_shared(self._on_warning))
+                stack.enter_context(registry.stepped_under_shared(self._on_warning))
                 yield
                 return
-            stack.enter_context(exclusive())
+            stack.enter_context(registry.exclusive())
             self.move_on()
-            before, made = installed(), self._native
-            if made and all(before[name] in (None, getattr(made.functions, name)) for name in CALLBACKS):
+            before, made = registry.installed(), self._native
+            if made and all(before[name] in (None, getattr(made.functions, name)) for name in registry.CALLBACKS):
                 self._attach(stack)
-                chosen = {name: getattr(made.functions, name) for name in CALLBACKS}
+                chosen = {name: getattr(made.functions, name) for name in registry.CALLBACKS}
             else:
-                chosen = dict(zip(CALLBACKS, (self._on_control, self._on_sensor, self._on_contact), strict=True))
+                own = (self._on_control, self._on_sensor, self._on_contact)
+                chosen = dict(zip(registry.CALLBACKS, own, strict=True))
             stack.callback(setattr, self, "_before", self._before)
             self._before = before
-            stack.enter_context(own_callbacks(self, {**chosen, "mju_user_warning": self._on_warning}))
+            stack.enter_context(registry.own_callbacks(self, {**chosen, "mju_user_warning": self._on_warning}))
             yield
 
     def _attach(self, stack: ExitStack) -> None:
@@ -381,7 +374,7 @@ class Simulation:
     def _pass_on(self, name: str, model: mujoco.MjModel, data: mujoco.MjData, *arguments: int) -> Any:
         """Hand a callback for another model to what stood there before this simulation's."""
         before: Any = self._before.get(name)
-        if is_compiled(before):
+        if registry.is_compiled(before):
             return before(model._address, data._address, *arguments)
         return before(model, data, *arguments) if callable(before) else None
 
