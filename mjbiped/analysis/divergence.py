@@ -187,9 +187,8 @@ def explanations(there: Walk, here: Walk, k: int, controller: Controller) -> Ite
     ended = [walk for walk in (there, here) if walk.steps == k and walk.outcome not in ("finished", "interrupted")]
     if len(ended) == 1:
         yield f"{_engine(ended[0])} {ended[0].outcome} in this step"
-    if {there.outcome, here.outcome} == {"finished"} and k == min(there.steps, here.steps) < max(
-        there.steps, here.steps
-    ):
+    fewer, more = sorted((there.steps, here.steps))
+    if {there.outcome, here.outcome} == {"finished"} and k == fewer < more:
         yield "the distance asked for ends between their footholds"
 
 

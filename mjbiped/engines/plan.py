@@ -22,7 +22,7 @@ from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.utils.domains import MEMORY_SIZE, Count, Domain, check_fields, check_kind, check_states
+from mjbiped.utils.domains import MEMORY_SIZE, check_given_fields, check_kind, check_states
 from mjbiped.version import __version__
 
 if TYPE_CHECKING:
@@ -34,11 +34,6 @@ DEFAULT_STEPS = 60
 DEFAULT_SAMPLE_PERIOD = 0.005  # s
 SCUFF = 0.01  # of leg lengths: as deep a straight swing leg may be in the ground, twice what passive gaits on 5° are
 _ON_GROUND = 1e-6  # of leg lengths: a foot so deep stands on the ground
-_NUMBERS: dict[str, Domain | Count] = {
-    "steps": domains.STEPS,
-    "distance": domains.DISTANCE,
-    "sample_period": domains.SAMPLE_PERIOD,
-}
 
 
 @dataclass(frozen=True)
@@ -68,7 +63,7 @@ class Terms:
         """Check what can be checked without a controller and a terrain."""
         if self.steps is None and self.distance is None:
             object.__setattr__(self, "steps", DEFAULT_STEPS)
-        check_fields(self, **{name: domain for name, domain in _NUMBERS.items() if getattr(self, name) is not None})
+        check_given_fields(self, steps=domains.STEPS, distance=domains.DISTANCE, sample_period=domains.SAMPLE_PERIOD)
         if self.robot is not None:
             check_kind("robot", self.robot, Compass)
 

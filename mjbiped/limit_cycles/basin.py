@@ -11,6 +11,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from enum import IntEnum
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -200,6 +201,7 @@ def basin_of_control(
         raise InputError(f"{type(controller).__name__} imitates no gait: there is nothing to settle on")
     check_landing(gait, domains.SLOPE.check("slope", slope), chosen(scuffing))
     terrain = Terrain.incline(math.degrees(slope))
+    started = partial(HybridSimulation, controller, terrain, robot=walker, sample_period=math.inf, scuffing=scuffing)
     q1, q2 = float(gait.start[0]), float(gait.start[1])
     near = _nearness(walker)
     basin = _empty(slope, gait.start, stance_rates, swing_rates, limit, type(controller).__name__)
@@ -209,16 +211,7 @@ def basin_of_control(
         rate2 = float(basin.swing_rates[number])
         for column, rate1 in enumerate(basin.stance_rates.tolist()):
             for steps in sorted({min(_FIRST_LOOK, limit), limit}):
-                simulation = HybridSimulation(
-                    controller,
-                    terrain,
-                    robot=walker,
-                    q=(q1, q2),
-                    dq=(rate1, rate2),
-                    steps=steps,
-                    sample_period=math.inf,
-                    scuffing=scuffing,
-                )
+                simulation = started(q=(q1, q2), dq=(rate1, rate2), steps=steps)
                 walked, fate = _walk_controlled(simulation, gait.start, near)
                 if fate is not Fate.UNDECIDED:
                     break

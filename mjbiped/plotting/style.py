@@ -78,18 +78,13 @@ def note_at(axes: Axes, text: str, x: float, height: float, offset: tuple[float,
         axes: Where.
         text: What.
         x: Place on the axis, in its own unit.
-        height: Place above its lower end, as a share of the panel's height.
+        height: Place above its lower end, as a share of the panel's height; with xycoords="data" in the unit of the
+            vertical axis.
         offset: Of the text from there, points.
         **look: As matplotlib's `annotate` takes it.
     """
-    axes.annotate(
-        text,
-        (x, height),
-        offset,
-        xycoords=("data", "axes fraction"),
-        textcoords="offset points",
-        **{"fontsize": 8} | look,
-    )
+    usual: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "fontsize": 8}
+    axes.annotate(text, (x, height), offset, textcoords="offset points", **usual | look)
 
 
 def widen(axes: Axes, least: float) -> None:

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from numpy.typing import NDArray
 
-from mjbiped.plotting.style import BLUE, GROUND, GUIDE, ORANGE, SHADE, VERMILLION, WIDTH
+from mjbiped.plotting.style import BLUE, GROUND, GUIDE, ORANGE, SHADE, VERMILLION, WIDTH, note_at
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
 from mjbiped.terrain.terrain import Terrain
@@ -100,18 +100,10 @@ def draw_row(axes: Axes, walk: Walk, row: Row) -> None:
     _draw_sticks(axes, row, touchdowns["qpos"], 1 - touchdowns["stance"], leg, thick, 1.0)
     if walk.outcome != "finished" and row.start <= qpos[-1, 0] <= row.stop:
         _draw_sticks(axes, row, qpos[-1:], samples["stance"][-1:], leg, 1.3 * thick, 1.0, VERMILLION)
-        near_end = qpos[-1, 0] > row.start + 0.8 * (row.stop - row.start)
-        axes.annotate(
-            walk.outcome,
-            (qpos[-1, 0], qpos[-1, 1]),
-            (-5 if near_end else 5, 0),
-            textcoords="offset points",
-            color=VERMILLION,
-            weight="bold",
-            ha="right" if near_end else "left",
-            va="center",
-            zorder=8,
-        )
+        x, z, *_ = qpos[-1].tolist()
+        shift, side = (-5, "right") if x > row.start + 0.8 * (row.stop - row.start) else (5, "left")
+        look = {"fontsize": 9, "color": VERMILLION, "weight": "bold", "ha": side, "va": "center", "zorder": 8}
+        note_at(axes, walk.outcome, x, z, (shift, 0), xycoords="data", **look)
 
 
 def _postures(walk: Walk, times: Array) -> Array:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from mjbiped.analysis.replay import recorded_controller, transitions
 from mjbiped.errors import MjbipedError, RenderError
 from mjbiped.gaits.passive import Gait, find_passive_gait
-from mjbiped.plotting.style import ANKLE, BLUE, GUIDE, HIP, ORANGE, PLANNED, STANCE, SWING, TRUTH, drawn, widen
+from mjbiped.plotting.style import ANKLE, BLUE, GUIDE, HIP, ORANGE, PLANNED, STANCE, SWING, TRUTH, drawn, note_at, widen
 from mjbiped.plotting.timelapse import draw_row, rows_of
 from mjbiped.records.columns import SAMPLES
 from mjbiped.records.record import Walk
@@ -226,15 +226,8 @@ def _draw_cycle(axes: Axes, gait: Gait) -> None:
     for before, after, what in ((0, 1, "lift-off"), (1, 0, "touchdown")):
         ends = (gait.end[before], gait.start[after]), (gait.end[2 + before], gait.start[2 + after])
         axes.plot(*ends, color=GUIDE, linestyle=":", marker="o", markersize=3.5, zorder=1)
-        axes.annotate(
-            f"impact\n({what})",
-            (sum(ends[0]) / 2, sum(ends[1]) / 2),
-            (6, 0),
-            textcoords="offset points",
-            ha="left",
-            va="center",
-            fontsize=8,
-        )
+        q_between, dq_between = (sum(pair) / 2 for pair in ends)
+        note_at(axes, f"impact\n({what})", q_between, dq_between, (6, 0), xycoords="data", ha="left", va="center")
     axes.set(xlabel="angle from the ground's normal (rad)", ylabel="rate (rad/s)")
     axes.set_title("Limit cycle of each leg")
     low, high = axes.get_xlim()

@@ -140,11 +140,9 @@ def _working_platform() -> str:
         if not reason:
             return platform
         reasons.append(f"{platform} ({reason})")
-    cure = (
-        " On Debian or Ubuntu install libegl1 and libgl1-mesa-dri for EGL, or libosmesa6 for OSMesa."
-        if sys.platform == "linux"
-        else ""
-    )
+    cure = ""
+    if sys.platform == "linux":
+        cure = " On Debian or Ubuntu install libegl1 and libgl1-mesa-dri for EGL, or libosmesa6 for OSMesa."
     named = f"MUJOCO_GL={chosen} does not work here" if chosen not in _UNCHOSEN else "no OpenGL platform works here"
     raise RenderError(f"{named}: {'; '.join(reasons)}.{cure} {unharmed}")
 

@@ -28,18 +28,15 @@ def _font(size: float, bold: bool) -> ImageFont.FreeTypeFont:
     return ImageFont.truetype(str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name), size)
 
 
-def _fitting(lines: Sequence[str], size: float, room: float, bold: bool) -> ImageFont.FreeTypeFont:
-    """The font at the size asked for, or as much smaller as the longest line needs, but never too small to read."""
-    font = _font(size, bold)
-    widest = max(font.getlength(line) for line in lines)
-    return font if widest <= room else _font(max(_SMALLEST, round(size * room / widest, 1)), bold)
-
-
 @lru_cache(maxsize=32)
 def _panel(lines: tuple[str, ...], width: int, height: int, bold: bool) -> Image.Image:
     """The lines on a translucent panel, as large as they need."""
     size = max(_SMALLEST, round(height * _HEIGHT * (1.4 if bold else 1.0), 1))
-    font = _fitting(lines, size, (_WIDEST_HEADLINE if bold else _WIDEST) * width, bold)
+    font = _font(size, bold)
+    room = (_WIDEST_HEADLINE if bold else _WIDEST) * width
+    widest = max(map(font.getlength, lines))
+    if widest > room:  # as much smaller as the longest line needs, but never too small to read
+        font = _font(max(_SMALLEST, round(size * room / widest, 1)), bold)
     margin = max(2, round(font.size * 0.4))
     pitch = font.size * 1.3
     wide = int(max(font.getlength(line) for line in lines)) + 2 * margin + 1

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Any
 
 from mjbiped.control.controller import Controller
 from mjbiped.control.registry import make_controller
-from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.reproduction.published import IMITATED_SLOPE
 from mjbiped.robots.compass import Compass
 from mjbiped.terrain.terrain import Terrain
@@ -95,9 +94,4 @@ def adaptive(delay: float | None, **settings: Any) -> Controller:
 
 
 def _law(name: str, model: Compass, **settings: Any) -> Controller:
-    return make_controller(name, model, settings, _imitated(model))
-
-
-@cache
-def _imitated(robot: Compass) -> Gait:
-    return find_passive_gait(robot, IMITATED_SLOPE)
+    return make_controller(name, model, settings, find_passive_gait(model, IMITATED_SLOPE))

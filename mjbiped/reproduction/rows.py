@@ -197,7 +197,7 @@ def read_rows(text: str) -> list[Row]:
     Raises:
         RecordError: The text is no such table.
     """
-    kinds = {field.name: field.type for field in fields(Row)}
+    kinds = {field.name: str(field.type) for field in fields(Row)}
     found = []
     try:
         lines = csv.DictReader(io.StringIO(text))
@@ -206,15 +206,10 @@ def read_rows(text: str) -> list[Row]:
         for line in lines:
             if None in line or None in line.values():
                 raise ValueError("a line has not one entry for each column")
-            values: dict[str, Any] = {}
-            for name, kind in kinds.items():
-                if name == "cost":
-                    values[name] = {(k, n): float(line[_name(k, n)] or "nan") for k, n in _COSTS}
-                elif name == "traces":
-                    values[name] = Traces(*(float(line[_trace(n)] or "nan") for n in Traces._fields))
-                else:
-                    values[name] = _read(line[name], str(kind))
-            found.append(Row(**values))
+            plain: dict[str, Any] = {name: _read(line[name], kinds[name]) for name in _plain()}
+            cost = {(kind, length): _read(line[_name(kind, length)], "float") for kind, length in _COSTS}
+            traces = Traces(*(_read(line[_trace(name)], "float") for name in Traces._fields))
+            found.append(Row(**plain, cost=cost, traces=traces))
     except (KeyError, TypeError, ValueError, csv.Error) as error:
         raise RecordError(f"not a table of the reproduction: {shown(error)}") from error
     return found

@@ -22,6 +22,7 @@ from mjbiped.sweeps.values import Scalar
 from mjbiped.terrain.files import parse_parameters
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
+from mjbiped.utils.domains import Count, Domain
 
 Row = dict[str, Any]
 """A row of the table: values by the names of columns."""
@@ -32,11 +33,15 @@ MEASURES = (*(key for _, key, *_ in measures.MEASURES), "ended_at_time_s", "ende
 STATE = {"q1": domains.ANGLE, "q2": domains.ANGLE, "dq1": domains.RATE, "dq2": domains.RATE}
 """Domains of a first state: angles of stance and swing leg from the ground's normal, rad, and their rates, rad/s."""
 
+LIMITS: Mapping[str, Count | Domain] = {"steps": domains.STEPS, "distance": domains.DISTANCE}
+"""Domains of what `walk` takes as it is."""
+
+OPTIONS: Mapping[str, Domain] = {"timestep": domains.TIMESTEP, "contact_timestep": domains.CONTACT_TIMESTEP}
+"""Domains of settings of the engine mujoco, s."""
+
 FAILED = "failed"
 """Outcome of a walk that an error kept from ending."""
 
-_LIMITS = ("steps", "distance")  # arguments of `walk` as they are
-_OPTIONS = ("timestep", "contact_timestep")  # settings of the engine mujoco
 _SPARSE = 1.0  # sample period, s: the samples are not kept
 _MUJOCO = threading.Lock()  # its callbacks belong to a whole process, and a remote worker may have several threads
 
@@ -112,9 +117,7 @@ class Cell:
     def walk(self) -> Walk:
         """Let it walk."""
         robot, terrain, controller = self.robot(), self.terrain(), self.controller()
-        limits, options = (
-            {key: self.values[key] for key in keys if key in self.values} for keys in (_LIMITS, _OPTIONS)
-        )
+        limits, options = ({key: self.values[key] for key in keys if key in self.values} for keys in (LIMITS, OPTIONS))
         return walk(
             controller,
             terrain,

@@ -18,21 +18,20 @@ _WITH_UNIT = {
     "m/s²": ("gravity",),
     "1/s": ("position_gain", "velocity_gain"),
 }  # fmt: skip
+_IN_WORDS = {".plus_minus": ", ±", ".low": ", low end", ".high": ", high end", "_deg": "", ".": " ", "_": " "}
+"""Parts of a dotted name, in the order in which they are replaced."""
+
 _UNITS = {name: unit for unit, names in _WITH_UNIT.items() for name in names}
 _MEASURES = {key: (label, factor, unit) for label, key, factor, _, unit in MEASURES}
 
 
 def parameter_label(name: str) -> str:
     """A varied quantity in words, with its unit."""
-    words = (
-        name.removesuffix(".name")
-        .replace(".plus_minus", ", ±")
-        .replace(".low", ", low end")
-        .replace(".high", ", high end")
-    )
+    words = name.removesuffix(".name")
+    for part, said in _IN_WORDS.items():
+        words = words.replace(part, said)
     units = [_UNITS[part] for part in name.split(".") if part in _UNITS]
     unit = "°" if "_deg" in name else (units or [""])[0]
-    words = words.replace("_deg", "").replace(".", " ").replace("_", " ")
     return f"{words} ({unit})" if unit else words
 
 

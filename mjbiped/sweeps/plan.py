@@ -16,27 +16,21 @@ from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shortened, shown
 from mjbiped.gaits.passive import Gait, find_passive_gait
 from mjbiped.robots.compass import Compass
-from mjbiped.sweeps.cell import MEASURES, STATE, Cell
-from mjbiped.sweeps.sections import LIMITS, SECTIONS, Settings, parts_of
+from mjbiped.sweeps.cell import LIMITS, MEASURES, OPTIONS, STATE, Cell
+from mjbiped.sweeps.sections import OF_WALK, SECTIONS, Settings, parts_of
 from mjbiped.sweeps.values import Draw, Scalar, check_keys
 from mjbiped.terrain.files import FILE_SUFFIXES, parse_toml, read_text
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name
 
-KEYS = ("seed", "samples", *LIMITS, *SECTIONS, "plot")
+KEYS = ("seed", "samples", *OF_WALK, *SECTIONS, "plot")
 
 MOST_CELLS = domains.WALKS.high
 
 FINISHED = "finished"
 """Measure beside `MEASURES` in a study's figures: the share of walks that finished."""
 
-_LIMITS: Mapping[str, domains.Count | domains.Domain] = {
-    "steps": domains.STEPS,
-    "distance": domains.DISTANCE,
-    "timestep": domains.TIMESTEP,
-    "contact_timestep": domains.CONTACT_TIMESTEP,
-}
 _STAND_IN_SLOPE = math.radians(2.0)  # of a gait that settings are checked with
 
 Combination: TypeAlias = dict[str, Scalar | Draw]
@@ -193,7 +187,7 @@ def _check(cells: Sequence[Cell], varied: Sequence[str]) -> None:
     gait = find_passive_gait(Compass(), _STAND_IN_SLOPE)
     seen: set[tuple[object, ...]] = set()
     for cell in cells:
-        for part in ((*LIMITS, "initial"), ("robot", "model", "controller"), ("terrain",)):
+        for part in ((*OF_WALK, "initial"), ("robot", "model", "controller"), ("terrain",)):
             mine = {name: value for name, value in cell.values.items() if name.split(".")[0] in part}
             # any seed is as good as another: thousands of terrains are not made for a check
             key = tuple((name, type(value), value) for name, value in mine.items() if not _is_fine_seed(name, value))
@@ -229,10 +223,10 @@ def _check_limits(values: Mapping[str, Scalar]) -> None:
     engine = known_name("engine", values["engine"], ENGINES)
     if "initial" in values:
         known_name("initial state", values["initial"], INITIAL_STATES)
-    for key, domain in _LIMITS.items():
+    for key, domain in (*LIMITS.items(), *OPTIONS.items()):
         if key in values:
             domain.check(key, values[key])
-            if "timestep" in key and engine != "mujoco":
+            if key in OPTIONS and engine != "mujoco":
                 raise InputError(f"{key} is for the engine mujoco; the engine {engine} has none")
 
 

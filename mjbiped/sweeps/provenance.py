@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -31,7 +31,7 @@ def law_folders() -> list[Path]:
 
 def digest(package: Path, laws: Sequence[Path], models: Path) -> str:
     """Digest of all files of these places that numbers can depend on, by their contents and their places."""
-    files = [(package, file) for file in _of_numbers(package)]
+    files = [(package, file) for file in package.rglob("*.py") if _is_of_numbers(file.relative_to(package))]
     files += [(place, file) for place in laws for file in ([place] if place.is_file() else place.rglob("*.py"))]
     files += [(models, file) for file in models.rglob("*.xml")]
     found = hashlib.sha256()
@@ -40,8 +40,5 @@ def digest(package: Path, laws: Sequence[Path], models: Path) -> str:
     return found.hexdigest()
 
 
-def _of_numbers(package: Path) -> Iterator[Path]:
-    for file in package.rglob("*.py"):
-        room = file.relative_to(package).parts[0]
-        if room not in _NO_NUMBERS or file.name == "cell.py":
-            yield file
+def _is_of_numbers(file: Path) -> bool:
+    return file.parts[0] not in _NO_NUMBERS or file.name == "cell.py"

@@ -12,12 +12,12 @@ from mjbiped.engines.names import DEFAULT_ENGINE
 from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
 from mjbiped.robots.compass import Compass
-from mjbiped.sweeps.cell import STATE
+from mjbiped.sweeps.cell import LIMITS, OPTIONS, STATE
 from mjbiped.sweeps.values import Choice, Draw, check_keys, read_choice
 from mjbiped.terrain.presets import PRESETS, Presets
 from mjbiped.utils.domains import known_name
 
-LIMITS = ("engine", "steps", "distance", "timestep", "contact_timestep")
+OF_WALK = ("engine", *LIMITS, *OPTIONS)
 SECTIONS = ("initial", "controller", "robot", "model", "terrain")
 
 _PARTS_OF_RANGE = ("low", "high", "plus_minus")
@@ -32,7 +32,7 @@ def parts_of(content: Mapping[str, Any]) -> Iterator[list[Settings]]:
     Raises:
         InputError: A part holds an unknown name or no choice.
     """
-    for key in LIMITS:
+    for key in OF_WALK:
         if key in content or key == "engine":
             yield [{key: read_choice(key, content.get(key, DEFAULT_ENGINE))}]
     initial = content.get("initial", INITIAL_STATES[0])

@@ -182,10 +182,8 @@ def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], ide
     """Make the tables, or compare the identity of what is there."""
     text = {key: json.dumps(value, sort_keys=True) for key, value in identity.items()}
     key, *others = (f'"{name}"' for name in columns)
-    made = [
-        _IDENTITY,
-        f"CREATE TABLE cells ({', '.join((f'{key} PRIMARY KEY', *others))})",
-    ]  # no types: values stay as they are
+    # no types: values stay as they are
+    made = [_IDENTITY, f"CREATE TABLE cells ({', '.join((f'{key} PRIMARY KEY', *others))})"]
     try:
         with database:
             database.execute(_BEGIN)
@@ -208,10 +206,8 @@ def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], ide
         differences = [line for kind in text for line in _differences(kind, kept.get(kind), text[kind])]
     except (TypeError, ValueError, RecursionError) as error:
         raise _damaged(path, f"it does not tell what its rows are of ({shown(error)})") from error
-    if len(differences) > 1:
-        differences = [
-            line for line in differences if not line.startswith(_IN_WORDS["cells"])
-        ]  # follows from the others
+    if len(differences) > 1:  # the content of a file follows from the others
+        differences = [line for line in differences if not line.startswith(_IN_WORDS["cells"])]
     if differences:
         more = f" and {len(differences) - _SHOWN} more" if len(differences) > _SHOWN else ""
         raise InputError(

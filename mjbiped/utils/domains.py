@@ -185,6 +185,15 @@ def check_fields(instance: object, **domains: Domain | Count) -> None:
         object.__setattr__(instance, name, domain.check(name, getattr(instance, name)))
 
 
+def check_given_fields(instance: object, **domains: Domain | Count) -> None:
+    """Check attributes as `check_fields` does, those apart that are None.
+
+    Raises:
+        InputError: One is outside its domain.
+    """
+    check_fields(instance, **{name: of for name, of in domains.items() if getattr(instance, name) is not None})
+
+
 def check_interval(name: str, value: object, domain: Domain) -> tuple[float, float]:
     """Check a range (low, high) with low <= high, both ends in the domain.
 

@@ -276,10 +276,8 @@ def _transfer_support(u: MutableSequence[float], limits: Limits, profile: Profil
     u[TRANSFER_TIME] = time
     u[TRANSFERRED] = 1.0
     u[NOTED] = u[CONTACT_ENABLED] = 0.0
-    u[ANKLE], u[HIP] = (
-        0.0,
-        -u[HIP],
-    )  # until the controller ticks: the lifted leg's ankle is off, the hip's motor goes on
+    # until the controller ticks: the lifted leg's ankle is off, the hip's motor goes on
+    u[ANKLE], u[HIP] = 0.0, -u[HIP]
     u[SLIP] = u[PENETRATION] = u[FRICTION] = u[FACE_IMPACTS] = 0.0
     u[IMPULSE] = u[STRETCH] = u[WITHOUT_CONTACT] = 0.0
     u[NORMAL_FORCE] = math.inf

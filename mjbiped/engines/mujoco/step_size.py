@@ -47,9 +47,8 @@ SHORTER = 4.0  # factor between the steps of the approach
 MARGIN = 1e-3  # about a riser's face, m
 _HALVINGS = 50  # of a step, until only rounding is left
 _SHORTEST = 1e-9  # no step is shorter, s
-_LOOK_AHEAD = (
-    1.5  # times the distance to the ground that a step and its approach may take: it is foreseen a step earlier
-)
+_LOOK_AHEAD = 1.5
+"""Times the distance to the ground that a step and its approach may take: it is foreseen a step earlier."""
 
 
 def stiffness(length: float) -> float:
@@ -94,9 +93,8 @@ def step_length(
         qacc: The accelerations of the hip and of both legs.
     """
     length, following, plain = _approach(u, constants, state, qacc)
-    if (
-        constants.control_period > 0.0 and not u[events.NOTED]
-    ):  # an impact is not cut in two; the tick waits for its end
+    # an impact is not cut in two; the tick waits for its end
+    if constants.control_period > 0.0 and not u[events.NOTED]:
         due = u[events.NEXT_CONTROL] - time
         if due < length - _SHORTEST:
             length, following, plain = due, u[events.PLANNED], 0.0

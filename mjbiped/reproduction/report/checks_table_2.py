@@ -38,8 +38,8 @@ def fitted(rows: Sequence[Row], best: Choice, engine: str) -> Iterator[Answer]:
     for method in TABLE_2:
         if method != "adaptive":
             yield _number(level, best, method, "level")
-    yield from _closeness({method: _cost(walk, best) for method, walk in level.items()})
     base = {method: _cost(walk, best) for method, walk in level.items()}
+    yield from _closeness(base)
     for ground, dearer in (("stair 1", True), ("slope 1", False)):
         here = {method: _cost(walk, best) for method, walk in walks_asked(rows, best, engine, ground).items()}
         yield _against_level(here, base, ground, dearer)
@@ -79,9 +79,11 @@ def _pair(costs: Mapping[str, float], method: str) -> Mapping[str, float]:
     return {name: costs[name] for name in ("adaptive", method)}
 
 
-def _asked(claim: str, source: str, costs: Mapping[str, float], holds: bool) -> Answer:
-    """The answer to a claim about some c_mt; none where one of them does not exist."""
-    return Answer(claim, source, holds if _all_there(costs) else None, _told(costs))
+def _asked(claim: str, source: str, costs: Mapping[str, float], holds: bool, found: str = "") -> Answer:
+    """The answer to a claim about some c_mt, found or the costs beside it; none where one of them does not exist."""
+    if not _all_there(costs):
+        return Answer(claim, source, None, _told(costs))
+    return Answer(claim, source, holds, found or _told(costs))
 
 
 def _number(walks: Walks, best: Choice, method: str, ground: str) -> Answer:
@@ -125,10 +127,9 @@ def _similar(costs: Mapping[str, float], ground: str) -> Answer:
     papers = [_paper(method, ground) for method in costs]
     allowed = round(max(papers) - min(papers), DIGITS)
     claim = f"On {ground} the four c_mt differ by no more than the table's, {allowed:.{DIGITS}f}"
-    if not _all_there(costs):
-        return Answer(claim, "V-A, Table II", None, _told(costs))
     spread = max(map(printed, costs.values())) - min(map(printed, costs.values()))
-    return Answer(claim, "V-A, Table II", spread < allowed + 0.5 * _UNIT, f"{number(spread)}; {_told(costs)}")
+    found = f"{number(spread)}; {_told(costs)}"
+    return _asked(claim, "V-A, Table II", costs, spread < allowed + 0.5 * _UNIT, found)
 
 
 def _comes_through(walk: Row | None, best: Choice, method: str, ground: str) -> Answer:

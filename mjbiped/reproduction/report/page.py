@@ -30,7 +30,8 @@ def render(rows: Sequence[Row], tried: Sequence[Tried]) -> str:
     """
     template = (resources.files("mjbiped.reproduction") / "template.md").read_text(encoding="utf-8")
     best = choices(rows)[0]
-    failed = [row for row in rows if row.outcome == "failed"]
+    failed = [[row.ground, row.method, row.engine, row.error] for row in rows if row.outcome == "failed"]
+    mujoco_steps = [row.steps for row in rows if (row.part, row.engine) == ("table 2", "mujoco")]
     parts = {
         **report_table_2.sections(rows),
         **report_fit.sections(rows, best, tried),
@@ -39,15 +40,9 @@ def render(rows: Sequence[Row], tried: Sequence[Tried]) -> str:
         "engine": engine_shown(rows),
         "walks": str(len(rows)),
         "in_mujoco": str(sum(row.engine == "mujoco" for row in rows)),
-        "mujoco_steps": str(
-            max([row.steps for row in rows if row.part == "table 2" and row.engine == "mujoco"] or [0])
-        ),
+        "mujoco_steps": str(max(mujoco_steps, default=0)),
         "engine_name": {"mujoco": "MuJoCo", "hybrid": "hybrid engine"}[engine_shown(rows)],
-        "failed": table(
-            ("ground", "method", "engine", "error"), [[r.ground, r.method, r.engine, r.error] for r in failed]
-        )
-        if failed
-        else "None.",
+        "failed": table(("ground", "method", "engine", "error"), failed) if failed else "None.",
     }
     return Template(template).substitute(parts)
 

@@ -194,11 +194,9 @@ def _engines(rows: Sequence[Row]) -> str:
             cells = [*(number(value) for value in costs), percent(costs[1], costs[0], "+.2f")]
         else:
             cells = [*(f"{walk.outcome}, {walk.steps} steps" for walk in (here, there)), NONE]
-        law = (
-            f"ζ = {delay(there.delay)}"
-            if there.method == "adaptive"
-            else f"{there.gains.replace('-', '−')}, {there.slope_source}"
-        )
+        law = f"{there.gains.replace('-', '−')}, {there.slope_source}"
+        if there.method == "adaptive":
+            law = f"ζ = {delay(there.delay)}"
         lines.append([f"{there.ground} {there.pattern}".strip(), f"{there.method}, {law}", *cells])
     return table(("ground", "method", "hybrid", "MuJoCo", "%"), lines) if lines else "No walks in MuJoCo yet."
 
