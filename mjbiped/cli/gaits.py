@@ -38,10 +38,7 @@ _out = options.options("Results", ("--out", options.output(".npz"), None, "Write
 @options.robot_options
 @_out
 @options.plot_option
-@options.options(
-    "Results",
-    ("--plot-multipliers", options.output(".png", ".pdf", ".svg"), None, "Write a figure of the multipliers."),
-)
+@options.options("Results", ("--plot-multipliers", options.PLOT, None, "Write a figure of the multipliers."))
 @options.printed_options
 def bifurcation(
     slope_deg: tuple[float, float],

@@ -197,7 +197,7 @@ def gain(value: str) -> tuple[str, float]:
     return name.strip(), number
 
 
-_PLOT = output(".png", ".pdf", ".svg")
+PLOT = output(".png", ".pdf", ".svg")
 VIDEO_PATH = output(".mp4")
 _LAW = AdaptiveController  # for its defaults
 COMPARED = ("passivity", "energy-constraint", "kinetic-energy", "limit-cycle")  # in the paper
@@ -335,7 +335,7 @@ records_option = options(
     ("--out", output(".npz"), None, "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz."),
 )
 record_option = options("Results", ("--out", output(".npz"), None, "Write the record, an .npz file."))
-plot_option = options("Results", ("--plot", _PLOT, None, "Write a figure, .png, .pdf or .svg."))
+plot_option = options("Results", ("--plot", PLOT, None, "Write a figure, .png, .pdf or .svg."))
 video_option = options("Results", ("--video", VIDEO_PATH, None, "Write a video, .mp4; see below."))
 json_option = options("Results", ("--json", bool, False, "Print the results as JSON instead of a table."))
 quiet_option = options("Results", ("--quiet", bool, False, "Print errors only, and JSON if asked for."))

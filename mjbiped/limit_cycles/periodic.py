@@ -124,11 +124,8 @@ def find_periodic_gait(robot: Compass, slope: float, states: ArrayLike) -> Perio
         if known is None:
             raise _lost(slope, n, "the robot falls or stalls on the way")
         results, periods, jacobians = known
-        matrix = np.zeros((3 * n, 3 * n))
-        for k in range(n):
-            matrix[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] += jacobians[k]
-            after = 3 * ((k + 1) % n)
-            matrix[3 * k : 3 * k + 3, after : after + 3] -= np.eye(3)
+        following = np.roll(np.eye(n), 1, axis=1)  # the state after each, and the first after the last
+        matrix = scipy.linalg.block_diag(*jacobians) - np.kron(following, np.eye(3))
         mismatch = np.roll(places, -1, axis=0) - results
         change = np.linalg.solve(matrix, mismatch.ravel()).reshape(n, 3)
         places = places + change
