@@ -185,7 +185,7 @@ def _compare(
     done = compare(law, ground, mujoco=mujoco, progress=not quiet, **values)
     files = Files()
     for name, record in (("mujoco", done.mujoco), ("hybrid", done.hybrid)):
-        files.write(f"record_{name}", out and out.with_stem(f"{out.stem}_{name}"), record.save)
+        files.write(f"record_{name}", None if out is None else out.with_stem(f"{out.stem}_{name}"), record.save)
     files.plot(plot, "comparison:plot_comparison", done)
     who = f"{done.mujoco.settings['controller']['name']} on {done.mujoco.terrain.caption}"
     files.end(done.to_dict(), [who, *tables.comparison_tables(done), Text(done.verdict)], json=json, quiet=quiet)

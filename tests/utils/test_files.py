@@ -13,7 +13,7 @@ import pytest
 import mjbiped
 from controllers import PassiveController
 from mjbiped.utils import files as output
-from mjbiped.utils.files import check_writable, remove_unfinished, written_whole
+from mjbiped.utils.files import check_writable, remove_unfinished, saved, written_whole
 from mjbiped.utils.parallel import processes
 
 ROOT = Path(__file__).parents[2]
@@ -111,6 +111,15 @@ def test_records_are_refused_where_no_file_can_be(tmp_path: Path) -> None:
     walk = mjbiped.walk(PassiveController(), ground, engine="hybrid", initial="rest", sample_period=None)
     with pytest.raises(mjbiped.RecordError, match="cannot write"):
         walk.save(tmp_path / "a\0.npz")
+
+
+@pytest.mark.parametrize("failure", [mjbiped.RecordError, mjbiped.RenderError])
+def test_a_file_that_cannot_be_written_is_told_in_words(failure: type[mjbiped.MjbipedError], tmp_path: Path) -> None:
+    with pytest.raises(failure, match=r"cannot write .*: No such file"), saved(tmp_path / "no folder" / "a", failure):
+        pytest.fail("entered")
+    with pytest.raises(failure, match=r"cannot write .*: disk full"), saved(tmp_path / "a.csv", failure):
+        raise OSError("disk full")
+    assert names(tmp_path) == []
 
 
 # ---- what was left behind --------------------------------------------------------------------------------------------
