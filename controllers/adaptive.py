@@ -181,6 +181,7 @@ def _torque(
     """Ankle and hip torque (14), and the rates of the estimates (17)."""
     constants = parameters.constants
     reference = _reference(parameters, memory, t)
+    legs = compass.legs_of(q1, q2)
     errors = tracking_errors(parameters.position_gain, reference, q1, q2, dq1, dq2)
     ankle, hip = tracking_torque(
         constants,
@@ -188,14 +189,13 @@ def _torque(
         parameters.velocity_gain,
         reference,
         errors,
-        q1,
-        q2,
+        legs,
         dq1,
         dq2,
         memory[_SIN],
         memory[_COS],
     )
-    sin_rate, cos_rate = estimate_rates(constants, parameters.adaptation_gain, q1, q2, errors[4], errors[5])
+    sin_rate, cos_rate = estimate_rates(constants, parameters.adaptation_gain, legs, errors[4], errors[5])
     return ankle, hip, sin_rate, cos_rate
 
 

@@ -48,7 +48,8 @@ def transition_at(points: Sequence[float], first: int, duration: float, t: float
     """
     p0, p1, p2 = points[first], points[first + 1], points[first + 2]
     p3, p4, p5 = points[first + 3], points[first + 4], points[first + 5]
-    u = t / duration
+    rate = 1.0 / duration
+    u = t * rate
     v = 1.0 - u
     # control points of the first and second derivative's curves
     d0, d1, d2, d3, d4 = p1 - p0, p2 - p1, p3 - p2, p4 - p3, p5 - p4
@@ -58,4 +59,4 @@ def transition_at(points: Sequence[float], first: int, duration: float, t: float
     q = v3 * v2 * p0 + u3 * u2 * p5 + 5.0 * u * v * (v3 * p1 + u3 * p4) + 10.0 * u2 * v2 * (v * p2 + u * p3)
     dq = v2 * v2 * d0 + u2 * u2 * d4 + 4.0 * u * v * (v2 * d1 + u2 * d3) + 6.0 * u2 * v2 * d2
     ddq = v3 * e0 + u3 * e3 + 3.0 * u * v * (v * e1 + u * e2)
-    return q, 5.0 * dq / duration, 20.0 * ddq / (duration * duration)
+    return q, 5.0 * rate * dq, 20.0 * rate * rate * ddq

@@ -8,7 +8,7 @@ from mjbiped.robots import compass
 
 
 def estimate_rates(
-    constants: compass.Constants, adaptation_gain: float, q1: float, q2: float, z2a: float, z2b: float
+    constants: compass.Constants, adaptation_gain: float, legs: compass.Legs, z2a: float, z2b: float
 ) -> tuple[float, float]:
     r"""Adaptive law (17).
 
@@ -18,17 +18,16 @@ def estimate_rates(
     Args:
         constants: Lumped constants of the controller's robot model.
         adaptation_gain: gamma, the same for both.
-        q1: Stance angle, rad.
-        q2: Swing angle, rad.
+        legs: Sine and cosine of stance and swing angle.
         z2a: Second backstepping error of the stance leg, rad/s.
         z2b: The same of the swing leg, rad/s.
 
     Returns:
         Rates of the estimates of the slope's sine and cosine, 1/s.
     """
-    m11, m12, m22 = compass.mass_terms(constants, q1, q2)
+    m11, m12, m22 = compass.mass_terms(constants, legs)
     w1, w2 = compass.solve_mass(m11, m12, m22, z2a, z2b)
-    gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, q1, q2)
+    gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, legs)
     return adaptation_gain * (w1 * gc1 + w2 * gc2), adaptation_gain * (w1 * gs1 + w2 * gs2)
 
 

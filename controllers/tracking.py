@@ -39,8 +39,7 @@ def tracking_torque(
     velocity_gain: float,
     reference: tuple[float, float, float, float, float, float],
     errors: tuple[float, float, float, float, float, float],
-    q1: float,
-    q2: float,
+    legs: compass.Legs,
     dq1: float,
     dq2: float,
     sin_slope: float,
@@ -56,8 +55,7 @@ def tracking_torque(
         velocity_gain: K2 = diag(k, k), 1/s.
         reference: q_r (2), its rates (2) and accelerations (2).
         errors: As `tracking_errors` returns them.
-        q1: Stance angle, rad.
-        q2: Swing angle, rad.
+        legs: Sine and cosine of stance and swing angle.
         dq1: Stance rate, rad/s.
         dq2: Swing rate, rad/s.
         sin_slope: Sine of the slope, or its estimate.
@@ -68,7 +66,7 @@ def tracking_torque(
     """
     on_position = position_gain * velocity_gain + 1.0
     on_rate = position_gain + velocity_gain
-    return computed_torque(constants, on_position, on_rate, reference, errors, q1, q2, dq1, dq2, sin_slope, cos_slope)
+    return computed_torque(constants, on_position, on_rate, reference, errors, legs, dq1, dq2, sin_slope, cos_slope)
 
 
 def computed_torque(
@@ -77,8 +75,7 @@ def computed_torque(
     on_rate: float,
     reference: tuple[float, float, float, float, float, float],
     errors: tuple[float, float, float, float, float, float],
-    q1: float,
-    q2: float,
+    legs: compass.Legs,
     dq1: float,
     dq2: float,
     sin_slope: float,
@@ -95,8 +92,7 @@ def computed_torque(
         on_rate: k_d, 1/s.
         reference: q_r (2), its rates (2) and accelerations (2).
         errors: As `tracking_errors` returns them; the last two are not used.
-        q1: Stance angle, rad.
-        q2: Swing angle, rad.
+        legs: Sine and cosine of stance and swing angle.
         dq1: Stance rate, rad/s.
         dq2: Swing rate, rad/s.
         sin_slope: Sine of the slope, or its estimate.
@@ -107,9 +103,9 @@ def computed_torque(
     """
     a1 = reference[4] + on_position * errors[0] + on_rate * errors[2]
     a2 = reference[5] + on_position * errors[1] + on_rate * errors[3]
-    m11, m12, m22 = compass.mass_terms(constants, q1, q2)
-    c1, c2 = compass.coriolis_terms(constants, q1, q2, dq1, dq2)
-    gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, q1, q2)
-    force1 = m11 * a1 + m12 * a2 + c1 + gc1 * sin_slope + gs1 * cos_slope
-    force2 = m12 * a1 + m22 * a2 + c2 + gc2 * sin_slope + gs2 * cos_slope
+    m11, m12, m22 = compass.mass_terms(constants, legs)
+    c1, c2 = compass.coriolis_terms(constants, legs, dq1, dq2)
+    gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, legs)
+    force1 = (c1 + gc1 * sin_slope + gs1 * cos_slope) + m11 * a1 + m12 * a2
+    force2 = (c2 + gc2 * sin_slope + gs2 * cos_slope) + m12 * a1 + m22 * a2
     return compass.joint_torques(force1, force2)

@@ -11,7 +11,7 @@ import numpy as np
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
 from mjbiped import Compass, ScuffingRule, Terrain, Walk
-from mjbiped.robots.compass import mass_terms
+from mjbiped.robots.compass import legs_of, mass_terms
 from mjbiped.terrain.profile import height_of, segment_stood_on
 
 TABLE_ONE = Compass()
@@ -160,7 +160,7 @@ def some_walk(seed: int, engine: str) -> Walk | None:
 
 def energy(robot: Compass, qpos: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> float:
     """Of a robot whose stance foot rests, J: q and dq of stance and swing leg, qpos as in records."""
-    m11, m12, m22 = mass_terms(robot.constants, q[0], q[1])
+    m11, m12, m22 = mass_terms(robot.constants, legs_of(q[0], q[1]))
     swung = 0.5 * (m11 * dq[0] ** 2 + m22 * dq[1] ** 2) + m12 * dq[0] * dq[1]
     height = robot.hip_mass * qpos[1] + sum(
         robot.leg_mass * (qpos[1] - robot.upper_length * math.cos(leg)) for leg in qpos[2:]

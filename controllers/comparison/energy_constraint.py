@@ -85,7 +85,7 @@ def _torque(
     constants, imitated = parameters.constants, parameters.imitated_slope
     gain, ratio, band = parameters.gains
     slope, q1, q2 = against_slope(memory, q1, q2)
-    gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, q1, q2)
+    gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, compass.legs_of(q1, q2))
     moment, moment_rate = -(gs1 + gs2), -(gc1 * dq1 + gc2 * dq2)  # M g X and its rate
     pull = math.cos(slope) * math.tan(imitated) - math.sin(slope)  # of the torques, in weights
     wanted = parameters.energy * math.cos(slope) / math.cos(imitated) + pull * moment

@@ -11,6 +11,7 @@ from controllers.comparison.known_slope import KnownSlopeController, Parameters,
 from controllers.tracking import computed_torque, tracking_errors
 from mjbiped.control.controller import Law, Memory
 from mjbiped.gaits.reference import in_arrays, reference_at, reference_discontinuity
+from mjbiped.robots.compass import legs_of
 from mjbiped.utils import domains
 
 
@@ -65,8 +66,7 @@ def _torque(
         rate_gain,
         reference,
         errors,
-        q1,
-        q2,
+        legs_of(q1, q2),
         dq1,
         dq2,
         math.sin(slope),

@@ -62,7 +62,7 @@ def shaped_torque(
     Returns:
         Ankle and hip torque, N m.
     """
-    gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, q1, q2)
+    gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, compass.legs_of(q1, q2))
     sine = math.sin(slope) - math.sin(imitated_slope)
     cosine = math.cos(slope) - math.cos(imitated_slope)
     return compass.joint_torques(gc1 * sine + gs1 * cosine + force1, gc2 * sine + gs2 * cosine + force2)

@@ -46,8 +46,9 @@ def regressor(constants: compass.Constants, q: Array) -> Array:
     """
     rows = []
     for q1, q2 in q.tolist():
-        m11, m12, m22 = compass.mass_terms(constants, q1, q2)
-        gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, q1, q2)
+        legs = compass.legs_of(q1, q2)
+        m11, m12, m22 = compass.mass_terms(constants, legs)
+        gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, legs)
         rows.append((*compass.solve_mass(m11, m12, m22, gc1, gc2), *compass.solve_mass(m11, m12, m22, gs1, gs2)))
     return np.array(rows, dtype=np.float64).reshape(-1, 2, 2)
 

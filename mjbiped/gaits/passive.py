@@ -20,8 +20,17 @@ import scipy  # it loads a part when that is first used: half a second for all o
 from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.errors import GaitError
-from mjbiped.gaits.reference import Table, reference_at
-from mjbiped.robots.compass import Array, Compass, Constants, acceleration, impact_rates, kinetic_energy, mass_terms
+from mjbiped.gaits.reference import Table, reference_at, table_of
+from mjbiped.robots.compass import (
+    Array,
+    Compass,
+    Constants,
+    acceleration,
+    impact_rates,
+    kinetic_energy,
+    legs_of,
+    mass_terms,
+)
 from mjbiped.utils import domains
 
 STEPS = 48  # fixed integration steps per period: the state at touchdown is then good to 1e-13
@@ -170,12 +179,12 @@ def _find(robot: Compass, slope: float) -> Gait:
     _check(model, slope, start, period)
     multipliers = eigenvalues(_return_map_jacobian(model, slope, scaled))
     step_length = 2 * robot.leg_length * math.sin(end[0])
-    rate, horizon, pieces = _tabulate(model, slope, start, period)
+    rate, coefficients = _tabulate(model, slope, start, period)
     for state in (start, end):
         state[2:] /= model.second
     for array in (start, end, multipliers):
         array.flags.writeable = False
-    table: Table = (rate / model.second, horizon * model.second, pieces)
+    table = table_of(rate / model.second, coefficients)
     return Gait(robot, slope, start, end, period * model.second, step_length, multipliers, table)
 
 
@@ -317,7 +326,7 @@ def _follow_branch(model: _Model, slope: float) -> Array:
 def _level_limit(model: _Model) -> Array:
     """The scaled gait in the limit of level ground, shape (4,)."""
     constants = model.constants
-    m11, m12, m22 = mass_terms(constants, 0.0, 0.0)
+    m11, m12, m22 = mass_terms(constants, legs_of(0.0, 0.0))
     eigenvalues, modes = scipy.linalg.eigh(np.diag([-constants[3], constants[4]]), np.array([[m11, m12], [m12, m22]]))
     fall, swing = math.sqrt(-eigenvalues[0]), math.sqrt(eigenvalues[1])  # rates of sinh and sin, 1/s
     together, apart = modes.sum(axis=0), modes[0] - modes[1]
@@ -367,11 +376,14 @@ def _return_map_jacobian(model: _Model, slope: float, scaled: Array) -> Array:
     return result
 
 
-def _tabulate(model: _Model, slope: float, start: Array, period: float) -> Table:
+def _tabulate(model: _Model, slope: float, start: Array, period: float) -> tuple[float, Array]:
     """The motion from `start` in pieces of degree 9, twice continuously differentiable.
 
     Each piece matches q and dq at its ends and thirds, and ddq at its ends. The pieces are halved until the equations
     of motion hold in their middles to 1e-10 g/l.
+
+    Returns:
+        Pieces per second, and their coefficients, as `table_of` takes them.
     """
     powers = np.arange(10)
     values = np.array([0, 1 / 3, 2 / 3, 1])[:, None] ** powers
@@ -387,10 +399,10 @@ def _tabulate(model: _Model, slope: float, start: Array, period: float) -> Table
         q, dq = states[:, :2], width * states[:, 2:]
         ddq = width**2 * np.array([law(state)[2:] for state in states[: 3 * length + 1]])
         known = [np.vstack([q[k : k + 4], dq[k : k + 4], ddq[k : k + 4 : 3]]) for k in range(0, 3 * length, 3)]
-        coefficients = np.linalg.solve(matrix, np.hstack(known)).T.reshape(length, 20)
-        table: Table = (1 / width, length * width, tuple(map(tuple, coefficients.tolist())))
+        coefficients = np.linalg.solve(matrix, np.hstack(known)).reshape(10, length, 2).swapaxes(0, 1)
+        table = table_of(1 / width, coefficients)
         middles = np.array([reference_at(table, (k + 0.5) * width) for k in range(length)])
         defects = np.array([law(state) for state in middles[:, :4]]) - middles[:, 2:]
         if np.abs(defects).max() < 1e-10 * _TABLE_ONE.gravity / _TABLE_ONE.leg_length:
-            return table
+            return 1 / width, coefficients
     raise _no_gait(slope, "its trajectory is too fast to tabulate; check the robot's lengths and masses")

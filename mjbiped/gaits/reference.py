@@ -11,8 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 Table: TypeAlias = tuple[float, float, Sequence[Sequence[float]] | NDArray[np.float64]]
-"""(pieces per second, horizon in s, pieces): a piece is 20 floats, the coefficients c0..c9 of q1 and then of q2, lowest
-power first, in the piece's own coordinate, which runs from 0 to 1."""
+"""(pieces per second, horizon in s, pieces): a piece is 54 floats, the coefficients of three polynomials in the piece's
+own coordinate, which runs from 0 to 1, lowest power first: of degree 9 for the angles (rad), 8 for their rates (rad/s),
+and 7 for their accelerations (rad/s²). Of each power stands q1's, then q2's."""
+
+_RATES, _ACCELERATIONS = 20, 38  # where their coefficients begin
 
 
 def reference_at(table: Table, t: float) -> tuple[float, float, float, float, float, float]:
@@ -21,11 +24,36 @@ def reference_at(table: Table, t: float) -> tuple[float, float, float, float, fl
     late = t > horizon
     s = horizon * rate if late else t * rate
     k = min(int(s), len(pieces) - 1)
-    q1, dq1, ddq1 = polynomial_at(pieces[k], 0, s - k)
-    q2, dq2, ddq2 = polynomial_at(pieces[k], 10, s - k)
+    piece = pieces[k]
+    s -= k
+    s2 = s * s
+    s4 = s2 * s2
+    s8 = s4 * s4
+    q1, q2 = _degree_9(piece, 0, s, s2, s4, s8), _degree_9(piece, 1, s, s2, s4, s8)
     if late:
         return q1, q2, 0.0, 0.0, 0.0, 0.0
-    return q1, q2, rate * dq1, rate * dq2, rate * rate * ddq1, rate * rate * ddq2
+    return (
+        q1,
+        q2,
+        _degree_8(piece, _RATES, s, s2, s4, s8),
+        _degree_8(piece, _RATES + 1, s, s2, s4, s8),
+        _degree_7(piece, _ACCELERATIONS, s, s2, s4),
+        _degree_7(piece, _ACCELERATIONS + 1, s, s2, s4),
+    )
+
+
+def table_of(rate: float, coefficients: NDArray[np.float64]) -> Table:
+    """The table of a trajectory in pieces.
+
+    Args:
+        rate: Pieces per second.
+        coefficients: Of both angles in each piece, rad, shape (pieces, 10, 2), lowest power first.
+    """
+    powers = np.arange(1, 10)[:, None]
+    rates = rate * powers * coefficients[:, 1:]
+    accelerations = rate * powers[:-1] * rates[:, 1:]
+    rows = np.concatenate([coefficients, rates, accelerations], axis=1).reshape(len(coefficients), -1)
+    return rate, len(coefficients) / rate, tuple(map(tuple, rows.tolist()))
 
 
 def reference_discontinuity(table: Table, t: float) -> float:
@@ -40,13 +68,16 @@ def in_arrays(table: Table) -> Table:
     return rate, horizon, np.array(pieces, dtype=np.float64)
 
 
-def polynomial_at(
-    coefficients: Sequence[float] | NDArray[np.float64], first: int, s: float
-) -> tuple[float, float, float]:
-    """Value, first and second derivative at s, by Horner's rule, of ten coefficients from `first` on."""
-    value = derivative = half = 0.0
-    for k in range(first + 9, first - 1, -1):
-        half = half * s + derivative
-        derivative = derivative * s + value
-        value = value * s + coefficients[k]
-    return value, derivative, 2 * half
+def _degree_7(c: Sequence[float] | NDArray[np.float64], first: int, s: float, s2: float, s4: float) -> float:
+    """A polynomial by Estrin's scheme, whose sums do not wait for each other; every other number from `first` on."""
+    low = (c[first] + c[first + 2] * s) + (c[first + 4] + c[first + 6] * s) * s2
+    high = (c[first + 8] + c[first + 10] * s) + (c[first + 12] + c[first + 14] * s) * s2
+    return low + high * s4
+
+
+def _degree_8(c: Sequence[float] | NDArray[np.float64], first: int, s: float, s2: float, s4: float, s8: float) -> float:
+    return _degree_7(c, first, s, s2, s4) + c[first + 16] * s8
+
+
+def _degree_9(c: Sequence[float] | NDArray[np.float64], first: int, s: float, s2: float, s4: float, s8: float) -> float:
+    return _degree_7(c, first, s, s2, s4) + (c[first + 16] + c[first + 18] * s) * s8

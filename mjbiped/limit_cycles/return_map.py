@@ -22,7 +22,7 @@ from mjbiped.engines.hybrid import state as indices
 from mjbiped.engines.hybrid.simulation import HybridSimulation
 from mjbiped.engines.hybrid.state import ANGLES_AND_RATES, Buffers, SimulationConstants
 from mjbiped.numerics.jit import compiled
-from mjbiped.robots.compass import Array, Compass, mass_terms
+from mjbiped.robots.compass import Array, Compass, legs_of, mass_terms
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
@@ -162,7 +162,7 @@ def walk_all(
 @lru_cache(maxsize=4096)
 def plane_of(robot: Compass, slope: float, scuffing: ScuffingRule) -> Plane:
     """What the compiled functions take for a robot on a plane under a rule."""
-    m11, m12, m22 = mass_terms(robot.constants, 0.0, 0.0)
+    m11, m12, m22 = mass_terms(robot.constants, legs_of(0.0, 0.0))
     fastest = scipy.linalg.eigvalsh(
         np.diag([-robot.constants[3], robot.constants[4]]), np.array([[m11, m12], [m12, m22]])
     )

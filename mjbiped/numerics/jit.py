@@ -74,7 +74,8 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function]) -> str:
             _registered.add(part)
     made = [root.__name__ for root in roots if not isinstance(root, FunctionType)]  # with a digest in it
     made.append(_addresses())
-    return hashlib.sha256(repr([described(part) for part in parts] + made).encode()).hexdigest()
+    known = [(described(part), part in hot) for part in parts]
+    return hashlib.sha256(repr([known, made]).encode()).hexdigest()
 
 
 @cache

@@ -16,6 +16,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.utils import domains
 
 Constants: TypeAlias = tuple[float, float, float, float, float, float, float]
@@ -25,35 +26,46 @@ gravity moments g [m a + (m_H + m) l] and g m b in N m; impact terms (2 m a + m_
 Array: TypeAlias = NDArray[np.float64]
 
 
-def between_legs(q1: float, q2: float) -> tuple[float, float]:
-    """Sine and cosine of q1 - q2, from those of q1 and q2, which gravity needs too: compiled code takes each once."""
-    s1, c1, s2, c2 = math.sin(q1), math.cos(q1), math.sin(q2), math.cos(q2)
+Legs: TypeAlias = tuple[float, float, float, float]
+"""Sine and cosine of the stance leg's, then of the swing leg's angle, so that each is taken once."""
+
+
+def legs_of(q1: float, q2: float) -> Legs:
+    """Sine and cosine of either angle."""
+    (s1, c1), (s2, c2) = sine_cosine(q1), sine_cosine(q2)
+    return s1, c1, s2, c2
+
+
+def between_legs(legs: Legs) -> tuple[float, float]:
+    """Sine and cosine of q1 - q2."""
+    s1, c1, s2, c2 = legs
     return s1 * c2 - c1 * s2, c1 * c2 + s1 * s2
 
 
-def mass_terms(constants: Constants, q1: float, q2: float) -> tuple[float, float, float]:
+def mass_terms(constants: Constants, legs: Legs) -> tuple[float, float, float]:
     """Entries (m11, m12, m22) of the symmetric mass matrix M(q) of eq. (1), kg m^2."""
-    _, cosine = between_legs(q1, q2)
+    _, cosine = between_legs(legs)
     return constants[0], -constants[1] * cosine, constants[2]
 
 
-def coriolis_entries(constants: Constants, q1: float, q2: float, dq1: float, dq2: float) -> tuple[float, float]:
+def coriolis_entries(constants: Constants, legs: Legs, dq1: float, dq2: float) -> tuple[float, float]:
     """Off-diagonal entries (C12, C21) of C(q, dq) of eq. (1), kg m^2/s; the diagonal is zero."""
-    sine, _ = between_legs(q1, q2)
+    sine, _ = between_legs(legs)
     coupling = constants[1] * sine
     return -coupling * dq2, coupling * dq1
 
 
-def coriolis_terms(constants: Constants, q1: float, q2: float, dq1: float, dq2: float) -> tuple[float, float]:
+def coriolis_terms(constants: Constants, legs: Legs, dq1: float, dq2: float) -> tuple[float, float]:
     """The vector C(q, dq) dq of eq. (1), N m."""
-    c12, c21 = coriolis_entries(constants, q1, q2, dq1, dq2)
+    c12, c21 = coriolis_entries(constants, legs, dq1, dq2)
     return c12 * dq2, c21 * dq1
 
 
-def gravity_terms(constants: Constants, q1: float, q2: float) -> tuple[float, float, float, float]:
+def gravity_terms(constants: Constants, legs: Legs) -> tuple[float, float, float, float]:
     """(gc1, gc2, gs1, gs2) of eq. (13), N m: g(q, slope) = g_c(q) sin(slope) + g_s(q) cos(slope)."""
     g1, g2 = constants[3], constants[4]
-    return -g1 * math.cos(q1), g2 * math.cos(q2), -g1 * math.sin(q1), g2 * math.sin(q2)
+    s1, c1, s2, c2 = legs
+    return -g1 * c1, g2 * c2, -g1 * s1, g2 * s2
 
 
 def solve_mass(m11: float, m12: float, m22: float, f1: float, f2: float) -> tuple[float, float]:
@@ -79,9 +91,10 @@ def acceleration(
     force2: float,
 ) -> tuple[float, float]:
     """Leg accelerations of eq. (1), M^-1 (B tau - C dq - g), rad/s^2; `force1`, `force2` are B tau in N m."""
-    m11, m12, m22 = mass_terms(constants, q1, q2)
-    c1, c2 = coriolis_terms(constants, q1, q2, dq1, dq2)
-    gc1, gc2, gs1, gs2 = gravity_terms(constants, q1, q2)
+    legs = legs_of(q1, q2)
+    m11, m12, m22 = mass_terms(constants, legs)
+    c1, c2 = coriolis_terms(constants, legs, dq1, dq2)
+    gc1, gc2, gs1, gs2 = gravity_terms(constants, legs)
     f1 = force1 - c1 - gc1 * sin_slope - gs1 * cos_slope
     f2 = force2 - c2 - gc2 * sin_slope - gs2 * cos_slope
     return solve_mass(m11, m12, m22, f1, f2)
@@ -89,7 +102,7 @@ def acceleration(
 
 def kinetic_energy(constants: Constants, q1: float, q2: float, dq1: float, dq2: float) -> float:
     """Kinetic energy dq' M dq / 2, J."""
-    m11, m12, m22 = mass_terms(constants, q1, q2)
+    m11, m12, m22 = mass_terms(constants, legs_of(q1, q2))
     return 0.5 * (m11 * dq1 * dq1 + m22 * dq2 * dq2) + m12 * dq1 * dq2
 
 
@@ -105,7 +118,7 @@ def impact_rates(constants: Constants, q1: float, q2: float, dq1: float, dq2: fl
     are conserved. `dq1_plus` belongs to the new stance leg, which is the old swing leg. The posture is that at
     touchdown; its legs need not be symmetric, so that the map holds on any ground.
     """
-    m11, m12, m22 = mass_terms(constants, q2, q1)
+    m11, m12, m22 = mass_terms(constants, legs_of(q2, q1))
     about_point = constants[5] * math.cos(q1 - q2) * dq1 + constants[6] * dq2  # less the momentum about the hip
     about_hip = constants[6] * dq1
     return solve_mass(m11, m12, m22, about_point, about_hip)
@@ -181,17 +194,17 @@ class Compass:
 
     def mass_matrix(self, q: ArrayLike) -> Array:
         """M(q) of eq. (1), shape (2, 2), kg m^2, for q of shape (2,) in rad."""
-        m11, m12, m22 = mass_terms(self.constants, *_angles(q))
+        m11, m12, m22 = mass_terms(self.constants, legs_of(*_angles(q)))
         return np.array([[m11, m12], [m12, m22]])
 
     def coriolis_matrix(self, q: ArrayLike, dq: ArrayLike) -> Array:
         """C(q, dq) of eq. (1), shape (2, 2), kg m^2/s; dM/dt - 2 C is skew. q, dq of shape (2,) in rad and rad/s."""
-        c12, c21 = coriolis_entries(self.constants, *_angles(q), *_rates(dq))
+        c12, c21 = coriolis_entries(self.constants, legs_of(*_angles(q)), *_rates(dq))
         return np.array([[0.0, c12], [c21, 0.0]])
 
     def gravity_vector(self, q: ArrayLike, slope: float) -> Array:
         """g(q, slope) of eq. (1) and (13), shape (2,), N m, for q of shape (2,) and the slope in rad, > 0 downhill."""
-        gc1, gc2, gs1, gs2 = gravity_terms(self.constants, *_angles(q))
+        gc1, gc2, gs1, gs2 = gravity_terms(self.constants, legs_of(*_angles(q)))
         sine, cosine = math.sin(_slope(slope)), math.cos(slope)
         return np.array([gc1 * sine + gs1 * cosine, gc2 * sine + gs2 * cosine])
 

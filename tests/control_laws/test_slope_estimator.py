@@ -12,7 +12,7 @@ from controllers.slope_estimator import estimate_rates, slope_of, updated_estima
 from controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.gaits.reference import reference_at
-from mjbiped.robots.compass import Array, Compass
+from mjbiped.robots.compass import Array, Compass, legs_of
 
 TABLE_ONE = Compass()
 ROBOTS = [
@@ -47,12 +47,12 @@ def motion(
     k1, k2, gamma = gain
     six = (*reference[:2], *reference[2:4], *reference[4:6])
     errors = tracking_errors(k1, six, *q, *dq)  # type: ignore[arg-type]  # six floats
-    tau = tracking_torque(robot.constants, k1, k2, six, errors, *q, *dq, *estimate)  # type: ignore[arg-type]
+    tau = tracking_torque(robot.constants, k1, k2, six, errors, legs_of(*q), *dq, *estimate)  # type: ignore[arg-type]
     force = robot.input_matrix @ tau - robot.coriolis_matrix(q, dq) @ dq - robot.gravity_vector(q, slope)
     ddq: Array = np.linalg.inv(robot.mass_matrix(q)) @ force
     z1: Array = np.array(reference[:2]) - q
     z2: Array = np.array(reference[2:4]) - dq + k1 * z1
-    return ddq, np.array(estimate_rates(robot.constants, gamma, *q, *z2), dtype=np.float64), z1, z2
+    return ddq, np.array(estimate_rates(robot.constants, gamma, legs_of(*q), *z2), dtype=np.float64), z1, z2
 
 
 @given(robots, gains, pairs, rates)
@@ -64,7 +64,7 @@ def test_rates_are_those_of_equation_17(robot: Compass, gamma: float, q: Array, 
     # rounding, and the cosine of the wall's angle, which is 6e-17 in place of 0; 1e-300 is where floats run out
     size = gamma * float(np.abs(z2).max() * np.linalg.norm(inverse, 2) * (np.abs(gc).sum() + np.abs(gs).sum()))
     np.testing.assert_allclose(
-        estimate_rates(robot.constants, gamma, *q, *z2), expected, rtol=0, atol=RELATIVE * size + 1e-300
+        estimate_rates(robot.constants, gamma, legs_of(*q), *z2), expected, rtol=0, atol=RELATIVE * size + 1e-300
     )
 
 

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.gaits.passive import Gait, find_passive_gait
 from mjbiped.gaits.reference import reference_at
-from mjbiped.robots.compass import Array, Compass
+from mjbiped.robots.compass import Array, Compass, legs_of
 
 TABLE_ONE = Compass()
 ROBOTS = [
@@ -41,9 +41,10 @@ def torque(
     robot: Compass, k1: float, k2: float, reference: tuple[Array, Array, Array], q: Array, dq: Array, slope: float
 ) -> Array:
     flat = tuple(np.concatenate(reference).tolist())
-    state = (float(q[0]), float(q[1]), float(dq[0]), float(dq[1]))
-    errors = tracking_errors(k1, flat, *state)
-    return np.array(tracking_torque(robot.constants, k1, k2, flat, errors, *state, math.sin(slope), math.cos(slope)))
+    (q1, q2), (dq1, dq2) = q.tolist(), dq.tolist()
+    errors = tracking_errors(k1, flat, q1, q2, dq1, dq2)
+    sine, cosine = math.sin(slope), math.cos(slope)
+    return np.array(tracking_torque(robot.constants, k1, k2, flat, errors, legs_of(q1, q2), dq1, dq2, sine, cosine))
 
 
 def acceleration(robot: Compass, q: Array, dq: Array, slope: float, tau: Array) -> Array:

@@ -12,10 +12,11 @@ from typing import Any
 
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.dynamics import dense_state, ensure_dense, is_motion
-from mjbiped.engines.hybrid.events import Legs, hip, legs_at
+from mjbiped.engines.hybrid.events import hip, legs_at
 from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
 from mjbiped.numerics.dormand_prince import STAGES, dense_at, dense_rate_at
 from mjbiped.records.rows import SAMPLED, write_sample
+from mjbiped.robots.compass import Legs
 from mjbiped.rules.termination import LIGHT_CONTACT
 
 PIECES = 16  # of a step, in which a change of the power's sign or a peak is looked for
@@ -39,11 +40,19 @@ def accumulate(
         Whether the motion within it is one: a torque may be no number where only a sample is taken.
     """
     w, n = b.w, len(b.y)
-    stage_ankle, stage_hip = w[at.STAGE_ANKLE], w[at.STAGE_HIP]
+    stage_ankle, stage_hip, when_ankle, when_hip = (
+        w[at.STAGE_ANKLE],
+        w[at.STAGE_HIP],
+        w[at.WHEN_ANKLE],
+        w[at.WHEN_HIP],
+    )
     note_peak(w, w[at.ANKLE], w[at.HIP])
     if stage_ankle > w[at.PEAK_ANKLE] * BARELY or stage_hip > w[at.PEAK_HIP] * BARELY:
         ensure_dense(laws, parameters, constants, b, t, h)
-        _peak_within(laws, parameters, b, t, h)
+        if stage_ankle > w[at.PEAK_ANKLE] * BARELY:
+            _peak_within(laws, parameters, b, t, h, when_ankle, 0)
+        if stage_hip > w[at.PEAK_HIP] * BARELY:
+            _peak_within(laws, parameters, b, t, h, when_hip, 1)
     works = stage_ankle + stage_hip > 0.0
     for component in range(n - at.WORKS, n):
         net = b.out[component] - b.y[component]
@@ -89,21 +98,32 @@ def _asked(laws: Laws, parameters: Any, b: Buffers, t: float, state: Sequence[fl
     return result[0], result[1]
 
 
-def _peak_within(laws: Laws, parameters: Any, b: Buffers, t: float, h: float) -> None:
-    """Peaks inside the step: the greatest of some values, and of the parabola through it and its neighbours."""
-    last1 = last2 = before1 = before2 = 0.0
-    for piece in range(PIECES + 1):
-        x = piece / PIECES
-        dense_state(b, x, b.spare)
-        ankle, hip_torque = _asked(laws, parameters, b, t + x * h, b.spare)
-        note_peak(b.w, ankle, hip_torque)
-        if piece > 1:
-            note_peak(
-                b.w,
-                _parabola_top(before1, last1, ankle),
-                _parabola_top(before2, last2, hip_torque),
-            )
-        before1, before2, last1, last2 = last1, last2, ankle, hip_torque
+def _peak_within(laws: Laws, parameters: Any, b: Buffers, t: float, h: float, when: float, joint: int) -> None:
+    """A joint's peak inside the step: the top of the parabola through a greatest value and its neighbours.
+
+    It is climbed to from the time `when` of the stage at which the torque seemed greatest, in sixteenths of the step.
+    """
+    piece = min(max(int(PIECES * (when - t) / h + 0.5), 1), PIECES - 1)
+    middle = _torque_within(laws, parameters, b, t, h, piece, joint)
+    left = _torque_within(laws, parameters, b, t, h, piece - 1, joint)
+    right = _torque_within(laws, parameters, b, t, h, piece + 1, joint)
+    while abs(left) > abs(middle) and piece > 1:
+        piece -= 1
+        right, middle, left = middle, left, _torque_within(laws, parameters, b, t, h, piece - 1, joint)
+    while abs(right) > abs(middle) and piece < PIECES - 1:
+        piece += 1
+        left, middle, right = middle, right, _torque_within(laws, parameters, b, t, h, piece + 1, joint)
+    found = max(abs(left), abs(middle), abs(right), abs(_parabola_top(left, middle, right)))
+    index = at.PEAK_HIP if joint else at.PEAK_ANKLE
+    b.w[index] = max(b.w[index], found)
+
+
+def _torque_within(laws: Laws, parameters: Any, b: Buffers, t: float, h: float, piece: int, joint: int) -> float:
+    """A joint's torque so many sixteenths into the step, N m."""
+    x = piece / PIECES
+    dense_state(b, x, b.spare)
+    torques = _asked(laws, parameters, b, t + x * h, b.spare)
+    return torques[1] if joint else torques[0]
 
 
 def _parabola_top(left: float, middle: float, right: float) -> float:
@@ -178,7 +198,7 @@ def _ground_force(
 
 
 def _normal_force_within(constants: SimulationConstants, b: Buffers, h: float) -> None:
-    """Least F_n inside the step, as `_peak_within` finds peaks."""
+    """Least F_n inside the step: the least of some values, and of the parabolas through it and its neighbours."""
     w, n = b.w, len(b.y)
     last = before = 0.0
     for piece in range(PIECES + 1):

@@ -9,7 +9,7 @@ from typing import Any
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
 from mjbiped.numerics.dormand_prince import STAGES, STAGES_WITH_DENSE, dense_at
-from mjbiped.robots.compass import Constants, acceleration, mass_terms, solve_mass
+from mjbiped.robots.compass import Constants, acceleration, legs_of, mass_terms, solve_mass
 
 HANDED_ON = ("torque", "parameters", "constants", "length", "memory", "w")
 """What `rates` takes before time and state: for `dormand_prince.unrolled`."""
@@ -75,8 +75,12 @@ def rates_where(
     if wild:
         ddq1 = math.nan
     w[at.ANKLE], w[at.HIP] = ankle, hip
-    w[at.STAGE_ANKLE] = max(w[at.STAGE_ANKLE], abs(ankle))
-    w[at.STAGE_HIP] = max(w[at.STAGE_HIP], abs(hip))
+    greater = abs(ankle) > w[at.STAGE_ANKLE]
+    w[at.STAGE_ANKLE] = abs(ankle) if greater else w[at.STAGE_ANKLE]
+    w[at.WHEN_ANKLE] = t if greater else w[at.WHEN_ANKLE]
+    greater = abs(hip) > w[at.STAGE_HIP]
+    w[at.STAGE_HIP] = abs(hip) if greater else w[at.STAGE_HIP]
+    w[at.WHEN_HIP] = t if greater else w[at.WHEN_HIP]
     return (dq1, dq2, ddq1, ddq2) + result[2:] + (ankle * dq1, hip * (dq2 - dq1))  # noqa: RUF005 (Numba adds tuples)
 
 
@@ -105,7 +109,7 @@ def face_terms(
 ) -> tuple[float, float, float, float]:
     """Accelerations of the legs by a unit force along x at the swing foot (M^-1 J'), and the foot's Jacobian (J)."""
     along1, along2 = length * math.cos(q1 + slope), -length * math.cos(q2 + slope)
-    m11, m12, m22 = mass_terms(constants, q1, q2)
+    m11, m12, m22 = mass_terms(constants, legs_of(q1, q2))
     push1, push2 = solve_mass(m11, m12, m22, along1, along2)
     return push1, push2, along1, along2
 

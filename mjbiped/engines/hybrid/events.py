@@ -10,17 +10,15 @@ no more than `ROOM` times as much as at the step's ends, could not have reached 
 
 from __future__ import annotations
 
-import math
 from typing import TypeAlias
 
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.state import Buffers, SimulationConstants
 from mjbiped.numerics.dormand_prince import STAGES, dense_at
+from mjbiped.robots.compass import Legs, legs_of
 from mjbiped.rules.scuffing import swing_foot_collides
 from mjbiped.terrain.profile import height_of, segment_near
 
-Legs: TypeAlias = tuple[float, float, float, float]
-"""Sine and cosine of the stance leg's, then of the swing leg's angle from the vertical."""
 Place: TypeAlias = tuple[float, float, int]
 """Distance of the swing foot ahead of the stance foot (m), its clearance (m), and the terrain segment under it."""
 
@@ -44,8 +42,7 @@ def segment_under(constants: SimulationConstants, b: Buffers, x: float) -> int:
 
 def legs_at(b: Buffers, q1: float, q2: float) -> Legs:
     """Sine and cosine of the stance leg's and of the swing leg's angle from the vertical."""
-    stance, swing = q1 + b.w[at.SLOPE], q2 + b.w[at.SLOPE]
-    return math.sin(stance), math.cos(stance), math.sin(swing), math.cos(swing)
+    return legs_of(q1 + b.w[at.SLOPE], q2 + b.w[at.SLOPE])
 
 
 def swing_foot(constants: SimulationConstants, b: Buffers, legs: Legs) -> tuple[float, float]:

@@ -38,6 +38,7 @@ from mjbiped.robots.compass import impact_rates
 from mjbiped.rules.termination import FALLEN_HIP, Outcome
 from mjbiped.terrain.profile import height_of, segment_stood_on
 
+PER_STEP = (legs_at, foot_over_ground, body_ends, decided_by_ends, note_ground_force, note_peak)
 FINISHED, FELL, STALLED, LEFT_TERRAIN, DIVERGED, UNRESOLVED = (
     float(outcome)
     for outcome in (
@@ -50,6 +51,7 @@ FINISHED, FELL, STALLED, LEFT_TERRAIN, DIVERGED, UNRESOLVED = (
     )
 )
 CAUTION, LEAST, GREATEST = 0.8, 0.2, 1.5  # of a step's change of length; measured: few steps are rejected
+FREE, HELD = (CAUTION / GREATEST) ** 8, CAUTION**8  # errors up to which the length may grow as it can, or stays
 JUST_BESIDE = 2.3e-16  # next to a break's time, relative
 SLIDING_STEP = 2e-3  # longest integration step while the foot slides on a face, s
 SHORTEST_STEP = 1e-12  # s; below it the motion is none
@@ -94,6 +96,7 @@ def gait_step(laws: Laws, parameters: Any, constants: SimulationConstants, b: Bu
         limit = _look_ahead(laws, parameters, constants, b, t)
         _begin(laws, parameters, constants, b, t)
         watch(w)
+        step = min(step, w[at.FIRST_STEP])
     here = foot_over_ground(constants, b, legs_at(b, b.y[0], b.y[1]))
     check = min(w[at.LOOK], w[at.PAUSE])
     while True:
@@ -115,9 +118,16 @@ def gait_step(laws: Laws, parameters: Any, constants: SimulationConstants, b: Bu
                 w[at.OUTCOME] = UNRESOLVED if math.isfinite(error) and is_tame(constants, b) else DIVERGED
                 w[at.TIME] = w[at.CLOCK] + t
                 return False
+            if t == 0.0:
+                w[at.FIRST_STEP] = step
             continue
-        grown = h * (min(GREATEST, CAUTION * _eighth_root(1.0 / error)) if error > 0.0 else GREATEST)
+        if error < FREE or (error < HELD and h >= constants.longest_step):  # roots would change nothing
+            grown = GREATEST * h
+        else:
+            grown = CAUTION * h * _eighth_root(1.0 / error)
         step = max(step, grown) if h < step else grown
+        if t == 0.0:
+            w[at.FIRST_STEP] = max(w[at.FIRST_STEP], grown)
         legs = legs_at(b, b.out[0], b.out[1])
         ended = body_ends(constants, b, legs, FALLEN_HIP)
         there = foot_over_ground(constants, b, legs)

@@ -21,8 +21,8 @@ from mjbiped.control.methods import gives_its_law, next_discontinuity, slope_est
 from mjbiped.engines.base import Show
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.accounting import write_state
-from mjbiped.engines.hybrid.dynamics import HANDED_ON, rates_where
-from mjbiped.engines.hybrid.gait_step import advance
+from mjbiped.engines.hybrid.dynamics import HANDED_ON, rates
+from mjbiped.engines.hybrid.gait_step import PER_STEP, advance
 from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
 from mjbiped.errors import MjbipedError
 from mjbiped.numerics.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
@@ -114,7 +114,7 @@ class HybridSimulation:
             from mjbiped.control import machine_code as law_code
 
             laws = (law_code.torque, law_code.touchdown, law_code.slope_estimate, law_code.next_discontinuity)
-            hot = (rates_where, law_code.torque)
+            hot = (rates, law_code.torque, *PER_STEP)
             self.advance: Any = compiled(advance, Laws, (*laws, *integrator), inlined=hot)
         else:
             self.advance = partial(advance, Laws(*_METHODS, *integrator))
@@ -157,7 +157,7 @@ class HybridSimulation:
         w[at.FOOT_Z] = terrain.height_at(0.0)
         w[at.SEGMENT] = float(terrain.segment_at(0.0))
         w[at.FACE_X], w[at.NORMAL_FORCE] = math.nan, math.inf
-        w[at.PAUSE] = math.inf
+        w[at.PAUSE] = w[at.FIRST_STEP] = math.inf
         w[at.NEXT_STEP] = FIRST_STEP * math.sqrt(constants.length / constants.gravity)
         samples = 1
         if math.isfinite(constants.sample_period):

@@ -32,6 +32,8 @@ from mjbiped.robots.compass import Constants
     HIP,
     STAGE_ANKLE,  # greatest magnitudes at the stages of a step
     STAGE_HIP,
+    WHEN_ANKLE,  # their times since the support transfer, s
+    WHEN_HIP,
     PEAK_ANKLE,  # since the start
     PEAK_HIP,
     FRICTION,  # greatest |F_t / F_n| of this step
@@ -42,6 +44,7 @@ from mjbiped.robots.compass import Constants
     WORK_POSITIVE,
     DENSE,  # 1: the dense output of the current step is there
     NEXT_STEP,  # length of the next integration step, s
+    FIRST_STEP,  # so long may the first one of a gait step be, s: no longer than one that was tried in vain
     SAMPLE,  # number of the next sample
     SAMPLES,  # rows in the buffer of samples
     ROWS,  # rows in the buffer of touchdowns
@@ -56,8 +59,8 @@ from mjbiped.robots.compass import Constants
     STEP_STARTED,  # evaluations at the gait step's beginning
     LOOK,  # so many of them, and the gait step's progress is looked at
     LOOKED,  # time since the support transfer when it was looked at, s
-) = range(45)
-SCALARS = 45
+) = range(48)
+SCALARS = 48
 
 ANGLES_AND_RATES = 4
 WORKS = 2
