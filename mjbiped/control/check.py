@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mjbiped.errors import InputError, shown
+from mjbiped.numerics.jit import prepared
 
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller, Law
@@ -48,6 +49,7 @@ def _blame(law: Law, states: Sequence[str]) -> str:
     """The first law that will not do by itself, and why; empty if all do."""
     numba = _numba()
     types = numba.types
+    prepared(law[1:], inlined=())
     try:
         parameters = numba.typeof(law.parameters)
     except ValueError:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
 from mjbiped.control.controller import Law
-from mjbiped.numerics.jit import kept_on_disk, prepared, raises
+from mjbiped.numerics.jit import called_within, from_source, kept_apart, options, raises
 from mjbiped.numerics.records import NotPackableError, Packer
 
 if TYPE_CHECKING:
@@ -89,53 +88,58 @@ def _function(
 
     from mjbiped.numerics import addresses
 
+    values_of = ", ".join(f"value_{index}" for index in range(values))  # unpacked: their number is looked at
     written = "; ".join(f"o[{index}] = float(value_{index})" for index in range(values))
-    names = ", ".join(f"value_{index}" for index in range(values))  # unpacked: their number is looked at
     # once a law has failed, be it at a touchdown, no torque is a number: the walk goes no further
-    lost = f"if p[{_FAILED}] != 0.0: o[:] = NAN"
+    lost = f"if numbers(record, 1)[{_FAILED}] != 0.0: o[:] = NAN"
     arguments, before, call, after = {
         "torque": (
             "t, q1, q2, dq1, dq2, out",
             f"o = numbers(out, {values})",
-            f"{names} = law(parameters, m, t, q1, q2, dq1, dq2); {written}",
+            f"{values_of} = law(parameters(record), numbers(m, {memory_size}), t, q1, q2, dq1, dq2); {written}",
             lost,
         ),
-        "touchdown": (_POSTURES, "pass", f"law(parameters, m, {_POSTURES})", "pass"),
-        "slope_estimate": ("t", "x = NAN", "x = float(law(parameters, m))", "return x"),
-        "next_discontinuity": ("t", "x = NAN", "x = float(law(parameters, m, t))", "return x"),
+        "touchdown": (_POSTURES, "pass", f"law(parameters(record), numbers(m, {memory_size}), {_POSTURES})", "pass"),
+        "slope_estimate": ("t", "x = NAN", f"x = float(law(parameters(record), numbers(m, {memory_size})))", "return x"),
+        "next_discontinuity": ("t", "x = NAN", f"x = float(law(parameters(record), numbers(m, {memory_size}), t))", "return x"),
     }[name]
-    kinds = [(kind.__qualname__, getattr(kind, "_fields", ())) for _, kind in classes]
-    digest = prepared((law,), inlined=(law,) if name == "torque" else ())
-    known = (digest, name, made, kinds, values, memory_size, contract, numba.__version__)
-    digest = hashlib.sha256(repr(known).encode()).hexdigest()
-    source = f"""def bind(digest):
-    def {name}_{digest[:16]}(record, memory, {arguments}):
-        digest  # a cell that Numba's cache looks at
-        p = numbers(record, {made.count("p[") + 1})
-        {before}
-        try:
-            parameters, m = {made}, numbers(memory, {memory_size})
-            {call}
-        except Exception:  # such as an index into a tuple; it could not pass through C
-            p[{_FAILED}] = 1.0
-        {after}
-    return {name}_{digest[:16]}
+    made_law, digest = kept_apart(law, contract)
+    source = f"""def {name}(record, m, {arguments}):
+    {before}
+    try:
+        {call}
+    except Exception:  # such as an index into a tuple; it could not pass through C
+        numbers(record, 1)[{_FAILED}] = 1.0
+    {after}
 """
     space: dict[str, Any] = {
-        "__name__": __name__,
         "NAN": float("nan"),
         "numbers": addresses.numbers,
-        "array": addresses.array,
-        "law": law,
-        **dict(classes),
+        "law": made_law,
+        "parameters": _unpacking(made, classes, contract),
     }
-    exec(compile(source, __file__, "exec"), space)  # the cache lies where this file does
     word, number = numba.types.int64, numba.types.float64
     signature = {
         "torque": numba.types.void(word, word, *[number] * 5, word),
         "touchdown": numba.types.void(word, word, *[number] * 6),
     }.get(name, number(word, word, number))
-    options: dict[str, Any] = {"_nrt": False, "error_model": "numpy", "boundscheck": not contract}
-    if contract:
-        options["fastmath"] = {"contract"}
-    return kept_on_disk(partial(numba.cfunc, signature, **options), space["bind"](digest))
+    known = (digest, made, _kinds(classes), contract)
+    return from_source(partial(numba.cfunc, signature, **options(contract)), name, source, space, known)
+
+
+@lru_cache(maxsize=256)
+def _unpacking(made: str, classes: tuple[tuple[str, type], ...], contract: bool) -> Callable[[int], Any]:
+    """A compiled function that makes a law's parameters of the address of their record."""
+    from mjbiped.numerics import addresses
+
+    source = f"""def parameters(record):
+    p = numbers(record, {made.count("p[") + 1})
+    return {made}
+"""
+    space = {"numbers": addresses.numbers, "array": addresses.array, **dict(classes)}
+    return from_source(called_within(contract), "parameters", source, space, (_kinds(classes), contract))
+
+
+def _kinds(classes: tuple[tuple[str, type], ...]) -> list[tuple[str, Any]]:
+    """What tells the classes of parameters from others."""
+    return [(kind.__qualname__, getattr(kind, "_fields", ())) for _, kind in classes]

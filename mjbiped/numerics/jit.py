@@ -41,11 +41,21 @@ def compiled(
 
     digest = prepared((function, *functions), inlined)
     entry = _bound(function, group, functions, digest)
+    result: Function = kept_on_disk(partial(numba.njit, nogil=True, **options(contract=True)), entry)
+    return result
+
+
+def options(contract: bool) -> dict[str, Any]:
+    """Numba's options for what engines call within a step.
+
+    Args:
+        contract: Whether products and sums may be made in one operation, with one rounding: faster, and not bitwise what
+            plain Python computes. Indices are then not checked.
+    """
     # without Numba's runtime (nothing is allocated), handing an array over costs no atomic reference count: half of the
     # time otherwise
-    options = {"nogil": True, "_nrt": False, "error_model": "numpy", "fastmath": {"contract"}}
-    result: Function = kept_on_disk(partial(numba.njit, **options), entry)
-    return result
+    made: dict[str, Any] = {"_nrt": False, "error_model": "numpy", "boundscheck": not contract}
+    return {**made, "fastmath": {"contract"}} if contract else made
 
 
 def kept_on_disk(decorator: Callable[..., Any], function: Function) -> Any:
@@ -76,6 +86,76 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function]) -> str:
     made.append(_addresses())
     known = [(described(part), part in hot) for part in parts]
     return hashlib.sha256(repr([known, made]).encode()).hexdigest()
+
+
+@lru_cache(maxsize=1024)
+def kept_apart(function: Function, contract: bool) -> tuple[Function, str]:
+    """A function as machine code that other functions call, kept on disk by itself, as is each that it calls.
+
+    When one of a law's functions has changed, the others need not be compiled again.
+
+    Args:
+        function: A function, as all that it calls, at the top level of a module.
+        contract: See `options`.
+
+    Returns:
+        The compiled function, and a digest of all that it consists of.
+    """
+    _listen()
+    assert isinstance(function, FunctionType)
+    known: list[Any] = [described(function), contract, _addresses()]
+    names = function.__code__.co_names
+    space = dict(function.__globals__)
+    for name in names:
+        value = space.get(name)
+        if isinstance(value, ModuleType):
+            module = ModuleType(value.__name__)
+            vars(module).update(vars(value))
+            for part in names:
+                if isinstance(vars(value).get(part), FunctionType):
+                    made, digest = kept_apart(vars(value)[part], contract)
+                    setattr(module, part, made)
+                    known.append(digest)
+            space[name] = module
+        elif isinstance(value, FunctionType):
+            space[name], digest = kept_apart(value, contract)
+            known.append(digest)
+    digest = hashlib.sha256(repr(known).encode()).hexdigest()
+    return _named(called_within(contract), function.__code__, function.__name__, space, digest), digest
+
+
+def called_within(contract: bool) -> Callable[..., Any]:
+    """Numba's decorator of a function that becomes part of its caller; see `options`."""
+    import numba
+
+    return partial(numba.njit, forceinline=True, **options(contract))
+
+
+def from_source(decorator: Callable[..., Any], name: str, source: str, space: dict[str, Any], known: Any) -> Any:
+    """A function of a text, compiled and kept on disk.
+
+    Args:
+        decorator: Of Numba's.
+        name: Of the function that the text defines.
+        source: The text.
+        space: Its globals.
+        known: What they are, as far as machine code depends on it; with the text it names what is kept.
+    """
+    given = dict(space)
+    exec(compile(source, __file__, "exec"), given)
+    digest = hashlib.sha256(repr((source, known, _addresses())).encode()).hexdigest()
+    return _named(decorator, given[name].__code__, name, given, digest)
+
+
+def _named(decorator: Callable[..., Any], code: CodeType, name: str, space: dict[str, Any], digest: str) -> Any:
+    """A function as what a decorator makes of it, kept on disk beside this file under a name with the digest in it.
+
+    Functions of one name share a file of Numba's that lists what is kept, and one program's types, written there, would
+    keep every other program from reading it.
+    """
+    name = f"{name}_{digest[:16]}"
+    code = code.replace(co_name=name, co_qualname=name, co_filename=__file__)
+    return kept_on_disk(decorator, FunctionType(code, {**space, "__name__": __name__}, name))
 
 
 @cache
