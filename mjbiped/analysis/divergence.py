@@ -101,7 +101,7 @@ def differences(there: Walk, here: Walk) -> dict[str, Array]:
     robot = there.robot
     length, weight = robot.leg_length, robot.weight
     pace = math.sqrt(robot.gravity / length)
-    # what the controller is told errs in first order of the timestep (docs/convergence.md)
+    # what a held torque does grows with the time for which it is held; plain steps err in first order of their length
     coarse = max(1.0, (there.settings["control_period"] or there.settings["timestep"]) / DEFAULT_TIMESTEP)
     found: dict[str, tuple[Array, Any]] = {
         "x": (one["x"][:n] - two["x"][:n], _FOOTHOLD * length * np.arange(1, n + 1)),

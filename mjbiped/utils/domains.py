@@ -254,7 +254,7 @@ TIME = Domain(0.0, 1e9, "s")
 
 STEPS = Count(1, 1_000_000_000)
 DISTANCE = Domain(1e-6, 1e7, "m")
-TIMESTEP = Domain(1e-6, 2e-3, "s")
+TIMESTEP = Domain(1e-6, 4e-3, "s")
 CONTACT_TIMESTEP = Domain(1e-6, 1.0, "s")
 CONTROL_PERIOD = Domain(1e-6, 1e3, "s")
 SAMPLE_PERIOD = Domain(1e-5, 1e4, "s")

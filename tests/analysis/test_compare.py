@@ -83,7 +83,7 @@ def test_torques_are_compared_at_equal_times_since_the_touchdown(agreeing: Compa
         (Terrain.stairs(rise=-0.06), None, 4, 4, "friction: the motion asks for |Ft/Fn| = 2.0"),
         (Terrain.stairs(rise=-0.06), None, 4, 4, "slip: the stance foot slid by 15."),
         # the second foothold is within 0.02 mm of the edge of the step down
-        (Terrain.from_segments([(2 * 0.37788, 0.0), (5.0, 0.0, -0.06)]), 0.8, 2, 2, "an edge: touchdown 2"),
+        (Terrain.from_segments([(2 * 0.37789, 0.0), (5.0, 0.0, -0.06)]), 0.8, 2, 2, "an edge: touchdown 2"),
     ],
 )
 def test_named_causes(
@@ -97,8 +97,8 @@ def test_named_causes(
 
 
 def test_threshold_of_the_controller(controller: AdaptiveController) -> None:
-    """On level ground MuJoCo's states are 2e-4 rad/s off the cycle and re-planned, the hybrid engine's are not."""
-    touchy = dataclasses.replace(controller, replanning_threshold=1e-4)
+    """On level ground MuJoCo's states are 7e-5 rad/s off the cycle and re-planned, the hybrid engine's are not."""
+    touchy = dataclasses.replace(controller, replanning_threshold=3e-5)
     walked = mjbiped.compare(touchy, Terrain.level(), steps=2)
     causes = list(divergence.explanations(walked.mujoco, walked.hybrid, 1, touchy))
     assert any("plans the new step in one engine alone" in cause for cause in causes)
@@ -135,7 +135,7 @@ def test_no_cause_is_invented(agreeing: Comparison, controller: AdaptiveControll
     assert found.divergence is not None
     assert (found.divergence.touchdown, found.divergence.causes) == (3, ())
     assert found.verdict.endswith("No cause was found.")
-    assert "x -10 mm" in found.verdict
+    assert "x -9.95 mm" in found.verdict  # MuJoCo's foot has rolled by 0.05 mm
 
 
 def test_growing_differences_are_told_from_sudden_ones(agreeing: Comparison, controller: AdaptiveController) -> None:

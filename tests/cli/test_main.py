@@ -338,7 +338,7 @@ def test_ctrl_c_and_sigterm_keep_the_walk_so_far(
 
     monkeypatch.setattr(recorder.Recorder, "add", interrupted)
     out, plot = tmp_path / "walk.npz", tmp_path / "walk.png"
-    result = run("walk", "--out", out, "--plot", plot, "--json")
+    result = run("walk", "--timestep", 2e-4, "--out", out, "--plot", plot, "--json")
     assert result.exit_code == status
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
     assert result.stderr == f"Error: the walk was interrupted after 0 steps; what was walked is in {out}\n"
@@ -518,8 +518,8 @@ REFUSED: dict[str, tuple[tuple[object, ...], str]] = {
     "unknown state": (("--initial", "run"), "'gait', 'rest' or four numbers"),
     "three numbers": (("--initial", "1,2,3"), "'gait', 'rest' or four numbers"),
     "state not a number": (("--initial", "0,0,nan,0"), "'gait', 'rest' or four numbers"),
-    "no timestep": (("--timestep", 0), "expected a number from 1e-06 to 0.002 s"),
-    "long timestep": (("--timestep", 0.1), "expected a number from 1e-06 to 0.002 s"),
+    "no timestep": (("--timestep", 0), "expected a number from 1e-06 to 0.004 s"),
+    "long timestep": (("--timestep", 0.1), "expected a number from 1e-06 to 0.004 s"),
     "control period": (("--control-period", 1.5e-4), "multiple of the timestep"),
     "odd video": (("--video-size", "641x480"), "even pixels"),
     "small video": (("--video-size", "2x2"), "even pixels"),

@@ -103,8 +103,9 @@ def test_a_law_that_fails_at_a_touchdown_stops_the_walk_there(engine: str, gait:
 def test_a_law_that_fails_in_machine_code_stops_the_walk(engine: str) -> None:
     with pytest.raises(mjbiped.WalkStopped, match="a compiled law raised an exception") as stopped:
         mjbiped.walk(Failing(), mjbiped.Terrain.incline(2.0), engine=engine, steps=1)
-    # an index beyond the tuple from 0.02 s on; the hybrid engine keeps whole integration steps alone
-    assert stopped.value.walk.end[0] < 0.0205
+    # an index beyond the tuple from 0.02 s on, noted a step of 1 ms later in MuJoCo; the hybrid engine keeps whole
+    # integration steps alone
+    assert stopped.value.walk.end[0] < 0.0215
 
 
 def test_what_cannot_be_compiled() -> None:

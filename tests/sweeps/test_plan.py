@@ -158,7 +158,7 @@ def test_figures_leave_the_study_as_it_is() -> None:
         ("steps = [3, 0]", r"cell 1 \(steps = 0\): steps = 0: "),
         ("distance = 0", r"distance = 0: must be from 1e-06"),
         ('engine = "hybrid"\ntimestep = 1e-4', "timestep is for the engine mujoco"),
-        ("timestep = 1", "timestep = 1: must be from 1e-06 to 0.002 s"),
+        ("timestep = 1", "timestep = 1: must be from 1e-06 to 0.004 s"),
         ("contact_timestep = 1e-9", "contact_timestep = 1e-09: must be"),
         ('engine = "hybrid"\ncontact_timestep = 1e-5', "contact_timestep is for the engine mujoco"),
         ('initial = "jump"', "unknown initial state 'jump': valid are gait, rest"),

@@ -12,7 +12,7 @@ from collections.abc import Callable, MutableSequence, Sequence
 from typing import Any, NamedTuple
 
 from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco import step_size
+from mjbiped.engines.mujoco import leapfrog, step_size
 from mjbiped.engines.mujoco.contact_events import State
 from mjbiped.records.rows import SAMPLED, TOUCHED, write_sample
 from mjbiped.rules.termination import Limits
@@ -152,13 +152,18 @@ def control(setting: Setting, userdata: Userdata, ctrl: MutableSequence[float], 
     u[events.PLANNED], u[events.PLAIN] = u[events.PLANNED_NEXT], u[events.PLAIN_NEXT]
     if u[events.TRANSFERRED] and u[events.NOTED]:
         _write_row(recording, u)  # of a touchdown that the controller is never told of
-    u[events.LAST_STEP] = step_size.step_before(u, time)
-    events.observe(u, constants.limits, constants.places.profile, time, state)
+    u[events.LAST_STEP] = leapfrog.step_before(u, time)
+    u[events.LEFT_LAG], u[events.RIGHT_LAG] = u[events.LEFT_LAG_NEXT], u[events.RIGHT_LAG_NEXT]
+    turns = not u[events.NOTED]  # the contact step counts for no work: its halves belong to two steps' roles
+    legs, torque = (u[events.LEFT], u[events.RIGHT]), (u[events.ANKLE], u[events.HIP])
+    events.observe(u, constants.limits, constants.places.profile, time, leapfrog.rates_now(u, state))
     due = time > u[events.NEXT_CONTROL] - _NOW
     if due:
         u[events.NEXT_CONTROL] += constants.control_period
     if due or (u[events.TRANSFERRED] and u[events.OUTCOME]):  # the last touchdown is told at once: its row is whole
         _tick(setting, userdata, time)
+    if turns:
+        events.count_work(u, legs, torque)
     right = bool(u[events.STANCE])
     ctrl[0] = 0.0 if right else u[events.ANKLE]
     ctrl[1] = u[events.ANKLE] if right else 0.0

@@ -39,6 +39,15 @@ from mjbiped.terrain.profile import Profile, height_of, height_over, segment_sto
     PLAIN_NEXT,  # the same of the step after it
     EFFECTIVE_STEP,  # time for which the accelerations act in it, s
     LAST_STEP,  # length of the step before, s; 0 just after an impact
+    LEFT_LAG,  # what the legs' rates in `qvel` lack to be those of that time, rad/s; see `leapfrog`
+    RIGHT_LAG,
+    LEFT_LAG_NEXT,  # the same after the step from then on
+    RIGHT_LAG_NEXT,
+    SHOWN,  # 1: `qvel` is what MuJoCo's velocity stage is to see
+    QVEL,  # first of four: the state's rates meanwhile
+    _QVEL_Z,
+    _QVEL_LEFT,
+    _QVEL_RIGHT,
     STANCE,  # 0 left, 1 right
     TRANSFER_TIME,  # of the last support transfer, s
     NEXT_CONTROL,  # when the controller ticks next, s
@@ -76,7 +85,7 @@ from mjbiped.terrain.profile import Profile, height_of, height_over, segment_sto
     OUTCOME,
     RECORD,  # which of its model's records holds for this walk where the callbacks are compiled; see `native`
     LAST_TOUCHDOWN,  # first index of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
-) = range(45)
+) = range(54)
 
 # of the touchdown's row, each the first of two indices: what the controller is told
 TOLD_Q_BEFORE, TOLD_Q, TOLD_DQ = (LAST_TOUCHDOWN + index_of(TOUCHDOWNS, name) for name in ("q_before", "q", "dq"))
@@ -146,7 +155,6 @@ def observe(u: MutableSequence[float], limits: Limits, profile: Profile, time: f
     if u[NOTED]:
         _transfer_support(u, limits, profile, time, state)
     else:
-        _count_work(u, left, right)
         _weigh(u, limits)
     u[TIME] = time
     u[LEFT], u[RIGHT], u[LEFT_RATE], u[RIGHT_RATE] = left, right, left_rate, right_rate
@@ -185,13 +193,20 @@ def by_role(u: Sequence[float], left: float, right: float) -> tuple[float, float
     return (right, left) if u[STANCE] else (left, right)
 
 
-def _count_work(u: MutableSequence[float], left: float, right: float) -> None:
-    """Work of the held torques since the last observation, exact for the displacement that was made.
+def count_work(u: MutableSequence[float], legs: tuple[float, float], torque: tuple[float, float]) -> None:
+    """Work of the motors in the step that has led here: the mean of the torques at its ends times what was turned.
 
-    The paper's power is τ1 q̇1 + τ2 (q̇2 - q̇1); the ground's slope does not change in between.
+    In a leapfrog step's motion that is the work done: the torque of a time acts from the middle of the step before
+    to the middle of the step after. The paper's power is τ1 q̇1 + τ2 (q̇2 - q̇1); the ground's slope does not change.
+
+    Args:
+        u: Userdata, after the controller's tick.
+        legs: Left and right leg at the last observation, rad.
+        torque: Of ankle and hip from then on, N m.
     """
-    stance, swing = by_role(u, left - u[LEFT], right - u[RIGHT])
-    ankle, hip = u[ANKLE] * stance, u[HIP] * (swing - stance)
+    stance, swing = by_role(u, u[LEFT] - legs[0], u[RIGHT] - legs[1])
+    ankle = 0.5 * (torque[0] + u[ANKLE]) * stance
+    hip = 0.5 * (torque[1] + u[HIP]) * (swing - stance)
     u[WORK_ABSOLUTE] += abs(ankle) + abs(hip)
     u[WORK_NET] += ankle + hip
     u[WORK_POSITIVE] += (0.0 if ankle < 0.0 else ankle) + (0.0 if hip < 0.0 else hip)

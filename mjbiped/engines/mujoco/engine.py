@@ -26,9 +26,9 @@ class Mujoco(Options, Engine):
     ```
 
     Attributes:
-        timestep: Longest physics step, s, 2e-4 unless given; steps become shorter toward each touchdown, which ends
+        timestep: Longest physics step, s, 1e-3 unless given; steps become shorter toward each touchdown, which ends
             one of them.
-        contact_timestep: Of the step that makes an impact, s, 2e-5 unless given; the timestep where that is shorter.
+        contact_timestep: Of the step that makes an impact, s, 1e-5 unless given; the timestep where that is shorter.
         control_period: Time between two ticks of the controller, s, a multiple of the timestep; by default it ticks at
             every physics step.
         ground: "auto", "heightfield" or "boxes"; see `mjbiped.engines.mujoco.scene`.

@@ -11,9 +11,9 @@ from mjbiped.errors import InputError, shown
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name
 
-DEFAULT_TIMESTEP = 2e-4  # s
-DEFAULT_CONTACT_TIMESTEP = 2e-5  # s
-LONGEST_TIMESTEP = domains.TIMESTEP.high  # at it a stance foot slides by 0.2 to 1.3 mm a step, s
+DEFAULT_TIMESTEP = 1e-3  # s
+DEFAULT_CONTACT_TIMESTEP = 1e-5  # s
+LONGEST_TIMESTEP = domains.TIMESTEP.high  # at 5 ms c_mt errs by 0.05 %, at 8 ms by 0.7 %, s
 
 
 @dataclass(frozen=True)

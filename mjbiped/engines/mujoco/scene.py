@@ -16,7 +16,7 @@ import mujoco
 
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS, HALF_WIDTH, Ground
 from mjbiped.engines.mujoco.scenery import add_earth, add_faces
-from mjbiped.engines.mujoco.step_size import stiffness
+from mjbiped.engines.mujoco.step_size import STIFFNESS
 from mjbiped.robots.compass import Compass
 from mjbiped.terrain.segments import GROUND_FRICTION
 
@@ -25,6 +25,10 @@ SMALLEST_HIP_MASS = 1e-5
 
 SMALLEST_INERTIA = 2e-10
 """The same for a leg without inertia about its centre of mass, in leg mass times leg length squared."""
+
+PUSHED_OUT = 100.0
+"""Share of its depth by which a foot comes out of a riser's face again, 1/s: in 10 ms, before it slides down to the
+ground, whose edge it would miss by that depth."""
 
 RECORDS = "walks"
 """The model's one numeric field, of so many numbers: for `mjbiped.engines.mujoco.compiled.callbacks`, which says what
@@ -101,7 +105,7 @@ def _set_robot(spec: mujoco.MjSpec, robot: Compass, timestep: float) -> None:
     spec.option.gravity = [0.0, 0.0, -robot.gravity]
     length = robot.leg_length
     spec.body("hip").mass = max(robot.hip_mass, SMALLEST_HIP_MASS * robot.total_mass)
-    solref = [-stiffness(timestep), -1.0 / timestep]
+    solref = [-STIFFNESS, -1.0 / timestep]
     for side, y in (("left", 0.04), ("right", -0.04)):
         leg = spec.body(f"{side}_leg")
         leg.mass = robot.leg_mass
@@ -116,4 +120,4 @@ def _set_robot(spec: mujoco.MjSpec, robot: Compass, timestep: float) -> None:
         spec.geom(f"{side}_tip").pos = [0.0, y, -length + 0.024]
         spec.geom(f"{side}_mass").pos = [0.0, y, -robot.upper_length]
     riser = spec.find_default("riser").geom
-    riser.solref[:2] = solref
+    riser.solref[:2] = [-PUSHED_OUT / timestep, -1.0 / timestep]

@@ -24,7 +24,7 @@ from mjbiped.control import methods
 from mjbiped.control.check import refused_in_words
 from mjbiped.control.controller import Controller
 from mjbiped.control.methods import gives_its_law
-from mjbiped.engines.mujoco import callbacks
+from mjbiped.engines.mujoco import callbacks, leapfrog
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.callbacks import Laws, Recording, Setting, SimulationConstants, Userdata
 from mjbiped.engines.mujoco.compiled import registry
@@ -44,7 +44,7 @@ from mjbiped.utils import domains
 
 LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how far the ground is built
 START_DEPTH = 1e-6  # a foot set exactly on the surface may find a heightfield's inner edge instead, m
-_ACCELERATION = int(mujoco.mjtStage.mjSTAGE_ACC)
+_POSITION, _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_POS), int(mujoco.mjtStage.mjSTAGE_ACC)
 _METHODS = Laws(methods.torque, methods.touchdown, methods.slope_estimate)
 WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 BLOCK = 500  # steps made at once, at most
@@ -341,6 +341,7 @@ class Simulation:
         if model is not self.model:
             self._pass_on("mjcb_control", model, data)
             return
+        leapfrog.put_back(data.userdata, data.qvel)
         userdata, state = self._userdata(), State(data.qpos.tolist(), data.qvel.tolist())
         if callbacks.control(self._setting, userdata, data.ctrl, data.time, state):
             data.userdata[:] = list(chain(*userdata))
@@ -349,6 +350,8 @@ class Simulation:
         """`mjcb_sensor`; see `callbacks.sense`."""
         if model is not self.model:
             self._pass_on("mjcb_sensor", model, data, stage)
+        elif stage == _POSITION:
+            leapfrog.show(data.userdata, self._constants, data.qpos.tolist(), data.qvel, data.time)
         elif stage == _ACCELERATION:
             state, readings = State(data.qpos.tolist(), data.qvel.tolist()), data.sensordata.tolist()
             now = (readings, data.time, state, data.qacc.tolist())

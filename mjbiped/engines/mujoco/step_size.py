@@ -7,17 +7,10 @@ the impact. MuJoCo's Euler step is known before it is made: with the acceleratio
 .. math:: v' = v + k \, a, \qquad x' = x + t \, v'
 
 so the length t that leads to the ground is found exactly, in the sensor callback, where the integrator has not yet read
-`opt.timestep` and `qacc`.
+`opt.timestep` and `qacc`. What k is, and what else steps of changing length need, says `leapfrog`.
 
-**Effective step.** In MuJoCo k = t: then v' belongs to the middle of the step (leapfrog), as long as all steps are of
-one length. Where the length changes, k must be the mean of this step's length and of the one before, and half this
-step's after an impact, whose rates belong to its end. Otherwise each gait step begins and ends with rates that are off
-by t a / 2, and c_mt by 1.3 % per ms of t. So there, and nowhere else, `qacc` is scaled by k / t before the integrator
-takes it.
-
-**Approach.** Before the touchdown, steps become shorter by a factor of 4 each. A step holds the stance foot at its
-beginning, not at its end, and so leaves it with a velocity of t l q̇², away from the ground; gravity takes that back
-within some 0.2 t. Without that time the impact would begin with a foot that leaves the ground.
+**Approach.** Before the touchdown, steps become shorter by a factor of 4 each: the impact is made of rates half a
+step old, and a foot that happens to be out of contact falls meanwhile.
 
 **Damping.** A contact's damping is 1 / k: plastic within the step. So the length that a step's contacts are made for is
 *planned* one step ahead, in userdata. A step may become shorter than planned; the one that lands, half as long again.
@@ -33,15 +26,15 @@ from typing import TYPE_CHECKING
 
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.contact_events import State
+from mjbiped.engines.mujoco.leapfrog import effective_step, note_lag, planned
 from mjbiped.terrain.profile import height_over_ground, segment_under
 
 if TYPE_CHECKING:
     from mjbiped.engines.mujoco.callbacks import SimulationConstants
 
-STIFFNESS = 1e5
-"""Of a contact over the mass it meets, at most, 1/s²: a standing foot sinks by about g / stiffness = 0.1 mm."""
-SOFTNESS = 0.2
-"""Stiffness times step length squared, at most: a sunk foot comes up by a fifth a step; at 0.5 it bounces."""
+STIFFNESS = 1e3
+"""Of a contact over the mass it meets, 1/s². `solimp` leaves 1e-4 of the load unborne, so a standing foot sinks by
+1e-4 g over it, 1 µm. A stiffer one rests at some 10 nm, where MuJoCo's collision detection misses it now and then."""
 DEPTH = 1e-6  # under the ground to which a step leads the swing foot, m; single precision of a heightfield is 3e-7
 SHORTER = 4.0  # factor between the steps of the approach
 MARGIN = 1e-3  # about a riser's face, m
@@ -51,11 +44,6 @@ _LOOK_AHEAD = 1.5
 """Times the distance to the ground that a step and its approach may take: it is foreseen a step earlier."""
 
 
-def stiffness(length: float) -> float:
-    """Of the contacts of a step so long (s), over the mass they meet, 1/s²."""
-    return min(STIFFNESS, SOFTNESS / (length * length))
-
-
 def softness(u: Sequence[float], time: float) -> tuple[float, float]:
     """The feet's `solref` for the step from now on; the same however often it is asked.
 
@@ -63,21 +51,8 @@ def softness(u: Sequence[float], time: float) -> tuple[float, float]:
         u: Userdata.
         time: Now, s.
     """
-    if time > u[events.TIME]:  # not observed yet
-        length, plain, before = u[events.PLANNED_NEXT], u[events.PLAIN_NEXT], step_before(u, time)
-    else:
-        length, plain, before = u[events.PLANNED], u[events.PLAIN], u[events.LAST_STEP]
-    return -stiffness(length), -1.0 / _effective_step(plain, before, length)
-
-
-def step_before(u: Sequence[float], time: float) -> float:
-    """How long the step was that led to a time (s) not observed yet; 0 where the motion begins anew with it, s."""
-    return 0.0 if u[events.NOTED] or u[events.TIME] < 0.0 else time - u[events.TIME]
-
-
-def _effective_step(plain: float, before: float, length: float) -> float:
-    """Time for which accelerations act in a step, by its length and that of the one before, s."""
-    return length if plain else 0.5 * (before + length)
+    step = planned(u, time)
+    return -STIFFNESS, -1.0 / effective_step(step.plain, step.before, step.length)
 
 
 def step_length(
@@ -101,7 +76,8 @@ def step_length(
     if constants.stepped and u[events.CONTACT_ENABLED] and _near_face(constants, u, length, state, qacc):
         following, plain = constants.contact_timestep, 1.0
     u[events.PLANNED_NEXT], u[events.PLAIN_NEXT] = following, plain
-    u[events.EFFECTIVE_STEP] = _effective_step(u[events.PLAIN], u[events.LAST_STEP], length)
+    u[events.EFFECTIVE_STEP] = effective_step(u[events.PLAIN], u[events.LAST_STEP], length)
+    note_lag(u, length, qacc)
     return length
 
 
@@ -147,11 +123,11 @@ def _foot(
 ) -> tuple[float, float]:
     """Place of the swing foot after a step of length t, x and z in m."""
     qpos, qvel = state
-    effective_step = _effective_step(u[events.PLAIN], u[events.LAST_STEP], t)
-    x = qpos[0] + t * (qvel[0] + effective_step * qacc[0])
-    z = qpos[1] + t * (qvel[1] + effective_step * qacc[1])
+    k = effective_step(u[events.PLAIN], u[events.LAST_STEP], t)
+    x = qpos[0] + t * (qvel[0] + k * qacc[0])
+    z = qpos[1] + t * (qvel[1] + k * qacc[1])
     swing = 2 if u[events.STANCE] else 3
-    leg = qpos[swing] + t * (qvel[swing] + effective_step * qacc[swing])
+    leg = qpos[swing] + t * (qvel[swing] + k * qacc[swing])
     length = constants.limits.leg_length
     return x - length * math.sin(leg), z - length * math.cos(leg)
 

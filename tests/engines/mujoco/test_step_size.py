@@ -51,7 +51,7 @@ def test_a_step_ends_where_the_foot_meets_the_ground(
             lengths.append(simulation.model.opt.timestep)
             if u[events.NOTED]:
                 heights.append(z - terrain.height_at(x))
-                assert (lengths[-1], u[events.EFFECTIVE_STEP], u[events.PLAIN]) == (2e-5, 2e-5, 1.0)
+                assert (lengths[-1], u[events.EFFECTIVE_STEP], u[events.PLAIN]) == (1e-5, 1e-5, 1.0)
     assert len(heights) == 6
     # no step is shorter than 1e-9 s, in which the foot falls by 3e-9 m at most
     assert heights == pytest.approx([-step_size.DEPTH] * 6, abs=3e-9)
@@ -59,15 +59,14 @@ def test_a_step_ends_where_the_foot_meets_the_ground(
     assert min(lengths) > 0.0
 
 
-@pytest.mark.parametrize("timestep", [1e-3, 2e-3])
+@pytest.mark.parametrize("timestep", [1e-3, 4e-3])
 @pytest.mark.parametrize("name", GROUNDS)
 def test_every_impact_is_the_impact_map(name: str, timestep: float, controller: AdaptiveController) -> None:
     walk = mjbiped.walk(controller, GROUNDS[name], steps=12, engine=mjbiped.Mujoco(timestep=timestep))
     assert walk.outcome == "finished"
-    # 2e-5 s of motion at up to 30 rad/s², of some 0.8 rad/s, and 1e-3 m/s of a stance foot that happens to be out of
-    # contact in the approach; the median has none of that
+    # 1e-5 s of motion at up to 30 rad/s², of some 0.8 rad/s; measured 2e-4
     errors = np.abs(measures.impact_errors(walk))
-    assert errors.max() < 2e-3
+    assert errors.max() < 5e-4
     assert np.median(errors) < 3e-4
 
 
@@ -80,13 +79,13 @@ def test_half_a_kick_after_the_impact(controller: AdaptiveController) -> None:
         - 1.0
         for timestep in (1e-3, 2e-3)
     ]
-    # of first order: the controller is told rates that are half a step old. Measured -0.11 % and -0.19 %
-    assert np.abs(errors).max() < 3e-3
+    # measured 3e-5 and 6e-6, of the contact step and the foot's rolling
+    assert np.abs(errors).max() < 2e-4
 
 
 def test_passive_step_length_at_long_steps(gait: mjbiped.Gait) -> None:
     walk = mjbiped.walk(PassiveController(), Terrain.incline(2.0), steps=12, engine=mjbiped.Mujoco(timestep=2e-3))
-    # the foot's rolling is 1e-4; 6e-3 without half effective steps
+    # the foot's rolling is 5e-5; 6e-3 without half effective steps
     assert measures.step_lengths(walk)[-6:].mean() == pytest.approx(gait.step_length, rel=3e-4)
 
 
@@ -142,4 +141,3 @@ def test_steps_of_one_length(controller: AdaptiveController) -> None:
     assert simulation.data.userdata[events.COUNT] == 2
     assert simulation.data.time == pytest.approx(9000 * 2e-4, rel=1e-9)
     assert np.array_equal(simulation.model.geom_solref, softness)
-    assert step_size.stiffness(2e-4) == step_size.STIFFNESS

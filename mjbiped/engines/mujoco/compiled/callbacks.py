@@ -27,7 +27,7 @@ import mujoco
 import numpy as np
 
 from mjbiped.control.compilation import MachineCode, can_be_compiled
-from mjbiped.engines.mujoco import callbacks
+from mjbiped.engines.mujoco import callbacks, leapfrog
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.callbacks import Laws, Recording, SimulationConstants
 from mjbiped.engines.mujoco.compiled.layout import Layout, UnknownLayoutError, layout
@@ -41,7 +41,7 @@ from mjbiped.terrain.profile import Profile
 if TYPE_CHECKING:
     from mjbiped.control.controller import Law
 
-_ACCELERATION = int(mujoco.mjtStage.mjSTAGE_ACC)
+_POSITION, _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_POS), int(mujoco.mjtStage.mjSTAGE_ACC)
 
 
 class Functions(NamedTuple):
@@ -175,7 +175,14 @@ def _compile(made: str, classes: tuple[tuple[str, type], ...], at: Layout) -> Fu
     from mjbiped.control import machine_code
 
     laws = Laws(machine_code.torque, machine_code.touchdown, machine_code.slope_estimate)
-    own = (callbacks.control, callbacks.sense, callbacks.refuses, callbacks.softness)
+    own = (
+        leapfrog.show,
+        leapfrog.put_back,
+        callbacks.control,
+        callbacks.sense,
+        callbacks.refuses,
+        callbacks.softness,
+    )
     groups = (Laws, callbacks.Setting, callbacks.Userdata, events.State)
     roots = (*own, *laws)
     known = (
@@ -197,6 +204,7 @@ def _compile(made: str, classes: tuple[tuple[str, type], ...], at: Layout) -> Fu
             constants, recording, parameters = {made}
             behind = MEMORY + constants.memory_size
             u = numbers(word(data + AT_USERDATA), behind + constants.states)
+            put_back(u, numbers(word(data + AT_QVEL), 4))
             control(
                 Setting(Laws(torque, touchdown, slope_estimate), parameters, constants, recording),
                 Userdata(u, u[MEMORY:behind], u[behind:]), numbers(word(data + AT_CTRL), 3),
@@ -210,10 +218,16 @@ def _compile(made: str, classes: tuple[tuple[str, type], ...], at: Layout) -> Fu
 
     def sensor_{name}(model, data, stage):
         digest
-        record = record_of(model, data, TOKEN) if stage == ACCELERATION else 0
+        record = record_of(model, data, TOKEN) if stage == ACCELERATION or stage == POSITION else 0
         if record != 0:
             p = numbers(record, SCALARS)
             constants, _, _ = {made}
+            if stage == POSITION:
+                show(
+                    numbers(word(data + AT_USERDATA), MEMORY), constants, four(word(data + AT_QPOS)),
+                    numbers(word(data + AT_QVEL), 4), numbers(data + AT_TIME, 1)[0],
+                )
+                return
             places = constants.places
             readings = numbers(word(data + AT_SENSORDATA), max(places.contacts[0], places.contacts[1]) + places.slots)
             length, weight = sense(
@@ -256,6 +270,7 @@ def _compile(made: str, classes: tuple[tuple[str, type], ...], at: Layout) -> Fu
         "RUNNING": events.RUNNING,
         "OUTCOME": events.OUTCOME,
         "INTERRUPTED": float(Outcome.INTERRUPTED),
+        "POSITION": _POSITION,
         "ACCELERATION": _ACCELERATION,
         **{f"AT_{key.upper()}": offset for key, offset in at._asdict().items()},
         **dict(classes),

@@ -70,7 +70,7 @@ def test_same_walk_bitwise(terrain: Terrain, parameters: dict[str, object], cont
         simulation = make(controller, terrain, compile=compile, **parameters)
         with simulation.callbacks():
             assert are_compiled() == compile
-            mujoco.mj_step(simulation.model, simulation.data, nstep=10_000)
+            mujoco.mj_step(simulation.model, simulation.data, nstep=20_000)  # on the riser they are of 10 µs
         assert simulation.data.userdata[events.COUNT] >= 1
         states.append(state_of(simulation.model, simulation.data))
     assert states[0] == states[1]
@@ -296,7 +296,7 @@ def test_an_exception_in_compiled_code_stops_the_walk() -> None:
     with pytest.raises(mjbiped.WalkStopped, match=r"Short failed at .* a compiled law raised an exception") as stopped:
         mjbiped.walk(Short(), Terrain.incline(2.0), steps=1)
     assert stopped.value.walk.outcome == "interrupted"
-    assert 0.0199 < stopped.value.walk.end[0] < 0.0205
+    assert 0.0199 < stopped.value.walk.end[0] < 0.0215  # the first step of 1 ms behind it
 
 
 def test_unknown_mujoco_warns_once_and_walks(monkeypatch: pytest.MonkeyPatch, controller: AdaptiveController) -> None:
