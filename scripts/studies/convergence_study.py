@@ -30,9 +30,9 @@ from mjbiped.records import measures
 from scripts.pages import write_table
 
 TIMESTEPS = (2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2.5e-5)
-RADII = (3e-2, 1e-2, 1e-3, 1e-4)
+RADII = (3e-2, 1e-2, 1e-3, 1e-4, ground.FOOT_RADIUS, 1e-5)
 CONTACT_TIMESTEPS = (2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6)
-SMALL_RADIUS = 1e-5  # for the timesteps: the default foot's rolling, 0.02 % of a step, would hide what they do
+SMALL_RADIUS = 1e-5  # for the timesteps: the default foot's rolling, 0.01 % of a step, would hide what they do
 PASSIVE_GROUND = mjbiped.Terrain.incline(2.0)
 # no risers, and no foothold within 4 mm of a break: nothing converges there
 ROUGH_GROUND = mjbiped.Terrain.random(seed=7, rise=(0.0, 0.0), roughness=0.003)
@@ -212,7 +212,7 @@ def main(steps: int, rough_steps: int, plot: Path | None, page: Path | None) -> 
             "timestep",
             "Timestep",
             "timestep s",
-            "timestep h (s);\nfoot 0.01 mm, contact step 20 µs",
+            "timestep h (s);\nfoot 0.01 mm, contact step 10 µs",
             "h",
             TIMESTEPS,
             errors_of["timestep"],
@@ -221,7 +221,7 @@ def main(steps: int, rough_steps: int, plot: Path | None, page: Path | None) -> 
             "contact",
             "Contact step",
             "contact step s",
-            "contact step $h_c$ (s);\nfoot 0.01 mm, timestep 0.2 ms",
+            "contact step $h_c$ (s);\nfoot 0.01 mm, timestep 1 ms",
             "h_c",
             CONTACT_TIMESTEPS,
             errors_of["contact"],
@@ -230,7 +230,7 @@ def main(steps: int, rough_steps: int, plot: Path | None, page: Path | None) -> 
             "radius",
             "Foot radius",
             "foot radius m",
-            "foot radius r (m);\ntimestep 0.2 ms, contact step 20 µs",
+            "foot radius r (m);\ntimestep 1 ms, contact step 10 µs",
             "r",
             RADII,
             errors_of["radius"],
