@@ -74,7 +74,9 @@ def step_length(
         if due < length - _SHORTEST:
             length, following, plain = due, u[events.PLANNED], 0.0
     if constants.stepped and u[events.CONTACT_ENABLED] and _near_face(constants, u, length, state, qacc):
-        following, plain = constants.contact_timestep, 1.0
+        # the first of them still has half a long step's accelerations to come
+        plain = 1.0 if plain or length <= constants.contact_timestep else 0.0
+        following = constants.contact_timestep
     u[events.PLANNED_NEXT], u[events.PLAIN_NEXT] = following, plain
     u[events.EFFECTIVE_STEP] = effective_step(u[events.PLAIN], u[events.LAST_STEP], length)
     note_lag(u, length, qacc)
