@@ -7,7 +7,7 @@ from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
 from mjbiped.control.controller import Law
-from mjbiped.numerics.jit import called_within, from_source, kept_apart, options, raises
+from mjbiped.numerics.jit import c_function, called_within, from_source, jitted, kept_apart, options, raises
 from mjbiped.numerics.records import NotPackableError, Packer
 
 if TYPE_CHECKING:
@@ -100,8 +100,18 @@ def _function(
             lost,
         ),
         "touchdown": (_POSTURES, "pass", f"law(parameters(record), numbers(m, {memory_size}), {_POSTURES})", "pass"),
-        "slope_estimate": ("t", "x = NAN", f"x = float(law(parameters(record), numbers(m, {memory_size})))", "return x"),
-        "next_discontinuity": ("t", "x = NAN", f"x = float(law(parameters(record), numbers(m, {memory_size}), t))", "return x"),
+        "slope_estimate": (
+            "t",
+            "x = NAN",
+            f"x = float(law(parameters(record), numbers(m, {memory_size})))",
+            "return x",
+        ),
+        "next_discontinuity": (
+            "t",
+            "x = NAN",
+            f"x = float(law(parameters(record), numbers(m, {memory_size}), t))",
+            "return x",
+        ),
     }[name]
     made_law, digest = kept_apart(law, contract)
     source = f"""def {name}(record, m, {arguments}):
@@ -124,11 +134,11 @@ def _function(
         "touchdown": numba.types.void(word, word, *[number] * 6),
     }.get(name, number(word, word, number))
     known = (digest, made, _kinds(classes), contract)
-    return from_source(partial(numba.cfunc, signature, **options(contract)), name, source, space, known)
+    return from_source(partial(c_function, signature=signature, **options(contract)), name, source, space, known)
 
 
 @lru_cache(maxsize=256)
-def _unpacking(made: str, classes: tuple[tuple[str, type], ...], contract: bool) -> Callable[[int], Any]:
+def _unpacking(made: str, classes: tuple[tuple[str, type], ...], contract: bool) -> Any:
     """A compiled function that makes a law's parameters of the address of their record."""
     from mjbiped.numerics import addresses
 
@@ -137,7 +147,9 @@ def _unpacking(made: str, classes: tuple[tuple[str, type], ...], contract: bool)
     return {made}
 """
     space = {"numbers": addresses.numbers, "array": addresses.array, **dict(classes)}
-    return from_source(called_within(contract), "parameters", source, space, (_kinds(classes), contract))
+    return from_source(
+        partial(jitted, **called_within(contract)), "parameters", source, space, (_kinds(classes), contract)
+    )
 
 
 def _kinds(classes: tuple[tuple[str, type], ...]) -> list[tuple[str, Any]]:

@@ -24,7 +24,11 @@ _announcements: list[list[str]] = []  # what waits to be said if something is co
 
 @lru_cache(maxsize=64)
 def compiled(
-    function: Function, group: Callable[..., Any], functions: tuple[Function, ...], inlined: tuple[Function, ...]
+    function: Function,
+    group: Callable[..., Any],
+    functions: tuple[Function, ...],
+    inlined: tuple[Function, ...],
+    apart: tuple[Function, ...] = (),
 ) -> Function:
     """`function` with its first argument fixed to a group of functions, as machine code that lets other threads run.
 
@@ -33,15 +37,14 @@ def compiled(
         group: The class of the group, a `NamedTuple`.
         functions: Its members; what this function has made before is called as the machine code that it is.
         inlined: Functions that become part of their caller, with all that they call: those of the innermost loop.
+        apart: Those that do not, though these call them, nor what they call.
 
     Returns:
         A function of the arguments that are left.
     """
-    import numba
-
-    digest = prepared((function, *functions), inlined)
+    digest = prepared((function, *functions), inlined, apart)
     entry = _bound(function, group, functions, digest)
-    result: Function = kept_on_disk(partial(numba.njit, nogil=True, **options(contract=True)), entry)
+    result: Function = jitted(entry, nogil=True, **options(contract=True))
     return result
 
 
@@ -49,8 +52,8 @@ def options(contract: bool) -> dict[str, Any]:
     """Numba's options for what engines call within a step.
 
     Args:
-        contract: Whether products and sums may be made in one operation, with one rounding: faster, and not bitwise what
-            plain Python computes. Indices are then not checked.
+        contract: Whether products and sums may be made in one operation, with one rounding: faster, and not bitwise
+            what plain Python computes. Indices are then not checked.
     """
     # without Numba's runtime (nothing is allocated), handing an array over costs no atomic reference count: half of the
     # time otherwise
@@ -58,26 +61,44 @@ def options(contract: bool) -> dict[str, Any]:
     return {**made, "fastmath": {"contract"}} if contract else made
 
 
-def kept_on_disk(decorator: Callable[..., Any], function: Function) -> Any:
-    """What a decorator of Numba's makes of a function, kept on disk where there is a folder to write to."""
-    try:
-        return decorator(cache=True)(function)
-    except RuntimeError:
-        return decorator(cache=False)(function)
+def jitted(function: Function, **given: Any) -> Any:
+    """A function that Numba compiles when it is called, kept on disk; the options are those of its `njit`."""
+    import numba
+
+    from mjbiped.numerics.cache import keep
+
+    made = numba.njit(**given)(function)
+    keep(made, function)
+    return made
 
 
-def prepared(roots: Sequence[Function], inlined: Sequence[Function]) -> str:
+def c_function(function: Function, signature: Any, **given: Any) -> Any:
+    """A compiled function that C can call, kept on disk; the options are those of Numba's `cfunc`."""
+    from numba.core.ccallback import CFunc
+    from numba.core.sigutils import normalize_signature
+
+    from mjbiped.numerics.cache import keep
+
+    exact = normalize_signature(signature)  # type: ignore[no-untyped-call]  # Numba has no types
+    made: Any = CFunc(function, exact, locals={}, options=given)
+    keep(made, function)
+    made.compile()
+    return made
+
+
+def prepared(roots: Sequence[Function], inlined: Sequence[Function], apart: Sequence[Function] = ()) -> str:
     """Let compiled functions call the roots and all that these call; returns a digest of all of it.
 
     Args:
         roots: Functions at the top level of modules, or what `compiled` has made of such.
         inlined: Those of them, or of what they call, that become part of their caller with all that they call.
+        apart: Those of these that do not, with what they call.
     """
     from numba.extending import register_jitable
 
     _listen()
     parts = {part: None for root in roots for part in _called(root, set())}
-    hot = {part for root in inlined for part in _called(root, set())}
+    hot = {part for root in inlined for part in _called(root, set(apart))}
     for part in parts:
         if part not in _registered:
             register_jitable(forceinline=part in hot)(part)
@@ -121,21 +142,21 @@ def kept_apart(function: Function, contract: bool) -> tuple[Function, str]:
             space[name], digest = kept_apart(value, contract)
             known.append(digest)
     digest = hashlib.sha256(repr(known).encode()).hexdigest()
-    return _named(called_within(contract), function.__code__, function.__name__, space, digest), digest
+    return _named(
+        partial(jitted, **called_within(contract)), function.__code__, function.__name__, space, digest
+    ), digest
 
 
-def called_within(contract: bool) -> Callable[..., Any]:
-    """Numba's decorator of a function that becomes part of its caller; see `options`."""
-    import numba
-
-    return partial(numba.njit, forceinline=True, **options(contract))
+def called_within(contract: bool) -> dict[str, Any]:
+    """Numba's options for a function that becomes part of its caller; see `options`."""
+    return {"forceinline": True, **options(contract)}
 
 
-def from_source(decorator: Callable[..., Any], name: str, source: str, space: dict[str, Any], known: Any) -> Any:
+def from_source(compiler: Callable[..., Any], name: str, source: str, space: dict[str, Any], known: Any) -> Any:
     """A function of a text, compiled and kept on disk.
 
     Args:
-        decorator: Of Numba's.
+        compiler: What makes machine code of a function.
         name: Of the function that the text defines.
         source: The text.
         space: Its globals.
@@ -144,18 +165,18 @@ def from_source(decorator: Callable[..., Any], name: str, source: str, space: di
     given = dict(space)
     exec(compile(source, __file__, "exec"), given)
     digest = hashlib.sha256(repr((source, known, _addresses())).encode()).hexdigest()
-    return _named(decorator, given[name].__code__, name, given, digest)
+    return _named(compiler, given[name].__code__, name, given, digest)
 
 
-def _named(decorator: Callable[..., Any], code: CodeType, name: str, space: dict[str, Any], digest: str) -> Any:
-    """A function as what a decorator makes of it, kept on disk beside this file under a name with the digest in it.
+def _named(compiler: Callable[..., Any], code: CodeType, name: str, space: dict[str, Any], digest: str) -> Any:
+    """A function as what a compiler makes of it, kept on disk beside this file under a name with the digest in it.
 
     Functions of one name share a file of Numba's that lists what is kept, and one program's types, written there, would
     keep every other program from reading it.
     """
     name = f"{name}_{digest[:16]}"
     code = code.replace(co_name=name, co_qualname=name, co_filename=__file__)
-    return kept_on_disk(decorator, FunctionType(code, {**space, "__name__": __name__}, name))
+    return compiler(FunctionType(code, {**space, "__name__": __name__}, name))
 
 
 @cache

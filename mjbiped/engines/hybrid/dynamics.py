@@ -27,40 +27,11 @@ def rates(
     t: float,
     state: tuple[float, ...],
 ) -> tuple[float, ...]:
-    """Rates of a state at time t since the support transfer, the swing foot free.
+    """Rates of a state at time t since the support transfer; `w` says whether the swing foot slides on a face.
 
     This innermost function takes the few sequences that it needs instead of whole buffers: where compiled, handing over
     a tuple of arrays costs more than the equations of motion.
     """
-    return rates_where(False, torque, parameters, constants, length, memory, w, t, state)
-
-
-def sliding_rates(
-    torque: Callable[..., tuple[float, ...]],
-    parameters: Any,
-    constants: Constants,
-    length: float,
-    memory: Any,
-    w: Any,
-    t: float,
-    state: tuple[float, ...],
-) -> tuple[float, ...]:
-    """The same while the swing foot slides along a vertical face."""
-    return rates_where(True, torque, parameters, constants, length, memory, w, t, state)
-
-
-def rates_where(
-    sliding: bool,
-    torque: Callable[..., tuple[float, ...]],
-    parameters: Any,
-    constants: Constants,
-    length: float,
-    memory: Any,
-    w: Any,
-    t: float,
-    state: tuple[float, ...],
-) -> tuple[float, ...]:
-    """Rates of a state, with or without the face's force."""
     q1, q2, dq1, dq2 = state[0], state[1], state[2], state[3]
     for index in range(len(state) - at.ANGLES_AND_RATES - at.WORKS):
         memory[index] = state[at.ANGLES_AND_RATES + index]
@@ -70,7 +41,7 @@ def rates_where(
     result = torque(parameters, memory, min(max(t, w[at.AFTER]), w[at.BEFORE]), q1, q2, dq1, dq2)
     ankle, hip = result[0], result[1]
     ddq1, ddq2 = acceleration(constants, q1, q2, dq1, dq2, w[at.SINE], w[at.COSINE], ankle - hip, hip)
-    if sliding:
+    if w[at.FACE] != 0.0:
         ddq1, ddq2 = on_face(constants, length, w, q1, q2, dq1, dq2, ddq1, ddq2)
     if wild:
         ddq1 = math.nan
@@ -126,10 +97,7 @@ def face_impact_rates(
 def begin(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float) -> None:
     """Rates of the state in `b.y`, which no step has led to."""
     robot, length, memory, w = constants.robot, constants.length, b.memory, b.w
-    if w[at.FACE] == 0.0:
-        laws.begin(rates, laws.torque, parameters, robot, length, memory, w, t, b.y, b.k)
-    else:
-        laws.begin(sliding_rates, laws.torque, parameters, robot, length, memory, w, t, b.y, b.k)
+    laws.begin(rates, laws.torque, parameters, robot, length, memory, w, t, b.y, b.k)
 
 
 def attempt(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float, h: float) -> float:
@@ -142,12 +110,7 @@ def attempt(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buff
     w[at.STAGE_ANKLE] = w[at.STAGE_HIP] = w[at.DENSE] = 0.0
     w[at.EVALUATIONS] += STAGES
     tolerance = constants.tolerance
-    error: float
-    if w[at.FACE] == 0.0:
-        error = step(rates, torque, parameters, robot, length, memory, w, t, h, b.y, b.k, b.out, tolerance)
-    else:
-        error = step(sliding_rates, torque, parameters, robot, length, memory, w, t, h, b.y, b.k, b.out, tolerance)
-    return error
+    return float(step(rates, torque, parameters, robot, length, memory, w, t, h, b.y, b.k, b.out, tolerance))
 
 
 def ensure_dense(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float, h: float) -> None:
@@ -156,10 +119,7 @@ def ensure_dense(laws: Laws, parameters: Any, constants: SimulationConstants, b:
     if w[at.DENSE] != 0.0:
         return
     ankle, hip, press = w[at.ANKLE], w[at.HIP], w[at.PRESS]
-    if w[at.FACE] == 0.0:
-        dense(rates, torque, parameters, robot, length, memory, w, t, h, b.y, b.k, b.out, b.dense)
-    else:
-        dense(sliding_rates, torque, parameters, robot, length, memory, w, t, h, b.y, b.k, b.out, b.dense)
+    dense(rates, torque, parameters, robot, length, memory, w, t, h, b.y, b.k, b.out, b.dense)
     w[at.ANKLE], w[at.HIP], w[at.PRESS] = ankle, hip, press
     w[at.DENSE] = 1.0
     w[at.EVALUATIONS] += STAGES_WITH_DENSE - STAGES - 1

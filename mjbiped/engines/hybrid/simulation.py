@@ -21,7 +21,7 @@ from mjbiped.control.methods import gives_its_law, next_discontinuity, slope_est
 from mjbiped.engines.base import Show
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.accounting import write_state
-from mjbiped.engines.hybrid.dynamics import HANDED_ON, rates
+from mjbiped.engines.hybrid.dynamics import HANDED_ON, on_face, rates
 from mjbiped.engines.hybrid.gait_step import PER_STEP, advance
 from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
 from mjbiped.errors import MjbipedError
@@ -115,7 +115,7 @@ class HybridSimulation:
 
             laws = (law_code.torque, law_code.touchdown, law_code.slope_estimate, law_code.next_discontinuity)
             hot = (rates, law_code.torque, *PER_STEP)
-            self.advance: Any = compiled(advance, Laws, (*laws, *integrator), inlined=hot)
+            self.advance: Any = compiled(advance, Laws, (*laws, *integrator), inlined=hot, apart=(on_face,))
         else:
             self.advance = partial(advance, Laws(*_METHODS, *integrator))
         self.constants = SimulationConstants(

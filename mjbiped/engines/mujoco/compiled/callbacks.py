@@ -20,7 +20,7 @@ import ctypes
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
@@ -33,7 +33,7 @@ from mjbiped.engines.mujoco.callbacks import Laws, Recording, SimulationConstant
 from mjbiped.engines.mujoco.compiled.layout import Layout, UnknownLayoutError, layout
 from mjbiped.engines.mujoco.compiled.memory import memory_access
 from mjbiped.engines.mujoco.scene import RECORDS_SIZE
-from mjbiped.numerics.jit import described, kept_on_disk, prepared
+from mjbiped.numerics.jit import c_function, described, prepared
 from mjbiped.numerics.records import Packer, Shared
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.profile import Profile
@@ -289,11 +289,10 @@ def _compile(made: str, classes: tuple[tuple[str, type], ...], at: Layout) -> Fu
 
 
 def _cfunc(signature: Any, function: Callable[..., Any]) -> Any:
-    import numba
 
     # no fastmath: as Python rounds
     options: dict[str, Any] = {"_nrt": False, "error_model": "numpy", "boundscheck": True}
-    compiled = kept_on_disk(partial(numba.cfunc, signature, **options), function)
+    compiled = c_function(function, signature, **options)
     _kept.append(compiled)
     return compiled.ctypes
 
