@@ -17,7 +17,7 @@ setup: $(VENV)/.ready ## install mjbiped and its tools into .venv
 $(VENV)/.ready: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "mjbiped needs Python 3.11 or newer; name one with: make PYTHON=/path/to/python3.11"; exit 1; }
-	@echo "installing into $(VENV), a minute or two the first time ..."
+	@echo "installing into $(VENV) and compiling, a minute or two the first time ..."
 	@if $(PYTHON) -c 'import ensurepip, venv' 2>/dev/null; then \
 		$(PYTHON) -m venv --clear $(VENV); \
 	else \
@@ -25,6 +25,7 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 		PYTHONPATH=$(VENV)-tool $(PYTHON) -m virtualenv --quiet --clear $(VENV) && rm -rf $(VENV)-tool; \
 	fi
 	@$(BIN)/python -m pip install --quiet --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
+	@$(BIN)/mjbiped compile
 	@touch $@
 
 walk: setup ## walk over mixed slopes and steps: record, figure and video in out/

@@ -17,6 +17,7 @@ from rich.text import Text
 
 from mjbiped.analysis.compare import compare
 from mjbiped.cli import options, tables
+from mjbiped.cli.compile import compile_
 from mjbiped.cli.files import INTERRUPTED, LONGEST_LINE, Files, end, terminable
 from mjbiped.cli.gaits import basin, bifurcation
 from mjbiped.cli.reproduce import reproduce
@@ -90,6 +91,7 @@ def main() -> None:
       mjbiped render walk.npz --slow-motion 4
       mjbiped sweep study.toml
       mjbiped reproduce --quick
+      mjbiped compile
 
     `mjbiped COMMAND --help` tells more. The exit status is 0 also where the robot falls, for that is a result; 2 where
     something has to be put right, 130 after Ctrl-C, 143 after SIGTERM.
@@ -269,6 +271,7 @@ def _render(record: Path, video: Path | None, plot: Path | None, no_video: bool,
 
 main.add_command(sweep)
 main.add_command(reproduce)
+main.add_command(compile_)
 
 
 def _walker(ctx: click.Context, values: dict[str, Any]) -> tuple[Controller, Terrain]:

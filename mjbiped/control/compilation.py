@@ -26,7 +26,7 @@ class MachineCode:
 
     law: CompiledLaw
 
-    def __init__(self, law: Law, states: int, memory_size: int, *, contract: bool) -> None:
+    def __init__(self, law: Law, states: int, memory_size: int, *, contract: bool, room: int = 0) -> None:
         """Compile the law, or take it from the cache.
 
         Args:
@@ -35,6 +35,7 @@ class MachineCode:
             memory_size: Floats of its memory.
             contract: Whether products and sums may be made in one operation, with one rounding: faster, and not bitwise
                 what plain Python computes.
+            room: So many rates `values` has room for at least, that one engine may serve laws with fewer.
 
         Raises:
             NotPackableError: `can_be_compiled` says no.
@@ -51,7 +52,7 @@ class MachineCode:
         self.law = CompiledLaw(
             **{name: function.address for name, function in self._functions.items()},
             record=self._record.ctypes.data,
-            values=(0.0,) * (2 + states),
+            values=(0.0,) * (2 + max(states, room)),
         )
 
     @property

@@ -23,7 +23,7 @@ class CompiledLaw(NamedTuple):
         slope_estimate: Of (record, memory, t) -> float; the time means nothing.
         next_discontinuity: Of (record, memory, t) -> float.
         record: Address of the parameters, a `mjbiped.numerics.records.Packer`'s record.
-        values: As many zeros as `torque` gives numbers: a tuple's length is part of its type.
+        values: At least as many zeros as `torque` gives numbers: a tuple's length is part of its type.
     """
 
     torque: int

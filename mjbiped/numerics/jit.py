@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache, lru_cache, partial
+from itertools import pairwise
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
@@ -111,7 +112,7 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function], apart: Sequ
 
 @lru_cache(maxsize=1024)
 def kept_apart(function: Function, contract: bool) -> tuple[Function, str]:
-    """A function as machine code that other functions call, kept on disk by itself, as is each that it calls.
+    """A function as machine code that becomes part of its caller, as does all that it calls; each is kept by itself.
 
     When one of a law's functions has changed, the others need not be compiled again.
 
@@ -125,31 +126,42 @@ def kept_apart(function: Function, contract: bool) -> tuple[Function, str]:
     _listen()
     assert isinstance(function, FunctionType)
     known: list[Any] = [described(function), contract, _addresses()]
-    names = function.__code__.co_names
+
+    def alike(part: Any) -> Any:
+        made, digest = kept_apart(part, contract)
+        known.append(digest)
+        return made
+
     space = dict(function.__globals__)
-    for name in names:
-        value = space.get(name)
-        if isinstance(value, ModuleType):
-            module = ModuleType(value.__name__)
-            vars(module).update(vars(value))
-            for part in names:
-                if isinstance(vars(value).get(part), FunctionType):
-                    made, digest = kept_apart(vars(value)[part], contract)
-                    setattr(module, part, made)
-                    known.append(digest)
-            space[name] = module
-        elif isinstance(value, FunctionType):
-            space[name], digest = kept_apart(value, contract)
-            known.append(digest)
+    for name, attribute in _named_in(function):
+        value = function.__globals__.get(name)
+        if isinstance(value, FunctionType):
+            space[name] = alike(value)
+        elif isinstance(value, ModuleType) and isinstance(vars(value).get(attribute), FunctionType):
+            if space[name] is value:
+                space[name] = ModuleType(value.__name__)
+                vars(space[name]).update(vars(value))
+            setattr(space[name], attribute, alike(vars(value)[attribute]))
     digest = hashlib.sha256(repr(known).encode()).hexdigest()
-    return _named(
-        partial(jitted, **called_within(contract)), function.__code__, function.__name__, space, digest
-    ), digest
+    compiler = partial(jitted, **called_within(contract))
+    return _named(compiler, function.__code__, function.__name__, space, digest), digest
+
+
+def _named_in(function: FunctionType) -> list[tuple[str, str]]:
+    """Global names that a function's code uses, each with the attribute that it takes of it, or an empty name."""
+    steps = list(dis.get_instructions(function))
+    return list(
+        dict.fromkeys(
+            (step.argval, after.argval if after.opname in ("LOAD_ATTR", "LOAD_METHOD") else "")
+            for step, after in pairwise(steps)
+            if step.opname == "LOAD_GLOBAL"
+        )
+    )
 
 
 def called_within(contract: bool) -> dict[str, Any]:
-    """Numba's options for a function that becomes part of its caller; see `options`."""
-    return {"forceinline": True, **options(contract)}
+    """Numba's options for a function that becomes part of its caller, and is called by nobody else; see `options`."""
+    return {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, **options(contract)}
 
 
 def from_source(compiler: Callable[..., Any], name: str, source: str, space: dict[str, Any], known: Any) -> Any:

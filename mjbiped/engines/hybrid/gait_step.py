@@ -38,7 +38,6 @@ from mjbiped.robots.compass import impact_rates
 from mjbiped.rules.termination import FALLEN_HIP, Outcome
 from mjbiped.terrain.profile import height_of, segment_stood_on
 
-PER_STEP = (legs_at, foot_over_ground, body_ends, decided_by_ends, note_ground_force, note_peak)
 FINISHED, FELL, STALLED, LEFT_TERRAIN, DIVERGED, UNRESOLVED = (
     float(outcome)
     for outcome in (

@@ -22,7 +22,7 @@ from mjbiped.engines.base import Show
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.accounting import write_state
 from mjbiped.engines.hybrid.dynamics import HANDED_ON, on_face, rates
-from mjbiped.engines.hybrid.gait_step import PER_STEP, advance
+from mjbiped.engines.hybrid.gait_step import advance
 from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
 from mjbiped.errors import MjbipedError
 from mjbiped.numerics.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
@@ -114,7 +114,7 @@ class HybridSimulation:
             from mjbiped.control import machine_code as law_code
 
             laws = (law_code.torque, law_code.touchdown, law_code.slope_estimate, law_code.next_discontinuity)
-            hot = (rates, law_code.torque, *PER_STEP)
+            hot = (rates, law_code.torque)
             self.advance: Any = compiled(advance, Laws, (*laws, *integrator), inlined=hot, apart=(on_face,))
         else:
             self.advance = partial(advance, Laws(*_METHODS, *integrator))

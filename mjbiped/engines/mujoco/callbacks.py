@@ -204,7 +204,7 @@ def _tick(setting: Setting, userdata: Userdata, time: float) -> None:
         u[events.ESTIMATE_AFTER] = laws.slope_estimate(parameters, memory)
         _write_row(recording, u)
     values = laws.torque(parameters, memory, time - u[events.TRANSFER_TIME], q1, q2, dq1, dq2)
-    for index in range(len(values) - 2):
+    for index in range(setting.constants.states):
         rates[index] = values[2 + index]
     ankle, hip = values[0], values[1]
     u[events.ANKLE], u[events.HIP] = ankle, hip

@@ -33,7 +33,7 @@ from mjbiped.engines.mujoco.callbacks import Laws, Recording, SimulationConstant
 from mjbiped.engines.mujoco.compiled.layout import Layout, UnknownLayoutError, layout
 from mjbiped.engines.mujoco.compiled.memory import memory_access
 from mjbiped.engines.mujoco.scene import RECORDS_SIZE
-from mjbiped.numerics.jit import c_function, described, prepared
+from mjbiped.numerics.jit import c_function, described, options, prepared
 from mjbiped.numerics.records import Packer, Shared
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.profile import Profile
@@ -41,6 +41,7 @@ from mjbiped.terrain.profile import Profile
 if TYPE_CHECKING:
     from mjbiped.control.controller import Law
 
+_ROOM = 8  # integrated states of a controller that one machine code has room for
 _POSITION, _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_POS), int(mujoco.mjtStage.mjSTAGE_ACC)
 
 
@@ -105,7 +106,7 @@ class Native:
         shared = recording._replace(samples=Shared(recording.samples), rows=Shared(recording.rows))
         packer = Packer()
         self._law = law
-        self._code = MachineCode(law, constants.states, constants.memory_size, contract=False)
+        self._code = MachineCode(law, constants.states, constants.memory_size, contract=False, room=_ROOM)
         made = packer.add((packed, shared, self._code.law))
         self.functions = _compile(made, tuple(packer.classes.items()), layout())
         self.constants, self.recording = constants, recording
@@ -290,9 +291,7 @@ def _compile(made: str, classes: tuple[tuple[str, type], ...], at: Layout) -> Fu
 
 def _cfunc(signature: Any, function: Callable[..., Any]) -> Any:
 
-    # no fastmath: as Python rounds
-    options: dict[str, Any] = {"_nrt": False, "error_model": "numpy", "boundscheck": True}
-    compiled = c_function(function, signature, **options)
+    compiled = c_function(function, signature, **options(contract=False))  # as Python rounds
     _kept.append(compiled)
     return compiled.ctypes
 

@@ -1,0 +1,52 @@
+"""Machine code made in advance: afterwards a walk compiles nothing."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from mjbiped.errors import InputError
+from mjbiped.rollout.precompilation import precompile
+
+WALK = """
+import sys
+from numba.core import event
+
+class Compiling(event.Listener):
+    def on_start(self, event):
+        print("compiled", event.data["dispatcher"].py_func.__name__)
+    def on_end(self, event):
+        pass
+
+event.register("numba:compile", Compiling())
+from mjbiped.rollout.precompilation import _walk_a_step
+_walk_a_step((sys.argv[1], "kinetic-energy"))
+print("walked")
+"""
+
+
+def test_a_walk_after_it_compiles_nothing(tmp_path: Path) -> None:
+    """With values of settings and a ground that it knew nothing of; processes at once share one folder."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "COLUMNS": "200"}
+
+    def run(*words: str) -> subprocess.CompletedProcess[str]:
+        done = subprocess.run([sys.executable, *words], env=environment, capture_output=True, text=True, timeout=300)
+        assert done.returncode == 0, done.stderr
+        return done
+
+    assert "compiled torque" in run("-c", WALK, "mujoco").stdout  # the test can fail
+    printed = run("-m", "mjbiped", "compile", "kinetic-energy", "--engine", "mujoco").stdout
+    assert printed.split() == ["compiled", "for", "the", "mujoco", "engine:", "kinetic-energy"]
+    assert run("-c", WALK, "mujoco").stdout == "walked\n"
+    walk = ("walk", "random:seed=3", "--controller", "kinetic-energy", "--gain", "gain=21", "--steps", "2")
+    assert "compiling" not in run("-m", "mjbiped", *walk).stderr
+
+
+@pytest.mark.parametrize(
+    ("given", "word"), [({"controllers": ["adaptif"]}, "adaptive"), ({"engines": ["mj"]}, "hybrid")]
+)
+def test_unknown_names_are_refused_with_those_there_are(given: dict[str, list[str]], word: str) -> None:
+    with pytest.raises(InputError, match=word):
+        precompile(**given)  # type: ignore[arg-type]
