@@ -1,4 +1,4 @@
-"""What one waits for: imports, the first walk, and video frames.
+"""What one waits for: imports, the first walk, a walk after a law was changed, and video frames.
 
     python -m scripts.benchmarks.startup_benchmark        (part of: make bench)
 
@@ -7,6 +7,7 @@ Processes of their own, in turn; CPU times with those of their threads. Cold: wi
 
 from __future__ import annotations
 
+import itertools
 import os
 import resource
 import subprocess
@@ -14,6 +15,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
+from pathlib import Path
 
 import click
 
@@ -22,7 +24,7 @@ from controllers import PassiveController
 from mjbiped.errors import RenderError
 from mjbiped.rendering.video import render_frames
 from mjbiped.terrain.terrain import Terrain
-from scripts.benchmarks.timing import PAGE, Case, interleaved
+from scripts.benchmarks.timing import PAGE, Case, Timing, interleaved
 from scripts.pages import write_table
 
 FRAMES = 30
@@ -64,6 +66,35 @@ def startup(repeats: int) -> list[list[str]]:
     return rows
 
 
+def edited(repeats: int) -> list[list[str]]:
+    """Rows of a program with a law of its own: a constant of it just changed, and as it was in the run before."""
+    source = Path(__file__).with_name("edited_law.py").read_text()
+    with tempfile.TemporaryDirectory() as folder:
+        program = Path(folder) / "edited_law.py"
+        counter = itertools.count(1)
+
+        def changed(engine: str) -> Case:
+            def run() -> float:
+                program.write_text(
+                    source.replace("FACTOR = 1.0", f"FACTOR = {1.0 + 1e-9 * (os.getpid() + next(counter))!r}")
+                )
+                return process((str(program), engine))()
+
+            return run
+
+        cases: dict[str, tuple[Case, int]] = {}
+        for engine in ("hybrid", "mujoco"):
+            cases[f"{engine}, changed"] = (changed(engine), 1)
+            cases[f"{engine}, the same again"] = (process((str(program), engine)), 1)
+        timings = interleaved(cases, repeats, "changed law")
+    rows = []
+    for engine in ("hybrid", "mujoco"):
+        new, old = timings[f"{engine}, changed"], timings[f"{engine}, the same again"]
+        compiling = Timing(new.seconds - old.seconds)
+        rows.append([engine, new.each(), old.each(), compiling.each()])
+    return rows
+
+
 def frames(repeats: int) -> list[list[str]]:
     """Rows of frames per second, by the clock on the wall: the renderer has threads."""
     walk = mjbiped.walk(PassiveController(), Terrain.incline(2.0), steps=4)
@@ -91,6 +122,8 @@ def frames(repeats: int) -> list[list[str]]:
 def main(repeats: int) -> None:
     """Measure, and write the tables of docs/performance.md."""
     write_table(PAGE, "startup", ("process", "CPU time, s", "the first time"), startup(repeats))
+    headings = ("60 steps in", "a constant changed, s", "the same again, s", "compiling the law, s")
+    write_table(PAGE, "edited", headings, edited(repeats))
     try:
         rows = frames(repeats)
     except RenderError as error:

@@ -137,7 +137,7 @@ def main(repeats: int) -> None:
         "Python callbacks, µs",
         "Python : bare",
         "`walk()`, × real time",
-        "at 2 ms",
+        "at 4 ms",
     )
     write_table(PAGE, "callbacks", headings, rows)
 
