@@ -2,7 +2,7 @@
 
 An engine compiled around a law has to be compiled again with every other law, which takes ten times as long as the law
 itself. So each law becomes C functions, and the engines call what stands at the addresses that they are given: one
-machine code of an engine serves all controllers with equally many states. `CompiledLaw` stands in the place of a law's
+machine code of an engine serves many controllers. `CompiledLaw` stands in the place of a law's
 parameters, and the functions of this module in that of its functions.
 """
 

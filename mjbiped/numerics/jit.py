@@ -12,10 +12,10 @@ import hashlib
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache, lru_cache, partial
+from functools import cache, lru_cache
 from itertools import pairwise
 from pathlib import Path
-from types import CodeType, FunctionType, ModuleType
+from types import CellType, CodeType, FunctionType, ModuleType
 from typing import Any
 
 Function = Callable[..., Any]
@@ -128,6 +128,9 @@ def kept_apart(function: Function, contract: bool) -> tuple[Function, str]:
     known: list[Any] = [described(function), contract, _addresses()]
 
     def alike(part: Any) -> Any:
+        part = getattr(part, "py_func", part)  # one that the user has compiled is compiled with the rest
+        if not isinstance(part, FunctionType):
+            return part
         made, digest = kept_apart(part, contract)
         known.append(digest)
         return made
@@ -135,16 +138,18 @@ def kept_apart(function: Function, contract: bool) -> tuple[Function, str]:
     space = dict(function.__globals__)
     for name, attribute in _named_in(function):
         value = function.__globals__.get(name)
-        if isinstance(value, FunctionType):
-            space[name] = alike(value)
-        elif isinstance(value, ModuleType) and isinstance(vars(value).get(attribute), FunctionType):
+        if isinstance(value, ModuleType) and attribute in vars(value):
             if space[name] is value:
                 space[name] = ModuleType(value.__name__)
                 vars(space[name]).update(vars(value))
             setattr(space[name], attribute, alike(vars(value)[attribute]))
+        elif name in space:
+            space[name] = alike(value)
+    closure = tuple(CellType(alike(value)) for _, value in _free(function))
     digest = hashlib.sha256(repr(known).encode()).hexdigest()
-    compiler = partial(jitted, **called_within(contract))
-    return _named(compiler, function.__code__, function.__name__, space, digest), digest
+    name = f"{function.__name__}_{digest[:16]}"
+    made = FunctionType(_renamed(function.__code__, name), _here(space), name, function.__defaults__, closure)
+    return jitted(made, **called_within(contract)), digest
 
 
 def _named_in(function: FunctionType) -> list[tuple[str, str]]:
@@ -177,18 +182,22 @@ def from_source(compiler: Callable[..., Any], name: str, source: str, space: dic
     given = dict(space)
     exec(compile(source, __file__, "exec"), given)
     digest = hashlib.sha256(repr((source, known, _addresses())).encode()).hexdigest()
-    return _named(compiler, given[name].__code__, name, given, digest)
+    unique = f"{name}_{digest[:16]}"
+    return compiler(FunctionType(_renamed(given[name].__code__, unique), _here(given), unique))
 
 
-def _named(compiler: Callable[..., Any], code: CodeType, name: str, space: dict[str, Any], digest: str) -> Any:
-    """A function as what a compiler makes of it, kept on disk beside this file under a name with the digest in it.
+def _renamed(code: CodeType, name: str) -> CodeType:
+    """Code under a name that has its digest in it, as if it stood in this file, beside which it is then kept.
 
     Functions of one name share a file of Numba's that lists what is kept, and one program's types, written there, would
     keep every other program from reading it.
     """
-    name = f"{name}_{digest[:16]}"
-    code = code.replace(co_name=name, co_qualname=name, co_filename=__file__)
-    return compiler(FunctionType(code, {**space, "__name__": __name__}, name))
+    return code.replace(co_name=name, co_qualname=name, co_filename=__file__)
+
+
+def _here(space: dict[str, Any]) -> dict[str, Any]:
+    """Globals of a function that is to belong to this module."""
+    return {**space, "__name__": __name__}
 
 
 @cache
@@ -292,10 +301,27 @@ def _globals_of(function: FunctionType) -> Iterator[tuple[str, Any]]:
 
 
 def described(function: Function) -> Any:
-    """What a function does, as text: its code, and the numbers among its globals."""
+    """What a function does, as text: its code, its defaults, and the constants among its globals and free variables."""
     assert isinstance(function, FunctionType)
-    numbers = [(name, value) for name, value in _globals_of(function) if isinstance(value, int | float)]
-    return function.__module__, function.__qualname__, _code(function.__code__), sorted(numbers, key=str)
+    given = [*_globals_of(function), *_free(function)]
+    constants = [(name, _constant(value)) for name, value in given if not callable(value)]
+    defaults = _constant(function.__defaults__ or ())
+    return function.__module__, function.__qualname__, _code(function.__code__), defaults, sorted(constants, key=str)
+
+
+def _free(function: FunctionType) -> list[tuple[str, Any]]:
+    """The free variables of a function that stands within another, with their values."""
+    cells = function.__closure__ or ()
+    return [(name, cell.cell_contents) for name, cell in zip(function.__code__.co_freevars, cells, strict=True)]
+
+
+def _constant(value: Any) -> Any:
+    """A value as text that is another where the value is another: arrays are not shown whole."""
+    if isinstance(value, tuple):
+        return type(value).__qualname__, [_constant(part) for part in value]
+    if hasattr(value, "tobytes"):
+        return value.dtype.str, getattr(value, "shape", ()), hashlib.sha256(value.tobytes()).hexdigest()
+    return repr(value)
 
 
 def _code(code: CodeType) -> Any:

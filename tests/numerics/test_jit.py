@@ -122,3 +122,57 @@ mjbiped.cli.main.main(["walk", "incline:slope_deg=2", "--controller", "passive",
     first, second = (finished(tmp_path, tmp_path / "cache", program).stderr for _ in range(2))
     assert first == f"compiling PassiveController for the engine {engine}, once; it takes up to half a minute ...\n"
     assert second == ""
+
+
+SETTINGS = """
+import math
+import sys
+
+import numba
+import numpy as np
+
+from mjbiped.numerics.jit import kept_apart
+
+PAIR = (1.0, NUMBER_0)
+TABLE = np.array([0.0, NUMBER_1])
+
+@numba.njit
+def compiled_by_its_user(x):
+    return NUMBER_2 * x
+
+def with_default(x, factor=NUMBER_3):
+    return factor * x
+
+def within(factor):
+    def product(x):
+        return factor * with_default(x)
+    return product
+
+product = within(NUMBER_4)
+
+def everything(x):
+    return PAIR[1] * x + TABLE[1] * x + compiled_by_its_user(x) + with_default(x) + product(x) + 0.0 * math.sin(x)
+
+made, _ = kept_apart(everything, True)
+
+@numba.njit
+def call(x):
+    return made(x)
+
+print(call(1.0), everything(1.0))
+"""
+
+
+def test_whatever_a_function_depends_on_makes_it_another(tmp_path: Path) -> None:
+    """Global tuples and arrays, functions compiled by their user, defaults, free variables."""
+    cache = tmp_path / "cache"
+    for changed in range(-1, 5):
+        program = SETTINGS
+        for index in range(5):
+            program = program.replace(f"NUMBER_{index}", repr(2.0**index + 0.5 * (index == changed)))
+        (tmp_path / "program.py").write_text(program, encoding="utf-8")
+        compiled_one, plain = run(tmp_path, cache, "import program").split()
+        assert compiled_one == plain
+        before = set(cache.rglob("*.nbc"))
+        assert run(tmp_path, cache, "import program").split() == [compiled_one, plain]
+        assert set(cache.rglob("*.nbc")) == before

@@ -74,7 +74,7 @@ class Native:
     """Compiled callbacks and the record of one walk.
 
     Attributes:
-        functions: Shared by all walks whose controllers have the same laws.
+        functions: Shared by all walks whose controllers have no more states than there is room for.
         constants: As given.
         record: Simulation constants and gains of this walk, and where its recording lies.
         recording: As given; its arrays are kept alive.
@@ -144,7 +144,7 @@ def attached(model: mujoco.MjModel, walks: Sequence[Native]) -> Iterator[None]:
     if len(walks) > 1 and any(walk.constants.lands for walk in walks):
         raise ValueError("walks that land on their touchdowns need a model each")
     if not all(walk.functions is functions and walk.fits(model) for walk in walks):
-        raise ValueError("walks of one model need the same laws, and records made for a model like it")
+        raise ValueError("walks of one model need the same machine code, and records made for a model like it")
     field = model.numeric_data[:RECORDS_SIZE]
     table = np.array([walk.record.ctypes.data for walk in walks], dtype=np.float64)  # addresses have 48 bits
     before = field.copy()

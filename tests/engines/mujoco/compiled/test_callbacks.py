@@ -34,6 +34,25 @@ STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 CALLBACKS = ("mjcb_control", "mjcb_sensor", "mjcb_contactfilter")
 
 
+def nine_rates(
+    parameters: tuple[()], memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, ...]:
+    return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+class NineStates(PassiveController):
+    """More states than the machine code of the other controllers has room for: it needs one of its own."""
+
+    states = tuple(f"state_{index}" for index in range(9))
+    memory_size = 9
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        return nine_rates((), memory, t, q[0], q[1], dq[0], dq[1])
+
+    def law(self) -> Law:
+        return super().law()._replace(torque=nine_rates)
+
+
 def make(controller: Controller, terrain: Terrain | None = None, **parameters: object) -> Simulation:
     robot = controller.robot or mjbiped.Compass()
     start = controller.gait.start.tolist() if controller.gait else [0.0, 0.0, 0.0, 0.0]
@@ -207,16 +226,16 @@ def test_one_model_serves_walks_of_many_gains_in_threads(controller: AdaptiveCon
 
 
 def test_records_of_another_kind_are_refused(controller: AdaptiveController) -> None:
-    """Of other laws, or of a ground with another number of risers: C code looks at no bounds."""
+    """Of laws with more states, or of a ground with another number of risers: C code looks at no bounds."""
     fixed: dict[str, object] = {"lands": False}
     level, stairs = make(controller, Terrain.level(), **fixed), make(controller, Terrain.stairs(rise=-0.06), **fixed)
-    passive, lands = make(PassiveController(), Terrain.level(), **fixed), make(controller, Terrain.level())._native
-    own, other, unlike = level._native, stairs._native, passive._native
+    many, lands = make(NineStates(), Terrain.level(), **fixed), make(controller, Terrain.level())._native
+    own, other, unlike = level._native, stairs._native, many._native
     assert own
     assert other
     assert unlike
     for walks in ([other], [own, unlike]):
-        with pytest.raises(ValueError, match="the same laws"), attached(level.model, walks):
+        with pytest.raises(ValueError, match="the same machine code"), attached(level.model, walks):
             pass
     with pytest.raises(ValueError, match="a model each"), attached(level.model, [own, lands]):  # type: ignore[list-item]
         pass
@@ -318,14 +337,14 @@ def test_unknown_mujoco_warns_once_and_walks(monkeypatch: pytest.MonkeyPatch, co
 
 
 def test_over_callbacks_of_others_python_takes_its_place(controller: AdaptiveController) -> None:
-    """What stands there is asked for other models: Python's, and compiled ones of another law."""
+    """What stands there is asked for other models: Python's, and compiled ones of another kind."""
     seen: list[mujoco.MjModel] = []
 
     def standing_there(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         del data
         seen.append(model)
 
-    outer, inner = make(controller), make(PassiveController(), Terrain.incline(2.0))
+    outer, inner = make(controller), make(NineStates(), Terrain.incline(2.0))
     mujoco.set_mjcb_control(standing_there)
     try:
         with inner.callbacks():
