@@ -338,8 +338,9 @@ def draw_panel(axes: Axes, worst: Mapping[Setting, float], speed: Mapping[Settin
     axes.axhline(WANTED_SPEED, color=plot_style.GUIDE, linewidth=0.9)
     axes.annotate(
         f"{WANTED_SPEED:g} ×",
-        (0.01, WANTED_SPEED),
+        (0.99, WANTED_SPEED),
         xycoords=("axes fraction", "data"),
+        ha="right",
         textcoords="offset points",
         xytext=(0, 3),
         color=plot_style.SHADE,
