@@ -43,6 +43,9 @@ from mjbiped.terrain.profile import Profile, height_of, height_over, segment_sto
     RIGHT_LAG,
     LEFT_LAG_NEXT,  # the same after the step from then on
     RIGHT_LAG_NEXT,
+    SMOOTH,  # 1: the last step's accelerations are those of a motion without an impact
+    LEFT_ACCELERATION,  # of the legs in it, rad/s²
+    RIGHT_ACCELERATION,
     SHOWN,  # 1: `qvel` is what MuJoCo's velocity stage is to see
     QVEL,  # first of four: the state's rates meanwhile
     _QVEL_Z,
@@ -85,7 +88,7 @@ from mjbiped.terrain.profile import Profile, height_of, height_over, segment_sto
     OUTCOME,
     RECORD,  # which of its model's records holds for this walk where the callbacks are compiled; see `native`
     LAST_TOUCHDOWN,  # first index of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
-) = range(54)
+) = range(57)
 
 # of the touchdown's row, each the first of two indices: what the controller is told
 TOLD_Q_BEFORE, TOLD_Q, TOLD_DQ = (LAST_TOUCHDOWN + index_of(TOUCHDOWNS, name) for name in ("q_before", "q", "dq"))

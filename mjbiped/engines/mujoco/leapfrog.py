@@ -13,7 +13,9 @@ to its end. Otherwise each gait step begins and ends with rates that are off by 
 `qacc` is scaled by k / t before the integrator takes it.
 
 **Lag.** The rates of now are v + t a / 2, with t and a of the step before. These the controller is told, they are
-recorded, and MuJoCo's Coriolis forces are of them.
+recorded, and MuJoCo's Coriolis forces are of them. Where a foot that slides loses the ground and finds it again, a is
+an impulse over t, of which v holds the whole already. So a is taken to differ from that of the step before it by no
+more than that one's size and g / l, as slope limiters do.
 
 **Held foot.** A contact's damping of 1 / k brings the foot's velocity J v' to rest, with J of the step's *beginning*:
 MuJoCo's reference acceleration leaves the change of J out. Turned by t q̇, a foot at rest so leaves its place by
@@ -34,6 +36,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.contact_events import State
+from mjbiped.rules.termination import STALL_TIME
 
 if TYPE_CHECKING:
     from mjbiped.engines.mujoco.callbacks import SimulationConstants
@@ -84,16 +87,31 @@ def effective_step(plain: float, before: float, length: float) -> float:
     return length if plain else 0.5 * (before + length)
 
 
-def note_lag(u: MutableSequence[float], length: float, qacc: Sequence[float]) -> None:
+def note_lag(u: MutableSequence[float], constants: SimulationConstants, length: float, qacc: Sequence[float]) -> None:
     """Note what the rates will lack after this step.
 
     Args:
         u: Userdata, after `contact_events.read_contacts` of this time.
+        constants: The walk's.
         length: Of the step, s.
         qacc: The accelerations of the hip and of both legs.
     """
-    lag = 0.0 if u[events.NOTED] or u[events.PLAIN] else 0.5 * length  # rates after an impact are those of its end
-    u[events.LEFT_LAG_NEXT], u[events.RIGHT_LAG_NEXT] = lag * qacc[2], lag * qacc[3]
+    impact = u[events.NOTED] or u[events.PLAIN]
+    lag = 0.0 if impact else 0.5 * length  # rates after an impact are those of its end
+    left, right = qacc[2], qacc[3]
+    if u[events.SMOOTH]:
+        falling = STALL_TIME / constants.limits.stall_time
+        left = limited(left, u[events.LEFT_ACCELERATION], falling * falling)
+        right = limited(right, u[events.RIGHT_ACCELERATION], falling * falling)
+    u[events.LEFT_LAG_NEXT], u[events.RIGHT_LAG_NEXT] = lag * left, lag * right
+    u[events.SMOOTH] = 0.0 if impact else 1.0
+    u[events.LEFT_ACCELERATION], u[events.RIGHT_ACCELERATION] = qacc[2], qacc[3]
+
+
+def limited(acceleration: float, before: float, least: float) -> float:
+    """An acceleration that differs from the one before by no more than that one's size and `least`, in rad/s²."""
+    room = abs(before) + least
+    return min(max(acceleration, before - room), before + room)
 
 
 def rates_now(u: Sequence[float], state: State) -> State:

@@ -79,7 +79,7 @@ def step_length(
         following = constants.contact_timestep
     u[events.PLANNED_NEXT], u[events.PLAIN_NEXT] = following, plain
     u[events.EFFECTIVE_STEP] = effective_step(u[events.PLAIN], u[events.LAST_STEP], length)
-    note_lag(u, length, qacc)
+    note_lag(u, constants, length, qacc)
     return length
 
 
