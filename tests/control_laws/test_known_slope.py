@@ -176,7 +176,8 @@ def test_compiled_and_plain_walks_agree(kind: Callable[..., KnownSlopeController
         for rows, near in ((4, 1e-9), (30, 1e-4)) if multiplied else ((30, 1e-9),):
             expected = pytest.approx(plain.touchdowns[name][:rows], rel=near, abs=near, nan_ok=True)
             assert values[:rows] == expected, name
-    assert compiled.peak_torque == pytest.approx(plain.peak_torque, rel=1e-8 if multiplied else 1e-9)
+    # a torque is a function of the state: KETC's peak comes in the sixth step, where 1e-13 has become some 1e-6
+    assert compiled.peak_torque == pytest.approx(plain.peak_torque, rel=1e-4 if multiplied else 1e-9)
 
 
 @each_kind

@@ -248,7 +248,7 @@ def test_a_foot_on_the_very_edge() -> None:
 @pytest.mark.slow
 def test_slopes_of_random_grounds(controller: AdaptiveController) -> None:
     """30 grounds of slopes and steps, 60 steps each: every slope that is told is there, and the engines agree."""
-    agreed, walked = 0, 0
+    agreed, walked, parted = 0, 0, 0
     for seed in range(30):
         terrain = Terrain.random(seed=seed)
         there = mjbiped.walk(controller, terrain, steps=60, sample_period=None)
@@ -260,6 +260,12 @@ def test_slopes_of_random_grounds(controller: AdaptiveController) -> None:
                 assert slope == pytest.approx(terrain.angle[on], abs=1e-15)
                 agreed += 1
         assert there.outcome == here.outcome == "finished"
-        assert there.cost_of_transport == pytest.approx(here.cost_of_transport, rel=2e-3), seed
         walked += 1
+        if there.cost_of_transport != pytest.approx(here.cost_of_transport, rel=2e-3):
+            # footholds differ by some 0.3 mm after 50 steps: one so near to a break may be on its other side
+            found = mjbiped.compare(controller, terrain, steps=60).divergence
+            assert found is not None, seed
+            assert any(cause.startswith("an edge") for cause in found.causes), (seed, found.causes)
+            parted += 1
     assert (agreed, walked) == (3600, 30)
+    assert parted <= 1  # seed 18, whose 51st foothold is 0.1 mm from a break
