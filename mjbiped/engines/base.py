@@ -41,6 +41,10 @@ class Engine(ABC):
             InputError: It cannot.
         """
 
+    def room(self, states: int) -> int:
+        """Number of integrated states that the machine code has room for which serves a controller with so many."""
+        return states
+
     @abstractmethod
     def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> Run:
         """Set the robot on the ground.

@@ -22,7 +22,7 @@ caching: Any = importlib.import_module("numba.core.caching")  # Numba has no typ
 _DIGEST = hashlib.sha256().digest_size
 
 
-class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]
+class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]  # untyped, as all of Numba
     """The files of one function, the machine code with its digest before it."""
 
     def _load_data(self, name: str) -> Any:
@@ -37,7 +37,7 @@ class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]
             file.write(hashlib.sha256(dumped).digest() + dumped)
 
 
-class MachineCodeCache(caching.FunctionCache):  # type: ignore[misc]
+class MachineCodeCache(caching.FunctionCache):  # type: ignore[misc]  # the same
     """Numba's cache of a function, which compiles again what it cannot read, and goes without what it cannot write."""
 
     def __init__(self, function: Any) -> None:

@@ -45,12 +45,12 @@ def precompile(
     """
     names = [known_name("controller", name, controller_names()) for name in controllers or controller_names()]
     chosen = [known_name("engine", name, ENGINES) for name in engines or sorted(ENGINES)]
-    # an engine's machine code serves all controllers with as many states: one of them makes it, then the others come
+    # an engine's machine code serves many controllers: one of them makes it, then the others come
     waiting: dict[tuple[str, int], list[Unit]] = {}
     for name in names:
         states = len(controller_class(name).states)
         for engine in chosen:
-            waiting.setdefault((engine, states), []).append((engine, name))
+            waiting.setdefault((engine, ENGINES[engine].room(states)), []).append((engine, name))
     failures: list[InputError] = []
     total = len(names) * len(chosen)
     with (

@@ -1,6 +1,7 @@
 """A user's program with a control law of its own, a constant of which `startup_benchmark` changes from run to run.
 
-It is the paper's law with the hip torque multiplied by that constant, walked 60 steps on level ground:
+The paper's law without re-planning, the hip torque multiplied by that constant, is walked 60 steps on level ground. It
+is put together here as its author would do it, so that a law of usual length has to be compiled:
 
     python edited_law.py ENGINE
 """
@@ -12,10 +13,11 @@ from dataclasses import dataclass
 
 import mjbiped
 from controllers import AdaptiveController
-from controllers.adaptive import Parameters, _reference
+from controllers.adaptive import Parameters
 from controllers.slope_estimator import estimate_rates
 from controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.control.controller import Law, Memory
+from mjbiped.gaits.reference import reference_at
 from mjbiped.robots import compass
 
 FACTOR = 1.0
@@ -25,7 +27,7 @@ def law_torque(
     parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> Sequence[float]:
     """Torques (14), the hip's times `FACTOR`, and the rates of the estimates (17)."""
-    reference = _reference(parameters, memory, t)
+    reference = reference_at(parameters.table, t)
     legs = compass.legs_of(q1, q2)
     errors = tracking_errors(parameters.position_gain, reference, q1, q2, dq1, dq2)
     ankle, hip = tracking_torque(

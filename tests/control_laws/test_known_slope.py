@@ -178,6 +178,8 @@ def test_compiled_and_plain_walks_agree(kind: Callable[..., KnownSlopeController
             assert values[:rows] == expected, name
     # a torque is a function of the state: KETC's peak comes in the sixth step, where 1e-13 has become some 1e-6
     assert compiled.peak_torque == pytest.approx(plain.peak_torque, rel=1e-4 if multiplied else 1e-9)
+    first = mjbiped.walk(controller, UNEVEN, engine="hybrid", steps=4).peak_torque
+    assert first == pytest.approx(hybrid(controller, UNEVEN, steps=4).peak_torque, rel=1e-9)
 
 
 @each_kind

@@ -47,7 +47,7 @@ def motion(
     k1, k2, gamma = gain
     six = (*reference[:2], *reference[2:4], *reference[4:6])
     errors = tracking_errors(k1, six, *q, *dq)  # type: ignore[arg-type]  # six floats
-    tau = tracking_torque(robot.constants, k1, k2, six, errors, legs_of(*q), *dq, *estimate)  # type: ignore[arg-type]
+    tau = tracking_torque(robot.constants, k1, k2, six, errors, legs_of(*q), *dq, *estimate)  # type: ignore[arg-type]  # six
     force = robot.input_matrix @ tau - robot.coriolis_matrix(q, dq) @ dq - robot.gravity_vector(q, slope)
     ddq: Array = np.linalg.inv(robot.mass_matrix(q)) @ force
     z1: Array = np.array(reference[:2]) - q

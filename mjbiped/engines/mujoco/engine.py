@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.compiled.registry import exclusive, require_no_callbacks, walking
-from mjbiped.engines.mujoco.options import Options
+from mjbiped.engines.mujoco.options import ROOM, Options
 from mjbiped.engines.mujoco.run import MujocoRun
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
@@ -50,6 +50,10 @@ class Mujoco(Options, Engine):
             InputError: They are too short or too long.
         """
         domains.MUJOCO_LEG.check("leg length in MuJoCo (engine='hybrid' takes any)", plan.robot.leg_length)
+
+    def room(self, states: int) -> int:
+        """One machine code serves all controllers with up to eight states; see `Engine.room`."""
+        return max(states, ROOM)
 
     def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> MujocoRun:
         """Build the scene; see `Engine.start`."""

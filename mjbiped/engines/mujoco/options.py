@@ -13,6 +13,7 @@ from mjbiped.utils.domains import known_name
 
 DEFAULT_TIMESTEP = 1e-3  # s
 DEFAULT_CONTACT_TIMESTEP = 1e-5  # s
+ROOM = 8  # integrated states of a controller that one machine code has room for
 LONGEST_TIMESTEP = domains.TIMESTEP.high  # at 5 ms c_mt errs by 0.05 %, at 8 ms by 0.7 %, s
 
 

@@ -1,10 +1,12 @@
 """Steps of second order: what the controller is told, where the stance foot is held, and how errors shrink."""
 
 import math
+from typing import TypeAlias
 
 import mujoco
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from simulations import make_simulation
 
 import mjbiped
@@ -15,6 +17,16 @@ from mjbiped.records import measures
 from mjbiped.reproduction.grounds import found_terrain
 
 Terrain = mjbiped.Terrain
+Floats: TypeAlias = NDArray[np.float64]
+
+
+def to_the_position_stage(simulation: Simulation) -> Floats:
+    """Make 100 steps and the position stage of the next one; returns the rates before that."""
+    mujoco.mj_step(simulation.model, simulation.data, nstep=100)
+    rates: Floats = simulation.data.qvel.copy()
+    mujoco.mj_fwdPosition(simulation.model, simulation.data)
+    mujoco.mj_sensorPos(simulation.model, simulation.data)
+    return rates
 
 
 def make(controller: AdaptiveController, terrain: Terrain, **settings: object) -> Simulation:
@@ -105,10 +117,7 @@ def test_rates_are_put_back(compile: bool, controller: AdaptiveController) -> No
     simulation = make(controller, Terrain.level(), compile=compile)
     model, data = simulation.model, simulation.data
     with simulation.callbacks():
-        mujoco.mj_step(model, data, nstep=100)
-        rates = data.qvel.copy()
-        mujoco.mj_fwdPosition(model, data)
-        mujoco.mj_sensorPos(model, data)
+        rates = to_the_position_stage(simulation)
         assert data.userdata[events.SHOWN]
         assert np.abs(data.qvel - rates).max() > 1e-4
         assert data.userdata[events.QVEL : events.QVEL + 4].tolist() == rates.tolist()
@@ -122,10 +131,7 @@ def test_plain_steps_are_shown_nothing(controller: AdaptiveController) -> None:
     simulation = make(controller, Terrain.level(), timestep=1e-4, lands=False)
     model, data = simulation.model, simulation.data
     with simulation.callbacks():
-        mujoco.mj_step(model, data, nstep=100)
-        rates = data.qvel.copy()
-        mujoco.mj_fwdPosition(model, data)
-        mujoco.mj_sensorPos(model, data)
+        rates = to_the_position_stage(simulation)
         assert data.qvel.tolist() == rates.tolist()
         mujoco.mj_forward(model, data)
         assert data.userdata[[events.LEFT_RATE, events.RIGHT_RATE]].tolist() == rates[2:].tolist()

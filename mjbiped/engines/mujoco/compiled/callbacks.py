@@ -32,6 +32,7 @@ from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.callbacks import Laws, Recording, SimulationConstants
 from mjbiped.engines.mujoco.compiled.layout import Layout, UnknownLayoutError, layout
 from mjbiped.engines.mujoco.compiled.memory import memory_access
+from mjbiped.engines.mujoco.options import ROOM
 from mjbiped.engines.mujoco.scene import RECORDS_SIZE
 from mjbiped.numerics.jit import c_function, described, options, prepared
 from mjbiped.numerics.records import Packer, Shared
@@ -41,7 +42,6 @@ from mjbiped.terrain.profile import Profile
 if TYPE_CHECKING:
     from mjbiped.control.controller import Law
 
-_ROOM = 8  # integrated states of a controller that one machine code has room for
 _POSITION, _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_POS), int(mujoco.mjtStage.mjSTAGE_ACC)
 
 
@@ -106,7 +106,7 @@ class Native:
         shared = recording._replace(samples=Shared(recording.samples), rows=Shared(recording.rows))
         packer = Packer()
         self._law = law
-        self._code = MachineCode(law, constants.states, constants.memory_size, contract=False, room=_ROOM)
+        self._code = MachineCode(law, constants.states, constants.memory_size, contract=False, room=ROOM)
         made = packer.add((packed, shared, self._code.law))
         self.functions = _compile(made, tuple(packer.classes.items()), layout())
         self.constants, self.recording = constants, recording
