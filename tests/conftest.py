@@ -1,6 +1,7 @@
 """What many tests share: Table I's robot, its passive gait on 2 degrees, and the paper's controller."""
 
 import math
+import signal
 from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
@@ -9,6 +10,10 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    # a shell starts what runs in the background so, and processes that tests start and then interrupt would inherit it
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

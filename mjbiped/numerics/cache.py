@@ -1,6 +1,6 @@
 """Machine code on disk, so that it is made once: Numba's cache, which here survives whatever happens to its files.
 
-Files lie beside `jit.py` where that folder can be written to, else in the user's cache, or where the environment
+Files lie beside this one where that folder can be written to, else in the user's cache, or where the environment
 variable NUMBA_CACHE_DIR says. Each is written whole before it gets its name, so that processes may start at once. A
 file that is damaged, or cannot be read or written, costs time and a warning, no more.
 
@@ -15,6 +15,7 @@ import pickle
 import warnings
 from functools import lru_cache
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 caching: Any = importlib.import_module("numba.core.caching")  # Numba has no types
@@ -41,12 +42,13 @@ class MachineCodeCache(caching.FunctionCache):  # type: ignore[misc]  # the same
     """Numba's cache of a function, which compiles again what it cannot read, and goes without what it cannot write."""
 
     def __init__(self, function: Any) -> None:
-        """Find the folder.
+        """Find the folder, that of this module, wherever the function is from.
 
         Raises:
             RuntimeError: There is none that can be written to.
         """
-        super().__init__(function)
+        here = function.__code__.replace(co_filename=__file__)
+        super().__init__(FunctionType(here, {"__name__": __name__}, function.__name__, None, function.__closure__))
         locator, name = self._impl.locator, self._impl.filename_base
         self._cache_file = _Files(self._cache_path, name, locator.get_source_stamp())
 

@@ -180,19 +180,19 @@ def from_source(compiler: Callable[..., Any], name: str, source: str, space: dic
         known: What they are, as far as machine code depends on it; with the text it names what is kept.
     """
     given = dict(space)
-    exec(compile(source, __file__, "exec"), given)
+    exec(compile(source, f"<compiled {name}>", "exec"), given)
     digest = hashlib.sha256(repr((source, known, _addresses())).encode()).hexdigest()
     unique = f"{name}_{digest[:16]}"
     return compiler(FunctionType(_renamed(given[name].__code__, unique), _here(given), unique))
 
 
 def _renamed(code: CodeType, name: str) -> CodeType:
-    """Code under a name that has its digest in it, as if it stood in this file, beside which it is then kept.
+    """Code under a name that has its digest in it.
 
     Functions of one name share a file of Numba's that lists what is kept, and one program's types, written there, would
     keep every other program from reading it.
     """
-    return code.replace(co_name=name, co_qualname=name, co_filename=__file__)
+    return code.replace(co_name=name, co_qualname=name)
 
 
 def _here(space: dict[str, Any]) -> dict[str, Any]:
@@ -271,7 +271,7 @@ def _bound(function: Function, group: Callable[..., Any], functions: tuple[Funct
     # machine code has an address, with which nothing can be kept on disk: what is handed on is a function that calls it
     source += "".join(f"def {name}(x, y, z):\n    return made_{name}(x, y, z)\n" for name in made)
     space: dict[str, Any] = {"__name__": __name__, **{f"made_{name}": member for name, member in made.items()}}
-    exec(compile(source, __file__, "exec"), space)  # the cache lies where this file does
+    exec(compile(source, f"<compiled {name}>", "exec"), space)
     for calling in made:
         register_jitable(space[calling])
     bound: Function = space["bind"](function, group, digest, *(members[name] for name in cells))

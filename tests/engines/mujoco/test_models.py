@@ -5,7 +5,6 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from dm_control import mujoco as dm_mujoco
 
 import mjbiped
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
@@ -73,6 +72,7 @@ def test_keyframes_stand_on_their_ground(gait: mjbiped.Gait) -> None:
 
 def test_runs_in_dm_control() -> None:
     """The scene is an ordinary MJCF file for dm_control too: named access, stepping, no warning raised."""
+    dm_mujoco = pytest.importorskip("dm_control.mujoco", reason="dm-control cannot be installed on Python 3.13")
     physics = dm_mujoco.Physics.from_xml_path(str(models_folder() / "scene.xml"))
     with physics.reset_context():
         physics.named.data.qpos["hip_z"] = 1.0

@@ -277,7 +277,7 @@ def _compile(made: str, classes: tuple[tuple[str, type], ...], at: Layout) -> Fu
         **dict(classes),
         **memory_access(at),
     }
-    exec(compile(source, __file__, "exec"), space)  # the cache lies where this file does
+    exec(compile(source, "<compiled callbacks>", "exec"), space)
     word = numba.types.int64
     whole = numba.types.int32
     signatures = (
