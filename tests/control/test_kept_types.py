@@ -8,6 +8,10 @@ import sys
 from pathlib import Path
 
 import own_controllers
+import pytest
+
+from mjbiped.control.controller import never
+from mjbiped.numerics.jit import kept_apart
 
 LAW = """\
 import math
@@ -50,6 +54,14 @@ print(MachineCode(Spring().law(), 0, 0, contract=True).failed)
 """
 
 
+def test_types_that_not_every_program_knows_have_names_of_their_own() -> None:
+    names = {
+        kept_apart(never, True, types)[0].__name__ for types in ((), ("first.Parameters",), ("second.Parameters",))
+    }
+    assert len(names) == 3
+
+
+@pytest.mark.slow
 def test_two_programs_keep_the_same_function_for_types_of_their_own(tmp_path: Path) -> None:
     """`never`, which both take from the project, for `Parameters` of modules that the other one does not have."""
     for module in ("first_law", "second_law"):
