@@ -150,7 +150,7 @@ def bifurcation(
         "Slope of the passive gait that is imitated; for all but passive.",
     ),
 )
-@options.gain_option
+@options.gain_option("Map")
 @options.scuffing_option("Map")
 @options.robot_options
 @_out

@@ -243,22 +243,18 @@ walk_options = options(
         CONTROLLER,
         DEFAULT_CONTROLLER,
         "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque; "
-        f"{', '.join(OTHERS)} are those that the paper compares with, see docs/comparison.md. Your own by its class: "
+        f"{', '.join(COMPARED)} are those that the paper compares with, see docs/comparison.md. Your own by its class: "
         f"{FORMS}, as spread.py:HipSpread.",
     ),
 )
 
-gain_option = options(
-    "Walk",
-    (
-        "--gain",
-        Kind("NAME=VALUE", gain),
-        (),
-        "Sets a field of the controller, may be repeated; "
-        + "; ".join(f"{name}: {shown_defaults(gains_of(name))}" for name in COMPARED)
-        + "; your own: those of its dataclass.",
-    ),
-)
+
+def gain_option(section: str) -> Callable[[_Function], _Function]:
+    """The option that sets a controller's fields."""
+    known = "; ".join(f"{name}: {shown_defaults(gains_of(name))}" for name in COMPARED)
+    text = f"Sets a field of the controller, may be repeated; {known}; your own: those of its dataclass."
+    return options(section, ("--gain", Kind("NAME=VALUE", gain), (), text))
+
 
 mujoco_options = options(
     MUJOCO,

@@ -11,6 +11,7 @@ import copy
 import inspect
 import math
 from collections.abc import Sequence
+from dataclasses import FrozenInstanceError
 from functools import cached_property, lru_cache
 from numbers import Real
 from typing import TYPE_CHECKING, Any
@@ -45,9 +46,23 @@ def try_out(controller: Controller, q: Pair, dq: Pair) -> None:
     Raises:
         InputError: It breaks the contract.
     """
+    kind = type(controller)
+    _check_parameters(kind)
+    try:
+        _try_out(_stand_in(controller), q, dq)
+    except InputError:
+        raise
+    except FrozenInstanceError as error:
+        raise InputError(
+            f"{kind.__name__} sets an attribute while it walks: {error}{place_of(error, kind)}; {_KEPT}"
+        ) from error
+    except Exception:
+        return  # the walk tells of it
+
+
+def _try_out(controller: Controller, q: Pair, dq: Pair) -> None:
+    """As `try_out`; whatever the methods raise is passed on."""
     name = type(controller).__name__
-    _check_parameters(type(controller))
-    controller = _stand_in(controller)
     memory: list[Any] = [0.0] * controller.memory_size
     before = _attributes(controller)
     try:
@@ -57,15 +72,8 @@ def try_out(controller: Controller, q: Pair, dq: Pair) -> None:
             f"{name}.start fails: {error}{place_of(error, type(controller))}; the memory has as many floats as "
             f"memory_size says, {controller.memory_size}: set that to as many as you need"
         ) from error
-    except Exception:
-        return
     _check_memory(name, "start", controller.memory_size, memory)
-    try:
-        first = _asked(controller, memory, 0.0, q, dq)
-    except InputError:
-        raise
-    except Exception:
-        return
+    first = _asked(controller, memory, 0.0, q, dq)
     fault = fault_in(controller, first, 0.0, q, dq)
     if fault:
         raise InputError(f"{fault}: the walk cannot begin")
@@ -201,9 +209,9 @@ def _step_on(controller: Controller, memory: list[float], q: Pair, dq: Pair) -> 
         _asked(controller, kept, _LATER, (0.5 * q[0], 0.5 * q[1]), dq)
         controller.slope_estimate(kept)
         controller.on_touchdown(kept, (0.2, -0.2), (-0.2, 0.2), (1.1, 0.8))  # as a passive gait's
-    except InputError:
+    except (InputError, FrozenInstanceError):
         raise
-    except Exception:
+    except Exception:  # in a state that the walk may never come to
         return
     _check_memory(type(controller).__name__, "on_touchdown", controller.memory_size, kept)
 

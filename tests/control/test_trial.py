@@ -53,6 +53,16 @@ def counted(self: Any, memory: Memory, t: float, q: Sequence[float], dq: Sequenc
     return 0.0, 0.0
 
 
+@dataclass(frozen=True)
+class Frozen(Still):
+    """A frozen dataclass that counts its steps."""
+
+    steps: int = 0
+
+    def on_touchdown(self, memory: Memory, *_: object) -> None:
+        self.steps += 1  # type: ignore[misc]  # that is what is wrong with it
+
+
 def changed_later(self: Any, *_: object) -> None:
     self.kept[0] += 1.0
 
@@ -90,6 +100,10 @@ REFUSED: dict[str, tuple[Controller, str]] = {
     "list in memory": (made(start=written(0, [1.0])), r"Law.start writes \[1.0\] into memory\[0\]"),
     "text at touchdown": (made(on_touchdown=written(0, "x")), r"Law.on_touchdown writes 'x' into memory\[0\]"),
     "attribute": (made(torque=counted), "Law sets its attribute calls while it walks; what lasts .*into the memory"),
+    "frozen": (
+        Frozen(),
+        r"Frozen sets an attribute while it walks: cannot assign to field 'steps' \(test_trial.py, .* self.steps",
+    ),
     "list in an attribute": (
         made(kept=[0.0], on_touchdown=changed_later, torque=lambda self, *_: (0.0, self.kept[0])),
         r"gives \(0.0, 0.0\) and then \(0.0, 1.0\) for the same arguments",
@@ -149,9 +163,19 @@ class Failing(Controller):
         raise ZeroDivisionError
 
 
-@pytest.mark.parametrize("controller", [Still(), Computing(), Bound(), Failing()])
+class FailingAtLast(Computing):
+    """Fails when it is asked once more."""
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Any:
+        self.log.append(t)
+        return 0.0, 1.0 / (3 - len(self.log))
+
+
+@pytest.mark.parametrize("controller", [Still(), Computing(), Bound(), Failing(), FailingAtLast()])
 def test_what_keeps_the_contract_passes(controller: Controller) -> None:
+    before = repr(vars(controller))
     try_out(controller, Q, DQ)
+    assert repr(vars(controller)) == before, "it is a copy that is tried"
 
 
 @pytest.mark.parametrize("name", controller_names())
