@@ -358,7 +358,7 @@ def walker_options(function: _Function) -> _Function:
     """All options that say who walks where and how, but for the engine."""
     parts = (
         walk_options,
-        gain_option,
+        gain_option("Walk"),
         scuffing_option("Walk"),
         mujoco_options,
         adaptive_options,

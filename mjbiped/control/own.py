@@ -16,6 +16,7 @@ import re
 import sys
 import sysconfig
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import redirect_stdout
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -146,7 +147,8 @@ def _module_of_file(place: str) -> ModuleType:
     _import_from(path.parent)
     try:
         # not by the loader: it would take what it has compiled before for a file of the same size and second
-        exec(compile(text, str(path), "exec"), vars(module))
+        with redirect_stdout(sys.stderr):  # a command's own output may be for machines
+            exec(compile(text, str(path), "exec"), vars(module))
     except BaseException as error:
         del sys.modules[name]
         if isinstance(error, Exception | SystemExit):
@@ -180,7 +182,8 @@ def _module(name: str) -> ModuleType:
         raise InputError(f"{shown(name)} is no name of a module; expected {FORMS}")
     _import_from(Path.cwd())
     try:
-        return importlib.import_module(name)
+        with redirect_stdout(sys.stderr):
+            return importlib.import_module(name)
     except ModuleNotFoundError as error:
         if error.name is not None and f"{name}.".startswith(f"{error.name}."):
             raise InputError(

@@ -172,7 +172,7 @@ def _gait_of_slope(controller: Controller, robot: Compass, slope: float) -> Gait
         return find_passive_gait(robot, slope)
     except GaitError as error:
         raise GaitError(
-            f"{error}, and {type(controller).__name__} imitates no gait that the walk could begin on; give "
+            f"{error}. {type(controller).__name__} imitates no gait that the walk could begin on: give "
             'initial="rest" (--initial rest), or four numbers q1, q2, dq1, dq2'
         ) from error
 

@@ -102,6 +102,14 @@ def test_a_file_called_like_our_package_is_no_obstacle(folder: Path) -> None:
         own_class("controllers:HipSpread")
 
 
+def test_what_a_file_prints_does_not_mix_with_a_commands_output(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own_controllers.write(folder, "loud.py", "print('loaded')\n" + own_controllers.SPREAD)
+    own_class("loud.py:HipSpread")
+    assert capsys.readouterr() == ("", "loaded\n")
+
+
 def test_files_are_looked_for_in_a_folder(folder: Path) -> None:
     assert located("spread.py:HipSpread", folder / "laws" / "..") == f"{folder}/spread.py:HipSpread"
     assert located("package.module:Law", folder) == "package.module:Law"
