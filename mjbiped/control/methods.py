@@ -39,7 +39,11 @@ def torque(
     Raises:
         InputError: It returned another number of values than it should, or no numbers.
     """
-    return values_of(controller, controller.torque(memory, t, (q1, q2), (dq1, dq2)))
+    given = controller.torque(memory, t, (q1, q2), (dq1, dq2))
+    # what most laws return, and nothing else, is seen at once: a walk asks thousands of times
+    if type(given) is tuple and len(given) == 2 + len(controller.states) and type(given[0]) is type(given[-1]) is float:
+        return given
+    return values_of(controller, given)
 
 
 def values_of(controller: Controller, given: Any) -> tuple[float, ...]:
