@@ -40,7 +40,7 @@ def check_guarded() -> None:
         raise error
     if main is None or file is None or not _is_imported(main):
         return
-    line = _line_of_main(sys._getframe())
+    line = _line_of_main(sys._getframe(), Path(file))
     if line is not None and not _is_guarded(Path(file), line):
         raise UnguardedError(f"{Path(file).name}, line {line}")
 
@@ -51,10 +51,11 @@ def _is_imported(main: ModuleType) -> bool:
     return not (name == "__main__" or name.endswith(".__main__"))
 
 
-def _line_of_main(frame: FrameType | None) -> int | None:
-    """The line at which the main program is; None where this is not called from there."""
+def _line_of_main(frame: FrameType | None, file: Path) -> int | None:
+    """The line at which the main program is; None where this is not called from there, or by what a profiler runs."""
     while frame is not None:
-        if frame.f_code.co_name == "<module>" and frame.f_globals.get("__name__") == "__main__":
+        code = frame.f_code
+        if code.co_name == "<module>" and Path(code.co_filename).resolve() == file.resolve():
             return frame.f_lineno
         frame = frame.f_back
     return None

@@ -37,6 +37,13 @@ def test_a_program_without_a_guard_ends_with_one_line(text: str, words: str, tmp
     assert re.search(words, done.stderr)
 
 
+def test_under_a_profiler_processes_import_that(tmp_path: Path) -> None:
+    (tmp_path / "program.py").write_text(HEAD + BODY)
+    words = [sys.executable, "-m", "cProfile", "-o", "profile", "program.py"]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True)
+    assert done.stdout == "3\n", done.stderr
+
+
 def test_what_a_child_imports_ends_without_a_word(tmp_path: Path) -> None:
     """From another thread the program's line is not seen: each process then refuses when it imports the program."""
     thread = "import threading\ndef main():\n" + INDENTED + "work = threading.Thread(target=main)\nwork.start()\n"
