@@ -24,7 +24,10 @@ from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
 from mjbiped.rollout.walk_many import WalksInterrupted, WalksStopped, walk_many
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils.shadows import warn_of_hidden_laws
 from mjbiped.version import __version__
+
+warn_of_hidden_laws()
 
 __all__ = [
     "Comparison",

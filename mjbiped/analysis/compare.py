@@ -26,7 +26,7 @@ from mjbiped.errors import InputError
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array, Compass
-from mjbiped.rollout.walk import walk
+from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import check_kind
@@ -137,8 +137,8 @@ def compare(
     Raises:
         InputError: An argument is outside its domain; nothing has been computed then.
         GaitError: `initial="gait"` with a controller that imitates none, on a slope that has no passive gait.
-        WalkStopped: The controller raised an exception.
-        WalkInterrupted: Ctrl-C.
+        WalkStopped: The controller raised an exception; where MuJoCo's walk has ended, the error carries that too.
+        WalkInterrupted: Ctrl-C; likewise.
     """
     if sample_period is None:
         raise InputError("sample_period = None: must be a number, for the records' samples are compared")
@@ -157,7 +157,11 @@ def compare(
         progress=progress,
     )
     there = walked(engine=contacts)  # first: it refuses all that the hybrid engine would, and more
-    here = walked(engine=impacts)
+    try:
+        here = walked(engine=impacts)
+    except (WalkStopped, WalkInterrupted) as stop:
+        stop.before = (there,)
+        raise
     table = divergence.differences(there, here)
     return Comparison(there, here, table, divergence.find(there, here, table, controller))
 

@@ -24,7 +24,7 @@ def recorded_controller(walk: Walk) -> AdaptiveTracking:
         InputError: Another controller walked.
         GaitError: The gait that it imitated is not found.
     """
-    controller = controller_from(walk.settings["controller"])
+    controller = controller_from(walk.settings["controller"], walk.settings.get("controller_source"))
     if not isinstance(controller, AdaptiveTracking):
         raise InputError(f"this needs an adaptive controller, and this walk's is {type(controller).__name__}")
     return controller

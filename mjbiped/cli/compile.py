@@ -21,6 +21,8 @@ from mjbiped.utils import domains
 def compile_(controllers: tuple[str, ...], engine: str | None, workers: int | None, json: bool, quiet: bool) -> None:
     """Compile what walks of the CONTROLLERS (all that are registered) need, so that none has to wait for it.
 
+    One of your own is named by its class, as for `mjbiped walk`.
+
     The machine code is kept beside the package, else in the user's cache, or in the folder that the environment
     variable NUMBA_CACHE_DIR names: set it for an image or a cluster, here and where the walks are made. It is for one
     kind of processor and one version of the project. What is there already is not compiled again.
@@ -29,6 +31,7 @@ def compile_(controllers: tuple[str, ...], engine: str | None, workers: int | No
     Examples:
       mjbiped compile
       mjbiped compile adaptive passive --engine hybrid
+      mjbiped compile spread.py:HipSpread
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.rollout.precompilation import precompile
 

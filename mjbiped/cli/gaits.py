@@ -10,9 +10,11 @@ from typing import Any
 import click
 import numpy as np
 
-from controllers import AdaptiveController
 from mjbiped.cli import options, tables
 from mjbiped.cli.files import INTERRUPTED, Files
+from mjbiped.cli.laws import controller_of, taken
+from mjbiped.control.own import FORMS
+from mjbiped.control.registry import SHARED
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.numerics.jit import announced
 from mjbiped.robots.compass import Compass
@@ -120,10 +122,14 @@ def bifurcation(
         "--slope-deg",
         domains.SLOPE_DEG,
         None,
-        "Slope of the plane; 2 for the passive robot, 0 for the adaptive controller.",
+        "Slope of the plane; 2 for the passive robot, 0 with a controller.",
     ),
-    ("--controller", click.Choice(("passive", "adaptive")), "passive", "Who walks."),
-    ("--imitate-slope-deg", domains.SLOPE_DEG, 2.0, "Slope of the passive gait that the adaptive controller imitates."),
+    (
+        "--controller",
+        options.CONTROLLER,
+        "passive",
+        f"Who walks: 'passive', or a controller that imitates a gait, as 'adaptive'; your own by its class: {FORMS}.",
+    ),
     (
         "--stance-rates",
         options.span(domains.RATE),
@@ -131,19 +137,30 @@ def bifurcation(
         "First rates of the stance leg, rad/s; around the gait's if left out.",
     ),
     ("--swing-rates", options.span(domains.RATE), None, "First rates of the swing leg, rad/s; the same."),
-    ("--grid", domains.GRID, None, "Starts along each side; 300, or 100 with the adaptive controller."),
-    ("--limit", domains.LIMIT, None, "Steps at most; 100, or 10 with the adaptive controller."),
+    ("--grid", domains.GRID, None, "Starts along each side; 300, or 100 with a controller."),
+    ("--limit", domains.LIMIT, None, "Steps at most; 100, or 10 with a controller."),
     ("--threads", domains.WORKERS, None, "Threads; one for each core unless given."),
 )
+@options.options(
+    options.ADAPTIVE,
+    (
+        "--imitate-slope-deg",
+        domains.SLOPE_DEG,
+        SHARED["imitate_slope_deg"],
+        "Slope of the passive gait that is imitated; for all but passive.",
+    ),
+)
+@options.gain_option("Map")
 @options.scuffing_option("Map")
 @options.robot_options
 @_out
 @options.plot_option
 @options.printed_options
+@click.pass_context
 def basin(
+    ctx: click.Context,
+    /,
     slope_deg: float | None,
-    controller: str,
-    imitate_slope_deg: float,
     stance_rates: tuple[float, float] | None,
     swing_rates: tuple[float, float] | None,
     grid: int | None,
@@ -158,23 +175,25 @@ def basin(
 ) -> None:
     """Map from which first rates of the legs the robot comes to walk, and from which it falls.
 
-    Each start stands just after an impact, both feet on the plane and the legs as far apart as in the gait. The
-    adaptive controller's torques are not bounded; the map shows how great they were.
+    Each start stands just after an impact, both feet on the plane and the legs as far apart as in the gait. A
+    controller's torques are not bounded; the map shows how great they were.
 
     \b
     Examples:
       mjbiped basin --slope-deg 2 --plot basin.png --out basin.npz
       mjbiped basin --controller adaptive --stance-rates=-2..12 --swing-rates=-30..30 --plot controlled.png
+      mjbiped basin --controller my_law.py:MyLaw --gain stiffness=25 --grid 20
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.limit_cycles.basin import BasinInterrupted, Fate, basin_of_attraction, basin_of_control
+    from mjbiped.limit_cycles.basin import BasinInterrupted, BasinStopped, Fate, basin_of_attraction, basin_of_control
 
-    robot = Compass(**values)
-    adaptive = controller == "adaptive"
-    slope = math.radians(slope_deg if slope_deg is not None else (0.0 if adaptive else 2.0))
-    count = grid or (100 if adaptive else 300)
-    gait = find_passive_gait(robot, math.radians(imitate_slope_deg) if adaptive else slope)
-    greatest = float(np.abs(gait.start[2:]).max())
-    around = ((-2.0, 11.0), (-25.0, 25.0)) if adaptive else ((0.7, 1.45), (-1.5, 2.2))
+    robot = Compass(**taken(ctx, values, "Robot"))
+    controlled = values["controller"] != "passive"
+    law = controller_of(ctx, robot, values)
+    slope = math.radians(slope_deg if slope_deg is not None else (0.0 if controlled else 2.0))
+    count = grid or (100 if controlled else 300)
+    gait = law.gait if controlled else find_passive_gait(robot, slope)
+    greatest = float(np.abs(gait.start[2:]).max()) if gait is not None else 0.0  # which is refused
+    around = ((-2.0, 11.0), (-25.0, 25.0)) if controlled else ((0.7, 1.45), (-1.5, 2.2))
     sides = []
     for wanted, (low, high) in zip((stance_rates, swing_rates), around, strict=True):
         first, last = wanted or (low * greatest, high * greatest)
@@ -182,27 +201,29 @@ def basin(
     settings: dict[str, Any] = {
         "stance_rates": sides[0],
         "swing_rates": sides[1],
-        "limit": limit or (10 if adaptive else 100),
+        "limit": limit or (10 if controlled else 100),
         "threads": threads,
         "scuffing": ScuffingRule(reach=scuffing_reach),
         "progress": not quiet,
     }
-    files, began, interrupted = Files(), time.perf_counter(), False
+    files, began, trouble = Files(), time.perf_counter(), (0, "")
     try:
         with announced("the walks of this map", wanted=not quiet):
-            if adaptive:
-                found = basin_of_control(AdaptiveController(robot, gait), slope, **settings)
+            if controlled:
+                found = basin_of_control(law, slope, robot=robot, **settings)
             else:
                 found = basin_of_attraction(robot, slope, **settings)
     except BasinInterrupted as stop:
-        found, interrupted = stop.basin, True
+        found, trouble = stop.basin, (INTERRUPTED, "the map was interrupted")
+    except BasinStopped as stop:
+        found, trouble = stop.basin, (1, str(stop))
     seconds = time.perf_counter() - began
     columns = ("slope", "start", "stance_rates", "swing_rates", "fates", "steps", "peak_torque")
     names = [fate.name.lower() for fate in Fate]
     files.save_arrays(out, {**{name: getattr(found, name) for name in columns}, "fate_names": names})
-    if interrupted:
-        files.fail(INTERRUPTED, "the map was interrupted; what was not computed counts as undecided")
-
+    status, reason = trouble
+    if reason:
+        files.fail(status, f"{reason}; what was not computed counts as undecided")
     files.plot(plot, "gaits:plot_basins", [found])
     shares = {fate.name.lower(): found.share(fate) for fate in Fate}
     summary = {

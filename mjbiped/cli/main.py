@@ -7,7 +7,7 @@ Exit status: 0 for a walk that came to an end, a fall included; 2 for anything t
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -20,10 +20,10 @@ from mjbiped.cli import options, tables
 from mjbiped.cli.compile import compile_
 from mjbiped.cli.files import INTERRUPTED, LONGEST_LINE, Files, end, terminable
 from mjbiped.cli.gaits import basin, bifurcation
+from mjbiped.cli.laws import controller_of, refuse, section, taken
 from mjbiped.cli.reproduce import reproduce
 from mjbiped.cli.sweep import sweep
 from mjbiped.control.controller import Controller
-from mjbiped.control.registry import SHARED, make_controller, settings_of
 from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.names import ENGINES
@@ -135,8 +135,9 @@ def _walk(
       mjbiped walk incline:slope_deg=2 --controller passive --distance 20
       mjbiped walk slopes --controller energy-constraint --gain ratio=-2 --gain gain=20
       mjbiped walk trail.csv --steps 200 --plot trail.pdf
+      mjbiped walk trail.csv --controller spread.py:HipSpread --gain stiffness=25 --initial rest
     """  # noqa: D301 (click reads the backspace)
-    pictures = _taken(ctx, values, "Video")
+    pictures = taken(ctx, values, "Video")
     law, ground = _walker(ctx, values)
     engine = _engine(ctx, values.pop("engine"), values)
     if video is not None and not quiet:
@@ -184,10 +185,22 @@ def _compare(
     """  # noqa: D301 (click reads the backspace)
     law, ground = _walker(ctx, values)
     mujoco = _mujoco(ctx, values)
-    done = compare(law, ground, mujoco=mujoco, progress=not quiet, **values)
     files = Files()
-    for name, record in (("mujoco", done.mujoco), ("hybrid", done.hybrid)):
-        files.write(f"record_{name}", None if out is None else out.with_stem(f"{out.stem}_{name}"), record.save)
+
+    def write(*walks: Walk) -> None:
+        for record in walks:
+            name = record.settings["engine"]
+            files.write(f"record_{name}", None if out is None else out.with_stem(f"{out.stem}_{name}"), record.save)
+
+    try:
+        done = compare(law, ground, mujoco=mujoco, progress=not quiet, **values)
+    except (WalkStopped, WalkInterrupted) as stop:
+        write(*stop.before, stop.walk)
+        kept = f"; what was walked is in {' and '.join(files.written.values())}" if files.written else ""
+        status = 1 if isinstance(stop, WalkStopped) else INTERRUPTED
+        files.fail(status, f"{stop} (engine {stop.walk.settings['engine']}){kept}")
+        files.end({}, [], json=json, quiet=quiet)
+    write(done.mujoco, done.hybrid)
     files.plot(plot, "comparison:plot_comparison", done)
     who = f"{done.mujoco.settings['controller']['name']} on {done.mujoco.terrain.caption}"
     files.end(done.to_dict(), [who, *tables.comparison_tables(done), Text(done.verdict)], json=json, quiet=quiet)
@@ -282,8 +295,8 @@ def _walker(ctx: click.Context, values: dict[str, Any]) -> tuple[Controller, Ter
         MjbipedError: Terrain, robot or controller cannot be as the options say.
     """
     terrain = _terrain(values.pop("terrain"), values.pop("seed"))
-    values["robot"] = Compass(**_taken(ctx, values, "Robot"))
-    controller = _controller(ctx, values.pop("controller"), values["robot"], values)
+    values["robot"] = Compass(**taken(ctx, values, "Robot"))
+    controller = controller_of(ctx, values["robot"], values)
     values["scuffing"] = ScuffingRule(reach=values.pop("scuffing_reach"))
     return controller, terrain
 
@@ -306,33 +319,6 @@ def _terrain(text: str, seed: int | None) -> Terrain:
     return Terrain.preset("random", **parameters)
 
 
-def _controller(ctx: click.Context, name: str, robot: Compass, values: dict[str, Any]) -> Controller:
-    """The controller of a command, its options taken out of `values`.
-
-    Raises:
-        click.UsageError: An option is given that the controller does not have.
-        MjbipedError: A gain is outside its domain, or the slope to be imitated has no passive gait.
-    """
-    settings = _taken(ctx, values, options.ADAPTIVE, options.COMPARISON)
-    compared = name in options.OTHERS
-    if name != "adaptive":
-        others = [each for each in _section(ctx, options.ADAPTIVE) if not (compared and each.name in SHARED)]
-        _refuse(ctx, others, "--controller adaptive", name)
-    if not compared:
-        _refuse(ctx, _section(ctx, options.COMPARISON), f"--controller {', '.join(options.OTHERS)}", name)
-    gains, slope_source = dict(settings.pop("gain")), settings.pop("slope_source")
-    if name == "passive":
-        return make_controller(name, robot, {})
-    if not compared:
-        return make_controller(name, robot, settings)
-    valid = options.gains_of(name)
-    for unknown in gains.keys() - valid.keys():
-        raise click.UsageError(f"--gain {shortened(unknown)}: {name} has no such gain; valid are {', '.join(valid)}.")
-    if slope_source is not None:
-        gains["slope_source"] = slope_source
-    return make_controller(name, robot, {**{key: settings[key] for key in SHARED if key in settings_of(name)}, **gains})
-
-
 def _engine(ctx: click.Context, name: str, values: dict[str, Any]) -> Engine:
     """The engine of a command, its options taken out of `values`.
 
@@ -343,35 +329,14 @@ def _engine(ctx: click.Context, name: str, values: dict[str, Any]) -> Engine:
     mujoco = _mujoco(ctx, values)
     if name == mujoco.name:
         return mujoco
-    _refuse(ctx, _section(ctx, options.MUJOCO), f"--engine {mujoco.name}", name)
+    refuse(ctx, section(ctx, options.MUJOCO), f"--engine {mujoco.name}", name)
     return ENGINES[name]
 
 
 def _mujoco(ctx: click.Context, values: dict[str, Any]) -> Mujoco:
     """The MuJoCo engine of a command, its options taken out of `values`."""
-    settings = _taken(ctx, values, options.MUJOCO)
+    settings = taken(ctx, values, options.MUJOCO)
     return Mujoco(lands=not settings.pop("plain_steps"), **settings)
-
-
-def _refuse(ctx: click.Context, parameters: Iterable[click.Parameter], owner: str, name: str) -> None:
-    """Refuse options that are for something else than what was chosen.
-
-    Raises:
-        click.UsageError: One of them is given.
-    """
-    for parameter in parameters:
-        if ctx.get_parameter_source(str(parameter.name)) is click.core.ParameterSource.COMMANDLINE:
-            raise click.UsageError(f"{parameter.opts[0]} is for {owner}; {name} has no such thing.")
-
-
-def _section(ctx: click.Context, *sections: str) -> list[click.Parameter]:
-    """The options of sections of a command's help."""
-    return [parameter for parameter in ctx.command.params if getattr(parameter, "section", "") in sections]
-
-
-def _taken(ctx: click.Context, values: dict[str, Any], *sections: str) -> dict[str, Any]:
-    """The options of sections of a command's help, taken out of `values`."""
-    return {str(parameter.name): values.pop(str(parameter.name)) for parameter in _section(ctx, *sections)}
 
 
 def _warn_without_gl() -> None:

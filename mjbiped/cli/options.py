@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +12,8 @@ import click
 
 from controllers import AdaptiveController
 from controllers.comparison.known_slope import SLOPE_SOURCES
+from mjbiped.control.fields import shown_defaults
+from mjbiped.control.own import FORMS, is_reference
 from mjbiped.control.registry import DEFAULT_CONTROLLER, SHARED, controller_names, settings_of
 from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
 from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES
@@ -188,13 +191,24 @@ def initial_state(value: str) -> str | tuple[float, ...]:
         raise click.BadParameter(f"{shown(value)}; expected {wanted}.") from error
 
 
-def gain(value: str) -> tuple[str, float]:
-    """A gain's name and value, as "ratio=-2"; the controller knows which it has, and their domains."""
+def gain(value: str) -> tuple[str, str]:
+    """A setting's name and value, as "ratio=-2"; the controller knows which it has, their types and domains."""
     name, _, rest = value.partition("=")
-    number = parse_number(rest)
-    if number is None:
-        raise click.BadParameter(f"{shown(value)}; expected NAME=NUMBER, as gain=10.")
-    return name.strip(), number
+    if not name.strip() or not rest.strip():
+        raise click.BadParameter(f"{shown(value)}; expected NAME=VALUE, as gain=10.")
+    return name.strip(), rest
+
+
+def controller_name(value: str) -> str:
+    """The name of a registered controller, or of a class of the user's own, which is not loaded yet."""
+    if is_reference(value) or value in controller_names():
+        return value
+    near = difflib.get_close_matches(value, controller_names(), n=1)
+    hint = f" Did you mean {near[0]!r}?" if near else ""
+    raise click.BadParameter(f"{shown(value)}; expected one of {', '.join(controller_names())}, or {FORMS}.{hint}")
+
+
+CONTROLLER = Kind("NAME", controller_name)
 
 
 PLOT = output(".png", ".pdf", ".svg")
@@ -205,7 +219,7 @@ OTHERS = (*COMPARED, *(name for name in controller_names() if name not in ("adap
 
 
 def gains_of(name: str) -> dict[str, Any]:
-    """Names of the settings that `--gain` sets, with their defaults."""
+    """Names of the settings that `--gain` sets, with their defaults; those left out have options of their own."""
     return {key: value for key, value in settings_of(name).items() if key not in (*SHARED, "slope_source")}
 
 
@@ -226,12 +240,21 @@ walk_options = options(
     ),
     (
         "--controller",
-        click.Choice(controller_names()),
+        CONTROLLER,
         DEFAULT_CONTROLLER,
-        "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque; the others are "
-        "those that the paper compares with, see docs/comparison.md.",
+        "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque; "
+        f"{', '.join(COMPARED)} are those that the paper compares with, see docs/comparison.md. Your own by its class: "
+        f"{FORMS}, as spread.py:HipSpread.",
     ),
 )
+
+
+def gain_option(section: str) -> Callable[[_Function], _Function]:
+    """The option that sets a controller's fields."""
+    known = "; ".join(f"{name}: {shown_defaults(gains_of(name))}" for name in COMPARED)
+    text = f"Sets a field of the controller, may be repeated; {known}; your own: those of its dataclass."
+    return options(section, ("--gain", Kind("NAME=VALUE", gain), (), text))
+
 
 mujoco_options = options(
     MUJOCO,
@@ -297,16 +320,6 @@ adaptive_options = options(
 comparison_options = options(
     COMPARISON,
     (
-        "--gain",
-        Kind("NAME=X", gain),
-        (),
-        "A gain, may be repeated; "
-        + "; ".join(
-            f"{name}: {', '.join(f'{key}={value:g}' for key, value in gains_of(name).items())}" for name in COMPARED
-        )
-        + ".",
-    ),
-    (
         "--slope-source",
         click.Choice(SLOPE_SOURCES),
         None,
@@ -343,7 +356,15 @@ quiet_option = options("Results", ("--quiet", bool, False, "Print errors only, a
 
 def walker_options(function: _Function) -> _Function:
     """All options that say who walks where and how, but for the engine."""
-    parts = (walk_options, scuffing_option("Walk"), mujoco_options, adaptive_options, comparison_options, robot_options)
+    parts = (
+        walk_options,
+        gain_option("Walk"),
+        scuffing_option("Walk"),
+        mujoco_options,
+        adaptive_options,
+        comparison_options,
+        robot_options,
+    )
     for part in reversed(parts):
         function = part(function)
     return function

@@ -114,7 +114,7 @@ def _function(
             "return x",
         ),
     }[name]
-    made_law, digest = kept_apart(law, contract)
+    made_law, digest = kept_apart(law, contract, _strange(classes))
     source = f"""def {name}(record, m, {arguments}):
     {before}
     try:
@@ -153,6 +153,12 @@ def _unpacking(made: str, classes: tuple[tuple[str, type], ...], contract: bool)
     )
 
 
-def _kinds(classes: tuple[tuple[str, type], ...]) -> list[tuple[str, Any]]:
+def _kinds(classes: tuple[tuple[str, type], ...]) -> list[tuple[str, str, Any]]:
     """What tells the classes of parameters from others."""
-    return [(kind.__qualname__, getattr(kind, "_fields", ())) for _, kind in classes]
+    return [(kind.__module__, kind.__qualname__, getattr(kind, "_fields", ())) for _, kind in classes]
+
+
+def _strange(classes: tuple[tuple[str, type], ...]) -> tuple[str, ...]:
+    """Those of the classes that a program without the user's module cannot import, as what is kept of them asks for."""
+    names = (f"{kind.__module__}.{kind.__qualname__}" for _, kind in classes)
+    return tuple(name for name in names if not name.startswith(("mjbiped.", "controllers.")))

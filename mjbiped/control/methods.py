@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from numbers import Real
+from typing import TYPE_CHECKING, Any
 
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, shown
 
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller, Memory
@@ -36,12 +37,39 @@ def torque(
     """The method `torque`, with the controller in the place of its law's parameters.
 
     Raises:
-        InputError: It returned another number of values than it should.
+        InputError: It returned another number of values than it should, or no numbers.
     """
-    values = tuple(controller.torque(memory, t, (q1, q2), (dq1, dq2)))
-    if len(values) != 2 + len(controller.states):
+    given = controller.torque(memory, t, (q1, q2), (dq1, dq2))
+    # what most laws return, and nothing else, is seen at once: a walk asks thousands of times
+    if type(given) is tuple and len(given) == 2 + len(controller.states) and type(given[0]) is type(given[-1]) is float:
+        return given
+    return values_of(controller, given)
+
+
+def values_of(controller: Controller, given: Any) -> tuple[float, ...]:
+    """What `torque` returned, if it is as many numbers as it must be.
+
+    Raises:
+        InputError: It is not.
+    """
+    wanted = 2 + len(controller.states)
+    try:
+        values = tuple(given)
+    except TypeError:
+        values = None
+    if values is None or isinstance(given, str) or len(values) != wanted:
+        got = shown(given) if values is None or isinstance(given, str) else f"{len(values)} values"
         rates = ", ".join(controller.states) or "none"
-        raise InputError(f"torque returned {len(values)} values; expected ankle, hip and a rate per state ({rates})")
+        returned = ", ".join(("ankle", "hip", *(f"rate_of_{state}" for state in controller.states)))
+        raise InputError(
+            f"{type(controller).__name__}.torque returned {got}; expected {wanted}: ankle, hip (N m) and a rate per "
+            f"state ({rates}), as `return {returned}`"
+        )
+    for value in values:
+        if type(value) is not float and not isinstance(value, Real):
+            raise InputError(
+                f"{type(controller).__name__}.torque returned {shown(given)}; {shown(value)} in it is no number"
+            )
     return values
 
 

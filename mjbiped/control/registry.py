@@ -1,4 +1,4 @@
-"""Controllers by the names that they have on the command line and in study files.
+"""Controllers by the names that they have on the command line and in study files: registered ones, and a user's own.
 
 Nothing here knows a control law. A package registers its controllers as entry points of the group `GROUP`, as this
 project does in its own pyproject.toml, and they are found when somebody asks for them:
@@ -8,26 +8,29 @@ project does in its own pyproject.toml, and they are found when somebody asks fo
 spread = "my_package.spread:HipSpread"
 ```
 
-A registered class is a frozen dataclass, and its fields are the settings of the controller. Three names are special: a
-field `robot` gets the robot's model, `gait` the passive gait that is imitated, and one of `SLOPE_FIELDS` the slope
-estimate at the start.
+A class that is not registered is named by its place, as `mjbiped.control.own` says. Such a class is a frozen dataclass,
+and its fields are the settings of the controller. Three names are special: a field `robot` gets the robot's model,
+`gait` the passive gait that is imitated, and one of `SLOPE_FIELDS` the slope estimate at the start.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
 from typing import Any
 
+from mjbiped.control.blame import place_of
 from mjbiped.control.controller import Controller
-from mjbiped.errors import InputError, shown
+from mjbiped.control.fields import REQUIRED, checked, default_of, fields_of, shown_defaults, why_none
+from mjbiped.control.own import FORMS, is_reference, own_class, source_of
+from mjbiped.errors import InputError, MjbipedError, shown
 from mjbiped.gaits.passive import Gait, find_passive_gait
 from mjbiped.robots.compass import Compass
 from mjbiped.utils.domains import SLOPE_DEG, known_name
+from mjbiped.utils.shadows import hidden_laws
 
 GROUP = "mjbiped.controllers"
 """The group of entry points."""
@@ -67,35 +70,44 @@ def controller_names() -> tuple[str, ...]:
 def controller_class(name: str) -> type[Controller]:
     """The class of a name.
 
+    Args:
+        name: Of a registered controller, or where a class of the user's stands: see `mjbiped.control.own`.
+
     Raises:
-        InputError: The name is unknown, or the registered class cannot be imported.
+        InputError: The name is unknown, or the class cannot be imported.
     """
-    entry = registered()[known_name("controller", name, registered())]
+    if is_reference(name):
+        return own_class(name)
+    try:
+        entry = registered()[known_name("controller", name, registered())]
+    except InputError as error:
+        raise InputError(f"{error}; or a class of your own, {FORMS}") from None
     try:
         kind: type[Controller] = entry.load()
     except (ImportError, AttributeError) as error:
+        hint = f"; {hidden}" if (hidden := hidden_laws()) else ""
         raise InputError(
-            f"the controller {name} is registered as {entry.value}, which fails: {shown(error)}"
+            f"the controller {name} is registered as {entry.value}, which fails: {shown(error)}{hint}"
         ) from error
     return kind
 
 
 def settings_of(name: str) -> dict[str, Any]:
-    """Names of a controller's settings, with their defaults.
+    """Names of a controller's settings, with their defaults; `REQUIRED` for those that have none.
 
     Raises:
         InputError: As `controller_class`.
     """
-    own = _fields(controller_class(name))
+    own = fields_of(controller_class(name))
     shared = SHARED if "gait" in own else {}
-    return {**shared, **{key: _default(own[key]) for key in own if key not in ("robot", "gait", *SLOPE_FIELDS)}}
+    return {**shared, **{key: default_of(own[key]) for key in own if key not in ("robot", "gait", *SLOPE_FIELDS)}}
 
 
 def make_controller(name: str, robot: Compass, settings: Mapping[str, Any], gait: Gait | None = None) -> Controller:
     """The controller of a name.
 
     Args:
-        name: One of `controller_names`.
+        name: As for `controller_class`.
         robot: The robot model of the law.
         settings: Values by the names of `settings_of`; what is left out has its default.
         gait: What is imitated; unless given, it is found by `imitate_slope_deg`.
@@ -104,40 +116,80 @@ def make_controller(name: str, robot: Compass, settings: Mapping[str, Any], gait
         An object of `controller_class(name)`.
 
     Raises:
-        InputError: A name is unknown, or a value is outside its domain.
+        InputError: A name is unknown, or a value is missing or outside its domain.
         GaitError: The slope to be imitated has no passive gait.
     """
     valid = settings_of(name)
-    for key in settings:
-        known_name(f"setting of the controller {name}", key, valid)
     kind = controller_class(name)
-    own, values = _fields(kind), {**valid, **settings}
+    for key in settings:
+        check_setting(name, key, valid)
+    own = fields_of(kind)
+    values = {**valid, **{key: checked(kind, key, value) if key in own else value for key, value in settings.items()}}
+    missing = {key: value for key, value in values.items() if value is REQUIRED}
+    if missing:
+        raise InputError(
+            f"{kind.__name__} needs {', '.join(missing)}, of which nobody gave a value; its settings are "
+            f"{shown_defaults(valid)} (on the command line --gain NAME=VALUE, in a study keys of its [controller])"
+        )
     if "robot" in own:
         values["robot"] = robot
     if "gait" in own:
         slope, estimate = (math.radians(SLOPE_DEG.check(key, values.pop(key))) for key in SHARED)
         values["gait"] = gait or find_passive_gait(robot, slope)
         values |= {key: estimate for key in SLOPE_FIELDS if key in own}
-    return kind(**values)
+    try:
+        return kind(**values)
+    except MjbipedError:
+        raise
+    except Exception as error:
+        raise InputError(
+            f"{kind.__name__} cannot be made of these settings: {type(error).__name__}: {error}{place_of(error, kind)}"
+        ) from error
 
 
-def controller_from(description: Mapping[str, Any]) -> Controller:
-    """The registered controller that a record describes, built anew; see `Controller.describe`.
+def check_setting(name: str, key: str, valid: Mapping[str, Any], what: str = "setting") -> None:
+    """Refuse the name of a setting that a controller does not have.
 
     Raises:
-        InputError: No registered class has the description's name, or it has other parameters.
+        InputError: It is; the message lists the valid ones with their defaults.
+    """
+    if key not in valid:
+        try:
+            known_name(f"{what} of the controller {name}", key, valid)
+        except InputError as error:
+            said = shown_defaults(valid)
+            raise InputError(
+                f"{error}{f'; with their defaults: {said}' if said else why_none(controller_class(name))}"
+            ) from None
+
+
+def controller_from(description: Mapping[str, Any], source: Mapping[str, str] | None = None) -> Controller:
+    """The controller that a record describes, built anew; see `Controller.describe`.
+
+    Args:
+        description: Of a controller.
+        source: What the record tells of a class of the user's own; see `mjbiped.control.own.source_of`.
+
+    Raises:
+        InputError: No registered class has the description's name, or the class has other parameters or has changed.
         GaitError: The gait that it imitated is not found.
     """
     described = dict(description)
     wanted = described.pop("name", None)
     classes = {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
-    if wanted not in classes:
+    if source is not None:
+        kind = controller_class(str(source.get("class")))
+        if source_of(kind) != source:
+            raise InputError(f"the record's controller is {source.get('class')}, whose source has changed since then")
+    elif wanted in classes:
+        kind = controller_class(classes[wanted])
+    else:
         raise InputError(
             f"the record's controller is a {shown(wanted)}, and only registered ones are built anew: "
-            f"{', '.join(sorted(classes))}; give the controller itself where it can be given"
+            f"{', '.join(sorted(classes))}, or those that were named as {FORMS}; give the controller itself where it "
+            "can be given"
         )
-    kind = controller_class(classes[wanted])
-    odd = described.keys() ^ _fields(kind).keys()
+    odd = described.keys() ^ fields_of(kind).keys()
     if odd:
         raise InputError(
             f"the record's {wanted} has not the parameters of this version's: {', '.join(sorted(odd))} differ"
@@ -151,15 +203,3 @@ def controller_from(description: Mapping[str, Any]) -> Controller:
         return kind(**described)
     except (KeyError, TypeError) as error:
         raise InputError(f"the record does not tell its controller's robot and gait: {shown(error)}") from error
-
-
-def _fields(kind: type[Controller]) -> dict[str, Field[Any]]:
-    return {each.name: each for each in fields(kind)} if is_dataclass(kind) else {}
-
-
-def _default(field: Field[Any]) -> Any:
-    if field.default_factory is not MISSING:
-        return field.default_factory()
-    if field.default is MISSING:
-        raise InputError(f"the controller's field {field.name} has no default: a registered one needs it")
-    return field.default

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 from numpy.typing import NDArray
 
+from mjbiped.control.blame import place_of
 from mjbiped.engines.plan import Plan
 from mjbiped.numerics.jit import announced
 from mjbiped.records.measures import Summary
@@ -170,9 +171,10 @@ class Run(ABC):
         )
 
     def message(self, error: Exception) -> str:
-        """What went wrong in the controller, and when."""
-        name, at = type(self.plan.controller).__name__, self.recorder
-        return f"{name} failed at {at.end[0]:.3f} s, after {at.steps} steps: {type(error).__name__}: {error}"
+        """What went wrong in the controller, when, and in which line of it."""
+        kind, at = type(self.plan.controller), self.recorder
+        what = f"{type(error).__name__}: {error}{place_of(error, kind)}"
+        return f"{kind.__name__} failed at {at.end[0]:.3f} s, after {at.steps} steps: {what}"
 
     @contextmanager
     def _progress_bar(self) -> Iterator[Show]:

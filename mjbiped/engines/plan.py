@@ -16,7 +16,9 @@ import mujoco
 import numpy as np
 import scipy
 
-from mjbiped.errors import InputError, shown
+from mjbiped.control.own import source_of
+from mjbiped.control.trial import try_out
+from mjbiped.errors import GaitError, InputError, shown
 from mjbiped.gaits.passive import Gait, find_passive_gait
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
@@ -104,11 +106,12 @@ class Plan:
 
     def settings(self) -> dict[str, Any]:
         """All that is needed to repeat the walk, in plain JSON types, but for what its engine adds."""
-        terms = self.terms
+        terms, source = self.terms, source_of(type(self.controller))
         return {
             "engine": terms.engine.name,
             "robot": dict(_fields(self.robot)),
             "controller": dict(self.description),
+            **({} if source is None else {"controller_source": source}),
             "terrain": self.terrain.to_dict(),
             "initial": [*self.q, *self.dq],
             "steps": terms.steps,
@@ -133,27 +136,45 @@ def make_plan(
         controller: See `controllers.Controller`.
         terrain: The ground.
         initial: A name of `INITIAL_STATES`, or four numbers.
-        description: What `check_controller` gave for this controller, if it has been asked.
+        description: What this controller has said of itself in an earlier plan; it is not tried again then.
 
     Raises:
         InputError: One of them is not what is expected, the scuffing rule would never let the gait land, the robot
-            would start in the ground, or the engine cannot make this walk.
+            would start in the ground, the engine cannot make this walk, or the controller breaks its contract.
         GaitError: No passive gait exists on the slope under x = 0.
     """
+    known = description is not None
     description = check_controller(controller) if description is None else description
     check_kind("terrain", terrain, Terrain)
     robot = next(robot for robot in (terms.robot, controller.robot, Compass()) if robot is not None)
     slope = terrain.slope_at(0.0)
     gait = controller.gait
     if gait is None and isinstance(initial, str) and initial == "gait":
-        gait = find_passive_gait(robot, slope)
+        gait = _gait_of_slope(controller, robot, slope)
     q, dq = _initial_state(initial, gait)
     if gait is not None:
         check_landing(gait, slope, terms.scuffing)
     _check_start(robot, terrain, q, terms.scuffing)
     plan = Plan(terms, controller, terrain, robot, q, dq, description)
     terms.engine.check(plan)
+    if not known:
+        try_out(controller, q, dq)
     return plan
+
+
+def _gait_of_slope(controller: Controller, robot: Compass, slope: float) -> Gait:
+    """The passive gait of a slope, for a controller that imitates none.
+
+    Raises:
+        GaitError: There is none.
+    """
+    try:
+        return find_passive_gait(robot, slope)
+    except GaitError as error:
+        raise GaitError(
+            f"{error}. {type(controller).__name__} imitates no gait that the walk could begin on: give "
+            'initial="rest" (--initial rest), or four numbers q1, q2, dq1, dq2'
+        ) from error
 
 
 def check_controller(controller: object) -> dict[str, Any]:

@@ -16,11 +16,14 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mjbiped.control.blame import place_of
+from mjbiped.control.check import LawError
 from mjbiped.control.controller import Controller
+from mjbiped.control.trial import try_out
 from mjbiped.engines.hybrid.simulation import HybridSimulation
 from mjbiped.engines.hybrid.state import ROWS, SAMPLES
 from mjbiped.engines.plan import check_controller
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, MjbipedError
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.limit_cycles import return_map
 from mjbiped.limit_cycles.return_map import KICK, ReturnMap, plane_of, walk_all
@@ -109,6 +112,19 @@ class BasinInterrupted(KeyboardInterrupt):
         self.basin = basin
 
 
+class BasinStopped(MjbipedError):  # noqa: N818 (as its sister)
+    """A map was broken off by an error in the controller; the rows that were computed are not lost.
+
+    Attributes:
+        basin: The map so far, undecided where nothing was computed.
+    """
+
+    def __init__(self, message: str, basin: Basin) -> None:
+        """Keep the map beside the message."""
+        super().__init__(message)
+        self.basin = basin
+
+
 def basin_of_attraction(
     robot: Compass,
     slope: float,
@@ -194,15 +210,20 @@ def basin_of_control(
         InputError: An argument is outside its domain, or the controller imitates no gait, or one that the scuffing
             rule would never let land.
         BasinInterrupted: Ctrl-C; the exception holds the rows computed so far.
+        BasinStopped: The controller raised an exception; likewise.
     """
     check_controller(controller)
     gait, walker = controller.gait, controller.robot if robot is None else domains.check_kind("robot", robot, Compass)
     if gait is None or walker is None:
-        raise InputError(f"{type(controller).__name__} imitates no gait: there is nothing to settle on")
+        raise InputError(
+            f"{type(controller).__name__} imitates no gait: there is nothing to settle on; a dataclass gets one in a "
+            "field gait: mjbiped.Gait, and the robot's model in a field robot: mjbiped.Compass"
+        )
     check_landing(gait, domains.SLOPE.check("slope", slope), chosen(scuffing))
     terrain = Terrain.incline(math.degrees(slope))
     started = partial(HybridSimulation, controller, terrain, robot=walker, sample_period=math.inf, scuffing=scuffing)
-    q1, q2 = float(gait.start[0]), float(gait.start[1])
+    q1, q2, dq1, dq2 = gait.start.tolist()
+    try_out(controller, (q1, q2), (dq1, dq2))
     near = _nearness(walker)
     basin = _empty(slope, gait.start, stance_rates, swing_rates, limit, type(controller).__name__)
     threads = domains.WORKERS.check("threads", cores() if threads is None else threads)
@@ -210,11 +231,20 @@ def basin_of_control(
     def row(number: int) -> None:
         rate2 = float(basin.swing_rates[number])
         for column, rate1 in enumerate(basin.stance_rates.tolist()):
-            for steps in sorted({min(_FIRST_LOOK, limit), limit}):
-                simulation = started(q=(q1, q2), dq=(rate1, rate2), steps=steps)
-                walked, fate = _walk_controlled(simulation, gait.start, near)
-                if fate is not Fate.UNDECIDED:
-                    break
+            try:
+                for steps in sorted({min(_FIRST_LOOK, limit), limit}):
+                    simulation = started(q=(q1, q2), dq=(rate1, rate2), steps=steps)
+                    walked, fate = _walk_controlled(simulation, gait.start, near)
+                    if fate is not Fate.UNDECIDED:
+                        break
+            except LawError:
+                raise
+            except Exception as error:
+                raise BasinStopped(
+                    f"{type(controller).__name__} failed in the walk from the rates {rate1:.4g} and {rate2:.4g} rad/s: "
+                    f"{type(error).__name__}: {error}{place_of(error, type(controller))}",
+                    basin,
+                ) from error
             basin.steps[number, column], basin.fates[number, column] = walked, fate
             basin.peak_torque[number, column] = simulation.peak_torque.max()
 

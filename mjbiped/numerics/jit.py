@@ -111,7 +111,7 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function], apart: Sequ
 
 
 @lru_cache(maxsize=1024)
-def kept_apart(function: Function, contract: bool) -> tuple[Function, str]:
+def kept_apart(function: Function, contract: bool, types: tuple[str, ...] = ()) -> tuple[Function, str]:
     """A function as machine code that becomes part of its caller, as does all that it calls; each is kept by itself.
 
     When one of a law's functions has changed, the others need not be compiled again.
@@ -119,19 +119,20 @@ def kept_apart(function: Function, contract: bool) -> tuple[Function, str]:
     Args:
         function: A function, as all that it calls, at the top level of a module.
         contract: See `options`.
+        types: Of its arguments, those that not every program knows; what is kept for them has a name of its own.
 
     Returns:
         The compiled function, and a digest of all that it consists of.
     """
     _listen()
     assert isinstance(function, FunctionType)
-    known: list[Any] = [described(function), contract, _addresses()]
+    known: list[Any] = [described(function), contract, _addresses(), *types]
 
     def alike(part: Any) -> Any:
         part = getattr(part, "py_func", part)  # one that the user has compiled is compiled with the rest
         if not isinstance(part, FunctionType):
             return part
-        made, digest = kept_apart(part, contract)
+        made, digest = kept_apart(part, contract, types)
         known.append(digest)
         return made
 

@@ -7,6 +7,8 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 
 from tqdm.auto import tqdm
 
+from mjbiped.control.controller import Controller
+from mjbiped.control.own import is_reference
 from mjbiped.control.registry import controller_class, controller_names, make_controller
 from mjbiped.engines.names import ENGINES
 from mjbiped.errors import InputError
@@ -32,7 +34,7 @@ def precompile(
     Machine code depends on the kinds of a controller's settings, not on their values, and on neither robot nor terrain.
 
     Args:
-        controllers: Names of registered controllers; unless given, all.
+        controllers: Names of controllers, registered or a user's own; unless given, all that are registered.
         engines: Names of engines; unless given, both.
         workers: Number of processes; one for each core unless given.
         progress: Whether to show a progress bar.
@@ -43,7 +45,13 @@ def precompile(
     Raises:
         InputError: A name is unknown, or a controller's laws cannot be compiled; the others are compiled then.
     """
-    names = [known_name("controller", name, controller_names()) for name in controllers or controller_names()]
+    names = list(controllers or controller_names())
+    for name in names:
+        if is_reference(name) and controller_class(name).law is Controller.law:
+            raise InputError(
+                f"{name} is plain Python, of which no machine code is made: it has no law() (docs/controller.md shows "
+                "one)"
+            )
     chosen = [known_name("engine", name, ENGINES) for name in engines or sorted(ENGINES)]
     # an engine's machine code serves many controllers: one of them makes it, then the others come
     waiting: dict[tuple[str, int], list[Unit]] = {}

@@ -21,7 +21,10 @@ class WalkStopped(MjbipedError):  # noqa: N818 (its sister is a KeyboardInterrup
 
     Attributes:
         walk: The walk so far, with the outcome "interrupted".
+        before: Walks of the same call that had ended before it.
     """
+
+    before: tuple[Walk, ...] = ()
 
     def __init__(self, message: str, walk: Walk) -> None:
         """Keep the walk beside the message."""
@@ -34,7 +37,10 @@ class WalkInterrupted(KeyboardInterrupt):
 
     Attributes:
         walk: The walk so far, with the outcome "interrupted".
+        before: Walks of the same call that had ended before it.
     """
+
+    before: tuple[Walk, ...] = ()
 
     def __init__(self, walk: Walk) -> None:
         """Keep the walk."""

@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeAlias, TypedDict, Unpack, overload
 from mjbiped.control.controller import Controller
 from mjbiped.engines.base import Engine
 from mjbiped.engines.names import engine_of
-from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, check_controller, make_plan
+from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, make_plan
 from mjbiped.errors import GaitError, InputError, MjbipedError
 from mjbiped.numerics.jit import announced
 from mjbiped.records.record import Walk
@@ -181,14 +181,13 @@ def _plans(
         got = ", ".join(f"{count} of {name}" for name, count in counts.items())
         raise InputError(f"expected one for all walks, or as many of each as there are walks; got {got}")
     count = next(iter(counts.values()), 1)
-    described: dict[int, dict[str, Any]] = {}
+    described: dict[int, Mapping[str, Any]] = {}
     plans = []
     for index in range(count):
         controller, terrain, start = (each[name][index] if name in each else value for name, value in given.items())
         try:
-            if id(controller) not in described:
-                described[id(controller)] = check_controller(controller)
-            plans.append(make_plan(terms, controller, terrain, start, described[id(controller)]))
+            plans.append(make_plan(terms, controller, terrain, start, described.get(id(controller))))
+            described[id(controller)] = plans[-1].description
         except (InputError, GaitError) as error:
             raise type(error)(f"walk {index} of {count} (counted from 0): {error}") from error
     return plans

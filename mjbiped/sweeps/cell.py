@@ -55,12 +55,14 @@ class Cell:
         sample: Of a study with distributions, the sample that its values were drawn for; else None.
         values: All that the study file says of it, by dotted names such as "controller.position_gain".
         ground: The terrain, where it is of a file.
+        law: The controller's name, where it names a file: with the file's whole path.
     """
 
     index: int
     sample: int | None
     values: Mapping[str, Scalar]
     ground: Terrain | None = None
+    law: str | None = None
 
     def section(self, name: str) -> dict[str, Any]:
         """Values of a section of the file by their names there; those with a dot in it stand in a table of their own.
@@ -89,10 +91,9 @@ class Cell:
             gait: A stand-in for the gait that is imitated, to check the settings without looking for one.
         """
         settings = self.section("controller")
-        if settings.get("replanning_delay") == "none":
-            settings["replanning_delay"] = None
         model = Compass(**{**self.section("robot"), **self.section("model")})
-        return make_controller(settings.pop("name"), model, settings, gait)
+        name = settings.pop("name")
+        return make_controller(self.law or name, model, settings, gait)
 
     def terrain(self) -> Terrain:
         """The ground."""

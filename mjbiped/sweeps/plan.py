@@ -7,12 +7,14 @@ import itertools
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from mjbiped.control.own import is_reference, located
+from mjbiped.control.trial import try_out
 from mjbiped.engines.names import ENGINES
-from mjbiped.engines.plan import INITIAL_STATES
+from mjbiped.engines.plan import INITIAL_STATES, check_controller
 from mjbiped.errors import InputError, shortened, shown
 from mjbiped.gaits.passive import Gait, find_passive_gait
 from mjbiped.robots.compass import Compass
@@ -50,6 +52,7 @@ class Study:
         declared: What the file says, in plain JSON types, figures apart.
         plot_parameters: Up to three of `varied`, for the figures; none: they are chosen.
         plot_measures: Of `MEASURES` and `FINISHED`, for the figures; none: those that matter to most.
+        laws: Controllers that are a user's own, by their names in the file: where they are, whole.
     """
 
     path: Path
@@ -60,6 +63,7 @@ class Study:
     declared: Mapping[str, Any]
     plot_parameters: tuple[str, ...] = ()
     plot_measures: tuple[str, ...] = ()
+    laws: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def digest(self) -> str:
@@ -92,7 +96,7 @@ def plan(path: Path, content: Mapping[str, Any]) -> Study:
     """
     check_keys("key", content, KEYS)
     seed = domains.SEED.check("seed", content.get("seed", 0))
-    read = list(parts_of(content))
+    read = list(parts_of(content, path.parent))
     _check_count(math.prod(sum(map(_combinations, part)) for part in read))
     parts = [_expanded(part) for part in read]
     varied = tuple(name for combinations in parts for name in _varied(combinations))
@@ -107,11 +111,13 @@ def plan(path: Path, content: Mapping[str, Any]) -> Study:
     samples = domains.WALKS.check("samples", content["samples"]) if drawn else 1
     _check_count(samples * math.prod(map(len, parts)))
     grounds = _read_grounds(path, parts[-1])
-    cells = tuple(_cells(parts, seed, samples, drawn, grounds))
+    named = {str(one["controller.name"]) for each in parts for one in each if "controller.name" in one}
+    laws = {name: located(name, path.parent) for name in sorted(named) if is_reference(name)}
+    cells = tuple(_cells(parts, seed, samples, drawn, grounds, laws))
     _check(cells, varied)
     logarithmic = frozenset(name for name, value in draws.items() if value.kind == "log_uniform")
     declared = {key: value for key, value in content.items() if key != "plot"}
-    return Study(path, cells, varied, drawn, logarithmic, declared, *_plot(content.get("plot", {}), varied))
+    return Study(path, cells, varied, drawn, logarithmic, declared, *_plot(content.get("plot", {}), varied), laws)
 
 
 def _combinations(settings: Settings) -> int:
@@ -126,7 +132,12 @@ def _check_count(count: int) -> None:
 
 
 def _cells(
-    parts: Sequence[Sequence[Combination]], seed: int, samples: int, drawn: bool, grounds: Mapping[str, Terrain]
+    parts: Sequence[Sequence[Combination]],
+    seed: int,
+    samples: int,
+    drawn: bool,
+    grounds: Mapping[str, Terrain],
+    laws: Mapping[str, str],
 ) -> Iterator[Cell]:
     """All cells: for each sample the whole grid, with the same drawn values everywhere in it."""
     count = itertools.count()
@@ -138,7 +149,8 @@ def _cells(
                 for name, value in part.items()
             }
             ground = grounds.get(str(values.get("terrain.file")))
-            yield Cell(next(count), sample if drawn else None, values, ground)
+            law = laws.get(str(values["controller.name"]))
+            yield Cell(next(count), sample if drawn else None, values, ground, law)
 
 
 def _expanded(alternatives: Sequence[Settings]) -> list[Combination]:
@@ -211,7 +223,11 @@ def _check_part(cell: Cell, first: str, gait: Gait) -> None:
         cell.terrain()
     elif first == "robot":
         cell.robot()
-        cell.controller(gait)
+        controller = cell.controller(gait)
+        if cell.law is not None:
+            q1, q2, dq1, dq2 = gait.start.tolist()
+            check_controller(controller)
+            try_out(controller, (q1, q2), (dq1, dq2))
     else:
         _check_limits(cell.values)
         for name, value in cell.section("initial").items():

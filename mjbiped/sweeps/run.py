@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import queue
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from itertools import islice
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from tqdm.auto import tqdm
 
+from mjbiped.control.own import digest_of
 from mjbiped.engines.plan import versions
 from mjbiped.errors import MjbipedError
 from mjbiped.records.schema import OUTCOMES
@@ -75,11 +77,20 @@ def run(
         MjbipedError: Workers died, or their mjbiped is another one; what had ended is kept.
         KeyboardInterrupt: Ctrl-C; what had ended is kept.
     """
-    identity = {"study": dict(study.declared), **_machinery(), "cells": study.digest}
+    identity = {"study": dict(study.declared), **_machinery(study.laws), "cells": study.digest}
     with opened(folder, layout_of(study), identity, fresh=fresh) as store:
         done = {row["cell"] for row in store.rows()}
         todo = [cell for cell in study.cells if cell.index not in done]
-        walk_cells(_walked, todo, store, ended=len(done), workers=workers, scheduler=scheduler, progress=progress)
+        walk_cells(
+            _walked,
+            todo,
+            store,
+            ended=len(done),
+            workers=workers,
+            scheduler=scheduler,
+            progress=progress,
+            laws=study.laws,
+        )
         return store.rows(), store.export()
 
 
@@ -92,6 +103,7 @@ def walk_cells(
     workers: int | None = None,
     scheduler: str | None = None,
     progress: bool = False,
+    laws: Mapping[str, str] = MappingProxyType({}),
 ) -> None:
     """Let cells walk in other processes, and keep their rows as they come.
 
@@ -103,17 +115,18 @@ def walk_cells(
         workers: As of `run`, and so are scheduler, progress and what is raised.
         scheduler: See there.
         progress: See there.
+        laws: Of the user's own; see `Study.laws`.
     """
     if not todo:
         return
-    machinery = _machinery()
+    machinery = _machinery(laws)
     back: queue.SimpleQueue[Future[list[Row]]] = queue.SimpleQueue()
     pending: dict[Future[list[Row]], list[AnyCell]] = {}
 
     def submit(cells: Iterable[AnyCell], most: int) -> None:
         rest = iter(cells)
         while batch := list(islice(rest, most)):
-            future = pool.submit(walk_batch, walked, batch, machinery)
+            future = pool.submit(walk_batch, walked, batch, machinery, laws)
             pending[future] = batch
             future.add_done_callback(back.put)
 
@@ -138,13 +151,19 @@ def walk_cells(
         ) from error
 
 
-def walk_batch(walked: Callable[[AnyCell], Row], cells: Sequence[AnyCell], machinery: dict[str, Any]) -> list[Row]:
+def walk_batch(
+    walked: Callable[[AnyCell], Row],
+    cells: Sequence[AnyCell],
+    machinery: dict[str, Any],
+    laws: Mapping[str, str] = MappingProxyType({}),
+) -> list[Row]:
     """Let cells walk, in order, for `LONGEST_BATCH` or until all have; what a worker does.
 
     Args:
         walked: Lets a cell walk, and returns its row.
         cells: At least one.
         machinery: Sources and versions that the rows shall be of.
+        laws: As of `walk_cells`.
 
     Returns:
         The rows of the first cells; of one at least.
@@ -152,7 +171,14 @@ def walk_batch(walked: Callable[[AnyCell], Row], cells: Sequence[AnyCell], machi
     Raises:
         MjbipedError: This process has others.
     """
-    if machinery != _machinery():
+    here = _machinery(laws)
+    for name, digest in machinery.get("controllers", {}).items():
+        if here["controllers"][name] != digest:
+            raise MjbipedError(
+                f"the source of the controller {name} is another one where it walks: it has changed since the study "
+                "was begun, or that machine has another file"
+            )
+    if machinery != here:
         raise MjbipedError(
             "a worker's mjbiped, Python or libraries are not the same as here; install the same versions everywhere"
         )
@@ -164,9 +190,10 @@ def walk_batch(walked: Callable[[AnyCell], Row], cells: Sequence[AnyCell], machi
     return rows
 
 
-def _machinery() -> dict[str, Any]:
+def _machinery(laws: Mapping[str, str]) -> dict[str, Any]:
     """What computes the rows."""
-    return {"sources": sources(), "versions": dict(versions())}
+    own = {"controllers": {name: digest_of(place) for name, place in laws.items()}} if laws else {}
+    return {"sources": sources(), "versions": dict(versions()), **own}
 
 
 def _walked(cell: Cell) -> Row:

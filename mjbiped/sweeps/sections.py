@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields
 from inspect import signature
+from pathlib import Path
 from typing import Any, TypeAlias
 
-from mjbiped.control.registry import DEFAULT_CONTROLLER, controller_names, settings_of
+from mjbiped.control.own import located
+from mjbiped.control.registry import DEFAULT_CONTROLLER, controller_class, settings_of
 from mjbiped.engines.names import DEFAULT_ENGINE
 from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
@@ -26,8 +28,12 @@ Settings: TypeAlias = dict[str, Choice]
 """Choices by dotted names."""
 
 
-def parts_of(content: Mapping[str, Any]) -> Iterator[list[Settings]]:
+def parts_of(content: Mapping[str, Any], folder: Path) -> Iterator[list[Settings]]:
     """The parts of a file that are combined with one another; each is a list of alternatives. The last is the terrain.
+
+    Args:
+        content: Of the file.
+        folder: Where it stands, and the files of controllers that it names.
 
     Raises:
         InputError: A part holds an unknown name or no choice.
@@ -41,7 +47,7 @@ def parts_of(content: Mapping[str, Any]) -> Iterator[list[Settings]]:
         yield [_initial(table) for table in _tables("initial", initial)]
     else:
         yield [{"initial": read_choice("initial", initial)}]
-    yield [_controller(table) for table in _tables("controller", content.get("controller", {}))]
+    yield [_controller(table, folder) for table in _tables("controller", content.get("controller", {}))]
     for key in ("robot", "model"):
         if key in content:
             yield [_robot(key, table) for table in _tables(key, content[key])]
@@ -72,12 +78,14 @@ def _initial(table: Mapping[str, Any]) -> Settings:
     return settings
 
 
-def _controller(table: Mapping[str, Any]) -> Settings:
+def _controller(table: Mapping[str, Any], folder: Path) -> Settings:
     settings = {"controller.name": read_choice("controller.name", table.get("name", DEFAULT_CONTROLLER))}
-    names = _names("controller", "controller.name", settings["controller.name"], controller_names())
+    names = {name: located(name, folder) for name in _texts("controller.name", settings["controller.name"])}
+    for place in names.values():
+        controller_class(place)
     for key, value in table.items():
         if key != "name":
-            _known_to_all("controller", key, {name: settings_of(name) for name in names})
+            _known_to_all("controller", key, {name: settings_of(place) for name, place in names.items()})
             settings[f"controller.{key}"] = read_choice(f"controller.{key}", value)
     return settings
 
@@ -144,9 +152,18 @@ def _names(what: str, where: str, choice: Choice, valid: Iterable[str]) -> tuple
     Raises:
         InputError: It is of something else, or of a name that is unknown.
     """
+    return tuple(known_name(what, name, valid) for name in _texts(where, choice))
+
+
+def _texts(where: str, choice: Choice) -> tuple[str, ...]:
+    """A choice that must be of texts.
+
+    Raises:
+        InputError: It is of something else.
+    """
     if isinstance(choice, Draw) or not all(isinstance(name, str) for name in choice):
         raise InputError(f"{where} must be a name, or a list of names")
-    return tuple(known_name(what, name, valid) for name in choice)
+    return tuple(str(name) for name in choice)
 
 
 def _known_to_all(section: str, key: str, valid: Mapping[str, Any], *others: str) -> None:

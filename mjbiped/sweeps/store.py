@@ -23,6 +23,7 @@ _WAY_OUT = "; name another --out, or begin again with --fresh"
 _SHOWN = 5  # differences in a message
 _IN_WORDS = {"sources": "mjbiped's source files", "cells": "the content of a terrain file"}
 """Kinds of an identity that are digests; all else that cells depend on has a kind of its own."""
+_OF_CONTROLLERS = "controllers."  # digests too, by the names of the user's own
 
 
 class Layout(NamedTuple):
@@ -231,7 +232,10 @@ def _differences(kind: str, kept: str | None, now: str) -> Iterator[str]:
         old, new = before.get(name, "nothing"), after.get(name, "nothing")
         if old != new:
             long = max(len(old), len(new)) > 60
-            yield f"{_IN_WORDS.get(name, name)} changed" if long else f"{name} was {old}, is {new}"
+            words = _IN_WORDS.get(name, name)
+            if name.startswith(_OF_CONTROLLERS):
+                words = f"the source of the controller {name.removeprefix(_OF_CONTROLLERS)}"
+            yield f"{words} changed" if long else f"{name} was {old}, is {new}"
 
 
 def _flat(name: str, value: Any) -> dict[str, str]:

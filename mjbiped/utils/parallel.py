@@ -14,6 +14,7 @@ from typing import NoReturn
 
 from mjbiped.errors import InputError, shown
 from mjbiped.utils.files import remove_unfinished
+from mjbiped.utils.main_guard import check_guarded
 
 _PATIENCE = 30.0
 """How long a scheduler, and then its first worker, is waited for, s."""
@@ -40,7 +41,11 @@ def processes(count: int | None = None) -> Iterator[Executor]:
     Yields:
         The executor. Its futures raise `concurrent.futures.BrokenExecutor` where a process has died. Where the block
         raises, work not begun is dropped and the processes are ended; else all that was submitted is waited for.
+
+    Raises:
+        UnguardedError: The program has no guard there.
     """
+    check_guarded()
     before = set(multiprocessing.active_children())
     count = count or cores()
     pool = ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"), initializer=_begin)

@@ -42,7 +42,8 @@ def test_plans_made_again_are_the_plans_that_were_made(controller: AdaptiveContr
     law.planned.clear()
     walk = mjbiped.walk(law, GROUND, engine=engine, steps=4, initial="rest")
     again = [list(memory[2:]) for _, memory in replayed(walk, controller)]
-    assert again == law.planned[: walk.steps + 1]
+    tried = 2  # a start and a touchdown, before the walk
+    assert again == law.planned[tried:][: walk.steps + 1]
     assert len(again) == 5
 
 

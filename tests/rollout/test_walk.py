@@ -144,7 +144,7 @@ def test_a_torque_of_another_length_is_told(count: int) -> None:
         def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
             return [0.0] * count
 
-    with pytest.raises(mjbiped.WalkStopped, match=rf"returned {count} values.*work"):
+    with pytest.raises(mjbiped.InputError, match=rf"returned {count} values.*work"):
         mjbiped.walk(Wrong(), mjbiped.Terrain.level(), initial="rest")
 
 

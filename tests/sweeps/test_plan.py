@@ -6,6 +6,7 @@ import math
 import tomllib
 from pathlib import Path
 
+import own_controllers
 import pytest
 
 import mjbiped
@@ -222,11 +223,13 @@ def test_imitated_slope_is_in_degrees() -> None:
     assert law.initial_slope_estimate == math.radians(1.0)
 
 
-def test_example_is_the_one_that_is_described() -> None:
+def test_example_is_the_one_that_is_described(tmp_path: Path) -> None:
     root = Path(__file__).parents[2]
     path = root / "scripts" / "studies" / "random_ground.toml"
     assert len(read_study(path).cells) == 1000
     blocks = (root / "docs" / "sweeps.md").read_text(encoding="utf-8").split("```toml\n")[1:]
-    described, alternatives = (tomllib.loads(block.split("```")[0]) for block in blocks)
+    described, alternatives, own = (tomllib.loads(block.split("```")[0]) for block in blocks)
     assert described == tomllib.loads(path.read_text(encoding="utf-8"))
     assert len(plan(path, alternatives).cells) == 5
+    own_controllers.write(tmp_path, "spread.py", own_controllers.SPREAD)
+    assert len(plan(tmp_path / "study.toml", own).cells) == 6

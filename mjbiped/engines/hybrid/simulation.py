@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from mjbiped.control.check import refused_in_words
 from mjbiped.control.compilation import MachineCode, can_be_compiled
 from mjbiped.control.methods import gives_its_law, next_discontinuity, slope_estimate, torque, touchdown
+from mjbiped.control.trial import fault_at
 from mjbiped.engines.base import Show
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.accounting import write_state
@@ -182,7 +183,18 @@ class HybridSimulation:
     @property
     def warnings(self) -> dict[str, int]:
         """Why the walk ended, where its outcome does not say it: sentences, and how often each is meant."""
-        return {_WHY[self.outcome]: 1} if self.outcome in _WHY else {}
+        if self.outcome not in _WHY:
+            return {}
+        fault = self._fault() if self.outcome is Outcome.DIVERGED else ""
+        return {fault or _WHY[self.outcome]: 1}
+
+    def _fault(self) -> str:
+        """Which torque was no number where the walk ended, in words; empty if none was."""
+        w, own = self.buffers.w, len(self.controller.states)
+        state = [float(value) for value in self.buffers.y]
+        memory = [*state[at.ANGLES_AND_RATES :][:own], *(float(value) for value in self.buffers.memory[own:])]
+        q, dq = (state[0], state[1]), (state[2], state[3])
+        return fault_at(self.controller, memory, float(w[at.TIME] - w[at.CLOCK]), q, dq)
 
     @property
     def peak_torque(self) -> NDArray[np.float64]:

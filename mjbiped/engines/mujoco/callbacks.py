@@ -174,7 +174,7 @@ def control(setting: Setting, userdata: Userdata, ctrl: MutableSequence[float], 
     return True
 
 
-def _posture(u: Sequence[float]) -> tuple[float, float, float, float]:
+def posture(u: Sequence[float]) -> tuple[float, float, float, float]:
     """Stance and swing leg from the ground's normal, and their rates, as last observed."""
     slope = u[events.SLOPE]
     stance, swing = events.by_role(u, u[events.LEFT], u[events.RIGHT])
@@ -186,7 +186,7 @@ def _tick(setting: Setting, userdata: Userdata, time: float) -> None:
     """One tick of the digital controller: its events and its law, whose torques and rates are held from now on."""
     laws, parameters, _, recording = setting
     u, memory, rates = userdata
-    q1, q2, dq1, dq2 = _posture(u)
+    q1, q2, dq1, dq2 = posture(u)
     if u[events.TRANSFERRED]:
         u[events.TRANSFERRED] = 0.0
         u[events.ESTIMATE_BEFORE] = laws.slope_estimate(parameters, memory)
@@ -231,7 +231,7 @@ def take_sample(setting: Setting, userdata: Userdata, time: float, qpos: Sequenc
     row = int(u[events.SAMPLES])
     if not 0 <= row < len(recording.samples):
         return
-    q1, q2, dq1, dq2 = _posture(u)
+    q1, q2, dq1, dq2 = posture(u)
     estimate = laws.slope_estimate(parameters, memory)
     write_sample(
         recording.samples[row],

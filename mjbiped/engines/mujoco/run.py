@@ -10,8 +10,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped.control.trial import fault_in
 from mjbiped.engines.base import Run, Show
-from mjbiped.engines.mujoco import contact_events
+from mjbiped.engines.mujoco import callbacks, contact_events
 from mjbiped.engines.mujoco.compiled.registry import is_compiled, shared_callbacks
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.simulation import BLOCK, WHOLE_STATE, Simulation
@@ -116,9 +117,24 @@ def simulate(simulation: Simulation, recorder: Recorder, show: Show | None = Non
                 recorder.add_touchdown(u[contact_events.LAST_TOUCHDOWN : contact_events.CONTROLLER_MEMORY])
     if u[contact_events.OUTCOME] == Outcome.INTERRUPTED:
         raise MjbipedError("a compiled law raised an exception; let law() return None to see where")
-    if simulation.outcome is Outcome.DIVERGED and not simulation.warnings:
-        simulation.warnings[_MISSED] += 1
+    if simulation.outcome is Outcome.DIVERGED:
+        fault = _fault(simulation)
+        if fault:
+            simulation.warnings[fault] += 1
+        elif not simulation.warnings:
+            simulation.warnings[_MISSED] += 1
     return simulation.outcome
+
+
+def _fault(simulation: Simulation) -> str:
+    """Which torque was no number at the controller's last tick, in words; empty if none was."""
+    u = simulation.data.userdata.tolist()
+    q1, q2, dq1, dq2 = callbacks.posture(u)
+    torque, t = (
+        (u[contact_events.ANKLE], u[contact_events.HIP]),
+        u[contact_events.TIME] - u[contact_events.TRANSFER_TIME],
+    )
+    return fault_in(simulation.controller, torque, t, (q1, q2), (dq1, dq2))
 
 
 class _Blocks:

@@ -1,0 +1,123 @@
+"""The settings of a controller: the fields of its dataclass, their defaults, and what values they take."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import types
+from collections.abc import Mapping
+from dataclasses import MISSING, Field, fields, is_dataclass
+from numbers import Integral, Real
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from mjbiped.errors import InputError, shown
+from mjbiped.terrain.files import parse_number
+
+REQUIRED = MISSING
+"""Stands for the default of a setting that has none."""
+
+_WORDS = {bool: "true or false", int: "a whole number", float: "a finite number", str: "a text", types.NoneType: "none"}
+_TRUTH = {"true": True, "false": False}
+
+
+def fields_of(kind: type) -> Mapping[str, Field[Any]]:
+    """Fields of a controller's dataclass that are given when it is made, by name; none of what is no dataclass.
+
+    Raises:
+        InputError: What is no dataclass cannot be made without arguments.
+    """
+    if is_dataclass(kind):
+        return {field.name: field for field in fields(kind) if field.init}
+    needed = [
+        each.name
+        for each in inspect.signature(kind).parameters.values()
+        if each.default is each.empty and each.kind not in (each.VAR_POSITIONAL, each.VAR_KEYWORD)
+    ]
+    if needed:
+        raise InputError(
+            f"{kind.__name__} cannot be made without {', '.join(needed)}, and is no dataclass, whose fields could be "
+            f"given: {_HOW} (robot: mjbiped.Compass and gait: mjbiped.Gait are filled in)"
+        )
+    return {}
+
+
+_HOW = (
+    "write @dataclass(frozen=True) above the class, and its parameters as fields, stiffness: float = 20.0 for instance"
+)
+
+
+def default_of(field: Field[Any]) -> Any:
+    """The default of a field; `REQUIRED` where it has none."""
+    return field.default if field.default_factory is MISSING else field.default_factory()
+
+
+def why_none(kind: type) -> str:
+    """What to do where a controller has no fields, in words; empty for a dataclass."""
+    return "" if is_dataclass(kind) else f"; it is no dataclass: {_HOW}"
+
+
+def shown_defaults(settings: Mapping[str, Any]) -> str:
+    """Settings with their defaults, as they stand in messages."""
+    return ", ".join(f"{key} (needed)" if value is REQUIRED else f"{key}={value}" for key, value in settings.items())
+
+
+def value_of(kind: type, name: str, text: str) -> Any:
+    """The value of a field that a text on the command line means, as the field's type has it.
+
+    Raises:
+        InputError: The text means none.
+    """
+    wanted = _kinds(kind, name)
+    text = text.strip()
+    number = parse_number(text)
+    for value, is_it in (
+        (None, text.lower() == "none" and (not wanted or types.NoneType in wanted)),
+        (_TRUTH.get(text.lower()), text.lower() in _TRUTH and (not wanted or bool in wanted)),
+        (number, number is not None and (not wanted or wanted != (str,))),
+    ):
+        if is_it:
+            return checked(kind, name, value)
+    return checked(kind, name, text)
+
+
+def checked(kind: type, name: str, value: Any) -> Any:
+    """A value of a field, if it is of the field's type; a whole number also where a float is asked for.
+
+    What the type does not say, as a gain's domain, is for the class to check.
+
+    Raises:
+        InputError: It is of another type.
+    """
+    wanted = _kinds(kind, name)
+    if value == "none" and types.NoneType in wanted and str not in wanted:
+        return None
+    if not wanted or any(_fits(value, each) for each in wanted):
+        return float(value) if isinstance(value, Integral) and float in wanted and int not in wanted else value
+    words = " or ".join(_words(each) for each in wanted)
+    raise InputError(f"{name} = {shown(value)}: must be {words}, as a field of {kind.__name__}")
+
+
+def _kinds(kind: type, name: str) -> tuple[Any, ...]:
+    """The types that a field takes; none where they are not known."""
+    try:
+        hint = get_type_hints(kind).get(name, Any)
+    except Exception:  # names that stand only where a type checker sees them
+        return ()
+    kinds = get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
+    return () if Any in kinds else kinds
+
+
+def _fits(value: Any, kind: Any) -> bool:
+    if get_origin(kind) is Literal:
+        return value in get_args(kind)
+    if kind is float:
+        return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+    if kind is int:
+        return isinstance(value, Integral) and not isinstance(value, bool)
+    return type(value) is kind
+
+
+def _words(kind: Any) -> str:
+    if get_origin(kind) is Literal:
+        return "one of " + ", ".join(map(str, get_args(kind)))
+    return _WORDS.get(kind, f"a {getattr(kind, '__name__', kind)}, which cannot be given here")

@@ -1,0 +1,260 @@
+"""Controllers of the user's own by the names of their classes: `spread.py:HipSpread`, or `package.module:Class`.
+
+Nothing has to be installed or registered. A file is loaded by itself, under a name that no other module has, so that
+it may be called like a package of this project; what stands beside it can be imported by it.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib
+import importlib.util
+import inspect
+import os
+import re
+import sys
+import sysconfig
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import redirect_stdout
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from mjbiped.control.blame import place_in
+from mjbiped.control.controller import Controller
+from mjbiped.errors import InputError, shown
+from mjbiped.utils.domains import known_name
+from mjbiped.utils.shadows import hidden_laws
+
+FORMS = "FILE.py:CLASS or PACKAGE.MODULE:CLASS"
+
+_OURS = ("mjbiped", "controllers")
+_loaded: dict[Path, tuple[bytes, ModuleType]] = {}
+_named: dict[type, dict[str, str]] = {}
+
+
+class _Reference(NamedTuple):
+    """A reference in its parts; `place` is a file's path or a module's name."""
+
+    place: str
+    name: str
+
+    @property
+    def is_file(self) -> bool:
+        return self.place.endswith(".py") or "/" in self.place or os.sep in self.place
+
+
+def is_reference(name: object) -> bool:
+    """Whether a controller's name is meant to name a class in a file or a module."""
+    return isinstance(name, str) and (":" in name or name.endswith(".py"))
+
+
+def located(reference: str, folder: Path) -> str:
+    """A reference whose file is looked for in a folder; all other names stay as they are.
+
+    Modules are looked for in the working directory, and among the installed ones.
+    """
+    if not is_reference(reference):
+        return reference
+    place, name = _parts(reference)
+    if not _Reference(place, name).is_file:
+        return reference
+    return f"{_whole(folder / Path(place).expanduser())}:{name}"
+
+
+def own_class(reference: str) -> type[Controller]:
+    """The class that a reference names; its file or module is loaded, once as long as it stays as it is.
+
+    Raises:
+        InputError: There is no such file, module or class, loading it fails, or the class is no controller.
+    """
+    part = _parts(reference)
+    module = _module_of_file(part.place) if part.is_file else _module(part.place)
+    valid = [name for name, value in vars(module).items() if _is_law(value) and value.__module__ == module.__name__]
+    if not part.name:
+        raise InputError(f"{shown(reference)} names no class; give it as {part.place}:{valid[0] if valid else 'CLASS'}")
+    found = vars(module).get(part.name)
+    if found is None:
+        taken = part.place in _OURS and Path(f"{part.place}.py").exists()
+        hint = f"; {part.place} is a package of this project: a file is named {part.place}.py:{part.name}" * taken
+        try:
+            known_name(f"controller in {part.place}", part.name, valid)
+        except InputError as error:
+            raise InputError(f"{error}{hint}") from None
+    if not isinstance(found, type) or not issubclass(found, Controller):
+        what = "does not derive from controllers.Controller" if isinstance(found, type) else "is no class"
+        raise InputError(
+            f"{part.name} in {part.place} {what}; a controller begins with `from controllers import Controller` and "
+            f"`class {part.name}(Controller):`"
+        )
+    if inspect.isabstract(found):
+        lacking = ", ".join(f"{name}{_signature(getattr(found, name))}" for name in sorted(found.__abstractmethods__))
+        raise InputError(f"{part.name} in {part.place} lacks what every controller must have: {lacking}")
+    if found not in _named:
+        _named[found] = {"class": reference, "sha256": digest_of(reference)}
+    return found
+
+
+def source_of(kind: type) -> dict[str, str] | None:
+    """What a record tells of a class that was named by a reference: that, and the digest of its sources."""
+    return _named.get(kind)
+
+
+def digest_of(reference: str) -> str:
+    """Digest of a controller's source: its file, or its package, and all that they import from the same folder.
+
+    Libraries are not in it, nor other files that the controller reads.
+
+    Raises:
+        InputError: There is no such file or module.
+    """
+    found = hashlib.sha256()
+    for name, text in sorted(_sources(_parts(reference)).items()):
+        found.update(f"{name}\n".encode() + hashlib.sha256(text).digest())
+    return found.hexdigest()
+
+
+def _parts(reference: str) -> _Reference:
+    if reference.endswith(".py"):
+        return _Reference(reference, "")
+    place, _, name = reference.rpartition(":")
+    if not place:
+        raise InputError(f"the controller {shown(reference)} names no file or module; expected {FORMS}")
+    return _Reference(place, name)
+
+
+def _is_law(value: Any) -> bool:
+    return isinstance(value, type) and issubclass(value, Controller) and not inspect.isabstract(value)
+
+
+def _signature(function: Any) -> str:
+    """The parameters of a method, as they stand in its source."""
+    return f"({', '.join(inspect.signature(function).parameters)})"
+
+
+def _module_of_file(place: str) -> ModuleType:
+    """The module of a file; see `own_class`."""
+    path, text = _read(place)
+    if path in _loaded and _loaded[path][0] == text:
+        return _loaded[path][1]
+    # the name tells files of different folders apart, and stays when the file changes: machine code is kept by it
+    name = f"{re.sub(r'[^0-9A-Za-z_]', '_', path.stem)}_{hashlib.sha256(str(path).encode()).hexdigest()[:8]}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses look for it there
+    _import_from(path.parent)
+    try:
+        # not by the loader: it would take what it has compiled before for a file of the same size and second
+        with redirect_stdout(sys.stderr):  # a command's own output may be for machines
+            exec(compile(text, str(path), "exec"), vars(module))
+    except BaseException as error:
+        del sys.modules[name]
+        if isinstance(error, Exception | SystemExit):
+            raise _failing(place, error, path) from error
+        raise
+    _loaded[path] = text, module
+    return module
+
+
+def _whole(path: Path) -> Path:
+    """A path from the root, links in it left as they are: what stands beside a link is meant to be imported."""
+    return Path(os.path.normpath(Path.cwd() / path))
+
+
+def _read(place: str) -> tuple[Path, bytes]:
+    path = _whole(Path(place).expanduser())
+    if path.suffix != ".py":
+        raise InputError(f"the controller's file {shown(place)} must end in .py; expected {FORMS}")
+    try:
+        return path, path.read_bytes()
+    except FileNotFoundError as error:
+        raise InputError(f"there is no file {shown(place)} to take a controller from (in {path.parent})") from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"the controller's file {shown(place)} cannot be read: {reason}") from error
+
+
+def _module(name: str) -> ModuleType:
+    """The module of a name; see `own_class`."""
+    if not all(part.isidentifier() for part in name.split(".")):
+        raise InputError(f"{shown(name)} is no name of a module; expected {FORMS}")
+    _import_from(Path.cwd())
+    try:
+        with redirect_stdout(sys.stderr):
+            return importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name is not None and f"{name}.".startswith(f"{error.name}."):
+            raise InputError(
+                f"there is no module {shown(error.name)} to take a controller from, neither in {Path.cwd()} nor among "
+                "the installed ones; a file is named with its suffix, as spread.py:HipSpread"
+            ) from error
+        raise _failing(name, error) from error
+    except (Exception, SystemExit) as error:
+        raise _failing(name, error) from error
+
+
+def _failing(place: str, error: BaseException, path: Path | None = None) -> InputError:
+    """What is wrong with a file that cannot be loaded."""
+    if isinstance(error, SyntaxError):
+        where = f"{Path(error.filename or place).name}, line {error.lineno}"
+        said = f"{error.msg} ({where}: {(error.text or '').strip()})" if error.lineno else str(error)
+        return InputError(f"{place} cannot be loaded: {type(error).__name__}: {said}")
+    hint = f"; {hidden}" if isinstance(error, ImportError) and (hidden := hidden_laws()) else ""
+    where = place_in(error, {str(path)} if path else set())
+    return InputError(f"{place} cannot be loaded: {type(error).__name__}: {error}{where}{hint}")
+
+
+def _import_from(folder: Path) -> None:
+    """Let modules of a folder be imported; last of all, so that none of them stands in the way of a library's."""
+    if str(folder) not in sys.path:
+        sys.path.append(str(folder))
+
+
+def _sources(part: _Reference) -> Mapping[str, bytes]:
+    """Contents of a controller's source files, by their places in the folder that they are imported from."""
+    if part.is_file:
+        file, _ = _read(part.place)
+        return dict(_imported([file], file.parent))
+    _import_from(Path.cwd())
+    top = part.place.partition(".")[0]
+    spec = importlib.util.find_spec(top)
+    if spec is None or not (spec.origin or spec.submodule_search_locations):
+        raise InputError(f"there is no module {shown(top)} to take a controller from")
+    folders = [Path(place) for place in spec.submodule_search_locations or ()]
+    files = [file for folder in folders for file in folder.rglob("*.py")] or [Path(str(spec.origin))]
+    return dict(_imported(files, folders[0].parent if folders else files[0].parent))
+
+
+def _imported(files: Iterable[Path], root: Path) -> Iterator[tuple[str, bytes]]:
+    """Files and what they import, directly or not, from a folder; from those of installed libraries nothing."""
+    installed = str(root) in (
+        sysconfig.get_path("purelib"),
+        sysconfig.get_path("platlib"),
+        sysconfig.get_path("stdlib"),
+    )
+    waiting, seen = list(files), set()
+    while waiting:
+        file = waiting.pop()
+        if file in seen:
+            continue
+        seen.add(file)
+        text = file.read_bytes()
+        yield file.relative_to(root).as_posix(), text
+        for name in () if installed else _modules_in(text):
+            if (root / f"{name}.py").is_file():
+                waiting.append(root / f"{name}.py")
+            else:
+                waiting += (root / name).rglob("*.py")
+
+
+def _modules_in(text: bytes) -> set[str]:
+    """Modules and packages that a source imports, those of this project apart: no file of the user's replaces them."""
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError):
+        return set()
+    names = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+    names |= {str(node.module) for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and not node.level}
+    return {name.partition(".")[0] for name in names} - {*_OURS}

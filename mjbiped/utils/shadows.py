@@ -1,0 +1,29 @@
+"""A module of the user's that hides our package `controllers`, because Python finds it first."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+import warnings
+from pathlib import Path
+
+_OURS = Path(__file__).parents[2] / "controllers"
+
+
+def hidden_laws() -> str:
+    """In words, which file is in the way of our package `controllers`; empty if none is."""
+    module = sys.modules.get("controllers")
+    found = getattr(importlib.util.find_spec("controllers") if module is None else module.__spec__, "origin", None)
+    if found is None or Path(found).parent == _OURS or not _OURS.is_dir():
+        return ""
+    return (
+        f"the file {found} hides mjbiped's own package `controllers`, which Python looks for by that name: give the "
+        "file (or folder) another name, for instance my_controllers.py"
+    )
+
+
+def warn_of_hidden_laws() -> None:
+    """Say it when a program imports mjbiped: what it imports from `controllers` next would fail without a reason."""
+    # `python -m mjbiped` says it too, and ends
+    if sys.argv[:1] != ["-m"] and (hidden := hidden_laws()):
+        warnings.warn(hidden, stacklevel=3)

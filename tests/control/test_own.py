@@ -1,0 +1,196 @@
+"""Controllers of a user's own by the names of their classes: loaded in words or refused in words, and told of."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import own_controllers
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController
+from mjbiped.control.own import digest_of, located, own_class, source_of
+from mjbiped.control.registry import make_controller, settings_of
+from mjbiped.errors import InputError
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The working directory, from which nothing stays in Python's path or among its modules."""
+    monkeypatch.chdir(tmp_path)
+    path, modules = [*sys.path], {*sys.modules}
+    yield tmp_path
+    sys.path[:] = path
+    for name in {*sys.modules} - modules:
+        if str(tmp_path) in str(getattr(sys.modules[name], "__file__", "")):
+            del sys.modules[name]
+
+
+def test_a_class_in_a_file_walks(folder: Path, robot: mjbiped.Compass) -> None:
+    own_controllers.write(folder, "spread.py", own_controllers.SPREAD)
+    law = make_controller("spread.py:HipSpread", robot, {"stiffness": 0.45})
+    assert law.describe() == {"name": "HipSpread", "stiffness": 0.45, "spread": 0.4}
+    walk = mjbiped.walk(law, mjbiped.Terrain.incline(2.0), engine="hybrid", steps=2)
+    assert walk.outcome == "finished"
+    source = walk.settings["controller_source"]
+    assert source == {"class": "spread.py:HipSpread", "sha256": digest_of("spread.py:HipSpread")}
+    assert (
+        "controller_source"
+        not in mjbiped.walk(
+            AdaptiveController(robot, mjbiped.find_passive_gait(robot, 0.035)), mjbiped.Terrain.level(), steps=1
+        ).settings
+    )
+
+
+def test_a_class_that_needs_robot_and_gait_gets_them(folder: Path, robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
+    own_controllers.write(folder, "laws/imitating.py", own_controllers.IMITATING)
+    reference = "laws/imitating.py:Imitating"
+    assert settings_of(reference) == {"imitate_slope_deg": 2.0, "initial_slope_estimate_deg": 0.0, "stiffness": 0.1}
+    law = make_controller(reference, robot, {"initial_slope_estimate_deg": 1.0}, gait)
+    assert (law.robot, law.gait) == (robot, gait)
+    assert law.describe()["initial_slope"] == pytest.approx(0.0174532925)
+
+
+def test_a_class_in_a_package_of_the_working_directory(folder: Path) -> None:
+    own_controllers.write(folder, "my_laws_a/hip/spread.py", own_controllers.SPREAD)
+    own_controllers.write(folder, "my_laws_a/unused.py", "")
+    kind = own_class("my_laws_a.hip.spread:HipSpread")
+    assert kind.__module__ == "my_laws_a.hip.spread"
+    before = digest_of("my_laws_a.hip.spread:HipSpread")
+    own_controllers.write(folder, "my_laws_a/unused.py", "x = 1\n")
+    assert digest_of("my_laws_a.hip.spread:HipSpread") != before, "the whole package is its source"
+
+
+def test_what_stands_beside_a_file_is_imported_and_is_of_its_source(folder: Path) -> None:
+    own_controllers.write(folder, "helper_b.py", "import deeper_b\nSPREAD = deeper_b.SPREAD\n")
+    own_controllers.write(folder, "deeper_b.py", "SPREAD = 0.4\n")
+    own_controllers.write(folder, "stranger.py", "SPREAD = 0.4\n")
+    own_controllers.write(folder, "spread.py", "from helper_b import SPREAD\n" + own_controllers.SPREAD)
+    assert own_class("spread.py:HipSpread").__name__ == "HipSpread"
+    digests = [digest_of("spread.py:HipSpread")]
+    for name in ("stranger.py", "deeper_b.py", "spread.py"):
+        with (folder / name).open("a") as file:
+            file.write("# changed\n")
+        digests.append(digest_of("spread.py:HipSpread"))
+    assert digests[0] == digests[1], "what it does not import is not its source"
+    assert len({*digests}) == 3
+
+
+def test_the_digest_does_not_depend_on_the_folder(folder: Path) -> None:
+    for name in ("one", "two"):
+        own_controllers.write(folder, f"{name}/spread.py", own_controllers.SPREAD)
+    assert digest_of("one/spread.py:HipSpread") == digest_of("two/spread.py:HipSpread")
+
+
+def test_an_edited_file_is_loaded_again(folder: Path) -> None:
+    """Within the second, and of the same length: what Python keeps of compiled files would be taken for it."""
+    own_controllers.write(folder, "spread.py", own_controllers.SPREAD)
+    first = own_class("spread.py:HipSpread")
+    assert own_class(f"{folder}/spread.py:HipSpread") is first, "one file, one class"
+    own_controllers.write(folder, "spread.py", own_controllers.SPREAD.replace("0.5", "0.6"))
+    assert settings_of("spread.py:HipSpread")["stiffness"] == 0.6
+    assert source_of(own_class("spread.py:HipSpread")) != source_of(first)
+    assert not (folder / "__pycache__").exists()
+
+
+def test_a_file_called_like_our_package_is_no_obstacle(folder: Path) -> None:
+    own_controllers.write(folder, "controllers.py", own_controllers.SPREAD)
+    assert own_class("controllers.py:HipSpread").__name__ == "HipSpread"
+    with pytest.raises(InputError, match=r"controllers is a package of this project: .* controllers\.py:HipSpread"):
+        own_class("controllers:HipSpread")
+
+
+def test_what_a_file_prints_does_not_mix_with_a_commands_output(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own_controllers.write(folder, "loud.py", "print('loaded')\n" + own_controllers.SPREAD)
+    own_class("loud.py:HipSpread")
+    assert capsys.readouterr() == ("", "loaded\n")
+
+
+def test_files_are_looked_for_in_a_folder(folder: Path) -> None:
+    assert located("spread.py:HipSpread", folder / "laws" / "..") == f"{folder}/spread.py:HipSpread"
+    assert located("package.module:Law", folder) == "package.module:Law"
+    assert located("adaptive", folder) == "adaptive"
+
+
+REFUSED = {
+    "syntax": ("x = 1\ndef f(:\n", "law.py cannot be loaded: SyntaxError: .*law.py, line 2: def f"),
+    "fails": ("import math\nx = 1 / 0\n", r"ZeroDivisionError: division by zero \(law.py, line 2: x = 1 / 0\)"),
+    "exits": ("raise SystemExit(3)\n", "law.py cannot be loaded: SystemExit: 3"),
+    "imports": ("import nothing_of_the_kind\n", "ModuleNotFoundError: .*nothing_of_the_kind"),
+    "missing": ("from controllers import Controller\n", "unknown controller in law.py 'Law': valid are none"),
+    "near": (own_controllers.law("return 0.0, 0.0").replace("Law", "Laws"), "valid are Laws; did you mean 'Laws'"),
+    "no class": ("Law = 3\n", "Law in law.py is no class"),
+    "stranger": ("class Law:\n    pass\n", "Law in law.py does not derive from controllers.Controller"),
+    "abstract": (
+        "from controllers import Controller\nclass Law(Controller):\n    pass\n",
+        r"lacks what every controller must have: torque\(self, memory, t, q, dq\)",
+    ),
+    "needs": (
+        own_controllers.law(
+            "return 0.0, 0.0", above="from dataclasses import dataclass\n@dataclass(frozen=True)", fields="k: float"
+        ),
+        r"Law needs k, of which nobody gave a value; its settings are k \(needed\)",
+    ),
+    "plain needs": (
+        own_controllers.law("return 0.0, 0.0", fields="def __init__(self, k):\n    self.k = k"),
+        r"cannot be made without k, and is no dataclass.*@dataclass\(frozen=True\)",
+    ),
+    "raises": (
+        own_controllers.law("return 0.0, 0.0", fields="def __init__(self):\n    raise KeyError('no')"),
+        r"Law cannot be made of these settings: KeyError: 'no' \(law.py, line 6, in __init__: raise KeyError",
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "words"), REFUSED.values(), ids=REFUSED.keys())
+def test_refused_in_words(text: str, words: str, folder: Path, robot: mjbiped.Compass) -> None:
+    own_controllers.write(folder, "law.py", text)
+    with pytest.raises(InputError, match=words):
+        make_controller("law.py:Law", robot, {})
+
+
+@pytest.mark.parametrize(
+    ("reference", "words"),
+    [
+        ("gone.py:Law", "there is no file 'gone.py'"),
+        ("gone.py", "there is no file 'gone.py'"),
+        ("folder.py:Law", "cannot be read"),
+        ("./law:Law", "must end in .py"),
+        ("gone_module:Law", "there is no module 'gone_module'.* a file is named with its suffix"),
+        ("json.gone:Law", "there is no module 'json.gone'"),
+        ("not-a-name:Law", "is no name of a module"),
+        (":Law", "names no file or module"),
+        ("spread.py", "names no class; give it as spread.py:HipSpread"),
+        ("a\0b.py:Law", "cannot be read"),
+    ],
+)
+def test_references_are_refused_in_words(reference: str, words: str, folder: Path) -> None:
+    own_controllers.write(folder, "spread.py", own_controllers.SPREAD)
+    (folder / "folder.py").mkdir()
+    with pytest.raises(InputError, match=words):
+        own_class(reference)
+
+
+def test_ctrl_c_while_a_file_is_loaded_is_passed_on(folder: Path) -> None:
+    own_controllers.write(folder, "law.py", "raise KeyboardInterrupt\n")
+    with pytest.raises(KeyboardInterrupt):
+        own_class("law.py:Law")
+
+
+def test_a_recorded_controller_is_built_anew_as_long_as_its_file_is_the_same(
+    folder: Path, robot: mjbiped.Compass, gait: mjbiped.Gait
+) -> None:
+    from mjbiped.analysis.replay import recorded_controller
+
+    text = "from controllers import AdaptiveController\nclass Mine(AdaptiveController):\n    pass\n"
+    own_controllers.write(folder, "mine.py", text)
+    law = make_controller("mine.py:Mine", robot, {"position_gain": 6.0}, gait)
+    walk = mjbiped.walk(law, mjbiped.Terrain.level(), engine="hybrid", steps=1)
+    assert recorded_controller(walk) == law
+    own_controllers.write(folder, "mine.py", text + "# changed\n")
+    with pytest.raises(InputError, match=r"mine\.py:Mine, whose source has changed"):
+        recorded_controller(walk)
