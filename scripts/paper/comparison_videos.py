@@ -43,7 +43,7 @@ def stacked(walks: dict[str, mjbiped.Walk], fps: int) -> list[Pixels]:
     times = np.arange(0.0, last, 1.0 / fps)
     strips = []
     for name, walk in walks.items():
-        strip = render_frames(walk, np.minimum(times, walk.end[0]), width=WIDTH, height=HEIGHT, shadows=False)
+        strip = render_frames(walk, np.minimum(times, walk.end[0]), width=WIDTH, height=HEIGHT, hide="caption,chart")
         captions = [name if time < walk.end[0] else f"{name}: {walk.outcome}, {walk.steps} steps" for time in times]
         strips.append([draw_caption(frame, [], text) for frame, text in zip(strip, captions, strict=True)])
     return [np.concatenate(frames) for frames in zip(*strips, strict=True)]

@@ -1,0 +1,118 @@
+"""Video files by FFmpeg: H.264 in .mp4, and .gif of one palette for all frames."""
+
+from __future__ import annotations
+
+import queue
+import subprocess
+import tempfile
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from mjbiped.errors import RenderError
+from mjbiped.rendering.overlay import Pixels
+
+_QUALITY = 20  # H.264's constant rate factor
+_H264 = ("-an", "-vcodec", "libx264", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-crf", str(_QUALITY))
+_FAST = ("-sws_flags", "fast_bilinear", "-preset", "superfast", "-x264-params", "mbtree=1:rc-lookahead=10")
+"""Of these pictures a file as small as that of the preset "veryfast", in two thirds of its time."""
+_WAITING = 4  # frames that are drawn and not yet taken by the encoder, at most
+_COLOURS = 256
+_LAST_WORDS = 300  # characters of an encoder's complaint
+
+
+@contextmanager
+def encoder(
+    path: Path, width: int, height: int, fps: int, typical: Callable[[], Iterable[Pixels]]
+) -> Iterator[Callable[[Pixels], None]]:
+    """A function that adds a frame to a video; the file is complete when the block ends.
+
+    Args:
+        path: File to write, whose suffix says its kind.
+        width: Pixels.
+        height: Pixels.
+        fps: Frames per second.
+        typical: Gives frames that have the colours of all, for a palette.
+
+    Raises:
+        RenderError: There is no encoder, or it fails.
+    """
+    import imageio_ffmpeg
+
+    with tempfile.TemporaryDirectory(prefix="mjbiped-") as folder:
+        if path.suffix.lower() == ".gif":
+            palette = Path(folder) / "palette.png"
+            _write_palette(palette, typical())
+            kind = ["-i", str(palette), "-lavfi", "paletteuse=dither=none:diff_mode=rectangle", "-loop", "0"]
+        else:
+            kind = [*_H264, *_FAST]
+        complaints = Path(folder) / "complaints"
+        with complaints.open("wb") as errors:
+            try:
+                program = imageio_ffmpeg.get_ffmpeg_exe()
+                raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(fps)]
+                process = subprocess.Popen(
+                    [program, "-v", "error", *raw, "-i", "-", *kind, "-y", str(path)],
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.DEVNULL,
+                    stderr=errors,
+                )
+            except (RuntimeError, OSError) as error:
+                raise RenderError(f"the video encoder failed: {error}") from error
+        try:
+            with _sender(process) as send:
+                yield send
+            status = process.wait()
+        except BaseException:
+            process.kill()
+            process.wait()
+            raise
+        if status:
+            said = complaints.read_text(errors="replace").strip()[-_LAST_WORDS:] or f"it ended with status {status}"
+            raise RenderError(f"the video encoder failed: {said}")
+
+
+@contextmanager
+def _sender(process: subprocess.Popen[bytes]) -> Iterator[Callable[[Pixels], None]]:
+    """A function that sends a frame to a process; a thread waits for the process to take it.
+
+    The frame is not to be changed any more. What the process does not take, for it has ended, is lost.
+    """
+    stream = process.stdin
+    assert stream is not None
+    waiting: queue.Queue[Pixels | None] = queue.Queue(_WAITING)
+
+    def hand_over() -> None:
+        broken = False
+        while (frame := waiting.get()) is not None:
+            try:
+                if not broken:
+                    stream.write(frame.data)
+            except OSError:  # the process has ended: its status tells more
+                broken = True
+        with suppress(OSError):
+            stream.close()
+
+    thread = threading.Thread(target=hand_over, name="frames to the encoder")
+    thread.start()
+    try:
+        yield waiting.put
+    except BaseException:
+        process.kill()  # so that nothing is waited for
+        raise
+    finally:
+        waiting.put(None)
+        thread.join()
+
+
+def _write_palette(path: Path, frames: Iterable[Pixels]) -> None:
+    """Write the palette of some frames as FFmpeg takes it, a picture of 16 × 16 pixels."""
+    image = Image.fromarray(np.concatenate(list(frames)))
+    colours = image.quantize(_COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).getpalette() or []
+    entries = np.zeros((_COLOURS, 3), dtype=np.uint8)
+    entries.ravel()[: len(colours)] = colours[: entries.size]
+    Image.fromarray(entries.reshape(16, 16, 3)).save(path)
