@@ -144,7 +144,7 @@ class Chart:
             if low == _PANELS[0][0]:
                 axes.tick_params(labelbottom=False)
         assert axes is not None
-        axes.text(1.012, -0.26, "time (s)", transform=axes.transAxes, fontsize=letters, va="center")
+        axes.text(1.03, -0.26, "time (s)", transform=axes.transAxes, fontsize=letters, va="center")
         canvas.draw()  # type: ignore[no-untyped-call]
         return np.asarray(canvas.buffer_rgba(), dtype=np.uint8)[..., :3].copy()  # type: ignore[no-untyped-call]
 

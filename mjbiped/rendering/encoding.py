@@ -111,8 +111,9 @@ def _sender(process: subprocess.Popen[bytes]) -> Iterator[Callable[[Pixels], Non
 
 def _write_palette(path: Path, frames: Iterable[Pixels]) -> None:
     """Write the palette of some frames as FFmpeg takes it, a picture of 16 × 16 pixels."""
-    image = Image.fromarray(np.concatenate(list(frames)))
-    colours = image.quantize(_COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).getpalette() or []
+    image = Image.fromarray(np.concatenate([frame[::2, ::2] for frame in frames]))
+    small = image.quantize(_COLOURS, method=Image.Quantize.MEDIANCUT, kmeans=2, dither=Image.Dither.NONE)
+    colours = small.getpalette() or []
     entries = np.zeros((_COLOURS, 3), dtype=np.uint8)
     entries.ravel()[: len(colours)] = colours[: entries.size]
     Image.fromarray(entries.reshape(16, 16, 3)).save(path)

@@ -123,31 +123,26 @@ def _edge(height: int) -> int:
     return round(height * 0.02)
 
 
-def lay_caption(frame: Pixels, lines: Sequence[str], height: int, headline: str = "") -> tuple[int, int]:
-    """Lay lines into the upper left corner of a frame, and a headline into the middle of its upper edge.
+def lay_caption(frame: Pixels, lines: Sequence[str], height: int) -> tuple[int, int]:
+    """Lay lines into the upper left corner of a frame.
 
     Args:
         frame: RGB, to be changed.
         lines: Top to bottom.
         height: Of the whole picture, whose part the frame may be, pixels; the font's size follows it.
-        headline: Larger; none where empty.
 
     Returns:
         The lines' right and lower end, pixels.
     """
-    edge, right, low = _edge(height), 0, 0
-    width = frame.shape[1]
-    if lines:
-        panel = _panel(tuple(lines), width, height, bold=False)
-        lay(frame, panel, edge, edge)
-        right, low = edge + panel.size[0], edge + panel.size[1]
-    if headline:
-        panel = _panel((headline,), width, height, bold=True)
-        lay(frame, panel, (width - panel.size[0]) / 2, max(edge, low + edge if width < 2 * height else edge))
-    return right, low
+    edge = _edge(height)
+    panel = _panel(tuple(lines), frame.shape[1], height, bold=False)
+    lay(frame, panel, edge, edge)
+    return edge + panel.size[0], edge + panel.size[1]
 
 
-def lay_legend(frame: Pixels, signs: Iterable[Sign], height: int, beside: tuple[int, int]) -> None:
+def lay_legend(
+    frame: Pixels, signs: Iterable[Sign], height: int, beside: tuple[int, int] = (0, 0), headline: str = ""
+) -> None:
     """Lay a legend into the upper right corner of a frame, lower where the caption leaves no room there.
 
     Args:
@@ -155,20 +150,24 @@ def lay_legend(frame: Pixels, signs: Iterable[Sign], height: int, beside: tuple[
         signs: Its lines.
         height: Of the picture, pixels; the font's size follows it.
         beside: Right and lower end of the caption, pixels.
+        headline: Larger, below it; none where empty.
     """
     signs = tuple(signs)
-    if not signs:
-        return
     size = round(letter_size(height) * 0.85, 1)
-    panel = _legend(tuple((sign.colour, sign.name) for sign in signs), size)
     edge, pitch = _edge(height), 1.35 * size
-    left = frame.shape[1] - edge - panel.size[0]
-    top = edge if left > beside[0] else beside[1] + edge
-    lay(frame, panel, left, top)
-    for row, sign in enumerate(signs):
-        if sign.value:
-            value = text_stamp(sign.value, size)
-            lay(frame, value, frame.shape[1] - edge - 0.5 * size - value.size[0], top + (row + 0.25) * pitch)
+    right, top = frame.shape[1] - edge, float(edge)
+    if signs:
+        panel = _legend(tuple((sign.colour, sign.name) for sign in signs), size)
+        top = edge if right - panel.size[0] > beside[0] else beside[1] + edge
+        lay(frame, panel, right - panel.size[0], top)
+        for row, sign in enumerate(signs):
+            if sign.value:
+                value = text_stamp(sign.value, size)
+                lay(frame, value, right - 0.5 * size - value.size[0], top + (row + 0.25) * pitch)
+        top += panel.size[1] + edge
+    if headline:
+        panel = _panel((headline,), frame.shape[1], height, bold=True)
+        lay(frame, panel, right - panel.size[0], top)
 
 
 @lru_cache(maxsize=8)
@@ -217,17 +216,16 @@ def _bar(text: str, wide: int, size: float) -> Stamp:
     return _stamp(image)
 
 
-def draw_caption(frame: Pixels, lines: Sequence[str], headline: str = "") -> Pixels:
-    """Draw lines into the upper left corner, and a headline into the middle of the upper edge.
+def draw_headline(frame: Pixels, text: str) -> Pixels:
+    """Draw a line into the upper right corner.
 
     Args:
         frame: RGB, shape (height, width, 3).
-        lines: Top to bottom.
-        headline: Larger; none where empty.
+        text: What is written.
 
     Returns:
-        A captioned copy.
+        A copy with it.
     """
-    captioned = frame.copy()
-    lay_caption(captioned, lines, frame.shape[0], headline)
-    return captioned
+    written = frame.copy()
+    lay_legend(written, (), frame.shape[0], headline=text)
+    return written

@@ -57,7 +57,7 @@ class Stage:
         self._width, self._height, self._picture = width, height, height - chart_height
         self._moments = Moments(walk, ghost="ghost" in look.elements)
         self._scales = Scales(self._moments.greatest_torque(*part), self._robot.weight)
-        self._smooth = smooth_offsets(walk)
+        self._smooth = np.ascontiguousarray(smooth_offsets(walk).T)
         length = self._robot.leg_length
         self._windows = GroundWindows(
             self._robot,
@@ -177,7 +177,7 @@ class Stage:
             mujoco.mj_kinematics(model, data)
             mujoco.mj_comPos(model, data)
             mujoco.mj_camlight(model, data)
-        for axis, offsets in zip((0, 2), self._smooth.T, strict=True):
+        for axis, offsets in zip((0, 2), self._smooth, strict=True):
             data.cam_xpos[self._camera, axis] += np.interp(moment.time, samples["time"], offsets)
 
     def _add_background(self, view: View) -> None:
@@ -199,8 +199,8 @@ class Stage:
         """Words and signs over the picture."""
         elements, low = self._look.elements, 0
         if "caption" in elements:
-            right, low = lay_caption(picture, caption(moment, self._slow_motion), self._height, outcome)
-            lay_legend(picture, self._signs(moment), self._height, (right, low))
+            right, low = lay_caption(picture, caption(moment, self._slow_motion), self._height)
+            lay_legend(picture, self._signs(moment), self._height, (right, low), outcome)
         if "scale" in elements:
             start, stop = (view.pixel(float(view.place[0]) + x, 0.0, 0.0)[0] for x in (0.0, 1.0))
             lay_scale(picture, stop - start, low + 0.6 * letter_size(self._height), self._height)
