@@ -20,6 +20,7 @@ _QUALITY = 20  # H.264's constant rate factor
 _H264 = ("-an", "-vcodec", "libx264", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-crf", str(_QUALITY))
 _FAST = ("-sws_flags", "fast_bilinear", "-preset", "superfast", "-x264-params", "mbtree=1:rc-lookahead=10")
 """Of these pictures a file as small as that of the preset "veryfast", in two thirds of its time."""
+_PIPE = 1 << 20  # bytes on the way, where the system can be asked for so many: fewer turns from process to process
 _WAITING = 4  # frames that are drawn and not yet taken by the encoder, at most
 _COLOURS = 256
 _LAST_WORDS = 300  # characters of an encoder's complaint
@@ -60,6 +61,7 @@ def encoder(
                     stdin=subprocess.PIPE,
                     stdout=subprocess.DEVNULL,
                     stderr=errors,
+                    pipesize=_PIPE,
                 )
             except (RuntimeError, OSError) as error:
                 raise RenderError(f"the video encoder failed: {error}") from error
