@@ -65,15 +65,17 @@ def encoder(
                 )
             except (RuntimeError, OSError) as error:
                 raise RenderError(f"the video encoder failed: {error}") from error
+        sent = False
         try:
-            with _sender(process) as send:
+            with suppress(BrokenPipeError), _sender(process) as send:  # its status tells more
                 yield send
+                sent = True
             status = process.wait()
         except BaseException:
             process.kill()
             process.wait()
             raise
-        if status:
+        if status or not sent:
             said = complaints.read_text(errors="replace").strip()[-_LAST_WORDS:] or f"it ended with status {status}"
             raise RenderError(f"the video encoder failed: {said}")
 
@@ -82,27 +84,33 @@ def encoder(
 def _sender(process: subprocess.Popen[bytes]) -> Iterator[Callable[[Pixels], None]]:
     """A function that sends a frame to a process; a thread waits for the process to take it.
 
-    The frame is not to be changed any more. What the process does not take, for it has ended, is lost.
+    The frame is not to be changed any more. Once the process has ended, the function raises BrokenPipeError.
     """
     stream = process.stdin
     assert stream is not None
     waiting: queue.Queue[Pixels | None] = queue.Queue(_WAITING)
 
+    broken = threading.Event()
+
     def hand_over() -> None:
-        broken = False
         while (frame := waiting.get()) is not None:
             try:
-                if not broken:
+                if not broken.is_set():
                     stream.write(frame.data)
-            except OSError:  # the process has ended: its status tells more
-                broken = True
+            except OSError:
+                broken.set()
         with suppress(OSError):
             stream.close()
+
+    def send(frame: Pixels) -> None:
+        if broken.is_set():
+            raise BrokenPipeError
+        waiting.put(frame)
 
     thread = threading.Thread(target=hand_over, name="frames to the encoder")
     thread.start()
     try:
-        yield waiting.put
+        yield send
     except BaseException:
         process.kill()  # so that nothing is waited for
         raise
