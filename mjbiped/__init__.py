@@ -5,6 +5,8 @@ One controller, one terrain, one record: `walk(controller, terrain)` lets a comp
 this one.
 """
 
+from typing import TYPE_CHECKING, Any
+
 # first of all: it imports MuJoCo, also where MUJOCO_GL names a platform that is not there
 from mjbiped.rendering import gl as gl  # isort: split
 
@@ -26,6 +28,9 @@ from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.shadows import warn_of_hidden_laws
 from mjbiped.version import __version__
+
+if TYPE_CHECKING:
+    from mjbiped.rendering.video import render_frame, render_video
 
 warn_of_hidden_laws()
 
@@ -57,6 +62,17 @@ __all__ = [
     "find_cascade",
     "find_passive_gait",
     "find_periodic_gait",
+    "render_frame",
+    "render_video",
     "walk",
     "walk_many",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Load what draws only where it is used: who walks does not wait for it."""
+    if name in ("render_frame", "render_video"):
+        from mjbiped.rendering import video
+
+        return getattr(video, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

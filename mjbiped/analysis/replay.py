@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -87,3 +88,31 @@ def transitions(walk: Walk, controller: AdaptiveTracking) -> list[Array]:
             time = np.linspace(0.0, duration, _POINTS).tolist()
             found.append(np.array([controller.reference(memory, t)[:4] for t in time]))
     return found
+
+
+class TrackedReference:
+    """What a walk's controller tracked, at any time of the record."""
+
+    def __init__(self, walk: Walk, controller: AdaptiveTracking) -> None:
+        """Make all plans of a walk again.
+
+        Args:
+            walk: A record.
+            controller: The law that walked.
+        """
+        self._controller = controller
+        self._starts: list[float] = []
+        self._memories: list[list[float]] = []
+        time, states = walk.samples["time"], walk.samples["controller_states"]
+        ends = [*walk.touchdowns["time"].tolist(), walk.end[0]]
+        for (started, memory), end in zip(replayed(walk, controller), ends, strict=True):
+            self._starts.append(started.time)
+            self._memories.append(list(memory))
+            last = int(np.searchsorted(time, end, side="left")) - 1
+            if last >= 0:  # the integrated states at the step's end, as near as samples are
+                memory[: states.shape[1]] = states[last].tolist()
+
+    def at(self, time: float) -> tuple[float, float]:
+        """Stance and swing leg from the ground's normal, rad, at a time (s) of the record."""
+        step = max(0, bisect.bisect_right(self._starts, time + 1e-9) - 1)
+        return self._controller.reference(self._memories[step], time - self._starts[step])[:2]

@@ -138,6 +138,7 @@ def _walk(
       mjbiped walk trail.csv --controller spread.py:HipSpread --gain stiffness=25 --initial rest
     """  # noqa: D301 (click reads the backspace)
     pictures = taken(ctx, values, "Video")
+    options.check_part(pictures)
     law, ground = _walker(ctx, values)
     engine = _engine(ctx, values.pop("engine"), values)
     if video is not None and not quiet:
@@ -263,16 +264,19 @@ def _stability(record: Path, plot: Path | None, json: bool) -> None:
 def _render(record: Path, video: Path | None, plot: Path | None, no_video: bool, quiet: bool, **pictures: Any) -> None:
     """Draw the walk of RECORD, an .npz file: a video, a figure.
 
-    The video goes to VIDEO, an .mp4 file; if left out, it is named after the record and stands beside it.
+    The video goes to VIDEO, an .mp4 or .gif file; if left out, an .mp4 file is named after the record and stands beside
+    it.
 
     \b
     Examples:
       mjbiped render walk.npz
-      mjbiped render walk.npz slow.mp4 --slow-motion 4 --camera side --video-size 1280x720
+      mjbiped render walk.npz slow.mp4 --slow-motion 4 --from 10 --to 14 --camera side
+      mjbiped render walk.npz walk.gif --video-size 640x360 --fps 15 --hide chart,labels
       mjbiped render walk.npz --no-video --plot walk.svg
     """  # noqa: D301 (click reads the backspace)
     if no_video and (plot is None or video is not None):
         raise click.UsageError("--no-video leaves a --plot to be drawn, and no VIDEO.")
+    options.check_part(pictures)
     done = Walk.load(record)
     if video is None and not no_video:
         video = options.VIDEO_PATH(record.with_suffix(".mp4"))

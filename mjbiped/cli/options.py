@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,6 +19,7 @@ from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIM
 from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES
 from mjbiped.engines.plan import DEFAULT_STEPS, INITIAL_STATES
 from mjbiped.errors import InputError, shown
+from mjbiped.rendering.look import ALL, ELEMENTS, SUFFIXES, look
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.files import parse_number
@@ -212,7 +213,7 @@ CONTROLLER = Kind("NAME", controller_name)
 
 
 PLOT = output(".png", ".pdf", ".svg")
-VIDEO_PATH = output(".mp4")
+VIDEO_PATH = output(*SUFFIXES)
 _LAW = AdaptiveController  # for its defaults
 COMPARED = ("passivity", "energy-constraint", "kinetic-energy", "limit-cycle")  # in the paper
 OTHERS = (*COMPARED, *(name for name in controller_names() if name not in ("adaptive", "passive", *COMPARED)))
@@ -349,7 +350,7 @@ records_option = options(
 )
 record_option = options("Results", ("--out", output(".npz"), None, "Write the record, an .npz file."))
 plot_option = options("Results", ("--plot", PLOT, None, "Write a figure, .png, .pdf or .svg."))
-video_option = options("Results", ("--video", VIDEO_PATH, None, "Write a video, .mp4; see below."))
+video_option = options("Results", ("--video", VIDEO_PATH, None, "Write a video, .mp4 or .gif; see below."))
 json_option = options("Results", ("--json", bool, False, "Print the results as JSON instead of a table."))
 quiet_option = options("Results", ("--quiet", bool, False, "Print errors only, and JSON if asked for."))
 
@@ -375,16 +376,54 @@ def printed_options(function: _Function) -> _Function:
     return json_option(quiet_option(function))
 
 
+def hidden(value: str) -> str:
+    """Names of what a video does not show, parted by commas."""
+    try:
+        look(hide=value)
+    except InputError as error:
+        raise click.BadParameter(f"{error}.") from error
+    return value
+
+
+def visual_flag(value: str) -> str:
+    """The name of one of MuJoCo's visual flags."""
+    try:
+        look(flags=value)
+    except InputError as error:
+        raise click.BadParameter(f"{error}.") from error
+    return value
+
+
 video_options = options(
     "Video",
-    ("--video-size", Kind("WxH", size), "640x480", "Width and height, pixels."),
+    ("--video-size", Kind("WxH", size), "1280x720", "Width and height, pixels."),
     ("--camera", click.Choice(CAMERAS), CAMERAS[0], "Where it is seen from."),
+    ("--from start", domains.TIME, None, "Time of the walk at which the video begins, s."),
+    ("--to stop", domains.TIME, None, "Time of the walk at which it ends, s."),
     ("--slow-motion", domains.SLOW_MOTION, 1.0, "Seconds of video per second of the walk."),
     ("--fps", domains.FPS, 30, "Frames per second."),
-    ("--caption/--no-caption", bool, True, "Time, step and slope written on the frames."),
-    ("--shadows/--no-shadows", bool, True, "Without them a software renderer is faster."),
+    ("--hide", Kind("NAMES", hidden), (), f"What is not shown, parted by commas: {', '.join(ELEMENTS)}, or {ALL}."),
+    (
+        "--flag flags",
+        Kind("NAME", visual_flag),
+        (),
+        "A visual flag of MuJoCo's to set, as contactpoint, shadow or wireframe; with no- before it to clear, as "
+        "no-skin; may be repeated.",
+    ),
 )
 """Options of a video, named as the arguments of `mjbiped.rendering.video.render_video`, `video_size` apart."""
+
+
+def check_part(values: Mapping[str, Any]) -> None:
+    """Refuse a video that ends before it begins.
+
+    Raises:
+        click.UsageError: It does.
+    """
+    start, stop = values["start"], values["stop"]
+    if start is not None and stop is not None and start > stop:
+        raise click.UsageError(f"--from {start:g} comes after --to {stop:g}; swap them.")
+
 
 no_video_option = options("Results", ("--no-video", bool, False, "Write the figure only."))
 video_argument = click.argument("video", required=False, type=VIDEO_PATH)

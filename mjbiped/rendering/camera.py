@@ -1,6 +1,8 @@
-"""A camera that follows a walker without bobbing at each of its steps."""
+"""Cameras: one that follows a walker without bobbing at each of its steps, and where in the picture a place is."""
 
 from __future__ import annotations
+
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,3 +41,49 @@ def smooth_offsets(walk: Walk) -> NDArray[np.float64]:
         )
         smooth[:, axis] = np.interp(time, even, np.convolve(padded, bell / bell.sum(), mode="valid"))
     return np.asarray(smooth - centre, dtype=np.float64)
+
+
+class View(NamedTuple):
+    """Where places are in a picture: the camera of a scene that has been updated.
+
+    Attributes:
+        size: Width and height, pixels.
+        place: Of the camera, m.
+        axes: Its right, up and forward directions, rows.
+        frustum: Middle and half width, middle and half height of what is seen, at a distance of 1; in m where
+            it is orthographic.
+        orthographic: Whether sizes are the same at all distances.
+    """
+
+    size: tuple[int, int]
+    place: NDArray[np.float64]
+    axes: NDArray[np.float64]
+    frustum: tuple[float, float, float, float]
+    orthographic: bool
+
+    @classmethod
+    def of(cls, scene: Any, width: int, height: int) -> View:
+        """The view of an `mujoco.MjvScene` in a picture of so many pixels."""
+        left, right = scene.camera  # eyes, between which MuJoCo takes the middle
+        forward, up, place = (
+            0.5 * (np.array(one, dtype=np.float64) + other)
+            for one, other in ((left.forward, right.forward), (left.up, right.up), (left.pos, right.pos))
+        )
+        share = 1.0 if left.orthographic else 1.0 / left.frustum_near
+        half = 0.5 * (left.frustum_top - left.frustum_bottom) * share
+        middle = 0.5 * (left.frustum_top + left.frustum_bottom) * share
+        centre = 0.5 * (left.frustum_center + right.frustum_center) * share
+        axes = np.stack([np.cross(forward, up), up, forward])
+        return cls((width, height), place, axes, (centre, half * width / height, middle, half), bool(left.orthographic))
+
+    def pixel(self, x: float, y: float, z: float) -> tuple[float, float]:
+        """Column and row of a place (m)."""
+        right, up, distance = (self.axes @ (np.array((x, y, z)) - self.place)).tolist()
+        if not self.orthographic:
+            right, up = right / distance, up / distance
+        centre, half_width, middle, half_height = self.frustum
+        width, height = self.size
+        return (
+            0.5 * width * (1.0 + (right - centre) / half_width),
+            0.5 * height * (1.0 - (up - middle) / half_height),
+        )

@@ -1,67 +1,74 @@
 """Videos and stills of recorded walks; nothing is stepped here, and nothing else draws with OpenGL.
 
 The scene is built anew from the record, the recorded postures are interpolated to the frames' times, and MuJoCo draws
-them. See `mjbiped.rendering.gl` for the OpenGL platform.
+them, with what explains them: see `mjbiped.rendering.look.ELEMENTS`. See `mjbiped.rendering.gl` for OpenGL.
 """
 
 from __future__ import annotations
 
 import math
-import threading
-from collections.abc import Iterable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from tqdm import tqdm
 
-from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows
 from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.records.record import Walk
-from mjbiped.rendering.camera import smooth_offsets
+from mjbiped.rendering.encoding import encoder
 from mjbiped.rendering.gl import ensure_gl, gl_available
-from mjbiped.rendering.overlay import Pixels, draw_caption
+from mjbiped.rendering.look import SUFFIXES, look
+from mjbiped.rendering.overlay import Pixels
+from mjbiped.rendering.stage import Stage
 from mjbiped.utils import domains
 from mjbiped.utils.files import saved
 
 __all__ = ["ensure_gl", "gl_available", "render_frame", "render_frames", "render_video"]
 
+WIDTH, HEIGHT = 1280, 720
+"""Of a picture unless another size is asked for, pixels."""
+
 LAST_FRAME_HELD = 1.0
 """How long a video shows its last frame, with the walk's outcome, s."""
 
-_SIGHT = 4.0  # ground built beyond what the record or a frame needs, m
-_QUALITY = 20  # H.264's constant rate factor
-_ONE_AT_A_TIME = threading.Lock()
+FASTEST_GIF = 50
+"""Frames per second: the format counts in hundredths of a second, and viewers take one of them for a tenth."""
+
+_TYPICAL = 8  # frames, of which a palette is made
 
 
 def render_video(
     walk: Walk,
     path: str | Path,
     *,
-    width: int = 640,
-    height: int = 480,
+    width: int = WIDTH,
+    height: int = HEIGHT,
     fps: int = 30,
     camera: str = "track",
     slow_motion: float = 1.0,
-    caption: bool = True,
-    shadows: bool = True,
+    start: float | None = None,
+    stop: float | None = None,
+    hide: str | Iterable[str] = (),
+    flags: str | Iterable[str] = (),
     progress: bool = False,
 ) -> None:
-    """Render a walk's record as an MP4 video (H.264); the file appears whole or not at all.
+    """Render a walk's record as a video; the file appears whole or not at all.
 
-    Every frame shows the record's posture at its time; the last one is held for a second, with the outcome.
+    Every frame shows the record's posture at its time; the last one is held for a second, with the outcome where it is
+    the walk's end.
 
     Args:
         walk: The record.
-        path: File to write; its name must end in `.mp4`.
-        width: Pixels, even, 64 to 4096.
-        height: Pixels, even, 64 to 4096.
+        path: File to write: `.mp4` (H.264) or `.gif`.
+        width: Pixels, 64 to 4096; even for `.mp4`.
+        height: Pixels, 64 to 4096; even for `.mp4`.
         fps: Frames per second of the video, 1 to 120.
         camera: Name of a camera of the scene: "track", "side" or "overview".
         slow_motion: How many seconds of video show a second of the walk, 0.01 to 100; below 1 time passes faster.
-        caption: Write time, step, slope, its estimate and slow motion on the frames.
-        shadows: Draw shadows; without them a software renderer is about three times as fast.
+        start: Time of the record with which the video begins, s; its first unless given.
+        stop: Time of the record with which the video ends, s; its last unless given.
+        hide: What is not shown, of `mjbiped.rendering.look.ELEMENTS`, or "all".
+        flags: MuJoCo's visual flags to set, as "contactpoint", or to clear, as "no-static".
         progress: Show a progress bar (never where the output is not a terminal).
 
     Raises:
@@ -69,23 +76,28 @@ def render_video(
         RenderError: No OpenGL platform or no encoder works, or the file cannot be written.
     """
     path = Path(path)
-    if path.suffix.lower() != ".mp4":
-        raise InputError(f"a video is an .mp4 file; cannot render to {shown(path.name)}")
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"a video is a file of {' or '.join(SUFFIXES)}; cannot render to {shown(path.name)}")
     _check_size(width, height)
-    if width % 2 or height % 2:
+    if path.suffix.lower() == ".mp4" and (width % 2 or height % 2):
         raise InputError(f"H.264 needs an even width and height in pixels, got {width} x {height}")
     fps = domains.FPS.check("fps", fps)
+    if path.suffix.lower() == ".gif" and fps > FASTEST_GIF:
+        raise InputError(f"a .gif shows at most {FASTEST_GIF} frames per second, got fps = {fps}")
     slow_motion = domains.SLOW_MOTION.check("slow_motion", slow_motion)
-    begin, end = _span(walk)
+    part = begin, end = _part(walk, start, stop)
     frames = math.floor((end - begin) * slow_motion * fps + 1e-9) + 1
+    chosen = look(hide, flags)
     with (
-        _Stage.open(walk, width, height, camera, shadows) as stage,
+        Stage.open(walk, width, height, camera, chosen, part=part, slow_motion=slow_motion) as stage,
         saved(path, RenderError) as unfinished,
-        _encoder(unfinished, width, height, fps) as add,
+        encoder(
+            unfinished, width, height, fps, lambda: [stage.frame(time) for time in np.linspace(begin, end, _TYPICAL)]
+        ) as add,
     ):
         for number in tqdm(range(frames), desc="video", unit="frame", disable=None if progress else True):
-            add(stage.frame(begin + number / (slow_motion * fps), caption, slow_motion))
-        last = stage.frame(end, caption, slow_motion, with_outcome=True)
+            add(stage.frame(begin + number / (slow_motion * fps)))
+        last = stage.frame(end, with_outcome=end == _span(walk)[1])
         for _ in range(round(LAST_FRAME_HELD * fps)):
             add(last)
 
@@ -94,11 +106,11 @@ def render_frame(
     walk: Walk,
     time: float,
     *,
-    width: int = 640,
-    height: int = 480,
+    width: int = WIDTH,
+    height: int = HEIGHT,
     camera: str = "track",
-    caption: bool = False,
-    shadows: bool = True,
+    hide: str | Iterable[str] = (),
+    flags: str | Iterable[str] = (),
 ) -> Pixels:
     """Render one moment of a walk's record.
 
@@ -108,8 +120,8 @@ def render_frame(
         width: Pixels, 64 to 4096.
         height: Pixels, 64 to 4096.
         camera: Name of a camera of the scene: "track", "side" or "overview".
-        caption: Write time, step, slope and its estimate on the frame.
-        shadows: Draw shadows.
+        hide: What is not shown, of `mjbiped.rendering.look.ELEMENTS`, or "all".
+        flags: MuJoCo's visual flags to set, as "contactpoint", or to clear, as "no-static".
 
     Returns:
         RGB, shape (height, width, 3).
@@ -118,7 +130,7 @@ def render_frame(
         InputError: An argument is outside its domain; nothing has been drawn then.
         RenderError: No OpenGL platform works.
     """
-    [frame] = render_frames(walk, [time], width=width, height=height, camera=camera, caption=caption, shadows=shadows)
+    [frame] = render_frames(walk, [time], width=width, height=height, camera=camera, hide=hide, flags=flags)
     return frame
 
 
@@ -126,11 +138,11 @@ def render_frames(
     walk: Walk,
     times: Iterable[float],
     *,
-    width: int = 640,
-    height: int = 480,
+    width: int = WIDTH,
+    height: int = HEIGHT,
     camera: str = "track",
-    caption: bool = False,
-    shadows: bool = True,
+    hide: str | Iterable[str] = (),
+    flags: str | Iterable[str] = (),
 ) -> list[Pixels]:
     """Render some moments of a walk's record, the scene being built once.
 
@@ -140,8 +152,8 @@ def render_frames(
         width: Pixels, 64 to 4096.
         height: Pixels, 64 to 4096.
         camera: Name of a camera of the scene: "track", "side" or "overview".
-        caption: Write time, step, slope and its estimate on the frames.
-        shadows: Draw shadows.
+        hide: What is not shown, of `mjbiped.rendering.look.ELEMENTS`, or "all".
+        flags: MuJoCo's visual flags to set, as "contactpoint", or to clear, as "no-static".
 
     Returns:
         RGB of each moment, shape (height, width, 3).
@@ -153,8 +165,8 @@ def render_frames(
     _check_size(width, height)
     begin, end = _span(walk)
     moments = domains.Domain(begin, end, "s of the record").array("times", [*times], (None,)).tolist()
-    with _Stage.open(walk, width, height, camera, shadows) as stage:
-        return [stage.frame(time, caption) for time in moments]
+    with Stage.open(walk, width, height, camera, look(hide, flags)) as stage:
+        return [stage.frame(time) for time in moments]
 
 
 def _check_size(width: int, height: int) -> None:
@@ -167,6 +179,22 @@ def _check_size(width: int, height: int) -> None:
         domains.PIXELS.check(name, size)
 
 
+def _part(walk: Walk, start: float | None, stop: float | None) -> tuple[float, float]:
+    """First and last time of what a video shows, s.
+
+    Raises:
+        InputError: One is outside the record, or they are in the wrong order.
+        RenderError: The record holds no samples.
+    """
+    begin, end = _span(walk)
+    inside = domains.Domain(begin, end, "s of the record")
+    first = begin if start is None else inside.check("start (--from)", start)
+    last = end if stop is None else inside.check("stop (--to)", stop)
+    if first > last:
+        raise InputError(f"start (--from) = {first:g} s comes after stop (--to) = {last:g} s: swap them")
+    return first, last
+
+
 def _span(walk: Walk) -> tuple[float, float]:
     """First and last time of a record, s.
 
@@ -177,135 +205,3 @@ def _span(walk: Walk) -> tuple[float, float]:
     if not len(time):
         raise RenderError("the record holds no samples: there is nothing to show")
     return float(time[0]), float(time[-1])
-
-
-class _Stage:
-    """A scene with a renderer, on which the postures of a walk are drawn; on a long terrain, one about each place."""
-
-    def __init__(self, walk: Walk, width: int, height: int, camera: str, shadows: bool, open_now: ExitStack) -> None:
-        self._walk = walk
-        self._size = height, width
-        self._name = camera
-        self._shadows = shadows
-        self._open = open_now
-        self._smooth = smooth_offsets(walk)
-        self._windows = GroundWindows(
-            walk.robot,
-            walk.terrain,
-            timestep=1e-4,  # any: nothing is stepped
-            reach=float(np.max(walk.samples["qpos"][:, 0])) + _SIGHT,
-            ground=walk.settings.get("ground", "auto"),
-            scenery=True,
-            margin=max(_SIGHT, MARGIN * walk.robot.leg_length),
-        )
-        self._go_to(float(walk.samples["qpos"][0, 0]))
-
-    @classmethod
-    @contextmanager
-    def open(cls, walk: Walk, width: int, height: int, camera: str, shadows: bool) -> Iterator[_Stage]:
-        """Build the scene and a renderer for it; one at a time per process.
-
-        Raises:
-            InputError: There is no such camera.
-            RenderError: No OpenGL platform works.
-        """
-        with _ONE_AT_A_TIME, ExitStack() as stack:
-            yield cls(walk, width, height, camera, shadows, stack)
-
-    def _go_to(self, x: float) -> None:
-        """Build the scene about a place, m, in place of the one before."""
-        import mujoco
-
-        scene = self._windows.about(x)
-        model, (height, width) = scene.model, self._size
-        names = [model.camera(index).name for index in range(model.ncam)]
-        if self._name not in names:
-            raise InputError(f"unknown camera {shown(self._name)}; valid are {', '.join(names)}")
-        model.vis.global_.offwidth, model.vis.global_.offheight = width, height
-        platform = ensure_gl()
-        self._open.close()
-        try:
-            renderer = mujoco.Renderer(model, height, width, max_geom=model.ngeom + 100)
-        except Exception as error:  # ImportError, RuntimeError, mujoco.FatalError, PyOpenGL's own
-            raise RenderError(f"OpenGL platform {platform} cannot draw {width} x {height} pixels: {error}") from error
-        self._renderer = self._open.enter_context(renderer)
-        self._renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = self._shadows
-        self._model, self._data, self._inside = model, mujoco.MjData(model), self._windows.inside(scene)
-        tracking = mujoco.mjtCamLight.mjCAMLIGHT_TRACK, mujoco.mjtCamLight.mjCAMLIGHT_TRACKCOM
-        self._camera = names.index(self._name)
-        self._tracked = mujoco.mjtCamLight(int(model.cam_mode[self._camera])) in tracking
-
-    def frame(self, time: float, caption: bool, slow_motion: float = 1.0, *, with_outcome: bool = False) -> Pixels:
-        """The posture at a time (s) of the record, RGB."""
-        import mujoco
-
-        samples = self._walk.samples
-        qpos = [float(np.interp(time, samples["time"], column)) for column in samples["qpos"].T]
-        low, high = self._inside
-        if math.isfinite(qpos[0]) and not low < qpos[0] < high:
-            self._go_to(qpos[0])
-        data = self._data
-        data.qpos[:] = qpos
-        mujoco.mj_kinematics(self._model, data)
-        mujoco.mj_comPos(self._model, data)
-        mujoco.mj_camlight(self._model, data)
-        if self._tracked:
-            for axis, offsets in zip((0, 2), self._smooth.T, strict=True):
-                data.cam_xpos[self._camera, axis] += np.interp(time, samples["time"], offsets)
-        self._renderer.update_scene(data, self._camera)
-        pixels: Pixels = self._renderer.render()
-        if not caption:
-            return pixels
-        outcome = self._walk.outcome if with_outcome else ""
-        return draw_caption(pixels, _caption(self._walk, time, slow_motion), outcome)
-
-
-def _caption(walk: Walk, time: float, slow_motion: float) -> list[str]:
-    """What a caption says of a moment (s)."""
-    samples = walk.samples
-    latest = max(0, int(np.searchsorted(samples["time"], time + 1e-9, side="right")) - 1)
-    steps = int(np.searchsorted(walk.touchdowns["time"], time + 1e-9, side="right"))
-    slope, estimate = (math.degrees(samples[name][latest]) for name in ("slope", "slope_estimate"))
-    lines = [f"t = {time:.2f} s   step {steps}", f"slope {_degrees(slope)}"]
-    if not math.isnan(estimate):
-        lines[1] += f"   estimate {_degrees(estimate)}"
-    if slow_motion > 1.0:
-        lines.append(f"slow motion {slow_motion:g}×")
-    elif slow_motion < 1.0:
-        lines.append(f"time lapse {1.0 / slow_motion:.3g}×")
-    return lines
-
-
-def _degrees(angle: float) -> str:
-    """An angle with its sign, but no zero below zero."""
-    return f"{round(angle, 1) + 0.0:+.1f}°".replace("-", "−")
-
-
-@contextmanager
-def _encoder(path: Path, width: int, height: int, fps: int) -> Iterator[Any]:
-    """A function that adds a frame to the video; the file is complete when the block ends.
-
-    Raises:
-        RenderError: There is no encoder, or it fails.
-    """
-    import imageio_ffmpeg
-    import mediapy
-
-    writer = None
-    try:
-        mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
-        writer = mediapy.VideoWriter(
-            path, (height, width), fps=fps, crf=_QUALITY, ffmpeg_args=["-movflags", "+faststart"]
-        )
-        with writer:
-            yield writer.add_image
-    except (RuntimeError, OSError) as error:
-        if isinstance(error.__context__, KeyboardInterrupt):
-            raise error.__context__ from None  # Ctrl-C reaches the encoder, too
-        raise RenderError(f"the video encoder failed: {error}") from error
-    finally:
-        encoder = writer and writer._popen
-        for pipe in (encoder.stdin, encoder.stderr) if encoder else ():  # mediapy leaves them open where it fails
-            if pipe is not None:
-                with suppress(OSError):
-                    pipe.close()

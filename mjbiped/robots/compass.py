@@ -100,6 +100,30 @@ def acceleration(
     return solve_mass(m11, m12, m22, f1, f2)
 
 
+def ground_force(
+    constants: Constants, mass: float, gravity: float, legs: Legs, dq1: float, dq2: float, ddq1: float, ddq2: float
+) -> tuple[float, float]:
+    """Force of the ground on the robot, forward and upward, N: the rate of its momentum, and its weight.
+
+    Args:
+        constants: Of the robot.
+        mass: Of the whole robot, kg.
+        gravity: m/s^2.
+        legs: Of the angles from the vertical, not from the ground's normal.
+        dq1: Rate of the stance leg, rad/s.
+        dq2: Rate of the swing leg, rad/s.
+        ddq1: Acceleration of the stance leg, rad/s^2.
+        ddq2: Acceleration of the swing leg, rad/s^2.
+    """
+    first, second = constants[3] / gravity, constants[4] / gravity
+    sine1, cosine1, sine2, cosine2 = legs
+    square1, square2 = dq1 * dq1, dq2 * dq2
+    forward = first * (cosine1 * ddq1 - sine1 * square1) - second * (cosine2 * ddq2 - sine2 * square2)
+    upward = second * (sine2 * ddq2 + cosine2 * square2) - first * (sine1 * ddq1 + cosine1 * square1)
+    upward += mass * gravity
+    return forward, upward
+
+
 def kinetic_energy(constants: Constants, q1: float, q2: float, dq1: float, dq2: float) -> float:
     """Kinetic energy dq' M dq / 2, J."""
     m11, m12, m22 = mass_terms(constants, legs_of(q1, q2))

@@ -14,7 +14,7 @@ import numpy as np
 from tqdm.auto import tqdm
 
 import mjbiped
-from mjbiped.rendering.overlay import Pixels, draw_caption
+from mjbiped.rendering.overlay import Pixels, draw_headline
 from mjbiped.rendering.video import render_frames
 from mjbiped.reproduction import rows, table_2
 from mjbiped.reproduction.grounds import reading_at
@@ -43,9 +43,9 @@ def stacked(walks: dict[str, mjbiped.Walk], fps: int) -> list[Pixels]:
     times = np.arange(0.0, last, 1.0 / fps)
     strips = []
     for name, walk in walks.items():
-        strip = render_frames(walk, np.minimum(times, walk.end[0]), width=WIDTH, height=HEIGHT, shadows=False)
+        strip = render_frames(walk, np.minimum(times, walk.end[0]), width=WIDTH, height=HEIGHT, hide="caption,chart")
         captions = [name if time < walk.end[0] else f"{name}: {walk.outcome}, {walk.steps} steps" for time in times]
-        strips.append([draw_caption(frame, [], text) for frame, text in zip(strip, captions, strict=True)])
+        strips.append([draw_headline(frame, text) for frame, text in zip(strip, captions, strict=True)])
     return [np.concatenate(frames) for frames in zip(*strips, strict=True)]
 
 

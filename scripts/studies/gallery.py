@@ -56,7 +56,7 @@ def main(folder: Path, steps: int) -> None:
         walk = mjbiped.walk(controller, terrain, steps=steps)
         walk.save(folder / f"{name}.npz")
         plot_walk(walk, folder / f"{name}.png")
-        still = render_frame(walk, 0.6 * walk.end[0], width=960, height=540, caption=True)
+        still = render_frame(walk, 0.6 * walk.end[0])
         matplotlib.image.imsave(folder / f"{name}_still.png", still)
         started, _ = measures.estimate_errors(walk)
         impacts = measures.impact_errors(walk)

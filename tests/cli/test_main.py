@@ -187,7 +187,19 @@ def test_walk_in_a_process_prints_json_alone_and_writes_what_it_lists(tmp_path: 
 def test_walk_prints_a_table_of_all_measures_and_the_files(tmp_path: Path, drawings: Drawings) -> None:
     out, plot, film = tmp_path / "[b].npz", tmp_path / "a.png", tmp_path / "a.mp4"
     words = ("walk", "--steps", 1, "--out", out, "--plot", plot, "--video", film)
-    result = run(*words, "--slow-motion", 2, "--fps", 25, "--camera", "side", "--video-size", "320x200", "--no-shadows")
+    result = run(
+        *words,
+        "--slow-motion",
+        2,
+        "--fps",
+        25,
+        "--camera",
+        "side",
+        "--video-size",
+        "320x200",
+        "--hide",
+        "shadows,ghost",
+    )
     assert (result.exit_code, complaints(result)) == (0, "")
     summary = measures.summary(Walk.load(out))
     for shown in (
@@ -203,10 +215,10 @@ def test_walk_prints_a_table_of_all_measures_and_the_files(tmp_path: Path, drawi
     ):
         assert shown in result.stdout
     assert result.stdout.endswith(f"wrote {out}\nwrote {plot}\nwrote {film}\n")
-    size = {"width": 320, "height": 200, "fps": 25, "camera": "side", "slow_motion": 2.0}
+    size = {"width": 320, "height": 200, "fps": 25, "camera": "side", "slow_motion": 2.0, "start": None, "stop": None}
     assert drawings.calls == [
         ("plot_walk", {"steps": 1}),
-        ("render_video", {"steps": 1, **size, "caption": True, "shadows": False, "progress": True}),
+        ("render_video", {"steps": 1, **size, "hide": ("shadows,ghost",), "flags": (), "progress": True}),
     ]
 
 
@@ -543,7 +555,11 @@ REFUSED: dict[str, tuple[tuple[object, ...], str]] = {
     "too many words": (("level", "mixed"), "unexpected extra argument"),
     "record suffix": (("--out", "walk.mat"), "'walk.mat' must end in .npz"),
     "plot suffix": (("--plot", "walk.bmp"), "must end in .png or .pdf or .svg"),
-    "video suffix": (("--video", "walk.avi"), "must end in .mp4"),
+    "video suffix": (("--video", "walk.avi"), "must end in .mp4 or .gif"),
+    "unknown element": (("--hide", "ghost,torques"), "valid are torque, force"),
+    "unknown flag": (("--flag", "contactpoints"), "did you mean 'contactpoint'?"),
+    "begin of the video": (("--from", -1), "'--from'"),
+    "video backwards": (("--from", 2, "--to", 1), "--from 2 comes after --to 1; swap them"),
     "no folder": (("--out", "nowhere/walk.npz"), "there is no folder 'nowhere'"),
     "long name": (("--plot", "x" * 300 + ".png"), "cannot be written"),
 }
@@ -728,13 +744,15 @@ def test_gait_refuses(words: tuple[object, ...], reason: str) -> None:
 
 
 def test_render_draws_beside_the_record(record: Path, drawings: Drawings) -> None:
-    result = run("render", record, "--no-caption")
+    words = ("--hide", "caption", "--flag", "contactpoint", "--flag", "no-skin", "--from", 0.1, "--to", 0.3)
+    result = run("render", record, *words)
     film = record.with_suffix(".mp4")
     assert (result.exit_code, result.stdout, result.stderr) == (0, f"wrote {film}\n", "")
     ((name, settings),) = drawings.calls
     assert name == "render_video"
-    assert (settings["width"], settings["height"], settings["fps"], settings["camera"]) == (640, 480, 30, "track")
-    assert (settings["slow_motion"], settings["caption"], settings["shadows"]) == (1.0, False, True)
+    assert (settings["width"], settings["height"], settings["fps"], settings["camera"]) == (1280, 720, 30, "track")
+    assert (settings["slow_motion"], settings["start"], settings["stop"]) == (1.0, 0.1, 0.3)
+    assert (settings["hide"], settings["flags"]) == (("caption",), ("contactpoint", "no-skin"))
 
 
 def test_render_draws_where_it_is_told(record: Path, drawings: Drawings, tmp_path: Path) -> None:
@@ -766,7 +784,7 @@ def test_render_refuses_files_that_are_no_records(
 
 def test_render_refuses(record: Path, tmp_path: Path, drawings: Drawings) -> None:
     assert_refused(run("render", tmp_path / "walk.npz"), "cannot read")
-    assert_refused(run("render", record, tmp_path / "walk.gif"), "must end in .mp4")
+    assert_refused(run("render", record, tmp_path / "walk.avi"), "must end in .mp4 or .gif")
     assert_refused(run("render", record, tmp_path / "nowhere" / "walk.mp4"), "there is no folder")
     assert_refused(run("render", record, "--no-video"), "--no-video")
     assert_refused(run("render", record, "--video-size", "1x1"), "even pixels")

@@ -305,7 +305,7 @@ def assert_refused_or_good(path: Path, *, drawn: bool, filmed: bool = False) -> 
             walk.samples["time"][len(walk.samples["time"]) // 2],
             walk.samples["time"][-1],
         )
-        render_frames(walk, times, width=64, height=64, caption=True)
+        render_frames(walk, times, width=64, height=64)
     return True
 
 

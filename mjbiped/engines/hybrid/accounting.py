@@ -16,7 +16,7 @@ from mjbiped.engines.hybrid.events import hip, legs_at
 from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
 from mjbiped.numerics.dormand_prince import STAGES, dense_at, dense_rate_at
 from mjbiped.records.rows import SAMPLED, write_sample
-from mjbiped.robots.compass import Legs
+from mjbiped.robots.compass import Legs, ground_force
 from mjbiped.rules.termination import LIGHT_CONTACT
 
 PIECES = 16  # of a step, in which a change of the power's sign or a peak is looked for
@@ -187,13 +187,8 @@ def note_ground_force(
 def _ground_force(
     constants: SimulationConstants, b: Buffers, legs: Legs, dq1: float, dq2: float, ddq1: float, ddq2: float
 ) -> tuple[float, float]:
-    """Force on the feet along the stance foot's ground and normal to it, N: the rate of the robot's momentum."""
-    first, second = constants.robot[3] / constants.gravity, constants.robot[4] / constants.gravity
-    sine1, cosine1, sine2, cosine2 = legs
-    square1, square2 = dq1 * dq1, dq2 * dq2
-    force_x = first * (cosine1 * ddq1 - sine1 * square1) - second * (cosine2 * ddq2 - sine2 * square2)
-    force_z = second * (sine2 * ddq2 + cosine2 * square2) - first * (sine1 * ddq1 + cosine1 * square1)
-    force_z += constants.mass * constants.gravity
+    """Force on the feet along the stance foot's ground and normal to it, N."""
+    force_x, force_z = ground_force(constants.robot, constants.mass, constants.gravity, legs, dq1, dq2, ddq1, ddq2)
     return force_x * b.w[at.COSINE] - force_z * b.w[at.SINE], force_x * b.w[at.SINE] + force_z * b.w[at.COSINE]
 
 

@@ -119,15 +119,6 @@ class Ground:
         """The segments of each geom of the ground, by its name; the plane is of all."""
         return {"ground_0": self.segments} if self._plane else dict(self._named_pieces(segments))
 
-    def faces(self, segments: range) -> list[tuple[float, float, float]]:
-        """Of each step at one of these segments' starts its position x, and the heights before and after it, m."""
-        terrain = self.terrain
-        return [
-            (terrain.x[index], terrain.heights_before[index], terrain.z[index])
-            for index in segments
-            if terrain.rises[index] != 0.0
-        ]
-
     def add_to(self, spec: mujoco.MjSpec, segments: range) -> None:
         """Build ground.
 

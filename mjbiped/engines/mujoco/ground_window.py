@@ -57,7 +57,7 @@ class GroundWindows:
             reach: How far ahead of x = 0 the last segment must reach, m.
             ground: Kind of ground.
             userdata: Number of floats in `mjData.userdata`.
-            scenery: Add the earth under the ground, for pictures.
+            scenery: Add the ground as it is seen from the side, for pictures.
             margin: Ground about the hip that is never missing, m; `MARGIN` legs by default.
 
         Raises:

@@ -357,7 +357,7 @@ def test_pictures_of_a_window_are_those_of_the_whole(
     controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """To and fro through the record; single pixels differ, for MuJoCo moves the earth's mesh into its middle."""
-    walk = mjbiped.walk(controller, LONG["stairs"], steps=15, sample_period=0.02)
+    walk = mjbiped.walk(controller, LONG["stairs"], steps=26, sample_period=0.02)
     begin, end = float(walk.samples["time"][0]), float(walk.samples["time"][-1])
     times = [begin, end, 0.5 * end, begin]
     built: list[float] = []

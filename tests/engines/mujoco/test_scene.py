@@ -122,14 +122,6 @@ def test_risers_are_frictionless_and_foremost() -> None:
     assert down.pos[0] + down.size[0] == pytest.approx(4.0 - FOOT_RADIUS)
 
 
-def test_painted_risers_are_only_for_the_eye() -> None:
-    terrain = mjbiped.Terrain.stairs(count=3)
-    model = build_scene(mjbiped.Compass(), terrain, timestep=1e-4, reach=5.0, scenery=True).model
-    faces = [model.geom(index) for index in range(model.ngeom) if model.geom(index).name.startswith("face_")]
-    assert [float(face.pos[0]) for face in faces] == pytest.approx([x + 1.5e-4 for x in terrain.x[1:]])
-    assert not any(face.contype[0] or face.conaffinity[0] for face in faces)
-
-
 def test_ends_where_the_terrain_ends() -> None:
     terrain = mjbiped.Terrain((0.0,), (0.0,), (0.0,), end=3.0)
     scene = scene_of(terrain)

@@ -1,0 +1,157 @@
+"""The strip chart below a picture: slope, estimate and torques over time, drawn once, and a cursor that moves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from mjbiped.records.record import Walk
+from mjbiped.rendering.marks import ANKLE_COLOUR, ESTIMATE_COLOUR, HIP_COLOUR
+from mjbiped.rendering.overlay import Pixels
+
+_LONGEST = 20.0  # seconds of a page; a longer walk has several
+_DPI = 100.0
+_LETTERS = 1 / 11.5  # height of the letters, per chart height
+_MARGIN = 6.8  # beside the panels, in letters: for names and numbers on the left, names of the lines on the right
+_WIDEST_MARGIN = 0.3  # per chart width
+_PANELS = ((0.59, 0.94), (0.19, 0.52))  # lower and upper end of each, per chart height
+_CURSOR = (200, 30, 30)
+_NARROWEST_SLOPE = 1.0  # span of the axis, degrees
+_MOST_POINTS = 4000  # of a line on a page
+
+Values = NDArray[np.float64]
+Line = tuple[str, Values, tuple[float, float, float], float, str]
+
+
+class Chart:
+    """The strip chart of a part of a walk."""
+
+    def __init__(self, walk: Walk, start: float, stop: float, width: int, height: int) -> None:
+        """Prepare; the pages are drawn when they are first shown.
+
+        Args:
+            walk: A record with samples.
+            start: Of the part that is shown, s.
+            stop: Its end, s.
+            width: Pixels.
+            height: Pixels.
+        """
+        self._size = width, height
+        self._letters = max(7.0, height * _LETTERS)
+        margin = min(_WIDEST_MARGIN, _MARGIN * self._letters / width)
+        self._left, self._right = margin, 1.0 - margin
+        self._start, self._stop = start, stop
+        self._pages = max(1, math.ceil((stop - start) / _LONGEST - 1e-9))
+        self._page, self._drawn = -1, np.empty((height, width, 3), dtype=np.uint8)
+        samples = walk.samples
+        inside = slice(
+            max(0, int(np.searchsorted(samples["time"], start, side="right")) - 1),
+            int(np.searchsorted(samples["time"], stop, side="right")),
+        )
+        self._time: Values = samples["time"][inside]
+        slope, estimate = np.degrees(samples["slope"][inside]), np.degrees(samples["slope_estimate"][inside])
+        ankle, hip = samples["torque"][inside].T
+        self._panels: list[tuple[str, list[Line], tuple[float, float]]] = []
+        for label, least, lines in (
+            (
+                "slope (°)",
+                _NARROWEST_SLOPE,
+                [
+                    ("slope", slope, (0.0, 0.0, 0.0), 1.6, "-"),
+                    ("estimate", estimate, ESTIMATE_COLOUR, 1.6, "--"),
+                ],
+            ),
+            (
+                "torque (N m)",
+                0.1 * walk.robot.weight * walk.robot.leg_length * 0.1,
+                [("ankle", ankle, ANKLE_COLOUR, 1.3, "-"), ("hip", hip, HIP_COLOUR, 1.3, "-")],
+            ),
+        ):
+            known: list[Line] = [line for line in lines if np.isfinite(line[1]).any()]
+            self._panels.append((label, known, _limits([line[1] for line in known], least)))
+
+    def draw(self, frame: Pixels, time: float) -> None:
+        """Draw the chart, with the cursor at a time (s).
+
+        Args:
+            frame: RGB, to be filled; rows of a picture.
+            time: Seconds since the walk's start.
+        """
+        long = (self._stop - self._start) / self._pages
+        page = min(self._pages - 1, max(0, int((time - self._start) / long))) if long > 0.0 else 0
+        begin = self._start + page * long
+        end = begin + (long if long > 0.0 else 1.0)
+        if page != self._page:
+            self._page, self._drawn = page, self._draw_page(begin, end)
+        frame[...] = self._drawn
+        width, height = self._size
+        column = width * (self._left + (self._right - self._left) * min(1.0, max(0.0, (time - begin) / (end - begin))))
+        thick = max(1, round(width / 640))
+        left = min(width - thick, round(column - thick / 2))
+        low, high = _PANELS[1][0], _PANELS[0][1]
+        frame[round(height * (1.0 - high)) : round(height * (1.0 - low)), left : left + thick] = _CURSOR
+
+    def _draw_page(self, begin: float, end: float) -> Pixels:
+        """A page from a time to another, s."""
+        width, height = self._size
+        letters = self._letters * 72.0 / _DPI
+        figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, facecolor="white")
+        canvas = FigureCanvasAgg(figure)
+        inside = slice(
+            max(0, int(np.searchsorted(self._time, begin, side="right")) - 1),
+            int(np.searchsorted(self._time, end, side="right")) + 1,
+        )
+        step = max(1, (inside.stop - inside.start) // _MOST_POINTS)
+        axes: Axes | None = None
+        for (label, lines, limits), (low, high) in zip(self._panels, _PANELS, strict=True):
+            axes = figure.add_axes(
+                (self._left, low, self._right - self._left, high - low), xlim=(begin, end), ylim=limits
+            )
+            axes.spines[["top", "right"]].set_visible(False)
+            axes.tick_params(labelsize=letters * 0.9, length=2.5, pad=2)
+            axes.yaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
+            axes.grid(axis="y", color="0.88", linewidth=0.8)
+            axes.set_axisbelow(True)
+            name, _, unit = label.partition(" ")
+            axes.text(
+                0.004,
+                0.5 * (low + high),
+                f"{name}\n{unit}",
+                transform=figure.transFigure,
+                fontsize=letters,
+                va="center",
+            )
+            for row, (text, values, colour, thick, style) in enumerate(lines):
+                axes.plot(
+                    self._time[inside][::step], values[inside][::step], style, color=colour, linewidth=thick, label=text
+                )
+                axes.text(
+                    1.012,
+                    0.72 - 0.44 * row,
+                    text,
+                    transform=axes.transAxes,
+                    fontsize=letters,
+                    color=colour,
+                    va="center",
+                )
+            if low == _PANELS[0][0]:
+                axes.tick_params(labelbottom=False)
+        assert axes is not None
+        axes.text(1.03, -0.26, "time (s)", transform=axes.transAxes, fontsize=letters, va="center")
+        canvas.draw()  # type: ignore[no-untyped-call]
+        return np.asarray(canvas.buffer_rgba(), dtype=np.uint8)[..., :3].copy()  # type: ignore[no-untyped-call]
+
+
+def _limits(columns: Sequence[Values], least: float) -> tuple[float, float]:
+    """Ends of an axis that has all finite values on it, zero too, and at least such a span."""
+    values = np.concatenate([np.zeros(1), *(column[np.isfinite(column)] for column in columns)])
+    low, high = float(values.min()), float(values.max())
+    room = max(0.0, least - (high - low)) / 2.0 + 0.06 * max(high - low, least)
+    return low - room, high + room

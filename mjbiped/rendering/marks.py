@@ -1,0 +1,226 @@
+"""Draws what moves a walker into a scene: torques, ground force, slope estimate, reference posture, ways of the feet.
+
+All that is needed is an `mujoco.MjvScene` and the values of an instant; so a live viewer's `user_scn` can show the
+same as a video.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+from mjbiped.engines.mujoco.scenery import CUT
+from mjbiped.rendering.moments import Moment, Pair, Points, foot_of
+from mjbiped.robots.compass import Compass
+
+Colour = tuple[float, float, float]
+
+ANKLE_COLOUR: Colour = (0.67, 0.20, 0.47)
+HIP_COLOUR: Colour = (0.00, 0.62, 0.45)
+ESTIMATE_COLOUR: Colour = (0.84, 0.37, 0.00)
+FORCE_COLOUR: Colour = (0.07, 0.07, 0.07)
+GHOST_COLOUR: Colour = (0.35, 0.35, 0.40)
+"""Told apart by colour-blind eyes, from one another and from the blue and the orange leg; the strip chart has them."""
+
+MOST_GEOMS = 600
+"""What `draw_marks` adds at most."""
+
+_LEGS: tuple[Colour, Colour] = ((0.00, 0.45, 0.70), (0.90, 0.45, 0.05))  # as in models/compass.xml
+_SIDES = (0.04, -0.04)  # of left and right leg, y in leg lengths
+_FRONT = -CUT - 0.03  # where torques and forces are drawn, y in leg lengths
+_BEHIND = 0.12  # where the reference stands, y in leg lengths
+_PALE = 0.35  # share of white in the colour of the least torque
+
+# in leg lengths, where they are lengths
+_ARC_RADIUS = {"ankle": 0.15, "hip": 0.13}
+_ARC_WIDTH = 0.010  # of the greatest torque
+_ARC_SWEEP = math.radians(300.0)  # of the greatest torque
+_ARC_PIECES = 24  # of the greatest torque's
+_LEAST_SHARE = 4e-4  # of the greatest torque; less is not drawn
+_HEAD = 0.05  # of an arc's arrow, at the greatest torque
+_FORCE_LENGTH = 0.27  # of one weight
+_MOST_WEIGHTS = 2.5
+_FORCE_WIDTH = 0.009
+_FORCE_HEAD = 0.05
+_ESTIMATE_REACH = 0.6
+_ESTIMATE_WIDTH = 0.0055
+_GHOST_WIDTH = 0.026
+_GHOST_OPACITY = 0.33
+_SPOT = (0.085, 0.05)  # a shadow's half length and half width
+_SPOT_FADES = 0.12  # height of a foot at which its shadow is gone
+_SPOT_OPACITY = 0.45
+_TRACE_PIXELS = 2.5
+
+
+class Scales(NamedTuple):
+    """What is drawn at full size.
+
+    Attributes:
+        torque: N m; its arc goes round by 300 degrees.
+        force: N; its arrow is 0.27 leg lengths long. The robot's weight, for example.
+    """
+
+    torque: float
+    force: float
+
+
+def draw_marks(scene: Any, moment: Moment, robot: Compass, scales: Scales, elements: Collection[str]) -> None:
+    """Draw the elements of an instant into a scene, behind what is there; what finds no room is left out.
+
+    Args:
+        scene: An `mujoco.MjvScene`.
+        moment: The instant.
+        robot: The robot, whose size that of the marks follows.
+        scales: Of torques and forces.
+        elements: Names, of `mjbiped.rendering.look.ELEMENTS`; those that no scene shows are ignored.
+    """
+    length = robot.leg_length
+    pen = _Pen(scene, length)
+    hip = moment.qpos[:2]
+    angle = moment.qpos[2 + moment.stance]
+    foot = foot_of(robot, hip, angle)
+    if "shadows" in elements:
+        for side, (height, slope) in enumerate(moment.ground):
+            _draw_shadow(pen, foot_of(robot, hip, moment.qpos[2 + side]), height, slope, _SIDES[side], length)
+    if "traces" in elements:
+        for side, way in enumerate(moment.traces):
+            _draw_trace(pen, way, _SIDES[side], _LEGS[side])
+    if "ghost" in elements and moment.reference is not None:
+        _draw_ghost(pen, foot, moment, robot)
+    if "estimate" in elements and math.isfinite(moment.slope_estimate):
+        along = (math.cos(moment.slope_estimate), -math.sin(moment.slope_estimate))
+        reach = _ESTIMATE_REACH * length
+        back, ahead = ((foot[0] + way * along[0], foot[1] + way * along[1]) for way in (-reach, reach))
+        pen.bar(back, ahead, -CUT - 0.01, _ESTIMATE_WIDTH * length, (*ESTIMATE_COLOUR, 1.0))
+    if "force" in elements:
+        _draw_force(pen, foot, moment.force, scales.force, length)
+    if "torque" in elements:
+        ankle, hip_torque = moment.torque
+        _draw_torque(pen, foot, angle, ankle / scales.torque if scales.torque else 0.0, "ankle", ANKLE_COLOUR, length)
+        _draw_torque(pen, hip, 0.0, hip_torque / scales.torque if scales.torque else 0.0, "hip", HIP_COLOUR, length)
+
+
+def arc_sweep(share: float) -> float:
+    """Angle of the arc of a torque that is such a share of the greatest, rad; clockwise, as the torque, where > 0.
+
+    Angle and width go with the root, so the area goes with the torque.
+    """
+    return math.copysign(_ARC_SWEEP * math.sqrt(min(1.0, abs(share))), share)
+
+
+def _draw_torque(
+    pen: _Pen, centre: Pair, middle: float, share: float, joint: str, colour: Colour, length: float
+) -> None:
+    """An arc about a joint with an arrow's head, the middle of it in a direction from the vertical (rad)."""
+    if not abs(share) >= _LEAST_SHARE:  # NaN is not
+        return
+    sweep, strength = arc_sweep(share), math.sqrt(min(1.0, abs(share)))
+    radius, width = _ARC_RADIUS[joint] * length, _ARC_WIDTH * length * max(0.35, strength)
+    pale = _PALE * (1.0 - strength)
+    rgba = (*(part + pale * (1.0 - part) for part in colour), 1.0)
+
+    def place(angle: float, out: float = radius) -> Pair:
+        return centre[0] + out * math.sin(angle), centre[1] + out * math.cos(angle)
+
+    pieces = max(2, math.ceil(_ARC_PIECES * abs(sweep) / _ARC_SWEEP))
+    angles = [middle + sweep * (piece / pieces - 0.5) for piece in range(pieces + 1)]
+    overlap = math.copysign(0.3 * width / radius, sweep)  # of neighbouring pieces, which have square ends
+    for start, stop in pairwise(angles):
+        pen.bar(place(start - overlap), place(stop + overlap), _FRONT, width, rgba)
+    # two barbs, a little bent inward as the arc is
+    head = _HEAD * length * max(0.5, strength)
+    back = angles[-1] - math.copysign(head / radius, sweep)
+    for out in (radius + 0.6 * head, radius - 0.6 * head):
+        pen.bar(place(angles[-1]), place(back, out), _FRONT, width, rgba)
+
+
+def _draw_force(pen: _Pen, foot: Pair, force: Pair, scale: float, length: float) -> None:
+    """An arrow that pushes the foot from below."""
+    weights = math.hypot(*force) / scale
+    if not 0.0 < weights < math.inf:
+        return
+    factor = min(weights, _MOST_WEIGHTS) / weights * _FORCE_LENGTH * length / scale
+    tail = (foot[0] - factor * force[0], foot[1] - factor * force[1])
+    rgba = (*FORCE_COLOUR, 1.0)
+    pen.bar(tail, foot, _FRONT, _FORCE_WIDTH * length, rgba)
+    head = _FORCE_HEAD * length / math.hypot(*force)
+    for turned in (-0.55, 0.55):
+        barb = (foot[0] - head * (force[0] + turned * force[1]), foot[1] - head * (force[1] - turned * force[0]))
+        pen.bar(foot, barb, _FRONT, _FORCE_WIDTH * length, rgba)
+
+
+def _draw_ghost(pen: _Pen, foot: Pair, moment: Moment, robot: Compass) -> None:
+    """The tracked posture on the stance foot: both legs and the hip, translucent."""
+    assert moment.reference is not None
+    length, rgba = robot.leg_length, (*GHOST_COLOUR, _GHOST_OPACITY)
+    stance, swing = (angle + moment.slope for angle in moment.reference)
+    hip = (foot[0] + length * math.sin(stance), foot[1] + length * math.cos(stance))
+    width = _GHOST_WIDTH * length
+    pen.connect(mujoco.mjtGeom.mjGEOM_CAPSULE, hip, foot, _BEHIND, width, rgba)
+    pen.connect(mujoco.mjtGeom.mjGEOM_CAPSULE, hip, foot_of(robot, hip, swing), _BEHIND, width, rgba)
+
+
+def _draw_shadow(pen: _Pen, foot: Pair, height: float, slope: float, y: float, length: float) -> None:
+    """A dark spot on the ground under a foot."""
+    clear = 1.0 - abs(foot[1] - height) / (_SPOT_FADES * length)
+    if not clear > 0.0:
+        return
+    size, rgba = (_SPOT[0] * length, _SPOT[1] * length), (0.0, 0.0, 0.0, _SPOT_OPACITY * clear)
+    pen.spot((foot[0], y * length, height), slope, size, rgba)
+
+
+def _draw_trace(pen: _Pen, way: Points, y: float, colour: Colour) -> None:
+    """The way of a foot, fainter where it is older."""
+    points = way.tolist()
+    for number, (start, stop) in enumerate(pairwise(points)):
+        rgba = (*colour, 0.15 + 0.75 * (number + 1) / len(points))
+        pen.connect(mujoco.mjtGeom.mjGEOM_LINE, start, stop, y, _TRACE_PIXELS, rgba)
+
+
+class _Pen:
+    """Adds geoms to a scene; they stand in planes of y, in leg lengths."""
+
+    def __init__(self, scene: Any, length: float) -> None:
+        self._scene, self._geoms, self._length = scene, scene.geoms, length
+        self._none, self._level = np.zeros(3), np.eye(3).ravel()
+
+    def _geom(self, kind: Any, size: Any, place: Any, frame: Any, rgba: tuple[float, ...]) -> Any:
+        """A new geom; None where the scene is full."""
+        if self._scene.ngeom >= self._scene.maxgeom:
+            return None
+        geom = self._geoms[self._scene.ngeom]
+        mujoco.mjv_initGeom(geom, kind, size, place, frame, np.array(rgba, dtype=np.float32))
+        geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+        geom.emission, geom.specular, geom.shininess = 0.0, 0.0, 0.0
+        self._scene.ngeom += 1
+        return geom
+
+    def bar(self, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
+        """A square bar between two points x, z (m) of the plane at y, half as thick as `width` (m)."""
+        x, z = stop[0] - start[0], stop[1] - start[1]
+        long = math.hypot(x, z)
+        if not 0.0 < long < math.inf:
+            return
+        x, z = x / long, z / long
+        frame = np.array((x, 0.0, -z, 0.0, 1.0, 0.0, z, 0.0, x))
+        place = np.array((0.5 * (start[0] + stop[0]), y * self._length, 0.5 * (start[1] + stop[1])))
+        self._geom(mujoco.mjtGeom.mjGEOM_BOX, np.array((0.5 * long, width, width)), place, frame, rgba)
+
+    def connect(self, kind: Any, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
+        """A capsule, `width` its radius in m, or a line of so many pixels, between points as above."""
+        geom = self._geom(kind, self._none, self._none, self._level, rgba)
+        if geom is not None:
+            y *= self._length
+            mujoco.mjv_connector(geom, kind, width, np.array((start[0], y, start[1])), np.array((stop[0], y, stop[1])))
+
+    def spot(self, place: tuple[float, float, float], slope: float, size: Pair, rgba: tuple[float, ...]) -> None:
+        """A flat ellipse on the ground."""
+        cosine, sine = math.cos(slope), math.sin(slope)
+        frame = np.array((cosine, 0.0, sine, 0.0, 1.0, 0.0, -sine, 0.0, cosine))
+        thick = 0.02 * size[1]
+        self._geom(mujoco.mjtGeom.mjGEOM_ELLIPSOID, np.array((*size, thick)), np.array(place), frame, rgba)

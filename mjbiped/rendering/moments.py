@@ -1,0 +1,162 @@
+"""What there is to be drawn of an instant of a walk: posture, torques, forces, slopes and the tracked reference."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.analysis.replay import TrackedReference, recorded_controller
+from mjbiped.errors import MjbipedError
+from mjbiped.records.record import Walk
+from mjbiped.robots import compass
+from mjbiped.robots.compass import Compass
+
+TRACE = 2.0
+"""How long the way of a foot is seen, s."""
+
+_APART = 0.04  # of the points of a foot's way, in leg lengths
+_SAME = 1e-9  # times that differ by less are the same, s
+
+Pair = tuple[float, float]
+Points = NDArray[np.float64]
+
+
+class Moment(NamedTuple):
+    """An instant of a walk.
+
+    Attributes:
+        time: Since the walk's start, s.
+        step: Number of touchdowns until then.
+        qpos: Hip x and z (m), left and right leg from the vertical (rad).
+        stance: 0 left, 1 right.
+        slope: Of the ground under the stance foot, rad.
+        slope_estimate: The controller's, rad; NaN where it has none.
+        torque: Ankle and hip, N m.
+        force: Of the ground on the stance foot, forward and upward, N.
+        reference: Stance and swing leg that the controller tracks, from the ground's normal, rad; None where there is
+            no reference.
+        ground: Height (m) and slope (rad) of the ground under left and right foot.
+        traces: The ways that left and right foot have come, points x, z in m, each of shape (n, 2).
+    """
+
+    time: float
+    step: int
+    qpos: tuple[float, float, float, float]
+    stance: int
+    slope: float
+    slope_estimate: float
+    torque: Pair
+    force: Pair
+    reference: Pair | None
+    ground: tuple[Pair, Pair]
+    traces: tuple[Points, Points]
+
+
+class Moments:
+    """The instants of a record."""
+
+    def __init__(self, walk: Walk, *, ghost: bool = True) -> None:
+        """Look up what the controller tracked, if it tracked anything.
+
+        Args:
+            walk: A record with samples.
+            ghost: Whether that is wanted.
+        """
+        self._samples, self._robot, self._terrain = walk.samples, walk.robot, walk.terrain
+        self._times, self._touchdowns = walk.samples["time"], walk.touchdowns["time"]
+        self._reference = _reference(walk) if ghost else None
+        qpos, length = walk.samples["qpos"], self._robot.leg_length
+        self._ways = []
+        for leg in (2, 3):
+            feet = qpos[:, :2] - length * np.stack([np.sin(qpos[:, leg]), np.cos(qpos[:, leg])], axis=1)
+            way = np.append(0.0, np.cumsum(np.hypot(*np.diff(feet, axis=0).T)))
+            marks = np.flatnonzero(np.diff(np.floor(way / (_APART * length)), prepend=-1.0))
+            self._ways.append((marks, feet[marks]))
+
+    @property
+    def tracks(self) -> bool:
+        """Whether the controller tracked a reference."""
+        return self._reference is not None
+
+    def greatest_torque(self, start: float, stop: float) -> float:
+        """Greatest finite torque of either joint between two times (s), N m; 0 where there is none."""
+        low, high = np.searchsorted(self._times, (start, stop), side="left")
+        torque = np.abs(self._samples["torque"][max(0, low - 1) : high + 1])
+        return float(np.max(torque, initial=0.0, where=np.isfinite(torque)))
+
+    def at(self, time: float) -> Moment:
+        """The instant at a time (s) of the record.
+
+        The posture is interpolated between samples; all else is of the latest sample.
+        """
+        samples, times = self._samples, self._times
+        latest = max(0, int(np.searchsorted(times, time + _SAME, side="right")) - 1)
+        following = min(latest + 1, len(times) - 1)
+        between = times[following] - times[latest]
+        share = min(1.0, max(0.0, (time - times[latest]) / between)) if between > 0.0 else 0.0
+        before = samples["qpos"][latest]
+        x, z, left, right = (before + share * (samples["qpos"][following] - before)).tolist()
+        feet = [foot_of(self._robot, (x, z), angle) for angle in (left, right)]
+        slope = float(samples["slope"][latest])
+        q, dq, (ankle, hip) = (samples[name][latest].tolist() for name in ("q", "dq", "torque"))
+        reference = None if self._reference is None else self._reference.at(time)
+        return Moment(
+            time=time,
+            step=int(np.searchsorted(self._touchdowns, time + _SAME, side="right")),
+            qpos=(x, z, left, right),
+            stance=int(samples["stance"][latest]),
+            slope=slope,
+            slope_estimate=float(samples["slope_estimate"][latest]),
+            torque=(ankle, hip),
+            force=ground_force(self._robot, slope, q, dq, (ankle, hip)),
+            reference=reference if reference is not None and all(map(math.isfinite, reference)) else None,
+            ground=(self._ground(feet[0][0]), self._ground(feet[1][0])),
+            traces=(self._trace(0, time, feet[0]), self._trace(1, time, feet[1])),
+        )
+
+    def _ground(self, x: float) -> Pair:
+        """Height (m) and slope (rad) of the ground at x (m)."""
+        return self._terrain.height_at(x), self._terrain.slope_at(x)
+
+    def _trace(self, leg: int, time: float, foot: Pair) -> Points:
+        """The way that a foot has come until a time (s), at which it is at a place (m)."""
+        marks, points = self._ways[leg]
+        low, high = np.searchsorted(marks, np.searchsorted(self._times, (time - TRACE, time + _SAME), side="right"))
+        return np.vstack([points[low:high], foot])
+
+
+def foot_of(robot: Compass, hip: Pair, angle: float) -> Pair:
+    """Where the foot of a leg is that leans by an angle (rad) from the vertical, x and z in m."""
+    return hip[0] - robot.leg_length * math.sin(angle), hip[1] - robot.leg_length * math.cos(angle)
+
+
+def ground_force(
+    robot: Compass, slope: float, q: Sequence[float], dq: Sequence[float], torque: Sequence[float]
+) -> Pair:
+    """Force of the ground on the stance foot in a motion by the equations of motion, forward and upward, N.
+
+    Args:
+        robot: The robot.
+        slope: Of the ground, rad.
+        q: Stance and swing leg from the ground's normal, rad.
+        dq: Their rates, rad/s.
+        torque: Ankle and hip, N m.
+    """
+    (q1, q2), (dq1, dq2), (ankle, hip) = q, dq, torque
+    ddq1, ddq2 = compass.acceleration(
+        robot.constants, q1, q2, dq1, dq2, math.sin(slope), math.cos(slope), ankle - hip, hip
+    )
+    legs = compass.legs_of(q1 + slope, q2 + slope)
+    return compass.ground_force(robot.constants, robot.total_mass, robot.gravity, legs, dq1, dq2, ddq1, ddq2)
+
+
+def _reference(walk: Walk) -> TrackedReference | None:
+    """What the walk's controller tracked; None where it is none that tracks, or cannot be built anew."""
+    try:
+        return TrackedReference(walk, recorded_controller(walk))
+    except (TypeError, KeyError, MjbipedError):
+        return None

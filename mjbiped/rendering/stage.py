@@ -1,0 +1,239 @@
+"""Draws a walk's frames: the scene built anew from the record, what explains it in the scene and over it, the chart."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+
+import mujoco
+import numpy as np
+
+from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
+from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows
+from mjbiped.errors import InputError, shown
+from mjbiped.records.record import Walk
+from mjbiped.rendering import marks
+from mjbiped.rendering.camera import View, smooth_offsets
+from mjbiped.rendering.canvas import Canvas
+from mjbiped.rendering.chart import Chart
+from mjbiped.rendering.ground_labels import lay_ground_labels
+from mjbiped.rendering.look import Look
+from mjbiped.rendering.marks import MOST_GEOMS, Scales, draw_marks
+from mjbiped.rendering.moments import Moment, Moments
+from mjbiped.rendering.overlay import Pixels, Sign, lay_caption, lay_legend, lay_scale, letter_size
+
+_SIGHT = 6.0  # ground built beyond what the record or a frame needs, in leg lengths
+_CHART_SHARE = 0.27  # of a frame's height
+_LOWEST_WITH_CHART = 240  # pixels; a lower frame has no room for it
+_SKY = (0.70, 0.715, 0.73)  # what becomes almost white in the scene's light
+_FAR, _WIDE = 40.0, 60.0  # distance of the plain background from the camera and half its size, in leg lengths
+_GROUND_GROUPS, _SECTION_GROUP = (0, 1), 4  # of the geoms that feet meet, and of the ground cut open, which is shown
+_TOUCHING = 2e-4  # of a foot and the ground, between which MuJoCo looks for contacts to show, in leg lengths
+_ONE_AT_A_TIME = threading.Lock()
+
+
+class Stage:
+    """A scene and a canvas, on which the postures of a walk are drawn; on a long terrain, one about each place."""
+
+    def __init__(
+        self,
+        walk: Walk,
+        size: tuple[int, int],
+        camera: str,
+        look: Look,
+        part: tuple[float, float],
+        slow_motion: float,
+        open_now: ExitStack,
+    ) -> None:
+        """As `open`, which is to be called instead."""
+        self._walk, self._robot, self._terrain = walk, walk.robot, walk.terrain
+        self._name, self._look, self._slow_motion, self._open = camera, look, slow_motion, open_now
+        width, height = size
+        charted = "chart" in look.elements and height >= _LOWEST_WITH_CHART
+        chart_height = round(height * _CHART_SHARE) if charted else 0
+        self._chart = Chart(walk, *part, width, chart_height) if charted else None
+        self._width, self._height, self._picture = width, height, height - chart_height
+        self._moments = Moments(walk, ghost="ghost" in look.elements)
+        self._scales = Scales(self._moments.greatest_torque(*part), self._robot.weight)
+        self._smooth = np.ascontiguousarray(smooth_offsets(walk).T)
+        length = self._robot.leg_length
+        self._windows = GroundWindows(
+            self._robot,
+            self._terrain,
+            timestep=1e-4,  # any: nothing is stepped
+            reach=float(np.max(walk.samples["qpos"][:, 0])) + _SIGHT * length,
+            ground=walk.settings.get("ground", "auto"),
+            scenery=True,
+            margin=max(_SIGHT, MARGIN) * length,
+        )
+        self._go_to(self._moments.at(part[0]).qpos[0])
+
+    @classmethod
+    @contextmanager
+    def open(
+        cls,
+        walk: Walk,
+        width: int,
+        height: int,
+        camera: str,
+        look: Look,
+        *,
+        part: tuple[float, float] | None = None,
+        slow_motion: float = 1.0,
+    ) -> Iterator[Stage]:
+        """Build the scene and a canvas for it; one at a time per process.
+
+        Args:
+            walk: A record with samples.
+            width: Of the frames, pixels.
+            height: Of the frames, pixels.
+            camera: Its name.
+            look: What is shown.
+            part: Of the record that is shown, first and last time, s; all unless given.
+            slow_motion: For the caption.
+
+        Raises:
+            InputError: There is no such camera.
+            RenderError: No OpenGL platform works.
+        """
+        time = walk.samples["time"]
+        whole = (float(time[0]), float(time[-1]))
+        with _ONE_AT_A_TIME, ExitStack() as stack:
+            yield cls(walk, (width, height), camera, look, part or whole, slow_motion, stack)
+
+    def _go_to(self, x: float) -> None:
+        """Build the scene about a place, m, in place of the one before."""
+        scene = self._windows.about(x)
+        model, length = scene.model, self._robot.leg_length
+        names = [model.camera(index).name for index in range(model.ncam)]
+        if self._name not in names:
+            raise InputError(f"unknown camera {shown(self._name)}; valid are {', '.join(names)}")
+        # the cameras are made for legs of 1 m
+        model.cam_poscom0[:] += (length - 1.0) * model.cam_pos
+        flat = model.cam_projection == mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC
+        model.cam_fovy[flat] *= length
+        model.stat.extent *= length
+        for side in ("left", "right"):
+            model.geom(f"{side}_foot").margin[:] = _TOUCHING * length
+        self._open.close()
+        canvas = Canvas(model, self._width, self._picture)
+        self._open.callback(canvas.close)
+        self._canvas = canvas
+        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + MOST_GEOMS + 200)
+        self._option, self._eye = mujoco.MjvOption(), mujoco.MjvCamera()
+        self._option.geomgroup[list(_GROUND_GROUPS)] = 0
+        self._option.geomgroup[_SECTION_GROUP] = 1
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = 0
+        for flag, value in self._look.visual.items():
+            self._option.flags[flag] = value
+        for flag, value in self._look.rendering.items():
+            self._scene.flags[flag] = value
+        self._camera = names.index(self._name)
+        self._eye.type, self._eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._camera
+        self._model, self._data, self._inside = model, mujoco.MjData(model), self._windows.inside(scene)
+
+    def frame(self, time: float, *, with_outcome: bool = False) -> Pixels:
+        """The walk at a time (s) of the record, RGB; with the walk's outcome in words where that is wanted."""
+        moment = self._moments.at(time)
+        x = moment.qpos[0]
+        low, high = self._inside
+        if math.isfinite(x) and not low < x < high:
+            self._go_to(x)
+        out = np.empty((self._height, self._width, 3), dtype=np.uint8)
+        self._pose(moment)
+        mujoco.mjv_updateScene(
+            self._model, self._data, self._option, None, self._eye, mujoco.mjtCatBit.mjCAT_ALL, self._scene
+        )
+        view = View.of(self._scene, self._width, self._picture)
+        if not self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX]:
+            self._add_background(view)
+        draw_marks(self._scene, moment, self._robot, self._scales, self._look.elements)
+        picture = out[: self._picture]
+        self._canvas.draw(self._scene, picture)
+        self._write(picture, moment, view, self._walk.outcome if with_outcome else "")
+        if self._chart is not None:
+            self._chart.draw(out[self._picture :], time)
+        return out
+
+    def _pose(self, moment: Moment) -> None:
+        """Give the model the posture, and the camera its smooth way."""
+        model, data, samples = self._model, self._data, self._walk.samples
+        data.qpos[:] = moment.qpos
+        if self._look.visual:  # what they show needs contacts, forces, and so on
+            dq = samples["dq"][max(0, int(np.searchsorted(samples["time"], moment.time + 1e-9, side="right")) - 1)]
+            rates = dq[::-1] if moment.stance else dq
+            stance = moment.qpos[2 + moment.stance]
+            length = self._robot.leg_length
+            data.qvel[:] = (length * dq[0] * math.cos(stance), -length * dq[0] * math.sin(stance), *rates)
+            data.ctrl[:] = 0.0
+            data.ctrl[moment.stance] = moment.torque[0]
+            data.ctrl[2] = moment.torque[1] * (1.0 if moment.stance == 0 else -1.0)
+            with python_callbacks_removed():
+                mujoco.mj_forward(model, data)
+        else:
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_comPos(model, data)
+            mujoco.mj_camlight(model, data)
+        for axis, offsets in zip((0, 2), self._smooth, strict=True):
+            data.cam_xpos[self._camera, axis] += np.interp(moment.time, samples["time"], offsets)
+
+    def _add_background(self, view: View) -> None:
+        """A plain wall far behind: MuJoCo's sky takes a software renderer as long as all the rest."""
+        scene, length = self._scene, self._robot.leg_length
+        geom = scene.geoms[scene.ngeom]
+        mujoco.mjv_initGeom(
+            geom,
+            mujoco.mjtGeom.mjGEOM_BOX,
+            np.array([_WIDE * length, _WIDE * length, length]),
+            view.place + _FAR * length * view.axes[2],
+            view.axes.T.ravel(),
+            np.array([*_SKY, 1.0], dtype=np.float32),
+        )
+        geom.category, geom.emission, geom.specular = mujoco.mjtCatBit.mjCAT_DECOR, 1.0, 0.0
+        scene.ngeom += 1
+
+    def _write(self, picture: Pixels, moment: Moment, view: View, outcome: str) -> None:
+        """Words and signs over the picture."""
+        elements, low = self._look.elements, 0
+        if "caption" in elements:
+            right, low = lay_caption(picture, caption(moment, self._slow_motion), self._height)
+            lay_legend(picture, self._signs(moment), self._height, (right, low), outcome)
+        if "scale" in elements:
+            start, stop = (view.pixel(float(view.place[0]) + x, 0.0, 0.0)[0] for x in (0.0, 1.0))
+            lay_scale(picture, stop - start, low + 0.6 * letter_size(self._height), self._height)
+        if "labels" in elements:
+            lay_ground_labels(picture, self._terrain, view, self._robot.leg_length, self._height)
+
+    def _signs(self, moment: Moment) -> Iterator[Sign]:
+        """The legend's lines."""
+        elements = self._look.elements
+        if "torque" in elements:
+            yield Sign(marks.ANKLE_COLOUR, "ankle torque", f"{signed(moment.torque[0])} N m")
+            yield Sign(marks.HIP_COLOUR, "hip torque", f"{signed(moment.torque[1])} N m")
+        if "force" in elements:
+            yield Sign(marks.FORCE_COLOUR, "ground force", f"{math.hypot(*moment.force):.0f} N")
+        if "estimate" in elements and math.isfinite(moment.slope_estimate):
+            yield Sign(marks.ESTIMATE_COLOUR, "slope estimate", f"{signed(math.degrees(moment.slope_estimate))}°")
+        if "ghost" in elements and self._moments.tracks:
+            yield Sign(marks.GHOST_COLOUR, "reference", "")
+
+
+def caption(moment: Moment, slow_motion: float) -> list[str]:
+    """What a caption says of an instant."""
+    estimate = moment.slope_estimate
+    lines = [f"t = {moment.time:.2f} s   step {moment.step}", f"slope {signed(math.degrees(moment.slope))}°"]
+    if not math.isnan(estimate):
+        lines[1] += f"   estimate {signed(math.degrees(estimate))}°"
+    if slow_motion > 1.0:
+        lines.append(f"slow motion {slow_motion:g}×")
+    elif slow_motion < 1.0:
+        lines.append(f"time lapse {1.0 / slow_motion:.3g}×")
+    return lines
+
+
+def signed(number: float) -> str:
+    """A number with its sign and one digit, but no zero below zero."""
+    return f"{round(number, 1) + 0.0:+.1f}".replace("-", "−")

@@ -1,0 +1,176 @@
+"""Marks in a scene point where they should, and are as large as what they stand for."""
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+import mjbiped
+from mjbiped.rendering.marks import (
+    ANKLE_COLOUR,
+    ESTIMATE_COLOUR,
+    FORCE_COLOUR,
+    GHOST_COLOUR,
+    HIP_COLOUR,
+    MOST_GEOMS,
+    Scales,
+    arc_sweep,
+    draw_marks,
+)
+from mjbiped.rendering.moments import Moment, Pair, foot_of
+
+ROBOT = mjbiped.Compass()
+SCALES = Scales(torque=10.0, force=ROBOT.weight)
+MODEL = mujoco.MjModel.from_xml_string("<mujoco/>")
+EVERYTHING = ("torque", "force", "ghost", "estimate", "traces", "shadows")
+
+Places = NDArray[np.float64]
+
+
+def moment(**values: object) -> Moment:
+    """A walker on its left leg, on ground of 2 degrees."""
+    slope = math.radians(2.0)
+    hip = (3.0, 0.95)
+    feet = [foot_of(ROBOT, hip, angle) for angle in (0.05, -0.2)]
+    way = np.stack([np.linspace(2.0, 3.0, 20), np.zeros(20)], axis=1)
+    usual = Moment(
+        time=1.0,
+        step=2,
+        qpos=(*hip, 0.05, -0.2),
+        stance=0,
+        slope=slope,
+        slope_estimate=slope,
+        torque=(2.0, -1.0),
+        force=(10.0, 95.0),
+        reference=(0.05 - slope, -0.2 - slope),
+        ground=((feet[0][1], slope), (feet[1][1] - 0.05, slope)),
+        traces=(way, way),
+    )
+    return usual._replace(**values)  # type: ignore[arg-type]
+
+
+def marks(at: Moment, *elements: str, room: int = MOST_GEOMS) -> list[mujoco.MjvGeom]:
+    scene = mujoco.MjvScene(MODEL, maxgeom=room)
+    draw_marks(scene, at, ROBOT, SCALES, elements or EVERYTHING)
+    return [scene.geoms[index] for index in range(scene.ngeom)]
+
+
+def ends(geom: mujoco.MjvGeom) -> tuple[Places, Places]:
+    """Start and stop of a bar or a capsule, x and z in m."""
+    axis = geom.mat[:, 0] * geom.size[0] if geom.type == mujoco.mjtGeom.mjGEOM_BOX else geom.mat[:, 2] * geom.size[2]
+    return (geom.pos - axis)[[0, 2]], (geom.pos + axis)[[0, 2]]
+
+
+def of_colour(geoms: list[mujoco.MjvGeom], colour: tuple[float, float, float]) -> list[mujoco.MjvGeom]:
+    """Those whose colour is this one, or a paler one."""
+    found = []
+    for geom in geoms:
+        pale = (geom.rgba[:3] - colour) / (1.0 - np.array(colour))
+        if np.ptp(pale) < 1e-5 and pale[0] > -1e-5:
+            found.append(geom)
+    return found
+
+
+def arc(torque: Pair, colour: tuple[float, float, float]) -> tuple[float, float]:
+    """Angle that an arc goes round, clockwise, and its width."""
+    at = moment(torque=torque)
+    pieces = of_colour(marks(at, "torque"), colour)[:-2]  # the last two are the arrow's head
+    hip = at.qpos[:2]
+    centre = np.array(hip if colour is HIP_COLOUR else foot_of(ROBOT, hip, at.qpos[2]))
+    total = 0.0
+    for one, next_ in pairwise(pieces):
+        (x0, z0), (x1, z1) = (geom.pos[[0, 2]] - centre for geom in (one, next_))
+        total += math.atan2(z0 * x1 - x0 * z1, x0 * x1 + z0 * z1)
+    total *= len(pieces) / (len(pieces) - 1)  # from the first piece's beginning to the last one's end
+    return total, float(pieces[0].size[2])
+
+
+@pytest.mark.parametrize(("colour", "joint"), [(ANKLE_COLOUR, 0), (HIP_COLOUR, 1)])
+def test_arcs_turn_as_the_torque_and_grow_with_it(colour: tuple[float, float, float], joint: int) -> None:
+    sizes = []
+    for torque in (-10.0, -5.0, -0.5, -0.1, 0.1, 0.5, 5.0, 10.0):
+        pair = (torque, 0.0) if joint == 0 else (0.0, torque)
+        turned, width = arc(pair, colour)
+        assert math.copysign(1.0, turned) == math.copysign(1.0, torque)  # clockwise is positive, as legs lean forward
+        sizes.append((turned, width))
+    assert all(one[0] < next_[0] for one, next_ in pairwise(sizes))
+    assert sizes[-1][1] > sizes[-3][1]
+    assert sizes[-1][0] == pytest.approx(math.radians(300.0))
+
+
+@given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+def test_the_sweep_is_monotone(one: float, other: float) -> None:
+    low, high = sorted((one, other))
+    assert arc_sweep(low) <= arc_sweep(high)
+    assert abs(arc_sweep(one)) <= math.radians(300.0)
+    assert arc_sweep(5.0) == arc_sweep(1.0)
+
+
+@pytest.mark.parametrize("force", [(0.0, 98.1), (30.0, 80.0), (-30.0, 120.0)])
+def test_the_force_points_along_the_force_into_the_foot(force: Pair) -> None:
+    at = moment(force=force)
+    shaft, *barbs = of_colour(marks(at, "force"), FORCE_COLOUR)
+    tail, tip = ends(shaft)
+    assert tip == pytest.approx(foot_of(ROBOT, at.qpos[:2], at.qpos[2]), abs=1e-6)
+    assert tip - tail == pytest.approx(0.27 * np.array(force) / ROBOT.weight, abs=1e-6)
+    for barb in barbs:
+        start, stop = ends(barb)
+        assert start == pytest.approx(tip, abs=1e-6)
+        assert np.dot(stop - start, force) < 0.0
+
+
+def test_the_estimate_is_a_line_through_the_foot() -> None:
+    at = moment(slope_estimate=math.radians(-4.0))
+    [line] = of_colour(marks(at, "estimate"), ESTIMATE_COLOUR)
+    start, stop = ends(line)
+    assert 0.5 * (start + stop) == pytest.approx(foot_of(ROBOT, at.qpos[:2], at.qpos[2]), abs=1e-6)
+    assert math.degrees(math.atan2(*(stop - start)[::-1])) == pytest.approx(4.0, abs=1e-4)  # up, for down is positive
+
+
+def test_the_ghost_stands_on_the_foot_in_the_reference() -> None:
+    at = moment(reference=(0.1, -0.3))
+    stance, swing = of_colour(marks(at, "ghost"), GHOST_COLOUR)
+    foot = np.array(foot_of(ROBOT, at.qpos[:2], at.qpos[2]))
+    hip = foot + np.array((math.sin(0.1 + at.slope), math.cos(0.1 + at.slope)))
+    for leg, angle in ((stance, 0.1), (swing, -0.3)):
+        there = sorted(map(tuple, ends(leg)), key=lambda place: -place[1])
+        assert there[0] == pytest.approx(hip, abs=1e-6)
+        assert there[1] == pytest.approx(foot_of(ROBOT, tuple(hip), angle + at.slope), abs=1e-6)
+        assert 0.0 < leg.rgba[3] < 1.0
+
+
+def test_what_is_unknown_or_nothing_is_not_drawn() -> None:
+    nothing = moment(
+        torque=(math.nan, 0.0),
+        force=(math.nan, 1.0),
+        reference=None,
+        slope_estimate=math.nan,
+        traces=(np.empty((1, 2)),) * 2,
+    )
+    assert not marks(nothing, "torque", "force", "ghost", "estimate", "traces")
+    assert not marks(moment(), "caption", "chart")
+    assert not marks(moment()._replace(torque=(math.inf, math.inf), force=(0.0, 0.0)), "force")
+
+
+def test_shadows_fade_as_the_foot_rises() -> None:
+    def opacities() -> Iterator[float]:
+        for height in (0.0, 0.02, 0.05, 0.1):
+            feet = [foot_of(ROBOT, moment().qpos[:2], angle)[1] for angle in (0.05, -0.2)]
+            at = moment(ground=((feet[0] - height, 0.0), (feet[1] - 1.0, 0.0)))
+            [spot] = marks(at, "shadows")
+            yield float(spot.rgba[3])
+
+    found = list(opacities())
+    assert found == sorted(found, reverse=True)
+    assert found[-1] < 0.3 * found[0]
+
+
+def test_a_full_scene_gets_no_more() -> None:
+    assert len(marks(moment(), room=10)) == 10
+    assert len(marks(moment(torque=(10.0, 10.0)))) < MOST_GEOMS

@@ -1,0 +1,100 @@
+"""What is drawn of an instant is what the record holds, or follows from it."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, PassiveController
+from mjbiped.records.record import Walk
+from mjbiped.rendering.moments import Moments, foot_of
+from mjbiped.terrain.terrain import Terrain
+
+
+@pytest.fixture(scope="module", params=["hybrid", "mujoco"])
+def walk(request: pytest.FixtureRequest, controller: AdaptiveController) -> Walk:
+    ground = Terrain.from_segments([(0.8, 0.0, 0.0), (9.0, 2.5, -0.02)])
+    return mjbiped.walk(controller, ground, engine=request.param, steps=6, sample_period=1e-3)
+
+
+def test_postures_are_interpolated_and_the_stance_foot_is_on_the_ground(walk: Walk) -> None:
+    moments, times = Moments(walk), walk.samples["time"]
+    for index in (0, 333, 2000, len(times) - 1):
+        assert moments.at(float(times[index])).qpos == tuple(walk.samples["qpos"][index])
+    for time in np.linspace(0.0, times[-1], 50).tolist():
+        moment = moments.at(time)
+        x, z = foot_of(walk.robot, moment.qpos[:2], moment.qpos[2 + moment.stance])
+        height, slope = moment.ground[moment.stance]
+        assert height == walk.terrain.height_at(x)
+        # between samples 1 ms apart the swing leg, and the foot that is put down, turn by up to 4 mrad
+        assert z == pytest.approx(height, abs=1e-4)
+        assert slope == pytest.approx(moment.slope, abs=1e-12) or abs(x - 0.8) < 1e-3
+        assert moment.step == np.searchsorted(walk.touchdowns["time"], time + 1e-9, side="right")
+
+
+def test_the_ground_force_accelerates_the_centre_of_mass(walk: Walk) -> None:
+    """Independent of the equations of motion: second differences of the recorded places."""
+    robot, samples = walk.robot, walk.samples
+    share = robot.leg_mass * robot.upper_length / robot.total_mass
+    qpos, moments = samples["qpos"], Moments(walk)
+    legs = np.stack([np.sin(qpos[:, 2:]).sum(axis=1), np.cos(qpos[:, 2:]).sum(axis=1)], axis=1)
+    centre = qpos[:, :2] - share * legs
+    h, checked = 5, 0  # samples, 5 ms
+    touchdowns = walk.touchdowns["time"]
+    for index in range(50, len(centre) - 50, 20):
+        time = float(samples["time"][index])
+        if np.abs(touchdowns - time).min() < 3e-2 or (abs(time % 0.001) > 1e-6 and abs(time % 0.001 - 0.001) > 1e-6):
+            continue
+        if np.ptp(np.diff(samples["time"][index - h : index + h + 1])) > 1e-9:
+            continue
+        acceleration = (centre[index + h] - 2.0 * centre[index] + centre[index - h]) / (h * 1e-3) ** 2
+        expected = robot.total_mass * (acceleration + np.array((0.0, robot.gravity)))
+        # truncation h^2 / 12 times the fourth derivative, some 1e3 m/s^4: 0.02 N; MuJoCo's foot sinks by micrometres
+        assert moments.at(time).force == pytest.approx(expected, abs=0.5)
+        checked += 1
+    assert checked > 30
+
+
+def test_the_reference_is_what_the_controller_tracked(walk: Walk) -> None:
+    """A closed loop: where it tracks well, the posture is the reference."""
+    moments = Moments(walk)
+    assert moments.tracks
+    off = []
+    for time in np.linspace(0.1, walk.samples["time"][-1], 60).tolist():
+        moment = moments.at(time)
+        assert moment.reference is not None
+        stance, swing = (moment.qpos[2 + leg] - moment.slope for leg in (moment.stance, 1 - moment.stance))
+        off.append(max(abs(moment.reference[0] - stance), abs(moment.reference[1] - swing)))
+    assert np.median(off) < 2e-3  # rad
+    assert max(off) < 0.2
+
+
+def test_no_ghost_where_nothing_is_tracked() -> None:
+    walk = mjbiped.walk(PassiveController(), Terrain.incline(2.0), engine="hybrid", steps=1)
+    moments = Moments(walk)
+    assert not moments.tracks
+    assert moments.at(0.1).reference is None
+    unknown = dataclasses.replace(walk, settings={**walk.settings, "controller": {"name": "Somebody's"}})
+    assert Moments(unknown).at(0.1).reference is None
+
+
+def test_traces_end_at_the_feet_and_begin_two_seconds_ago(walk: Walk) -> None:
+    moments = Moments(walk)
+    for time in (0.0, 0.5, 4.0):
+        moment = moments.at(time)
+        for leg, trace in enumerate(moment.traces):
+            assert trace[-1] == pytest.approx(foot_of(walk.robot, moment.qpos[:2], moment.qpos[2 + leg]))
+            assert np.hypot(*np.diff(trace, axis=0).T).max(initial=0.0) < 0.06
+    at_four, later = (moments.at(time).traces[0] for time in (4.0, 4.01))
+    shared = {tuple(point) for point in at_four[:-1].tolist()} & {tuple(point) for point in later[:-1].tolist()}
+    assert len(shared) >= len(at_four) - 3  # they stay where they are
+
+
+def test_the_greatest_torque_of_a_part(walk: Walk) -> None:
+    moments, torque = Moments(walk, ghost=False), np.abs(walk.samples["torque"])
+    assert moments.greatest_torque(0.0, walk.samples["time"][-1]) == torque.max()
+    assert moments.greatest_torque(0.0, 0.0) <= torque[:2].max()
+    bad = {**walk.samples, "torque": np.full_like(torque, math.nan)}
+    assert Moments(dataclasses.replace(walk, samples=bad)).greatest_torque(0.0, 1.0) == 0.0
