@@ -5,6 +5,11 @@ One controller, one terrain, one record: `walk(controller, terrain)` lets a comp
 this one.
 """
 
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
 # first of all: it imports MuJoCo, also where MUJOCO_GL names a platform that is not there
 from mjbiped.rendering import gl as gl  # isort: split
 
@@ -25,6 +30,9 @@ from mjbiped.rollout.walk_many import WalksInterrupted, WalksStopped, walk_many
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.version import __version__
+
+if TYPE_CHECKING:
+    from mjbiped import envs
 
 __all__ = [
     "Comparison",
@@ -51,9 +59,17 @@ __all__ = [
     "basin_of_control",
     "bifurcation_diagram",
     "compare",
+    "envs",
     "find_cascade",
     "find_passive_gait",
     "find_periodic_gait",
     "walk",
     "walk_many",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """`mjbiped.envs`, imported when it is first asked for: Gymnasium and dm_control take their time."""
+    if name == "envs":
+        return importlib.import_module("mjbiped.envs")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
