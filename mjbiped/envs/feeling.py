@@ -34,13 +34,15 @@ under the stance foot (rad) and the stance foot's x (m)."""
 (
     LEG_LENGTH,  # m
     TARGET,  # distance that the hip is to go in a control period, m
+    SHARE,  # of a control period in the average of that distance
     AFFORDED,  # work in a control period at which the reward's second term is a half, J
+    AVERAGE,  # distance that the hip goes in a control period, averaged, m
     LAST_X,  # hip at the last call, m
     LAST_WORK,  # absolute work up to the last call, J
     LAST_COUNT,  # touchdowns up to the last call
-) = range(6)
+) = range(8)
 
-SIZES = Sizes(inputs=2, kept=6, out=OBSERVATIONS + 7)
+SIZES = Sizes(inputs=2, kept=8, out=OBSERVATIONS + 7)
 
 PROGRESS_WEIGHT = 0.75
 ECONOMY_WEIGHT = 0.25
@@ -53,7 +55,7 @@ def feel(now: Sequence[float], kept: MutableSequence[float], out: MutableSequenc
 
     Args:
         now: Userdata as the next tick will find them; see `contact_events`.
-        kept: Numbers of this robot, of which the last three are changed.
+        kept: Numbers of this robot, of which the last four are changed.
         out: See `OBSERVED` and the indices behind it.
     """
     slope = now[events.SLOPE]
@@ -79,7 +81,8 @@ def feel(now: Sequence[float], kept: MutableSequence[float], out: MutableSequenc
 
     hip_x = now[events.FOOT_X] + kept[LEG_LENGTH] * math.sin(stance)
     work = now[events.WORK_ABSOLUTE] - kept[LAST_WORK]
-    progress = min(max((hip_x - kept[LAST_X]) / kept[TARGET], 0.0), 1.0)
+    kept[AVERAGE] += kept[SHARE] * (hip_x - kept[LAST_X] - kept[AVERAGE])
+    progress = min(max(kept[AVERAGE] / kept[TARGET], 0.0), 1.0)
     economy = 1.0 / (1.0 + work / kept[AFFORDED])
     kept[LAST_X], kept[LAST_WORK], kept[LAST_COUNT] = hip_x, now[events.WORK_ABSOLUTE], now[events.COUNT]
     out[HIP_X], out[PROGRESS], out[ECONOMY] = hip_x, progress, economy

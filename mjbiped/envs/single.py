@@ -78,11 +78,12 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
 
     | term | value |
     |---|---|
-    | `reward_progress` | 0.75 · min(max(d / d₀, 0), 1) |
+    | `reward_progress` | 0.75 · min(max(v / v₀, 0), 1) |
     | `reward_economy` | 0.25 / (1 + w / w₀) |
 
-    Here d is the hip's way in this control period and d₀ that at 0.494 m/s, the speed of the passive gait; w is the
-    absolute work of both motors in the period, and w₀ a tenth of the weight times d₀.
+    Here v is the hip's speed, averaged over about a step (exponentially, with the gait's period of 0.765 s, from v₀
+    on), and v₀ that of the passive gait, 0.494 m/s; w is the absolute work of both motors in this control period, and
+    w₀ a tenth of the weight times the way at v₀.
 
     `info` holds `x_position` (of the hip, m) and `outcome` ("walking", or how the walk ended), too.
 

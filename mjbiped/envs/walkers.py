@@ -17,6 +17,7 @@ from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
 from mjbiped.envs import feeling
 from mjbiped.envs.tasks import AHEAD, WalkTask
 from mjbiped.errors import InputError, MjbipedError
+from mjbiped.numerics.jit import announced
 from mjbiped.records.record import Walk
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
@@ -67,7 +68,8 @@ class Walkers:
             index: Which one.
             random: Ground and start are drawn from it.
         """
-        self._place(index, self.task.ground(random), self.task.start(random))
+        with announced("the environment's robot", wanted=True):
+            self._place(index, self.task.ground(random), self.task.start(random))
 
     def _place(self, index: int, ground: Terrain, start: tuple[float, float, float, float]) -> None:
         plan = self.task.plan(ground, start, recorded=self._recorded)
@@ -80,10 +82,11 @@ class Walkers:
         kept, target = self._ticks.kept[index], self.task.target_speed * self.task.control_period
         kept[feeling.LEG_LENGTH], kept[feeling.TARGET] = plan.robot.leg_length, target
         kept[feeling.AFFORDED] = AFFORDED * plan.robot.weight * target
-        kept[feeling.LAST_X] = float(simulation.data.qpos[0])
+        kept[feeling.SHARE] = min(1.0, self.task.control_period / self.task.gait.period)
         kept[feeling.LAST_WORK] = kept[feeling.LAST_COUNT] = 0.0
         self.actions[index] = 0.0
         self._ticks.look(index)
+        kept[feeling.AVERAGE] = target
 
     def restart(self, index: int) -> None:
         """Begin the episode of a robot again, on the same ground and from the same state."""
@@ -173,10 +176,10 @@ class Walkers:
 
     def state(self, index: int = 0) -> NDArray[np.float64]:
         """All that a robot's future depends on, its controller's memory included, as `set_state` takes it."""
-        simulation = self.simulation(index)
-        state = np.empty(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
-        mujoco.mj_getState(simulation.model, simulation.data, state, WHOLE_STATE)
-        return state
+        simulation, ticks = self.simulation(index), self._ticks
+        whole = np.empty(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
+        mujoco.mj_getState(simulation.model, simulation.data, whole, WHOLE_STATE)
+        return np.concatenate([whole, ticks.kept[index], ticks.out[index]])
 
     def set_state(self, state: NDArray[np.float64], index: int = 0) -> None:
         """Set a robot back to a state of the same episode; what is recorded goes on from there.
@@ -184,16 +187,18 @@ class Walkers:
         Raises:
             InputError: The state has another size.
         """
-        simulation = self.simulation(index)
+        simulation, ticks = self.simulation(index), self._ticks
         size = mujoco.mj_stateSize(simulation.model, WHOLE_STATE)
+        parts = size, size + ticks.kept.shape[1], size + ticks.kept.shape[1] + ticks.out.shape[1]
         state = np.asarray(state, dtype=np.float64)
-        if state.shape != (size,):
-            raise InputError(f"state: expected shape ({size},), got {state.shape}")
+        if state.shape != parts[-1:]:
+            raise InputError(f"state: expected shape {parts[-1:]}, got {state.shape}")
         simulation.data.warning.number[:] = 0
-        mujoco.mj_setState(simulation.model, simulation.data, state, WHOLE_STATE)
-        self._ticks.move_on(index)
+        mujoco.mj_setState(simulation.model, simulation.data, state[:size], WHOLE_STATE)
+        ticks.move_on(index)
         self._note_inside(index)
-        self._ticks.look(index)
+        ticks.look(index)
+        ticks.kept[index], ticks.out[index] = state[size : parts[1]], state[parts[1] :]
 
     def close(self) -> None:
         """End the threads, and let the simulations go."""
@@ -208,9 +213,7 @@ class Walkers:
                 episodes.append(None)
                 continue
             self._take(index)
-            arrays = (self.state(index), self._ticks.kept[index].copy(), self._out[index].copy())
-            now = self._ticks.now[index].copy()
-            episodes.append((run.plan.terrain, (*run.plan.q, *run.plan.dq), arrays, now, run.recorder))
+            episodes.append((run.plan.terrain, (*run.plan.q, *run.plan.dq), self.state(index), run.recorder))
         return {"made": (self.task, len(self._runs), self._threads, self._recorded), "episodes": episodes}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -220,8 +223,7 @@ class Walkers:
         for index, episode in enumerate(state["episodes"]):
             if episode is None:
                 continue
-            terrain, start, (whole, kept, out), now, recorder = episode
+            terrain, start, whole, recorder = episode
             self._place(index, terrain, start)
             self.set_state(whole, index)
-            self._ticks.kept[index], self._out[index], self._ticks.now[index] = kept, out, now
             self._run(index).recorder = recorder
