@@ -187,7 +187,6 @@ class Simulation:
             dq: Their rates, rad/s.
         """
         mujoco.mj_resetData(self.model, self.data)
-        self.model.opt.timestep = self._constants.timestep
         self.warnings.clear()
         self._place(self._terrain, self.limits.leg_length, q, dq)
         self.move_on()
