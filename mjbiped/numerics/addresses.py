@@ -41,6 +41,17 @@ def put_word(_typing: Any, _address: Any, _value: Any) -> Any:
 
 
 @intrinsic  # type: ignore[untyped-decorator]
+def claimed(_typing: Any, _address: Any) -> Any:
+    """The 64-bit integer at an address, which is one more from then on: no two threads get the same."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        pointer = builder.inttoptr(arguments[0], cgutils.intp_t.as_pointer())
+        return builder.atomic_rmw("add", pointer, ir.Constant(cgutils.intp_t, 1), "monotonic")
+
+    return types.int64(types.int64), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
 def numbers(_typing: Any, _address: Any, _count: Any) -> Any:
     """So many floats at an address, as an array that owns nothing."""
     kind = types.Array(types.float64, 1, "C")

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
-from itertools import pairwise
 from typing import Any
 
 import mujoco
@@ -55,7 +54,8 @@ class Ticks:
         self._momentary: registry.Momentary | None = None
         self._advance: Any = None
         self._warned = registry.warned()
-        self._cuts = [count * part // self._threads for part in range(self._threads + 1)]
+        self._following = np.zeros(1, dtype=np.int64)  # row that is to be stepped next, of whatever thread
+        self._next = self._following.ctypes.data
         self._pool: ThreadPoolExecutor | None = None
 
     def put(self, index: int, simulation: Simulation, place: int) -> None:
@@ -122,14 +122,15 @@ class Ticks:
         return self._functions is None or self._warned != before
 
     def _in_threads(self) -> None:
-        """Step all, each thread its part; the callbacks stand there for all of them."""
+        """Step all, each thread the row that is next; the callbacks stand there for all of them."""
         assert self._momentary is not None
         if self._pool is None:
             self._pool = ThreadPoolExecutor(self._threads - 1, thread_name_prefix="robots")
-        parts = [(first, last, self._mj_step, 1, 0) for first, last in pairwise(self._cuts)]
+        arguments = (self._address, self._next, len(self._simulations), self._mj_step, 1, 0)
         with self._momentary.installed():
-            others = [self._pool.submit(self._advance, self._address, *part) for part in parts[1:]]
-            self._advance(self._address, *parts[0])
+            self._following[0] = 0
+            others = [self._pool.submit(self._advance, *arguments) for _ in range(self._threads - 1)]
+            self._advance(*arguments)
             for other in others:
                 other.result()
 
@@ -140,7 +141,8 @@ class Ticks:
                 self._go_in_python(index, stepped=stepped)
             return
         with self._momentary.lock:
-            if self._advance(self._address, first, last, self._mj_step, stepped, self._words):
+            self._following[0] = first
+            if self._advance(self._address, self._next, last, self._mj_step, stepped, self._words):
                 raise self._momentary.refusal()
 
     def _go_in_python(self, index: int, *, stepped: bool) -> None:

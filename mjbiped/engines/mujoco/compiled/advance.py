@@ -74,9 +74,10 @@ def step_address() -> int:
 def advancing(native: Native, after: After, sizes: Sizes) -> Any:
     """The C function for simulations like one, as a ctypes function pointer.
 
-    It takes the table's address, the first row and the one behind the last, the address of `mj_step`, whether steps are
-    made (with 0 it only looks), and what it installs meanwhile: the address of `registry.Momentary.words`, or 0 where
-    its callbacks stand already. It returns 1, and does nothing, where something else's callbacks stand there.
+    It takes the table's address, that of the number of the first row, the row behind the last, the address of
+    `mj_step`, whether steps are made (with 0 it only looks), and what it installs meanwhile: the address of
+    `registry.Momentary.words`, or 0 where its callbacks stand already. It returns 1, and does nothing, where something
+    else's callbacks stand there. Threads that share the number of the first row share the rows.
 
     A walk that is over, or was reset by MuJoCo, is stepped no more. One that turns out to be over at the end of the
     control period is stepped once more, so that its own userdata know it.
@@ -110,7 +111,7 @@ def _compile(
     name = hashlib.sha256(repr(known).encode()).hexdigest()[:16]
     words = ", ".join(f"word(row + {WORD * index})" for index in range(len(Row._fields)))
     source = f"""def bind(digest):
-    def advance_{name}(table, first, last, mj_step, stepped, installed):
+    def advance_{name}(table, following, last, mj_step, stepped, installed):
         digest  # a cell that Numba's cache looks at
         if installed != 0:
             for each in range(CALLBACKS):
@@ -121,7 +122,10 @@ def _compile(
                 slot = word(installed + {3 * WORD} * each)
                 put_word(installed + {3 * WORD} * each + {2 * WORD}, word(slot))
                 put_word(slot, word(installed + {3 * WORD} * each + {WORD}))
-        for index in range(first, last):
+        while True:
+            index = claimed(following)
+            if index >= last:
+                break
             row = table + {WORD * len(Row._fields)} * index
             model, data, place, inputs, now, kept, out = {words}
             record = record_of(model, data, TOKEN)
@@ -174,6 +178,7 @@ def _compile(
         "after": after,
         "CALLBACKS": len(CALLBACKS),
         "call_with": addresses.call_with,
+        "claimed": addresses.claimed,
         "put_word": addresses.put_word,
         **{f"AT_{key.upper()}": offset for key, offset in at._asdict().items()},
         **dict(classes),
