@@ -177,7 +177,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         return self._walkers.outcome(0)
 
     def reward_terms(self) -> dict[str, float]:
-        """The terms of the last step's reward, before they are weighted."""
+        """The terms of the last step's reward."""
         terms = {"progress": feeling.PROGRESS, "economy": feeling.ECONOMY}
         return {name: float(self._walkers.value(index)[0]) for name, index in terms.items()}
 

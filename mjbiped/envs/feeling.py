@@ -82,11 +82,11 @@ def feel(now: Sequence[float], kept: MutableSequence[float], out: MutableSequenc
     hip_x = now[events.FOOT_X] + kept[LEG_LENGTH] * math.sin(stance)
     work = now[events.WORK_ABSOLUTE] - kept[LAST_WORK]
     kept[AVERAGE] += kept[SHARE] * (hip_x - kept[LAST_X] - kept[AVERAGE])
-    progress = min(max(kept[AVERAGE] / kept[TARGET], 0.0), 1.0)
-    economy = 1.0 / (1.0 + work / kept[AFFORDED])
+    progress = PROGRESS_WEIGHT * min(max(kept[AVERAGE] / kept[TARGET], 0.0), 1.0)
+    economy = ECONOMY_WEIGHT / (1.0 + work / kept[AFFORDED])
     kept[LAST_X], kept[LAST_WORK], kept[LAST_COUNT] = hip_x, now[events.WORK_ABSOLUTE], now[events.COUNT]
     out[HIP_X], out[PROGRESS], out[ECONOMY] = hip_x, progress, economy
-    out[REWARD] = PROGRESS_WEIGHT * progress + ECONOMY_WEIGHT * economy
+    out[REWARD] = progress + economy
     out[OUTCOME], out[SLOPE], out[FOOT_X] = now[events.OUTCOME], slope, now[events.FOOT_X]
     for index in range(OBSERVATIONS, len(out)):
         sound = sound and math.isfinite(out[index])

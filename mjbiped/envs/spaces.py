@@ -19,7 +19,6 @@ except ModuleNotFoundError as error:
 
 TERMS = {"reward_progress": feeling.PROGRESS, "reward_economy": feeling.ECONOMY, "x_position": feeling.HIP_X}
 """Entries of `info`, by their indices in `feeling`."""
-WEIGHTS = {"reward_progress": feeling.PROGRESS_WEIGHT, "reward_economy": feeling.ECONOMY_WEIGHT, "x_position": 1.0}
 
 
 def action_space() -> Any:
@@ -44,6 +43,6 @@ def observations(walkers: Walkers) -> NDArray[np.float64]:
 
 def info_of(walkers: Walkers, index: int) -> dict[str, Any]:
     """`info` of one robot."""
-    told: dict[str, Any] = {name: float(walkers.value(at)[index]) * WEIGHTS[name] for name, at in TERMS.items()}
+    told: dict[str, Any] = {name: float(walkers.value(at)[index]) for name, at in TERMS.items()}
     told["outcome"] = walkers.outcome(index).words
     return told

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mjbiped.envs import feeling
 from mjbiped.envs.single import settings_of
-from mjbiped.envs.spaces import TERMS, WEIGHTS, action_space, observation_space, observations
+from mjbiped.envs.spaces import TERMS, action_space, observation_space, observations
 from mjbiped.envs.walkers import Walkers
 from mjbiped.errors import InputError
 from mjbiped.records.record import Walk
@@ -75,7 +75,11 @@ class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], N
         self._most = np.array(settings.limits)
         self._randoms = [seeding.np_random()[0] for _ in range(num_envs)]
         self._steps = np.zeros(num_envs, dtype=np.int64)
-        self._ended = np.zeros(num_envs, dtype=bool)
+        self._ended: list[int] = []
+        self._walking = np.full(num_envs, Outcome.WALKING.words, dtype=_WORDS.dtype)
+        self._all = np.ones(num_envs, dtype=bool)
+        for shared in (self._walking, self._all):  # by all infos
+            shared.setflags(write=False)
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -103,31 +107,37 @@ class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], N
                 self._randoms[index] = seeding.np_random(each)[0]
         for index in np.flatnonzero(mask).tolist():
             self.walkers.begin(index, self._randoms[index])
-        self._steps[mask], self._ended[mask] = 0, False
-        return observations(self.walkers), self._info()
+        self._steps[mask] = 0
+        self._ended = [index for index in self._ended if not mask[index]]
+        return observations(self.walkers), self._info(self.walkers.told())
 
     def step(
         self, actions: NDArray[np.float32]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Hold the actions for a control period; those that ended in the last step begin anew instead."""
-        walkers, ended = self.walkers, self._ended
+        walkers = self.walkers
         np.multiply(actions, self._most, out=walkers.actions)
         walkers.step()
         self._steps += 1
-        for index in np.flatnonzero(ended).tolist():
+        begun = self._ended
+        for index in begun:
             walkers.begin(index, self._randoms[index])
-        self._steps[ended] = 0
-        rewards = np.where(ended, 0.0, walkers.value(feeling.REWARD))
-        terminated = walkers.value(feeling.OUTCOME) != 0.0
-        truncated = (self._steps >= self._longest) & ~terminated
-        self._ended = terminated | truncated
-        return observations(walkers), rewards, terminated, truncated, self._info()
+            self._steps[index] = 0
+        told = walkers.told()
+        rewards, terminated = told[feeling.REWARD], told[feeling.OUTCOME] != 0.0
+        for index in begun:
+            rewards[index] = 0.0
+        truncated = self._steps >= self._longest
+        truncated &= ~terminated
+        self._ended = np.flatnonzero(terminated | truncated).tolist()
+        return observations(walkers), rewards, terminated, truncated, self._info(told)
 
-    def _info(self) -> dict[str, Any]:
+    def _info(self, told: NDArray[np.float64]) -> dict[str, Any]:
         """Arrays, each with the mask of Gymnasium's convention."""
-        told: dict[str, Any] = {name: self.walkers.value(at) * WEIGHTS[name] for name, at in TERMS.items()}
-        told["outcome"] = _WORDS[self.walkers.value(feeling.OUTCOME).astype(np.int64)]
-        return {**told, **{f"_{name}": np.ones(self.num_envs, dtype=bool) for name in told}}
+        info: dict[str, Any] = {name: told[at] for name, at in TERMS.items()}
+        outcomes = told[feeling.OUTCOME]
+        info["outcome"] = _WORDS[outcomes.astype(np.int64)] if outcomes.any() else self._walking
+        return {**info, **{f"_{name}": self._all for name in info}}
 
     def walk(self, index: int) -> Walk:
         """The record of a robot's episode so far: its first 500 touchdowns, and no samples."""

@@ -138,6 +138,10 @@ class Walkers:
         """One number of all robots, by its index in `feeling`; written anew by `step`."""
         return self._out[:, which]
 
+    def told(self) -> NDArray[np.float64]:
+        """A copy of all numbers: a row for each index in `feeling`, a column for each robot."""
+        return self._out.T.copy()
+
     def outcome(self, index: int) -> Outcome:
         """How a robot's episode has ended, or that it walks."""
         return Outcome(int(self._out[index, feeling.OUTCOME]))

@@ -112,7 +112,7 @@ def test_named_accessors_say_what_is_observed() -> None:
         assert physics.slope() == observed["ground_slope"][0]
         assert physics.reward() == step.reward
         terms = physics.reward_terms()
-        assert step.reward == pytest.approx(0.75 * terms["progress"] + 0.25 * terms["economy"], rel=1e-12)
+        assert step.reward == terms["progress"] + terms["economy"]
     assert physics.named.data.qpos["hip_x"] == pytest.approx(physics.hip_position(), abs=1e-3)
     assert physics.time() == pytest.approx(2.0, abs=1e-5)  # a tick may come a contact step late
     assert physics.walk().steps >= 2

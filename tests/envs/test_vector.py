@@ -86,3 +86,16 @@ def test_one_of_them_is_the_single_environment() -> None:
     for _ in range(30):
         got, expected = many.step(np.full((1, 2), 0.2, np.float32)), one.step(np.full(2, 0.2, np.float32))
         np.testing.assert_array_equal(got[0][0], expected[0])
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_what_was_returned_stays_as_it_is(count: int) -> None:
+    """Learners keep it; one robot's numbers once were views of what the next step writes."""
+    env, actions = CompassWalkVectorEnv(count, residual=True), np.zeros((count, 2), np.float32)
+    kept = [env.reset(seed=0)[0], *env.step(actions)[:4]]
+    before = [each.copy() for each in kept]
+    for _ in range(5):
+        env.step(actions)
+    for mine, theirs in zip(kept, before, strict=True):
+        np.testing.assert_array_equal(mine, theirs)
+    env.close()
