@@ -8,9 +8,11 @@ from dataclasses import fields
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from mjbiped.envs.tasks import WalkTask
-from mjbiped.errors import InputError, MjbipedError
-from mjbiped.utils.domains import known_name
+from mjbiped.errors import MjbipedError
+from mjbiped.utils.domains import SEED, known_name
 
 if TYPE_CHECKING:
     import dm_env
@@ -53,13 +55,9 @@ def load(
     for key in options:
         known_name("entry of environment_kwargs", key, _ENVIRONMENT)
     random = given.pop("random", None)
-    settings = WalkTask(task, **given)
-    try:
-        return _dm().environment(settings, random, options)
-    except (TypeError, ValueError) as error:
-        if isinstance(error, InputError) or "random" not in (task_kwargs or {}):
-            raise
-        raise InputError(f"random = {random!r}: must be a seed >= 0 or a numpy.random.RandomState") from error
+    if random is not None and not isinstance(random, np.random.RandomState):
+        random = SEED.check("random", random)
+    return _dm().environment(WalkTask(task, **given), random, options)
 
 
 def _dm() -> ModuleType:

@@ -52,6 +52,7 @@ DISTURBANCE = 0.05  # of the rates at an episode's start, as a part of them
 IMITATED_DEG = 2.0  # slope of the passive gait on which episodes begin, degrees
 AHEAD = tuple(0.1 * step for step in range(1, 11))
 """Places of the ground that a privileged observation shows, ahead of the stance foot, in leg lengths."""
+_CONTROL_PERIOD = domains.Domain(TIMESTEP, 1.0, "s")  # what is recorded in a longer one would find no room
 _SHORTEST_STEP = ScuffingRule().delay  # no step of a walk is shorter, s
 
 
@@ -64,7 +65,7 @@ class WalkTask:
         residual: Whether actions are added to the torques of the adaptive controller; else they are all there is.
         privileged: Whether the terrain is observed, too.
         terrain: Parameters of the task's preset other than its own, or a ground of one's own.
-        control_period: Time between two actions, s, a multiple of the timestep 4 ms.
+        control_period: Time between two actions, s, a multiple of the timestep 4 ms, at most 1 s.
         time_limit: Longest episode, s.
 
     Raises:
@@ -89,7 +90,7 @@ class WalkTask:
                 f"terrain = {shown(self.terrain)}: must be a Terrain, or a dictionary of parameters of the preset "
                 f"{TASKS[self.name][0]}"
             )
-        domains.check_fields(self, time_limit=domains.TIME)
+        domains.check_fields(self, time_limit=domains.TIME, control_period=_CONTROL_PERIOD)
         _ = self.engine
         self.ground(np.random.default_rng(0))
 

@@ -8,6 +8,7 @@ times of the thread, but for the comparison of threads, which is by the clock on
 
 from __future__ import annotations
 
+import hashlib
 import time
 from collections.abc import Callable
 from typing import Any
@@ -19,7 +20,7 @@ import numpy as np
 import mjbiped.envs
 from mjbiped.envs.tasks import CONTROL_PERIOD
 from mjbiped.envs.vector import CompassWalkVectorEnv
-from scripts.benchmarks.timing import PAGE, Case, interleaved
+from scripts.benchmarks.timing import PAGE, Case, interleaved, side_by_side
 from scripts.pages import write_table
 
 STEPS = 1500  # of one environment in a repetition
@@ -82,6 +83,16 @@ def many(threads: int) -> Case:
     return run
 
 
+def hashing(threads: int) -> Case:
+    """Two pieces of work that share nothing, by the clock on the wall: what threads can gain on this machine now."""
+    block = bytes(20_000_000)
+
+    def run() -> float:
+        return side_by_side(lambda: hashlib.sha256(block).digest(), threads) * (2 // threads)
+
+    return run
+
+
 def walker_of_dm_control() -> Any:
     """The suite's walker-walk, at our control period instead of 25 ms."""
     from dm_control.rl import control
@@ -109,11 +120,13 @@ def main(repeats: int) -> None:
         "dm_control: walk_random, residual": (of_dm_control(mjbiped.envs.load("walk_random", tasks)), STEPS),
         f"{ROBOTS} robots on random ground, 1 thread": (many(1), ROBOTS * VECTOR_STEPS),
         f"{ROBOTS} robots on random ground, 2 threads": (many(2), ROBOTS * VECTOR_STEPS),
+        "for comparison, hashing: 1 thread": (hashing(1), 2),
+        "for comparison, hashing: 2 threads": (hashing(2), 2),
     }
     timings = interleaved(cases, repeats, "environments")
     names = list(cases)
     measure = dict.fromkeys(names[:3], names[0]) | dict.fromkeys(names[3:6], names[3])
-    measure |= dict.fromkeys(names[6:], names[6])
+    measure |= dict.fromkeys(names[6:8], names[6]) | dict.fromkeys(names[8:], names[8])
     rows = [[name, timings[name].rate, timings[name].ratio(timings[measure[name]])] for name in names]
     write_table(PAGE, "environments", ("environment", "steps per second", "times the first of its kind"), rows)
 

@@ -232,7 +232,8 @@ def test_the_viewers_runtime_runs_and_begins_again() -> None:
         (("walk_level", {"terrain": "stairs"}), "must be a Terrain, or a dictionary"),
         (("walk_stairs", {"terrain": {"raise": 0.1}}), "did you mean 'rise'"),
         (("walk_level", {"control_period": 0.005}), "must be a multiple of the timestep"),
-        (("walk_level", {"random": -1}), "must be a seed"),
+        (("walk_level", {"random": -1}), "random = -1: must be a whole number from 0"),
+        (("walk_level", {"control_period": 2.0}), "control_period = 2.0: must be from 0.004 to 1 s"),
         (("walk_level", {"time_limit": "long"}), "time_limit"),
     ],
 )
