@@ -19,18 +19,18 @@ def test_it_is_gymnasiums_own_row_of_environments(threads: int, privileged: bool
     """Observations, rewards, ends and resets of `SyncVectorEnv`, bitwise, over many episodes."""
     count, actions = 5, np.random.default_rng(0)
     own = gymnasium.make_vec(
-        "mjbiped/CompassWalkRandom-v0", num_envs=count, privileged=privileged, threads=threads, max_episode_steps=60
+        "mjbiped/CompassWalkRandom-v0", num_envs=count, privileged=privileged, threads=threads, max_episode_steps=45
     )
     assert isinstance(own.unwrapped, CompassWalkVectorEnv)
     row = SyncVectorEnv(
         [
-            lambda: gymnasium.make("mjbiped/CompassWalkRandom-v0", privileged=privileged, max_episode_steps=60)
+            lambda: gymnasium.make("mjbiped/CompassWalkRandom-v0", privileged=privileged, max_episode_steps=45)
             for _ in range(count)
         ]
     )
     np.testing.assert_array_equal(own.reset(seed=7)[0], row.reset(seed=7)[0])
     ends = 0
-    for _ in range(200):
+    for _ in range(130):
         each = actions.uniform(-1.0, 1.0, (count, 2)).astype(np.float32)
         mine, others = own.step(each), row.step(each)
         for got, expected in zip(mine[:4], others[:4], strict=True):
