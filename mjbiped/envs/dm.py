@@ -26,6 +26,7 @@ from mjbiped.records.record import Walk
 from mjbiped.rendering.gl import ensure_gl
 from mjbiped.rules.termination import Outcome
 
+_NAMES, _PARTS = feeling.OBSERVED.keys(), tuple(feeling.OBSERVED.values())
 _RENDERERS = {
     "glfw": ("glfw_renderer", "GLFWContext"),
     "egl": ("pyopengl.egl_renderer", "EGLContext"),
@@ -176,6 +177,10 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         """How the episode has ended, or that the robot walks."""
         return self._walkers.outcome(0)
 
+    def ended(self) -> bool:
+        """Whether the episode has ended."""
+        return bool(self._walkers.value(feeling.OUTCOME)[0])
+
     def reward_terms(self) -> dict[str, float]:
         """The terms of the last step's reward."""
         terms = {"progress": feeling.PROGRESS, "economy": feeling.ECONOMY}
@@ -234,7 +239,7 @@ class Task(control.Task):  # type: ignore[misc]  # dm_control has no types
     def get_observation(self, physics: Physics) -> OrderedDict[str, NDArray[np.float64]]:
         """What the robot feels, and where the task is privileged, the ground."""
         felt = physics._walkers.felt[0].copy()
-        observation = OrderedDict((name, felt[part]) for name, part in feeling.OBSERVED.items())
+        observation = OrderedDict(zip(_NAMES, [felt[part] for part in _PARTS], strict=True))
         if self.settings.privileged:
             seen = physics._walkers.ground_seen(0)
             observation["ground_slope"], observation["ground_heights"] = seen[:1], seen[1:]
@@ -246,7 +251,7 @@ class Task(control.Task):  # type: ignore[misc]  # dm_control has no types
 
     def get_termination(self, physics: Physics) -> float | None:
         """0 where the walk has ended, None where it goes on."""
-        return None if physics.outcome() is Outcome.WALKING else 0.0
+        return 0.0 if physics.ended() else None
 
 
 def environment(
