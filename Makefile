@@ -46,6 +46,7 @@ bench: setup ## measure the speed, some seventeen minutes: docs/performance.md
 	$(BIN)/python -m scripts.benchmarks.step_benchmark
 	$(BIN)/python -m scripts.benchmarks.long_benchmark
 	$(BIN)/python -m scripts.benchmarks.many_benchmark
+	$(BIN)/python -m scripts.benchmarks.env_benchmark
 	$(BIN)/python -m scripts.benchmarks.startup_benchmark
 	$(BIN)/python -m scripts.benchmarks.plain_python_benchmark
 	$(BIN)/python -m scripts.benchmarks.peer_benchmark

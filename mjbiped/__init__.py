@@ -5,6 +5,9 @@ One controller, one terrain, one record: `walk(controller, terrain)` lets a comp
 this one.
 """
 
+from __future__ import annotations
+
+import importlib
 from typing import TYPE_CHECKING, Any
 
 # first of all: it imports MuJoCo, also where MUJOCO_GL names a platform that is not there
@@ -30,6 +33,7 @@ from mjbiped.utils.shadows import warn_of_hidden_laws
 from mjbiped.version import __version__
 
 if TYPE_CHECKING:
+    from mjbiped import envs
     from mjbiped.rendering.video import render_frame, render_video
 
 warn_of_hidden_laws()
@@ -59,6 +63,7 @@ __all__ = [
     "basin_of_control",
     "bifurcation_diagram",
     "compare",
+    "envs",
     "find_cascade",
     "find_passive_gait",
     "find_periodic_gait",
@@ -70,9 +75,11 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Load what draws only where it is used: who walks does not wait for it."""
+    """Load what few need only where it is used: who walks waits for neither pictures nor environments."""
     if name in ("render_frame", "render_video"):
         from mjbiped.rendering import video
 
         return getattr(video, name)
+    if name == "envs":
+        return importlib.import_module("mjbiped.envs")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

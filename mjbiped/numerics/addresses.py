@@ -30,6 +30,28 @@ def word(_typing: Any, _address: Any) -> Any:
 
 
 @intrinsic  # type: ignore[untyped-decorator]
+def put_word(_typing: Any, _address: Any, _value: Any) -> Any:
+    """Write a 64-bit integer to an address."""
+
+    def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        builder.store(arguments[1], builder.inttoptr(arguments[0], cgutils.intp_t.as_pointer()))
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def claimed(_typing: Any, _address: Any) -> Any:
+    """The 64-bit integer at an address, which is one more from then on: no two threads get the same."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        pointer = builder.inttoptr(arguments[0], cgutils.intp_t.as_pointer())
+        return builder.atomic_rmw("add", pointer, ir.Constant(cgutils.intp_t, 1), "monotonic")
+
+    return types.int64(types.int64), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
 def numbers(_typing: Any, _address: Any, _count: Any) -> Any:
     """So many floats at an address, as an array that owns nothing."""
     kind = types.Array(types.float64, 1, "C")
@@ -109,6 +131,17 @@ def call_at(_typing: Any, _function: Any, _record: Any, memory: Any, _t: Any) ->
         return _call(builder, function, ir.DoubleType(), [record, _data(context, builder, signature, memory), t])
 
     return types.float64(types.int64, types.int64, memory, types.float64), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def call_with(_typing: Any, _function: Any, _first: Any, _second: Any) -> Any:
+    """Call the C function at an address with two addresses."""
+
+    def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        _call(builder, arguments[0], ir.VoidType(), arguments[1:])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, types.int64), generate
 
 
 def _call(builder: Any, function: Any, result: Any, arguments: Sequence[Any]) -> Any:

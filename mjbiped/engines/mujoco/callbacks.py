@@ -19,7 +19,7 @@ from mjbiped.rules.termination import Limits
 from mjbiped.terrain.profile import Floats, Profile, height_of, height_over_ground, segment_met, segment_stood_on
 
 SUNK = 5e-4  # no standing foot lies deeper in the ground, m
-_NOW = 1e-9  # times so close are the same, s
+NOW = 1e-9  # times so close are the same, s
 
 
 class Recording(NamedTuple):
@@ -153,11 +153,10 @@ def control(setting: Setting, userdata: Userdata, ctrl: MutableSequence[float], 
     if u[events.TRANSFERRED] and u[events.NOTED]:
         _write_row(recording, u)  # of a touchdown that the controller is never told of
     u[events.LAST_STEP] = leapfrog.step_before(u, time)
-    u[events.LEFT_LAG], u[events.RIGHT_LAG] = u[events.LEFT_LAG_NEXT], u[events.RIGHT_LAG_NEXT]
     turns = not u[events.NOTED]  # the contact step counts for no work: its halves belong to two steps' roles
     legs, torque = (u[events.LEFT], u[events.RIGHT]), (u[events.ANKLE], u[events.HIP])
-    events.observe(u, constants.limits, constants.places.profile, time, leapfrog.rates_now(u, state))
-    due = time > u[events.NEXT_CONTROL] - _NOW
+    take_in(constants, u, time, state)
+    due = time > u[events.NEXT_CONTROL] - NOW
     if due:
         u[events.NEXT_CONTROL] += constants.control_period
     if due or (u[events.TRANSFERRED] and u[events.OUTCOME]):  # the last touchdown is told at once: its row is whole
@@ -168,10 +167,25 @@ def control(setting: Setting, userdata: Userdata, ctrl: MutableSequence[float], 
     ctrl[0] = 0.0 if right else u[events.ANKLE]
     ctrl[1] = u[events.ANKLE] if right else 0.0
     ctrl[2] = -u[events.HIP] if right else u[events.HIP]
-    if not over and (time > u[events.NEXT_SAMPLE] - _NOW or u[events.OUTCOME]):
-        u[events.NEXT_SAMPLE] = (math.floor(time / recording.sample_period + _NOW) + 1.0) * recording.sample_period
+    if not over and (time > u[events.NEXT_SAMPLE] - NOW or u[events.OUTCOME]):
+        u[events.NEXT_SAMPLE] = (math.floor(time / recording.sample_period + NOW) + 1.0) * recording.sample_period
         take_sample(setting, userdata, time, state.qpos)
     return True
+
+
+def take_in(constants: SimulationConstants, u: MutableSequence[float], time: float, state: State) -> None:
+    """Take in the state at a new time: what `control` does before the controller ticks.
+
+    On a copy of the userdata it says what the controller will be told when it ticks, and whether the walk is over.
+
+    Args:
+        constants: The walk's.
+        u: Userdata, up to the controller's memory.
+        time: Now, s; later than the last observation.
+        state: Now.
+    """
+    u[events.LEFT_LAG], u[events.RIGHT_LAG] = u[events.LEFT_LAG_NEXT], u[events.RIGHT_LAG_NEXT]
+    events.observe(u, constants.limits, constants.places.profile, time, leapfrog.rates_now(u, state))
 
 
 def posture(u: Sequence[float]) -> tuple[float, float, float, float]:

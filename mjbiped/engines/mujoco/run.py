@@ -18,7 +18,7 @@ from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.simulation import BLOCK, WHOLE_STATE, Simulation
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
 from mjbiped.errors import MjbipedError
-from mjbiped.records.recorder import Cancellation, Recorder
+from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
 from mjbiped.rules.termination import Outcome
 
 _MISSED = "a foot came to lie in the ground or over it: it slid under a step, or the timestep is too long"
@@ -31,9 +31,29 @@ class MujocoRun(Run):
         simulation: Model and state.
     """
 
-    def __init__(self, plan: Plan, options: Options, *, summarised: bool, cancellation: Cancellation) -> None:
-        """Build the scene; see `Engine.start`."""
+    def __init__(
+        self,
+        plan: Plan,
+        options: Options,
+        *,
+        summarised: bool = False,
+        cancellation: Cancellation = never_cancelled,
+        before: Simulation | None = None,
+    ) -> None:
+        """Build the scene; see `Engine.start`.
+
+        Args:
+            plan: As checked.
+            options: The engine's settings.
+            summarised: Keep no tables.
+            cancellation: Called now and then while it walks.
+            before: The simulation of a walk of the same plan but for the first state, which is made use of again.
+        """
         super().__init__(plan, summarised=summarised, cancellation=cancellation)
+        if before is not None:
+            before.restart(plan.q, plan.dq)
+            self.simulation = before
+            return
         period = plan.terms.sample_period
         self.simulation = Simulation(
             plan.controller,

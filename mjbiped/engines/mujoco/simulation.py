@@ -179,6 +179,18 @@ class Simulation:
         self.warnings: Counter[str] = Counter()
         self._place(terrain, length, q, dq)
 
+    def restart(self, q: Sequence[float], dq: Sequence[float]) -> None:
+        """Set the robot back to its start, as if the simulation had been built with another first state.
+
+        Args:
+            q: Stance (left) and swing angle, from the ground's normal under x = 0, rad.
+            dq: Their rates, rad/s.
+        """
+        mujoco.mj_resetData(self.model, self.data)
+        self.warnings.clear()
+        self._place(self._terrain, self.limits.leg_length, q, dq)
+        self.move_on()
+
     def _place(self, terrain: Terrain, length: float, q: Sequence[float], dq: Sequence[float]) -> None:
         """Set the robot with its left foot at x = 0, and begin the controller's memory."""
         slope, height = terrain.slope_at(0.0), terrain.height_at(0.0)
@@ -240,6 +252,16 @@ class Simulation:
         return True
 
     @property
+    def inside(self) -> tuple[float, float]:
+        """Between which places of the hip, x in m, `move_on` has nothing to build."""
+        return self._inside
+
+    @property
+    def constants(self) -> SimulationConstants:
+        """What does not change while the model is the same."""
+        return self._constants
+
+    @property
     def outcome(self) -> Outcome:
         """How the walk ended, or `Outcome.WALKING`; a MuJoCo warning means that it diverged."""
         code = Outcome(int(self.data.userdata[events.OUTCOME]))
@@ -277,7 +299,7 @@ class Simulation:
         made = self._native
         with ExitStack() as stack:
             if made is not None and made.functions is registry.shared():
-                self._attach(stack)
+                self.attach(stack)
                 stack.enter_context(registry.stepped_under_shared(self._on_warning))
                 yield
                 return
@@ -285,7 +307,7 @@ class Simulation:
             self.move_on()
             before, made = registry.installed(), self._native
             if made and all(before[name] in (None, getattr(made.functions, name)) for name in registry.CALLBACKS):
-                self._attach(stack)
+                self.attach(stack)
                 chosen = {name: getattr(made.functions, name) for name in registry.CALLBACKS}
             else:
                 own = (self._on_control, self._on_sensor, self._on_contact)
@@ -295,7 +317,7 @@ class Simulation:
             stack.enter_context(registry.own_callbacks(self, {**chosen, "mju_user_warning": self._on_warning}))
             yield
 
-    def _attach(self, stack: ExitStack) -> None:
+    def attach(self, stack: ExitStack) -> None:
         """Tell the compiled callbacks of this walk for as long as `stack` lasts, whatever model it moves on to."""
         if self._attachment is None and self._native is not None:
             stack.callback(setattr, self, "_attachment", None)
@@ -306,6 +328,11 @@ class Simulation:
     def compiled(self) -> bool:
         """Whether the callbacks can be compiled ones."""
         return self._native is not None
+
+    @property
+    def native(self) -> Native | None:
+        """The compiled callbacks and this walk's record, None where it needs Python's; raises as `compiled` does."""
+        return self._native
 
     @property
     def functions(self) -> Functions | None:

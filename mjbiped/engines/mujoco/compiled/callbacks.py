@@ -76,6 +76,8 @@ class Native:
     Attributes:
         functions: Shared by all walks whose controllers have no more states than there is room for.
         constants: As given.
+        made: Expression that makes the parts of the record in compiled code; see `numerics.records.Packer`.
+        classes: The NamedTuples in it.
         record: Simulation constants and gains of this walk, and where its recording lies.
         recording: As given; its arrays are kept alive.
     """
@@ -107,8 +109,9 @@ class Native:
         packer = Packer()
         self._law = law
         self._code = MachineCode(law, constants.states, constants.memory_size, contract=False, room=ROOM)
-        made = packer.add((packed, shared, self._code.law))
-        self.functions = _compile(made, tuple(packer.classes.items()), layout())
+        self.made = packer.add((packed, shared, self._code.law))
+        self.classes = tuple(packer.classes.items())
+        self.functions = _compile(self.made, self.classes, layout())
         self.constants, self.recording = constants, recording
         self.record = packer.record()
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from functools import lru_cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import mujoco
@@ -80,6 +81,21 @@ def layout() -> Layout:
         for name in sought[0]:
             found[name] = _only_place(name, structs, [marks[name] for marks in sought])
     return Layout(**found)
+
+
+@lru_cache(maxsize=1)
+def library() -> ctypes.CDLL:
+    """MuJoCo's own library, the one that its Python bindings have loaded.
+
+    Raises:
+        UnknownLayoutError: It is not where it is expected.
+    """
+    for path in sorted(Path(mujoco.__file__).parent.glob("libmujoco*")):
+        try:
+            return ctypes.CDLL(str(path))
+        except OSError:
+            continue
+    raise UnknownLayoutError(f"MuJoCo {mujoco.__version__} does not have its library beside its Python package")
 
 
 def _specimen(joints: int, numerics: int, timestep: float) -> tuple[mujoco.MjModel, mujoco.MjData]:

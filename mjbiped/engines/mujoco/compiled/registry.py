@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import ctypes
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from mjbiped.engines.mujoco.compiled.callbacks import Functions
+from mjbiped.engines.mujoco.compiled.layout import library
 from mjbiped.errors import MjbipedError
 
 CALLBACKS = ("mjcb_control", "mjcb_sensor", "mjcb_contactfilter")
 _ONE_THREAD = threading.RLock()  # whose callbacks are installed
 _walking: list[object] = []  # those who installed callbacks of their own, the last one innermost
 _shared: Functions | None = None  # compiled callbacks that are installed for walks in any thread
+_warnings = 0  # that MuJoCo gave under `Momentary` callbacks
 _stepped = threading.local()  # `on_warning`: of the walk that this thread steps under them
 
 
@@ -98,6 +102,72 @@ def shared_callbacks(functions: Functions) -> Iterator[None]:
                 yield
             finally:
                 _shared = None
+
+
+class Momentary:
+    """Compiled callbacks that are installed for a moment, by their pointers; what stood there comes back.
+
+    Far cheaper than `replaced`: environments do this at every step, so that any number of them, and of walks, can take
+    turns. Another thread that walks or steps is waited for. MuJoCo's warnings are counted meanwhile, see `warned`.
+
+    Attributes:
+        lock: To be held while they stand there.
+        words: For compiled code that installs them itself: of each callback, and of that for warnings, the address of
+            MuJoCo's pointer, what is to stand there, and room for what stood there.
+    """
+
+    def __init__(self, functions: Functions) -> None:
+        """Look where MuJoCo's pointers are.
+
+        Raises:
+            UnknownLayoutError: MuJoCo's library is not found.
+        """
+        self.lock = _ONE_THREAD
+        self._functions = functions  # to be kept alive
+        self._slots = [ctypes.c_void_p.in_dll(library(), name) for name in (*CALLBACKS, "mju_user_warning")]
+        pointers = (*(getattr(functions, name) for name in CALLBACKS), _count_warning)
+        self._chosen = [ctypes.cast(pointer, ctypes.c_void_p).value or 0 for pointer in pointers]
+        addresses = [ctypes.addressof(slot) for slot in self._slots]
+        self.words = np.array([[*pair, 0] for pair in zip(addresses, self._chosen, strict=True)], dtype=np.int64)
+
+    @contextmanager
+    def installed(self) -> Iterator[None]:
+        """Install them, for all threads.
+
+        Raises:
+            MjbipedError: Something else's callbacks are installed.
+        """
+        with self.lock:
+            standing = [slot.value or 0 for slot in self._slots]
+            for before, own in zip(standing[:-1], self._chosen, strict=False):
+                if before not in (0, own):
+                    raise self.refusal()
+            try:
+                for slot, address in zip(self._slots, self._chosen, strict=True):
+                    slot.value = address
+                yield
+            finally:
+                for slot, address in zip(self._slots, standing, strict=True):
+                    slot.value = address
+
+    def refusal(self) -> MjbipedError:
+        """What to raise where something else's callbacks are installed."""
+        return MjbipedError(
+            "other callbacks of MuJoCo's are installed; remove them before an environment is stepped, or step it "
+            "outside of another walk's controller"
+        )
+
+
+def warned() -> int:
+    """How many warnings MuJoCo has given under `Momentary` callbacks so far."""
+    return _warnings
+
+
+@ctypes.CFUNCTYPE(None, ctypes.c_char_p)  # type: ignore[untyped-decorator]
+def _count_warning(message: bytes) -> None:  # noqa: ARG001 (MuJoCo gives it)
+    """`mju_user_warning` there."""
+    global _warnings
+    _warnings += 1
 
 
 def require_no_callbacks() -> None:

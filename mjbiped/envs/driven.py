@@ -1,0 +1,151 @@
+"""A controller that is told from outside what torque to add to another controller's."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from mjbiped.control import machine_code
+from mjbiped.control.compilation import MachineCode, can_be_compiled
+from mjbiped.control.controller import Controller, Law, Memory
+from mjbiped.control.machine_code import CompiledLaw
+from mjbiped.control.methods import gives_its_law
+
+Pair = tuple[float, float]
+"""Of ankle and hip, N m."""
+
+
+class Parameters(NamedTuple):
+    """What the laws of this module take.
+
+    Attributes:
+        base: Machine code of the other controller's laws.
+        place: Index in the memory of the torque that is added to the ankle's; the hip's is the next.
+        most: Greatest torque that is added, N m.
+        peak: Greatest torque of the motors, N m.
+    """
+
+    base: CompiledLaw
+    place: int
+    most: Pair
+    peak: Pair
+
+
+@dataclass(frozen=True)
+class DrivenController(Controller):
+    """Adds to another controller's torques what stands in the last two numbers of its memory.
+
+    Whoever drives the robot writes them between two ticks. While they are zero, and the motors strong enough, the walk
+    is bitwise that of the other controller.
+
+    Attributes:
+        base: The other controller; the first numbers of the memory are its own.
+        most: Greatest ankle and hip torque that is added, N m; more is cut off.
+        peak: Greatest ankle and hip torque of the motors, N m; the sum is cut off there.
+    """
+
+    base: Controller
+    most: Pair
+    peak: Pair
+
+    def __post_init__(self) -> None:
+        """Take over what the other controller says of itself."""
+        own = {"states": self.base.states, "memory_size": self.base.memory_size + 2}
+        for name, value in {**own, "robot": self.base.robot, "gait": self.base.gait}.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def place(self) -> int:
+        """Index in the memory of the torque that is added to the ankle's."""
+        return self.base.memory_size
+
+    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+        """Begin as the other controller does, with nothing added."""
+        self.base.start(memory, q, dq)
+
+    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
+        """Let the other controller take notice."""
+        self.base.on_touchdown(memory, q_before, q, dq)
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        """The other controller's torques and what is added, within the motors' limits; see `Controller.torque`."""
+        ankle, hip, *rates = self.base.torque(memory, t, q, dq)
+        return (*_driven(memory, self.place, self.most, self.peak, ankle, hip), *rates)
+
+    def slope_estimate(self, memory: Memory) -> float:
+        """The other controller's, rad."""
+        return self.base.slope_estimate(memory)
+
+    @cached_property
+    def _machine_code(self) -> MachineCode | None:
+        """Of the other controller's laws; None where they cannot be compiled."""
+        law = self.base.law() if gives_its_law(self.base) else None
+        if law is None or not can_be_compiled(law):
+            return None
+        return MachineCode(law, len(self.base.states), self.base.memory_size, contract=False)
+
+    def law(self) -> Law | None:
+        """The same for compilation; see `Controller.law`."""
+        if self._machine_code is None:
+            return None
+        parameters = Parameters(self._machine_code.law, self.place, self.most, self.peak)
+        return Law(parameters, _torque, _touchdown, _slope_estimate, _next_discontinuity)
+
+    def describe(self) -> dict[str, Any]:
+        """Name, limits and the other controller's own description."""
+        return {
+            "name": type(self).__name__,
+            "base": self.base.describe(),
+            "most": list(self.most),
+            "peak": list(self.peak),
+        }
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All but the machine code, which belongs to this process."""
+        return {name: value for name, value in self.__dict__.items() if name != "_machine_code"}
+
+
+def _driven(memory: Memory, place: int, most: Pair, peak: Pair, ankle: float, hip: float) -> Pair:
+    """Torques of ankle and hip, with what is added to these, N m."""
+    return (
+        _within(ankle + _within(memory[place], most[0]), peak[0]),
+        _within(hip + _within(memory[place + 1], most[1]), peak[1]),
+    )
+
+
+def _within(value: float, limit: float) -> float:
+    """A number cut off at a limit either way; what is no number stays so."""
+    if value > limit:
+        return limit
+    return -limit if value < -limit else value
+
+
+def _torque(
+    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, ...]:
+    values = machine_code.torque(parameters.base, memory, t, q1, q2, dq1, dq2)
+    driven = _driven(memory, parameters.place, parameters.most, parameters.peak, values[0], values[1])
+    return driven + values[2:]
+
+
+def _touchdown(
+    parameters: Parameters,
+    memory: Memory,
+    q1_before: float,
+    q2_before: float,
+    q1: float,
+    q2: float,
+    dq1: float,
+    dq2: float,
+) -> None:
+    machine_code.touchdown(parameters.base, memory, q1_before, q2_before, q1, q2, dq1, dq2)
+
+
+def _slope_estimate(parameters: Parameters, memory: Memory) -> float:
+    return machine_code.slope_estimate(parameters.base, memory)
+
+
+def _next_discontinuity(parameters: Parameters, memory: Memory, t: float) -> float:
+    return machine_code.next_discontinuity(parameters.base, memory, t)

@@ -1,0 +1,82 @@
+"""`load()`: a task as an environment of dm_control."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import fields
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mjbiped.envs.tasks import WalkTask
+from mjbiped.errors import MjbipedError
+from mjbiped.utils.domains import SEED, known_name
+
+if TYPE_CHECKING:
+    import dm_env
+
+_ENVIRONMENT = ("flat_observation",)
+
+
+def load(
+    task: str,
+    task_kwargs: Mapping[str, Any] | None = None,
+    environment_kwargs: Mapping[str, Any] | None = None,
+) -> dm_env.Environment:
+    """Make an environment of dm_control, as `dm_control.suite.load` does.
+
+    ```python
+    env = mjbiped.envs.load("walk_random", task_kwargs={"residual": True, "random": 7})
+    time_step = env.reset()
+    while not time_step.last():
+        time_step = env.step([0.0, 0.0])  # ankle and hip torque to be added, N m
+    print(env.physics.walk().cost_of_transport)
+    ```
+
+    Args:
+        task: "walk_level", "walk_slopes", "walk_stairs" or "walk_random".
+        task_kwargs: Fields of `mjbiped.envs.WalkTask` but its name, and `random`: a seed, or a
+            `numpy.random.RandomState`; the same seed gives the same episodes. Without it they differ from time to time.
+        environment_kwargs: `flat_observation`: whether observations are one array.
+
+    Returns:
+        A `dm_control.rl.control.Environment`; its `physics` is a `mjbiped.envs.dm.Physics`.
+
+    Raises:
+        InputError: A name is unknown, or a value is outside its domain.
+        MjbipedError: dm_control is not installed.
+    """
+    given, options = dict(task_kwargs or {}), dict(environment_kwargs or {})
+    names = [field.name for field in fields(WalkTask) if field.name != "name"]
+    for key in given:
+        known_name("entry of task_kwargs", key, [*names, "random"])
+    for key in options:
+        known_name("entry of environment_kwargs", key, _ENVIRONMENT)
+    random = given.pop("random", None)
+    if random is not None and not isinstance(random, np.random.RandomState):
+        random = SEED.check("random", random)
+    return _dm().environment(WalkTask(task, **given), random, options)
+
+
+def _dm() -> ModuleType:
+    """`mjbiped.envs.dm`, which needs dm_control.
+
+    Raises:
+        MjbipedError: It is not installed.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # GLFW's, where there is no display
+            from mjbiped.envs import dm
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in ("dm_control", "dm_env", "tree", "labmaze", "absl", "glfw"):
+            raise
+        raise MjbipedError(
+            f"mjbiped.envs.load needs dm_control, and {error.name} is not installed: pip install dm-control. Where its "
+            "labmaze cannot be installed (Python 3.13), pip install --no-deps dm-control dm-env, and dm-tree absl-py "
+            "glfw lxml pyopengl pyparsing, are enough. The environments of Gymnasium need none of it: "
+            "pip install 'mjbiped[gym]'"
+        ) from error
+    return dm

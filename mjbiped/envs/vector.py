@@ -1,0 +1,148 @@
+"""Many robots at once for Gymnasium, stepped in the threads of this process."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.envs import feeling
+from mjbiped.envs.single import settings_of
+from mjbiped.envs.spaces import TERMS, action_space, observation_space, observations
+from mjbiped.envs.walkers import Walkers
+from mjbiped.errors import InputError
+from mjbiped.records.record import Walk
+from mjbiped.rules.termination import Outcome
+from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils.domains import WALKS, WORKERS
+from mjbiped.utils.parallel import cores
+
+from gymnasium.utils import seeding  # isort: skip  # `spaces` says what to install where it is missing
+from gymnasium.vector import AutoresetMode, VectorEnv  # isort: skip
+from gymnasium.vector.utils import batch_space  # isort: skip
+
+_WORDS = np.array([outcome.words for outcome in Outcome])
+
+
+class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[Any]]):
+    """So many robots of `mjbiped.envs.single.CompassWalkEnv`, each on ground of its own.
+
+    `gymnasium.make_vec("mjbiped/CompassWalkRandom-v0", num_envs=64)` gives it. Each robot walks bitwise as in an
+    environment of its own with the seed `seed + index`, whatever the number of threads. One that has ended is reset by
+    the next `step`, whose action it does not feel (`AutoresetMode.NEXT_STEP`). The terms of the reward, `x_position`
+    and `outcome` are arrays in `info`.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        task: str = "walk_level",
+        *,
+        residual: bool = False,
+        privileged: bool = False,
+        terrain: Terrain | Mapping[str, Any] | None = None,
+        control_period: float | None = None,
+        max_episode_steps: int | None = None,
+        threads: int | None = None,
+    ) -> None:
+        """Make the environment.
+
+        Args:
+            num_envs: Number of robots.
+            task: See `CompassWalkEnv`, as for the next four.
+            residual: See there.
+            privileged: See there.
+            terrain: See there.
+            control_period: See there.
+            max_episode_steps: After which an episode is truncated; by default those of 20 s.
+            threads: That step at a time; by default as many as there are cores.
+
+        Raises:
+            InputError: A value is outside its domain.
+        """
+        settings = settings_of(task, residual, privileged, terrain, control_period)
+        self.num_envs = WALKS.check("num_envs", num_envs)
+        threads = WORKERS.check("threads", cores() if threads is None else threads)
+        self.walkers = Walkers(settings, num_envs, threads=threads, recorded=False)
+        self._longest = settings.max_steps if max_episode_steps is None else max_episode_steps
+        self.single_action_space, self.single_observation_space = action_space(), observation_space(settings)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self._most = np.array(settings.limits)
+        self._randoms = [seeding.np_random()[0] for _ in range(num_envs)]
+        self._steps = np.zeros(num_envs, dtype=np.int64)
+        self._ended: list[int] = []
+        self._walking = np.full(num_envs, Outcome.WALKING.words, dtype=_WORDS.dtype)
+        self._all = np.ones(num_envs, dtype=bool)
+        for shared in (self._walking, self._all):  # by all infos
+            shared.setflags(write=False)
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float64], dict[str, Any]]:
+        """Begin episodes.
+
+        Args:
+            seed: Of the first robot, the others take the numbers that follow; or one for each; None goes on drawing.
+            options: `{"reset_mask": mask}` resets only some of the robots.
+
+        Raises:
+            InputError: There is not one seed for each robot, or not one entry in the mask.
+        """
+        seeds: Sequence[int | None]
+        seeds = [seed + k for k in range(self.num_envs)] if isinstance(seed, int | np.integer) else seed or []
+        if len(seeds) not in (0, self.num_envs):
+            raise InputError(f"seed: expected one number, or one for each of the {self.num_envs} robots")
+        mask = np.ones(self.num_envs, dtype=bool)
+        if options and "reset_mask" in options:
+            mask = np.asarray(options["reset_mask"], dtype=bool)
+            if mask.shape != (self.num_envs,) or not mask.any():
+                raise InputError(f"reset_mask: expected {self.num_envs} truth values, of which one at least is true")
+        for index, each in enumerate(seeds):
+            if each is not None and mask[index]:
+                self._randoms[index] = seeding.np_random(each)[0]
+        for index in np.flatnonzero(mask).tolist():
+            self.walkers.begin(index, self._randoms[index])
+        self._steps[mask] = 0
+        self._ended = [index for index in self._ended if not mask[index]]
+        return observations(self.walkers), self._info(self.walkers.told())
+
+    def step(
+        self, actions: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """Hold the actions for a control period; those that ended in the last step begin anew instead."""
+        walkers = self.walkers
+        np.multiply(actions, self._most, out=walkers.actions)
+        walkers.step()
+        self._steps += 1
+        begun = self._ended
+        for index in begun:
+            walkers.begin(index, self._randoms[index])
+            self._steps[index] = 0
+        told = walkers.told()
+        rewards, terminated = told[feeling.REWARD], told[feeling.OUTCOME] != 0.0
+        for index in begun:
+            rewards[index] = 0.0
+        truncated = self._steps >= self._longest
+        truncated &= ~terminated
+        self._ended = np.flatnonzero(terminated | truncated).tolist()
+        return observations(walkers), rewards, terminated, truncated, self._info(told)
+
+    def _info(self, told: NDArray[np.float64]) -> dict[str, Any]:
+        """Arrays, each with the mask of Gymnasium's convention."""
+        info: dict[str, Any] = {name: told[at] for name, at in TERMS.items()}
+        outcomes = told[feeling.OUTCOME]
+        info["outcome"] = _WORDS[outcomes.astype(np.int64)] if outcomes.any() else self._walking
+        return {**info, **{f"_{name}": self._all for name in info}}
+
+    def walk(self, index: int) -> Walk:
+        """The record of a robot's episode so far: its first 500 touchdowns, and no samples."""
+        return self.walkers.walk(index)
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """End the threads, and let everything go."""
+        self.walkers.close()

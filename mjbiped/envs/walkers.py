@@ -1,0 +1,233 @@
+"""Robots that walk episodes of a task; what the environments of dm_control and of Gymnasium have in common."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.run import MujocoRun
+from mjbiped.engines.mujoco.simulation import BLOCK, WHOLE_STATE, Simulation
+from mjbiped.engines.mujoco.ticks import Ticks
+from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
+from mjbiped.envs import feeling
+from mjbiped.envs.tasks import AHEAD, WalkTask
+from mjbiped.errors import InputError, MjbipedError
+from mjbiped.numerics.jit import announced
+from mjbiped.records.record import Walk
+from mjbiped.rules.termination import Outcome
+from mjbiped.terrain.terrain import Terrain
+
+SEEN = 1 + len(AHEAD)
+"""Numbers of the privileged part of an observation."""
+HIGHEST = 100.0
+"""Of ground that is seen, m: what is beyond, either way, is cut off."""
+_AHEAD = np.array(AHEAD)
+AFFORDED = 0.1
+"""Work over weight and distance (the gait's, at full speed) at which the reward's second term is a half: three times
+the adaptive controller's on level ground."""
+
+
+class Walkers:
+    """So many robots, each on ground of its own.
+
+    Attributes:
+        task: What they are to do.
+        actions: Torques for the next control period, N m, shape (robots, 2); to be written before `step`.
+    """
+
+    def __init__(self, task: WalkTask, count: int = 1, *, threads: int = 1, recorded: bool = True) -> None:
+        """Make room; `begin` sets a robot on the ground.
+
+        Args:
+            task: What they are to do.
+            count: Number of robots.
+            threads: That step at a time.
+            recorded: Whether the samples of walks are kept.
+        """
+        self.task = task
+        self._recorded, self._threads = recorded, threads
+        self._ticks = Ticks(count, feeling.SIZES, feeling.feel, threads=threads)
+        self.actions = self._ticks.inputs
+        self._out = self._ticks.out
+        self._runs: list[MujocoRun | None] = [None] * count
+        self._inside, self._bounded = np.tile((-math.inf, math.inf), (count, 1)), False
+        # what is recorded waits in a simulation's own rows until it is taken
+        samples = math.ceil(task.control_period / DEFAULT_SAMPLE_PERIOD) + 1
+        self._taken_every = max(1, BLOCK // samples - 1)
+        self._since_taken = 0
+
+    def begin(self, index: int, random: np.random.Generator) -> None:
+        """Begin an episode of a robot.
+
+        Args:
+            index: Which one.
+            random: Ground and start are drawn from it.
+        """
+        with announced("the environment's robot", wanted=True):
+            self._place(index, self.task.ground(random), self.task.start(random))
+
+    def _place(self, index: int, ground: Terrain, start: tuple[float, float, float, float]) -> None:
+        plan = self.task.plan(ground, start, recorded=self._recorded)
+        before = self._runs[index]
+        same = before.simulation if before is not None and before.plan.terrain is ground else None
+        run = MujocoRun(plan, self.task.engine, before=same)
+        self._runs[index], simulation = run, run.simulation
+        self._ticks.put(index, simulation, self.task.controller.place)
+        self._note_inside(index)
+        kept, target = self._ticks.kept[index], self.task.target_speed * self.task.control_period
+        kept[feeling.LEG_LENGTH], kept[feeling.TARGET] = plan.robot.leg_length, target
+        kept[feeling.AFFORDED] = AFFORDED * plan.robot.weight * target
+        kept[feeling.SHARE] = min(1.0, self.task.control_period / self.task.gait.period)
+        kept[feeling.LAST_WORK] = kept[feeling.LAST_COUNT] = 0.0
+        self.actions[index] = 0.0
+        self._ticks.look(index)
+        kept[feeling.AVERAGE] = target
+
+    def restart(self, index: int) -> None:
+        """Begin the episode of a robot again, on the same ground and from the same state."""
+        plan = self._run(index).plan
+        self._place(index, plan.terrain, (*plan.q, *plan.dq))
+
+    def step(self) -> None:
+        """Let all robots that walk do their actions for a control period."""
+        ticks, out = self._ticks, self._out
+        if ticks.advance():
+            for index in range(len(out)):
+                if self._runs[index] is not None and self.simulation(index).outcome is Outcome.DIVERGED:
+                    out[index] = 0.0
+                    out[index, feeling.OUTCOME] = float(Outcome.DIVERGED)
+        self._since_taken += 1
+        if self._recorded and self._since_taken >= self._taken_every:
+            self._since_taken = 0
+            for index in range(len(out)):
+                self._take(index)
+        if self._bounded:
+            x, (low, high) = out[:, feeling.HIP_X], self._inside.T
+            for index in np.flatnonzero((x <= low) | (x >= high)).tolist():
+                if ticks.move_on(index):
+                    self._note_inside(index)
+
+    def _note_inside(self, index: int) -> None:
+        """Note between which places of its hip a robot needs no other ground."""
+        self._inside[index] = self.simulation(index).inside
+        self._bounded = bool(np.isfinite(self._inside).any())
+
+    def _run(self, index: int) -> MujocoRun:
+        run = self._runs[index]
+        if run is None:
+            raise MjbipedError("there is no episode yet; call reset() first")
+        return run
+
+    def _take(self, index: int) -> None:
+        """Take what was recorded of a robot's walk."""
+        run = self._runs[index]
+        if run is not None:
+            run.simulation.take(run.recorder)
+
+    @property
+    def felt(self) -> NDArray[np.float64]:
+        """What the robots feel, shape (robots, `feeling.OBSERVATIONS`); written anew by `step`."""
+        return self._out[:, : feeling.OBSERVATIONS]
+
+    def value(self, which: int) -> NDArray[np.float64]:
+        """One number of all robots, by its index in `feeling`; written anew by `step`."""
+        return self._out[:, which]
+
+    def told(self) -> NDArray[np.float64]:
+        """A copy of all numbers: a row for each index in `feeling`, a column for each robot."""
+        return self._out.T.copy()
+
+    def outcome(self, index: int) -> Outcome:
+        """How a robot's episode has ended, or that it walks."""
+        return Outcome(int(self._out[index, feeling.OUTCOME]))
+
+    def ground_seen(self, index: int) -> NDArray[np.float64]:
+        """The privileged part of an observation, shape (`SEEN`,).
+
+        The slope under the stance foot (rad, positive downhill), then the ground's heights over that of the stance foot
+        (m) at the places `AHEAD`.
+        """
+        run, foot = self._run(index), self._out[index, feeling.FOOT_X]
+        seen = np.empty(SEEN)
+        seen[0] = self._out[index, feeling.SLOPE]
+        places = foot + _AHEAD * run.plan.robot.leg_length
+        seen[1:] = run.plan.terrain.height(places) - self._ticks.now[index, events.FOOT_Z]
+        return np.clip(seen, -HIGHEST, HIGHEST)
+
+    def plan(self, index: int = 0) -> Plan:
+        """What a robot's episode was begun with."""
+        return self._run(index).plan
+
+    def simulation(self, index: int = 0) -> Simulation:
+        """Model and state of a robot; others in the next episode, and on long grounds meanwhile."""
+        return self._run(index).simulation
+
+    def walk(self, index: int = 0) -> Walk:
+        """The record of a robot's episode so far; its outcome is "interrupted" while it walks."""
+        run = self._run(index)
+        self._take(index)
+        u, outcome = run.simulation.data.userdata, run.simulation.outcome
+        if outcome is not Outcome.WALKING:
+            run.outcome = outcome
+            if u[events.TRANSFERRED]:  # the controller was not told of it any more
+                run.recorder.add_touchdown(u[events.LAST_TOUCHDOWN : events.CONTROLLER_MEMORY])
+        return run.record()
+
+    def state(self, index: int = 0) -> NDArray[np.float64]:
+        """All that a robot's future depends on, its controller's memory included, as `set_state` takes it."""
+        simulation, ticks = self.simulation(index), self._ticks
+        whole = np.empty(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
+        mujoco.mj_getState(simulation.model, simulation.data, whole, WHOLE_STATE)
+        return np.concatenate([whole, ticks.kept[index], ticks.out[index]])
+
+    def set_state(self, state: NDArray[np.float64], index: int = 0) -> None:
+        """Set a robot back to a state of the same episode; what is recorded goes on from there.
+
+        Raises:
+            InputError: The state has another size.
+        """
+        simulation, ticks = self.simulation(index), self._ticks
+        size = mujoco.mj_stateSize(simulation.model, WHOLE_STATE)
+        parts = size, size + ticks.kept.shape[1], size + ticks.kept.shape[1] + ticks.out.shape[1]
+        state = np.asarray(state, dtype=np.float64)
+        if state.shape != parts[-1:]:
+            raise InputError(f"state: expected shape {parts[-1:]}, got {state.shape}")
+        simulation.data.warning.number[:] = 0
+        mujoco.mj_setState(simulation.model, simulation.data, state[:size], WHOLE_STATE)
+        ticks.move_on(index)
+        self._note_inside(index)
+        ticks.look(index)
+        ticks.kept[index], ticks.out[index] = state[size : parts[1]], state[parts[1] :]
+
+    def close(self) -> None:
+        """End the threads, and let the simulations go."""
+        self._ticks.close()
+        self._runs = [None] * len(self._runs)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What `__setstate__` builds like robots of."""
+        episodes: list[Any] = []
+        for index, run in enumerate(self._runs):
+            if run is None:
+                episodes.append(None)
+                continue
+            self._take(index)
+            episodes.append((run.plan.terrain, (*run.plan.q, *run.plan.dq), self.state(index), run.recorder))
+        return {"made": (self.task, len(self._runs), self._threads, self._recorded), "episodes": episodes}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Build them again, each in the state in which it was."""
+        task, count, threads, recorded = state["made"]
+        self.__init__(task, count, threads=threads, recorded=recorded)  # type: ignore[misc]
+        for index, episode in enumerate(state["episodes"]):
+            if episode is None:
+                continue
+            terrain, start, whole, recorder = episode
+            self._place(index, terrain, start)
+            self.set_state(whole, index)
+            self._run(index).recorder = recorder

@@ -1,0 +1,99 @@
+"""Rows of simulations: what stands in MuJoCo's globals before and after, and who else may be there."""
+
+import ctypes
+import threading
+from collections.abc import Callable, Iterator
+
+import mujoco
+import numpy as np
+import pytest
+from simulations import make_simulation
+
+import mjbiped
+from controllers import AdaptiveController
+from mjbiped.engines.mujoco.compiled import registry
+from mjbiped.engines.mujoco.compiled.layout import library
+from mjbiped.envs.tasks import WalkTask
+from mjbiped.envs.walkers import Walkers
+from mjbiped.errors import MjbipedError
+from mjbiped.terrain.terrain import Terrain
+
+
+@pytest.fixture
+def walkers() -> Iterator[Walkers]:
+    made = Walkers(WalkTask("walk_level", residual=True), 2, threads=2)
+    for index in range(2):
+        made.begin(index, np.random.default_rng(index))
+    yield made
+    made.close()
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_nothing_is_left_in_mujocos_globals(threads: int) -> None:
+    """The pointers themselves: what Python's bindings tell of them is not asked."""
+    pointers = [ctypes.c_void_p.in_dll(library(), name) for name in (*registry.CALLBACKS, "mju_user_warning")]
+    before = [pointer.value for pointer in pointers]
+    made = Walkers(WalkTask("walk_level"), 2, threads=threads)
+    for index in range(2):
+        made.begin(index, np.random.default_rng(index))
+    made.step()
+    assert [pointer.value for pointer in pointers] == before
+    made.close()
+
+
+@pytest.mark.parametrize("ask", [Walkers.step, lambda walkers: walkers.restart(0)], ids=["threads", "one"])
+def test_other_callbacks_are_refused_and_stay(walkers: Walkers, ask: Callable[[Walkers], None]) -> None:
+    def other(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Somebody's."""
+
+    mujoco.set_mjcb_control(other)
+    try:
+        with pytest.raises(MjbipedError, match="other callbacks of MuJoCo's are installed"):
+            ask(walkers)
+        assert mujoco.get_mjcb_control() is other
+    finally:
+        mujoco.set_mjcb_control(None)
+    walkers.step()
+
+
+def test_it_can_be_stepped_within_the_compiled_callbacks_of_a_walk(
+    walkers: Walkers, controller: AdaptiveController
+) -> None:
+    start = controller.gait.start
+    simulation = make_simulation(
+        controller, Terrain.level(), robot=controller.robot, q=start[:2], dq=start[2:], steps=3
+    )
+    with simulation.callbacks():
+        mujoco.mj_step(simulation.model, simulation.data, nstep=10)
+        walkers.step()
+        mujoco.mj_step(simulation.model, simulation.data, nstep=10)
+    assert simulation.data.userdata[0] == 1.0
+
+
+def test_a_walk_and_environments_in_two_threads_wait_for_each_other(controller: AdaptiveController) -> None:
+    """Each is bitwise as alone: MuJoCo's globals belong to one of them at a time."""
+    task = WalkTask("walk_random", residual=True)
+    rows: list[list[bytes]] = [[], []]
+
+    def episodes(into: list[bytes]) -> None:
+        one = Walkers(task)
+        one.begin(0, np.random.default_rng(3))
+        for _ in range(150):
+            one.step()
+            into.append(one.felt.tobytes())
+
+    threads = [threading.Thread(target=episodes, args=(into,)) for into in rows]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    alone: list[bytes] = []
+    episodes(alone)
+    assert rows[0] == rows[1] == alone
+
+
+def test_a_walk_can_be_made_between_two_steps(walkers: Walkers, controller: AdaptiveController) -> None:
+    walkers.step()
+    walk = mjbiped.walk(controller, Terrain.level(), steps=1, sample_period=None)
+    walkers.step()
+    assert walk.outcome == "finished"

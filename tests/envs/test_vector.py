@@ -1,0 +1,101 @@
+"""Many robots at once: each as in an environment of its own, whatever the threads; resets as Gymnasium has them."""
+
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.vector import SyncVectorEnv
+
+from mjbiped.envs import IDS
+from mjbiped.envs.single import CompassWalkEnv
+from mjbiped.envs.vector import CompassWalkVectorEnv
+from mjbiped.errors import InputError
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("privileged", [False, True])
+def test_it_is_gymnasiums_own_row_of_environments(threads: int, privileged: bool) -> None:
+    """Observations, rewards, ends and resets of `SyncVectorEnv`, bitwise, over many episodes."""
+    count, actions = 5, np.random.default_rng(0)
+    own = gymnasium.make_vec(
+        "mjbiped/CompassWalkRandom-v0", num_envs=count, privileged=privileged, threads=threads, max_episode_steps=45
+    )
+    assert isinstance(own.unwrapped, CompassWalkVectorEnv)
+    row = SyncVectorEnv(
+        [
+            lambda: gymnasium.make("mjbiped/CompassWalkRandom-v0", privileged=privileged, max_episode_steps=45)
+            for _ in range(count)
+        ]
+    )
+    np.testing.assert_array_equal(own.reset(seed=7)[0], row.reset(seed=7)[0])
+    ends = 0
+    for _ in range(130):
+        each = actions.uniform(-1.0, 1.0, (count, 2)).astype(np.float32)
+        mine, others = own.step(each), row.step(each)
+        for got, expected in zip(mine[:4], others[:4], strict=True):
+            np.testing.assert_array_equal(got, expected)
+        ends += int((mine[2] | mine[3]).sum())
+        for name in ("x_position", "outcome"):
+            np.testing.assert_array_equal(mine[4][name], others[4][name])
+    assert ends >= 2 * count
+    own.close()
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_spaces_hold_what_comes(name: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        env = gymnasium.make_vec(name, num_envs=3, residual=True)
+    observed, _ = env.reset(seed=0)
+    for _ in range(20):
+        assert env.observation_space.contains(observed)
+        observed, *_ = env.step(env.action_space.sample())
+    made = env.unwrapped
+    assert isinstance(made, CompassWalkVectorEnv)
+    assert made.walk(1).outcome == "interrupted"
+    env.close()
+
+
+def test_only_some_are_reset_by_a_mask() -> None:
+    env = CompassWalkVectorEnv(3, residual=True)
+    first, _ = env.reset(seed=0)
+    for _ in range(10):
+        before, *_ = env.step(np.zeros((3, 2), dtype=np.float32))
+    after, _ = env.reset(seed=[0, 1, 2], options={"reset_mask": np.array([True, False, True])})
+    np.testing.assert_array_equal(after[[0, 2]], first[[0, 2]])
+    np.testing.assert_array_equal(after[1], before[1])
+    env.close()
+
+
+def test_mistakes_are_named() -> None:
+    with pytest.raises(InputError, match="num_envs"):
+        CompassWalkVectorEnv(0)
+    with pytest.raises(InputError, match="threads"):
+        CompassWalkVectorEnv(2, threads=0)
+    env = CompassWalkVectorEnv(2)
+    with pytest.raises(InputError, match="one for each of the 2 robots"):
+        env.reset(seed=[1, 2, 3])
+    with pytest.raises(InputError, match="reset_mask"):
+        env.reset(options={"reset_mask": np.array([False, False])})
+
+
+def test_one_of_them_is_the_single_environment() -> None:
+    many, one = CompassWalkVectorEnv(1, "walk_stairs"), CompassWalkEnv("walk_stairs")
+    np.testing.assert_array_equal(many.reset(seed=4)[0][0], one.reset(seed=4)[0])
+    for _ in range(30):
+        got, expected = many.step(np.full((1, 2), 0.2, np.float32)), one.step(np.full(2, 0.2, np.float32))
+        np.testing.assert_array_equal(got[0][0], expected[0])
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_what_was_returned_stays_as_it_is(count: int) -> None:
+    """Learners keep it; one robot's numbers once were views of what the next step writes."""
+    env, actions = CompassWalkVectorEnv(count, residual=True), np.zeros((count, 2), np.float32)
+    kept = [env.reset(seed=0)[0], *env.step(actions)[:4]]
+    before = [each.copy() for each in kept]
+    for _ in range(5):
+        env.step(actions)
+    for mine, theirs in zip(kept, before, strict=True):
+        np.testing.assert_array_equal(mine, theirs)
+    env.close()

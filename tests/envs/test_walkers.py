@@ -1,0 +1,282 @@
+"""Robots that walk episodes: bitwise the walks of `mjbiped.walk`, alone and side by side, copied and resumed."""
+
+import copy
+import itertools
+import pickle
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import mjbiped
+from controllers import AdaptiveController
+from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.envs import feeling
+from mjbiped.envs.tasks import RESIDUAL, TASKS, TORQUE, WalkTask
+from mjbiped.envs.walkers import Walkers
+from mjbiped.errors import InputError, MjbipedError
+from mjbiped.records.record import Walk
+from mjbiped.rules.termination import Outcome
+
+
+def begun(task: WalkTask, seed: int = 0) -> Walkers:
+    walkers = Walkers(task)
+    walkers.begin(0, np.random.default_rng(seed))
+    return walkers
+
+
+def walked(walkers: Walkers, actions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What is felt and rewarded after each action."""
+    rows = []
+    for action in actions:
+        walkers.actions[0] = action
+        walkers.step()
+        rows.append([*walkers.felt[0], walkers.value(feeling.REWARD)[0], walkers.value(feeling.OUTCOME)[0]])
+    return np.array(rows)
+
+
+def random_actions(task: WalkTask, count: int, seed: int = 1) -> NDArray[np.float64]:
+    return np.random.default_rng(seed).uniform(-1.0, 1.0, (count, 2)) * task.limits
+
+
+def repeated(record: Walk, task: WalkTask) -> Walk:
+    """The walk of `mjbiped.walk` by what a record says of itself."""
+    settings = record.settings
+    return mjbiped.walk(
+        task.controller.base,
+        record.terrain,
+        engine=task.engine,
+        initial=settings["initial"],
+        steps=settings["steps"],
+        robot=record.robot,
+    )
+
+
+def assert_begins_like(record: Walk, other: Walk) -> None:
+    """All rows of a record are bitwise the first of another's."""
+    for mine, theirs in ((record.touchdowns, other.touchdowns), (record.samples, other.samples)):
+        for name, column in mine.items():
+            np.testing.assert_array_equal(column, theirs[name][: len(column)], err_msg=name)
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_zero_residual_is_bitwise_the_walk(name: str) -> None:
+    task = WalkTask(name, residual=True, time_limit=4.0)
+    walkers = begun(task, seed=3)
+    walked(walkers, np.zeros((200, 2)))
+    record = walkers.walk()
+    assert record.outcome == "interrupted"
+    assert record.steps >= 4
+    assert_begins_like(record, repeated(record, task))
+
+
+def test_the_walk_of_another_control_period_likewise_and_on_moving_ground() -> None:
+    """A ground of more than 40 segments is built again meanwhile; 8 ms are two physics steps."""
+    ground = mjbiped.Terrain.random(seed=5, segment_length=(0.15, 0.25), slope_deg=(-1.0, 1.0), rise=(0.0, 0.0))
+    task = WalkTask("walk_random", residual=True, terrain=ground, control_period=0.008)
+    walkers = begun(task)
+    models = set()
+    for _ in range(1500):
+        walkers.step()
+        models.add(id(walkers.simulation().model))
+    record = walkers.walk()
+    assert len(models) > 1
+    assert_begins_like(record, repeated(record, task))
+
+
+def test_an_ended_episode_has_the_end_of_the_walk() -> None:
+    """A passive walk on level ground falls or stalls; the record has its outcome and its last sample."""
+    task = WalkTask("walk_level")
+    walkers = begun(task)
+    rows = walked(walkers, np.zeros((400, 2)))
+    record, other = walkers.walk(), repeated(walkers.walk(), task)
+    assert record.outcome == other.outcome
+    assert record.outcome != "interrupted"
+    assert record.end == other.end
+    assert_begins_like(record, other)
+    assert rows[-1, -1] == walkers.outcome(0) != Outcome.WALKING
+    ended = int(np.flatnonzero(rows[:, -1])[0])
+    np.testing.assert_array_equal(rows[ended + 1 :, :4], np.tile(rows[ended + 1, :4], (len(rows) - ended - 1, 1)))
+
+
+def test_what_is_felt_is_what_the_controller_is_told() -> None:
+    """The law's arguments at each tick, noted by a controller in plain Python, are the observation before it."""
+    task = WalkTask("walk_slopes", residual=True)
+    told: list[tuple[float, ...]] = []
+
+    class Noting(AdaptiveController):
+        def torque(self, memory, t, q, dq):  # type: ignore[no-untyped-def]
+            told.append((*q, *dq, t))
+            return super().torque(memory, t, q, dq)
+
+    base = task.controller.base
+    assert isinstance(base, AdaptiveController)
+    noting = Noting(base.robot, base.gait)
+    walkers = begun(task)
+    felt = [walkers.felt[0, [0, 1, 2, 3, 5]], *walked(walkers, np.zeros((100, 2)))[:, [0, 1, 2, 3, 5]]]
+    record = walkers.walk()
+    mjbiped.walk(
+        noting, record.terrain, engine=task.engine, initial=record.settings["initial"], steps=3, sample_period=None
+    )
+    # 4e-16 s: the time since a touchdown is the difference of the same two numbers, the order of roles is the same
+    np.testing.assert_array_equal(np.array(told[:100]), np.array(felt[:100]))
+
+
+def test_two_interleaved_are_bitwise_two_alone() -> None:
+    first, second = WalkTask("walk_random"), WalkTask("walk_stairs", residual=True, control_period=0.012)
+    actions = random_actions(first, 120), random_actions(second, 120, seed=2)
+    alone = walked(begun(first, 4), actions[0]), walked(begun(second, 5), actions[1])
+    one, two = begun(first, 4), begun(second, 5)
+    rows: tuple[list[NDArray[np.float64]], list[NDArray[np.float64]]] = ([], [])
+    for step, (mine, others) in enumerate(zip(*actions, strict=True)):
+        rows[0].append(walked(one, mine[None]))
+        if step % 15 == 0:
+            mjbiped.walk(second.controller.base, mjbiped.Terrain.level(), steps=1, initial="gait", sample_period=None)
+        rows[1].append(walked(two, others[None]))
+    assert np.concatenate(rows[0]).tobytes() == alone[0].tobytes()
+    assert np.concatenate(rows[1]).tobytes() == alone[1].tobytes()
+
+
+def test_a_row_of_robots_is_bitwise_robots_alone_with_any_number_of_threads() -> None:
+    task = WalkTask("walk_random", residual=True)
+    actions = np.random.default_rng(0).uniform(-3.0, 3.0, (80, 5, 2))
+    alone = np.array([walked(begun(task, seed), actions[:, seed]) for seed in range(5)])
+    for threads in (1, 2, 3):
+        row = Walkers(task, 5, threads=threads, recorded=False)
+        for index in range(5):
+            row.begin(index, np.random.default_rng(index))
+        together = []
+        for each in actions:
+            row.actions[:] = each
+            row.step()
+            columns = row.felt, row.value(feeling.REWARD), row.value(feeling.OUTCOME)
+            together.append(np.column_stack(columns))
+        assert np.array(together).swapaxes(0, 1).tobytes() == alone.tobytes()
+        row.close()
+
+
+def test_python_callbacks_give_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    task = WalkTask("walk_stairs", residual=True)
+    actions = random_actions(task, 60)
+    compiled = walked(begun(task), actions)
+    monkeypatch.setattr("mjbiped.engines.mujoco.ticks._usable", lambda _: None)
+    assert walked(begun(task), actions).tobytes() == compiled.tobytes()
+    # without any compiled law, too
+    monkeypatch.setattr("mjbiped.engines.mujoco.simulation.gives_its_law", lambda _: False)
+    assert walked(begun(task), actions).tobytes() == compiled.tobytes()
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda each: pickle.loads(pickle.dumps(each))])
+def test_a_copy_goes_on_by_itself(copied) -> None:  # type: ignore[no-untyped-def]
+    task = WalkTask("walk_random", residual=True)
+    actions = random_actions(task, 150)
+    walkers = begun(task)
+    walked(walkers, actions[:70])
+    other = copied(walkers)
+    assert other.felt.tobytes() == walkers.felt.tobytes()
+    assert walked(other, actions[70:]).tobytes() == walked(walkers, actions[70:]).tobytes()
+    assert_begins_like(walkers.walk(), other.walk())
+
+
+def test_a_state_can_be_set_back() -> None:
+    task = WalkTask("walk_slopes")
+    actions = random_actions(task, 60)
+    walkers = begun(task)
+    walked(walkers, actions[:30])
+    state = walkers.state()
+    after = walked(walkers, actions[30:])
+    walkers.set_state(state)
+    np.testing.assert_array_equal(walked(walkers, actions[30:]), after)
+    with pytest.raises(InputError, match="expected shape"):
+        walkers.set_state(state[:-1])
+
+
+def test_a_restarted_simulation_is_a_new_one() -> None:
+    """On ground that stays the same the model is made use of again."""
+    task = WalkTask("walk_level")
+    random = np.random.default_rng(0)
+    walkers = Walkers(task)
+    walkers.begin(0, random)
+    model = walkers.simulation().model
+    walked(walkers, random_actions(task, 90))
+    walkers.begin(0, np.random.default_rng(9))
+    assert walkers.simulation().model is model
+    actions = random_actions(task, 90, seed=8)
+    assert walked(walkers, actions).tobytes() == walked(begun(task, 9), actions).tobytes()
+
+
+@pytest.mark.parametrize(("name", "residual"), [*itertools.product(TASKS, (False, True))])
+def test_random_actions_give_numbers_within_their_ranges(name: str, residual: bool) -> None:
+    task = WalkTask(name, residual=residual)
+    walkers, random = Walkers(task), np.random.default_rng(0)
+    walkers.begin(0, random)
+    seen, ends = [], 0
+    for _ in range(700):
+        walkers.actions[0] = random.uniform(-2.0, 2.0, 2) * task.limits
+        walkers.step()
+        assert 0.0 <= walkers.value(feeling.REWARD)[0] <= 1.0
+        seen.append(walkers.felt[0].copy())
+        if walkers.outcome(0) is not Outcome.WALKING:
+            ends += 1
+            walkers.begin(0, random)
+    rows = np.array(seen)
+    assert np.isfinite(rows).all()
+    assert (rows >= feeling.LOWEST).all()
+    assert (rows <= feeling.HIGHEST).all()
+    assert (np.ptp(rows, axis=0) > 0.0).all()  # none is constant
+    assert residual or ends >= 2  # the adaptive controller bears these disturbances
+
+
+def test_actions_and_torques_are_cut_off_at_their_limits() -> None:
+    for residual, most in ((False, TORQUE), (True, RESIDUAL)):
+        task = WalkTask("walk_level", residual=residual)
+        wide, narrow = begun(task), begun(task)
+        assert walked(wide, np.full((3, 2), 1e3)).tobytes() == walked(narrow, np.tile(most, (3, 1))).tobytes()
+        if not residual:
+            np.testing.assert_array_equal(wide.felt[0, feeling.OBSERVED["torque"]], most)
+
+
+def test_the_reward_is_what_the_page_says() -> None:
+    task = WalkTask("walk_random", residual=True)
+    walkers = begun(task)
+    x0, work0, target = walkers.value(feeling.HIP_X)[0], 0.0, task.target_speed * 0.02
+    average = target
+    for _ in range(50):
+        walkers.step()
+        u, x = walkers._ticks.now[0], walkers.value(feeling.HIP_X)[0]
+        assert x == pytest.approx(walkers.simulation().data.qpos[0], abs=1e-4)  # the foot slips and rolls by some µm
+        average += 0.02 / task.gait.period * (x - x0 - average)
+        progress = min(max(average / target, 0.0), 1.0)
+        work = u[events.WORK_ABSOLUTE]
+        economy = 1.0 / (1.0 + (work - work0) / (0.1 * 98.1 * target))
+        # 1e-12: a few roundings
+        assert walkers.value(feeling.REWARD)[0] == pytest.approx(0.75 * progress + 0.25 * economy, rel=1e-12)
+        x0, work0 = x, work
+
+
+def test_what_is_no_number_ends_the_episode() -> None:
+    """MuJoCo warns of it and resets; nothing that is no number comes out."""
+    walkers = begun(WalkTask("walk_level"))
+    rows = walked(walkers, np.array([[0.0, 0.0], [np.nan, 0.0], [0.0, 0.0]]))
+    assert walkers.outcome(0) is Outcome.DIVERGED
+    assert np.isfinite(rows).all()
+    walkers.begin(0, np.random.default_rng(0))
+    assert walkers.outcome(0) is Outcome.WALKING
+    assert np.isfinite(walked(walkers, np.zeros((5, 2)))).all()
+    assert walkers.outcome(0) is Outcome.WALKING
+
+
+def test_the_ground_is_seen_where_it_is() -> None:
+    walkers = begun(WalkTask("walk_stairs", residual=True, privileged=True))
+    walked(walkers, np.zeros((60, 2)))
+    seen, terrain = walkers.ground_seen(0), walkers.plan().terrain
+    foot = walkers.value(feeling.FOOT_X)[0]
+    assert seen[0] == terrain.slope(foot)
+    heights = terrain.height(foot + np.arange(1, 11) / 10.0) - terrain.height(foot)
+    np.testing.assert_allclose(seen[1:], heights, rtol=0, atol=2e-6)  # the foot stands 1 µm deep
+    assert np.ptp(seen[1:]) == pytest.approx(0.02)
+
+
+def test_before_an_episode_it_is_said_what_to_do() -> None:
+    with pytest.raises(MjbipedError, match=r"call reset\(\) first"):
+        Walkers(WalkTask("walk_level")).walk()
