@@ -118,6 +118,7 @@ def test_what_is_felt_is_what_the_controller_is_told() -> None:
     mjbiped.walk(
         noting, record.terrain, engine=task.engine, initial=record.settings["initial"], steps=3, sample_period=None
     )
+    told = told[max(k for k in range(10) if told[k][-1] == 0.0) :]  # before that the law was tried
     # 4e-16 s: the time since a touchdown is the difference of the same two numbers, the order of roles is the same
     np.testing.assert_array_equal(np.array(told[:100]), np.array(felt[:100]))
 

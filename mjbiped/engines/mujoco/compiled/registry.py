@@ -96,7 +96,9 @@ def shared_callbacks(functions: Functions) -> Iterator[None]:
     chosen = {name: getattr(functions, name) for name in CALLBACKS}
     with exclusive():
         require_no_callbacks()
-        with replaced({**chosen, "mju_user_warning": _on_shared_warning}):
+        # a clock in Python, as dm_control's profiling sets it, would be taken away by one thread that compiles a model
+        # while another one asks it
+        with replaced({**chosen, "mju_user_warning": _on_shared_warning, "mjcb_time": None}):
             _shared = functions
             try:
                 yield
