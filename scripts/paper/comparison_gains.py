@@ -28,7 +28,7 @@ from controllers import (
     PassivityController,
 )
 from controllers.comparison.known_slope import SLOPE_SOURCES, KnownSlopeController
-from mjbiped.plotting.style import BLACK, BLUE, GREEN, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
+from mjbiped.plotting.style import BLACK, BLUE, C_MT, GREEN, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
 from mjbiped.robots.compass import Array
 from scripts.pages import write_table
 
@@ -345,8 +345,8 @@ def _draw_plane(axes: Axes, trials: Sequence[Trial], found: Trial) -> None:
     restless = [each for each in negative if each.survived and not each.multiplier < 1.0]
     fallen = [each for each in negative if not each.survived]
     for some, marker, color, label in (
-        (settled, "o", BLUE, f"settles, |c_mt − sin φ_r| ≤ {CHEAPNESS:g}"),
-        (dear, "s", ORANGE, "settles, c_mt further off"),
+        (settled, "o", BLUE, f"settles, |{C_MT} − sin φ_r| ≤ {CHEAPNESS:g}"),
+        (dear, "s", ORANGE, f"settles, {C_MT} further off"),
         (restless, "^", VERMILLION, "walks, does not settle"),
         (fallen, "x", GUIDE, "falls"),
     ):
