@@ -140,6 +140,9 @@ SIDES = (
     ((8, 9), "left", "bottom"),
     ((8, -9), "left", "top"),
     ((-8, -9), "right", "top"),
+    ((-8, 9), "right", "bottom"),
+    ((0, 17), "center", "bottom"),
+    ((18, 0), "left", "center"),
 )
 """Where a name may stand beside its mark, points, the first that is free."""
 
@@ -376,7 +379,7 @@ def write_apart(axes: Axes, notes: Sequence[tuple[float, float, str, str]]) -> N
         tried: list[tuple[int, int, Text, Bbox]] = []
         for offset, ha, va in SIDES:
             plot_style.note_at(axes, name, x, y, offset, xycoords="data", color=color, ha=ha, va=va)
-            box = axes.texts[-1].get_window_extent()
+            box = axes.texts[-1].get_window_extent().padded(1.5)
             covered = 100 * sum(box.overlaps(other) for other in taken) + box.count_contains(lines)
             tried.append((covered, len(tried), axes.texts[-1], box))
         best = min(tried, key=lambda each: each[:2])
