@@ -50,6 +50,8 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
     the ground. (b) Slope estimate and true slope. (c) Torques. (d), (e) Phase portraits of stance and swing leg, with
     the limit cycle of the gait that the controller imitates and the transitions to it that it re-planned.
 
+    For a journal's column: `with mjbiped.plotting.width.figure_width("single"): plot_walk(walk, "walk.pdf")`.
+
     Args:
         walk: Any record, a fall in the first step included.
         path: File to write as well, `.png`, `.pdf` or `.svg`.

@@ -149,9 +149,8 @@ def test_panels_stand_below_each_other_where_they_would_be_too_narrow() -> None:
 
 
 def test_same_figure_is_the_same_file_at_any_width(tmp_path: Path) -> None:
-    for suffix in plot_style.SUFFIXES:
-        paths = [tmp_path / f"{number}{suffix}" for number in range(2)]
-        with figure_width("single"):
-            for path in paths:
-                plot_gait(GAIT, path)
-        assert paths[0].read_bytes() == paths[1].read_bytes()
+    paths = [tmp_path / f"{number}.png" for number in range(2)]
+    with figure_width("single"):
+        for path in paths:
+            plot_gait(GAIT, path)
+    assert paths[0].read_bytes() == paths[1].read_bytes()
