@@ -19,6 +19,7 @@ from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIM
 from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES
 from mjbiped.engines.plan import DEFAULT_STEPS, INITIAL_STATES
 from mjbiped.errors import InputError, shown
+from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, figure_width
 from mjbiped.rendering.look import ALL, ELEMENTS, SUFFIXES, look
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule
@@ -349,7 +350,29 @@ records_option = options(
     ("--out", output(".npz"), None, "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz."),
 )
 record_option = options("Results", ("--out", output(".npz"), None, "Write the record, an .npz file."))
-plot_option = options("Results", ("--plot", PLOT, None, "Write a figure, .png, .pdf or .svg."))
+
+
+def width_option(function: _Function) -> _Function:
+    """How wide figures are: it holds for all that the command draws, and the command itself takes no notice."""
+    sizes = ", ".join(f"{name} {size.inches:g} in" for name, size in WIDTHS.items())
+    return click.option(
+        "--plot-width",
+        cls=SectionOption,
+        section="Results",
+        type=click.Choice(tuple(WIDTHS)),
+        default=DEFAULT_WIDTH,
+        show_default=True,
+        expose_value=False,
+        callback=lambda ctx, _, name: ctx.with_resource(figure_width(name)),
+        help=f"Width of figures: {sizes}; page is for the screen, double and single are columns in print.",
+    )(function)
+
+
+def plot_option(function: _Function) -> _Function:
+    """A figure, and how wide it is."""
+    return options("Results", ("--plot", PLOT, None, "Write a figure, .png, .pdf or .svg."))(width_option(function))
+
+
 video_option = options("Results", ("--video", VIDEO_PATH, None, "Write a video, .mp4 or .gif; see below."))
 json_option = options("Results", ("--json", bool, False, "Print the results as JSON instead of a table."))
 quiet_option = options("Results", ("--quiet", bool, False, "Print errors only, and JSON if asked for."))

@@ -23,6 +23,7 @@ from mjbiped.utils import domains
     ("--out", options.Folder(), "reproduction", "Finished walks, kept."),
     ("--report", options.Folder(), None, "Where page, table and figures go; --out unless given."),
 )
+@options.width_option
 @options.printed_options
 def reproduce(
     quick: bool, workers: int | None, fresh: bool, out: Path, report: Path | None, json: bool, quiet: bool

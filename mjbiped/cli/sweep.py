@@ -33,6 +33,7 @@ from mjbiped.utils import domains
         "Where table and figures go; unless given, a folder beside STUDY that has its name.",
     ),
 )
+@options.width_option
 @options.printed_options
 def sweep(
     study: Path, workers: int | None, scheduler: str | None, fresh: bool, out: Path | None, json: bool, quiet: bool

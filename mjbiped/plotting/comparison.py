@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +13,14 @@ from matplotlib.ticker import MaxNLocator
 
 from mjbiped.analysis.compare import Comparison, torque_differences
 from mjbiped.errors import RenderError
-from mjbiped.plotting.style import ANKLE, BLUE, GUIDE, HIP, ORANGE, SHADE, TRUTH, VERMILLION, drawn, note_at, widen
+from mjbiped.plotting.panels import head, labelled, legend_above, plain, titled, wrapped
+from mjbiped.plotting.style import ANKLE, GUIDE, HIP, HYBRID, MUJOCO, SHADE, TRUTH, drawn, note_at, widen
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
 
-_MUJOCO: dict[str, Any] = {"color": BLUE, "linestyle": "-", "linewidth": 2.4, "alpha": 0.75, "label": "MuJoCo"}
-_HYBRID: dict[str, Any] = {"color": ORANGE, "linestyle": (0, (3, 1.5)), "linewidth": 1.1, "label": "hybrid"}
-_LETTERS_PER_LINE = 118
+_MUJOCO: dict[str, Any] = {**MUJOCO, "linewidth": 2.4, "label": "MuJoCo"}
+_HYBRID: dict[str, Any] = {**HYBRID, "linewidth": 1.1, "label": "hybrid"}
 _BURST = 3.0  # an axis is cut where the last, unfinished step would make it so many times as long
 _LENGTH_SPAN = 0.01  # of the longest step, least; the panel of differences shows what is smaller
 _SLOPE_SPAN = 1.0  # deg, least; rounding is no news
@@ -51,8 +50,7 @@ def plot_comparison(comparison: Comparison, path: str | Path | None = None) -> F
         raise RenderError("a record holds no samples: there is nothing to draw")
     with drawn(path) as figure:
         title = _title(comparison)
-        figure.set_figheight(10.2 + 0.17 * title.count("\n"))
-        figure.suptitle(title, fontsize=9.0, x=0.01, ha="left", linespacing=1.4, parse_math=False)
+        figure.set_figheight(10.0 + head(figure, title))
         parts: Any = figure.subfigures(2, 1, height_ratios=(5.0, 5.2))
         torques = parts[0].subplots(3, 1, sharex=True, height_ratios=(1.5, 1.5, 1.0))
         _draw_torques(torques, comparison)
@@ -70,7 +68,7 @@ def _title(comparison: Comparison) -> str:
     """Who walked where, what it cost in either engine, and whether they agree."""
     name = comparison.mujoco.settings["controller"]["name"]
     lines = [f"{name} on {comparison.mujoco.terrain.caption}, in both engines", comparison.verdict]
-    return "\n".join(part for line in lines for part in textwrap.wrap(line, _LETTERS_PER_LINE))
+    return "\n".join(plain(wrapped(line)) for line in lines)
 
 
 def _draw_torques(grid: Any, comparison: Comparison) -> None:
@@ -85,19 +83,20 @@ def _draw_torques(grid: Any, comparison: Comparison) -> None:
         steady = [t[w.samples["time"] <= end] for t, w, end in zip(torques, walks, steady_ends, strict=True)]
         if _cut_burst(axes, np.concatenate(torques), np.concatenate(steady), room=0.25):
             cut.append(f"{name} to {max(float(walk.peak_torque[joint]) for walk in walks):.3g}")
-    grid[0].set_title("(a) Joint torque")
-    _legend(grid[0])
+    titled(grid[0], "a", "Joint torque")
+    legend_above(grid[0])
     time, difference = torque_differences(comparison)
     for joint, (name, look) in enumerate((("ankle", ANKLE), ("hip", HIP))):
         grid[2].plot(time, difference[:, joint], label=name, linewidth=0.9, **look)
-    grid[2].set(ylabel="Δ (N m)", xlabel="time (s);  Δ = MuJoCo − hybrid at equal times since the touchdown")
+    grid[2].set(ylabel="Δ (N m)")
+    labelled(grid[2], "time (s);  Δ = MuJoCo − hybrid at equal times since the touchdown")
     if _cut_burst(grid[2], difference, difference[time <= min(steady_ends)], room=2.0):
         cut.append(f"Δ to {np.nanmax(np.abs(difference)):.3g}")
     if cut:
         text = f"cut off in the last, unfinished step: {', '.join(cut)} N m"
         grid[0].set_title(text, loc="center", fontsize=8, fontweight="normal", color=SHADE)
     _zero_line(grid[2])
-    _legend(grid[2])
+    legend_above(grid[2])
     last = max(float(walk.end[0]) for walk in walks)
     early = any(walk.outcome != "finished" for walk in walks)
     grid[2].set_xlim(0.0, max((1.01 if early else 1.0) * last, 1e-3))
@@ -135,11 +134,11 @@ def _draw_step_lengths(axes: Axes, under: Axes, comparison: Comparison) -> None:
     for walk, own, style in zip((comparison.mujoco, comparison.hybrid), lengths, (_MUJOCO, _HYBRID), strict=True):
         axes.plot(walk.touchdowns["x"], own, marker="o", markersize=3.0, **style)
     axes.set(ylabel="length (m)")
-    axes.set_title("(b) Step length")
+    titled(axes, "b", "Step length")
     longest = float(max(lengths[0].max(initial=0.0), lengths[1].max(initial=0.0)))
     widen(axes, _LENGTH_SPAN * longest)
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
-    _legend(axes)
+    legend_above(axes)
     n = len(comparison.touchdowns["x"])
     _draw_difference(under, comparison, 1e3 * (lengths[0][:n] - lengths[1][:n]), "mm")
 
@@ -153,11 +152,11 @@ def _draw_slopes(axes: Axes, under: Axes, comparison: Comparison) -> None:
     places = np.linspace(0.0, reached, 2001)
     axes.plot(places, np.degrees(terrain.slope(places)), label="ground", zorder=1, linewidth=1.0, **TRUTH)
     axes.set(ylabel="slope (°)")
-    axes.set_title("(c) Slope estimate at touchdown, and slope of the ground")
+    titled(axes, "c", "Slope estimate at touchdown, and slope of the ground")
     widen(axes, _SLOPE_SPAN)
-    _legend(axes)
+    legend_above(axes)
     _draw_difference(under, comparison, np.degrees(comparison.touchdowns["slope_estimate"]), "°")
-    under.set_xlabel("x of the touchdown (m);  Δ = MuJoCo − hybrid")
+    labelled(under, "x of the touchdown (m);  Δ = MuJoCo − hybrid")
     under.set_xlim(0.0, 1.02 * reached)
 
 
@@ -173,10 +172,6 @@ def _zero_line(axes: Axes) -> None:
     axes.axhline(0.0, color=GUIDE, linewidth=0.5, zorder=0)
 
 
-def _legend(axes: Axes) -> None:
-    axes.legend(loc="lower right", ncols=3, bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
-
-
 def _mark_parting(torques: Any, grounds: Any, comparison: Comparison) -> None:
     """A line where the walks part."""
     divergence = comparison.divergence
@@ -186,8 +181,8 @@ def _mark_parting(torques: Any, grounds: Any, comparison: Comparison) -> None:
     places = [walk.touchdowns["x"] for walk in (comparison.mujoco, comparison.hybrid)]
     x = next((float(column[k]) for column in places if k < len(column)), divergence.x)
     for axes, place in (*((axes, divergence.time) for axes in torques), *((axes, x) for axes in grounds)):
-        axes.axvline(place, color=VERMILLION, linewidth=0.9, linestyle=":", zorder=0)
-    note_at(torques[0], "they part", divergence.time, 1.0, (3, -2), color=VERMILLION, va="top")
+        axes.axvline(place, color=SHADE, linewidth=0.9, linestyle="-.", zorder=0)
+    note_at(torques[0], "they part", divergence.time, 1.0, (3, -2), color=SHADE, va="top")
 
 
 def _mark_ends(torques: Any, comparison: Comparison) -> None:

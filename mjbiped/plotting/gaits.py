@@ -19,7 +19,9 @@ from mjbiped.errors import InputError
 from mjbiped.limit_cycles.basin import Basin, Fate
 from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade
 from mjbiped.limit_cycles.periodic import PeriodicGait
+from mjbiped.plotting.panels import legend_below, plain, titled
 from mjbiped.plotting.style import BLUE, GREEN, GUIDE, ORANGE, SHADE, VERMILLION, drawn, note_at
+from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
 
 _COUNT_STYLES = ((BLUE, "-"), (VERMILLION, (0, (5, 1.2))), (GREEN, (0, (2.5, 1))), (ORANGE, (0, (1, 0.8))))
@@ -56,27 +58,43 @@ def plot_bifurcation(diagram: BifurcationDiagram, cascade: Cascade | None = None
         figure.set_figheight(7.4 if near else 4.2)
         grid: Any = figure.subplots(2 if near else 1, 1, squeeze=False)
         _draw_diagram(grid[0, 0], diagram, cascade, (degrees[0], degrees[-1]), onsets)
-        grid[0, 0].set_title("(a) Step lengths on which the passive robot settles", pad=18)
+        _entitle(grid[0, 0], "a", "Step lengths on which the passive robot settles")
         if near and window is not None:
             _draw_diagram(grid[1, 0], diagram, cascade, (float(window[0]), float(window[1])), onsets)
-            grid[1, 0].set_title("(b) The same, magnified", pad=18)
+            _entitle(grid[1, 0], "b", "The same, magnified")
+        handles = [Line2D([], [], color=BLUE, linestyle="", marker=".", label="walked, the last steps of each slope")]
+        if cascade is not None:
+            handles.append(Line2D([], [], color=VERMILLION, linestyle="--", label="period one, unstable"))
+        legend_below(figure, handles)
         if math.isfinite(lost):
             grid[0, 0].axvline(lost, color=SHADE, linestyle=":", linewidth=1.0)
-            note_at(grid[0, 0], f"first fall on {lost:.2f}°", lost, 0.02, (-4, 0), ha="right", va="bottom")
+            paper = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}  # lines of onsets pass under the words
+            note_at(grid[0, 0], f"first fall on {lost:.2f}°", lost, 0.02, (-4, 0), ha="right", va="bottom", bbox=paper)
     return figure
+
+
+def _entitle(axes: Axes, letter: str, words: str) -> None:
+    """A title over the line that names the onsets."""
+    titled(axes, letter, words)
+    axes.set_title(axes.get_title(loc="left"), pad=6.0 + 1.5 * width().small)
 
 
 def _draw_diagram(
     axes: Axes, diagram: BifurcationDiagram, cascade: Cascade | None, limits: tuple[float, float], onsets: Array
 ) -> None:
-    """Points of the diagram between two slopes, and lines at the onsets."""
+    """Points of the diagram between two slopes, those of periodic walking larger, and lines at the onsets."""
     degrees, lengths = np.degrees(diagram.slopes), diagram.step_lengths
     inside = (degrees >= limits[0]) & (degrees <= limits[1])
-    x = np.repeat(degrees[inside], lengths.shape[1])
-    axes.plot(x, lengths[inside].ravel(), ".", color=BLUE, markersize=0.7, markeredgewidth=0, rasterized=True)
+    repeats = diagram.counts() > 0
+    for mine, size, alpha in ((inside & ~repeats, 1.0, 0.5), (inside & repeats, 1.8, 1.0)):
+        x = np.repeat(degrees[mine], lengths.shape[1])
+        look: dict[str, Any] = {"color": BLUE, "markersize": size, "alpha": alpha, "markeredgewidth": 0}
+        axes.plot(x, lengths[mine].ravel(), ".", rasterized=True, **look)
     if cascade is not None:
-        gaits = [gait for gait in cascade.branches[0].gaits if limits[0] <= math.degrees(gait.slope) <= limits[1]]
-        unstable = [gait for gait in gaits if not gait.stable]
+        first = cascade.branches[0]
+        born = [] if first.doubling is None else [first.doubling]
+        # from the onset on, beyond both ends of the panel: it ends at none of the slopes that were followed
+        unstable = [*born, *(gait for gait in first.gaits if not gait.stable)]
         if unstable:
             axes.plot(
                 [math.degrees(gait.slope) for gait in unstable],
@@ -85,20 +103,14 @@ def _draw_diagram(
                 linestyle="--",
                 linewidth=1.0,
             )
-            handles = [
-                Line2D([], [], color=BLUE, linestyle="", marker=".", label="walked"),
-                Line2D([], [], color=VERMILLION, linestyle="--", label="period one, unstable"),
-            ]
-            if limits[0] == degrees[0]:
-                axes.legend(handles=handles, loc="center left")
     free = -math.inf
     for number, onset in enumerate(onsets, start=1):
         if limits[0] <= onset <= limits[1]:
             axes.axvline(onset, color=GUIDE, linewidth=0.7, zorder=0)
             if onset > free:
                 text = f"period {2**number}: {onset:.4f}°"
-                axes.text(onset, 1.015, text, transform=axes.get_xaxis_transform(), fontsize=8, color=SHADE)
-                free = onset + 0.12 * (limits[1] - limits[0])
+                axes.text(onset, 1.015, text, transform=axes.get_xaxis_transform(), fontsize=width().small, color=SHADE)
+                free = onset + 1.2 / width().inches * (limits[1] - limits[0])
     axes.set(xlim=limits, xlabel="slope (°)", ylabel="step length (m)")
 
 
@@ -131,12 +143,12 @@ def plot_multipliers(branches: Sequence[Sequence[PeriodicGait]], path: Path | No
                     axes.plot(degrees, values, color=color, linestyle=line, label=label)
         grid[0].axhline(1.0, color=SHADE, linewidth=0.8)
         grid[0].set(ylabel="|multiplier|", ylim=(0, 2.5))
-        grid[0].set_title("(a) Magnitude; the gait is stable while all are below one")
-        grid[0].legend(loc="upper left", ncols=len(branches))
+        titled(grid[0], "a", "Magnitude; the gait is stable while all are below one")
+        legend_below(figure, *grid[0].get_legend_handles_labels())
         for level in (-1.0, 1.0):
             grid[1].axhline(level, color=SHADE, linewidth=0.8)
         grid[1].set(ylabel="real part", xlabel="slope (°)", ylim=(-2.5, 1.25))
-        grid[1].set_title("(b) Real part; at −1 the period doubles")
+        titled(grid[1], "b", "Real part; at −1 the period doubles")
     return figure
 
 
@@ -157,17 +169,18 @@ def plot_basins(basins: Sequence[Basin], path: Path | None = None) -> Figure:
     if not 1 <= len(basins) <= 2:
         raise InputError(f"one or two basins can be drawn, got {len(basins)}")
     with drawn(path) as figure:
-        figure.set_figheight(5.2)
-        grid: Any = figure.subplots(1, len(basins), squeeze=False)
-        for axes, basin in zip(grid[0], basins, strict=True):
-            _draw_basin(figure, axes, basin)
+        across = width().beside(len(basins))
+        figure.set_figheight(0.4 + 4.8 * (len(basins) // across))
+        panels = figure.subplots(len(basins) // across, across, squeeze=False).ravel().tolist()
+        for axes, letter, basin in zip(panels, "ab", basins, strict=False):
+            _draw_basin(figure, axes, basin, letter if len(basins) > 1 else "")
         if len(basins) == 2:
-            _frame(grid[0, 1], basins[0], basins[1])
+            _frame(panels[1], basins[0], basins[1])
         _legend_of_basins(figure, basins)
     return figure
 
 
-def _draw_basin(figure: Figure, axes: Axes, basin: Basin) -> None:
+def _draw_basin(figure: Figure, axes: Axes, basin: Basin, letter: str) -> None:
     """One map: what settles in colour, what falls in grey."""
     settled, fell = basin.fates == Fate.SETTLED, basin.fates == Fate.FELL
     x, y = basin.stance_rates, basin.swing_rates
@@ -198,7 +211,7 @@ def _draw_basin(figure: Figure, axes: Axes, basin: Basin) -> None:
     axes.plot(basin.start[2], basin.start[3], "o", color="white", markeredgecolor="black", markersize=6)
     axes.set(xlabel="rate of the stance leg after the impact (rad/s)", ylabel="rate of the swing leg (rad/s)")
     ground = f"{math.degrees(basin.slope):.3g}° down" if basin.slope else "level ground"
-    axes.set_title(f"{basin.walker} on {ground}: {100 * basin.share(Fate.SETTLED):.1f} % settle")
+    titled(axes, letter, plain(f"{basin.walker} on {ground}: {100 * basin.share(Fate.SETTLED):.1f} %\u00a0settle"))
 
 
 def _legend_of_basins(figure: Figure, basins: Sequence[Basin]) -> None:
@@ -211,7 +224,7 @@ def _legend_of_basins(figure: Figure, basins: Sequence[Basin]) -> None:
     ]
     if any(np.isin(basin.fates, (Fate.SETTLED, Fate.FELL), invert=True).any() for basin in basins):
         handles.append(Patch(facecolor=VERMILLION, label="neither"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+    legend_below(figure, handles)
 
 
 def _frame(axes: Axes, small: Basin, great: Basin) -> None:

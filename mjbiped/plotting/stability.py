@@ -13,7 +13,9 @@ from matplotlib.lines import Line2D
 
 from mjbiped.analysis.stability import RESOLVED, Stability
 from mjbiped.errors import InputError
+from mjbiped.plotting.panels import legend_below, titled
 from mjbiped.plotting.style import BLACK, BLUE, GREEN, GUIDE, ORANGE, VERMILLION, drawn, note_at
+from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
 
 _LOOKS = ((BLUE, "o", "-"), (ORANGE, "s", (0, (4, 1.2))), (VERMILLION, "^", (0, (1.5, 1.2))), (GREEN, "D", "-."))
@@ -40,8 +42,9 @@ def plot_stability(walks: Mapping[str, Stability], path: str | Path | None = Non
     if not 1 <= len(walks) <= len(_LOOKS):
         raise InputError(f"a figure shows one to {len(_LOOKS)} walks, got {len(walks)}")
     with drawn(path) as figure:
-        figure.set_figheight(6.6)
-        (over_time, errors), (excitation, condition) = figure.subplots(2, 2)
+        across = width().beside(2)
+        figure.set_figheight(0.6 + 3.0 * (4 // across))
+        over_time, errors, excitation, condition = figure.subplots(4 // across, across).flat
         for (name, found), (color, marker, line) in zip(walks.items(), _LOOKS, strict=False):
             steps = np.arange(1, found.steps + 1)
             look = {"color": color, "marker": marker, "markersize": 3.5, "linewidth": 0.9, "linestyle": line}
@@ -55,20 +58,20 @@ def plot_stability(walks: Mapping[str, Stability], path: str | Path | None = Non
         steps = np.arange(1, first.steps + 1)
         condition.plot(steps, first.condition_floor, color=BLACK, linewidth=0.9)
         over_time.set(yscale="log", xlabel="time (s)", ylabel="$V_a$")
-        over_time.set_title("(a) Lyapunov function (15)")
+        titled(over_time, "a", "Lyapunov function (15)")
         errors.set(yscale="log", ylabel="‖η‖ (rad, rad/s, 1)")
-        errors.set_title("(b) Error before each touchdown")
+        titled(errors, "b", "Error before each touchdown")
         excitation.set(ylabel="eigenvalue of ∫WWᵀdt (1/s³)", ylim=(0.0, None))
-        excitation.set_title("(c) Excitation: sine (upper), cosine (lower)")
+        titled(excitation, "c", "Excitation: sine (upper), cosine (lower)")
         condition.set(yscale="log", ylabel="factor per step")
-        condition.set_title("(d) Condition (24) and what happened")
+        titled(condition, "d", "Condition (24) and what happened")
         condition.set_ylim(*_limits(walks))
         condition.axhline(1.0, color=GUIDE, linewidth=1.0)
         for axes in (errors, excitation, condition):
             axes.set_xlabel("step")
             axes.xaxis.get_major_locator().set_params(integer=True)
         _mark_slopes(excitation, first)
-        figure.legend(*errors.get_legend_handles_labels(), loc="outside upper left", ncols=len(walks))
+        legend_below(figure, *errors.get_legend_handles_labels())
         condition.legend(
             handles=[
                 Line2D([], [], color=GUIDE, marker="o", markersize=3.5, label="left side of (24)"),

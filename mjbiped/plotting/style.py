@@ -15,54 +15,59 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from mjbiped.errors import InputError, RenderError, shown
+from mjbiped.plotting.width import width
+from mjbiped.utils import palette
 from mjbiped.utils.files import saved, written_whole
-
-BLUE, ORANGE, VERMILLION, GREEN, BLACK = "#0072B2", "#E69F00", "#D55E00", "#009E73", "#000000"
-"""Okabe and Ito's colours, told apart by colour-blind eyes; blue is darker than orange where print is grey."""
+from mjbiped.utils.palette import BLACK as BLACK
+from mjbiped.utils.palette import BLUE as BLUE
+from mjbiped.utils.palette import GREEN as GREEN
+from mjbiped.utils.palette import ORANGE as ORANGE
+from mjbiped.utils.palette import SKY
+from mjbiped.utils.palette import VERMILLION as VERMILLION
 
 GROUND, SHADE, GUIDE = "#D9D4CB", "#4D4D4D", "#9A9A9A"
 """Ground, its outline and texts, helping lines."""
 
 STANCE: Mapping[str, Any] = {"color": BLUE, "linestyle": "-"}
 SWING: Mapping[str, Any] = {"color": ORANGE, "linestyle": (0, (4, 1.2))}
-ANKLE, HIP = STANCE, {"color": VERMILLION, "linestyle": (0, (4, 1.2))}
+ESTIMATE: Mapping[str, Any] = {"color": palette.ESTIMATE, "linestyle": "-"}
 TRUTH: Mapping[str, Any] = {"color": BLACK, "linestyle": (0, (1.5, 1.2))}
-"""Lines differ in style as well as in colour."""
+ANKLE: Mapping[str, Any] = {"color": palette.ANKLE, "linestyle": "-"}
+HIP: Mapping[str, Any] = {"color": palette.HIP, "linestyle": (0, (4, 1.2))}
+"""Legs, slope under the stance foot (estimated and true) and torques have one look each in all figures of walks; lines
+differ in style as well as in colour. Where other things are told apart (gains, grounds), colours mean nothing else."""
 
-PLANNED: Mapping[str, Any] = {"color": "#9FD9C7", "linestyle": "-", "linewidth": 3.5, "zorder": 1.5}
-"""A broad band of pale `GREEN` behind other lines: what follows it is seen on it, and where it leaves it."""
+MUJOCO: Mapping[str, Any] = {"color": SKY, "linestyle": "-"}
+HYBRID: Mapping[str, Any] = {"color": SHADE, "linestyle": (0, (3, 1.5))}
+"""The engines, where they are laid over each other."""
+
+PLANNED: Mapping[str, Any] = {"color": "#C4C4C4", "linestyle": "-", "linewidth": 3.5, "zorder": 1.5}
+"""A broad grey band behind other lines: what follows it is seen on it, and where it leaves it."""
+
+C_MT = r"$c_\mathrm{mt}$"
+"""The cost of mechanical transport, as every figure writes it."""
 
 STYLE: Mapping[str, Any] = {
     "font.family": "DejaVu Sans",
-    "font.size": 9.0,
-    "axes.titlesize": 9.0,
     "axes.titlelocation": "left",
     "axes.titleweight": "bold",
-    "axes.labelsize": 9.0,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.formatter.useoffset": False,
     "axes.unicode_minus": True,
-    "legend.fontsize": 8.0,
     "legend.frameon": True,
     "legend.framealpha": 0.85,
     "legend.edgecolor": "none",
-    "lines.linewidth": 1.2,
-    "xtick.labelsize": 8.0,
-    "ytick.labelsize": 8.0,
     "figure.dpi": 100.0,
     "savefig.dpi": 160.0,
     "pdf.fonttype": 42,  # letters that an editor can change
     "svg.fonttype": "path",
     "svg.hashsalt": "mjbiped",  # the same figure is the same file
 }
-"""matplotlib's settings (its own names) while a figure is made or written."""
+"""matplotlib's settings (its own names) while a figure is made or written, but for those that go with its width."""
 
 SUFFIXES = (".png", ".pdf", ".svg")
 """Kinds of files that a figure can be written to."""
-
-WIDTH = 9.6
-"""Width of a figure, inches."""
 
 _LAYOUT_DIGITS = 9
 """Digits of a panel's place, as a share of the figure. matplotlib's layout solver takes its equations in the order in
@@ -83,7 +88,7 @@ def note_at(axes: Axes, text: str, x: float, height: float, offset: tuple[float,
         offset: Of the text from there, points.
         **look: As matplotlib's `annotate` takes it.
     """
-    usual: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "fontsize": 8}
+    usual: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "fontsize": width().small}
     axes.annotate(text, (x, height), offset, textcoords="offset points", **usual | look)
 
 
@@ -96,14 +101,20 @@ def widen(axes: Axes, least: float) -> None:
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """The house's settings for a while; matplotlib's own are put back."""
-    with matplotlib.rc_context(cast(Any, dict(STYLE))):
+    """The house's settings for a while, of the present `width`; matplotlib's own are put back."""
+    now = width()
+    sized = {
+        **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), now.font),
+        **dict.fromkeys(("legend.fontsize", "xtick.labelsize", "ytick.labelsize"), now.small),
+        "lines.linewidth": now.lines,
+    }
+    with matplotlib.rc_context(cast(Any, {**STYLE, **sized})):
         yield
 
 
 def new_figure(height: float = 1.0) -> Figure:
-    """An empty figure of the house's width, `height` inches high, that leaves pyplot alone."""
-    figure = Figure(figsize=(WIDTH, height), layout=_EvenLayout())
+    """An empty figure of the present `width`, `height` inches high, that leaves pyplot alone."""
+    figure = Figure(figsize=(width().inches, height), layout=_EvenLayout())
     FigureCanvasAgg(figure)
     return figure
 

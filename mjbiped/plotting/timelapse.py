@@ -9,17 +9,19 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from mjbiped.plotting.style import BLUE, GROUND, GUIDE, ORANGE, SHADE, VERMILLION, WIDTH, note_at
+from mjbiped.plotting.style import BLUE, GROUND, GUIDE, ORANGE, SHADE, VERMILLION, note_at
+from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, width
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
 from mjbiped.terrain.terrain import Terrain
 
-_ROW = 8.0  # ground in a row, m, as long as there are not too many rows
+_ROW = 8.0  # ground in a row as wide as a page, m, as long as there are not too many rows
 _MOST_ROWS = 6
-_SMALLEST_ROW = 4.0  # m, for walks of few steps
-_AXIS_WIDTH = WIDTH - 0.75  # of a row, inches
+_SMALLEST_ROW = 0.5  # of that, for walks of few steps
+_BESIDE = 0.75  # of a row, for the labels of its axis, inches
 _BELOW = 0.24  # room for texts under the lowest ground of a row, per inch of paper
 _ABOVE = 0.08  # room over the highest hip, m
 _LETTER = 0.055  # width of a small letter, inches
@@ -44,16 +46,23 @@ class Row:
     height: float
 
 
+def _axis_width() -> float:
+    """Of a row, inches."""
+    return width().inches - _BESIDE
+
+
 def rows_of(walk: Walk) -> list[Row]:
     """Split the ground that a walk covered into rows of equal length, each long enough for what was walked on it."""
     qpos, leg = walk.samples["qpos"], walk.robot.leg_length
     feet = np.concatenate([qpos[:, 0] - leg * np.sin(qpos[:, side]) for side in (2, 3)])
     reached = np.concatenate([feet, qpos[:, 0]])
     start, stop = float(reached.min()) - 0.15, float(reached.max()) + 0.15
-    count = min(_MOST_ROWS, max(1, math.ceil((stop - start) / _ROW)))
-    length = max((stop - start) / count, _SMALLEST_ROW)
+    # half as wide, a row holds 0.7 times the ground, so that the robot is 0.7 times as large
+    usual = _ROW * math.sqrt(_axis_width() / (WIDTHS[DEFAULT_WIDTH].inches - _BESIDE))
+    count = min(_MOST_ROWS, max(1, math.ceil((stop - start) / usual)))
+    length = max((stop - start) / count, _SMALLEST_ROW * usual)
     start -= max(0.0, length - (stop - start)) / 2  # a short walk stands in the middle
-    scale = _AXIS_WIDTH / length  # inches per m
+    scale = _axis_width() / length  # inches per m
     rows = []
     for index in range(count):
         first = start + index * length
@@ -86,7 +95,8 @@ def draw_row(axes: Axes, walk: Walk, row: Row) -> None:
     """
     axes.set(xlim=(row.start, row.stop), ylim=(row.low, row.high), ylabel="z (m)")
     axes.set_aspect("equal", adjustable="box")
-    scale = _AXIS_WIDTH / (row.stop - row.start)
+    axes.xaxis.set_major_locator(MaxNLocator(min(9, int(2.0 * _axis_width())), steps=[1, 2, 5, 10]))
+    scale = _axis_width() / (row.stop - row.start)
     _draw_ground(axes, walk.terrain, row, scale)
     samples, touchdowns = walk.samples, walk.touchdowns
     time, qpos = samples["time"], samples["qpos"]
@@ -102,7 +112,14 @@ def draw_row(axes: Axes, walk: Walk, row: Row) -> None:
         _draw_sticks(axes, row, qpos[-1:], samples["stance"][-1:], leg, 1.3 * thick, 1.0, VERMILLION)
         x, z, *_ = qpos[-1].tolist()
         shift, side = (-5, "right") if x > row.start + 0.8 * (row.stop - row.start) else (5, "left")
-        look = {"fontsize": 9, "color": VERMILLION, "weight": "bold", "ha": side, "va": "center", "zorder": 8}
+        look = {
+            "fontsize": width().font,
+            "color": VERMILLION,
+            "weight": "bold",
+            "ha": side,
+            "va": "center",
+            "zorder": 8,
+        }
         note_at(axes, walk.outcome, x, z, (shift, 0), xycoords="data", **look)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +16,29 @@ from numpy.typing import NDArray
 from mjbiped.analysis.replay import recorded_controller, transitions
 from mjbiped.errors import MjbipedError, RenderError
 from mjbiped.gaits.passive import Gait, find_passive_gait
-from mjbiped.plotting.style import ANKLE, BLUE, GUIDE, HIP, ORANGE, PLANNED, STANCE, SWING, TRUTH, drawn, note_at, widen
+from mjbiped.plotting.panels import head, labelled, legend_above, legend_below, plain, titled, wrapped
+from mjbiped.plotting.style import (
+    ANKLE,
+    BLUE,
+    C_MT,
+    ESTIMATE,
+    GUIDE,
+    HIP,
+    ORANGE,
+    PLANNED,
+    STANCE,
+    SWING,
+    TRUTH,
+    drawn,
+    note_at,
+    widen,
+)
 from mjbiped.plotting.timelapse import draw_row, rows_of
+from mjbiped.plotting.width import width
 from mjbiped.records.columns import SAMPLES
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 
-_LETTERS_PER_LINE = 118
 _LINES = 3  # at most, of who walked where: a terrain's name may be of any length
 _MOST_TICKED = 60  # touchdowns that are marked on time axes
 
@@ -32,8 +47,10 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
     """Draw a walk in the manner of the paper's Fig. 4.
 
     (a) Time lapse over the ground, in rows where it is long, x and z in one scale; slopes and steps are written under
-    the ground. (b) Slope estimate and true slope. (c) Torques. (d) Phase portraits of stance and swing leg, with the
-    limit cycle of the gait that the controller imitates and the transitions to it that it re-planned.
+    the ground. (b) Slope estimate and true slope. (c) Torques. (d), (e) Phase portraits of stance and swing leg, with
+    the limit cycle of the gait that the controller imitates and the transitions to it that it re-planned.
+
+    For a journal's column: `with mjbiped.plotting.width.figure_width("single"): plot_walk(walk, "walk.pdf")`.
 
     Args:
         walk: Any record, a fall in the first step included.
@@ -51,24 +68,22 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
     with drawn(path) as figure:
         rows = rows_of(walk)
         title = _title(walk)
-        heights = [sum(row.height + 0.25 for row in rows) + 0.45, 3.3, 3.3]
-        figure.set_figheight(sum(heights) + 0.25 * (1 + title.count("\n")))
-        # a file's name may hold a dollar sign: no formulas in the title
-        figure.suptitle(title, fontsize=9.5, x=0.01, ha="left", linespacing=1.4, parse_math=False)
+        across = width().beside(2)
+        heights = [sum(row.height + 0.25 for row in rows) + 0.45, 3.3, 0.7 + 2.6 * (2 // across)]
+        figure.set_figheight(sum(heights) + 0.1 + head(figure, title))
         parts: Any = figure.subfigures(3, 1, height_ratios=heights)
         lapse, histories, phases = parts
         grid = lapse.subplots(len(rows), 1, squeeze=False, height_ratios=[row.height for row in rows])
         for row, (axes,) in zip(rows, grid, strict=True):
             draw_row(axes, walk, row)
-        grid[0, 0].set_title("(a) Time lapse")
-        grid[-1, 0].set_xlabel("x (m);  under the ground: step height and slope, positive downhill")
-        lapse.legend(
+        titled(grid[0, 0], "a", "Time lapse")
+        labelled(grid[-1, 0], "x (m);  under the ground: step height and slope, positive downhill")
+        legend_above(
+            grid[0, 0],
             handles=[
                 Line2D([], [], color=BLUE, linewidth=1.8, label="stance leg"),
                 Line2D([], [], color=ORANGE, linewidth=1.2, label="swing leg"),
             ],
-            loc="upper right",
-            ncols=2,
         )
         slopes, torques = histories.subplots(2, 1, sharex=True)
         _draw_slopes(slopes, walk)
@@ -92,16 +107,18 @@ def plot_gait(gait: Gait, path: str | Path | None = None) -> Figure:
         RenderError: The file cannot be written.
     """
     with drawn(path) as figure:
-        figure.set_figheight(4.9)
+        across = width().beside(2)
         stable = "stable" if gait.stable else "unstable"
-        figure.suptitle(
-            f"Passive gait on {math.degrees(gait.slope):.3g}°, {stable}:  period {gait.period:.4f} s,  "
-            f"step {gait.step_length:.4f} m,  speed {gait.speed:.4f} m/s,  energy {gait.energy:.3f} J",
-            fontsize=9.5,
-            x=0.01,
-            ha="left",
+        text = wrapped(
+            f"Passive gait on {math.degrees(gait.slope):.3g}°, {stable}: period {gait.period:.4f}\u00a0s, "
+            f"step {gait.step_length:.4f}\u00a0m, speed {gait.speed:.4f}\u00a0m/s, energy {gait.energy:.3f}\u00a0J"
         )
-        cycle, circle = figure.subplots(1, 2, width_ratios=(1.45, 1.0))
+        panel = 4.5 if width().inches / across > 3.5 else 3.2
+        figure.set_figheight(panel * (2 // across) + 0.1 + head(figure, text))
+        if across == 2:
+            cycle, circle = figure.subplots(1, 2, width_ratios=(1.45, 1.0))
+        else:
+            cycle, circle = figure.subplots(2, 1)
         _draw_cycle(cycle, gait)
         _draw_multipliers(circle, gait)
     return figure
@@ -112,13 +129,12 @@ def _title(walk: Walk) -> str:
     steps = f"{walk.steps} step{'' if walk.steps == 1 else 's'}"
     cost = f"{walk.cost_of_transport:.4f}" if math.isfinite(walk.cost_of_transport) else "none"
     name = walk.settings.get("controller", {}).get("name", "unknown controller")
-    lines = [
-        f"{name} on {walk.terrain.caption}, {walk.settings.get('engine', 'unknown')} engine",
-        f"{walk.outcome} after {steps}, {walk.end[0]:.2f} s and {walk.distance:.2f} m;  c_mt {cost};  "
-        f"peak torque {walk.peak_torque[0]:.2f} (ankle), {walk.peak_torque[1]:.2f} (hip) N m",
-    ]
-    wrapped = (textwrap.wrap(line, _LETTERS_PER_LINE, max_lines=_LINES, placeholder=" ...") or [""] for line in lines)
-    return "\n".join(part for parts in wrapped for part in parts)
+    who = f"{name} on {walk.terrain.caption}, {walk.settings.get('engine', 'unknown')} engine"
+    what = (
+        f"{walk.outcome} after {steps}, {walk.end[0]:.2f} s and {walk.distance:.2f} m;  {C_MT} {cost};  "
+        f"peak torque {walk.peak_torque[0]:.2f} (ankle), {walk.peak_torque[1]:.2f} (hip) N\u00a0m"
+    )
+    return f"{plain(wrapped(who, lines=_LINES))}\n{wrapped(what)}"
 
 
 def _axis_label(name: str, column: str) -> str:
@@ -142,13 +158,13 @@ def _draw_slopes(axes: Axes, walk: Walk) -> None:
     estimated = bool(np.isfinite(estimate).any())
     _prepare_time_axis(axes, walk)
     if estimated:
-        axes.plot(samples["time"], estimate, label="estimate", **STANCE)
+        axes.plot(samples["time"], estimate, label="estimate", **ESTIMATE)
     axes.plot(samples["time"], np.degrees(samples["slope"]), label="true, under the stance foot", **TRUTH)
     axes.set(ylabel="slope (°)")
-    axes.set_title("(b) Slope estimate" if estimated else "(b) Slope (the controller makes no estimate)")
+    titled(axes, "b", "Slope estimate" if estimated else "Slope (the controller makes no estimate)")
     axes.margins(y=0.12)
     widen(axes, 1.0)  # rounding is no news
-    axes.legend(loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.2), borderaxespad=0.0)
+    legend_above(axes)
 
 
 def _draw_torques(axes: Axes, walk: Walk) -> None:
@@ -159,26 +175,28 @@ def _draw_torques(axes: Axes, walk: Walk) -> None:
         axes.plot(samples["time"], samples["torque"][:, joint], label=label, **style)
     axes.axhline(0.0, color=GUIDE, linewidth=0.5, zorder=0)
     axes.set(xlabel=_axis_label("time", "time"), ylabel=_axis_label("torque", "torque"))
-    axes.set_title("(c) Joint torque")
-    axes.legend(loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.2), borderaxespad=0.0)
+    titled(axes, "c", "Joint torque")
+    legend_above(axes)
 
 
 def _draw_phases(figure: Any, walk: Walk) -> None:
-    """Panel (d): a line per step, without the jumps between steps, over the re-planned reference where there is one."""
+    """Panels (d) and (e): a line per step, without the jumps between steps, over the re-planned reference if any."""
     samples = walk.samples
     first_of_step = np.flatnonzero(np.diff(samples["stance"])) + 1
     # a sample at a touchdown's own instant has the rates after the impact, but still the old roles
     nearest = np.searchsorted(samples["time"], walk.touchdowns["time"] - 1e-9).clip(max=len(samples["time"]) - 1)
     at_impact = nearest[np.abs(samples["time"][nearest] - walk.touchdowns["time"]) < 1e-9]
     gait, replanned = _imitated_gait(walk), _transitions(walk)
-    grid = figure.subplots(1, 2)
+    across = width().beside(2)
+    grid = figure.subplots(2 // across, across).flat
     entries: dict[str, Any] = {}
-    for leg, (axes, name, style) in enumerate(zip(grid, ("stance", "swing"), (STANCE, SWING), strict=True)):
+    looks = (("d", "stance", STANCE), ("e", "swing", SWING))
+    for leg, (axes, (letter, name, style)) in enumerate(zip(grid, looks, strict=True)):
         q = samples["q"][:, leg].copy()
         q[at_impact] = np.nan
         q = np.insert(q, first_of_step, np.nan)
         dq = np.insert(samples["dq"][:, leg], first_of_step, np.nan)
-        axes.plot(q, dq, color=style["color"], linewidth=0.7, alpha=0.8, label=f"{name} leg")
+        axes.plot(q, dq, color=style["color"], linewidth=0.8, label=f"{name} leg")
         for number, planned in enumerate(replanned):
             look = {**PLANNED, "label": "re-planned reference" if number == 0 else None}
             axes.plot(planned[:, leg], planned[:, 2 + leg], **look)
@@ -187,11 +205,11 @@ def _draw_phases(figure: Any, walk: Walk) -> None:
             axes.plot(reference[:, leg], rate[:, leg], label="imitated gait", **TRUTH, linewidth=1.4)
         axes.plot(samples["q"][0, leg], samples["dq"][0, leg], "k.", markersize=6, label="start")
         axes.set(xlabel=_axis_label("angle", "q"), ylabel=_axis_label("rate", "dq"))
-        axes.set_title(f"(d) Phase portrait, {name} leg")
+        titled(axes, letter, f"Phase portrait, {name} leg")
         handles, names = axes.get_legend_handles_labels()
         entries |= dict(zip(names, handles, strict=True))
     order = [*(name for name in entries if name.endswith("leg")), *(n for n in entries if not n.endswith("leg"))]
-    figure.legend([entries[name] for name in order], order, loc="outside lower center", ncols=len(order))
+    legend_below(figure, [entries[name] for name in order], order)
 
 
 def _imitated_gait(walk: Walk) -> Gait | None:
@@ -214,7 +232,7 @@ def _transitions(walk: Walk) -> list[NDArray[np.float64]]:
 def _draw_cycle(axes: Axes, gait: Gait) -> None:
     """Both legs' phase portrait; a leg goes round it in two steps."""
     q, dq, _ = gait.reference(np.linspace(0.0, gait.period, 300))
-    for leg, (name, style) in enumerate((("stance", STANCE), ("swing", SWING))):
+    for leg, (name, style) in enumerate((("stance leg", STANCE), ("swing leg", SWING))):
         axes.plot(q[:, leg], dq[:, leg], label=name, linewidth=1.6, **style)
         middle = len(q) // 4
         axes.annotate(
@@ -229,7 +247,7 @@ def _draw_cycle(axes: Axes, gait: Gait) -> None:
         q_between, dq_between = (sum(pair) / 2 for pair in ends)
         note_at(axes, f"impact\n({what})", q_between, dq_between, (6, 0), xycoords="data", ha="left", va="center")
     axes.set(xlabel="angle from the ground's normal (rad)", ylabel="rate (rad/s)")
-    axes.set_title("Limit cycle of each leg")
+    titled(axes, "a", "Limit cycle of each leg")
     low, high = axes.get_xlim()
     axes.set_xlim(low, high + 0.15 * (high - low))  # room for the words
     axes.legend(loc="center", bbox_to_anchor=(0.5, 0.25))
@@ -244,10 +262,15 @@ def _draw_multipliers(axes: Axes, gait: Gait) -> None:
     axes.plot(gait.multipliers.real, gait.multipliers.imag, "o", color=BLUE, markersize=7)
     axes.set(xlim=(-reach, reach), ylim=(-reach, 1.25 * reach), xlabel="real part", ylabel="imaginary part")
     axes.set_aspect("equal")
-    axes.set_title("Floquet multipliers and the unit circle")
+    titled(axes, "b", "Floquet multipliers and the unit circle")
     message = "\n".join(f"λ{k} = {_complex(value)}" for k, value in enumerate(gait.multipliers, start=1))
     axes.text(
-        0.02, 0.98, f"{message}\n|λ| ≤ {abs(gait.multipliers[0]):.5f}", transform=axes.transAxes, va="top", fontsize=8
+        0.02,
+        0.98,
+        f"{message}\n|λ| ≤ {abs(gait.multipliers[0]):.5f}",
+        transform=axes.transAxes,
+        va="top",
+        fontsize=width().small,
     )
 
 

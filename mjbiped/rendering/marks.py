@@ -17,12 +17,13 @@ import numpy as np
 from mjbiped.engines.mujoco.scenery import CUT
 from mjbiped.rendering.moments import Moment, Pair, Points, foot_of
 from mjbiped.robots.compass import Compass
+from mjbiped.utils import palette
 
 Colour = tuple[float, float, float]
 
-ANKLE_COLOUR: Colour = (0.67, 0.20, 0.47)
-HIP_COLOUR: Colour = (0.00, 0.62, 0.45)
-ESTIMATE_COLOUR: Colour = (0.84, 0.37, 0.00)
+ANKLE_COLOUR: Colour = palette.rgb(palette.ANKLE)
+HIP_COLOUR: Colour = palette.rgb(palette.HIP)
+ESTIMATE_COLOUR: Colour = palette.rgb(palette.ESTIMATE)
 FORCE_COLOUR: Colour = (0.07, 0.07, 0.07)
 GHOST_COLOUR: Colour = (0.35, 0.35, 0.40)
 """Told apart by colour-blind eyes, from one another and from the blue and the orange leg; the strip chart has them."""

@@ -16,7 +16,9 @@ from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from mjbiped.plotting.style import BLACK, BLUE, GREEN, GROUND, GUIDE, ORANGE, SHADE, VERMILLION, drawn
+from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
+from mjbiped.plotting.style import BLACK, BLUE, GREEN, GROUND, GUIDE, ORANGE, SHADE, VERMILLION, drawn, note_at
+from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
 from mjbiped.sweeps.bins import MOST_VALUES, Axis, binned, grouped, middle, quartiles, values_of
 from mjbiped.sweeps.cell import Row
@@ -29,6 +31,8 @@ MEASURES = ("cost_of_transport", FINISHED, "peak_ankle_torque_Nm")
 _MOST_PARAMETERS = 3
 _MOST_TICKS = 8
 _COLUMNS = 3
+_BESIDE_MAP = 1.15  # labels and colour bar, inches
+_SMALLEST = 5.0  # letters in a map, points
 _FEWEST_BINS = 3
 _WALKS_IN_BIN = 12  # at least, in the mean
 _MOST_GROUPS = 5
@@ -92,9 +96,9 @@ def _chosen(study: Study, rows: Sequence[Row]) -> tuple[list[str], list[str]]:
 
 def _panels(figure: Figure, measures: Sequence[str], height: float, groups: int = 1) -> Any:
     """A panel for each measure, and so for each group; what is too many is not there."""
-    columns = min(len(measures), _COLUMNS)
+    columns = width().beside(min(len(measures), _COLUMNS))
     lines = math.ceil(len(measures) / columns)
-    figure.set_figheight(0.4 + height * lines * groups)
+    figure.set_figheight(0.6 + height * lines * groups)
     panels: Any = figure.subplots(lines * groups, columns, squeeze=False)
     for line, column in np.ndindex(lines * groups, columns):
         if line % lines * columns + column >= len(measures):
@@ -106,22 +110,27 @@ def _maps(rows: Sequence[Row], pair: Sequence[Axis], groups: Axis, measures: Seq
     """A heat map for each group (downwards) and measure (to the right)."""
     panels = _panels(figure, measures, 3.1, groups.count)
     for place, name in enumerate(measures):
-        tables = [_table(pair, groups.bin == k, rows, name) for k in range(groups.count)]
+        tables, counts = zip(*(_tables(pair, groups.bin == k, rows, name) for k in range(groups.count)), strict=True)
         norm = _norm(tables, name)
-        for axes, table, kind in zip(panels[:, place], tables, groups.ticks, strict=True):
+        written = _format(tables, name, norm)
+        for axes, table, count, kind in zip(panels[:, place], tables, counts, groups.ticks, strict=True):
             _draw_map(figure, axes, pair, table, norm)
-            axes.set_title("\n".join(filter(None, (measure_label(name), kind))))
+            titled(axes, "", "\n".join(filter(None, (measure_label(name), plain(kind)))))
+            if max(axis.count for axis in pair) <= _MOST_NUMBERED:
+                _number(axes, pair, table, count, norm, written)
     in_bins = "" if all(axis.ticks for axis in pair) else ", in bins"
-    _note(figure, rows, f"medians of those that finished{in_bins}; grey: none")
+    _note(figure, rows, f"medians of those that finished{in_bins}; grey: none; small: number of walks")
 
 
-def _table(axes: Sequence[Axis], mine: NDArray[np.bool_], rows: Sequence[Row], name: str) -> Array:
-    """A measure's middle in each pair of bins, shape (y, x)."""
+def _tables(
+    axes: Sequence[Axis], mine: NDArray[np.bool_], rows: Sequence[Row], name: str
+) -> tuple[Array, NDArray[np.int64]]:
+    """A measure's middle in each pair of bins, and of how many walks it is, shape (y, x)."""
     values = values_of(rows, name)
     x, y = axes
-    return np.array(
-        [[middle(values[mine & (x.bin == i) & (y.bin == j)], name) for i in range(x.count)] for j in range(y.count)]
-    )
+    cells = [[values[mine & (x.bin == i) & (y.bin == j)] for i in range(x.count)] for j in range(y.count)]
+    middles = np.array([[middle(cell, name) for cell in line] for line in cells])
+    return middles, np.array([[np.count_nonzero(~np.isnan(cell)) for cell in line] for line in cells])
 
 
 def _norm(tables: Sequence[Array], name: str) -> Normalize:
@@ -146,18 +155,53 @@ def _draw_map(figure: Figure, axes: Axes, parameters: Sequence[Axis], table: Arr
     _set_scale(axes, y, "y")
     for spine in axes.spines.values():
         spine.set_visible(True)
-    if x.count > _MOST_NUMBERED:
+
+
+def _format(tables: Sequence[Array], name: str, norm: Normalize) -> Callable[[float], str]:
+    """How a measure's numbers are written: all with the same number of digits behind the point.
+
+    The middle one of them has three digits; where a colour scale is logarithmic, each one has.
+    """
+    values = np.concatenate([np.abs(table[np.isfinite(table)]) for table in tables])
+    values = values[values > 0.0]
+    if name == FINISHED:
+        return "{:.2f}".format
+    if isinstance(norm, LogNorm):
+        return lambda value: f"{value:#.3g}".removesuffix(".") if value < 1000.0 else f"{value:.0f}"
+    if not values.size or bool((values == values.round()).all()):
+        return "{:.0f}".format
+    digits = max(0, 2 - math.floor(math.log10(float(np.median(values)))))
+    return lambda value: f"{value:.{digits}f}".replace("-", "−")
+
+
+def _number(
+    axes: Axes,
+    parameters: Sequence[Axis],
+    table: Array,
+    counts: NDArray[np.int64],
+    norm: Normalize,
+    written: Callable[[float], str],
+) -> None:
+    """Write its number into each cell of a map, and smaller below it how many walks it is of."""
+    x, y = parameters
+    words = {place: written(float(table[place])) for place in np.ndindex(table.shape) if not math.isnan(table[place])}
+    across = axes.get_subplotspec()
+    columns = 1 if across is None else across.get_gridspec().ncols
+    cell = 72.0 * (width().inches / columns - _BESIDE_MAP) / x.count  # points
+    size = min(width().small, cell / (0.7 * max(map(len, words.values()), default=1)))
+    if size < _SMALLEST:
         return
-    size = min(7.0, 33.0 / x.count)
-    across, up = x.centres.tolist(), y.centres.tolist()
+    centres, up = x.centres.tolist(), y.centres.tolist()
     for j, i in np.ndindex(table.shape):
-        value = float(table[j, i])
-        if math.isnan(value):
-            axes.text(across[i], up[j], "–", ha="center", va="center", fontsize=size, color=SHADE)
+        look: dict[str, Any] = {"ha": "center", "color": SHADE}
+        if (j, i) not in words:
+            axes.text(centres[i], up[j], "–", va="center", fontsize=size, **look)
             continue
-        dark = float(np.dot(_MAP(norm(value))[:3], (0.299, 0.587, 0.114))) < 0.5
-        words = f"{value:.3g}" if abs(value) < 1000.0 else f"{value:.0f}"
-        axes.text(across[i], up[j], words, ha="center", va="center", fontsize=size, color="white" if dark else BLACK)
+        dark = float(np.dot(_MAP(norm(float(table[j, i])))[:3], (0.299, 0.587, 0.114))) < 0.5
+        look["color"] = "white" if dark else BLACK
+        note_at(axes, words[j, i], centres[i], up[j], (0, 0), xycoords="data", va="bottom", fontsize=size, **look)
+        count = str(counts[j, i])
+        note_at(axes, count, centres[i], up[j], (0, -1), xycoords="data", va="top", fontsize=0.8 * size, **look)
 
 
 def _set_scale(axes: Axes, axis: Axis, which: str) -> None:
@@ -178,16 +222,16 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str
         for k, (kind, (colour, style, marker)) in enumerate(styles):
             bins = [values[(groups.bin == k) & (axis.bin == i)] for i in range(axis.count)]
             middles = [middle(each, name) for each in bins]
-            axes.plot(axis.at, middles, color=colour, linestyle=style, marker=marker, markersize=3.5, label=kind)
+            axes.plot(axis.at, middles, color=colour, linestyle=style, marker=marker, markersize=3.5, label=plain(kind))
             if name != FINISHED:
                 ends = np.array([quartiles(each) for each in bins])
                 axes.fill_between(axis.at, ends[:, 0], ends[:, 1], color=colour, alpha=0.2, linewidth=0)
-        axes.set_title(measure_label(name))
+        titled(axes, "", measure_label(name))
         if name == FINISHED:
             axes.set_ylim(-0.03, 1.03)
         axes.set(xlabel=axis.label, xscale="log" if axis.log else "linear")
     if groups.count > 1:
-        panels[0, 0].legend()
+        legend_below(figure, *panels[0, 0].get_legend_handles_labels())
     in_bins = "" if axis.ticks else ", in bins"
     _note(figure, rows, f"medians of those that finished{in_bins}; band: from the lower to the upper quartile")
 
@@ -202,7 +246,8 @@ def _groups(rows: Sequence[Row], groups: Axis, measures: Sequence[str], figure: 
         if name != FINISHED:
             ends = np.array([quartiles(each) for each in bins])
             axes.hlines(groups.centres, ends[:, 0], ends[:, 1], color=BLUE)
-        axes.set(ylim=(groups.count, 0.0), yticks=groups.centres, yticklabels=groups.ticks, xlabel=measure_label(name))
+        axes.set(ylim=(groups.count, 0.0), xlabel=measure_label(name))
+        axes.set_yticks(groups.centres, [plain(kind) for kind in groups.ticks])
         axes.grid(axis="x", color=GROUND, linewidth=0.5)
         if name == FINISHED:
             axes.set_xlim(-0.03, 1.03)
@@ -232,4 +277,4 @@ def _histograms(rows: Sequence[Row], measures: Sequence[str], figure: Figure) ->
 def _note(figure: Figure, rows: Sequence[Row], meaning: str) -> None:
     """What the figure is of, above it."""
     finished = sum(row["outcome"] == "finished" for row in rows)
-    figure.suptitle(f"{len(rows)} walks, {finished} finished; {meaning}", fontsize=8, color=SHADE)
+    head(figure, wrapped(f"{len(rows)} walks, {finished} finished; {meaning}"))

@@ -28,7 +28,8 @@ from controllers import (
     PassivityController,
 )
 from controllers.comparison.known_slope import SLOPE_SOURCES, KnownSlopeController
-from mjbiped.plotting.style import BLACK, BLUE, GREEN, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
+from mjbiped.plotting.panels import legend_below, titled
+from mjbiped.plotting.style import BLACK, BLUE, C_MT, GREEN, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
 from mjbiped.robots.compass import Array
 from scripts.pages import write_table
 
@@ -63,6 +64,7 @@ class Method:
     """A controller and the gains to try.
 
     Attributes:
+        words: What it is called in the figure.
         controller: With its default gains.
         grid: Sets of gains, each a dictionary of fields.
         axis: Label of the gain that the figure has along the axis.
@@ -70,6 +72,7 @@ class Method:
         style: Of its lines.
     """
 
+    words: str
     controller: KnownSlopeController
     grid: Sequence[Mapping[str, Any]]
     axis: str
@@ -78,16 +81,27 @@ class Method:
 
 
 METHODS = {
-    "PBC": Method(PassivityController(ROBOT, GAIT), [{"gain": gain} for gain in GAINS], "k", BLUE, "-"),
+    "PBC": Method(
+        "passivity-based", PassivityController(ROBOT, GAIT), [{"gain": gain} for gain in GAINS], "k", BLUE, "-"
+    ),
     "ECC": Method(
+        "energy constraint",
         EnergyConstraintController(ROBOT, GAIT),
         [{"ratio": ratio, "gain": gain} for ratio in RATIOS for gain in GAINS],
         "ζ",
         ORANGE,
         "--",
     ),
-    "KETC": Method(KineticEnergyController(ROBOT, GAIT), [{"gain": gain} for gain in GAINS], "λ", VERMILLION, "-."),
+    "KETC": Method(
+        "kinetic energy tracking",
+        KineticEnergyController(ROBOT, GAIT),
+        [{"gain": gain} for gain in GAINS],
+        "λ",
+        VERMILLION,
+        "-.",
+    ),
     "KETC, w = 1": Method(
+        "kinetic energy tracking, both joints",
         KineticEnergyController(ROBOT, GAIT, gain=6.0, hip_weight=1.0, slope_source="local"),
         [{"gain": gain} for gain in GAINS],
         "λ",
@@ -95,6 +109,7 @@ METHODS = {
         (0, (3, 1, 1, 1, 1, 1)),
     ),
     "limit cycle": Method(
+        "limit cycle",
         LimitCycleController(ROBOT, GAIT),
         [{"rate_gain": 2.0 * pole, "position_gain": pole * pole} for pole in POLES],
         "K₁/2 = √K₂",
@@ -296,13 +311,14 @@ def publish(page: Path, name: str, headings: Sequence[str], rows: Sequence[Seque
 def draw(trials: Mapping[str, Sequence[Trial]], found: Mapping[str, Trial], ranges: Ranges, path: Path) -> None:
     """Return, torque and survival over the gains."""
     with styled():
-        figure = new_figure(7.4)
+        figure = new_figure(7.8)
         (back, torque), (plane, survival) = figure.subplots(2, 2)
         for name, method in METHODS.items():
             ratio = found[name].gains.get("ratio")
             line = [each for each in trials[name] if each.gains.get("ratio") == ratio and math.isfinite(each.peak)]
             gains = np.array([along(each.gains) for each in line])
-            label = f"{name} ({method.axis}{'' if ratio is None else f', μ = {ratio:g}'})"
+            chosen_ratio = "" if ratio is None else f", μ = {ratio:g}".replace("-", "−")
+            label = f"{method.words} ({method.axis}{chosen_ratio})"
             look: dict[str, Any] = {"color": method.color, "linestyle": method.style}
             fell = np.array([not each.survived for each in line])
             for axes, values in (
@@ -320,9 +336,8 @@ def draw(trials: Mapping[str, Sequence[Trial]], found: Mapping[str, Trial], rang
                     markersize=10,
                 )
         back.axhline(1.0, color=GUIDE, linewidth=1.0)
-        back.set(xscale="log", xlabel="gain", ylabel="slowest multiplier", ylim=(0.0, 1.6))
+        back.set(xscale="log", xlabel="gain", ylabel="slowest multiplier", ylim=(0.0, 1.2))
         back.set_title("(a) Return to the gait; above 1 no walk of period one")
-        back.legend(loc="upper center", ncols=2, fontsize=7)
         torque.set(xscale="log", yscale="log", xlabel="gain", ylabel="peak torque (N m)")
         torque.set_title(f"(b) Over one step of ±{1e3 * SMALL_STEP:g} mm")
         torque.legend(
@@ -334,6 +349,7 @@ def draw(trials: Mapping[str, Sequence[Trial]], found: Mapping[str, Trial], rang
         )
         _draw_plane(plane, trials["ECC"], found["ECC"])
         _draw_survival(survival, ranges)
+        legend_below(figure, *back.get_legend_handles_labels())
         save_figure(figure, path)
 
 
@@ -345,8 +361,8 @@ def _draw_plane(axes: Axes, trials: Sequence[Trial], found: Trial) -> None:
     restless = [each for each in negative if each.survived and not each.multiplier < 1.0]
     fallen = [each for each in negative if not each.survived]
     for some, marker, color, label in (
-        (settled, "o", BLUE, f"settles, |c_mt − sin φ_r| ≤ {CHEAPNESS:g}"),
-        (dear, "s", ORANGE, "settles, c_mt further off"),
+        (settled, "o", BLUE, f"settles, |{C_MT} − sin φ_r| ≤ {CHEAPNESS:g}"),
+        (dear, "s", ORANGE, f"settles, {C_MT} further off"),
         (restless, "^", VERMILLION, "walks, does not settle"),
         (fallen, "x", GUIDE, "falls"),
     ):
@@ -354,7 +370,7 @@ def _draw_plane(axes: Axes, trials: Sequence[Trial], found: Trial) -> None:
         axes.plot(*places, marker, color=color, markersize=4, linestyle="none", label=label)
     axes.plot(found.gains["ratio"], found.gains["gain"], "k*", markersize=10)
     axes.set(yscale="log", xlabel="μ = ankle over hip torque", ylabel="ζ (1/s)", ylim=(None, 3e3))
-    axes.set_title("(c) Energy constraint; every positive μ tried falls on the level")
+    titled(axes, "c", "Energy constraint; every positive μ tried falls on the level")
     axes.legend(loc="upper right", ncols=2, fontsize=7, framealpha=1.0)
 
 
@@ -375,7 +391,7 @@ def _draw_survival(axes: Axes, ranges: Ranges) -> None:
                 )
     axes.set_yticks([-row for row in range(len(TERRAINS))], list(TERRAINS))
     axes.set(xscale="log", xlabel="gain")
-    axes.set_title(f"(d) {WALK} steps finished: dots; rows from above as in (a)")
+    titled(axes, "d", f"{WALK} steps finished: dots; rows from above as in the legend")
 
 
 if __name__ == "__main__":

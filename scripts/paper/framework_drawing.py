@@ -12,6 +12,7 @@ from matplotlib.patches import FancyBboxPatch
 
 from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.style import BLACK, SHADE, VERMILLION
+from mjbiped.plotting.width import width
 
 Point: TypeAlias = tuple[float, float]
 
@@ -106,7 +107,7 @@ def draw_framework() -> Figure:
     """The whole loop."""
     figure = plot_style.new_figure(HEIGHT - LOWEST)
     axes = figure.add_subplot()
-    axes.set(xlim=(0.0, plot_style.WIDTH), ylim=(LOWEST, HEIGHT))
+    axes.set(xlim=(0.0, width().inches), ylim=(LOWEST, HEIGHT))
     axes.axis("off")
     for group, colour in GROUPS:
         group.draw(axes, colour, SHADE, 0.6, 1)
@@ -118,7 +119,7 @@ def draw_framework() -> Figure:
     wire(axes, (REPLANNING.right, ROW), (ERRORS.left, ROW))
     wire(axes, (ERRORS.right, ROW), (LAW.left, ROW))
     wire(axes, (LAW.right, ROW), (ROBOT.left, ROW))
-    wire(axes, (plot_style.WIDTH, ROBOT.y), (ROBOT.right, ROBOT.y))
+    wire(axes, (width().inches, ROBOT.y), (ROBOT.right, ROBOT.y))
     wire(axes, (ROBOT.x, ROBOT.high), (ROBOT.x, ABOVE), (ERRORS.x, ABOVE), (ERRORS.x, ERRORS.high))
     wire(axes, (LAW.x, ABOVE), (LAW.x, LAW.high))
     wire(axes, (ERRORS.x, ERRORS.low), (ERRORS.x, ESTIMATOR.y), (ESTIMATOR.left, ESTIMATOR.y))

@@ -32,6 +32,10 @@ GAMMAS = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0]
 SCALES = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]
 """Of the paper's K1 = 5 and K2 = 12."""
 CONTROL_PERIODS = (1e-4, 1e-3)  # s
+LEVELS = {0.05: (5.0, 8.5), 0.2: (0.6, 2.0), 0.5: (0.5, 5.0), 0.9: (0.06, 3.0)}
+"""Of the slowest multiplier, and where on the plane their names stand."""
+HIGHEST_GAMMA = 100.0
+"""Of the limit cycle's figures: above, the lines swing faster with gamma than a page can show."""
 
 
 @dataclass(frozen=True)
@@ -92,9 +96,9 @@ def main(figure: Path, tables: Path, steps: int) -> None:
         for gamma in tqdm(GAMMAS, desc="walks in MuJoCo", disable=None)
         for period in CONTROL_PERIODS
     }
-    grid = np.geomspace(0.01, 1000.0, 26), np.geomspace(0.02, 20.0, 24)
+    grid = resolved(300), np.geomspace(0.02, 20.0, 61)
     rows = [
-        [on_the_cycle(replace(scaled(paper, scale), adaptation_gain=gamma)) for gamma in grid[0].tolist()]
+        [on_the_cycle(replace(scaled(paper, scale), adaptation_gain=gamma), 40) for gamma in grid[0].tolist()]
         for scale in tqdm(grid[1].tolist(), desc="limit cycle", disable=None)
     ]
     draw(grid, rows, paper, walked, planes, figure)
@@ -113,9 +117,18 @@ def scaled(controller: AdaptiveController, scale: float) -> AdaptiveController:
     )
 
 
-def on_the_cycle(controller: AdaptiveController) -> Cycle:
-    """What Theorem 1 and the return map say of the gains."""
-    cycle = cycle_stability(controller)
+def resolved(count: int) -> Array:
+    """Values of gamma for lines over it: equal ratios, and equal steps of its root.
+
+    Posture and estimate swing against each other at sqrt(gamma) ||W||, and a touchdown meets the swing at any phase:
+    all that is found at touchdowns swings over gamma, with some 11 rad for each unit of sqrt(gamma).
+    """
+    return np.union1d(np.geomspace(0.01, HIGHEST_GAMMA, 40), np.linspace(0.1, math.sqrt(HIGHEST_GAMMA), count) ** 2)
+
+
+def on_the_cycle(controller: AdaptiveController, intervals: int = 200) -> Cycle:
+    """What Theorem 1 and the return map say of the gains; 40 intervals are within 0.3 % up to `HIGHEST_GAMMA`."""
+    cycle = cycle_stability(controller, intervals)
     gain = controller.position_gain
     return Cycle(
         rate=float(np.abs(cycle.multipliers[0])),
@@ -221,20 +234,27 @@ def draw(
     with styled():
         figure = new_figure(7.5)
         (line, plane), (gammas, scales) = figure.subplots(2, 2)
-        cycles = [on_the_cycle(replace(paper, adaptation_gain=gamma)) for gamma in grid[0].tolist()]
-        line.loglog(grid[0], [cycle.condition for cycle in cycles], color=VERMILLION, linestyle="-", label="(24)")
+        fine = resolved(900)
+        cycles = [on_the_cycle(replace(paper, adaptation_gain=gamma)) for gamma in fine.tolist()]
         line.loglog(
-            grid[0], [cycle.floor for cycle in cycles], color=BLACK, linestyle="-.", label="(24), best constants"
+            fine, [cycle.condition for cycle in cycles], color=VERMILLION, linestyle="-", label="left side of (24)"
         )
-        line.loglog(grid[0], [cycle.rate for cycle in cycles], color=BLUE, linestyle="--", label="slowest multiplier")
         line.loglog(
-            grid[0], [cycle.lyapunov for cycle in cycles], color=ORANGE, linestyle=":", label="$V_a$ from step to step"
+            fine,
+            [cycle.floor for cycle in cycles],
+            color=BLACK,
+            linestyle="-.",
+            label="the same, best constants there can be",
+        )
+        line.loglog(fine, [cycle.rate for cycle in cycles], color=BLUE, linestyle="--", label="slowest multiplier")
+        line.loglog(
+            fine, [cycle.lyapunov for cycle in cycles], color=ORANGE, linestyle=":", label="$V_a$ from step to step"
         )
         line.axhline(1.0, color=GUIDE, linewidth=1.0)
         line.axvline(paper.adaptation_gain, color=GUIDE, linewidth=0.7)
         line.set(xlabel="γ", ylabel="factor per step")
         line.set_title("(a) On the limit cycle, K₁ = 5, K₂ = 12")
-        line.set_ylim(None, 1e3)
+        line.set_ylim(None, 500.0)
         line.legend(loc="upper right")
         _draw_plane(plane, grid, rows, planes)
         for axes, kind, values in ((gammas, "gamma", GAMMAS), (scales, "scale", SCALES)):
@@ -262,12 +282,12 @@ def _draw_plane(
         np.array([[getattr(cycle, name) for cycle in row] for row in rows])
         for name in ("rate", "condition", "lyapunov")
     )
-    levels = [0.001, 0.01, 0.05, 0.1, 0.2, 0.5, 0.9, 1.0]
     axes.set(xscale="log", yscale="log", xlabel="γ", ylabel="K₁/5 = K₂/12")
     axes.set(xlim=grid[0][[0, -1]], ylim=grid[1][[0, -1]])  # first, for the labels' places are found on the page
-    lines = axes.contour(*grid, rate, levels=levels, colors=[BLUE], linewidths=0.9)
-    axes.clabel(lines, fontsize=7, fmt="%g")
+    axes.contourf(*grid, rate, levels=[1.0, np.inf], colors=[GUIDE], alpha=0.5)
     axes.contourf(*grid, condition, levels=[0.0, 1.0], colors=[VERMILLION], alpha=0.25)
+    lines = axes.contour(*grid, rate, levels=list(LEVELS), colors=[BLUE], linewidths=0.8)
+    axes.clabel(lines, fontsize=7, fmt="%g", manual=list(LEVELS.values()))
     axes.contour(*grid, lyapunov, levels=[1.0], colors=[ORANGE], linestyles=[":"], linewidths=1.6)
     fallen = [key for key, outcome in planes.items() if outcome != "finished"]
     axes.plot([key[0] for key in fallen], [key[1] for key in fallen], "kx", markersize=5, clip_on=False)
@@ -276,6 +296,7 @@ def _draw_plane(
     axes.legend(
         handles=[
             Line2D([], [], color=BLUE, label="slowest multiplier"),
+            Line2D([], [], color=GUIDE, alpha=0.5, linewidth=7, label="limit cycle unstable"),
             Line2D([], [], color=VERMILLION, alpha=0.35, linewidth=7, label="(24) holds"),
             Line2D([], [], color=ORANGE, linestyle=":", label="$V_a$ falls from step to step above"),
             Line2D([], [], color=BLACK, marker="x", linestyle="none", label="fell on mixed, not re-planned"),

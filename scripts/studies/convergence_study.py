@@ -7,6 +7,7 @@ timesteps nor a foot, and its own error is below 1e-9. Some two minutes. The res
 """
 
 import math
+import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from unittest import mock
 import click
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
@@ -26,6 +28,7 @@ import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
 from mjbiped.engines.mujoco import ground, options, scene, simulation
 from mjbiped.plotting import style as plot_style
+from mjbiped.plotting.panels import legend_below
 from mjbiped.records import measures
 from scripts.pages import write_table
 
@@ -123,35 +126,33 @@ def orders(values: Sequence[float], found: NDArray[np.float64]) -> list[float]:
 
 def draw(path: Path, studies: Sequence["Study"]) -> None:
     """All studies, log-log, with the orders of the errors that have one."""
+    shown = 100.0 * np.concatenate([np.abs(study.found).ravel() for study in studies])
+    shown = shown[np.isfinite(shown) & (shown > 0.0)]
     with plot_style.styled():
-        figure = plot_style.new_figure(4.6)
+        figure = plot_style.new_figure(4.9)
         panels = figure.subplots(1, len(studies), sharey=True)
         for letter, axes, study in zip("abc", panels, studies, strict=True):
             draw_study(axes, study)
             axes.set_title(f"({letter}) {study.title}")
-        panels[0].set(ylabel="error (%)")
+        panels[0].set(ylabel="error (%)", ylim=(0.6 * shown.min(), 1.7 * shown.max()))
+        handles, names = panels[0].get_legend_handles_labels()
+        handles.append(Line2D([], [], color=plot_style.GUIDE, linewidth=0.6))
+        legend_below(figure, handles, [*names, "in proportion to what is varied"])
     plot_style.save_figure(figure, path)
 
 
 def draw_study(axes: Axes, study: "Study") -> None:
-    """One study, with lines of first order to hold the eye to."""
-    symbol, values = study.symbol, study.values
-    for name, style, slope, column in zip(ERRORS, STYLES, orders(values, study.found), study.found.T, strict=True):
-        text = f"{name}:  ${symbol}^{{{slope:.1f}}}$" if math.isfinite(slope) else name
-        axes.loglog(values, 100.0 * np.abs(column), label=text, linewidth=1.1, markersize=4.5, **style)
+    """One study, with lines of first order to hold the eye to; the fitted orders stand below."""
+    values, fitted = study.values, orders(study.values, study.found)
+    for name, style, column in zip(ERRORS, STYLES, study.found.T, strict=True):
+        label = name.replace("c_mt", plot_style.C_MT)
+        axes.loglog(values, 100.0 * np.abs(column), label=label, linewidth=1.1, markersize=4.5, **style)
     ends = np.array([min(values), max(values)])
     for height in (2e-1, 2e1):
         axes.loglog(ends, height * ends / ends[1], color=plot_style.GUIDE, linewidth=0.6, zorder=0)
-    axes.annotate(
-        f"thin lines: error ∝ ${symbol}$",
-        (0.97, 0.02),  # the corner that rising curves leave free
-        xycoords="axes fraction",
-        ha="right",
-        fontsize=7.5,
-        color=plot_style.SHADE,
-    )
-    axes.set(xlabel=study.label, ylim=(1e-4, 5e3))
-    axes.legend(loc="upper left", title=f"error: fitted power of ${symbol}$", title_fontsize=8.0)
+    powers = [f"{name} {slope:.1f}" for name, slope in zip(ERRORS, fitted, strict=True) if math.isfinite(slope)]
+    text = f"fitted powers of ${study.symbol}$: {'; '.join(powers)}" if powers else "no error falls all the way"
+    axes.set_xlabel("\n".join([study.label, *textwrap.wrap(text, 46)]))
 
 
 @dataclass(frozen=True)
@@ -212,7 +213,7 @@ def main(steps: int, rough_steps: int, plot: Path | None, page: Path | None) -> 
             "timestep",
             "Timestep",
             "timestep s",
-            "timestep h (s);\nfoot 0.01 mm, contact step 10 µs",
+            "timestep $h$ (s);\nfoot 0.01 mm, contact step 10 µs",
             "h",
             TIMESTEPS,
             errors_of["timestep"],
@@ -230,7 +231,7 @@ def main(steps: int, rough_steps: int, plot: Path | None, page: Path | None) -> 
             "radius",
             "Foot radius",
             "foot radius m",
-            "foot radius r (m);\ntimestep 1 ms, contact step 10 µs",
+            "foot radius $r$ (m);\ntimestep 1 ms, contact step 10 µs",
             "r",
             RADII,
             errors_of["radius"],

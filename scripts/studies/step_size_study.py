@@ -21,6 +21,9 @@ import click
 import mujoco
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
@@ -32,6 +35,7 @@ from mjbiped.engines.mujoco import run, step_size
 from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.plotting import style as plot_style
+from mjbiped.plotting.panels import legend_below
 from mjbiped.records import measures
 from scripts.benchmarks.benchmark import machine
 from scripts.benchmarks.timing import Case, Timing, interleaved
@@ -123,6 +127,24 @@ STYLES: Mapping[str, Mapping[str, Any]] = {
     CONTACT: {"color": plot_style.GREEN, "linestyle": (0, (1.5, 1.2)), "marker": "^"},
     OPTIONS: {"color": plot_style.BLACK, "linestyle": "none", "marker": "x"},
 }
+
+SIDES = (
+    ((7, 0), "left", "center"),
+    ((0, -7), "center", "top"),
+    ((0, 7), "center", "bottom"),
+    ((-7, 0), "right", "center"),
+    ((6, -6), "left", "top"),
+    ((6, 6), "left", "bottom"),
+    ((-6, -6), "right", "top"),
+    ((0, -17), "center", "top"),
+    ((8, 9), "left", "bottom"),
+    ((8, -9), "left", "top"),
+    ((-8, -9), "right", "top"),
+    ((-8, 9), "right", "bottom"),
+    ((0, 17), "center", "bottom"),
+    ((18, 0), "left", "center"),
+)
+"""Where a name may stand beside its mark, points, the first that is free."""
 
 
 @dataclass(frozen=True)
@@ -287,66 +309,91 @@ def draw(path: Path, found: Mapping[Setting, Mapping[str, Errors]], speed: Mappi
     with plot_style.styled():
         figure = plot_style.new_figure(5.0)
         left, right = figure.subplots(1, 2, sharey=True)
+        left.axvline(100.0 * WANTED_ERROR, color=plot_style.GUIDE, linewidth=0.9)
+        text = f"wanted: {100.0 * WANTED_ERROR:g} %"
+        plot_style.note_at(left, text, 100.0 * WANTED_ERROR, 0.02, (3, 0), color=plot_style.SHADE)
         for axes, attribute, label in (
             (left, "impact", "worst error of an impact (%)"),
-            (right, "cost", "worst error of c$_{mt}$ (%)"),
+            (right, "cost", f"worst error of {plot_style.C_MT} (%)"),
         ):
             worst = {s: 100.0 * np.nanmax([getattr(e, attribute) for e in found[s].values()]) for s in SETTINGS}
             draw_panel(axes, worst, speed)
             axes.set(xlabel=label)
-        left.axvline(100.0 * WANTED_ERROR, color=plot_style.GUIDE, linewidth=0.9)
-        left.annotate(
-            f"{100.0 * WANTED_ERROR:g} %",
-            (100.0 * WANTED_ERROR, 0.02),
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            xytext=(3, 0),
-            color=plot_style.SHADE,
-            fontsize=8.0,
-        )
         left.set(ylabel="× real time on one core, level ground\n(median; thin lines up to the best repetition)")
         left.set_title("(a) Impacts against the impact map")
         right.set_title("(b) Cost of transport against the hybrid engine")
-        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+        legend_below(figure, *left.get_legend_handles_labels())
     plot_style.save_figure(figure, path)
 
 
 def draw_panel(axes: Axes, worst: Mapping[Setting, float], speed: Mapping[Setting, Speed]) -> None:
     """One error, a line per family, each setting with its step length (of the contact step, where that is varied)."""
+    notes: list[tuple[float, float, str, str]] = []
     for family, style in STYLES.items():
         members = [s for s in SETTINGS if s.family == family]
         if family == CONTACT:
             default = next(s for s in SETTINGS if s.family == LANDING and s.timestep == DEFAULT_TIMESTEP)
             members = sorted([*members, default], key=lambda s: s.contact_timestep)
         x, y = [worst[s] for s in members], [float(np.median(speed[s].walk)) for s in members]
-        label = (
-            f"{family}: A 100 µs;  B implicitfast;  C pyramidal;  D pyramidal, 100 µs" if family == OPTIONS else family
-        )
+        label = family
+        if family == OPTIONS:
+            label = "; ".join(
+                (f"{family}:", *(f"{letter} {other(s)}" for letter, s in zip("ABCD", members, strict=True)))
+            )
         axes.vlines(x, y, [speed[s].walk.max() for s in members], color=style["color"], linewidth=0.7)
-        axes.loglog(x, y, label=label, markersize=5.0, linewidth=1.1, **style)
+        axes.loglog(x, y, label=label.replace(":;", ":"), markersize=5.0, linewidth=1.1, **style)
         for setting, place in zip(members, zip(x, y, strict=True), strict=True):
             if family == CONTACT and setting.family == LANDING:
                 continue
-            label, offset, side = f"{1e3 * setting.timestep:g} ms", (7, -9), "left"
             if family == CONTACT:
-                label, offset, side = f"{1e6 * setting.contact_timestep:g} µs", (0, 7), "center"
-            if family == OPTIONS:
-                label, offset, side = "ABCD"[members.index(setting)], (0, -12), "center"
-            axes.annotate(
-                label, place, textcoords="offset points", xytext=offset, fontsize=7.5, color=style["color"], ha=side
-            )
+                notes.append((*place, f"{1e6 * setting.contact_timestep:g} µs", style["color"]))
+            elif family == OPTIONS:
+                notes.append((*place, "ABCD"[members.index(setting)], style["color"]))
+            else:
+                notes.append((*place, f"{1e3 * setting.timestep:g} ms", style["color"]))
     axes.axhline(WANTED_SPEED, color=plot_style.GUIDE, linewidth=0.9)
-    axes.annotate(
-        f"{WANTED_SPEED:g} ×",
-        (0.99, WANTED_SPEED),
-        xycoords=("axes fraction", "data"),
-        ha="right",
-        textcoords="offset points",
-        xytext=(0, 3),
-        color=plot_style.SHADE,
-        fontsize=8.0,
-    )
+    wanted = {"color": plot_style.SHADE, "ha": "right", "xycoords": ("axes fraction", "data")}
+    plot_style.note_at(axes, f"wanted: {WANTED_SPEED:g} ×", 0.87, WANTED_SPEED, (0, 3), **wanted)
     axes.set_ylim(6.0, 1000.0)
+    axes.margins(x=0.12)
+    write_apart(axes, notes)
+
+
+def other(setting: Setting) -> str:
+    """What a setting has beside its timestep that the default has not."""
+    contact = f"contact step {1e6 * setting.contact_timestep:g} µs"
+    return " and ".join(
+        filter(None, (setting.changed, contact if setting.contact_timestep != DEFAULT_CONTACT_TIMESTEP else ""))
+    )
+
+
+def write_apart(axes: Axes, notes: Sequence[tuple[float, float, str, str]]) -> None:
+    """Name places on logarithmic axes: (x, y, name, colour) each, where it covers least of marks, names and lines."""
+    figure: Any = axes.figure
+    figure.draw_without_rendering()
+    places = [axes.transData.transform(note[:2]) for note in notes]
+    marks = [Bbox([place - 5.0, place + 5.0]) for place in places]
+    taken = [*marks, *(text.get_window_extent() for text in axes.texts)]
+    lines = np.concatenate([along(line) for line in axes.lines if line.get_linestyle() != "None"])
+    for x, y, name, color in notes:
+        tried: list[tuple[int, int, Text, Bbox]] = []
+        for offset, ha, va in SIDES:
+            plot_style.note_at(axes, name, x, y, offset, xycoords="data", color=color, ha=ha, va=va)
+            box = axes.texts[-1].get_window_extent().padded(1.5)
+            covered = 100 * sum(box.overlaps(other) for other in taken) + box.count_contains(lines)
+            tried.append((covered, len(tried), axes.texts[-1], box))
+        best = min(tried, key=lambda each: each[:2])
+        for each in tried:
+            if each is not best:
+                each[2].remove()
+        taken.append(best[3])
+
+
+def along(line: Line2D) -> NDArray[np.float64]:
+    """Points of a line, pixel by pixel or so."""
+    ends = line.get_transform().transform(line.get_xydata())
+    steps = np.linspace(0.0, 1.0, 200)[:, None, None]
+    return np.reshape(ends[:-1] * (1.0 - steps) + ends[1:] * steps, (-1, 2))
 
 
 def tabulate(page: Path | None, name: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -19,6 +19,7 @@ import mujoco
 import pytest
 from click.testing import Result
 from command_line import run
+from PIL import Image
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassivityController
@@ -31,6 +32,7 @@ from mjbiped.errors import RenderError
 from mjbiped.plotting import comparison as plot_comparison
 from mjbiped.plotting import style as plot_style
 from mjbiped.plotting import walk as plots
+from mjbiped.plotting import width as plot_width
 from mjbiped.records import measures, recorder
 from mjbiped.records.record import Walk
 from mjbiped.rendering import gl, video
@@ -408,6 +410,17 @@ def test_a_controller_that_fails_keeps_the_walk_so_far(tmp_path: Path, monkeypat
 
 
 # ---- drawings that fail ----------------------------------------------------------------------------------------------
+
+
+def test_a_plot_is_as_wide_as_asked_for(record: Path, tmp_path: Path) -> None:
+    plot = tmp_path / "narrow.png"
+    assert run("render", record, "--no-video", "--plot", plot, "--plot-width", "single").exit_code == 0
+    with Image.open(plot) as picture:
+        assert picture.width == 560  # 3.5 in of 160 dots
+    assert plot_width.width() is plot_width.WIDTHS["page"]
+    assert_refused(run("render", record, "--plot-width", "column"), "'page', 'double', 'single'")
+    for command in ("sweep", "reproduce", "walk", "compare", "gait", "bifurcation", "basin", "stability"):
+        assert "--plot-width [page|double|single]" in run(command, "--help").stdout
 
 
 def test_a_failed_plot_leaves_record_and_video(

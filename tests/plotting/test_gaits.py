@@ -43,10 +43,25 @@ def test_bifurcation(diagram: BifurcationDiagram, cascade: Cascade, tmp_path: Pa
     shown = labels(figure)
     for text in ("slope (°)", "step length (m)", "period 2: 2.7284°", "period 4: 3.2986°", "first fall on 3.60°"):
         assert text in shown
-    points = figure.get_axes()[0].lines[0]
-    # every step kept, on its slope
-    assert np.size(points.get_xdata()) == diagram.step_lengths.size
-    np.testing.assert_array_equal(points.get_ydata(), diagram.step_lengths.ravel())
+    # every step kept, on its slope: those of periodic walking, and behind them the others
+    others, periodic = (np.asarray(line.get_xydata()) for line in figure.get_axes()[0].lines[:2])
+    assert len(periodic) == np.count_nonzero(diagram.counts()) * diagram.step_lengths.shape[1]
+    slopes = np.repeat(np.degrees(diagram.slopes), diagram.step_lengths.shape[1])
+    kept = np.column_stack([slopes, diagram.step_lengths.ravel()])
+    np.testing.assert_array_equal(np.sort(np.concatenate([others, periodic]), axis=0), np.sort(kept, axis=0))
+
+
+def test_the_unstable_gait_of_period_one_begins_at_its_onset(diagram: BifurcationDiagram, cascade: Cascade) -> None:
+    """And goes on beyond both ends of the magnified panel."""
+    onset = cascade.branches[0].doubling
+    assert onset is not None
+    whole, magnified = (axes.lines[2] for axes in plot_bifurcation(diagram, cascade).get_axes())
+    for line in (whole, magnified):
+        points = np.asarray(line.get_xydata())
+        assert points[0].tolist() == [math.degrees(onset.slope), onset.step_lengths[0]]
+    assert magnified.axes is not None
+    low, high = magnified.axes.get_xlim()
+    assert points[0, 0] < low < high < points[-1, 0]
 
 
 def test_bifurcation_without_a_cascade(robot: Compass) -> None:
@@ -61,8 +76,7 @@ def test_multipliers(cascade: Cascade, tmp_path: Path) -> None:
     shown = np.array([line.get_ydata() for line in magnitudes.lines[:3]])
     gaits = cascade.branches[0].gaits
     np.testing.assert_array_equal(shown.max(axis=0), [abs(gait.multipliers).max() for gait in gaits])
-    legend = magnitudes.get_legend()
-    assert legend is not None
+    (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["period 1", "period 2"]
     with pytest.raises(InputError, match="at least two"):
         plot_multipliers([gaits[:1]])

@@ -16,7 +16,7 @@ import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.analysis.replay import recorded_controller, transitions
 from mjbiped.errors import InputError, RenderError
-from mjbiped.plotting.style import PLANNED
+from mjbiped.plotting.style import ANKLE, C_MT, ESTIMATE, HIP, HYBRID, MUJOCO, PLANNED, STANCE, SWING, TRUTH
 from mjbiped.plotting.timelapse import outline, rows_of
 from mjbiped.plotting.walk import plot_gait, plot_walk
 from mjbiped.records.record import Walk
@@ -85,15 +85,33 @@ def test_a_walk_has_all_panels_with_units(walk: Walk) -> None:
     for unit in ("x (m)", "z (m)", "slope (°)", "torque (N m)", "time (s)", "angle (rad)", "rate (rad/s)"):
         assert unit in labels(figure)
     titles = " ".join(axes.get_title(loc="left") for axes in figure.axes)
-    assert all(f"({letter})" in titles for letter in "abcd")
-    title = figure.get_suptitle()
+    assert all(f"({letter})" in titles for letter in "abcde")
+    title = figure.get_suptitle().replace("\n", " ")
     assert "segments (2 segments)" in title
     assert "finished after 3 steps" in title
-    assert f"c_mt {walk.cost_of_transport:.4f}" in title
+    assert f"{C_MT} {walk.cost_of_transport:.4f}" in title
     assert f"{walk.peak_torque[1]:.2f} (hip)" in title
     texts = [text.get_text() for text in figure.axes[0].texts]
     assert "−20 mm  2.0°" in texts
     assert_nothing_cut_off(figure)
+
+
+def test_a_colour_means_one_thing(walk: Walk) -> None:
+    looks = {
+        "stance leg": STANCE,
+        "swing leg": SWING,
+        "estimate": ESTIMATE,
+        "true, under the stance foot": TRUTH,
+        "ankle": ANKLE,
+        "hip": HIP,
+        "re-planned reference": PLANNED,
+    }
+    assert len({look["color"] for look in (*looks.values(), MUJOCO, HYBRID)}) == len(looks) + 2
+    drawn = [(str(line.get_label()), line.get_color()) for axes in plot_walk(walk).axes for line in axes.lines]
+    assert {name for name, _ in drawn} >= set(looks)
+    for name, color in drawn:
+        if name in looks:
+            assert color == looks[name]["color"], name
 
 
 def test_the_estimate_is_left_out_where_there_is_none(walk: Walk, fallen: Walk) -> None:
@@ -108,7 +126,7 @@ def test_a_fall_without_a_touchdown(fallen: Walk) -> None:
     assert (fallen.steps, fallen.outcome) == (0, "fell")
     figure = plot_walk(fallen)
     assert "fell after 0 steps" in figure.get_suptitle()
-    assert "c_mt none" in figure.get_suptitle()
+    assert f"{C_MT} none" in figure.get_suptitle()
     assert "fell" in [text.get_text() for text in figure.axes[0].texts]
     assert_nothing_cut_off(figure)
 
@@ -166,7 +184,7 @@ def test_the_outline_has_both_ends_of_a_step() -> None:
 
 def test_a_gait(gait: mjbiped.Gait) -> None:
     figure = plot_gait(gait)
-    assert f"{gait.period:.4f} s" in figure.get_suptitle()
+    assert f"{gait.period:.4f}\u00a0s" in figure.get_suptitle()
     cycle, circle = figure.axes
     assert "(rad)" in cycle.get_xlabel()
     message = circle.texts[0].get_text()

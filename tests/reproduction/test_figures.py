@@ -32,7 +32,7 @@ def walks() -> list[mjbiped.Walk]:
 def test_figure_5_has_a_row_for_each_gamma_and_a_curve_for_each_walk(walks: list[mjbiped.Walk], tmp_path: Path) -> None:
     curves = {(3.0, True): walks[0], (3.0, False): walks[1], (-3.0, True): walks[1], (-3.0, False): walks[0]}
     figure = plot_figure_5(dict.fromkeys((0.3, 3.0), curves), tmp_path / "five.png")
-    assert [axes.get_title(loc="left") for axes in figure.axes] == ["γ = 0.3", "γ = 3"]
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a) γ = 0.3", "(b) γ = 3"]
     for axes in figure.axes:
         lines = {line.get_label(): line for line in axes.lines}
         for (start, update), walk in curves.items():
@@ -58,7 +58,8 @@ def test_figure_5_has_the_truth_of_each_ground_that_was_walked(walks: list[mjbip
 
 def test_figure_6_names_the_greatest_torque(walks: list[mjbiped.Walk], tmp_path: Path) -> None:
     figure = plot_figure_6({0.8: walks[0], None: walks[1]}, tmp_path / "six.pdf")
-    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    titles = [axes.get_title(loc="left").replace("\u00a0", " ") for axes in figure.axes]
+    assert [title[:4] for title in titles] == ["(a) ", "(b) ", "(c) ", "(d) "]
     assert f"{max(walks[0].peak_torque):.1f} N m" in titles[1]
     assert "no re-planning" in titles[2]
     low, high = figure.axes[1].get_ylim()

@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from string import ascii_lowercase
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
-from mjbiped.plotting.style import ANKLE, BLACK, BLUE, GUIDE, HIP, ORANGE, STANCE, TRUTH, drawn
+from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
+from mjbiped.plotting.style import ANKLE, BLACK, C_MT, ESTIMATE, GUIDE, HIP, HYBRID, MUJOCO, TRUTH, drawn
+from mjbiped.plotting.width import width
 from mjbiped.records.record import Walk
 from mjbiped.reproduction.published import TABLE_3
 from mjbiped.reproduction.report.markdown import ENGINES
@@ -20,9 +24,11 @@ from mjbiped.reproduction.rows import Row
 
 _SHOWN = 16.0  # s of Fig. 5
 _STARTS = ({"linestyle": (0, (5, 1.5)), "linewidth": 1.6}, {"linestyle": "-", "linewidth": 1.0})
+_WITHOUT = {**ESTIMATE, "color": "#8FD3BF"}
+"""The estimate, paler."""
 _ENGINE_LOOKS = {
-    "hybrid": {"color": BLUE, "marker": "s", "markersize": 5.5, "linestyle": "-", "markerfacecolor": "white"},
-    "mujoco": {"color": ORANGE, "marker": "x", "markersize": 5.0, "linestyle": (0, (1.5, 1.2))},
+    "hybrid": {**HYBRID, "marker": "s", "markersize": 5.5, "linestyle": "-", "markerfacecolor": "white"},
+    "mujoco": {**MUJOCO, "marker": "x", "markersize": 5.0, "linestyle": (0, (1.5, 1.2))},
 }
 _PAPER_LOOK = {"color": BLACK, "marker": "o", "markersize": 4.0, "linestyle": (0, (4, 1.2))}
 
@@ -44,25 +50,23 @@ def plot_figure_5(walks: Mapping[float, Mapping[tuple[float, bool], Walk]], path
     """
     first = next(iter(next(iter(walks.values())).values()))
     with drawn(path) as figure:
-        figure.set_figheight(0.9 + 1.65 * len(walks))
-        figure.suptitle(_caption("Fig. 5", first), fontsize=9.5, x=0.01, ha="left")
+        figure.set_figheight(0.9 + 1.65 * len(walks) + head(figure, _caption("Fig. 5", first)))
         grid = figure.subplots(len(walks), 1, sharex=True, sharey=True, squeeze=False)
-        for (axes,), (gain, curves) in zip(grid, walks.items(), strict=True):
+        for letter, (axes,), (gain, curves) in zip(ascii_lowercase, grid, walks.items(), strict=False):
             styles = dict(zip(sorted({start for start, _ in curves}), _STARTS, strict=True))
             for (start, update), walk in sorted(curves.items()):  # those with the update over those without
                 name = f"{'with' if update else 'without'} the update (27), from {start:+g}°".replace("-", "−")
                 shown = walk.samples["time"] <= _SHOWN
                 estimate = np.degrees(walk.samples["slope_estimate"][shown])
-                color = BLUE if update else ORANGE
+                color = (ESTIMATE if update else _WITHOUT)["color"]
                 axes.plot(walk.samples["time"][shown], estimate, label=name, color=color, **styles[start])
             # a walk that lands on the other side of an edge has another truth there
             truths = {tuple(walk.touchdowns["slope"].round(6).tolist()): walk for walk in curves.values()}
             for number, walk in enumerate(truths.values()):
                 _draw_truth(axes, walk, named=number == 0)
             axes.set(ylabel="slope (°)", xlim=(0.0, _SHOWN))
-            axes.set_title(f"γ = {gain:g}")
-        handles, names = grid[0, 0].get_legend_handles_labels()
-        figure.legend(handles, names, loc="outside lower center", ncols=3)
+            titled(axes, letter, f"γ = {gain:g}")
+        legend_below(figure, *grid[0, 0].get_legend_handles_labels())
         grid[-1, 0].set_xlabel("time (s)")
     return figure
 
@@ -82,25 +86,29 @@ def plot_figure_6(walks: Mapping[float | None, Walk], path: str | Path | None = 
         RenderError: The file cannot be written.
     """
     with drawn(path) as figure:
-        figure.set_figheight(0.6 + 1.9 * len(walks))
-        figure.suptitle(_caption("Fig. 6", next(iter(walks.values()))), fontsize=9.5, x=0.01, ha="left")
-        grid = figure.subplots(len(walks), 2, sharex=True, sharey="col", squeeze=False)
+        across = width().beside(2)
+        caption = _caption("Fig. 6", next(iter(walks.values())))
+        figure.set_figheight(0.4 + 1.9 * len(walks) * (2 // across) + head(figure, caption))
+        grid = figure.subplots(2 * len(walks) // across, across, sharex=True, squeeze=False).reshape(-1, 2)
+        letters = iter(ascii_lowercase)
         for (slopes, torques), (delay, walk) in zip(grid, walks.items(), strict=True):
+            slopes.sharey(grid[0, 0])
+            torques.sharey(grid[0, 1])
             time = walk.samples["time"]
             name = "no re-planning" if delay is None else f"ζ = {delay:g}"
-            slopes.plot(time, np.degrees(walk.samples["slope_estimate"]), label="estimate", **STANCE)
+            slopes.plot(time, np.degrees(walk.samples["slope_estimate"]), label="estimate", **ESTIMATE)
             _draw_truth(slopes, walk)
             slopes.set(ylabel="slope (°)", xlim=(0.0, float(time[-1])))
-            slopes.set_title(f"Slope estimate, {name}")
+            titled(slopes, next(letters), f"Slope estimate, {name}")
             for joint, (label, style) in enumerate((("ankle", ANKLE), ("hip", HIP))):
                 torques.plot(time, walk.samples["torque"][:, joint], label=label, **style)
             torques.set(ylabel="torque (N m)")
             peak = max(float(value) for value in walk.peak_torque)
-            torques.set_title(f"Joint torque, {name}: greatest {peak:.1f} N m")
+            titled(torques, next(letters), f"Torque, {name}: greatest {peak:.1f}\u00a0N\u00a0m")
         named = [dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True)) for axes in grid[0]]
         handles = named[0] | named[1]
-        figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=len(handles))
-        for axes in grid[-1]:
+        legend_below(figure, list(handles.values()), list(handles))
+        for axes in grid[-1][2 - across :]:
             axes.set_xlabel("time (s)")
     return figure
 
@@ -121,10 +129,13 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
     """
     zetas = [zeta for zeta in TABLE_3 if zeta is not None]
     with drawn(path) as figure:
-        figure.set_figheight(6.0)
-        grid = figure.subplots(2, 2, sharex=True)
+        across = width().beside(2)
+        figure.set_figheight(0.4 + 2.8 * (4 // across))
+        order: Any = "C" if across == 2 else "F"  # below each other, those of one ground stand together
+        grid = figure.subplots(4 // across, across, sharex=True, squeeze=False).reshape(2, 2, order=order)
+        letters = np.array(list("abcd")).reshape(2, 2, order=order)
         for column, (ground, title) in enumerate((("mixed", "our mixed ground"), ("found", "the ground found"))):
-            for place, (axes, what) in enumerate(zip(grid[:, column], ("greatest torque (N m)", "c_mt"), strict=True)):
+            for place, (axes, what) in enumerate(zip(grid[:, column], ("greatest torque (N m)", C_MT), strict=True)):
                 _draw_over_zeta(axes, "paper", [TABLE_3[z][place] for z in zetas], TABLE_3[None][place], _PAPER_LOOK)
                 for engine in ENGINES:
                     walks = walks_of(rows, ground, engine)
@@ -139,10 +150,11 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
                 axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
                 axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
                 axes.yaxis.set_minor_locator(NullLocator())
-                axes.set_title(f"{what[0].upper()}{what[1:]}, {title}" if place == 0 else f"c_mt, {title}")
-        for axes in grid[-1]:
+                name = ("Greatest torque", "Cost of transport")[place]
+                titled(axes, letters[place, column], f"{name}, {title}")
+        for axes in grid[-1][2 - across :]:
             axes.set_xlabel("ζ;  horizontal lines: no re-planning")
-        grid[0, 0].legend(loc="upper right")
+        legend_below(figure, *grid[0, 0].get_legend_handles_labels())
     return figure
 
 
@@ -170,4 +182,6 @@ def _caption(figure: str, walk: Walk) -> str:
     gains = f"K₁ = {law['position_gain']:g}, K₂ = {law['velocity_gain']:g}"
     slope = math.degrees(law["gait"]["slope"])
     engine = ENGINES[walk.settings["engine"]]
-    return f"{figure}: {walk.terrain.caption}, from rest, {gains}, imitated slope {slope:g}°, {engine} engine"
+    return plain(
+        wrapped(f"{figure}: {walk.terrain.caption}, from rest, {gains}, imitated slope {slope:g}°, {engine} engine")
+    )

@@ -1,0 +1,105 @@
+"""Titles and legends of panels, which fit whatever the width of the figure is."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from typing import Any
+
+from matplotlib.axes import Axes
+
+from mjbiped.plotting.style import C_MT
+from mjbiped.plotting.width import width
+
+_MARGIN = 0.62  # inches beside a panel, for the labels of its vertical axis
+_PIXELS = 1.04
+_GAP = 0.1  # between a title and a legend beside it, inches
+_AS_WIDE = "\ue000" * 3  # stands for c_mt while lines are broken
+
+
+def plain(text: str) -> str:
+    """A text of somebody else, a file's name say, that matplotlib shall not read as a formula."""
+    return text.replace("$", r"\$")
+
+
+def wrapped(text: str, *, lines: int | None = None) -> str:
+    """A text in lines as wide as the figure, at most so many, without empty ones."""
+    return _broken(text, width().letters(), lines)
+
+
+def labelled(axes: Axes, text: str) -> None:
+    """Label the horizontal axis of a panel that is as wide as the figure, in lines that fit."""
+    axes.set_xlabel(_broken(text, width().letters(_MARGIN)))
+
+
+def _broken(text: str, letters: int, lines: int | None = None) -> str:
+    """A text in lines of so many letters; the cost of transport is not broken, and counts as wide as it is drawn."""
+    parts = textwrap.wrap(text.replace(C_MT, _AS_WIDE), letters, max_lines=lines, placeholder=" ...")
+    return "\n".join(parts).replace(_AS_WIDE, C_MT)
+
+
+def head(figure: Any, text: str) -> float:
+    """Write above the panels who walked where, in small letters; the height that it takes, inches."""
+    figure.suptitle(text, fontsize=width().font, x=0.01, ha="left", linespacing=1.4)
+    return 1.4 * width().font / 72.0 * (1 + text.count("\n"))
+
+
+def titled(axes: Axes, letter: str, words: str) -> None:
+    """Give a panel its letter and its title, in lines that fit."""
+    title = axes.set_title(f"({letter}) {words}" if letter else words)
+    wide = _inches(title)
+    if wide > _room(axes):
+        lines = title.get_text().split("\n")
+        longest = max(map(len, lines))
+        fitting = max(10, int(longest * _room(axes) / wide))
+        title.set_text("\n".join("\n".join(textwrap.wrap(line, fitting, break_long_words=False)) for line in lines))
+
+
+def legend_above(axes: Axes, **settings: Any) -> None:
+    """A legend above a titled panel, at its right; the title stands above it where both do not fit beside each other.
+
+    Args:
+        axes: The panel.
+        **settings: As matplotlib's `legend` takes them.
+    """
+    columns = 9
+    while True:
+        legend = axes.legend(
+            loc="lower right",
+            ncols=columns,
+            bbox_to_anchor=(1.0, 1.0),
+            borderaxespad=0.0,
+            columnspacing=1.2,
+            **settings,
+        )
+        columns = min(columns, len(legend.get_texts())) - 1
+        if columns < 1 or _inches(legend) < _room(axes):
+            break
+    title = axes.set_title(axes.get_title(loc="left"))
+    if _inches(title) + _GAP + _inches(legend) > _room(axes):
+        axes.set_title(title.get_text(), pad=72.0 * legend.get_window_extent().height / legend.figure.dpi)
+
+
+def legend_below(figure: Any, handles: Sequence[Any], names: Sequence[str] | None = None, **settings: Any) -> None:
+    """A legend under all panels, in as few lines as fit the figure's width."""
+    names = [handle.get_label() for handle in handles] if names is None else names
+    for columns in range(len(handles), 0, -1):
+        legend = figure.legend(handles, names, loc="outside lower center", ncols=columns, columnspacing=1.2, **settings)
+        if columns == 1 or _inches(legend) < 0.97 * width().inches:
+            return
+        legend.remove()
+
+
+def _room(axes: Axes) -> float:
+    """The width of a panel of the grid, inches, about."""
+    share, spec = 1.0, axes.get_subplotspec()
+    if spec is not None:
+        grid = spec.get_gridspec()
+        ratios: Any = grid.get_width_ratios() or [1.0] * grid.ncols
+        share = sum(ratios[column] for column in spec.colspan) / sum(ratios)
+    return float(share * width().inches - _MARGIN)
+
+
+def _inches(artist: Any) -> float:
+    """How wide it is drawn, with what letters gain where they are fitted to coarser pixels."""
+    return float(_PIXELS * artist.get_window_extent().width / artist.figure.dpi)

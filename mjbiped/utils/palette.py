@@ -1,0 +1,13 @@
+"""The colours of figures and videos, which colour-blind eyes tell apart: those of M. Okabe and K. Ito (2002)."""
+
+BLUE, ORANGE, VERMILLION, GREEN, BLACK = "#0072B2", "#E69F00", "#D55E00", "#009E73", "#000000"
+PURPLE, SKY = "#CC79A7", "#56B4E9"
+
+ANKLE, HIP, ESTIMATE = PURPLE, VERMILLION, GREEN
+"""Torques of the joints, and the slope estimate, wherever they are drawn."""
+
+
+def rgb(colour: str) -> tuple[float, float, float]:
+    """Red, green and blue from 0 to 1 of a colour written as "#D55E00"."""
+    red, green, blue = (int(colour[place : place + 2], 16) / 255.0 for place in (1, 3, 5))
+    return red, green, blue
