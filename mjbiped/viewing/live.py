@@ -141,6 +141,8 @@ class LiveWalk(Source):
             mujoco.mjv_applyPerturbForce(simulation.model, data, self._perturbation)
         try:
             next(self._steps, None)
+            if simulation.over:
+                next(self._steps, None)  # it takes in the last touchdown, and its callbacks away
         except LawError:
             raise
         except Exception as error:

@@ -38,10 +38,10 @@ KEYS: Mapping[str, Key] = {
     "pause": Key((32,), "Space", "pause, go on"),
     "slower": Key((264, 45), "Down, -", "half the speed"),
     "faster": Key((265, 61), "Up, +", "twice the speed"),
-    "forward": Key((262,), "Right", "0.01 s forward"),
     "back": Key((263,), "Left", "0.01 s back (records)"),
-    "next_touchdown": Key((46,), ".", "next touchdown"),
-    "last_touchdown": Key((44,), ",", "last touchdown (records)"),
+    "forward": Key((262,), "Right", "0.01 s forward"),
+    "last_touchdown": Key((44,), ", (comma)", "last touchdown (records)"),
+    "next_touchdown": Key((46,), ". (full stop)", "next touchdown"),
     "restart": Key((259,), "Backspace", "begin anew"),
     "next_seed": Key((257,), "Enter", "next random ground"),
     "help": Key((297,), "F8", "hide, show these keys"),
@@ -49,10 +49,10 @@ KEYS: Mapping[str, Key] = {
 """What the keys do; all others are those of MuJoCo's viewer."""
 
 MOUSE: Mapping[str, str] = {
-    "F, C, F1": "contact forces, points, MuJoCo's keys",
-    "drag, wheel": "turn, move, zoom",
     "double click": "choose a leg or the hip",
     "Ctrl+right drag": "push what is chosen",
+    "drag, wheel": "turn, move, zoom",
+    "F, C, F1": "contact forces, points, MuJoCo's keys",
 }
 """What the mouse does, and the keys of MuJoCo's viewer that matter here."""
 

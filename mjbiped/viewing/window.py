@@ -29,6 +29,7 @@ _FOV = 17.0  # degrees, as the scene's camera that follows the robot
 _DISTANCE, _AHEAD, _BELOW = 6.5, 0.3, 0.55  # of the camera, and where it looks, from the hip; in leg lengths
 _CALM = 0.35  # walk time over which the camera follows, s: half a step
 _FORCE = 0.3  # length of MuJoCo's arrow for a force of the robot's weight, in leg lengths
+_FORCE_WIDTH = 0.02  # of it, in leg lengths
 _PATIENCE = 5.0  # for the window to close, s
 
 
@@ -139,7 +140,9 @@ def _prepare(player: Player) -> None:
     """Set what a model says of its looks."""
     source, length = player.source, player.source.robot.leg_length
     source.model.vis.global_.fovy = _FOV
-    source.model.vis.map.force = _FORCE * length / source.robot.weight
+    # MuJoCo divides by the mean mass of bodies
+    source.model.vis.map.force = _FORCE * length / source.robot.weight * source.model.stat.meanmass
+    source.model.vis.scale.forcewidth = _FORCE_WIDTH * length / source.model.stat.meansize
 
 
 def _load(window: Any, player: Player) -> None:
@@ -184,7 +187,7 @@ def _write(window: Any, player: Player, moment: Moment, look: Look) -> None:
     small, grid = mujoco.mjtFontScale.mjFONTSCALE_100, mujoco.mjtGridPos
     texts = [(small, grid.mjGRID_BOTTOMRIGHT, *words.keys())] if player.helps else []
     if "caption" in look.elements:
-        texts.append((small, grid.mjGRID_TOPLEFT, *words.state(player, moment, look.elements)))
+        texts.append((small, grid.mjGRID_TOPRIGHT, *words.state(player, moment, look.elements)))
     news = words.news(player)
     if news:
         texts.append((small, grid.mjGRID_TOP, news, ""))

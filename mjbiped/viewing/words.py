@@ -6,13 +6,16 @@ import math
 import textwrap
 from collections.abc import Collection
 
+from mjbiped.errors import shortened
 from mjbiped.rendering.moments import Moment
+from mjbiped.terrain.terrain import Terrain
 from mjbiped.viewing.player import KEYS, MOUSE, Player
 
 Columns = tuple[str, str]
 """Names and values, or keys and what they do; a line each."""
 
 _SLOWER = 0.9  # of the speed that is asked for; what is reached below that is said
+_CAPTION = 36  # characters of a terrain's name
 _WIDTH = 60  # characters of a line of news
 
 
@@ -24,9 +27,8 @@ def state(player: Player, moment: Moment, elements: Collection[str]) -> Columns:
     elif player.reached < _SLOWER * player.speed:
         speed += f" (reached {player.reached:.2g} x)"
     lines = [
-        ("ground", plain(player.source.terrain.caption)),
-        ("time", f"{moment.time:.2f} s"),
-        ("step", f"{moment.step}"),
+        ("ground", _ground(player.source.terrain)),
+        ("time", f"{moment.time:.2f} s, step {moment.step}"),
         ("speed", speed),
         ("slope", f"{math.degrees(moment.slope):+.1f} deg"),
     ]
@@ -38,8 +40,6 @@ def state(player: Player, moment: Moment, elements: Collection[str]) -> Columns:
         lines += [("ankle torque (purple arc)", f"{ankle:+.1f} N m"), ("hip torque (green arc)", f"{hip:+.1f} N m")]
     if "force" in elements:
         lines.append(("ground force (black arrow)", f"{math.hypot(*moment.force):.0f} N"))
-    if "ghost" in elements and moment.reference is not None:
-        lines.append(("tracked posture", "grey"))
     names, values = zip(*lines, strict=True)
     return "\n".join(names), "\n".join(values)
 
@@ -55,6 +55,12 @@ def news(player: Player) -> str:
     source = player.source
     lines = [f"{source.ended} - Backspace begins anew"] if source.ended else []
     return "\n".join([*lines, *textwrap.wrap(source.news, _WIDTH)])
+
+
+def _ground(terrain: Terrain) -> str:
+    """The terrain's name, in short."""
+    seed = dict(terrain.parameters).get("seed")
+    return plain(shortened(terrain.caption, _CAPTION) if seed is None else f"{terrain.name}, seed {seed}")
 
 
 def plain(text: str) -> str:
