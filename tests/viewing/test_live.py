@@ -41,8 +41,8 @@ MIXED = mjbiped.Terrain.mixed()
 LONG = mjbiped.Terrain.from_segments([(0.05, 0.3 * (-1) ** n, 0.0) for n in range(3000)])  # more than one window
 
 
-def planned(controller: Controller, terrain: mjbiped.Terrain = MIXED, steps: int = STEPS) -> Plan:
-    return make_plan(Terms(Mujoco(), steps, None, None, None, ScuffingRule()), controller, terrain, "gait")
+def planned(controller: Controller, terrain: mjbiped.Terrain = MIXED, steps: int = STEPS, ground: str = "auto") -> Plan:
+    return make_plan(Terms(Mujoco(ground=ground), steps, None, None, None, ScuffingRule()), controller, terrain, "gait")
 
 
 def seen_to_its_end(live: LiveWalk) -> dict[str, np.ndarray]:
@@ -144,12 +144,13 @@ def test_a_push_changes_the_walk_and_landings_still_end_steps(controller: Adapti
     assert pushed["penetration"].max() < 5e-5
 
 
-def test_the_force_drawn_is_that_of_the_contacts(controller: AdaptiveController) -> None:
+@pytest.mark.parametrize("ground", ["heightfield", "boxes"])  # the foot is a contact's second geom, or its first
+def test_the_force_drawn_is_that_of_the_contacts(controller: AdaptiveController, ground: str) -> None:
     """Of the equations of motion it is known independently; contacts agree on it in the middle of a step."""
     from mjbiped.engines.mujoco.callbacks import posture
     from mjbiped.rendering.moments import ground_force
 
-    live = LiveWalk(planned(controller))
+    live = LiveWalk(planned(controller, ground=ground))
     live.go_to(1.0)
     live.moment()
     u = live.run.simulation.data.userdata
