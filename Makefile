@@ -42,7 +42,8 @@ test-slow: setup ## the long checks
 	$(BIN)/python -m pytest -n 2 -m slow
 
 test-viewer: setup ## the viewer's window on a screen in memory; installs that on Debian
-	@command -v Xvfb xdotool import >/dev/null || { apt-get update -q && apt-get install -qy xvfb xdotool imagemagick; }
+	@for tool in Xvfb xdotool import; do command -v $$tool >/dev/null || missing=1; done; \
+		test -z "$$missing" || { apt-get update -q && apt-get install -qy xvfb xdotool imagemagick; }
 	$(BIN)/python -m pytest -m viewer tests/viewing
 
 bench: setup ## measure the speed, some seventeen minutes: docs/performance.md

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING
 
-import mujoco
+if TYPE_CHECKING:  # the command line's help needs none of them
+    import mujoco
 
-from mjbiped.rendering.marks import Scales
-from mjbiped.rendering.moments import Moment
-from mjbiped.robots.compass import Compass
-from mjbiped.terrain.terrain import Terrain
+    from mjbiped.rendering.marks import Scales
+    from mjbiped.rendering.moments import Moment
+    from mjbiped.robots.compass import Compass
+    from mjbiped.terrain.terrain import Terrain
 
 
 class Source(ABC):
