@@ -74,24 +74,26 @@ def view(ctx: click.Context, /, what: str, **values: Any) -> None:
       mjbiped view walk.npz --hide ghost,traces
     """  # noqa: D301 (click reads the backspace)
     settings = taken(ctx, values, _VIEW)
-    from mjbiped.viewing.window import require_screen, view  # it is for this command alone
+    from mjbiped.viewing import words  # they are for this command alone
+    from mjbiped.viewing.window import require_screen, view
 
     if what.endswith(_RECORD):
         walks = [each for each in ctx.command.params if getattr(each, "section", _VIEW) != _VIEW]
         refuse(ctx, walks, "walks that are made", f"the record {shown(what)}")
-        source: Callable[[], Source] = _replay(Path(what))
+        make: Callable[[], Source] = _replay(Path(what))
     else:
-        source = _live(ctx, what, values)
+        make = _live(ctx, what, values)
     require_screen()
-    player = Player(source(), speed=1.0 / settings["slow_motion"])
+    player = Player(make(), speed=1.0 / settings["slow_motion"])
     try:
         view(player, look(settings["hide"], settings["flags"]), seconds=settings["seconds"])
     except WalkStopped as stop:
         end(1, str(stop))
     finally:
         player.source.close()
-    moment = player.source.moment()
-    click.echo(f"closed at {moment.time:.2f} s of the walk, step {moment.step}: {player.source.ended or 'walking'}")
+    source, moment = player.source, player.source.moment()
+    told = f"closed at {moment.time:.2f} s, step {moment.step}, of the walk on {words.ground(source.terrain)}"
+    click.echo(f"{told}: {source.ended or 'walking'}")
 
 
 def _replay(path: Path) -> Callable[[], Source]:

@@ -27,7 +27,7 @@ def state(player: Player, moment: Moment, elements: Collection[str]) -> Columns:
     elif player.reached < _SLOWER * player.speed:
         speed += f" (reached {player.reached:.2g} x)"
     lines = [
-        ("ground", _ground(player.source.terrain)),
+        ("ground", ground(player.source.terrain)),
         ("time", f"{moment.time:.2f} s, step {moment.step}"),
         ("speed", speed),
         ("slope", f"{math.degrees(moment.slope):+.1f} deg"),
@@ -57,7 +57,7 @@ def news(player: Player) -> str:
     return "\n".join([*lines, *textwrap.wrap(source.news, _WIDTH)])
 
 
-def _ground(terrain: Terrain) -> str:
+def ground(terrain: Terrain) -> str:
     """The terrain's name, in short."""
     seed = dict(terrain.parameters).get("seed")
     return plain(shortened(terrain.caption, _CAPTION) if seed is None else f"{terrain.name}, seed {seed}")

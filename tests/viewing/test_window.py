@@ -109,17 +109,18 @@ def test_on_long_ground_the_window_takes_the_next_model(screen: str, tmp_path: P
     ground.write_text(f"segments = {[[0.05, 0.3 * (-1) ** n, 0.0] for n in range(3000)]}\n")
     viewed = Viewed(screen, str(ground), "--for", "14", "--slow-motion", "0.1", "--hide", "traces")
     words = viewed.closed()
-    assert "finished" in words or int(words.partition("step ")[2].partition(":")[0]) > 20  # some 8 m: two models
+    assert "finished" in words or int(words.partition("step ")[2].partition(",")[0]) > 20  # some 8 m: two models
 
 
 def test_random_ground_moves_on_to_the_next_seed(screen: str, tmp_path: Path) -> None:
-    viewed = Viewed(screen, "random:seed=3", "--for", "9")
+    viewed = Viewed(screen, "random:seed=3", "--for", "12")
     before = viewed.shot(tmp_path / "before.png")
     viewed.press("Return", "space")
+    time.sleep(3.0)  # until it has taken the new model
     after = viewed.shot(tmp_path / "after.png")
     assert not np.array_equal(before, after)
     assert len(near(after, (0, 115, 180))) > 200  # the robot is in the new ground's window
-    assert "walking" in viewed.closed()
+    assert "on random, seed 4: walking" in viewed.closed()
 
 
 def test_a_record(screen: str, tmp_path: Path, controller: AdaptiveController) -> None:
