@@ -6,10 +6,10 @@ BIN := $(VENV)/bin
 OUT := out
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk reproduce test test-slow bench check format lock clean
+.PHONY: help setup walk reproduce test test-slow test-viewer bench check format lock clean
 
 help: ## this list
-	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-11s %s\n", $$1, $$2}'
 
 setup: $(VENV)/.ready ## install mjbiped and its tools into .venv
 
@@ -40,6 +40,11 @@ test: setup check ## set-up, lint, types and tests
 
 test-slow: setup ## the long checks
 	$(BIN)/python -m pytest -n 2 -m slow
+
+test-viewer: setup ## the viewer's window on a screen in memory; installs that on Debian
+	@for tool in Xvfb xdotool import; do command -v $$tool >/dev/null || missing=1; done; \
+		test -z "$$missing" || { apt-get update -q && apt-get install -qy xvfb xdotool imagemagick; }
+	$(BIN)/python -m pytest -m viewer tests/viewing
 
 bench: setup ## measure the speed, some seventeen minutes: docs/performance.md
 	$(BIN)/python -m scripts.benchmarks.benchmark

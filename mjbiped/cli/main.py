@@ -20,22 +20,17 @@ from mjbiped.cli import options, tables
 from mjbiped.cli.compile import compile_
 from mjbiped.cli.files import INTERRUPTED, LONGEST_LINE, Files, end, terminable
 from mjbiped.cli.gaits import basin, bifurcation
-from mjbiped.cli.laws import controller_of, refuse, section, taken
+from mjbiped.cli.laws import taken
 from mjbiped.cli.reproduce import reproduce
 from mjbiped.cli.sweep import sweep
-from mjbiped.control.controller import Controller
-from mjbiped.engines.base import Engine
-from mjbiped.engines.mujoco.engine import Mujoco
-from mjbiped.engines.names import ENGINES
-from mjbiped.errors import InputError, MjbipedError, shortened, shown
+from mjbiped.cli.view import view
+from mjbiped.cli.walkers import engine_of, mujoco_of, walker
+from mjbiped.errors import MjbipedError, shortened
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
-from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.terrain.files import parse_parameters
-from mjbiped.terrain.terrain import Terrain, parse_terrain
 from mjbiped.utils import domains
 from mjbiped.version import __version__
 
@@ -89,6 +84,7 @@ def main() -> None:
       mjbiped bifurcation --plot bifurcation.png
       mjbiped basin --slope-deg 2 --plot basin.png
       mjbiped render walk.npz --slow-motion 4
+      mjbiped view random:seed=7
       mjbiped sweep study.toml
       mjbiped reproduce --quick
       mjbiped compile
@@ -139,8 +135,8 @@ def _walk(
     """  # noqa: D301 (click reads the backspace)
     pictures = taken(ctx, values, "Video")
     options.check_part(pictures)
-    law, ground = _walker(ctx, values)
-    engine = _engine(ctx, values.pop("engine"), values)
+    law, ground = walker(ctx, values)
+    engine = engine_of(ctx, values.pop("engine"), values)
     if video is not None and not quiet:
         _warn_without_gl()
     status, trouble = 0, ""
@@ -184,8 +180,8 @@ def _compare(
       mjbiped compare slopes:change_deg=-1 --controller passivity --gain gain=20 --slope-source local
       mjbiped compare trail.csv --initial rest --json --out trail.npz
     """  # noqa: D301 (click reads the backspace)
-    law, ground = _walker(ctx, values)
-    mujoco = _mujoco(ctx, values)
+    law, ground = walker(ctx, values)
+    mujoco = mujoco_of(ctx, values)
     files = Files()
 
     def write(*walks: Walk) -> None:
@@ -286,61 +282,10 @@ def _render(record: Path, video: Path | None, plot: Path | None, no_video: bool,
     files.end({}, [], json=False, quiet=quiet)
 
 
+main.add_command(view)
 main.add_command(sweep)
 main.add_command(reproduce)
 main.add_command(compile_)
-
-
-def _walker(ctx: click.Context, values: dict[str, Any]) -> tuple[Controller, Terrain]:
-    """Who walks where, of `values`, in which robot and scuffing rule take the place of the options that they are of.
-
-    Raises:
-        click.UsageError: An option is given that the controller does not have.
-        MjbipedError: Terrain, robot or controller cannot be as the options say.
-    """
-    terrain = _terrain(values.pop("terrain"), values.pop("seed"))
-    values["robot"] = Compass(**taken(ctx, values, "Robot"))
-    controller = controller_of(ctx, values["robot"], values)
-    values["scuffing"] = ScuffingRule(reach=values.pop("scuffing_reach"))
-    return controller, terrain
-
-
-def _terrain(text: str, seed: int | None) -> Terrain:
-    """The terrain that a text and a seed mean.
-
-    Raises:
-        InputError: The text means none, or the seed does not fit it.
-    """
-    terrain = parse_terrain(text)
-    if seed is None:
-        return terrain
-    name, _, rest = text.strip().partition(":")
-    if name.strip() != "random":
-        raise InputError(f"--seed is for the terrain 'random'; {shown(text)} has none")
-    parameters = parse_parameters(rest) if rest else {}
-    if parameters.setdefault("seed", seed) != seed:
-        raise InputError(f"--seed {seed} contradicts {shown(text)}; give one of them")
-    return Terrain.preset("random", **parameters)
-
-
-def _engine(ctx: click.Context, name: str, values: dict[str, Any]) -> Engine:
-    """The engine of a command, its options taken out of `values`.
-
-    Raises:
-        click.UsageError: An option is given that the engine does not have.
-        InputError: One is outside its domain.
-    """
-    mujoco = _mujoco(ctx, values)
-    if name == mujoco.name:
-        return mujoco
-    refuse(ctx, section(ctx, options.MUJOCO), f"--engine {mujoco.name}", name)
-    return ENGINES[name]
-
-
-def _mujoco(ctx: click.Context, values: dict[str, Any]) -> Mujoco:
-    """The MuJoCo engine of a command, its options taken out of `values`."""
-    settings = taken(ctx, values, options.MUJOCO)
-    return Mujoco(lands=not settings.pop("plain_steps"), **settings)
 
 
 def _warn_without_gl() -> None:

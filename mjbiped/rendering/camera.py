@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,6 +42,14 @@ def smooth_offsets(walk: Walk) -> NDArray[np.float64]:
         )
         smooth[:, axis] = np.interp(time, even, np.convolve(padded, bell / bell.sum(), mode="valid"))
     return np.asarray(smooth - centre, dtype=np.float64)
+
+
+def fit_cameras(model: mujoco.MjModel, leg_length: float) -> None:
+    """Move a scene's cameras, which are made for legs of 1 m, so that they see a robot with legs of so many m."""
+    model.cam_poscom0[:] += (leg_length - 1.0) * model.cam_pos
+    flat = model.cam_projection == mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC
+    model.cam_fovy[flat] *= leg_length
+    model.stat.extent *= leg_length
 
 
 class View(NamedTuple):

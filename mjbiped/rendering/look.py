@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mjbiped.errors import InputError, shown
 from mjbiped.utils.domains import entries, known_name
@@ -27,6 +27,9 @@ ALL = "all"
 
 SUFFIXES = (".mp4", ".gif")
 """Kinds of videos."""
+
+
+_GROUND_GROUPS, _SECTION_GROUP = (0, 1), 4  # of the geoms that feet meet, and of the ground cut open
 
 
 class Look(NamedTuple):
@@ -68,6 +71,12 @@ def look(hide: str | Iterable[str] = (), flags: str | Iterable[str] = ()) -> Loo
         place, flag = known[known_name("visual flag", plain, sorted(known))]
         chosen[place][flag] = plain == name.lower()
     return Look(frozenset() if ALL in hidden else frozenset(ELEMENTS) - hidden, *chosen)
+
+
+def show_section(option: Any) -> None:
+    """Let an `mujoco.MjvOption` show the ground cut open, in place of the geoms that feet meet."""
+    option.geomgroup[list(_GROUND_GROUPS)] = 0
+    option.geomgroup[_SECTION_GROUP] = 1
 
 
 def _names(what: str, value: object) -> list[str]:

@@ -18,7 +18,7 @@ from mjbiped.robots.compass import Compass
 TRACE = 2.0
 """How long the way of a foot is seen, s."""
 
-_APART = 0.04  # of the points of a foot's way, in leg lengths
+APART = 0.04  # of the points of a foot's way, in leg lengths
 _SAME = 1e-9  # times that differ by less are the same, s
 
 Pair = tuple[float, float]
@@ -74,7 +74,7 @@ class Moments:
         for leg in (2, 3):
             feet = qpos[:, :2] - length * np.stack([np.sin(qpos[:, leg]), np.cos(qpos[:, leg])], axis=1)
             way = np.append(0.0, np.cumsum(np.hypot(*np.diff(feet, axis=0).T)))
-            marks = np.flatnonzero(np.diff(np.floor(way / (_APART * length)), prepend=-1.0))
+            marks = np.flatnonzero(np.diff(np.floor(way / (APART * length)), prepend=-1.0))
             self._ways.append((marks, feet[marks]))
 
     @property

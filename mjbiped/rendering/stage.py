@@ -10,8 +10,6 @@ from contextlib import ExitStack, contextmanager
 import mujoco
 import numpy as np
 
-from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
-from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows
 from mjbiped.errors import InputError, shown
 from mjbiped.records.record import Walk
 from mjbiped.rendering import marks
@@ -19,18 +17,16 @@ from mjbiped.rendering.camera import View, smooth_offsets
 from mjbiped.rendering.canvas import Canvas
 from mjbiped.rendering.chart import Chart
 from mjbiped.rendering.ground_labels import lay_ground_labels
-from mjbiped.rendering.look import Look
+from mjbiped.rendering.look import Look, show_section
 from mjbiped.rendering.marks import MOST_GEOMS, Scales, draw_marks
 from mjbiped.rendering.moments import Moment, Moments
 from mjbiped.rendering.overlay import Pixels, Sign, lay_caption, lay_legend, lay_scale, letter_size
+from mjbiped.rendering.posed import PosedScene
 
-_SIGHT = 6.0  # ground built beyond what the record or a frame needs, in leg lengths
 _CHART_SHARE = 0.27  # of a frame's height
 _LOWEST_WITH_CHART = 240  # pixels; a lower frame has no room for it
 _SKY = (0.70, 0.715, 0.73)  # what becomes almost white in the scene's light
 _FAR, _WIDE = 40.0, 60.0  # distance of the plain background from the camera and half its size, in leg lengths
-_GROUND_GROUPS, _SECTION_GROUP = (0, 1), 4  # of the geoms that feet meet, and of the ground cut open, which is shown
-_TOUCHING = 2e-4  # of a foot and the ground, between which MuJoCo looks for contacts to show, in leg lengths
 _ONE_AT_A_TIME = threading.Lock()
 
 
@@ -58,16 +54,7 @@ class Stage:
         self._moments = Moments(walk, ghost="ghost" in look.elements)
         self._scales = Scales(self._moments.greatest_torque(*part), self._robot.weight)
         self._smooth = np.ascontiguousarray(smooth_offsets(walk).T)
-        length = self._robot.leg_length
-        self._windows = GroundWindows(
-            self._robot,
-            self._terrain,
-            timestep=1e-4,  # any: nothing is stepped
-            reach=float(np.max(walk.samples["qpos"][:, 0])) + _SIGHT * length,
-            ground=walk.settings.get("ground", "auto"),
-            scenery=True,
-            margin=max(_SIGHT, MARGIN) * length,
-        )
+        self._posed = PosedScene(walk)
         self._go_to(self._moments.at(part[0]).qpos[0])
 
     @classmethod
@@ -104,27 +91,20 @@ class Stage:
             yield cls(walk, (width, height), camera, look, part or whole, slow_motion, stack)
 
     def _go_to(self, x: float) -> None:
-        """Build the scene about a place, m, in place of the one before."""
-        scene = self._windows.about(x)
-        model, length = scene.model, self._robot.leg_length
+        """Build the scene about a place, m, in place of the one before, where that does not reach so far."""
+        if not self._posed.go_to(x):
+            return
+        model = self._posed.model
         names = [model.camera(index).name for index in range(model.ncam)]
         if self._name not in names:
             raise InputError(f"unknown camera {shown(self._name)}; valid are {', '.join(names)}")
-        # the cameras are made for legs of 1 m
-        model.cam_poscom0[:] += (length - 1.0) * model.cam_pos
-        flat = model.cam_projection == mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC
-        model.cam_fovy[flat] *= length
-        model.stat.extent *= length
-        for side in ("left", "right"):
-            model.geom(f"{side}_foot").margin[:] = _TOUCHING * length
         self._open.close()
         canvas = Canvas(model, self._width, self._picture)
         self._open.callback(canvas.close)
         self._canvas = canvas
         self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + MOST_GEOMS + 200)
         self._option, self._eye = mujoco.MjvOption(), mujoco.MjvCamera()
-        self._option.geomgroup[list(_GROUND_GROUPS)] = 0
-        self._option.geomgroup[_SECTION_GROUP] = 1
+        show_section(self._option)
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = 0
         for flag, value in self._look.visual.items():
@@ -133,19 +113,21 @@ class Stage:
             self._scene.flags[flag] = value
         self._camera = names.index(self._name)
         self._eye.type, self._eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._camera
-        self._model, self._data, self._inside = model, mujoco.MjData(model), self._windows.inside(scene)
 
     def frame(self, time: float, *, with_outcome: bool = False) -> Pixels:
         """The walk at a time (s) of the record, RGB; with the walk's outcome in words where that is wanted."""
         moment = self._moments.at(time)
-        x = moment.qpos[0]
-        low, high = self._inside
-        if math.isfinite(x) and not low < x < high:
-            self._go_to(x)
+        self._go_to(moment.qpos[0])
         out = np.empty((self._height, self._width, 3), dtype=np.uint8)
         self._pose(moment)
         mujoco.mjv_updateScene(
-            self._model, self._data, self._option, None, self._eye, mujoco.mjtCatBit.mjCAT_ALL, self._scene
+            self._posed.model,
+            self._posed.data,
+            self._option,
+            None,
+            self._eye,
+            mujoco.mjtCatBit.mjCAT_ALL,
+            self._scene,
         )
         view = View.of(self._scene, self._width, self._picture)
         if not self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX]:
@@ -160,25 +142,9 @@ class Stage:
 
     def _pose(self, moment: Moment) -> None:
         """Give the model the posture, and the camera its smooth way."""
-        model, data, samples = self._model, self._data, self._walk.samples
-        data.qpos[:] = moment.qpos
-        if self._look.visual:  # what they show needs contacts, forces, and so on
-            dq = samples["dq"][max(0, int(np.searchsorted(samples["time"], moment.time + 1e-9, side="right")) - 1)]
-            rates = dq[::-1] if moment.stance else dq
-            stance = moment.qpos[2 + moment.stance]
-            length = self._robot.leg_length
-            data.qvel[:] = (length * dq[0] * math.cos(stance), -length * dq[0] * math.sin(stance), *rates)
-            data.ctrl[:] = 0.0
-            data.ctrl[moment.stance] = moment.torque[0]
-            data.ctrl[2] = moment.torque[1] * (1.0 if moment.stance == 0 else -1.0)
-            with python_callbacks_removed():
-                mujoco.mj_forward(model, data)
-        else:
-            mujoco.mj_kinematics(model, data)
-            mujoco.mj_comPos(model, data)
-            mujoco.mj_camlight(model, data)
+        self._posed.pose(moment, forces=bool(self._look.visual))
         for axis, offsets in zip((0, 2), self._smooth, strict=True):
-            data.cam_xpos[self._camera, axis] += np.interp(moment.time, samples["time"], offsets)
+            self._posed.data.cam_xpos[self._camera, axis] += np.interp(moment.time, self._walk.samples["time"], offsets)
 
     def _add_background(self, view: View) -> None:
         """A plain wall far behind: MuJoCo's sky takes a software renderer as long as all the rest."""

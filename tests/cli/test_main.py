@@ -116,7 +116,19 @@ def drawings(monkeypatch: pytest.MonkeyPatch) -> Drawings:
 # ---- help ------------------------------------------------------------------------------------------------------------
 
 
-COMMANDS = ("walk", "compare", "gait", "bifurcation", "basin", "stability", "render", "sweep", "reproduce", "compile")
+COMMANDS = (
+    "walk",
+    "compare",
+    "gait",
+    "bifurcation",
+    "basin",
+    "stability",
+    "render",
+    "view",
+    "sweep",
+    "reproduce",
+    "compile",
+)
 
 
 def test_help_names_the_commands_in_order() -> None:

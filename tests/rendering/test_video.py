@@ -124,7 +124,7 @@ def test_the_camera_does_not_bob(walk: Walk) -> None:
         heights = []
         for time in np.linspace(1.1, walk.end[0] - 1.1, 20):
             stage.frame(time)
-            x, _, z = stage._data.cam_xpos[stage._camera]
+            x, _, z = stage._posed.data.cam_xpos[stage._camera]
             heights.append(z - walk.terrain.height_at(x))
     bob = np.ptp(walk.samples["qpos"][:, 1] - walk.terrain.height(walk.samples["qpos"][:, 0]))
     assert np.ptp(heights) < 0.4 * bob

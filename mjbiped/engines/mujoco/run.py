@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from contextlib import AbstractContextManager
 from dataclasses import asdict
 from typing import Any
@@ -39,6 +40,7 @@ class MujocoRun(Run):
         summarised: bool = False,
         cancellation: Cancellation = never_cancelled,
         before: Simulation | None = None,
+        scenery: bool = False,
     ) -> None:
         """Build the scene; see `Engine.start`.
 
@@ -48,6 +50,7 @@ class MujocoRun(Run):
             summarised: Keep no tables.
             cancellation: Called now and then while it walks.
             before: The simulation of a walk of the same plan but for the first state, which is made use of again.
+            scenery: See `Simulation`.
         """
         super().__init__(plan, summarised=summarised, cancellation=cancellation)
         if before is not None:
@@ -62,6 +65,7 @@ class MujocoRun(Run):
             options=options,
             # also where no samples are kept: the last one tells where a walk that was broken off has been
             sample_period=DEFAULT_SAMPLE_PERIOD if period is None else period,
+            scenery=scenery,
         )
 
     def walk(self, show: Show) -> Outcome:
@@ -116,20 +120,40 @@ def simulate(simulation: Simulation, recorder: Recorder, show: Show | None = Non
     Raises:
         MjbipedError: A compiled law raised an exception.
     """
+    for steps in stepped(simulation, recorder):
+        if show is not None:
+            show(steps, float(simulation.data.userdata[contact_events.FOOT_X]))
+    return simulation.outcome
+
+
+def stepped(simulation: Simulation, recorder: Recorder, *, most: int = BLOCK) -> Generator[int, None, None]:
+    """Step a simulation until its walk ends, as `simulate` does, giving back the control after each block of steps.
+
+    The simulation's callbacks are installed until the walk has ended or the generator is closed.
+
+    Args:
+        simulation: See `simulate`.
+        recorder: See `simulate`.
+        most: Steps in a block, at most; the walk is the same whatever they are.
+
+    Yields:
+        Touchdowns in the block.
+
+    Raises:
+        MjbipedError: A compiled law raised an exception.
+    """
     simulation.move_on()
-    u = simulation.data.userdata
     with simulation.callbacks():
-        blocks = _Blocks(simulation)
+        blocks = _Blocks(simulation, most)
         try:
             while not simulation.over:
                 if simulation.move_on():
-                    blocks, u = _Blocks(simulation), simulation.data.userdata
+                    blocks = _Blocks(simulation, most)
                 recorder.cancellation()
                 blocks.advance()
-                steps = simulation.take(recorder)
-                if show is not None:
-                    show(steps, float(u[contact_events.FOOT_X]))
+                yield simulation.take(recorder)
         finally:
+            u = simulation.data.userdata
             if u[contact_events.OUTCOME] == Outcome.INTERRUPTED:
                 simulation.sample()
             simulation.take(recorder)
@@ -143,7 +167,6 @@ def simulate(simulation: Simulation, recorder: Recorder, show: Show | None = Non
             simulation.warnings[fault] += 1
         elif not simulation.warnings:
             simulation.warnings[_MISSED] += 1
-    return simulation.outcome
 
 
 def _fault(simulation: Simulation) -> str:
@@ -163,10 +186,10 @@ class _Blocks:
     A block in which the walk's end lies, or a warning of MuJoCo's, is taken back and made step by step.
     """
 
-    def __init__(self, simulation: Simulation) -> None:
+    def __init__(self, simulation: Simulation, most: int) -> None:
         self._simulation, self._model, self._data = simulation, simulation.model, simulation.data
         self._state = np.empty(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
-        self._steps = BLOCK if is_compiled(mujoco.get_mjcb_control()) else 1
+        self._steps = min(BLOCK, most) if is_compiled(mujoco.get_mjcb_control()) else 1
 
     def advance(self) -> None:
         """Make at least one step, at most so many as the recording has room for."""

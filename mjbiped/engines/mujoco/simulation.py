@@ -94,6 +94,7 @@ class Simulation:
         scuffing: ScuffingRule | None = None,
         options: Options | None = None,
         compile: bool = True,
+        scenery: bool = False,
     ) -> None:
         """Build the scene and set the robot on it.
 
@@ -110,6 +111,7 @@ class Simulation:
             options: The engine's settings. Where its steps do not end at touchdowns, the model stays as it is, and may
                 serve many walks at the same time.
             compile: Whether laws that can be compiled are.
+            scenery: Add the ground as it is seen from the side, for pictures; the walk is the same.
         """
         options = options or Options()
         timestep, contact_timestep, lands = options.timestep, options.contact_timestep, options.lands
@@ -131,6 +133,7 @@ class Simulation:
             reach=reach,
             ground=options.ground,
             userdata=size,
+            scenery=scenery,
             margin=MARGIN * length + block,
         )
         scene = self._windows.about(0.0)

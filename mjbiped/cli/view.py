@@ -1,0 +1,123 @@
+"""`mjbiped view`: a walk in a window, as it is made or from its record."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from mjbiped.cli import options
+from mjbiped.cli.files import end
+from mjbiped.cli.laws import refuse, taken
+from mjbiped.cli.walkers import mujoco_of, next_ground, walker
+from mjbiped.engines.plan import Plan, Terms, make_plan
+from mjbiped.errors import shown
+from mjbiped.records.record import Walk
+from mjbiped.rendering.look import ALL, look
+from mjbiped.rollout.walk import WalkStopped
+from mjbiped.utils import domains
+from mjbiped.viewing.player import KEYS, MOUSE, Player
+from mjbiped.viewing.source import Source
+
+_VIEW = "View"
+_MARKS = ("torque", "force", "ghost", "estimate", "traces", "shadows", "caption")
+_RECORD = ".npz"
+
+view_options = options.options(
+    _VIEW,
+    ("--slow-motion", domains.SLOW_MOTION, 1.0, "Seconds of watching per second of the walk, to begin with."),
+    (
+        "--hide",
+        options.Kind("NAMES", options.hidden),
+        (),
+        f"What is not shown, parted by commas: {', '.join(_MARKS)}, or {ALL}.",
+    ),
+    (
+        "--flag flags",
+        options.Kind("NAME", options.visual_flag),
+        (),
+        "A visual flag of MuJoCo's to begin with, as contactforce; with no- before it to clear; may be repeated.",
+    ),
+    ("--for seconds", domains.TIME, None, "Close the window after so many seconds."),
+)
+
+
+class _KeysInHelp(options.SectionCommand):
+    """A command whose help ends with the keys."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options, then what keys and mouse do in the window."""
+        super().format_options(ctx, formatter)
+        with formatter.section("Keys and mouse in the window"):
+            formatter.write_dl([*((key.name, key.does) for key in KEYS.values()), *MOUSE.items()])
+
+
+@click.command("view", cls=_KeysInHelp)
+@click.argument("what", metavar="[TERRAIN | RECORD]", default="mixed")
+@view_options
+@options.walker_options
+@click.pass_context
+def view(ctx: click.Context, /, what: str, **values: Any) -> None:
+    """Watch the biped walk on TERRAIN in a window, and push it; or watch the walk of RECORD, an .npz file, again.
+
+    The window is MuJoCo's viewer; the controller, the contacts and all else are those of `mjbiped walk` in MuJoCo, and
+    so is the walk as long as nobody pushes. TERRAIN is as for `mjbiped walk`. Without a screen use `mjbiped render`. On
+    macOS it needs MuJoCo's own Python: mjpython -m mjbiped view.
+
+    \b
+    Examples:
+      mjbiped view
+      mjbiped view random:seed=7 --slow-motion 4
+      mjbiped view incline:slope_deg=2 --controller passive --flag contactforce
+      mjbiped view walk.npz --hide ghost,traces
+    """  # noqa: D301 (click reads the backspace)
+    settings = taken(ctx, values, _VIEW)
+    from mjbiped.viewing import words  # they are for this command alone
+    from mjbiped.viewing.window import require_screen, view
+
+    if what.endswith(_RECORD):
+        walks = [each for each in ctx.command.params if getattr(each, "section", _VIEW) != _VIEW]
+        refuse(ctx, walks, "walks that are made", f"the record {shown(what)}")
+        make: Callable[[], Source] = _replay(Path(what))
+    else:
+        make = _live(ctx, what, values)
+    require_screen()
+    player = Player(make(), speed=1.0 / settings["slow_motion"])
+    try:
+        view(player, look(settings["hide"], settings["flags"]), seconds=settings["seconds"])
+    except WalkStopped as stop:
+        end(1, str(stop))
+    finally:
+        player.source.close()
+    source, moment = player.source, player.source.moment()
+    told = f"closed at {moment.time:.2f} s, step {moment.step}, of the walk on {words.ground(source.terrain)}"
+    click.echo(f"{told}: {source.ended or 'walking'}")
+
+
+def _replay(path: Path) -> Callable[[], Source]:
+    """What shows a record, which has been read."""
+    from mjbiped.viewing.replay import Replay
+
+    record = Walk.load(path)
+    return lambda: Replay(record)
+
+
+def _live(ctx: click.Context, text: str, values: dict[str, Any]) -> Callable[[], Source]:
+    """What walks as the options say, which have been checked."""
+    from mjbiped.viewing.live import LiveWalk
+
+    seed = values["seed"]
+    values["terrain"] = text
+    controller, terrain = walker(ctx, values)
+    engine = mujoco_of(ctx, values)
+    initial = values.pop("initial")
+    plan = make_plan(Terms(engine, sample_period=None, **values), controller, terrain, initial)
+    grounds = next_ground(text, seed)
+
+    def on_next_ground() -> Plan:
+        assert grounds is not None
+        return make_plan(plan.terms, controller, grounds(), initial, plan.description)
+
+    return lambda: LiveWalk(plan, on_next_ground if grounds is not None else None)

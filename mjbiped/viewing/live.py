@@ -1,0 +1,230 @@
+"""A walk under way: the very steps of `mjbiped.walk`, one at a time, which the mouse can push."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections import deque
+from collections.abc import Callable, Generator
+
+import mujoco
+import numpy as np
+
+from mjbiped.control.check import LawError
+from mjbiped.control.tracking import AdaptiveTracking
+from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.engine import Mujoco
+from mjbiped.engines.mujoco.run import MujocoRun, stepped
+from mjbiped.engines.plan import Plan
+from mjbiped.errors import MjbipedError
+from mjbiped.numerics.jit import announced
+from mjbiped.records.recorder import never_cancelled
+from mjbiped.rendering.camera import fit_cameras
+from mjbiped.rendering.marks import Scales
+from mjbiped.rendering.moments import APART, TRACE, Moment, Pair, Points, foot_of
+from mjbiped.rendering.posed import place
+from mjbiped.rollout.walk import WalkStopped, is_interrupt
+from mjbiped.viewing.source import Source
+
+_LEAST_SCALE = 0.02  # of weight times leg length: a torque that is drawn at full size is not less
+_SAME = 1e-9  # times that differ by less are the same, s
+
+
+class LiveWalk(Source):
+    """Walks in MuJoCo as far as the viewer's time has come.
+
+    What is seen is a copy of the walk's model and state, so that nothing in the window but a push acts on the walk.
+    Where nobody pushes it is bitwise that of `mjbiped.walk`.
+
+    Attributes:
+        run: The walk; its recorder holds the touchdowns so far.
+    """
+
+    goes_back = False
+    run: MujocoRun
+
+    def __init__(self, plan: Plan, next_plan: Callable[[], Plan] | None = None) -> None:
+        """Set the robot on the ground.
+
+        Args:
+            plan: As checked; its engine is `mjbiped.Mujoco`.
+            next_plan: Makes the plan on the next ground, where grounds have seeds.
+
+        Raises:
+            MjbipedError: The walk cannot be started, or another one is under way.
+        """
+        self._plan, self._next_plan = plan, next_plan
+        self._steps: Generator[int, None, None] | None = None
+        self._perturbation: mujoco.MjvPerturb | None = None
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin the same walk anew."""
+        self.close()
+        plan, engine = self._plan, self._plan.terms.engine
+        assert isinstance(engine, Mujoco)
+        self.robot, self.terrain = plan.robot, plan.terrain
+        with engine.session():
+            self.run = MujocoRun(plan, engine, summarised=False, cancellation=never_cancelled, scenery=True)
+            with announced(f"{type(plan.controller).__name__} for the engine {engine.name}", wanted=True):
+                self.run.compile()
+        self._steps = stepped(self.run.simulation, self.run.recorder, most=1)
+        self._impulse, self._span, self._force = np.zeros(2), 0.0, (0.0, 0.0)
+        self._stance = 0
+        self._ways: tuple[deque[tuple[float, Pair]], ...] = (deque(), deque())
+        self.scales = Scales(_LEAST_SCALE * plan.robot.weight * plan.robot.leg_length, plan.robot.weight)
+        self._seen: mujoco.MjModel | None = None
+        self.show()
+
+    def next_seed(self) -> None:
+        """Begin anew on the next ground; where that cannot be, `news` says why, and the walk goes on."""
+        if self._next_plan is None:
+            super().next_seed()
+            return
+        try:
+            self._plan = self._next_plan()
+        except MjbipedError as error:
+            self.news = str(error)
+            return
+        self.restart()
+
+    def close(self) -> None:
+        """Take the walk's callbacks away."""
+        if self._steps is not None:
+            self._steps.close()
+
+    @property
+    def time(self) -> float:
+        """Of the walk, s."""
+        return float(self.run.simulation.data.time)
+
+    @property
+    def ended(self) -> str:
+        """The outcome, once the walk has ended."""
+        simulation = self.run.simulation
+        return simulation.outcome.words if simulation.over else ""
+
+    @property
+    def steps(self) -> int:
+        """Touchdowns so far."""
+        return int(self.run.simulation.data.userdata[events.COUNT])
+
+    def go_to(self, time: float) -> None:
+        """Step until a time (s) has come.
+
+        Raises:
+            WalkStopped: The controller raised an exception.
+        """
+        while self.time < time - _SAME and self._step():
+            pass
+
+    def touchdown_beside(self, direction: int) -> float:
+        """Step to the next touchdown; see `Source.touchdown_beside`."""
+        before = self.steps
+        while direction > 0 and self.steps == before and self._step():
+            pass
+        return self.time
+
+    def push(self, perturbation: mujoco.MjvPerturb) -> None:
+        """Pull at the body that the mouse has selected; see `Source.push`."""
+        pulled = bool(perturbation.active) and perturbation.select > 0
+        self._perturbation = copy.copy(perturbation) if pulled else None
+
+    def _step(self) -> bool:
+        """Make one physics step; whether there was one to be made."""
+        simulation = self.run.simulation
+        if simulation.over or self._steps is None:
+            return False
+        before, data = self.time, simulation.data
+        data.xfrc_applied[:] = 0.0
+        if self._perturbation is not None:
+            mujoco.mjv_applyPerturbForce(simulation.model, data, self._perturbation)
+        try:
+            next(self._steps, None)
+            if simulation.over:
+                next(self._steps, None)  # it takes in the last touchdown, and its callbacks away
+        except LawError:
+            raise
+        except Exception as error:
+            if is_interrupt(error):
+                raise
+            raise WalkStopped(self.run.message(error), self.run.record()) from error
+        self._note(self.time - before)
+        return True
+
+    def _note(self, duration: float) -> None:
+        """Take the step just made into the mean force, the greatest torque, and the ways of the feet."""
+        simulation, u = self.run.simulation, self.run.simulation.data.userdata
+        stance, torque = int(u[events.STANCE]), max(abs(u[events.ANKLE]), abs(u[events.HIP]))
+        if stance != self._stance:
+            self._stance, self._span, self._impulse = stance, 0.0, np.zeros(2)
+        self._impulse += duration * contact_force(
+            simulation.model, simulation.data, ("left_foot", "right_foot")[stance]
+        )
+        self._span += duration
+        if self.scales.torque < torque < math.inf:
+            self.scales = self.scales._replace(torque=float(torque))
+        x, z, *legs = simulation.data.qpos.tolist()
+        for way, leg in zip(self._ways, legs, strict=True):
+            foot = foot_of(self.robot, (x, z), leg)
+            if not way or math.dist(foot, way[-1][1]) > APART * self.robot.leg_length:
+                way.append((self.time, foot))
+            while way[0][0] < self.time - TRACE:
+                way.popleft()
+
+    def moment(self) -> Moment:
+        """The instant that the walk has come to; the force is the mean since it was last asked for."""
+        data, plan = self.run.simulation.data, self._plan
+        u = data.userdata.tolist()
+        if self._span > 0.0:
+            self._force = (float(self._impulse[0] / self._span), float(self._impulse[1] / self._span))
+            self._span, self._impulse = 0.0, np.zeros(2)
+        x, z, left, right = data.qpos.tolist()
+        memory = u[events.CONTROLLER_MEMORY : events.CONTROLLER_MEMORY + plan.controller.memory_size]
+        reference = None
+        if isinstance(plan.controller, AdaptiveTracking):
+            reference = plan.controller.reference(memory, data.time - u[events.TRANSFER_TIME])[:2]
+        feet = [foot_of(self.robot, (x, z), leg) for leg in (left, right)]
+        left_way, right_way = (self._way(leg, foot) for leg, foot in enumerate(feet))
+        left_ground, right_ground = ((self.terrain.height_at(at), self.terrain.slope_at(at)) for at, _ in feet)
+        return Moment(
+            time=self.time,
+            step=self.steps,
+            qpos=(x, z, left, right),
+            stance=int(u[events.STANCE]),
+            slope=u[events.SLOPE],
+            slope_estimate=plan.controller.slope_estimate(memory),
+            torque=(u[events.ANKLE], u[events.HIP]),
+            force=self._force,
+            reference=reference if reference is not None and all(map(math.isfinite, reference)) else None,
+            ground=(left_ground, right_ground),
+            traces=(left_way, right_way),
+        )
+
+    def _way(self, leg: int, foot: Pair) -> Points:
+        """The way that a foot has come to where it is."""
+        return np.array([*(point for _, point in self._ways[leg]), foot])
+
+    def show(self) -> None:
+        """Copy the walk's state, its contacts and forces with it, where the window may do with it what it likes."""
+        simulation = self.run.simulation
+        if self._seen is not simulation.model:
+            self._seen = simulation.model
+            self.model = copy.copy(simulation.model)
+            fit_cameras(self.model, self.robot.leg_length)
+            self.data = mujoco.MjData(self.model)
+        mujoco.mj_copyData(self.data, self.model, simulation.data)
+        self.data.userdata[:] = 0.0  # so no callback takes it for a walk
+        place(self.model, self.data)
+
+
+def contact_force(model: mujoco.MjModel, data: mujoco.MjData, foot: str) -> np.ndarray:
+    """Force of all contacts of a foot on it in the step just made, forward and upward, N, shape (2,)."""
+    geom, force, wrench = model.geom(foot).id, np.zeros(3), np.zeros(6)
+    for index, pair in enumerate(data.contact.geom.tolist()):
+        if geom in pair:
+            mujoco.mj_contactForce(model, data, index, wrench)
+            # rows of the frame are the contact's axes; the force is that of the first geom on the second
+            turned = data.contact.frame[index].reshape(3, 3).T @ wrench[:3]
+            force += turned if pair[1] == geom else -turned
+    return force[[0, 2]]

@@ -1,0 +1,76 @@
+"""A record, seen again."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mjbiped.errors import RenderError
+from mjbiped.records.record import Walk
+from mjbiped.rendering.marks import Scales
+from mjbiped.rendering.moments import Moment, Moments
+from mjbiped.rendering.posed import PosedScene
+from mjbiped.viewing.source import Source
+
+_SAME = 1e-9  # times that differ by less are the same, s
+
+
+class Replay(Source):
+    """Shows a record of either engine; time runs in it wherever the viewer wants."""
+
+    goes_back = True
+
+    def __init__(self, walk: Walk) -> None:
+        """Build the scene about the record's beginning.
+
+        Raises:
+            RenderError: The record holds no samples.
+        """
+        times = walk.samples["time"]
+        if not len(times):
+            raise RenderError("the record holds no samples: there is nothing to show")
+        self.robot, self.terrain, self._walk = walk.robot, walk.terrain, walk
+        self._begin, self._end = float(times[0]), float(times[-1])
+        self._moments = Moments(walk)
+        self.scales = Scales(self._moments.greatest_torque(self._begin, self._end), walk.robot.weight)
+        self._scene = PosedScene(walk)
+        self.restart()
+        self.show()
+
+    @property
+    def time(self) -> float:
+        """Of the record, s."""
+        return self._moment.time
+
+    @property
+    def ended(self) -> str:
+        """The outcome, at the record's end."""
+        return self._walk.outcome if self.time >= self._end else ""
+
+    def go_to(self, time: float) -> None:
+        """Look the instant up; see `Source.go_to`."""
+        self._moment = self._moments.at(min(max(time, self._begin), self._end))
+
+    def touchdown_beside(self, direction: int) -> float:
+        """See `Source.touchdown_beside`; before the first one it is the beginning, after the last one the end."""
+        times = self._walk.touchdowns["time"]
+        if direction > 0:
+            index = int(np.searchsorted(times, self.time + _SAME, side="right"))
+            self.go_to(float(times[index]) if index < len(times) else self._end)
+        else:
+            index = int(np.searchsorted(times, self.time - _SAME, side="left")) - 1
+            self.go_to(float(times[index]) if index >= 0 else self._begin)
+        return self.time
+
+    def restart(self) -> None:
+        """Go back to the beginning."""
+        self.go_to(self._begin)
+
+    def moment(self) -> Moment:
+        """See `Source.moment`."""
+        return self._moment
+
+    def show(self) -> None:
+        """Set the robot to the posture; contacts and their forces are those that MuJoCo finds in it."""
+        self._scene.go_to(self._moment.qpos[0])
+        self._scene.pose(self._moment, forces=True)
+        self.model, self.data = self._scene.model, self._scene.data

@@ -1,0 +1,232 @@
+"""What the viewer does to the walk: nothing, unless somebody pushes. No screen is needed."""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, Controller
+from mjbiped.control.controller import Memory
+from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.engine import Mujoco
+from mjbiped.engines.plan import Plan, Terms, make_plan
+from mjbiped.rollout.walk import WalkStopped
+from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.viewing.live import LiveWalk
+from mjbiped.viewing.player import KEYS, Player
+
+
+@pytest.fixture(autouse=True)
+def closed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A test that fails leaves no callbacks to the next."""
+    made: list[LiveWalk] = []
+    begin = LiveWalk.__init__
+
+    def noted(self: LiveWalk, *args: Any) -> None:
+        made.append(self)
+        begin(self, *args)
+
+    monkeypatch.setattr(LiveWalk, "__init__", noted)
+    yield
+    for live in made:
+        live.close()
+
+
+STEPS = 6
+MIXED = mjbiped.Terrain.mixed()
+LONG = mjbiped.Terrain.from_segments([(0.05, 0.3 * (-1) ** n, 0.0) for n in range(3000)])  # more than one window
+
+
+def planned(controller: Controller, terrain: mjbiped.Terrain = MIXED, steps: int = STEPS, ground: str = "auto") -> Plan:
+    return make_plan(Terms(Mujoco(ground=ground), steps, None, None, None, ScuffingRule()), controller, terrain, "gait")
+
+
+def seen_to_its_end(live: LiveWalk) -> dict[str, np.ndarray]:
+    """Watch without a screen, in frames of whatever length; show() and moment() as the window calls them."""
+    time = 0.0
+    while not live.ended:
+        time += 0.017
+        live.go_to(time)
+        live.show()
+        live.moment()
+    live.close()
+    return live.run.recorder.touchdowns()
+
+
+def same(touchdowns: dict[str, np.ndarray], walk: mjbiped.Walk) -> bool:
+    """Bitwise, NaN being NaN."""
+    assert len(touchdowns["time"]) > 1
+    return all(touchdowns[name].tobytes() == walk.touchdowns[name].tobytes() for name in walk.touchdowns)
+
+
+class PlainSpring(Controller):
+    """In plain Python: its callbacks are Python's."""
+
+    def torque(self, memory: Memory, t: float, q: object, dq: object) -> tuple[float, float]:
+        return 0.0, -0.5 * (q[1] - q[0])  # type: ignore[index]
+
+
+@pytest.mark.parametrize("terrain", [MIXED, LONG], ids=["mixed", "long"])
+def test_a_walk_that_is_watched_is_bitwise_that_of_walk(
+    controller: AdaptiveController, terrain: mjbiped.Terrain
+) -> None:
+    steps = 24 if terrain is LONG else STEPS
+    live = LiveWalk(planned(controller, terrain, steps))
+    first = live.model
+    touchdowns = seen_to_its_end(live)
+    assert same(touchdowns, mjbiped.walk(controller, terrain, steps=steps))
+    assert live.ended == "finished"
+    assert (live.model is not first) == (terrain is LONG)  # the window's model has moved on
+
+
+def test_callbacks_in_python_are_watched_too() -> None:
+    terrain = mjbiped.Terrain.incline(2.0)
+    live = LiveWalk(planned(PlainSpring(), terrain, 2))
+    assert same(seen_to_its_end(live), mjbiped.walk(PlainSpring(), terrain, steps=2))
+
+
+def test_pauses_speeds_strides_and_restarts_change_nothing(controller: AdaptiveController) -> None:
+    live = LiveWalk(planned(controller))
+    player = Player(live)
+    keys = [
+        "pause",
+        "forward",
+        "slower",
+        "pause",
+        "next_touchdown",
+        "pause",
+        "faster",
+        "faster",
+        "restart",
+        "back",
+        "pause",
+    ]
+    for number, key in enumerate(keys):
+        player.press(KEYS[key].codes[0])
+        for _ in range(5 + number):
+            player.tick(0.013)
+    while not live.ended:
+        player.tick(0.05)
+    assert same(live.run.recorder.touchdowns(), mjbiped.walk(controller, MIXED, steps=STEPS))
+    live.close()
+
+
+def test_a_push_changes_the_walk_and_landings_still_end_steps(controller: AdaptiveController) -> None:
+    live = LiveWalk(planned(controller))
+    pull = mujoco.MjvPerturb()
+    live.go_to(1.0)
+    live.show()
+    scene = mujoco.MjvScene(live.model, maxgeom=2000)
+    eye, every = mujoco.MjvCamera(), mujoco.mjtCatBit.mjCAT_ALL
+    mujoco.mjv_updateScene(live.model, live.data, mujoco.MjvOption(), pull, eye, every, scene)
+    pull.select = live.model.body("hip").id
+    mujoco.mjv_initPerturb(live.model, live.data, scene, pull)
+    pull.refselpos[0] += 0.15  # forward, m
+    pull.active = mujoco.mjtPertBit.mjPERT_TRANSLATE
+    live.push(pull)
+    live.go_to(1.3)
+    assert live.run.simulation.data.xfrc_applied[pull.select, 0] > 0.0
+    pull.active = 0
+    live.push(pull)
+    pushed = seen_to_its_end(live)
+    assert not live.run.simulation.data.xfrc_applied.any()
+    plain = mjbiped.walk(controller, MIXED, steps=STEPS).touchdowns
+    before = plain["time"] < 1.0
+    assert before.any()
+    assert pushed["time"][: before.sum()].tobytes() == plain["time"][before].tobytes()
+    after = int(before.sum())
+    assert abs(pushed["time"][after] - plain["time"][after]) > 1e-3  # without the push not a bit would differ
+    # steps still end where the ground is met: no touchdown is deeper than the engine's own without a push, some 10 µm
+    assert pushed["penetration"].max() < 5e-5
+
+
+@pytest.mark.parametrize("ground", ["heightfield", "boxes"])  # the foot is a contact's second geom, or its first
+def test_the_force_drawn_is_that_of_the_contacts(controller: AdaptiveController, ground: str) -> None:
+    """Of the equations of motion it is known independently; contacts agree on it in the middle of a step."""
+    from mjbiped.engines.mujoco.callbacks import posture
+    from mjbiped.rendering.moments import ground_force
+
+    live = LiveWalk(planned(controller, ground=ground))
+    live.go_to(1.0)
+    live.moment()
+    u = live.run.simulation.data.userdata
+    while u[events.TIME] - u[events.TRANSFER_TIME] < 0.3:  # the middle of a step
+        live.go_to(live.time + 0.001)
+        live.moment()
+    live.go_to(live.time + 0.05)
+    moment = live.moment()
+    q1, q2, dq1, dq2 = posture(u.tolist())
+    expected = ground_force(live.robot, moment.slope, (q1, q2), (dq1, dq2), moment.torque)
+    live.close()
+    # a mean over 50 ms, in which the force changes by some percent
+    assert moment.force == pytest.approx(expected, rel=0.1, abs=0.05 * live.robot.weight)
+
+
+def test_the_moment_is_that_of_the_record(controller: AdaptiveController) -> None:
+    from mjbiped.rendering.moments import Moments
+
+    live = LiveWalk(planned(controller))
+    live.go_to(2.0)
+    seen = live.moment()
+    live.close()
+    recorded = Moments(mjbiped.walk(controller, MIXED, steps=STEPS)).at(seen.time)
+    assert (seen.step, seen.stance, seen.slope) == (recorded.step, recorded.stance, recorded.slope)
+    # the record's posture is interpolated over 5 ms, its other values are up to 5 ms old
+    assert seen.qpos == pytest.approx(recorded.qpos, abs=1e-4)
+    assert seen.slope_estimate == pytest.approx(recorded.slope_estimate, abs=1e-3)
+    assert seen.torque == pytest.approx(recorded.torque, abs=0.1)
+    assert seen.reference is not None
+    assert recorded.reference is not None
+    assert seen.reference == pytest.approx(recorded.reference, abs=1e-6)
+
+
+def test_whatever_the_window_does_to_what_it_shows_the_walk_goes_on(controller: AdaptiveController) -> None:
+    live = LiveWalk(planned(controller))
+    while not live.ended:
+        live.go_to(live.time + 0.3)
+        live.show()
+        live.data.qpos[:] += 1.0
+        live.data.xfrc_applied[:] = math.pi
+        live.model.opt.gravity[:] = 0.0
+        mujoco.mj_forward(live.model, live.data)  # as the viewer does when it opens
+    live.close()
+    assert same(live.run.recorder.touchdowns(), mjbiped.walk(controller, MIXED, steps=STEPS))
+
+
+def test_the_next_seed_is_another_ground_and_the_old_one_stays_where_there_is_none(
+    controller: AdaptiveController,
+) -> None:
+    grounds = [planned(controller, mjbiped.Terrain.random(seed=1))]
+
+    def following() -> Plan:
+        if not grounds:
+            raise mjbiped.MjbipedError("no more of them")
+        return grounds.pop()
+
+    live = LiveWalk(planned(controller), following)
+    live.go_to(0.5)
+    live.next_seed()
+    assert live.time == 0.0
+    assert live.terrain == mjbiped.Terrain.random(seed=1)
+    live.next_seed()
+    assert live.news == "no more of them"
+    touchdowns = seen_to_its_end(live)
+    assert same(touchdowns, mjbiped.walk(controller, mjbiped.Terrain.random(seed=1), steps=STEPS))
+
+
+def test_a_law_that_fails_ends_it_in_words() -> None:
+    class Failing(PlainSpring):
+        def torque(self, memory: Memory, t: float, q: object, dq: object) -> tuple[float, float]:
+            if t > 0.2:
+                raise ZeroDivisionError("oh")
+            return 0.0, 0.0
+
+    live = LiveWalk(planned(Failing(), mjbiped.Terrain.incline(2.0)))
+    with pytest.raises(WalkStopped, match=r"Failing failed at 0\.(19|20). s"):
+        live.go_to(5.0)
+    live.close()
+    assert mujoco.get_mjcb_control() is None

@@ -1,0 +1,135 @@
+"""The window itself, on a screen in memory (Xvfb); `make test-viewer` installs and runs that."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import mjbiped
+from controllers import AdaptiveController
+
+TOOLS = ("Xvfb", "xdotool", "import")
+missing = [name for name in TOOLS if shutil.which(name) is None]
+needs_xvfb = pytest.mark.skipif(
+    bool(missing) or not sys.platform.startswith("linux"),
+    reason=f"no {', '.join(missing) or 'Linux'}: `make test-viewer` installs what is missing on Debian, and runs this",
+)
+pytestmark = [needs_xvfb, pytest.mark.viewer]
+
+
+@pytest.fixture(scope="module")
+def screen() -> Iterator[str]:
+    read, write = os.pipe()
+    server = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(write), "-screen", "0", "1440x900x24"], pass_fds=[write], stderr=subprocess.DEVNULL
+    )
+    os.close(write)
+    with os.fdopen(read) as answer:
+        display = f":{answer.readline().strip()}"
+    yield display
+    server.terminate()
+    server.wait()
+
+
+class Viewed:
+    """`mjbiped view` in a process of its own, and what a user does with it."""
+
+    def __init__(self, screen: str, *words: str) -> None:
+        self.environment = {**os.environ, "DISPLAY": screen}
+        command = [sys.executable, "-m", "mjbiped", "view", *words]
+        self.process = subprocess.Popen(command, env=self.environment, stdout=subprocess.PIPE, text=True)
+        self.window = ""
+        limit = time.monotonic() + 90.0
+        while not self.window:
+            assert self.process.poll() is None
+            assert time.monotonic() < limit
+            found = self.tool("xdotool", "search", "--name", "MuJoCo")
+            self.window = found.split()[0] if found else ""
+            time.sleep(0.2)
+        time.sleep(1.5)  # until it has drawn
+
+    def tool(self, *command: str) -> str:
+        return subprocess.run(command, env=self.environment, capture_output=True, text=True, timeout=30).stdout
+
+    def press(self, *keys: str) -> None:
+        self.tool("xdotool", "key", *keys)
+        time.sleep(1.0)
+
+    def shot(self, path: Path) -> np.ndarray:
+        self.tool("import", "-window", self.window, str(path))
+        return np.asarray(Image.open(path).convert("RGB"), dtype=int)
+
+    def closed(self) -> str:
+        """Its last words, after it has closed by itself."""
+        output, _ = self.process.communicate(timeout=60)
+        assert self.process.returncode == 0
+        return output
+
+
+def near(picture: np.ndarray, colour: tuple[int, int, int]) -> np.ndarray:
+    """Columns and rows of the pixels of a colour, shape (n, 2)."""
+    rows, columns = np.nonzero(np.abs(picture - colour).max(axis=2) < 30)
+    return np.stack([columns, rows], axis=1)
+
+
+def test_keys_and_a_push_with_the_mouse(screen: str, tmp_path: Path) -> None:
+    viewed = Viewed(screen, "incline:slope_deg=2", "--for", "20", "--hide", "traces,shadows")
+    viewed.press("F8", "space", "BackSpace")
+    start, again = viewed.shot(tmp_path / "start.png"), viewed.shot(tmp_path / "again.png")
+    assert np.array_equal(start, again)  # it is paused
+    left_half = start[:, : start.shape[1] // 2]
+    legs, hip = near(start, (0, 115, 180)), near(left_half[: start.shape[0] // 2], (38, 38, 45))
+    assert len(legs) > 200
+    assert len(hip) > 100
+    x, y = (round(float(each)) for each in np.median(hip, axis=0))
+    viewed.tool("xdotool", "mousemove", str(x), str(y), "click", "--repeat", "2", "--delay", "60", "1")
+    time.sleep(0.5)
+    viewed.press("space")
+    viewed.tool("xdotool", "keydown", "ctrl", "mousedown", "3")
+    for way in (20, 80, 200):
+        viewed.tool("xdotool", "mousemove", str(x + way), str(y))
+        time.sleep(0.2)
+    pushed = viewed.shot(tmp_path / "pushed.png")
+    viewed.tool("xdotool", "mouseup", "3", "keyup", "ctrl")
+    assert len(near(pushed, (255, 0, 0))) > 100  # MuJoCo's arrow from the hip to the mouse
+    # the controller takes the pull for a steep slope, whose line, orange, goes far below the feet
+    assert near(pushed, (214, 94, 0))[:, 1].max() > near(start, (214, 94, 0))[:, 1].max() + 20
+    assert "step" in viewed.closed()
+
+
+def test_on_long_ground_the_window_takes_the_next_model(screen: str, tmp_path: Path) -> None:
+    ground = tmp_path / "long.toml"
+    ground.write_text(f"segments = {[[0.05, 0.3 * (-1) ** n, 0.0] for n in range(3000)]}\n")
+    viewed = Viewed(screen, str(ground), "--for", "14", "--slow-motion", "0.1", "--hide", "traces")
+    words = viewed.closed()
+    assert "finished" in words or int(words.partition("step ")[2].partition(",")[0]) > 20  # some 8 m: two models
+
+
+def test_random_ground_moves_on_to_the_next_seed(screen: str, tmp_path: Path) -> None:
+    viewed = Viewed(screen, "random:seed=3", "--for", "12")
+    before = viewed.shot(tmp_path / "before.png")
+    viewed.press("Return", "space")
+    time.sleep(3.0)  # until it has taken the new model
+    after = viewed.shot(tmp_path / "after.png")
+    assert not np.array_equal(before, after)
+    assert len(near(after, (0, 115, 180))) > 200  # the robot is in the new ground's window
+    assert "on random, seed 4: walking" in viewed.closed()
+
+
+def test_a_record(screen: str, tmp_path: Path, controller: AdaptiveController) -> None:
+    record = tmp_path / "walk.npz"
+    walk = mjbiped.walk(controller, mjbiped.Terrain.mixed(), steps=4)
+    walk.save(record)
+    viewed = Viewed(screen, str(record), "--for", "8")
+    viewed.press("comma", "period", "period", "Left")
+    assert len(near(viewed.shot(tmp_path / "record.png"), (0, 115, 180))) > 200
+    words = viewed.closed()
+    assert "walking" in words  # it was paused before its end
+    assert float(words.split()[2]) > walk.touchdowns["time"][1] - 0.02
