@@ -6,7 +6,8 @@ import sys
 import pytest
 
 # an import costs (CPU time, ms): numba 700, the parts of scipy 400, matplotlib 250, tqdm 50, yaml 15
-LATER = "numba llvmlite matplotlib PIL mediapy dm_control tqdm yaml scipy.integrate scipy.linalg scipy.optimize"
+LATER = "numba llvmlite matplotlib PIL mediapy dm_control tqdm yaml scipy.integrate scipy.linalg scipy.optimize "
+LATER += "pandas pyarrow plotly jinja2"
 
 
 @pytest.mark.parametrize("module", ["mjbiped", "controllers", "mjbiped.cli.main"])

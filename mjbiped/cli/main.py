@@ -29,7 +29,6 @@ from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.names import ENGINES
 from mjbiped.errors import InputError, MjbipedError, shortened, shown
 from mjbiped.gaits.passive import find_passive_gait
-from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
@@ -156,9 +155,9 @@ def _walk(
     else:
         files.plot(plot, "walk:plot_walk", done)
         files.render(done, video, pictures, progress=not quiet)
-    summary = measures.summary(done)
+    summary = done.summary()
     printed = {**summary, "settings": dict(done.settings)}
-    files.end(printed, [tables.walk_table(done, summary)], json=json, quiet=quiet)
+    files.end(printed, [summary], json=json, quiet=quiet)
 
 
 @main.command("compare", cls=options.SectionCommand)

@@ -281,3 +281,8 @@ MEASURES: tuple[tuple[str, str, float, str, str], ...] = (
     ("impacts on vertical faces", "strikes", 1, "d", ""),
 )
 """Of a summary, as they are shown: label, key, factor to the unit shown, format, and that unit."""
+
+
+def in_words(value: float | None, factor: float, form: str) -> str:
+    """A number with its format, as it is shown; a dash for one that does not exist."""
+    return "-" if value is None else "unbounded" if value == math.inf else format(value * factor, form)

@@ -132,7 +132,11 @@ def opened(folder: Path, layout: Layout, identity: Mapping[str, Any], *, fresh: 
     with _exclusive(folder):
         try:
             if fresh:
-                for file in (path, path.with_name(f"{path.name}-journal"), path.with_suffix(".csv")):
+                for file in (
+                    path,
+                    path.with_name(f"{path.name}-journal"),
+                    *map(path.with_suffix, (".csv", ".parquet")),
+                ):
                     file.unlink(missing_ok=True)
             database = sqlite3.connect(path, isolation_level=None)
         except (OSError, *_BROKEN) as error:
