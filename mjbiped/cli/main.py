@@ -21,6 +21,7 @@ from mjbiped.cli.compile import compile_
 from mjbiped.cli.files import INTERRUPTED, LONGEST_LINE, Files, end, terminable
 from mjbiped.cli.gaits import basin, bifurcation
 from mjbiped.cli.laws import controller_of, refuse, section, taken
+from mjbiped.cli.report import report
 from mjbiped.cli.reproduce import reproduce
 from mjbiped.cli.sweep import sweep
 from mjbiped.control.controller import Controller
@@ -88,6 +89,7 @@ def main() -> None:
       mjbiped bifurcation --plot bifurcation.png
       mjbiped basin --slope-deg 2 --plot basin.png
       mjbiped render walk.npz --slow-motion 4
+      mjbiped report walk.npz
       mjbiped sweep study.toml
       mjbiped reproduce --quick
       mjbiped compile
@@ -281,6 +283,7 @@ def _render(record: Path, video: Path | None, plot: Path | None, no_video: bool,
     files.end({}, [], json=False, quiet=quiet)
 
 
+main.add_command(report)
 main.add_command(sweep)
 main.add_command(reproduce)
 main.add_command(compile_)
