@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from io import BytesIO
-
 from mjbiped.errors import RenderError
-from mjbiped.plotting.style import drawn, styled
+from mjbiped.plotting.style import drawn, figure_png
 from mjbiped.plotting.timelapse import draw_row, rows_of
 from mjbiped.records.record import Walk
-
-_DOTS = 80  # per inch: 768 pixels wide
 
 
 def time_lapse_picture(walk: Walk) -> bytes:
@@ -27,7 +23,4 @@ def time_lapse_picture(walk: Walk) -> bytes:
         for row, (axes,) in zip(rows, grid, strict=True):
             draw_row(axes, walk, row)
         grid[-1, 0].set_xlabel("x (m)")
-    picture = BytesIO()
-    with styled():
-        figure.savefig(picture, format="png", dpi=_DOTS)
-    return picture.getvalue()
+    return figure_png(figure)

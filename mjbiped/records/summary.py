@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from html import escape
+from io import StringIO
 from typing import TYPE_CHECKING, Any
 
 from mjbiped.records import measures
@@ -64,10 +65,9 @@ class WalkSummary(Mapping[str, Any]):
         """The table as text."""
         from rich.console import Console
 
-        console = Console(width=_WIDTH, color_system=None, highlight=False)
-        with console.capture() as text:
-            console.print(self)
-        return text.get().strip("\n")
+        text = StringIO()
+        Console(file=text, width=_WIDTH, color_system=None, highlight=False, force_jupyter=False).print(self)
+        return "\n".join(line.rstrip() for line in text.getvalue().strip("\n").splitlines())
 
     __repr__ = __str__
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -69,7 +70,7 @@ def report_study(folder: Path, path: Path) -> None:
         headings=[listed.get(name, name) for name in names],
         rows=[[_cell(row[name], forms.get(name)) for name in names] for row in rows[:MOST_ROWS]],
         parameters=list(flattened(declared)) if isinstance(declared, dict) else [],
-        command=f"mjbiped sweep STUDY.toml --out {folder}",
+        command=f"mjbiped sweep STUDY.toml --out {shlex.quote(str(folder))}",
     )
 
 

@@ -94,7 +94,7 @@ def _over_time(graphs: Any, walk: Walk, keep: NDArray[np.int64], video: bool) ->
             mode="lines",
             line=look,
             yaxis=f"y{panel + 1}" if panel else "y",
-            hovertemplate=f"%{{y:.4g}} {_UNITS[panel]}",
+            hovertemplate=f"%{{y:.4f}} {_UNITS[panel]}",
         )
         named.add(name)
     height = (1.0 - _GAP * (len(_PANELS) - 1)) / len(_PANELS)
