@@ -118,24 +118,22 @@ def _number(value: float) -> str:
 def _data(walk: Walk) -> dict[str, Any]:
     """What the page's program needs to show a moment: the samples that are drawn, by names."""
     keep, samples = shown_samples(walk), walk.samples
-    estimate = [None if math.isnan(value) else value for value in _degrees(samples["slope_estimate"][keep])]
     return {
         "leg": walk.robot.leg_length,
         "time": _digits(samples["time"][keep]),
         "step": flat_samples(walk)["step"][keep].tolist(),
         "stance": samples["stance"][keep].tolist(),
         "slope": _degrees(samples["slope"][keep]),
-        "estimate": estimate,
+        "estimate": _degrees(samples["slope_estimate"][keep]),
         **{name: _digits(samples["qpos"][keep, k]) for k, name in enumerate(("hip_x", "hip_z", "left", "right"))},
         **{name: [_digits(column) for column in samples[name][keep].T] for name in ("q", "dq", "torque")},
     }
 
 
-def _degrees(values: NDArray[np.float64]) -> list[float]:
+def _degrees(values: NDArray[np.float64]) -> list[float | None]:
     return _digits(np.degrees(values))
 
 
-def _digits(values: NDArray[np.float64]) -> list[float]:
-    """Numbers to the digits that can be seen; those that are none are zero, for JSON knows none."""
-    kept: list[float] = np.round(np.where(np.isinf(values), 0.0, values), 5).tolist()
-    return kept
+def _digits(values: NDArray[np.float64]) -> list[float | None]:
+    """Numbers to the digits that can be seen; None for what is no finite number, which JSON does not know."""
+    return [value if math.isfinite(value) else None for value in np.round(values, 5).tolist()]

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from report_pages import packed
+from walk_cases import Rude
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
@@ -89,6 +90,15 @@ def test_without_samples_and_without_steps_there_is_still_a_page(tmp_path: Path)
     # no estimate, no gait: their lines are left out
     assert len(packed(page)["plots"]["time"]["data"]) == 9
     assert packed(page)["data"]["estimate"][0] is None
+
+
+def test_numbers_that_are_none_stay_out_of_the_pages_data(tmp_path: Path) -> None:
+    slope = mjbiped.Terrain.incline(2.0)
+    diverged = mjbiped.walk(Rude(4, 0.0, 0.3), slope, engine="mujoco", steps=3)  # NaN torque from 0.3 s on
+    assert diverged.outcome == "diverged"
+    assert np.isnan(diverged.samples["torque"]).any()
+    data = packed(report(diverged, tmp_path / "walk.html"))["data"]  # which refuses NaN
+    assert None in data["torque"][0]
 
 
 @pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")

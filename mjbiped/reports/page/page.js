@@ -78,10 +78,11 @@
         await Plotly.relayout(ground, { "xaxis.range": [x - 0.3 * (right - left), x + 0.7 * (right - left)] });
       }
       await Plotly.restyle(phases, { x: [[data.q[0][k]], [data.q[1][k]]], y: [[data.dq[0][k]], [data.dq[1][k]]] }, moving);
-      const estimate = data.estimate[k] === null ? "" : ", estimate " + data.estimate[k].toFixed(2) + "\u00b0";
+      const number = (value) => (value === null ? "none" : value.toFixed(2));
+      const estimate = data.estimate[k] === null ? "" : ", estimate " + number(data.estimate[k]) + "\u00b0";
       words.textContent = "t = " + moment.toFixed(3) + " s, step " + data.step[k] + ", slope " +
-        data.slope[k].toFixed(2) + "\u00b0" + estimate + ", ankle " + data.torque[0][k].toFixed(2) + " N m, hip " +
-        data.torque[1][k].toFixed(2) + " N m";
+        number(data.slope[k]) + "\u00b0" + estimate + ", ankle " + number(data.torque[0][k]) + " N m, hip " +
+        number(data.torque[1][k]) + " N m";
       slider.value = moment;
       document.body.dataset.moment = moment.toFixed(3);
       if (wanted !== moment) await draw();
