@@ -114,7 +114,8 @@ def drawings(monkeypatch: pytest.MonkeyPatch) -> Drawings:
 # ---- help ------------------------------------------------------------------------------------------------------------
 
 
-COMMANDS = ("walk", "compare", "gait", "bifurcation", "basin", "stability", "render", "sweep", "reproduce", "compile")
+COMMANDS = ("walk", "compare", "gait", "bifurcation", "basin", "stability", "render", "report", "sweep", "reproduce",
+            "compile")  # fmt: skip
 
 
 def test_help_names_the_commands_in_order() -> None:
