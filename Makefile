@@ -6,10 +6,10 @@ BIN := $(VENV)/bin
 OUT := out
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk reproduce test test-slow test-viewer bench check format lock clean
+.PHONY: help setup walk reproduce test test-slow test-viewer test-browser notebooks bench check format lock clean
 
 help: ## this list
-	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-11s %s\n", $$1, $$2}'
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
 
 setup: $(VENV)/.ready ## install mjbiped and its tools into .venv
 
@@ -46,6 +46,17 @@ test-viewer: setup ## the viewer's window on a screen in memory; installs that o
 		test -z "$$missing" || { apt-get update -q && apt-get install -qy xvfb xdotool imagemagick; }
 	$(BIN)/python -m pytest -m viewer tests/viewing
 
+test-browser: setup ## reports in headless Chromium, which is installed (apt-get) where it is missing; pictures in out/screenshots
+	@command -v chromium >/dev/null || command -v chromium-browser >/dev/null || command -v google-chrome >/dev/null || \
+		{ apt-get update -qq && apt-get install -y -qq chromium; } || \
+		{ echo "Chromium is missing and cannot be installed from here: install it, then run make test-browser again"; exit 1; }
+	@$(BIN)/python -m pip install --quiet --quiet --disable-pip-version-check -c constraints.txt -e '.[browser]'
+	MJBIPED_SCREENSHOTS=$(OUT)/screenshots $(BIN)/python -m pytest -m browser tests/reports
+
+notebooks: setup ## execute docs/notebooks/ again, in place
+	@$(BIN)/python -m pip install --quiet --quiet --disable-pip-version-check -c constraints.txt -e '.[notebooks]'
+	$(BIN)/jupyter nbconvert --to notebook --execute --inplace docs/notebooks/*.ipynb
+
 bench: setup ## measure the speed, some seventeen minutes: docs/performance.md
 	$(BIN)/python -m scripts.benchmarks.benchmark
 	$(BIN)/python -m scripts.benchmarks.step_benchmark
@@ -68,7 +79,7 @@ format: setup ## write the code in its one format
 
 lock: ## take the newest allowed versions into constraints.txt
 	rm -rf $(VENV)-lock && $(PYTHON) -m venv $(VENV)-lock
-	$(VENV)-lock/bin/pip install --quiet --disable-pip-version-check '.[test,cluster]' hatchling
+	$(VENV)-lock/bin/pip install --quiet --disable-pip-version-check '.[test,cluster,browser,notebooks]' hatchling
 	$(VENV)-lock/bin/pip freeze --exclude mjbiped > constraints.txt
 	rm -rf $(VENV)-lock
 

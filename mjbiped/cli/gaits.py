@@ -17,6 +17,7 @@ from mjbiped.control.own import FORMS
 from mjbiped.control.registry import SHARED
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.numerics.jit import announced
+from mjbiped.records.tables import bare_table
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
 from mjbiped.utils import domains
@@ -234,7 +235,7 @@ def basin(
         "mean_steps_to_settle": float(found.steps[found.fates == Fate.SETTLED].mean()) if shares["settled"] else None,
         "seconds": seconds,
     }
-    table = tables.bare_table("fate", "share of the starts", "steps, mean", numbers=True)
+    table = bare_table("fate", "share of the starts", "steps, mean", numbers=True)
     for fate in Fate:
         here = found.fates == fate
         if here.any():

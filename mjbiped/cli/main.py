@@ -21,13 +21,13 @@ from mjbiped.cli.compile import compile_
 from mjbiped.cli.files import INTERRUPTED, LONGEST_LINE, Files, end, terminable
 from mjbiped.cli.gaits import basin, bifurcation
 from mjbiped.cli.laws import taken
+from mjbiped.cli.report import report
 from mjbiped.cli.reproduce import reproduce
 from mjbiped.cli.sweep import sweep
 from mjbiped.cli.view import view
 from mjbiped.cli.walkers import engine_of, mujoco_of, walker
 from mjbiped.errors import MjbipedError, shortened
 from mjbiped.gaits.passive import find_passive_gait
-from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
@@ -85,6 +85,7 @@ def main() -> None:
       mjbiped basin --slope-deg 2 --plot basin.png
       mjbiped render walk.npz --slow-motion 4
       mjbiped view random:seed=7
+      mjbiped report walk.npz
       mjbiped sweep study.toml
       mjbiped reproduce --quick
       mjbiped compile
@@ -153,9 +154,9 @@ def _walk(
     else:
         files.plot(plot, "walk:plot_walk", done)
         files.render(done, video, pictures, progress=not quiet)
-    summary = measures.summary(done)
+    summary = done.summary()
     printed = {**summary, "settings": dict(done.settings)}
-    files.end(printed, [tables.walk_table(done, summary)], json=json, quiet=quiet)
+    files.end(printed, [summary], json=json, quiet=quiet)
 
 
 @main.command("compare", cls=options.SectionCommand)
@@ -283,6 +284,7 @@ def _render(record: Path, video: Path | None, plot: Path | None, no_video: bool,
 
 
 main.add_command(view)
+main.add_command(report)
 main.add_command(sweep)
 main.add_command(reproduce)
 main.add_command(compile_)

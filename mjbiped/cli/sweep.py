@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from mjbiped.cli import options, tables
+from mjbiped.cli import options
+from mjbiped.cli import tables as told
 from mjbiped.cli.files import INTERRUPTED, end, tell
 from mjbiped.utils import domains
 
@@ -23,6 +24,12 @@ from mjbiped.utils import domains
         "Let the workers of this Dask scheduler walk, as tcp://host:8786; needs pip install 'mjbiped[cluster]'.",
     ),
     ("--fresh", bool, False, "Delete the rows of an earlier run and begin again."),
+    (
+        "--trajectories",
+        bool,
+        False,
+        "Keep the samples of all walks too, in trajectories.parquet; needs pip install 'mjbiped[data]'.",
+    ),
 )
 @options.options(
     "Results",
@@ -32,11 +39,20 @@ from mjbiped.utils import domains
         None,
         "Where table and figures go; unless given, a folder beside STUDY that has its name.",
     ),
+    ("--parquet", bool, False, "Write the table as study.parquet too; needs pip install 'mjbiped[data]'."),
 )
 @options.width_option
 @options.printed_options
 def sweep(
-    study: Path, workers: int | None, scheduler: str | None, fresh: bool, out: Path | None, json: bool, quiet: bool
+    study: Path,
+    workers: int | None,
+    scheduler: str | None,
+    fresh: bool,
+    trajectories: bool,
+    out: Path | None,
+    parquet: bool,
+    json: bool,
+    quiet: bool,
 ) -> None:
     """Walk all the walks that STUDY asks for, a .toml file: grids, random samples, or both.
 
@@ -47,22 +63,38 @@ def sweep(
     Examples:
       mjbiped sweep scripts/studies/random_ground.toml --out out/random_ground
       mjbiped sweep study.toml --workers 2 --json
+      mjbiped sweep study.toml --parquet --trajectories
       mjbiped sweep study.toml --scheduler tcp://10.0.0.1:8786
     """  # noqa: D301 (click reads the backspace)
+    from mjbiped.sweeps import trajectories as samples
     from mjbiped.sweeps.figures import draw
+    from mjbiped.sweeps.parquet import check_installed, write_table
     from mjbiped.sweeps.plan import read_study
     from mjbiped.sweeps.run import run
     from mjbiped.sweeps.summary import summarised
 
     if workers is not None and scheduler is not None:
         raise click.UsageError("--workers is for this machine; the workers of a --scheduler are its own.")
+    for option, wanted in (("--parquet", parquet), ("--trajectories", trajectories)):
+        if wanted:
+            check_installed(option)
     planned = read_study(study)
     folder = study.with_suffix("") if out is None else out
     try:
-        rows, table = run(planned, folder, workers=workers, scheduler=scheduler, fresh=fresh, progress=not quiet)
-        files = [table, *draw(planned, rows, folder)]
+        rows, table = run(
+            planned,
+            folder,
+            workers=workers,
+            scheduler=scheduler,
+            fresh=fresh,
+            trajectories=trajectories,
+            progress=not quiet,
+        )
+        tables = [table, write_table(table.with_suffix(".parquet"), rows)] if parquet else [table]
+        tables += [folder / samples.FILE] if trajectories else []
+        files = [*tables, *draw(planned, rows, folder)]
     except KeyboardInterrupt:
         end(INTERRUPTED, f"interrupted; what had ended is in {folder}: the same command goes on from there")
     summary = summarised(rows)
     printed = {**summary, "files": [str(file) for file in files]}
-    tell(printed, tables.sweep_tables(summary), files, json=json, quiet=quiet)
+    tell(printed, told.sweep_tables(summary), files, json=json, quiet=quiet)

@@ -8,40 +8,18 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
 from mjbiped.analysis.divergence import COLUMNS, DISPLAYED
 from mjbiped.gaits.passive import Gait
-from mjbiped.records.measures import MEASURES
-from mjbiped.records.record import Walk
+from mjbiped.records.measures import MEASURES, in_words
+from mjbiped.records.tables import bare_table, table_of
 
 if TYPE_CHECKING:
     from mjbiped.analysis.compare import Comparison
     from mjbiped.analysis.stability import Stability
     from mjbiped.reproduction.report.checks import Check
-
-
-def walk_table(walk: Walk, summary: Mapping[str, Any]) -> Table:
-    """A walk's summary as a table.
-
-    Args:
-        walk: The walk.
-        summary: What `mjbiped.records.measures.summary` says of it.
-    """
-    settings = walk.settings
-    rows = [
-        ("outcome", walk.outcome, ""),
-        ("ended at", f"{summary['ended_at_time_s']:.3f} s, hip at x = {summary['ended_at_x_m']:.3f} m", ""),
-        ("terrain", walk.terrain.caption, ""),
-        ("controller", f"{settings['controller']['name']}, engine {settings['engine']}", ""),
-    ]
-    if summary["warnings"]:
-        warnings = (f"{text} ({n} times)" if n > 1 else text for text, n in summary["warnings"].items())
-        rows.append(("warning", "; ".join(warnings), ""))
-    rows += [(label, _shown(summary[key], factor, form), unit) for label, key, factor, form, unit in MEASURES]
-    return _table(rows)
 
 
 def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:
@@ -52,9 +30,9 @@ def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:
     sides.add_row("outcome", outcome["mujoco"], outcome["hybrid"])
     for label, key, factor, form, unit in MEASURES:
         row = measures[key]
-        difference = _shown(row["difference"], factor, "+.3g")
-        percent = _shown(row["difference_percent"], 1, "+.2f")
-        cells = (_shown(row[engine], factor, form) for engine in ("mujoco", "hybrid"))
+        difference = in_words(row["difference"], factor, "+.3g")
+        percent = in_words(row["difference_percent"], 1, "+.2f")
+        cells = (in_words(row[engine], factor, form) for engine in ("mujoco", "hybrid"))
         sides.add_row(label, *cells, difference, percent, unit)
     steps = bare_table("largest difference at a touchdown", "", "at", "limit", "unit")
     table = comparison.touchdowns
@@ -103,7 +81,7 @@ def gait_table(summary: Mapping[str, Any]) -> Table:
         number = f"{value['real']:.5f}" + (f" {value['imaginary']:+.5f} i" if value["imaginary"] else "")
         rows.append(("Floquet multiplier, modulus", f"{number}, {value['modulus']:.5f}", ""))
     rows.append(("stable", "yes" if summary["stable"] else "no", ""))
-    return _table(rows)
+    return table_of(rows)
 
 
 def stability_summary(found: Stability) -> dict[str, Any]:
@@ -135,8 +113,8 @@ def stability_summary(found: Stability) -> dict[str, Any]:
 
 def stability_table(summary: Mapping[str, Any]) -> Table:
     """What `stability_summary` says, as a table."""
-    shown = {key: _shown(value, 1, ".4g") for key, value in summary.items()}
-    return _table(
+    shown = {key: in_words(value, 1, ".4g") for key, value in summary.items()}
+    return table_of(
         (label, form.format_map(shown), unit)
         for label, form, unit in (
             ("whole steps", "{steps}", ""),
@@ -199,7 +177,7 @@ def sweep_tables(summary: Mapping[str, Any]) -> list[Table]:
     for label, key, factor, form, unit in MEASURES:
         values = summary["finished"].get(key)
         if values is not None:
-            quantiles.add_row(label, *(_shown(value, factor, form) for value in values), unit)
+            quantiles.add_row(label, *(in_words(value, factor, form) for value in values), unit)
     tables = [outcomes] + ([quantiles] if quantiles.rows else [])
     if summary["errors"]:
         errors = bare_table("error", "walks", "first cell")
@@ -212,30 +190,6 @@ def sweep_tables(summary: Mapping[str, Any]) -> list[Table]:
 def as_json(values: Mapping[str, Any]) -> str:
     """Values as a JSON object; numbers that JSON does not know (infinite, not a number) become null."""
     return json.dumps(_plain(values), indent=2, allow_nan=False, ensure_ascii=True)
-
-
-def _shown(value: float | None, factor: float, form: str) -> str:
-    """A number with its format, a dash for one that does not exist."""
-    return "-" if value is None else "unbounded" if value == math.inf else format(value * factor, form)
-
-
-def bare_table(*headings: str, numbers: bool = False) -> Table:
-    """An empty table in the house's way: words to the left, numbers to the right; all are numbers if told so."""
-    table = Table(box=box.SIMPLE, pad_edge=False)
-    for heading in headings:
-        words = heading in (headings[0], "unit") and not numbers
-        table.add_column(heading, justify="left" if words else "right", overflow="fold")
-    return table
-
-
-def _table(rows: Iterable[tuple[str, str, str]]) -> Table:
-    """Rows of label, value and unit; nothing in them is taken for markup."""
-    table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
-    for _ in range(3):
-        table.add_column(overflow="fold")
-    for cells in rows:
-        table.add_row(*(Text(cell) for cell in cells))
-    return table
 
 
 def _plain(value: Any) -> Any:

@@ -16,6 +16,7 @@ from mjbiped.records.measures import Summary
 from mjbiped.records.record import Walk
 from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
 from mjbiped.rules.termination import Outcome
+from mjbiped.utils.progress import hidden
 
 if TYPE_CHECKING:
     import numpy as np
@@ -187,7 +188,7 @@ class Run(ABC):
                 total=terms.steps or round(terms.distance or 0.0, 2),
                 desc="walking",
                 unit="step" if terms.steps else "m",
-                disable=None,
+                disable=hidden(True),
             ) as bar,
         ):
 

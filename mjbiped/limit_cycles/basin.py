@@ -34,6 +34,7 @@ from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.parallel import cores
+from mjbiped.utils.progress import hidden
 
 SETTLED = 1e-3
 """A walk has settled when a state after an impact is as near to the gait's as this, in rad and sqrt(g/l)."""
@@ -309,7 +310,7 @@ def _filled(basin: Basin, row: Callable[[int], None], threads: int, progress: bo
     with ThreadPoolExecutor(threads) as pool:
         try:
             futures = [pool.submit(row, number) for number in rows]
-            for future in tqdm(as_completed(futures), total=len(rows), desc="rows", disable=None if progress else True):
+            for future in tqdm(as_completed(futures), total=len(rows), desc="rows", disable=hidden(progress)):
                 future.result()
         except BaseException as error:
             pool.shutdown(cancel_futures=True)

@@ -18,6 +18,7 @@ from mjbiped.robots.compass import Array, Compass
 from mjbiped.rules.scuffing import ScuffingRule, check_landing, chosen
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils import domains
+from mjbiped.utils.progress import hidden
 
 FIRST_SLOPE = math.radians(0.1)
 FEIGENBAUM = 4.669201609
@@ -110,7 +111,7 @@ def find_cascade(robot: Compass, doublings: int = 4, *, progress: bool = False) 
     doublings = domains.DOUBLINGS.check("doublings", doublings)
     branches: list[Branch] = []
     gait, step, end = periodic.first_gait(robot, FIRST_SLOPE), _FIRST_STEP, ""
-    with tqdm(total=doublings, desc="doublings", disable=None if progress else True) as bar:
+    with tqdm(total=doublings, desc="doublings", disable=hidden(progress)) as bar:
         while True:
             branch = _followed(gait, step)
             branches.append(branch)
@@ -255,7 +256,7 @@ def bifurcation_diagram(
     kept = np.full((len(planes), keep, 4), np.nan)
     times = np.full((len(planes), keep), np.nan)
     outcomes = []
-    for row, slope in enumerate(tqdm(planes.tolist(), desc="slopes", disable=None if progress else True)):
+    for row, slope in enumerate(tqdm(planes.tolist(), desc="slopes", disable=hidden(progress))):
         batch = walk_all(plane_of(robot, slope, rule), start[None], steps, room=steps)
         outcomes.append(Outcome(batch.outcomes[0]).name.lower())
         if batch.outcomes[0] == TOUCHDOWN:

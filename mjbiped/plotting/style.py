@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any, cast
 
@@ -73,6 +74,7 @@ _LAYOUT_DIGITS = 9
 """Digits of a panel's place, as a share of the figure. matplotlib's layout solver takes its equations in the order in
 which they lie in memory, so digits 14 and beyond differ from run to run, and with them the bytes of the file."""
 
+_DOTS_IN_NOTEBOOK = 80  # per inch: 768 pixels wide, where a notebook keeps each picture in its file
 _COLOURS = 128  # of a small PNG's palette
 
 
@@ -114,9 +116,17 @@ def styled() -> Iterator[None]:
 
 def new_figure(height: float = 1.0) -> Figure:
     """An empty figure of the present `width`, `height` inches high, that leaves pyplot alone."""
-    figure = Figure(figsize=(width().inches, height), layout=_EvenLayout())
+    figure = NotebookFigure(figsize=(width().inches, height), layout=_EvenLayout())
     FigureCanvasAgg(figure)
     return figure
+
+
+class NotebookFigure(Figure):
+    """A figure that a notebook shows, although pyplot, which would tell it how, is left alone."""
+
+    def _repr_png_(self) -> bytes:
+        """What a notebook shows."""
+        return figure_png(self)
 
 
 class _EvenLayout(ConstrainedLayoutEngine):
@@ -166,11 +176,25 @@ def save_figure(figure: Figure, path: Path) -> None:
         figure.savefig(unfinished, format=kind, metadata=dateless)
 
 
+def figure_png(figure: Figure) -> bytes:
+    """A figure as a small PNG file's bytes, for a notebook."""
+    whole, small = BytesIO(), BytesIO()
+    with styled():
+        figure.savefig(whole, format="png", dpi=_DOTS_IN_NOTEBOOK)
+    _write_small(whole, small)
+    return small.getvalue()
+
+
 def make_small(path: Path) -> None:
     """Give a PNG file a palette: a third of the bytes, for a page."""
+    with written_whole(path) as unfinished:
+        _write_small(path, unfinished)
+
+
+def _write_small(source: Path | BytesIO, target: Path | BytesIO) -> None:
+    """Write a PNG file again, with a palette."""
     from PIL import Image  # imported where it is used: figures need not wait for it
 
-    with Image.open(path) as picture:
+    with Image.open(source) as picture:
         small = picture.convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE)
-    with written_whole(path) as unfinished:
-        small.save(unfinished, optimize=True)
+    small.save(target, format="png", optimize=True)

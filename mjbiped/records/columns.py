@@ -19,6 +19,7 @@ class Column(NamedTuple):
         finite: Whether no record holds anything but finite numbers here. What a controller gives, and what is made of
             it, need not be: a walk with such a torque diverges, and its record says by which.
         since: Version of the record's format in which it came; NaN in records of earlier ones.
+        parts: What each number of a row is, where there are several: flat tables have a column `name_part` for each.
     """
 
     width: int
@@ -26,31 +27,36 @@ class Column(NamedTuple):
     meaning: str
     finite: bool = True
     since: int = 1
+    parts: tuple[str, ...] = ()
+
+
+_LEGS, _JOINTS = ("stance", "swing"), ("ankle", "hip")
+_PLACES = ("hip_x", "hip_z", "left", "right")
 
 
 SAMPLES: Mapping[str, Column] = {
     "time": Column(1, "s", "since the walk's start"),
-    "q": Column(2, "rad", "stance and swing leg from the ground's normal under the stance foot"),
-    "dq": Column(2, "rad/s", "their rates"),
-    "torque": Column(2, "N m", "ankle and hip, from now on", finite=False),
+    "q": Column(2, "rad", "stance and swing leg from the ground's normal under the stance foot", parts=_LEGS),
+    "dq": Column(2, "rad/s", "their rates", parts=_LEGS),
+    "torque": Column(2, "N m", "ankle and hip, from now on", finite=False, parts=_JOINTS),
     "slope": Column(1, "rad", "of the ground under the stance foot"),
     "slope_estimate": Column(1, "rad", "the controller's; NaN where it has none", finite=False),
     "stance": Column(1, "", "0 left, 1 right"),
-    "qpos": Column(4, "m, m, rad, rad", "hip x, hip z, left and right leg from the vertical"),
+    "qpos": Column(4, "m, m, rad, rad", "hip x, hip z, left and right leg from the vertical", parts=_PLACES),
 }
 """Columns of the samples; `controller_states` comes beside them, one column per integrated state of the controller."""
 
 TOUCHDOWNS: Mapping[str, Column] = {
     "time": Column(1, "s", "of the support transfer"),
-    "qpos": Column(4, "m, m, rad, rad", "hip x, hip z, left and right leg from the vertical"),
+    "qpos": Column(4, "m, m, rad, rad", "hip x, hip z, left and right leg from the vertical", parts=_PLACES),
     "x": Column(1, "m", "position of the new stance foot"),
     "z": Column(1, "m", "its height"),
     "stance": Column(1, "", "the new stance leg, 0 left, 1 right"),
     "slope": Column(1, "rad", "of the ground under the new stance foot"),
-    "q_before": Column(2, "rad", "stance and swing leg in the old roles, from the old ground's normal"),
-    "dq_before": Column(2, "rad/s", "their rates just before the impact"),
-    "q": Column(2, "rad", "stance and swing leg in the new roles, from the new ground's normal"),
-    "dq": Column(2, "rad/s", "their rates just after the impact"),
+    "q_before": Column(2, "rad", "stance and swing leg in the old roles, from the old ground's normal", parts=_LEGS),
+    "dq_before": Column(2, "rad/s", "their rates just before the impact", parts=_LEGS),
+    "q": Column(2, "rad", "stance and swing leg in the new roles, from the new ground's normal", parts=_LEGS),
+    "dq": Column(2, "rad/s", "their rates just after the impact", parts=_LEGS),
     "work_absolute": Column(1, "J", "since the start, the absolute work of both joints", finite=False),
     "work_net": Column(1, "J", "the same, with its sign", finite=False),
     "work_positive": Column(1, "J", "the same, positive work alone", finite=False),

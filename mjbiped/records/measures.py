@@ -42,6 +42,12 @@ def work(walk: Walk, kind: str = "absolute") -> float:
     return float(walk.touchdowns[f"work_{kind}"][-1]) if walk.steps else 0.0
 
 
+def powers(walk: Walk) -> NDArray[np.float64]:
+    """Mechanical power of ankle and hip at each sample, τ₁ q̇₁ and τ₂ (q̇₂ - q̇₁), shape (samples, 2), W."""
+    torque, dq = walk.samples["torque"], walk.samples["dq"]
+    return np.asarray(torque * np.stack([dq[:, 0], dq[:, 1] - dq[:, 0]], axis=1), dtype=np.float64)
+
+
 def cost_of_transport(walk: Walk, kind: str = "absolute") -> float:
     """Mechanical cost of transport c_mt: work / (weight · distance); NaN for a walk that got nowhere.
 
@@ -281,3 +287,8 @@ MEASURES: tuple[tuple[str, str, float, str, str], ...] = (
     ("impacts on vertical faces", "strikes", 1, "d", ""),
 )
 """Of a summary, as they are shown: label, key, factor to the unit shown, format, and that unit."""
+
+
+def in_words(value: float | None, factor: float, form: str) -> str:
+    """A number with its format, as it is shown; a dash for one that does not exist."""
+    return "-" if value is None else "unbounded" if value == math.inf else format(value * factor, form)

@@ -4,22 +4,31 @@ from __future__ import annotations
 
 import json
 import textwrap
+from base64 import b64encode
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.errors import LONGEST_SHOWN, RecordError, shown
-from mjbiped.records import measures
+from mjbiped.errors import LONGEST_SHOWN, MjbipedError, RecordError, shown
+from mjbiped.records import measures, views
 from mjbiped.records.arrays import read_arrays, write_arrays
+from mjbiped.records.frames import Frames, frames
 from mjbiped.records.schema import FORMAT as FORMAT
 from mjbiped.records.schema import FORMAT_VERSION as FORMAT_VERSION
 from mjbiped.records.schema import checked_fields
+from mjbiped.records.summary import WalkSummary, html_table
 from mjbiped.robots.compass import Compass
 from mjbiped.terrain.terrain import Terrain
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_SHOWN_FIRST = ("outcome", "ended at", "terrain", "controller", "warning", "steps", "distance", "speed",
+                "cost of transport, absolute", "peak torque, ankle", "peak torque, hip")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +109,70 @@ class Walk:
         x = self.distance
         said = "".join(f"; {text}" for text in self.warnings)
         return f"<Walk on {name}: {self.outcome} after {self.steps} steps, {x:.3f} m, {self.end[0]:.3f} s{said}>"
+
+    def summary(self) -> WalkSummary:
+        """All measures of the walk.
+
+        Returns:
+            What prints as the table of `mjbiped walk`, and has each measure by its name:
+            `walk.summary()["cost_of_transport"]`. A measure that does not exist is None.
+        """
+        return WalkSummary(self)
+
+    def plot(self, path: str | Path | None = None) -> Figure:
+        """Draw the walk: time lapse, slope estimate, torques, phase portraits.
+
+        Args:
+            path: File to write as well, `.png`, `.pdf` or `.svg`.
+
+        Returns:
+            The figure; `mjbiped.plotting.walk.plot_walk` describes it.
+
+        Raises:
+            InputError: The path has another suffix; nothing has been drawn then.
+            RenderError: The record holds no samples, or the file cannot be written.
+        """
+        figure: Figure = views.drawer("figure")(self, path)
+        return figure
+
+    def video(self, path: str | Path, **settings: Any) -> None:
+        """Render the walk as a video.
+
+        Args:
+            path: File to write, `.mp4`.
+            **settings: Those of `mjbiped.rendering.video.render_video`: `slow_motion=4`, `camera="side"`,
+                `progress=True` and others.
+
+        Raises:
+            InputError: An argument is outside its domain; nothing has been drawn then.
+            RenderError: The record holds no samples, no OpenGL platform works, or the file cannot be written.
+        """
+        views.drawer("video")(self, path, **settings)
+
+    def to_pandas(self) -> Frames:
+        """The walk as two data frames of pandas, `samples` and `touchdowns`.
+
+        Columns are flat, one number each: `q_stance`, `q_swing`, `torque_ankle`, `qpos_hip_x`, ..., and
+        `controller_state_0`, ... for the controller's integrated states. Both frames have `step`, from 1 on: a sample
+        belongs to the step whose stance leg it has, a touchdown to the step that it ends. `frame.attrs["units"]` has
+        the units by column; SI and radians throughout.
+
+        Returns:
+            A named tuple: `samples, touchdowns = walk.to_pandas()`.
+
+        Raises:
+            InputError: pandas is not installed: it comes with `pip install 'mjbiped[data]'`.
+        """
+        return frames(self)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: outcome and measures, and the time lapse where there are samples."""
+        shown_first = html_table(tuple(row for row in self.summary().rows if row[0] in _SHOWN_FIRST))
+        try:
+            picture = b64encode(views.drawer("picture")(self)).decode()
+        except MjbipedError:  # nothing to draw
+            return shown_first
+        return f'{shown_first}<img alt="time lapse of the walk" src="data:image/png;base64,{picture}">'
 
     def __eq__(self, other: object) -> bool:
         """Bitwise equality of everything recorded."""

@@ -22,6 +22,7 @@ from mjbiped.reproduction.grounds import Segments, end_of
 from mjbiped.reproduction.methods import adaptive
 from mjbiped.reproduction.published import TABLE_3
 from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils.progress import hidden
 
 SEGMENTS = 6
 """Of the grounds that are searched."""
@@ -104,7 +105,7 @@ def search(seed: int = 0, generations: int = 160, population: int = 6, *, progre
         bar.set_postfix(distance=float(intermediate_result.fun))
         bar.update()
 
-    with tqdm(total=generations, desc="generations", disable=None if progress else True) as bar:
+    with tqdm(total=generations, desc="generations", disable=hidden(progress)) as bar:
         best = differential_evolution(
             cost,
             bounds,

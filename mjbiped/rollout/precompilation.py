@@ -17,6 +17,7 @@ from mjbiped.rollout.walk import walk
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import known_name
 from mjbiped.utils.parallel import cores, processes
+from mjbiped.utils.progress import hidden
 
 Unit = tuple[str, str]
 """Names of an engine and of a controller."""
@@ -63,7 +64,7 @@ def precompile(
     total = len(names) * len(chosen)
     with (
         processes(min(workers or cores(), total)) as pool,
-        tqdm(total=total, desc="compiling", unit="law", disable=None if progress else True) as bar,
+        tqdm(total=total, desc="compiling", unit="law", disable=hidden(progress)) as bar,
     ):
         running: dict[Future[None], tuple[str, int] | None] = {
             pool.submit(_walk_a_step, group.pop(0)): kind for kind, group in sorted(waiting.items())

@@ -19,6 +19,7 @@ from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import WORKERS, entries
 from mjbiped.utils.parallel import cores
+from mjbiped.utils.progress import hidden
 
 Initial: TypeAlias = str | Sequence[float]
 
@@ -148,7 +149,7 @@ def walk_many(
     with (
         terms.engine.session(many=True),
         announced("the controllers of these walks", wanted=progress),
-        tqdm(total=len(plans), desc="preparing", unit="walk", disable=None if progress else True) as bar,
+        tqdm(total=len(plans), desc="preparing", unit="walk", disable=hidden(progress)) as bar,
     ):
         batch = Batch(plans, summaries, workers, bar)
         try:

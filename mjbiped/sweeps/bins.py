@@ -17,6 +17,10 @@ from mjbiped.sweeps.plan import FINISHED
 MOST_VALUES = 16
 """Of a parameter that are shown one by one; more are binned."""
 
+_MOST_PARAMETERS = 3
+_MOST_GROUPS = 5
+_MOST_LISTED = 40  # where there is nothing else
+
 
 @dataclass(frozen=True)
 class Axis:
@@ -87,6 +91,28 @@ def grouped(rows: Sequence[Row], names: Sequence[str]) -> Axis:
     label = ", ".join(map(parameter_label, names))
     edges = np.arange(len(kinds) + 1.0)
     return Axis(label, np.array([places[key] for key in keys]), edges, edges[:-1], ticks)
+
+
+def without_seeds(varied: Iterable[str]) -> list[str]:
+    """Names of columns that mean something beside one another."""
+    return [name for name in varied if not name.endswith(".seed")]
+
+
+def chosen(rows: Sequence[Row], varied: Sequence[str]) -> tuple[list[str], list[str]]:
+    """What figures of a study show of what varies in it.
+
+    Args:
+        rows: Of the table.
+        varied: Names of columns, those that matter most first.
+
+    Returns:
+        Names of numeric columns, to be axes, and of those that tell groups of walks apart.
+    """
+    numeric = [name for name in varied if all(isinstance(row[name], float | int | None) for row in rows)]
+    named = [name for name in varied if name not in numeric]
+    while grouped(rows, named).count > (_MOST_GROUPS if numeric else _MOST_LISTED):
+        named.pop()
+    return numeric[:_MOST_PARAMETERS], named
 
 
 def binned(rows: Sequence[Row], name: str, most: int, *, log: bool = False) -> Axis:

@@ -12,9 +12,11 @@ from typing import Any
 from mjbiped.control.controller import Controller
 from mjbiped.control.registry import make_controller
 from mjbiped.engines.mujoco.engine import Mujoco
+from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.errors import InputError
 from mjbiped.gaits.passive import Gait, find_passive_gait
 from mjbiped.records import measures
+from mjbiped.records.frames import flat_samples
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 from mjbiped.rollout.walk import WalkStopped, walk
@@ -42,7 +44,12 @@ OPTIONS: Mapping[str, Domain] = {"timestep": domains.TIMESTEP, "contact_timestep
 FAILED = "failed"
 """Outcome of a walk that an error kept from ending."""
 
-_SPARSE = 1.0  # sample period, s: the samples are not kept
+TRAJECTORY = "trajectory"
+"""Key of a row that holds the samples too, in flat columns; it is no column of the table."""
+
+SPARSE = 1.0
+"""Sample period of walks whose samples are not kept, s."""
+
 _MUJOCO = threading.Lock()  # its callbacks belong to a whole process, and a remote worker may have several threads
 
 
@@ -115,8 +122,12 @@ class Cell:
         added = [STATE[key].check(f"initial.{key}", state.get(key, 0.0)) for key in STATE]
         return tuple(start + change for start, change in zip(base, added, strict=True))
 
-    def walk(self) -> Walk:
-        """Let it walk."""
+    def walk(self, sample_period: float = SPARSE) -> Walk:
+        """Let it walk.
+
+        Args:
+            sample_period: Of the record, s.
+        """
         robot, terrain, controller = self.robot(), self.terrain(), self.controller()
         limits, options = ({key: self.values[key] for key in keys if key in self.values} for keys in (LIMITS, OPTIONS))
         return walk(
@@ -125,30 +136,38 @@ class Cell:
             engine=Mujoco(**options) if options else str(self.values["engine"]),  # type: ignore[arg-type]  # checked there
             initial=self.initial(controller, robot, terrain),
             robot=robot,
-            sample_period=_SPARSE,
+            sample_period=sample_period,
             **limits,  # type: ignore[arg-type]  # checked there
         )
 
 
-def measured(cell: Cell) -> Row:
+def measured(cell: Cell, *, trajectory: bool = False) -> Row:
     """Let a cell walk.
 
     An error is a result: its text is kept, and the measures of the steps before it where there were any. What is the
     machine's fault and not the walk's is raised.
+
+    Args:
+        cell: What walks.
+        trajectory: Whether the samples are kept, in the row's `TRAJECTORY`.
 
     Returns:
         Outcome, error and measures; None for what does not exist.
     """
     try:
         with _MUJOCO if cell.values["engine"] == "mujoco" else nullcontext():
-            done = cell.walk()
+            done = cell.walk(DEFAULT_SAMPLE_PERIOD if trajectory else SPARSE)
     except WalkStopped as stop:
-        return {**_measures(stop.walk), "outcome": FAILED, "error": str(stop)}
+        return {**_measures(stop.walk), **_samples(stop.walk, trajectory), "outcome": FAILED, "error": str(stop)}
     except (MemoryError, OSError):
         raise
     except Exception as error:
         return {**dict.fromkeys(MEASURES), "outcome": FAILED, "error": f"{type(error).__name__}: {error}"}
-    return {**_measures(done), "outcome": done.outcome, "error": None}
+    return {**_measures(done), **_samples(done, trajectory), "outcome": done.outcome, "error": None}
+
+
+def _samples(done: Walk, wanted: bool) -> Row:
+    return {TRAJECTORY: flat_samples(done)} if wanted else {}
 
 
 def _measures(done: Walk) -> Row:

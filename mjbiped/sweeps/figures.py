@@ -20,7 +20,7 @@ from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import BLACK, BLUE, GREEN, GROUND, GUIDE, ORANGE, SHADE, VERMILLION, drawn, note_at
 from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
-from mjbiped.sweeps.bins import MOST_VALUES, Axis, binned, grouped, middle, quartiles, values_of
+from mjbiped.sweeps.bins import MOST_VALUES, Axis, binned, chosen, grouped, middle, quartiles, values_of, without_seeds
 from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.labels import measure_label
 from mjbiped.sweeps.plan import FINISHED, Study
@@ -28,15 +28,12 @@ from mjbiped.sweeps.plan import FINISHED, Study
 MEASURES = ("cost_of_transport", FINISHED, "peak_ankle_torque_Nm")
 """Shown unless the study file says otherwise."""
 
-_MOST_PARAMETERS = 3
 _MOST_TICKS = 8
 _COLUMNS = 3
 _BESIDE_MAP = 1.15  # labels and colour bar, inches
 _SMALLEST = 5.0  # letters in a map, points
 _FEWEST_BINS = 3
 _WALKS_IN_BIN = 12  # at least, in the mean
-_MOST_GROUPS = 5
-_MOST_LISTED = 40  # where there is nothing else
 _MOST_NUMBERED = 7  # columns of a heat map that has its numbers written in
 _LOG_RATIO = 30.0  # of greatest to least value, from which on a colour scale is logarithmic
 _MAP = ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.95, 256)))
@@ -58,7 +55,7 @@ def draw(study: Study, rows: Sequence[Row], folder: Path) -> list[Path]:
     Raises:
         RenderError: A file cannot be written.
     """
-    numeric, named = _chosen(study, rows)
+    numeric, named = chosen(rows, study.plot_parameters or without_seeds(study.varied))
     groups = grouped(rows, named)
     measures = study.plot_measures or MEASURES
     drawings: dict[str, Callable[[Figure], None]] = {}
@@ -82,16 +79,6 @@ def draw(study: Study, rows: Sequence[Row], folder: Path) -> list[Path]:
         with drawn(path) as figure:
             fill(figure)
     return written
-
-
-def _chosen(study: Study, rows: Sequence[Row]) -> tuple[list[str], list[str]]:
-    """Numeric parameters to be shown, and those that tell groups of walks apart."""
-    candidates = study.plot_parameters or [name for name in study.varied if not name.endswith(".seed")]
-    numeric = [name for name in candidates if all(isinstance(row[name], float | int | None) for row in rows)]
-    named = [name for name in candidates if name not in numeric]
-    while grouped(rows, named).count > (_MOST_GROUPS if numeric else _MOST_LISTED):
-        named.pop()
-    return numeric[:_MOST_PARAMETERS], named
 
 
 def _panels(figure: Figure, measures: Sequence[str], height: float, groups: int = 1) -> Any:

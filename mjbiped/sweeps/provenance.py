@@ -12,7 +12,7 @@ from mjbiped import errors
 from mjbiped.control.registry import registered
 from mjbiped.engines.mujoco import scene
 
-_NO_NUMBERS = ("cli", "plotting", "rendering", "reproduction", "sweeps")
+_NO_NUMBERS = ("cli", "plotting", "rendering", "reports", "reproduction", "sweeps")
 """Packages that change no number of a walk; but what their files `cell.py` say of one does."""
 
 

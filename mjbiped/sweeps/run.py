@@ -6,6 +6,7 @@ import queue
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
@@ -21,7 +22,9 @@ from mjbiped.sweeps.cell import FAILED, MEASURES, Cell, Row, measured
 from mjbiped.sweeps.plan import Study
 from mjbiped.sweeps.provenance import sources
 from mjbiped.sweeps.store import Layout, Store, opened
+from mjbiped.sweeps.trajectories import Trajectories, forget
 from mjbiped.utils.parallel import cluster, cores, processes
+from mjbiped.utils.progress import hidden
 
 MOST_IN_BATCH = 32
 LONGEST_BATCH = 0.5
@@ -53,6 +56,7 @@ def run(
     workers: int | None = None,
     scheduler: str | None = None,
     fresh: bool = False,
+    trajectories: bool = False,
     progress: bool = False,
 ) -> tuple[list[Row], Path]:
     """Walk all cells of a study that have no row yet.
@@ -66,6 +70,8 @@ def run(
         workers: Processes on this machine; one for each core unless given.
         scheduler: Address of a Dask scheduler, whose workers walk instead.
         fresh: Begin again.
+        trajectories: Keep the samples of all walks too, in `mjbiped.sweeps.trajectories.FILE`; cells that have walked
+            without are walked again.
         progress: Show a progress bar (never where the output is not a terminal).
 
     Returns:
@@ -79,10 +85,16 @@ def run(
     """
     identity = {"study": dict(study.declared), **_machinery(study.laws), "cells": study.digest}
     with opened(folder, layout_of(study), identity, fresh=fresh) as store:
+        if fresh:
+            forget(folder)
         done = {row["cell"] for row in store.rows()}
+        kept = None
+        if trajectories:
+            kept = Trajectories(folder, len(study.cells))
+            done &= kept.cells()
         todo = [cell for cell in study.cells if cell.index not in done]
         walk_cells(
-            _walked,
+            partial(_walked, trajectory=trajectories),
             todo,
             store,
             ended=len(done),
@@ -90,7 +102,10 @@ def run(
             scheduler=scheduler,
             progress=progress,
             laws=study.laws,
+            keep=None if kept is None else kept.keep,
         )
+        if kept is not None:
+            kept.join()
         return store.rows(), store.export()
 
 
@@ -104,6 +119,7 @@ def walk_cells(
     scheduler: str | None = None,
     progress: bool = False,
     laws: Mapping[str, str] = MappingProxyType({}),
+    keep: Callable[[Sequence[Row]], None] | None = None,
 ) -> None:
     """Let cells walk in other processes, and keep their rows as they come.
 
@@ -116,6 +132,7 @@ def walk_cells(
         scheduler: See there.
         progress: See there.
         laws: Of the user's own; see `Study.laws`.
+        keep: Keeps what of the rows is no part of the table, before the table has them.
     """
     if not todo:
         return
@@ -131,13 +148,15 @@ def walk_cells(
             future.add_done_callback(back.put)
 
     count = min(workers or cores(), len(todo))
-    bar = tqdm(total=ended + len(todo), initial=ended, desc="walks", unit="walk", disable=None if progress else True)
+    bar = tqdm(total=ended + len(todo), initial=ended, desc="walks", unit="walk", disable=hidden(progress))
     try:
         with bar, processes(count) if scheduler is None else cluster(scheduler) as pool:
             submit(todo, MOST_IN_BATCH)
             while pending:
                 future = back.get()
                 batch, rows = pending.pop(future), future.result()
+                if keep is not None:
+                    keep(rows)
                 store.save(rows)
                 bar.update(len(rows))
                 submit(batch[len(rows) :], len(rows))  # what the batch had no time for
@@ -196,7 +215,7 @@ def _machinery(laws: Mapping[str, str]) -> dict[str, Any]:
     return {"sources": sources(), "versions": dict(versions()), **own}
 
 
-def _walked(cell: Cell) -> Row:
+def _walked(cell: Cell, *, trajectory: bool = False) -> Row:
     """Let a study's cell walk; its row, where truth values are text."""
     plain = {name: str(value).lower() if isinstance(value, bool) else value for name, value in cell.values.items()}
-    return {"cell": cell.index, "sample": cell.sample, **plain, **measured(cell)}
+    return {"cell": cell.index, "sample": cell.sample, **plain, **measured(cell, trajectory=trajectory)}

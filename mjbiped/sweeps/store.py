@@ -132,7 +132,11 @@ def opened(folder: Path, layout: Layout, identity: Mapping[str, Any], *, fresh: 
     with _exclusive(folder):
         try:
             if fresh:
-                for file in (path, path.with_name(f"{path.name}-journal"), path.with_suffix(".csv")):
+                for file in (
+                    path,
+                    path.with_name(f"{path.name}-journal"),
+                    *map(path.with_suffix, (".csv", ".parquet")),
+                ):
                     file.unlink(missing_ok=True)
             database = sqlite3.connect(path, isolation_level=None)
         except (OSError, *_BROKEN) as error:
@@ -142,6 +146,29 @@ def opened(folder: Path, layout: Layout, identity: Mapping[str, Any], *, fresh: 
             yield Store(path, layout, database)
         finally:
             database.close()
+
+
+def read_table(path: Path) -> tuple[list[Row], dict[str, Any]]:
+    """The rows of a table, and what they are of, while another process may still write it.
+
+    Args:
+        path: Of the SQLite file.
+
+    Returns:
+        The rows in the order of their keys, and the identity that `opened` was given.
+
+    Raises:
+        RecordError: The file is no table of mjbiped's, or a damaged one.
+    """
+    try:
+        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as database:
+            identity = {kind: json.loads(value) for kind, value in database.execute("SELECT kind, value FROM identity")}
+            found = database.execute("SELECT * FROM cells ORDER BY 1")
+            names = [name for name, *_ in found.description]
+            rows = [dict(zip(names, values, strict=True)) for values in found]
+    except (*_BROKEN, ValueError, TypeError) as error:
+        raise RecordError(f"{path} is no table of mjbiped's, or a damaged one: {error}") from error
+    return rows, identity
 
 
 def make_folder(folder: Path) -> None:

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from typing import NoReturn
 
 from mjbiped.errors import InputError, shown
+from mjbiped.utils.extras import needed
 from mjbiped.utils.files import remove_unfinished
 from mjbiped.utils.main_guard import check_guarded
 
@@ -80,14 +81,9 @@ def cluster(address: str) -> Iterator[Executor]:
     Raises:
         InputError: Dask Distributed is not installed, nobody answers at the address, or there are no workers.
     """
+    distributed = needed("distributed", "cluster", "a --scheduler")
     try:
-        from distributed import Client
-    except ImportError as error:
-        raise InputError(
-            "a --scheduler needs Dask Distributed, which is not installed: pip install 'mjbiped[cluster]'"
-        ) from error
-    try:
-        client = Client(address, timeout=_PATIENCE, set_as_default=False)
+        client = distributed.Client(address, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(
             f"no Dask scheduler answers at {shown(address)} ({error}); start one with: dask scheduler"

@@ -125,6 +125,7 @@ COMMANDS = (
     "stability",
     "render",
     "view",
+    "report",
     "sweep",
     "reproduce",
     "compile",

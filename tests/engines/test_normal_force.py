@@ -10,7 +10,6 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
-from mjbiped.cli.tables import walk_table
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.run import simulate
@@ -91,7 +90,7 @@ def test_steps_that_pull_are_marked(pulled: mjbiped.Walk) -> None:
     assert summary["steps_that_pull"] == 2
     assert summary["least_normal_force_weights"] == pulled.touchdowns["normal_force"].min() / pulled.robot.weight < -0.5
     assert summary["largest_stance_friction"] == math.inf
-    shown = [list(column.cells) for column in walk_table(pulled, summary).columns]
+    shown = [list(column.cells) for column in pulled.summary().__rich__().columns]
     assert dict(zip(*(map(str, cells) for cells in shown[:2]), strict=True))["stance friction used, largest"] == (
         "unbounded"
     )

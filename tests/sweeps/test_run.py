@@ -99,7 +99,7 @@ def test_cells_are_walked_once(file: Path, tmp_path: Path, monkeypatch: pytest.M
     walked: list[int] = []
     broken_at = 9
 
-    def counting(cell: Cell) -> Row:
+    def counting(cell: Cell, **_: object) -> Row:
         if len(walked) == broken_at:
             raise KeyboardInterrupt
         walked.append(cell.index)
@@ -172,7 +172,7 @@ def test_what_is_no_fault_of_the_walk_is_raised(monkeypatch: pytest.MonkeyPatch,
 def test_workers_that_fail_are_told(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study = read_study(file)
 
-    def failing(cell: Cell) -> Row:
+    def failing(cell: Cell, **_: object) -> Row:
         if cell.index == 20:
             raise MemoryError("too much")
         return measured(cell)
@@ -183,7 +183,7 @@ def test_workers_that_fail_are_told(file: Path, tmp_path: Path, monkeypatch: pyt
         run(study, tmp_path / "out", workers=1)
     walked: list[int] = []
 
-    def counting(cell: Cell) -> Row:
+    def counting(cell: Cell, **_: object) -> Row:
         walked.append(cell.index)
         return measured(cell)
 

@@ -12,11 +12,9 @@ from closed_loop import in_plain_python
 
 import mjbiped
 from controllers import AdaptiveController, Controller, KineticEnergyController, Memory, PassiveController
-from mjbiped.cli.tables import walk_table
 from mjbiped.engines.hybrid import simulation as hybrid
 from mjbiped.engines.hybrid.progress import ATTEMPTS_BETWEEN_LOOKS
 from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
-from mjbiped.records import measures
 from mjbiped.records.recorder import Recorder
 from mjbiped.terrain.terrain import Terrain
 
@@ -66,7 +64,7 @@ def test_torque_that_switches_without_end_is_unresolved(robot: mjbiped.Compass, 
     assert "next_discontinuity" in message
     assert "control_period" in message
     assert message in repr(walk)
-    shown = " ".join(str(cell) for column in walk_table(walk, measures.summary(walk)).columns for cell in column.cells)
+    shown = " ".join(str(cell) for column in walk.summary().__rich__().columns for cell in column.cells)
     assert message in shown
     assert math.isfinite(walk.end[0])
     assert walk == mjbiped.walk(Switching(torque), INCLINE, engine="hybrid", robot=robot, initial=START, steps=5)

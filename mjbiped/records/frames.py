@@ -1,0 +1,100 @@
+"""A walk's two tables with flat columns, one number a column, and as data frames of pandas."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Column
+from mjbiped.utils.extras import needed
+
+if TYPE_CHECKING:
+    import pandas
+
+    from mjbiped.records.record import Walk
+
+Flat = dict[str, NDArray[Any]]
+"""Arrays of shape (rows,) by the names of their columns."""
+
+STATE = "controller_state"
+"""Beginning of the names of the controller's integrated states, which have numbers from 0 on."""
+
+_SAME = 1e-9  # s: a sample this near to a touchdown is of its instant
+
+
+class Frames(NamedTuple):
+    """A walk as data frames; `attrs["units"]` of each has the units of its columns.
+
+    Attributes:
+        samples: A row per sample.
+        touchdowns: A row per support transfer.
+    """
+
+    samples: pandas.DataFrame
+    touchdowns: pandas.DataFrame
+
+
+def flat_samples(walk: Walk) -> Flat:
+    """The samples, one number a column: `step`, `time`, `q_stance`, `q_swing`, ..., `controller_state_0`, ...
+
+    `step` counts from 1; a sample of a touchdown's own instant belongs to the step whose stance leg it has.
+    """
+    states = walk.samples["controller_states"].T
+    return {
+        "step": _steps(walk),
+        **_flat(SAMPLES, walk.samples),
+        **{f"{STATE}_{number}": state for number, state in enumerate(states)},
+    }
+
+
+def flat_touchdowns(walk: Walk) -> Flat:
+    """The touchdowns, one number a column: `step` is the step that the touchdown ends, from 1 on."""
+    return {"step": np.arange(1, walk.steps + 1, dtype=np.int64), **_flat(TOUCHDOWNS, walk.touchdowns)}
+
+
+def units_of(columns: Mapping[str, Column]) -> dict[str, str]:
+    """The unit of each flat column; empty where it has none."""
+    units = {"step": ""}
+    for name, column in columns.items():
+        of_parts = column.unit.split(", ") if ", " in column.unit else [column.unit] * column.width
+        units |= dict(zip(_names(name, column), of_parts, strict=True))
+    return units
+
+
+def frames(walk: Walk) -> Frames:
+    """The walk as data frames; see `Walk.to_pandas`.
+
+    Raises:
+        InputError: pandas is not installed.
+    """
+    pandas = needed("pandas", "data", "to_pandas")
+    made = []
+    for table, columns in ((flat_samples(walk), SAMPLES), (flat_touchdowns(walk), TOUCHDOWNS)):
+        frame = pandas.DataFrame(table)
+        frame.attrs["units"] = units_of(columns)
+        made.append(frame)
+    return Frames(*made)
+
+
+def _steps(walk: Walk) -> NDArray[np.int64]:
+    """The step of each sample."""
+    time, touched = walk.samples["time"], walk.touchdowns
+    ended = np.searchsorted(touched["time"], time - _SAME)
+    following = np.append(touched["time"], np.inf)[ended]
+    begun = (np.abs(following - time) <= _SAME) & (np.append(touched["stance"], -1)[ended] == walk.samples["stance"])
+    return np.asarray(1 + ended + begun, dtype=np.int64)
+
+
+def _names(name: str, column: Column) -> list[str]:
+    return [f"{name}_{part}" for part in column.parts] or [name]
+
+
+def _flat(columns: Mapping[str, Column], table: Mapping[str, NDArray[Any]]) -> Flat:
+    found: Flat = {}
+    for name, column in columns.items():
+        numbers = table[name].reshape(-1, column.width).T
+        found |= dict(zip(_names(name, column), numbers, strict=True))
+    return found

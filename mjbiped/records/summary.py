@@ -1,0 +1,86 @@
+"""What came of a walk, as a table for people and by name for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from html import escape
+from io import StringIO
+from typing import TYPE_CHECKING, Any
+
+from mjbiped.records import measures
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from mjbiped.records.record import Walk
+
+_WIDTH = 100  # characters of the table as text
+
+
+class WalkSummary(Mapping[str, Any]):
+    """The measures of a walk: printed, a table; by name, what `mjbiped.records.measures.summary` gives.
+
+    Attributes:
+        rows: Label, value in words, and unit of each line of the table.
+    """
+
+    def __init__(self, walk: Walk) -> None:
+        """Measure a walk."""
+        self._values = values = measures.summary(walk)
+        settings = walk.settings
+        rows = [
+            ("outcome", walk.outcome, ""),
+            ("ended at", f"{values['ended_at_time_s']:.3f} s, hip at x = {values['ended_at_x_m']:.3f} m", ""),
+            ("terrain", walk.terrain.caption, ""),
+            ("controller", f"{settings['controller']['name']}, engine {settings['engine']}", ""),
+        ]
+        if values["warnings"]:
+            warnings = (f"{text} ({n} times)" if n > 1 else text for text, n in values["warnings"].items())
+            rows.append(("warning", "; ".join(warnings), ""))
+        rows += [
+            (label, measures.in_words(values[key], factor, form), unit)
+            for label, key, factor, form, unit in measures.MEASURES
+        ]
+        self.rows = tuple(rows)
+
+    def __getitem__(self, key: str) -> Any:
+        """A measure by its name."""
+        return self._values[key]
+
+    def __iter__(self) -> Iterator[str]:
+        """The measures' names."""
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        """How many there are."""
+        return len(self._values)
+
+    def __rich__(self) -> Table:
+        """The table, for Rich."""
+        from mjbiped.records.tables import table_of
+
+        return table_of(self.rows)
+
+    def __str__(self) -> str:
+        """The table as text."""
+        from rich.console import Console
+
+        text = StringIO()
+        Console(file=text, width=_WIDTH, color_system=None, highlight=False, force_jupyter=False).print(self)
+        return "\n".join(line.rstrip() for line in text.getvalue().strip("\n").splitlines())
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        """The table, for a notebook."""
+        return html_table(self.rows)
+
+
+def html_table(rows: tuple[tuple[str, str, str], ...]) -> str:
+    """Rows of label, value and unit as HTML."""
+    lines = (
+        f"<tr><th style='text-align:left'>{escape(label)}</th><td style='text-align:left'>{escape(value)} "
+        f"{escape(unit)}</td></tr>"
+        for label, value, unit in rows
+    )
+    return f"<table>{''.join(lines)}</table>"

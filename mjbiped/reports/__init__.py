@@ -1,0 +1,1 @@
+"""Interactive reports: a walk or a study as one HTML page."""

@@ -1,0 +1,174 @@
+"""How a recorded walk is made again: the command and the lines of Python that give bitwise the same record."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Iterator, Mapping
+from dataclasses import fields
+from typing import Any
+
+from mjbiped.control.registry import SHARED, SLOPE_FIELDS, make_controller, registered, settings_of
+from mjbiped.engines.hybrid.engine import Hybrid
+from mjbiped.engines.mujoco.engine import Mujoco
+from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
+from mjbiped.errors import MjbipedError
+from mjbiped.records.record import Walk
+from mjbiped.robots.compass import Compass
+from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.terrain.terrain import parse_terrain
+
+_ENGINES: Mapping[str, type[Mujoco] | type[Hybrid]] = {"mujoco": Mujoco, "hybrid": Hybrid}
+_OWN_OPTIONS = ("position_gain", "velocity_gain", "adaptation_gain", "replanning_delay", "estimate_update")
+"""Settings of the adaptive controller that have options of their own; `--gain` sets all others."""
+
+
+def python_of(walk: Walk, record: str) -> str | None:
+    """A program that makes the walk again.
+
+    Args:
+        walk: The record.
+        record: Its file, as the program shall name it.
+
+    Returns:
+        The program; None where the engine is not one of mjbiped's own.
+    """
+    settings = walk.settings
+    engine = _ENGINES.get(settings["engine"])
+    if engine is None:
+        return None
+    set_here = {each.name: settings[each.name] for each in fields(engine) if each.name in settings}
+    of_engine = ", ".join(f"{name}={value!r}" for name, value in set_here.items())
+    return f"""import mjbiped
+from mjbiped.control.registry import controller_from
+
+before = mjbiped.Walk.load({record!r})
+settings = before.settings
+again = mjbiped.walk(
+    controller_from(settings["controller"], settings.get("controller_source")),
+    before.terrain,
+    engine=mjbiped.{engine.__name__}({of_engine}),
+    robot=before.robot,
+    initial=settings["initial"],
+    steps=settings["steps"],
+    distance=settings["distance"],
+    sample_period=settings["sample_period"],
+    scuffing=mjbiped.ScuffingRule(**settings["scuffing"]),
+)
+print(again.summary())
+print("the same, bit by bit:", again == before)
+"""
+
+
+def command_of(walk: Walk) -> str | None:
+    """The command that makes the walk again; None where no command does, as for terrains made in Python."""
+    try:
+        return shlex.join(["mjbiped", "walk", *_words(walk)])
+    except (_NotSayableError, MjbipedError, KeyError, TypeError, ValueError):
+        return None
+
+
+class _NotSayableError(Exception):
+    """The command line has no words for it."""
+
+
+def _words(walk: Walk) -> Iterator[str]:
+    settings = walk.settings
+    yield _terrain(walk)
+    yield from ("--engine", settings["engine"]) if settings["engine"] != "mujoco" else ()
+    yield from _limits(settings)
+    yield "--initial=" + ",".join(map(repr, settings["initial"]))  # numbers: a name would depend on the controller
+    yield from _controller(walk)
+    yield from _engine(settings)
+    for field in fields(Compass):
+        value, usual = settings["robot"][field.name], getattr(Compass(), field.name)
+        if value != usual:
+            yield from (_option(field.name), repr(value))
+    rule = ScuffingRule(**settings["scuffing"])
+    if rule != ScuffingRule(reach=rule.reach):
+        raise _NotSayableError
+    if rule != ScuffingRule():
+        yield from ("--scuffing-reach", repr(rule.reach))
+
+
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def _terrain(walk: Walk) -> str:
+    """The terrain's words.
+
+    Raises:
+        _NotSayableError: None mean this ground.
+    """
+    terrain = walk.terrain
+    said = [f"{key}={'..'.join(map(repr, v)) if isinstance(v, tuple) else repr(v)}" for key, v in terrain.parameters]
+    text = f"{terrain.name}:{','.join(said)}" if said else terrain.name
+    if parse_terrain(text) != terrain:
+        raise _NotSayableError
+    return text
+
+
+def _limits(settings: Mapping[str, Any]) -> Iterator[str]:
+    if settings["sample_period"] != DEFAULT_SAMPLE_PERIOD:
+        raise _NotSayableError
+    for name in ("steps", "distance"):
+        if settings[name] is not None:
+            yield from (_option(name), repr(settings[name]))
+
+
+def _controller(walk: Walk) -> Iterator[str]:
+    """The controller's name and settings.
+
+    Raises:
+        _NotSayableError: It is not registered, or these words would make another one.
+    """
+    described = walk.settings["controller"]
+    names = {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
+    if "controller_source" in walk.settings or described["name"] not in names:
+        raise _NotSayableError
+    name = names[described["name"]]
+    usual = settings_of(name)
+    chosen = {key: described[key] for key in usual if key in described and described[key] != usual[key]}
+    shared: dict[str, float] = {}
+    if "gait" in described:
+        shared["imitate_slope_deg"] = _degrees(described["gait"]["slope"])
+        shared["initial_slope_estimate_deg"] = _degrees(
+            next(described[key] for key in SLOPE_FIELDS if key in described)
+        )
+    chosen |= {key: value for key, value in shared.items() if value != SHARED[key]}
+    if make_controller(name, walk.robot, chosen).describe() != described:
+        raise _NotSayableError
+    yield from ("--controller", name) if name != "adaptive" else ()
+    for key, value in chosen.items():
+        if isinstance(value, bool) and key in _OWN_OPTIONS:
+            yield _option(key) if value else _option(f"no_{key}")
+        elif key in (*shared, *_OWN_OPTIONS, "slope_source"):
+            yield f"{_option(key)}={'none' if value is None else value}"
+        else:
+            yield from ("--gain", f"{key}={'none' if value is None else value}")
+
+
+def _degrees(angle: float) -> float:
+    """The degrees that are read as this angle, with few digits where they do; else the next best."""
+    degrees = math.degrees(angle)
+    return next((short for digits in range(17) if math.radians(short := round(degrees, digits)) == angle), degrees)
+
+
+def _engine(settings: Mapping[str, Any]) -> Iterator[str]:
+    """Settings of the engine that are not the usual ones.
+
+    Raises:
+        _NotSayableError: The command line has no option for one.
+    """
+    usual = _ENGINES[settings["engine"]]()
+    for field in fields(usual):
+        value = settings.get(field.name, getattr(usual, field.name))
+        if value == getattr(usual, field.name):
+            continue
+        if field.name == "lands":
+            yield "--plain-steps"
+        elif field.name in ("timestep", "contact_timestep", "control_period"):
+            yield from (_option(field.name), repr(value))
+        else:
+            raise _NotSayableError

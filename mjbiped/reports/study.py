@@ -1,0 +1,100 @@
+"""The report of a study, from the folder of its table."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from mjbiped.errors import InputError, RecordError, shown
+from mjbiped.records.measures import MEASURES as SHOWN
+from mjbiped.records.measures import in_words
+from mjbiped.records.schema import OUTCOMES
+from mjbiped.reports.page import check_installed, write_page
+from mjbiped.reports.study_figures import study_figures
+from mjbiped.reports.walk import flattened
+from mjbiped.sweeps.cell import FAILED, MEASURES, Row
+from mjbiped.sweeps.store import read_table
+from mjbiped.sweeps.summary import summarised
+
+TABLE = "study.sqlite"
+"""The file in a study's folder that a report is made of."""
+
+MOST_ROWS = 3000
+"""Walks that the page lists; a study may have hundreds of thousands."""
+
+
+def report_study(folder: Path, path: Path) -> None:
+    """Write the report of a study: one HTML page with outcomes, interactive figures and the table.
+
+    Args:
+        folder: Where `mjbiped sweep` has written; it may still be at it.
+        path: The page.
+
+    Raises:
+        InputError: The folder holds no study, or none of its walks has ended; or Plotly or Jinja is not installed.
+        RecordError: The study's table is damaged, or the page cannot be written.
+    """
+    check_installed()
+    table = folder / TABLE
+    if not table.is_file():
+        raise InputError(f"{folder} holds no {TABLE}: expected a walk's record (.npz), or the folder of a sweep")
+    rows, identity = read_table(table)
+    if not rows:
+        raise InputError(f"no walk of the study in {folder} has ended yet")
+    varied = _checked(table, rows)
+    summary = summarised(rows)
+    declared = identity.get("study", {})
+    names = [*(name for name in rows[0] if name not in MEASURES), *(key for _, key, *_ in SHOWN)]
+    forms = {key: (factor, form) for _, key, factor, form, _ in SHOWN}
+    listed = {key: f"{label} ({unit})" if unit else label for label, key, _, _, unit in SHOWN}
+    told = f"The first {MOST_ROWS} of {len(rows)}; all are in study.csv." if len(rows) > MOST_ROWS else ""
+    write_page(
+        path,
+        "study.html",
+        study_figures(rows, varied),
+        {},
+        title=f"Study {folder.resolve().name}",
+        outcome=f"{len(rows)} walks, {summary['outcomes'].get('finished', 0)} finished",
+        outcome_headings=["outcome", "walks", "%"],
+        outcomes=[[name, count, f"{100.0 * count / len(rows):.1f}"] for name, count in summary["outcomes"].items()],
+        errors=[[each["error"], each["walks"], each["first_cell"]] for each in summary["errors"]],
+        quantile_headings=["measure", *(f"{100 * q:g} %" for q in summary["quantiles"]), "unit"],
+        quantiles=[
+            [label, *(in_words(value, factor, form) for value in summary["finished"][key]), unit]
+            for label, key, factor, form, unit in SHOWN
+            if summary["finished"].get(key) is not None
+        ],
+        table_note=f"A click on a heading sorts by it. {told}".strip(),
+        headings=[listed.get(name, name) for name in names],
+        rows=[[_cell(row[name], forms.get(name)) for name in names] for row in rows[:MOST_ROWS]],
+        parameters=list(flattened(declared)) if isinstance(declared, dict) else [],
+        command=f"mjbiped sweep STUDY.toml --out {shlex.quote(str(folder))}",
+    )
+
+
+def _checked(table: Path, rows: Sequence[Row]) -> list[str]:
+    """The columns of what varies.
+
+    Raises:
+        RecordError: The rows are not those of a study.
+    """
+    missing = [name for name in ("cell", "outcome", "error", *MEASURES) if name not in rows[0]]
+    if missing:
+        raise RecordError(f"{table} is no study's table of this mjbiped: it lacks {', '.join(missing)}")
+    for row in rows:
+        wrong = next((name for name in MEASURES if not isinstance(row[name], float | int | None)), None)
+        if wrong is None and row["outcome"] not in (*OUTCOMES, FAILED):
+            wrong = "outcome"
+        if wrong is not None:
+            raise RecordError(f"{table} is damaged: {wrong} of cell {shown(row['cell'])} is {shown(row[wrong])}")
+    return [name for name in rows[0] if name not in ("cell", "sample", "outcome", "error", *MEASURES)]
+
+
+def _cell(value: Any, form: tuple[float, str] | None) -> str:
+    if value is None:
+        return ""
+    if form is not None:
+        return in_words(value, *form)
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

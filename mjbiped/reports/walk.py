@@ -1,0 +1,139 @@
+"""The report of a walk."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from base64 import b64encode
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.errors import RenderError
+from mjbiped.records import measures
+from mjbiped.records.frames import flat_samples
+from mjbiped.records.record import Walk
+from mjbiped.reports.page import check_installed, write_page
+from mjbiped.reports.repeat import command_of, python_of
+from mjbiped.reports.walk_figures import shown_samples, walk_figures
+
+_MOST_LISTED = 12  # numbers of a parameter; a ground may have thousands
+
+_HEADINGS = (
+    "step", "time (s)", "x (m)", "z (m)", "slope (°)", "estimate before (°)", "estimate after (°)", "length (m)",
+    "period (s)", "slip (mm)", "penetration (mm)", "friction used", "least normal force (N)", "struck a face",
+)  # fmt: skip
+
+
+def report_walk(walk: Walk, path: Path, *, record: str, video: bool = True, progress: bool = False) -> None:
+    """Write the report of a walk: one HTML page with video, linked figures, measures, touchdowns and parameters.
+
+    Args:
+        walk: The record.
+        path: The page.
+        record: Name of the record's file, for the lines that make the walk again.
+        video: Whether a video is made; where no OpenGL platform works the page does without, and says so.
+        progress: Show the progress of the video (never where the output is not a terminal).
+
+    Raises:
+        InputError: Plotly or Jinja is not installed; nothing has been made then.
+        RecordError: The page cannot be written.
+    """
+    check_installed()
+    sampled = bool(len(walk.samples["time"]))
+    film, why_none = (None, "No video was asked for.")
+    if video:
+        film, why_none = _video(walk, progress=progress)
+    summary = walk.summary()
+    write_page(
+        path,
+        "walk.html",
+        walk_figures(walk, video=film is not None) if sampled else [],
+        _data(walk) if sampled else {},
+        title=f"{walk.settings['controller']['name']} on {walk.terrain.caption}",
+        outcome=f"{walk.outcome} after {walk.steps} step{'' if walk.steps == 1 else 's'}, {walk.end[0]:.2f} s and "
+        f"{walk.distance:.2f} m, {walk.settings['engine']} engine",
+        warnings=[f"{text} ({count} times)" if count > 1 else text for text, count in walk.warnings.items()],
+        video=film,
+        no_video=why_none,
+        no_figures="" if sampled else "The record holds no samples: there is nothing to draw.",
+        measures=[row for row in summary.rows if row[0] != "warning"],
+        headings=_HEADINGS,
+        rows=list(_touchdowns(walk)),
+        parameters=list(flattened(walk.settings)),
+        command=command_of(walk),
+        python=python_of(walk, record),
+    )
+
+
+def flattened(settings: Mapping[str, Any], beginning: str = "") -> Iterator[tuple[str, str, str]]:
+    """Settings in settings as lines: name with dots, value, no unit."""
+    for key, value in settings.items():
+        name = f"{beginning}{key}"
+        if isinstance(value, Mapping) and value:
+            yield from flattened(value, f"{name}.")
+            continue
+        if isinstance(value, list | tuple) and len(value) > _MOST_LISTED:
+            yield name, f"{', '.join(map(str, value[:_MOST_LISTED]))}, ... ({len(value)} in all)", ""
+        else:
+            yield name, ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value), ""
+
+
+def _video(walk: Walk, *, progress: bool) -> tuple[str | None, str]:
+    """A video in letters, and where there is none the reason."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "walk.mp4"
+        try:
+            walk.video(path, progress=progress)
+        except RenderError as error:
+            return None, f"There is no video: {error}."
+        return b64encode(path.read_bytes()).decode(), ""
+
+
+def _touchdowns(walk: Walk) -> Iterator[list[str]]:
+    """The table's rows."""
+    rows = walk.touchdowns
+    numbers = zip(
+        *(rows[name].tolist() for name in ("time", "x", "z")),
+        *(np.degrees(rows[name]).tolist() for name in ("slope", "slope_estimate_before", "slope_estimate")),
+        measures.step_lengths(walk).tolist(),
+        measures.step_periods(walk).tolist(),
+        *((1e3 * rows[name]).tolist() for name in ("slip", "penetration")),
+        measures.friction_asked(rows).tolist(),
+        rows["normal_force"].tolist(),
+        rows["strikes"].tolist(),
+        strict=True,
+    )
+    for step, (*values, strikes) in enumerate(numbers, start=1):
+        yield [str(step), *(_number(value) for value in values), "yes" if strikes else "no"]
+
+
+def _number(value: float) -> str:
+    return "" if math.isnan(value) else "∞" if value == math.inf else f"{value:.4f}".replace("-", "−")
+
+
+def _data(walk: Walk) -> dict[str, Any]:
+    """What the page's program needs to show a moment: the samples that are drawn, by names."""
+    keep, samples = shown_samples(walk), walk.samples
+    return {
+        "leg": walk.robot.leg_length,
+        "time": _digits(samples["time"][keep]),
+        "step": flat_samples(walk)["step"][keep].tolist(),
+        "stance": samples["stance"][keep].tolist(),
+        "slope": _degrees(samples["slope"][keep]),
+        "estimate": _degrees(samples["slope_estimate"][keep]),
+        **{name: _digits(samples["qpos"][keep, k]) for k, name in enumerate(("hip_x", "hip_z", "left", "right"))},
+        **{name: [_digits(column) for column in samples[name][keep].T] for name in ("q", "dq", "torque")},
+    }
+
+
+def _degrees(values: NDArray[np.float64]) -> list[float | None]:
+    return _digits(np.degrees(values))
+
+
+def _digits(values: NDArray[np.float64]) -> list[float | None]:
+    """Numbers to the digits that can be seen; None for what is no finite number, which JSON does not know."""
+    return [value if math.isfinite(value) else None for value in np.round(values, 5).tolist()]

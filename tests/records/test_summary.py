@@ -1,0 +1,70 @@
+"""What a walk says of itself: printed, by name, and in a notebook."""
+
+import base64
+import re
+from pathlib import Path
+
+import pytest
+from command_line import run
+from PIL import Image
+
+import mjbiped
+from controllers import AdaptiveController
+from mjbiped.plotting.walk import plot_walk
+from mjbiped.records import measures
+from mjbiped.rendering.gl import gl_available
+
+
+@pytest.fixture(scope="module")
+def walk(controller: AdaptiveController) -> mjbiped.Walk:
+    return mjbiped.walk(controller, mjbiped.Terrain.mixed(), engine="hybrid", steps=4)
+
+
+def test_printed_it_is_what_the_command_line_prints(walk: mjbiped.Walk, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "100")  # a narrow terminal folds lines
+    shown = str(walk.summary()).splitlines()
+    printed = run("walk", "mixed", "--engine", "hybrid", "--steps", 4).stdout
+    words = [" ".join(line.split()) for line in printed.splitlines()]
+    assert shown
+    assert all(" ".join(line.split()) in words for line in shown)
+
+
+def test_by_name_it_has_all_measures(walk: mjbiped.Walk) -> None:
+    assert dict(walk.summary()) == measures.summary(walk)
+    assert len(walk.summary()) == len(measures.summary(walk))
+    assert repr(walk.summary()) == str(walk.summary())
+
+
+def test_a_notebook_shows_measures_and_the_time_lapse(walk: mjbiped.Walk, tmp_path: Path) -> None:
+    page = walk._repr_html_()
+    assert "finished" in page
+    assert "cost of transport, absolute" in page
+    picture = re.search(r"base64,([^\"]+)", page)
+    assert picture
+    (tmp_path / "shown.png").write_bytes(base64.b64decode(picture[1]))
+    with Image.open(tmp_path / "shown.png") as image:
+        assert image.size[0] == 768  # 9.6 inches at 80 dots
+    assert len(page) < 100_000  # bytes: a notebook keeps each
+    assert "<tr>" in walk.summary()._repr_html_()
+
+
+def test_texts_of_a_record_are_not_taken_for_html(controller: AdaptiveController) -> None:
+    terrain = mjbiped.Terrain.from_segments([(2.0, 0.0, 0.0)], name="<script>alert(1)</script>")
+    bare = mjbiped.walk(controller, terrain, engine="hybrid", steps=1, sample_period=None)
+    assert "<script>" not in bare._repr_html_()
+    assert "<img" not in bare._repr_html_()  # without samples there is no picture, and no error
+
+
+def test_the_figure_is_the_one_of_the_command_line(walk: mjbiped.Walk, tmp_path: Path) -> None:
+    walk.plot(tmp_path / "method.png")
+    plot_walk(walk, tmp_path / "function.png")
+    assert (tmp_path / "method.png").read_bytes() == (tmp_path / "function.png").read_bytes()
+    assert len(walk.plot().axes) > 3
+
+
+@pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
+def test_the_video_takes_the_settings_of_the_renderer(walk: mjbiped.Walk, tmp_path: Path) -> None:
+    walk.video(tmp_path / "walk.mp4", width=64, height=64, fps=2)
+    assert (tmp_path / "walk.mp4").read_bytes()[4:8] == b"ftyp"
+    with pytest.raises(mjbiped.InputError):
+        walk.video(tmp_path / "walk.gif2")

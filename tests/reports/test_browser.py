@@ -1,0 +1,199 @@
+"""Reports in headless Chromium: they draw, they are linked, they play, and they ask the network for nothing.
+
+`make test-browser` runs them; MJBIPED_SCREENSHOTS names a folder that is to have pictures of the pages.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController
+from mjbiped.rendering.gl import gl_available
+from mjbiped.reports.study import report_study
+from mjbiped.reports.walk import report_walk
+from mjbiped.sweeps.plan import plan
+from mjbiped.sweeps.run import run
+
+pytestmark = pytest.mark.browser
+
+_FLAGS = [
+    f"--{flag}"
+    for flag in ("no-sandbox", "disable-gpu", "disable-quic", "no-first-run", "disable-background-networking")
+]
+_FLAGS += ["--disable-component-update", "--disable-sync"]
+_PATIENCE = 30.0  # s
+_SCREENSHOTS = os.environ.get("MJBIPED_SCREENSHOTS")
+
+
+class Opened:
+    """A page in the browser, and what it said and asked for."""
+
+    def __init__(self, page: Any) -> None:
+        self.page = page
+        self.said: list[str] = []
+        self.asked: list[str] = []
+        page.on("console", lambda message: self.said.append(message.text))
+        page.on("pageerror", lambda error: self.said.append(str(error)))
+        page.on("request", lambda request: self.asked.append(request.url))
+
+    def open(self, path: Path) -> None:
+        self.said.clear()
+        self.asked.clear()
+        self.page.goto(path.as_uri())
+        self.page.wait_for_selector("body[data-ready]", timeout=1e3 * _PATIENCE)
+
+    def run(self, program: str) -> Any:
+        return self.page.evaluate(program)
+
+    def wait_until(self, condition: str) -> None:
+        """Ask again and again: Playwright's own way needs eval, which the page's policy forbids."""
+        until = time.monotonic() + _PATIENCE
+        while not self.run(condition):
+            assert time.monotonic() < until, f"never came: {condition}"
+            self.page.wait_for_timeout(50)
+
+    def assert_quiet(self, path: Path) -> None:
+        assert self.said == []
+        assert [url for url in self.asked if not url.startswith(("data:", "blob:"))] == [path.as_uri()]
+        assert (
+            self.run("performance.getEntriesByType('resource').map(e => e.name).filter(n => !/^(data|blob):/.test(n))")
+            == []
+        )
+
+    def shoot(self, name: str) -> None:
+        if _SCREENSHOTS:
+            Path(_SCREENSHOTS).mkdir(parents=True, exist_ok=True)
+            self.page.screenshot(path=f"{_SCREENSHOTS}/{name}.png", full_page=True)
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
+    from playwright.sync_api import sync_playwright
+
+    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    assert chromium, "no Chromium: apt-get install chromium"
+    with sync_playwright() as play:
+        context = play.chromium.launch_persistent_context(
+            tmp_path_factory.mktemp("profile"),
+            executable_path=chromium,
+            headless=True,
+            args=_FLAGS,
+            viewport={"width": 1280, "height": 900},
+        )
+        yield Opened(context.pages[0])
+        context.close()
+
+
+@pytest.fixture(scope="module")
+def walk(controller: AdaptiveController) -> mjbiped.Walk:
+    return mjbiped.walk(controller, mjbiped.Terrain.mixed(), engine="hybrid", steps=6)
+
+
+@pytest.fixture(scope="module")
+def page(walk: mjbiped.Walk, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("walk") / "walk.html"
+    report_walk(walk, path, record="walk.npz", video=gl_available() is not None)
+    return path
+
+
+def test_a_walk_is_drawn_without_a_word(browser: Opened, page: Path) -> None:
+    browser.open(page)
+    lines = "[...document.querySelectorAll('#plot-%s g.trace')].filter(t => t.querySelector('path.js-line')).length"
+    assert browser.run(lines % "time") == 10
+    assert browser.run(lines % "phases") >= 4  # a line and the gait for each leg, the transitions where there are any
+    assert browser.run(lines % "ground") == 5
+    browser.assert_quiet(page)
+    browser.shoot("walk")
+
+
+def test_all_figures_point_at_the_moment_that_one_points_at(browser: Opened, page: Path, walk: mjbiped.Walk) -> None:
+    browser.open(page)
+    plot = browser.page.locator("#plot-time")
+    plot.scroll_into_view_if_needed()
+    box = plot.bounding_box()
+    browser.page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 400)
+    browser.page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 400)
+    browser.wait_until("Number(document.body.dataset.moment) > 1")
+    browser.page.wait_for_timeout(500)  # ms: the last of the two moves is drawn
+    moment = float(browser.run("document.body.dataset.moment"))
+    # one label with the values of all five panels: ten lines
+    assert browser.run("document.querySelectorAll('#plot-time .hoverlayer .traces').length") == 10
+    shape = browser.run("document.getElementById('plot-time').layout.shapes[0]")
+    assert shape["x0"] == pytest.approx(moment, abs=1e-3)  # ms, as it is written
+    assert (shape["y0"], shape["y1"], shape["yref"]) == (0, 1, "paper")  # across all panels
+    now = browser.run(
+        "document.getElementById('plot-phases').data.filter(t => t.meta === 'now').map(t => [t.x[0], t.y[0]])"
+    )
+    k = int((walk.samples["time"] <= moment + 1e-3).sum()) - 1
+    for leg in (0, 1):  # within the neighbouring sample: legs turn by less than 0.02 rad and 0.2 rad/s in 5 ms
+        assert now[leg][0] == pytest.approx(walk.samples["q"][k, leg], abs=0.02)
+        assert now[leg][1] == pytest.approx(walk.samples["dq"][k, leg], abs=0.2)
+    legs = browser.run("document.getElementById('plot-ground').data.filter(t => /now$/.test(t.name)).map(t => t.x[0])")
+    assert legs == pytest.approx([walk.samples["qpos"][k, 0]] * 2, abs=0.01)  # m, the hip's way in 5 ms is 2.5 mm
+    assert "step" in browser.page.inner_text("#now")
+    assert browser.said == []
+    browser.shoot("walk_pointed_at")
+
+
+@pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
+def test_the_video_plays_and_the_cursor_follows(browser: Opened, page: Path, walk: mjbiped.Walk) -> None:
+    browser.open(page)
+    browser.wait_until("document.getElementById('video').readyState === 4")
+    # the last frame is held for a second
+    assert browser.run("document.getElementById('video').duration") == pytest.approx(walk.end[0] + 1.0, abs=0.1)
+    browser.run("document.getElementById('video').currentTime = 2.0")
+    browser.wait_until("document.body.dataset.moment === '2.000'")
+    browser.run("document.getElementById('video').play()")
+    browser.wait_until("Number(document.body.dataset.moment) > 2.3")
+    browser.run("document.getElementById('video').pause()")
+    assert browser.run("document.getElementById('video').error") is None
+    browser.assert_quiet(page)
+
+
+def test_a_table_is_sorted_by_a_click(browser: Opened, page: Path, walk: mjbiped.Walk) -> None:
+    browser.open(page)
+    heading = browser.page.locator("table.sortable th", has_text="step").first
+    first = "document.querySelector('table.sortable tbody td').textContent"
+    for expected in ("1", str(walk.steps)):
+        heading.click()
+        assert browser.run(first) == expected
+
+
+def test_a_narrow_window_scrolls_only_downwards(browser: Opened, page: Path) -> None:
+    browser.page.set_viewport_size({"width": 420, "height": 900})
+    try:
+        browser.open(page)
+        assert browser.run("document.documentElement.scrollWidth") <= 420
+        browser.shoot("walk_narrow")
+    finally:
+        browser.page.set_viewport_size({"width": 1280, "height": 900})
+
+
+@pytest.mark.usefixtures("studies_in_threads")
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("maps", {"controller": {"position_gain": [3, 5, 8]}, "terrain": {"name": "incline", "slope_deg": [1, 2, 3]}}),
+        ("lines", {"controller": {"position_gain": [3, 5, 8], "replanning_delay": [0.8, "none"]}}),
+        ("groups", {"controller": {"name": ["adaptive", "passive"]}, "terrain": {"name": "incline", "slope_deg": 2}}),
+        ("histograms", {"samples": 20, "terrain": {"name": "random", "seed": {"integer": [0, 99]}}}),
+    ],
+)
+def test_a_study_is_drawn_without_a_word(
+    name: str, content: dict[str, object], browser: Opened, tmp_path: Path
+) -> None:
+    run(plan(tmp_path / "study.toml", {"engine": "hybrid", "steps": 3, **content}), tmp_path / name, workers=1)
+    page = tmp_path / name / "report.html"
+    report_study(tmp_path / name, page)
+    browser.open(page)
+    assert browser.run("document.querySelectorAll('.plot .subplot').length") >= 2
+    browser.assert_quiet(page)
+    browser.shoot(f"study_{name}")

@@ -1,0 +1,97 @@
+"""The report of a study: its rows, its figures, and folders that hold none."""
+
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+
+import pytest
+from report_pages import packed
+
+from mjbiped.errors import InputError, RecordError
+from mjbiped.reports.study import report_study
+from mjbiped.reports.study_figures import study_figures
+from mjbiped.sweeps.bins import binned, values_of
+from mjbiped.sweeps.plan import plan
+from mjbiped.sweeps.run import run
+
+pytestmark = pytest.mark.usefixtures("studies_in_threads")
+
+BASE = {"engine": "hybrid", "steps": 2}
+GRID = {
+    **BASE,
+    "controller": [{"position_gain": [3, 6]}, {"name": "passive"}],
+    "terrain": {"name": "incline", "slope_deg": [2, 3, -2]},
+}
+
+
+def made(content: dict[str, object], folder: Path) -> Path:
+    run(plan(folder / "study.toml", content), folder / "out", workers=1)
+    return folder / "out"
+
+
+def test_the_page_holds_rows_outcomes_and_maps(tmp_path: Path) -> None:
+    folder = made(GRID, tmp_path)
+    report_study(folder, tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text()
+    assert "9 walks, 8 finished" in page  # passively it cannot walk uphill
+    assert "no passive gait" in page
+    assert page.count("<td>passive</td>") == 3
+    assert "controller.position_gain" in page
+    [figure] = packed(page)["plots"].values()
+    assert [trace["type"] for trace in figure["data"]] == ["heatmap"] * 3  # the passive ones have no gain
+
+
+@pytest.mark.parametrize(
+    ("content", "names", "kind"),
+    [
+        ({"controller": {"position_gain": [1, 2, 3]}}, ["line"], "scatter"),
+        ({"controller": {"name": ["adaptive", "passive"]}, "terrain": {"name": "incline", "slope_deg": 2}},
+         ["groups"], "scatter"),
+        ({"samples": 5, "terrain": {"name": "random", "seed": {"integer": [0, 99]}}}, ["histograms"], "histogram"),
+        ({"robot": {"leg_mass": [4, 5], "hip_mass": [0, 1], "gravity": [9, 10]}}, ["map-0", "map-1", "map-2"],
+         "heatmap"),
+    ],
+)  # fmt: skip
+def test_each_kind_of_study_has_its_figure(
+    content: dict[str, object], names: list[str], kind: str, tmp_path: Path
+) -> None:
+    report_study(made({**BASE, **content}, tmp_path), tmp_path / "page.html")
+    plots = packed((tmp_path / "page.html").read_text())["plots"]
+    assert [*plots] == names
+    assert all(plot["data"][0]["type"] == kind for plot in plots.values())
+
+
+def test_a_map_shows_the_numbers_of_the_table(tmp_path: Path) -> None:
+    content = {**GRID, "controller": {"position_gain": [3, 6]}}
+    study = plan(tmp_path / "study.toml", content)
+    rows, _ = run(study, tmp_path / "out", workers=1)
+    [shown] = study_figures(rows, study.varied)
+    table = shown.plot.data[0].z
+    gain, slope = (binned(rows, name, 3) for name in ("controller.position_gain", "terrain.slope_deg"))
+    for row, value in enumerate(values_of(rows, "cost_of_transport")):
+        assert table[slope.bin[row], gain.bin[row]] == value
+
+
+def test_folders_without_a_study_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"holds no study\.sqlite"):
+        report_study(tmp_path, tmp_path / "page.html")
+    (tmp_path / "study.sqlite").write_bytes(b"nothing of the kind")
+    with pytest.raises(RecordError, match="no table of mjbiped's"):
+        report_study(tmp_path, tmp_path / "page.html")
+
+
+def test_a_table_with_odd_values_is_refused(tmp_path: Path) -> None:
+    folder = made({**BASE, "controller": {"position_gain": [1, 2]}}, tmp_path)
+    database = sqlite3.connect(folder / "study.sqlite")
+    with database:
+        database.execute("UPDATE cells SET cost_of_transport = '<b>' WHERE cell = 1")
+    database.close()
+    with pytest.raises(RecordError, match="cost_of_transport of cell 1"):
+        report_study(folder, tmp_path / "page.html")
+    database = sqlite3.connect(folder / "study.sqlite")
+    with database:
+        database.execute("DELETE FROM cells")
+    database.close()
+    with pytest.raises(InputError, match="has ended yet"):
+        report_study(folder, tmp_path / "page.html")

@@ -1,0 +1,121 @@
+"""The report of a walk: what stands in the page, and that it needs nothing else."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from report_pages import packed
+from walk_cases import Rude
+
+import mjbiped
+from controllers import AdaptiveController, PassiveController
+from mjbiped.records import measures
+from mjbiped.rendering.gl import gl_available
+from mjbiped.reports import walk_figures as figures
+from mjbiped.reports.walk import report_walk
+
+
+@pytest.fixture(scope="module")
+def walk(controller: AdaptiveController) -> mjbiped.Walk:
+    return mjbiped.walk(controller, mjbiped.Terrain.mixed(), engine="hybrid", steps=8)
+
+
+def report(walk: mjbiped.Walk, path: Path) -> str:
+    report_walk(walk, path, record="walk.npz", video=False)
+    return path.read_text()
+
+
+def test_the_page_holds_everything(walk: mjbiped.Walk, tmp_path: Path) -> None:
+    page = report(walk, tmp_path / "walk.html")
+    assert not re.findall(r"""(?:src|href)=["'](?!data:)""", page)  # nothing is fetched
+    assert "default-src 'none'" in page  # and the browser would refuse to
+    content = packed(page)
+    assert [*content["plots"]] == ["ground", "time", "phases"]
+    assert len(content["plots"]["time"]["data"]) == 10
+    assert content["data"]["time"] == np.round(walk.samples["time"], 5).tolist()
+    for label, value, _ in walk.summary().rows:
+        assert label in page
+        assert value in page
+    for row in range(walk.steps):
+        assert f"<td>{walk.touchdowns['time'][row]:.4f}</td>" in page
+    assert "robot.leg_mass" in page
+    assert "mjbiped walk mixed" in page
+    assert len(page) < 2_400_000  # bytes, most of them Plotly's: docs/reports.md says so
+
+
+def test_a_page_is_the_same_each_time(walk: mjbiped.Walk, tmp_path: Path) -> None:
+    assert report(walk, tmp_path / "a.html") == report(walk, tmp_path / "b.html")
+
+
+def test_the_power_is_that_of_the_work(walk: mjbiped.Walk) -> None:
+    power = measures.powers(walk).sum(axis=1)
+    time = walk.samples["time"]
+    first = time <= walk.touchdowns["time"][0]
+    # the trapezoid's error at 200 samples a second, with the sample at the impact's other side
+    assert np.trapezoid(power[first], time[first]) == pytest.approx(walk.touchdowns["work_net"][0], rel=0.02)
+
+
+def test_texts_of_a_record_are_escaped(walk: mjbiped.Walk, tmp_path: Path) -> None:
+    evil = "</script><script>alert(1)</script>"
+    settings = {**walk.settings, "warnings": {evil: 2}, "terrain": {**walk.settings["terrain"], "name": evil}}
+    page = report(dataclasses.replace(walk, settings=settings), tmp_path / "walk.html")
+    assert "<script>alert" not in page
+    assert "&lt;/script&gt;" in page
+    assert "(2 times)" in page
+
+
+def test_a_long_walk_is_thinned_out_and_keeps_its_steps_ends(
+    walk: mjbiped.Walk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(figures, "MOST_SAMPLES", 300)
+    keep = figures.shown_samples(walk)
+    assert 200 < len(keep) <= 300 + 2 * walk.steps + 1  # every fifth of 1228, and both ends of each step
+    ends = np.flatnonzero(np.diff(walk.to_pandas().samples.step.to_numpy()))
+    assert {*ends, *(ends + 1), 0, len(walk.samples["time"]) - 1} <= {*keep.tolist()}
+    assert any("is drawn" in figure.note for figure in figures.walk_figures(walk))
+
+
+def test_without_samples_and_without_steps_there_is_still_a_page(tmp_path: Path) -> None:
+    ground = mjbiped.Terrain.level()
+    bare = mjbiped.walk(PassiveController(), ground, engine="hybrid", steps=1, initial="rest", sample_period=None)
+    assert "holds no samples" in report(bare, tmp_path / "bare.html")
+    fallen = mjbiped.walk(PassiveController(), ground, engine="hybrid", steps=9, initial=(0.1, 0.1, -0.5, 0.0))
+    page = report(fallen, tmp_path / "fallen.html")
+    assert fallen.outcome in page
+    # no estimate, no gait: their lines are left out
+    assert len(packed(page)["plots"]["time"]["data"]) == 9
+    assert packed(page)["data"]["estimate"][0] is None
+
+
+def test_numbers_that_are_none_stay_out_of_the_pages_data(tmp_path: Path) -> None:
+    slope = mjbiped.Terrain.incline(2.0)
+    diverged = mjbiped.walk(Rude(4, 0.0, 0.3), slope, engine="mujoco", steps=3)  # NaN torque from 0.3 s on
+    assert diverged.outcome == "diverged"
+    assert np.isnan(diverged.samples["torque"]).any()
+    data = packed(report(diverged, tmp_path / "walk.html"))["data"]  # which refuses NaN
+    assert None in data["torque"][0]
+
+
+@pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
+def test_the_video_stands_in_the_page(controller: AdaptiveController, tmp_path: Path) -> None:
+    short = mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=1)
+    report_walk(short, tmp_path / "walk.html", record="walk.npz")
+    found = re.search(r'src="data:video/mp4;base64,([^"]+)"', (tmp_path / "walk.html").read_text())
+    assert found
+    assert base64.b64decode(found[1])[4:8] == b"ftyp"
+
+
+def test_without_opengl_the_page_says_so(walk: mjbiped.Walk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(*_: object, **__: object) -> None:
+        raise mjbiped.RenderError("no OpenGL platform works")
+
+    monkeypatch.setattr("mjbiped.rendering.video.render_video", failing)
+    report_walk(walk, tmp_path / "walk.html", record="walk.npz")
+    page = (tmp_path / "walk.html").read_text()
+    assert "There is no video: no OpenGL platform works." in page
+    assert "<video" not in page
