@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
+from tqdm.auto import tqdm
 
 from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.records.record import Walk
@@ -22,6 +22,7 @@ from mjbiped.rendering.overlay import Pixels
 from mjbiped.rendering.stage import Stage
 from mjbiped.utils import domains
 from mjbiped.utils.files import saved
+from mjbiped.utils.progress import hidden
 
 __all__ = ["ensure_gl", "gl_available", "render_frame", "render_frames", "render_video"]
 
@@ -95,7 +96,7 @@ def render_video(
             unfinished, width, height, fps, lambda: [stage.frame(time) for time in np.linspace(begin, end, _TYPICAL)]
         ) as add,
     ):
-        for number in tqdm(range(frames), desc="video", unit="frame", disable=None if progress else True):
+        for number in tqdm(range(frames), desc="video", unit="frame", disable=hidden(progress)):
             add(stage.frame(begin + number / (slow_motion * fps)))
         last = stage.frame(end, with_outcome=end == _span(walk)[1])
         for _ in range(round(LAST_FRAME_HELD * fps)):

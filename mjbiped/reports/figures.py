@@ -7,14 +7,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.plotting.style import BLACK, BLUE, GREEN, GUIDE, ORANGE, SHADE, VERMILLION
+from mjbiped.plotting.style import BLACK, BLUE, GUIDE, ORANGE, SHADE
+from mjbiped.utils import palette
 
 COLOURS = {
     "stance": BLUE,
     "swing": ORANGE,
-    "ankle": VERMILLION,
-    "hip": "#882255",
-    "estimate": GREEN,
+    "ankle": palette.ANKLE,
+    "hip": palette.HIP,
+    "estimate": palette.ESTIMATE,
     "truth": BLACK,
 }
 """One meaning for each, on the whole page; told apart by colour-blind eyes."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mjbiped.analysis.replay import recorded_controller, transitions
 from mjbiped.errors import MjbipedError
 from mjbiped.gaits.passive import find_passive_gait
-from mjbiped.plotting.style import GROUND, SHADE
+from mjbiped.plotting.style import GROUND, PLANNED, SHADE
 from mjbiped.plotting.timelapse import outline
 from mjbiped.records import measures
 from mjbiped.records.frames import flat_samples
@@ -211,8 +211,8 @@ def _phases(graphs: Any, walk: Walk, keep: NDArray[np.int64]) -> Shown:
             curves = np.concatenate([part for curve in planned for part in (curve, gap)])
             figure.add_scatter(
                 x=small(curves[:, leg]), y=small(curves[:, 2 + leg]), mode="lines", name="re-planned reference",
-                line={"color": "#9FD9C7", "width": 5}, legendgroup="planned", showlegend=not leg, hoverinfo="skip",
-                **place,
+                line={"color": PLANNED["color"], "width": 5}, legendgroup="planned", showlegend=not leg,
+                hoverinfo="skip", **place,
             )  # fmt: skip
         q, dq = (np.insert(walk.samples[key][keep][:, leg], breaks, np.nan) for key in ("q", "dq"))
         figure.add_scatter(
