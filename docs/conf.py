@@ -36,11 +36,12 @@ exclude_patterns = ["_templates"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3  # the anchors that GitHub gives to headings
 
+smartquotes = False  # they make one dash of the two before an option
 default_role = "code"  # docstrings have code between single backquotes
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented_params"
 autodoc_member_order = "bysource"
-autodoc_default_options = {"members": True, "show-inheritance": True}
+autodoc_default_options = {"members": True}
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 
@@ -57,6 +58,8 @@ mathjax_options = {"defer": "defer"}
 def read_markdown(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:  # noqa: ARG001
     """Turn a docstring's Markdown into what Sphinx reads."""
     lines[:] = as_restructured_text(lines)
+    if what in ("property", "attribute", "data"):
+        lines.insert(0, "")  # napoleon would take what stands before a colon in the first line for a type
 
 
 def setup(app: Sphinx) -> None:
