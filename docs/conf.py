@@ -2,10 +2,12 @@
 # ruff: noqa: E402 (the folders of what is imported have to be named first)
 
 import os
+import re
 import sys
 from pathlib import Path
 from typing import Any
 
+from docutils import nodes
 from sphinx.application import Sphinx
 
 HERE = Path(__file__).parent
@@ -36,7 +38,7 @@ exclude_patterns = ["_templates"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3  # the anchors that GitHub gives to headings
 
-smartquotes = False  # they make one dash of the two before an option
+smartquotes = False  # they would make a dash of the two hyphens before an option
 default_role = "code"  # docstrings have code between single backquotes
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented_params"
@@ -55,13 +57,24 @@ mathjax_path = "mathjax/tex-svg.js"  # MathJax 3.2.2 as one file: formulas are d
 mathjax_options = {"defer": "defer"}
 
 
+PAGE = re.compile(r"\bdocs/(\w+)\.md\b")  # as docstrings name a page
+
+
 def read_markdown(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:  # noqa: ARG001
     """Turn a docstring's Markdown into what Sphinx reads."""
-    lines[:] = as_restructured_text(lines)
+    lines[:] = [PAGE.sub(r":doc:`/\1`", line) for line in as_restructured_text(lines)]
     if what in ("property", "attribute", "data"):
         lines.insert(0, "")  # napoleon would take what stands before a colon in the first line for a type
+
+
+def set_dashes(app: Sphinx, tree: nodes.document, page: str) -> None:  # noqa: ARG001
+    """Between a parameter and its meaning Sphinx writes two hyphens, which smart quotes would make a dash."""
+    for text in list(tree.findall(nodes.Text)):
+        if text == " -- ":
+            text.parent.replace(text, nodes.Text(" – "))
 
 
 def setup(app: Sphinx) -> None:
     """Connect what is above."""
     app.connect("autodoc-process-docstring", read_markdown, priority=400)  # before napoleon, which has 500
+    app.connect("doctree-resolved", set_dashes)
