@@ -24,7 +24,7 @@ author = "The mjbiped authors"
 release = __version__
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.mathjax",
@@ -37,6 +37,7 @@ exclude_patterns = ["_templates"]
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3  # the anchors that GitHub gives to headings
+nb_execution_mode = "off"  # notebooks are shown as they were executed
 
 smartquotes = False  # they would make a dash of the two hyphens before an option
 default_role = "code"  # docstrings have code between single backquotes
