@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 OUT := out
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk reproduce test test-slow test-viewer test-browser notebooks bench check format lock clean
+.PHONY: help setup walk reproduce test test-slow test-viewer test-browser notebooks bench docs check format lock clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
@@ -67,6 +67,11 @@ bench: setup ## measure the speed, some seventeen minutes: docs/performance.md
 	$(BIN)/python -m scripts.benchmarks.plain_python_benchmark
 	$(BIN)/python -m scripts.benchmarks.peer_benchmark
 
+docs: setup ## the site: site/index.html
+	@$(BIN)/python -m pip install --quiet --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet --doctree-dir site/.doctrees docs site
+	@echo "open site/index.html"
+
 check: setup ## lint, imports and types
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
@@ -79,10 +84,10 @@ format: setup ## write the code in its one format
 
 lock: ## take the newest allowed versions into constraints.txt
 	rm -rf $(VENV)-lock && $(PYTHON) -m venv $(VENV)-lock
-	$(VENV)-lock/bin/pip install --quiet --disable-pip-version-check '.[test,cluster,browser,notebooks]' hatchling
+	$(VENV)-lock/bin/pip install --quiet --disable-pip-version-check '.[test,cluster,browser,notebooks,docs]' hatchling
 	$(VENV)-lock/bin/pip freeze --exclude mjbiped > constraints.txt
 	rm -rf $(VENV)-lock
 
 clean: ## remove everything that was made here
-	rm -rf $(VENV) $(VENV)-tool $(VENV)-lock $(OUT) reproduction dist build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis MUJOCO_LOG.TXT
+	rm -rf $(VENV) $(VENV)-tool $(VENV)-lock $(OUT) reproduction site docs/_generated dist build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis MUJOCO_LOG.TXT
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -115,7 +115,7 @@ class Gait:
 
 
 def find_passive_gait(robot: Compass, slope: float) -> Gait:
-    """The passive gait of period one on a plane (eq. 28), stable or not.
+    """The passive gait of period one on a plane (equation 28), stable or not.
 
     Where several gaits exist, it is the one whose swing leg swings out and comes back (the "long" gait), on the branch
     that leaves level ground. Table I has it beyond 20 degrees, stable up to 2.728; a leg with all its mass near the hip

@@ -91,7 +91,7 @@ class Cascade:
 
 
 def find_cascade(robot: Compass, doublings: int = 4, *, progress: bool = False) -> Cascade:
-    """The passive gaits of periods 1, 2, 4, ... and the slopes at which each gives way to the next.
+    """The passive gaits of periods 1, 2, 4 and so on, and the slopes at which each gives way to the next.
 
     The gait of period one is followed from 0.1 degrees; beyond each doubling the robot is left to find the gait of
     twice the period by itself, which Newton's method then makes exact and follows further. Touchdown is that of eq. 4:

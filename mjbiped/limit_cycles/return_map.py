@@ -1,4 +1,4 @@
-"""The return map of the unpowered robot on a plane: from just after one impact to just after the next (eq. 1-4).
+"""The return map of the unpowered robot on a plane: from just after one impact to just after the next (equations 1-4).
 
 It is the hybrid engine's gait step by the engine's own machine code, started afresh after each impact, in integration
 steps of one length, some fifteen to a gait step, so that its result depends smoothly on the state. That makes it fit

@@ -32,7 +32,8 @@ def work(walk: Walk, kind: str = "absolute") -> float:
 
     Args:
         walk: The walk.
-        kind: "absolute" ∫ |τ₁ q̇₁| + |τ₂ (q̇₂ - q̇₁)| dt, "net" (with its sign), or "positive" (positive power alone).
+        kind: "absolute", `∫ |τ₁ q̇₁| + |τ₂ (q̇₂ - q̇₁)| dt`; "net" (with its sign), or "positive" (positive power
+            alone).
 
     Raises:
         InputError: The kind is unknown.
@@ -131,7 +132,7 @@ def pulls(touchdowns: Touchdowns) -> NDArray[np.bool_]:
 
 
 def friction_asked(touchdowns: Touchdowns) -> NDArray[np.float64]:
-    """Greatest |F_t| / F_n of the stance foot in the step that ends, shape (steps,).
+    """Greatest `|F_t| / F_n` of the stance foot in the step that ends, shape (steps,).
 
     Infinite where F_n falls below zero, as it can in the hybrid engine: the record's ratio leaves out a foot that
     hardly presses on the ground, and says little where the force goes through zero.

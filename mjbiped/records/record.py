@@ -55,7 +55,7 @@ class Walk:
         outcome: "finished", "fell", "stalled", "slipped", "left the terrain", "diverged", "unresolved" (the hybrid
             engine could not follow the torques) or "interrupted".
         end: Time (s) and hip x (m) when it ended.
-        peak_torque: Greatest |ankle| and |hip| torque of all control ticks, N m.
+        peak_torque: Greatest `|ankle|` and `|hip|` torque of all control ticks, N m.
         settings: All that is needed to repeat the walk, in plain JSON types: robot, controller, terrain, engine and its
             parameters, initial state, limits, versions.
     """

@@ -1,4 +1,4 @@
-"""The planar compass biped: parameters, equations of motion, energy and impact map (Table I, eq. 1-4 and 13).
+"""The planar compass biped: parameters, equations of motion, energy and impact map (Table I, equations 1 to 4 and 13).
 
 Each law stands here once, as a module-level function of plain floats that Numba can compile: its first argument is
 `Compass.constants`, the robot's lumped parameters. `Compass` wraps the same functions for NumPy.

@@ -232,7 +232,7 @@ def known_name(what: str, name: object, valid: Iterable[str]) -> str:
 
 # ---- the robot -------------------------------------------------------------------------------------------------------
 
-LEG_MASS = Domain(1e-9, 1e6, "kg")  # as far as the simplest walker (docs/published.md) asks for
+LEG_MASS = Domain(1e-9, 1e6, "kg")  # as far as the simplest walker (docs/gaits.md) asks for
 HIP_MASS = Domain(0.0, 1e6, "kg")
 LENGTH = Domain(1e-9, 1e3, "m")
 LEG = Domain(1e-3, 2e3, "m")

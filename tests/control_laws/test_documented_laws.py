@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,26 +9,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import run
+from documentation import blocks
 
 import mjbiped
 from mjbiped.control.own import own_class
 
-ROOT = Path(__file__).parents[2]
-
-
-def blocks(page: str, heading: str, language: str = "python") -> list[str]:
-    """Blocks of code of a page's section."""
-    (section,) = re.findall(rf"^## {re.escape(heading)}$(.*?)(?=^## |\Z)", (ROOT / page).read_text(), re.M | re.S)
-    return re.findall(rf"^```{language}\n(.*?)^```$", section, re.M | re.S)
+PAGE = "docs/controller.md"
 
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """The working directory, with the files of docs/controller.md."""
-    (spread,) = blocks("docs/controller.md", "By name on the command line")
-    (compiled,) = blocks("docs/controller.md", "What plain Python costs, and the same law compiled")
-    (tmp_path / "spread.py").write_text(spread)
-    (tmp_path / "spread_compiled.py").write_text(compiled)
+    for block in blocks(PAGE):
+        if block.file:
+            (tmp_path / block.file).write_text(block.code)
     (tmp_path / "trail.csv").write_text("x,z\n-5,0.1746\n0,0\n40,-1.397\n")
     monkeypatch.chdir(tmp_path)
     path = [*sys.path]
@@ -54,26 +47,11 @@ def test_plain_and_compiled_are_one_law() -> None:
     np.testing.assert_allclose(one.touchdowns["q"], other.touchdowns["q"], rtol=0.0, atol=1e-12)  # measured: 1e-15
 
 
-def commands(page: str, heading: str) -> list[str]:
-    return [line for block in blocks(page, heading, "sh") for line in block.splitlines()]
-
-
 @pytest.mark.usefixtures("folder")
-@pytest.mark.parametrize("command", commands("docs/controller.md", "By name on the command line"))
+@pytest.mark.parametrize(
+    "command", [line for block in blocks(PAGE) if block.language == "sh" for line in block.code.splitlines()]
+)
 def test_commands_of_the_page_run(command: str) -> None:
     words = command.split()[1:]
     result = run(*words, *(() if "--steps" in words else ("--steps", "3")))
     assert result.exit_code == 0, result.output
-
-
-@pytest.mark.parametrize(
-    ("page", "heading"), [("README.md", "Your own controller"), ("docs/controller.md", "A controller of your own")]
-)
-def test_programs_of_the_pages_run(page: str, heading: str, capsys: pytest.CaptureFixture[str]) -> None:
-    (program,) = blocks(page, heading)
-    exec(compile(program, page, "exec"), {"__name__": "__main__"})
-    said = capsys.readouterr().out
-    if page == "README.md":
-        assert said.startswith("finished")
-    else:
-        assert said in (ROOT / page).read_text(), "the page shows what it prints"

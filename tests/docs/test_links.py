@@ -1,0 +1,46 @@
+"""Links between pages lead somewhere on GitHub, where Sphinx does not look; names in the glossary exist."""
+
+from __future__ import annotations
+
+import re
+from pydoc import locate
+
+import pytest
+from documentation import PAGES, ROOT, text
+
+from mjbiped.records import columns
+
+LINK = re.compile(r"\]\((?!https?:)([^)#\s]*)(?:#([^)\s]+))?\)")
+FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
+
+
+def anchors(page: str) -> set[str]:
+    """What GitHub makes of the headings: small letters, hyphens for blanks, no marks."""
+    headings = re.findall(r"^#+ (.*)$", FENCED.sub("", text(page)), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_lead_somewhere(page: str) -> None:
+    for name, anchor in LINK.findall(FENCED.sub("", text(page))):
+        target = ((ROOT / page).parent / name).resolve() if name else ROOT / page
+        assert target.exists(), name
+        if anchor:
+            assert anchor in anchors(str(target.relative_to(ROOT))), f"{name}#{anchor}"
+
+
+def exists(name: str) -> bool:
+    """Whether a dotted name is a module's or a class's, a dataclass's field included."""
+    above, _, last = name.rpartition(".")
+    return locate(name) is not None or last in getattr(locate(above), "__annotations__", {})
+
+
+def test_names_of_the_glossary_exist() -> None:
+    page = text("docs/glossary.md")
+    names = set(re.findall(r"`(\w+\.[\w.]+)`", page))
+    assert len(names) > 10
+    for name in names:
+        assert any(exists(above + name) for above in ("", "mjbiped.", "mjbiped.records.", "controllers.")), name
+    for name in re.findall(r'touchdowns\["(\w+)"\]', page):
+        assert name in columns.TOUCHDOWNS
+    assert not exists("mjbiped.Compass.foot_mass")
