@@ -61,10 +61,23 @@ def flip(data: bytes) -> bytes:
     return data[:middle] + bytes([data[middle] ^ 1]) + data[middle + 1 :]
 
 
-@pytest.mark.parametrize("ending", ["nbi", "nbc"])
-@pytest.mark.parametrize("damage", [cut, flip, lambda _: b"", lambda _: b"no machine code"])
+def slow(*case: object) -> object:
+    """A case that differs little from the quick ones; each starts programs, for seconds."""
+    return pytest.param(*case, marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize(
+    ("damage", "ending"),
+    [
+        (cut, "nbi"),
+        (flip, "nbc"),
+        slow(flip, "nbi"),
+        slow(cut, "nbc"),
+        *(slow(lambda _, left=left: left, ending) for left in (b"", b"no machine code") for ending in ("nbi", "nbc")),
+    ],
+)
 def test_damaged_files_cost_a_compilation_and_one_warning(
-    program: Path, ending: str, damage: Callable[[bytes], bytes]
+    program: Path, damage: Callable[[bytes], bytes], ending: str
 ) -> None:
     assert run(program) == ("2.5 0", [])
     assert run(program) == ("2.5 1", [])  # kept

@@ -77,6 +77,7 @@ def test_torque_that_switches_now_and_then_is_resolved() -> None:
     assert "warnings" not in walk.settings
 
 
+@pytest.mark.slow
 def test_gains_beyond_all_robots_are_unresolved(
     robot: mjbiped.Compass, gait: mjbiped.Gait, controller: AdaptiveController
 ) -> None:
