@@ -89,5 +89,5 @@ lock: ## take the newest allowed versions into constraints.txt
 	rm -rf $(VENV)-lock
 
 clean: ## remove everything that was made here
-	rm -rf $(VENV) $(VENV)-tool $(VENV)-lock $(OUT) reproduction site docs/_generated dist build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis MUJOCO_LOG.TXT
+	rm -rf $(VENV) $(VENV)-tool $(VENV)-lock $(OUT) jupyter_execute reproduction site docs/_generated dist build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis MUJOCO_LOG.TXT
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
