@@ -93,6 +93,7 @@ def test_damaged_files_cost_a_compilation_and_one_warning(
     assert run(program) == ("2.5 1", [])  # mended
 
 
+@pytest.mark.slow
 def test_where_nothing_can_be_written_it_is_said_once(program: Path) -> None:
     nowhere = {"NUMBA_CACHE_DIR": "/dev/null/cache", "NUMBA_CACHE_LOCATOR_CLASSES": "UserProvidedCacheLocator"}
     for _ in range(2):

@@ -75,6 +75,7 @@ def finished(folder: Path, cache: Path, program: str) -> subprocess.CompletedPro
     return done
 
 
+@pytest.mark.slow
 def test_types_of_one_program_do_not_keep_another_from_its_cache(tmp_path: Path) -> None:
     """A NamedTuple of a user's module was listed among what all programs read, who then failed to import it."""
     mine, yours, cache = tmp_path / "mine", tmp_path / "yours", tmp_path / "cache"
@@ -163,6 +164,7 @@ print(call(1.0), everything(1.0))
 """
 
 
+@pytest.mark.slow
 def test_whatever_a_function_depends_on_makes_it_another(tmp_path: Path) -> None:
     """Global tuples and arrays, functions compiled by their user, defaults, free variables."""
     cache = tmp_path / "cache"

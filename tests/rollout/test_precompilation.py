@@ -27,6 +27,7 @@ print("walked")
 """
 
 
+@pytest.mark.slow
 def test_a_walk_after_it_compiles_nothing(tmp_path: Path) -> None:
     """With values of settings and a ground that it knew nothing of; processes at once share one folder."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "COLUMNS": "200"}
