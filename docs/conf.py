@@ -1,5 +1,5 @@
 """How Sphinx makes the site of these pages: `make docs`."""
-# ruff: noqa: E402 (the folders of what is imported have to be named first)
+# ruff: noqa: E402 (imports below need the folders that are named before them)
 
 import os
 import re
@@ -41,9 +41,9 @@ nb_execution_mode = "off"  # notebooks are shown as they were executed
 
 smartquotes = False  # they would make a dash of the two hyphens before an option
 default_role = "code"  # docstrings have code between single backquotes
-autodoc_typehints = "description"
-autodoc_typehints_description_target = "documented_params"
-autodoc_member_order = "bysource"
+autodoc_typehints = "description"  # beside each parameter's meaning: signatures with types are too long to read
+autodoc_typehints_description_target = "documented_params"  # and nothing of those that say nothing more
+autodoc_member_order = "bysource"  # sources begin with what matters most
 autodoc_default_options = {"members": True}
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
@@ -61,6 +61,7 @@ mathjax_options = {"defer": "defer"}
 PAGE = re.compile(r"\bdocs/(\w+)\.md\b")  # as docstrings name a page
 
 
+# what Sphinx calls takes all that Sphinx gives, used or not: hence ARG001 below
 def read_markdown(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:  # noqa: ARG001
     """Turn a docstring's Markdown into what Sphinx reads."""
     lines[:] = [PAGE.sub(r":doc:`/\1`", line) for line in as_restructured_text(lines)]
