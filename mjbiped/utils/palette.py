@@ -7,6 +7,18 @@ ANKLE, HIP, ESTIMATE = PURPLE, VERMILLION, GREEN
 """Torques of the joints, and the slope estimate, wherever they are drawn."""
 
 
+IN_WORDS = {
+    BLUE: "blue",
+    ORANGE: "orange",
+    VERMILLION: "vermillion",
+    GREEN: "green",
+    BLACK: "black",
+    PURPLE: "purple",
+    SKY: "sky blue",
+}
+"""For texts that say what has which colour."""
+
+
 def rgb(colour: str) -> tuple[float, float, float]:
     """Red, green and blue from 0 to 1 of a colour written as "#D55E00"."""
     red, green, blue = (int(colour[place : place + 2], 16) / 255.0 for place in (1, 3, 5))

@@ -9,6 +9,7 @@ from collections.abc import Collection
 from mjbiped.errors import shortened
 from mjbiped.rendering.moments import Moment
 from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils import palette
 from mjbiped.viewing.player import KEYS, MOUSE, Player
 
 Columns = tuple[str, str]
@@ -33,11 +34,12 @@ def state(player: Player, moment: Moment, elements: Collection[str]) -> Columns:
         ("slope", f"{math.degrees(moment.slope):+.1f} deg"),
     ]
     if math.isfinite(moment.slope_estimate):
-        mark = " (orange line)" if "estimate" in elements else ""
+        mark = f" ({palette.IN_WORDS[palette.ESTIMATE]} line)" if "estimate" in elements else ""
         lines.append((f"slope estimate{mark}", f"{math.degrees(moment.slope_estimate):+.1f} deg"))
     if "torque" in elements:
         ankle, hip = moment.torque
-        lines += [("ankle torque (purple arc)", f"{ankle:+.1f} N m"), ("hip torque (green arc)", f"{hip:+.1f} N m")]
+        for joint, torque, colour in (("ankle", ankle, palette.ANKLE), ("hip", hip, palette.HIP)):
+            lines.append((f"{joint} torque ({palette.IN_WORDS[colour]} arc)", f"{torque:+.1f} N m"))
     if "force" in elements:
         lines.append(("ground force (black arrow)", f"{math.hypot(*moment.force):.0f} N"))
     names, values = zip(*lines, strict=True)
