@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from mjbiped.errors import RenderError
-from mjbiped.rendering.gl import ensure_gl
+from mjbiped.rendering.gl import ensure_gl, one_thread
 from mjbiped.rendering.overlay import Pixels
 
 _SHIFTS = (-0.25, 0.25)
@@ -43,8 +43,9 @@ class Canvas:
         self._context: Any = None
         self._opengl: Any = None
         try:
-            self._opengl = gl_context.GLContext(width, height)
-            self._opengl.make_current()
+            with one_thread():
+                self._opengl = gl_context.GLContext(width, height)
+                self._opengl.make_current()
             self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_150)
             mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         except Exception as error:  # ImportError, RuntimeError, mujoco.FatalError, PyOpenGL's own

@@ -90,6 +90,11 @@ class Stage:
         with _ONE_AT_A_TIME, ExitStack() as stack:
             yield cls(walk, (width, height), camera, look, part or whole, slow_motion, stack)
 
+    @property
+    def tracks(self) -> bool:
+        """Whether the posture that the controller tracked is drawn."""
+        return self._moments.tracks
+
     def _go_to(self, x: float) -> None:
         """Build the scene about a place, m, in place of the one before, where that does not reach so far."""
         if not self._posed.go_to(x):
@@ -183,7 +188,7 @@ class Stage:
             yield Sign(marks.FORCE_COLOUR, "ground force", f"{math.hypot(*moment.force):.0f} N")
         if "estimate" in elements and math.isfinite(moment.slope_estimate):
             yield Sign(marks.ESTIMATE_COLOUR, "slope estimate", f"{signed(math.degrees(moment.slope_estimate))}°")
-        if "ghost" in elements and self._moments.tracks:
+        if "ghost" in elements and self.tracks:
             yield Sign(marks.GHOST_COLOUR, "reference", "")
 
 

@@ -19,6 +19,7 @@ from mjbiped.rendering.encoding import encoder
 from mjbiped.rendering.gl import ensure_gl, gl_available
 from mjbiped.rendering.look import SUFFIXES, look
 from mjbiped.rendering.overlay import Pixels
+from mjbiped.rendering.sharing import Film, drawn, processes_for
 from mjbiped.rendering.stage import Stage
 from mjbiped.utils import domains
 from mjbiped.utils.files import saved
@@ -86,18 +87,18 @@ def render_video(
     if path.suffix.lower() == ".gif" and fps > FASTEST_GIF:
         raise InputError(f"a .gif shows at most {FASTEST_GIF} frames per second, got fps = {fps}")
     slow_motion = domains.SLOW_MOTION.check("slow_motion", slow_motion)
-    part = begin, end = _part(walk, start, stop)
+    begin, end = _part(walk, start, stop)
     frames = math.floor((end - begin) * slow_motion * fps + 1e-9) + 1
-    chosen = look(hide, flags)
+    film = Film(width, height, camera, look(hide, flags), begin, end, slow_motion, fps, frames)
     with (
-        Stage.open(walk, width, height, camera, chosen, part=part, slow_motion=slow_motion) as stage,
+        drawn(walk, film, processes_for(frames)) as (stage, pictures),
         saved(path, RenderError) as unfinished,
         encoder(
             unfinished, width, height, fps, lambda: [stage.frame(time) for time in np.linspace(begin, end, _TYPICAL)]
         ) as add,
     ):
-        for number in tqdm(range(frames), desc="video", unit="frame", disable=hidden(progress)):
-            add(stage.frame(begin + number / (slow_motion * fps)))
+        for picture in tqdm(pictures, desc="video", total=frames, unit="frame", disable=hidden(progress)):
+            add(picture)
         last = stage.frame(end, with_outcome=end == _span(walk)[1])
         for _ in range(round(LAST_FRAME_HELD * fps)):
             add(last)
