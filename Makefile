@@ -11,24 +11,32 @@ OUT := out
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
 
-setup: $(VENV)/.ready ## install mjbiped and its tools into .venv
+setup: $(VENV)/.ready ## install mjbiped and its tools into .venv, and compile
+
+# Python compiles what it imports when it first does: all at once takes pip half a minute.
+PIP_INSTALL = $(BIN)/python -m pip install --quiet --quiet --no-compile --disable-pip-version-check -c constraints.txt
 
 # Where Python comes without ensurepip (Debian's own), virtualenv makes the environment in venv's place.
-$(VENV)/.ready: pyproject.toml constraints.txt
+$(VENV)/.installed: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "mjbiped needs Python 3.11 or newer; name one with: make PYTHON=/path/to/python3.11"; exit 1; }
-	@echo "installing into $(VENV) and compiling, a minute or two the first time ..."
+	@echo "installing into $(VENV), half a minute the first time ..."
 	@if $(PYTHON) -c 'import ensurepip, venv' 2>/dev/null; then \
 		$(PYTHON) -m venv --clear $(VENV); \
 	else \
 		$(PYTHON) -m pip install --quiet --quiet --disable-pip-version-check --target $(VENV)-tool virtualenv && \
 		PYTHONPATH=$(VENV)-tool $(PYTHON) -m virtualenv --quiet --clear $(VENV) && rm -rf $(VENV)-tool; \
 	fi
-	@$(BIN)/python -m pip install --quiet --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
+	@$(PIP_INSTALL) -e .
+	@touch $@
+
+$(VENV)/.ready: $(VENV)/.installed
+	@echo "installing the tools and compiling, a minute the first time ..."
+	@$(PIP_INSTALL) -e '.[test]'
 	@$(BIN)/mjbiped compile
 	@touch $@
 
-walk: setup ## walk over mixed slopes and steps: record, figure and video in out/
+walk: $(VENV)/.installed ## walk over mixed slopes and steps: record, figure and video in out/
 	@mkdir -p $(OUT)
 	$(BIN)/mjbiped walk mixed --initial rest --steps 60 --out $(OUT)/walk.npz --plot $(OUT)/walk.png --video $(OUT)/walk.mp4
 
@@ -50,11 +58,11 @@ test-browser: setup ## reports in headless Chromium, which is installed (apt-get
 	@command -v chromium >/dev/null || command -v chromium-browser >/dev/null || command -v google-chrome >/dev/null || \
 		{ apt-get update -qq && apt-get install -y -qq chromium; } || \
 		{ echo "Chromium is missing and cannot be installed from here: install it, then run make test-browser again"; exit 1; }
-	@$(BIN)/python -m pip install --quiet --quiet --disable-pip-version-check -c constraints.txt -e '.[browser]'
+	@$(PIP_INSTALL) -e '.[browser]'
 	MJBIPED_SCREENSHOTS=$(OUT)/screenshots $(BIN)/python -m pytest -m browser tests/reports
 
 notebooks: setup ## execute docs/notebooks/ again, in place
-	@$(BIN)/python -m pip install --quiet --quiet --disable-pip-version-check -c constraints.txt -e '.[notebooks]'
+	@$(PIP_INSTALL) -e '.[notebooks]'
 	$(BIN)/jupyter nbconvert --to notebook --execute --inplace docs/notebooks/*.ipynb
 
 bench: setup ## measure the speed, some seventeen minutes: docs/performance.md
@@ -68,7 +76,7 @@ bench: setup ## measure the speed, some seventeen minutes: docs/performance.md
 	$(BIN)/python -m scripts.benchmarks.peer_benchmark
 
 docs: setup ## the site: site/index.html
-	@$(BIN)/python -m pip install --quiet --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
+	@$(PIP_INSTALL) -e '.[docs]'
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet --doctree-dir site/.doctrees docs site
 	@echo "open site/index.html"
 
