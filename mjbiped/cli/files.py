@@ -57,7 +57,7 @@ class Files:
         self.write("plot", path, lambda file: resolve_name(f"mjbiped.plotting.{function}")(*shown, file))
 
     def render(self, walk: Walk, path: Path | None, pictures: dict[str, Any], *, progress: bool) -> None:
-        """Write a video of a walk; `pictures` are the values of `mjbiped.cli.options.video_options`."""
+        """Write a video of a walk; `pictures` are the values of `mjbiped.cli.video_options.video_options`."""
 
         def draw(file: Path) -> None:
             from mjbiped.rendering.video import render_video

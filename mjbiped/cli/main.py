@@ -16,7 +16,7 @@ import click
 from rich.text import Text
 
 from mjbiped.analysis.compare import compare
-from mjbiped.cli import options, tables
+from mjbiped.cli import options, tables, video_options
 from mjbiped.cli.compile import compile_
 from mjbiped.cli.files import INTERRUPTED, LONGEST_LINE, Files, end, terminable
 from mjbiped.cli.gaits import basin, bifurcation
@@ -101,9 +101,9 @@ def main() -> None:
 @options.engine_option
 @options.record_option
 @options.plot_option
-@options.video_option
+@video_options.video_option
 @options.printed_options
-@options.video_options
+@video_options.video_options
 @click.pass_context
 def _walk(
     ctx: click.Context,
@@ -135,7 +135,7 @@ def _walk(
       mjbiped walk trail.csv --controller spread.py:HipSpread --gain stiffness=25 --initial rest
     """  # noqa: D301 (click reads the backspace)
     pictures = taken(ctx, values, "Video")
-    options.check_part(pictures)
+    video_options.check_part(pictures)
     law, ground = walker(ctx, values)
     engine = engine_of(ctx, values.pop("engine"), values)
     if video is not None and not quiet:
@@ -253,11 +253,11 @@ def _stability(record: Path, plot: Path | None, json: bool) -> None:
 
 @main.command("render", cls=options.SectionCommand)
 @click.argument("record", type=click.Path(path_type=Path))
-@options.video_argument
+@video_options.video_argument
 @options.plot_option
-@options.no_video_option
+@video_options.no_video_option
 @options.quiet_option
-@options.video_options
+@video_options.video_options
 def _render(record: Path, video: Path | None, plot: Path | None, no_video: bool, quiet: bool, **pictures: Any) -> None:
     """Draw the walk of RECORD, an .npz file: a video, a figure.
 
@@ -273,10 +273,10 @@ def _render(record: Path, video: Path | None, plot: Path | None, no_video: bool,
     """  # noqa: D301 (click reads the backspace)
     if no_video and (plot is None or video is not None):
         raise click.UsageError("--no-video leaves a --plot to be drawn, and no VIDEO.")
-    options.check_part(pictures)
+    video_options.check_part(pictures)
     done = Walk.load(record)
     if video is None and not no_video:
-        video = options.VIDEO_PATH(record.with_suffix(".mp4"))
+        video = video_options.VIDEO_PATH(record.with_suffix(".mp4"))
     files = Files()
     files.plot(plot, "walk:plot_walk", done)
     files.render(done, video, pictures, progress=not quiet)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,7 +20,6 @@ from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES
 from mjbiped.engines.plan import DEFAULT_STEPS, INITIAL_STATES
 from mjbiped.errors import InputError, shown
 from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, figure_width
-from mjbiped.rendering.look import ALL, ELEMENTS, SUFFIXES, look
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.files import parse_number
@@ -157,20 +156,6 @@ def span(domain: Domain) -> Kind:
     return Kind("LOW..HIGH", ends)
 
 
-def size(value: str) -> tuple[int, int]:
-    """Width and height in pixels, as "640x480"; H.264 wants them even."""
-    width, _, height = value.lower().partition("x")
-    try:
-        sizes = [domains.PIXELS.check("", parse_number(part)) for part in (width, height)]
-    except InputError:
-        sizes = [1]
-    if any(size % 2 for size in sizes):
-        least, most = domains.PIXELS.low, domains.PIXELS.high
-        wanted = f"WIDTHxHEIGHT, even pixels from {least} to {most} each, as 1280x720"
-        raise click.BadParameter(f"{shown(value)}; expected {wanted}.")
-    return sizes[0], sizes[1]
-
-
 def delay(value: Any) -> float | None:
     """A number, or "none"."""
     if isinstance(value, str) and value.strip().lower() == "none":
@@ -214,7 +199,6 @@ CONTROLLER = Kind("NAME", controller_name)
 
 
 PLOT = output(".png", ".pdf", ".svg")
-VIDEO_PATH = output(*SUFFIXES)
 _LAW = AdaptiveController  # for its defaults
 COMPARED = ("passivity", "energy-constraint", "kinetic-energy", "limit-cycle")  # in the paper
 OTHERS = (*COMPARED, *(name for name in controller_names() if name not in ("adaptive", "passive", *COMPARED)))
@@ -226,7 +210,6 @@ def gains_of(name: str) -> dict[str, Any]:
 
 
 ADAPTIVE, COMPARISON, MUJOCO = "Adaptive controller", "Comparison controllers", "MuJoCo"
-CAMERAS = ("track", "side", "overview")
 
 walk_options = options(
     "Walk",
@@ -373,7 +356,6 @@ def plot_option(function: _Function) -> _Function:
     return options("Results", ("--plot", PLOT, None, "Write a figure, .png, .pdf or .svg."))(width_option(function))
 
 
-video_option = options("Results", ("--video", VIDEO_PATH, None, "Write a video, .mp4 or .gif; see below."))
 json_option = options("Results", ("--json", bool, False, "Print the results as JSON instead of a table."))
 quiet_option = options("Results", ("--quiet", bool, False, "Print errors only, and JSON if asked for."))
 
@@ -397,56 +379,3 @@ def walker_options(function: _Function) -> _Function:
 def printed_options(function: _Function) -> _Function:
     """What a command prints."""
     return json_option(quiet_option(function))
-
-
-def hidden(value: str) -> str:
-    """Names of what a video does not show, parted by commas."""
-    try:
-        look(hide=value)
-    except InputError as error:
-        raise click.BadParameter(f"{error}.") from error
-    return value
-
-
-def visual_flag(value: str) -> str:
-    """The name of one of MuJoCo's visual flags."""
-    try:
-        look(flags=value)
-    except InputError as error:
-        raise click.BadParameter(f"{error}.") from error
-    return value
-
-
-video_options = options(
-    "Video",
-    ("--video-size", Kind("WxH", size), "1280x720", "Width and height, pixels."),
-    ("--camera", click.Choice(CAMERAS), CAMERAS[0], "Where it is seen from."),
-    ("--from start", domains.TIME, None, "Time of the walk at which the video begins, s."),
-    ("--to stop", domains.TIME, None, "Time of the walk at which it ends, s."),
-    ("--slow-motion", domains.SLOW_MOTION, 1.0, "Seconds of video per second of the walk."),
-    ("--fps", domains.FPS, 30, "Frames per second."),
-    ("--hide", Kind("NAMES", hidden), (), f"What is not shown, parted by commas: {', '.join(ELEMENTS)}, or {ALL}."),
-    (
-        "--flag flags",
-        Kind("NAME", visual_flag),
-        (),
-        "A visual flag of MuJoCo's to set, as contactpoint, shadow or wireframe; with no- before it to clear, as "
-        "no-skin; may be repeated.",
-    ),
-)
-"""Options of a video, named as the arguments of `mjbiped.rendering.video.render_video`, `video_size` apart."""
-
-
-def check_part(values: Mapping[str, Any]) -> None:
-    """Refuse a video that ends before it begins.
-
-    Raises:
-        click.UsageError: It does.
-    """
-    start, stop = values["start"], values["stop"]
-    if start is not None and stop is not None and start > stop:
-        raise click.UsageError(f"--from {start:g} comes after --to {stop:g}; swap them.")
-
-
-no_video_option = options("Results", ("--no-video", bool, False, "Write the figure only."))
-video_argument = click.argument("video", required=False, type=VIDEO_PATH)

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from mjbiped.cli import options
+from mjbiped.cli import options, video_options
 from mjbiped.cli.files import end
 from mjbiped.cli.laws import refuse, taken
 from mjbiped.cli.walkers import mujoco_of, next_ground, walker
@@ -30,13 +30,13 @@ view_options = options.options(
     ("--slow-motion", domains.SLOW_MOTION, 1.0, "Seconds of watching per second of the walk, to begin with."),
     (
         "--hide",
-        options.Kind("NAMES", options.hidden),
+        options.Kind("NAMES", video_options.hidden),
         (),
         f"What is not shown, parted by commas: {', '.join(_MARKS)}, or {ALL}.",
     ),
     (
         "--flag flags",
-        options.Kind("NAME", options.visual_flag),
+        options.Kind("NAME", video_options.visual_flag),
         (),
         "A visual flag of MuJoCo's to begin with, as contactforce; with no- before it to clear; may be repeated.",
     ),
