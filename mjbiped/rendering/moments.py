@@ -30,7 +30,7 @@ class Moment(NamedTuple):
 
     Attributes:
         time: Since the walk's start, s.
-        step: Number of touchdowns until then.
+        step: That is under way, from 1 on; a touchdown belongs to the step that it ends.
         qpos: Hip x and z (m), left and right leg from the vertical (rad).
         stance: 0 left, 1 right.
         slope: Of the ground under the stance foot, rad.
@@ -106,7 +106,7 @@ class Moments:
         reference = None if self._reference is None else self._reference.at(time)
         return Moment(
             time=time,
-            step=int(np.searchsorted(self._touchdowns, time + _SAME, side="right")),
+            step=1 + int(np.searchsorted(self._touchdowns, time - _SAME)),
             qpos=(x, z, left, right),
             stance=int(samples["stance"][latest]),
             slope=slope,

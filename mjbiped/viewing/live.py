@@ -189,7 +189,7 @@ class LiveWalk(Source):
         left_ground, right_ground = ((self.terrain.height_at(at), self.terrain.slope_at(at)) for at, _ in feet)
         return Moment(
             time=self.time,
-            step=self.steps,
+            step=self.steps + 1,
             qpos=(x, z, left, right),
             stance=int(u[events.STANCE]),
             slope=u[events.SLOPE],

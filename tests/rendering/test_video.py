@@ -218,7 +218,7 @@ def test_captions_and_the_outcome(walk: Walk) -> None:
 
 def test_what_a_caption_says(walk: Walk) -> None:
     moments = Moments(walk)
-    assert caption(moments.at(0.25), 1.0) == ["t = 0.25 s   step 0", "slope +2.0°"]
+    assert caption(moments.at(0.25), 1.0) == ["t = 0.25 s   step 1", "slope +2.0°"]
     assert caption(moments.at(walk.end[0]), 4.0) == [
         f"t = {walk.end[0]:.2f} s   step 5",
         "slope +2.0°",
