@@ -10,11 +10,12 @@ from typing import Any, Self
 import numpy as np
 
 from mjbiped.errors import InputError
+from mjbiped.terrain.families import START, tread_rows, wave_rows
 from mjbiped.terrain.segments import MOST_SEGMENTS, Segment, chained, check_slope, checked_slope
 from mjbiped.utils import domains
 from mjbiped.utils.domains import check_interval, known_name
 
-PRESETS = ("level", "incline", "slopes", "stairs", "mixed", "random")
+PRESETS = ("level", "incline", "slopes", "stairs", "mixed", "random", "treads", "waves")
 """Names on the command line of the terrains that are made by a method of `Presets` of the same name."""
 
 _MIXED: tuple[Segment, ...] = (
@@ -195,6 +196,99 @@ class Presets:
         )
 
     @classmethod
+    def treads(
+        cls,
+        seed: int = 0,
+        length: float = 400.0,
+        tread: float = 1.0,
+        deviation: float = 0.03,
+        slope_deg: tuple[float, float] = (0.0, 0.0),
+    ) -> Self:
+        """Make treads of one depth with random steps between them; the same arguments give the same terrain bit by bit.
+
+        The first 2 m are level. The steps are normally distributed, as in studies of metastable walking (Byl and
+        Tedrake, 2009), so that the ground's height wanders; `deviation = 0` leaves slopes that meet.
+
+        Args:
+            seed: Seed of the generator (NumPy's PCG64), >= 0.
+            length: Length of the ground along itself, m, >= 2; the last tread goes on.
+            tread: Depth of a tread, m, > 0.
+            deviation: Standard deviation of the steps, m, from 0 to 0.1.
+            slope_deg: Range of the uniformly distributed slopes of the treads, degrees.
+
+        Raises:
+            InputError: A value outside its domain.
+        """
+        seed = domains.SEED.check("seed", seed)
+        length = domains.FAMILY_STRETCH.check("length", length)
+        tread = domains.STRETCH.check("tread", tread)
+        deviation = domains.DEVIATION.check("deviation", deviation)
+        slopes = check_interval("slope_deg", slope_deg, domains.SLOPE_DEG)
+        for slope in slopes:
+            checked_slope("slope_deg", slope)
+        _check_pieces(length, tread, "tread")
+        return cls._of_segments(
+            tread_rows(seed, length, tread, deviation, slopes),
+            "treads",
+            seed=seed,
+            length=length,
+            tread=tread,
+            deviation=deviation,
+            slope_deg=slopes,
+        )
+
+    @classmethod
+    def waves(
+        cls,
+        seed: int = 0,
+        length: float = 400.0,
+        deviation: float = 0.01,
+        shortest: float = 0.5,
+        longest: float = 5.0,
+        spacing: float = 0.05,
+    ) -> Self:
+        """Make rough ground of a band of wave lengths; the same arguments give the same terrain bit by bit.
+
+        The first 2 m are level. Then come 64 waves, whose wave numbers are uniformly distributed from 1 / `longest` to
+        1 / `shortest`, whose phases are random and whose sum has heights of the standard deviation `deviation`; over
+        the first `longest` they grow from nothing.
+
+        Args:
+            seed: Seed of the generator (NumPy's PCG64), >= 0.
+            length: Length of the ground along x, m, >= 2; its last slope goes on.
+            deviation: Standard deviation of the heights, m, from 0 to 0.1.
+            shortest: Shortest wave, m, > 0.
+            longest: Longest wave, m, longer than the shortest.
+            spacing: Of the points that the ground is straight between, m; at most a quarter of the shortest wave.
+
+        Raises:
+            InputError: A value outside its domain, or a slope too steep to be stood on: take a smaller deviation or
+                longer waves.
+        """
+        seed = domains.SEED.check("seed", seed)
+        length = domains.FAMILY_STRETCH.check("length", length)
+        deviation = domains.DEVIATION.check("deviation", deviation)
+        shortest = domains.STRETCH.check("shortest", shortest)
+        longest = domains.STRETCH.check("longest", longest)
+        spacing = domains.STRETCH.check("spacing", spacing)
+        if not 4.0 * spacing <= shortest < longest:
+            raise InputError(
+                f"shortest = {shortest:g} m must be at least four times spacing = {spacing:g} m, and less than longest "
+                f"= {longest:g} m"
+            )
+        _check_pieces(length, spacing, "spacing")
+        return cls._of_segments(
+            wave_rows(seed, length, deviation, shortest, longest, spacing),
+            "waves",
+            seed=seed,
+            length=length,
+            deviation=deviation,
+            shortest=shortest,
+            longest=longest,
+            spacing=spacing,
+        )
+
+    @classmethod
     def preset(cls, name: str, **parameters: Any) -> Self:
         """Make a terrain by the name that it has in `PRESETS`, with that constructor's parameters.
 
@@ -215,6 +309,15 @@ class Presets:
         x, z, angle = chained(rows)
         pairs = tuple(parameters.items())
         return cls(x=x, z=z, angle=angle, name=name, parameters=pairs)  # type: ignore[call-arg]  # Terrain's fields
+
+
+def _check_pieces(length: float, piece: float, name: str) -> None:
+    """Refuse more segments than a terrain may have."""
+    if (length - START) / piece > MOST_SEGMENTS - 2:
+        raise InputError(
+            f"{length:g} m in pieces of {piece:g} m are more than {MOST_SEGMENTS} segments; take a shorter length or a "
+            f"longer {name}"
+        )
 
 
 def _roughened(rows: Sequence[Segment], spacing: float, height: Callable[[], float]) -> list[Segment]:
