@@ -23,6 +23,7 @@ from mjbiped.cli.gaits import basin, bifurcation
 from mjbiped.cli.laws import taken
 from mjbiped.cli.report import report
 from mjbiped.cli.reproduce import reproduce
+from mjbiped.cli.robustness import robustness
 from mjbiped.cli.sweep import sweep
 from mjbiped.cli.view import view
 from mjbiped.cli.walkers import engine_of, mujoco_of, walker
@@ -87,6 +88,7 @@ def main() -> None:
       mjbiped view random:seed=7
       mjbiped report walk.npz
       mjbiped sweep study.toml
+      mjbiped robustness study.toml
       mjbiped reproduce --quick
       mjbiped compile
 
@@ -286,6 +288,7 @@ def _render(record: Path, video: Path | None, plot: Path | None, no_video: bool,
 main.add_command(view)
 main.add_command(report)
 main.add_command(sweep)
+main.add_command(robustness)
 main.add_command(reproduce)
 main.add_command(compile_)
 

@@ -213,7 +213,7 @@ ADAPTIVE, COMPARISON, MUJOCO = "Adaptive controller", "Comparison controllers", 
 
 walk_options = options(
     "Walk",
-    ("--seed", domains.SEED, None, "Seed of the terrain 'random'."),
+    ("--seed", domains.SEED, None, "Seed of random ground."),
     ("--steps", domains.STEPS, None, f"End after so many steps; {DEFAULT_STEPS} without a distance."),
     ("--distance", domains.DISTANCE, None, "End at this position x of the stance foot, m."),
     (

@@ -18,6 +18,7 @@ from mjbiped.errors import InputError, shown
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.files import parse_parameters
+from mjbiped.terrain.presets import RANDOM
 from mjbiped.terrain.terrain import Terrain, parse_terrain
 
 
@@ -45,12 +46,12 @@ def terrain_of(text: str, seed: int | None) -> Terrain:
     if seed is None:
         return terrain
     name, _, rest = text.strip().partition(":")
-    if name.strip() != "random":
-        raise InputError(f"--seed is for the terrain 'random'; {shown(text)} has none")
+    if name.strip() not in RANDOM:
+        raise InputError(f"--seed is for the terrains {', '.join(RANDOM)}; {shown(text)} has none")
     parameters = parse_parameters(rest) if rest else {}
     if parameters.setdefault("seed", seed) != seed:
         raise InputError(f"--seed {seed} contradicts {shown(text)}; give one of them")
-    return Terrain.preset("random", **parameters)
+    return Terrain.preset(name.strip(), **parameters)
 
 
 def engine_of(ctx: click.Context, name: str, values: dict[str, Any]) -> Engine:
@@ -81,8 +82,8 @@ def next_ground(text: str, seed: int | None) -> Callable[[], Terrain] | None:
         seed: As there.
     """
     name, _, rest = text.strip().partition(":")
-    if name.strip() != "random":
+    if name.strip() not in RANDOM:
         return None
     parameters = parse_parameters(rest) if rest else {}
     seeds = itertools.count(int(parameters.pop("seed", seed or 0)) + 1)
-    return lambda: Terrain.preset("random", **{**parameters, "seed": next(seeds)})
+    return lambda: Terrain.preset(name.strip(), **{**parameters, "seed": next(seeds)})

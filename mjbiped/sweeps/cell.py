@@ -20,6 +20,7 @@ from mjbiped.records.frames import flat_samples
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 from mjbiped.rollout.walk import WalkStopped, walk
+from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.sweeps.values import Scalar
 from mjbiped.terrain.files import parse_parameters
 from mjbiped.terrain.terrain import Terrain
@@ -136,6 +137,7 @@ class Cell:
             engine=Mujoco(**options) if options else str(self.values["engine"]),  # type: ignore[arg-type]  # checked there
             initial=self.initial(controller, robot, terrain),
             robot=robot,
+            scuffing=ScuffingRule(**self.section("scuffing")),
             sample_period=sample_period,
             **limits,  # type: ignore[arg-type]  # checked there
         )

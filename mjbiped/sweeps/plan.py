@@ -114,7 +114,7 @@ def plan(path: Path, content: Mapping[str, Any]) -> Study:
     named = {str(one["controller.name"]) for each in parts for one in each if "controller.name" in one}
     laws = {name: located(name, path.parent) for name in sorted(named) if is_reference(name)}
     cells = tuple(_cells(parts, seed, samples, drawn, grounds, laws))
-    _check(cells, varied)
+    check_cells(cells, varied)
     logarithmic = frozenset(name for name, value in draws.items() if value.kind == "log_uniform")
     declared = {key: value for key, value in content.items() if key != "plot"}
     return Study(path, cells, varied, drawn, logarithmic, declared, *_plot(content.get("plot", {}), varied), laws)
@@ -190,7 +190,7 @@ def _read_grounds(path: Path, combinations: Sequence[Combination]) -> dict[str, 
     return grounds
 
 
-def _check(cells: Sequence[Cell], varied: Sequence[str]) -> None:
+def check_cells(cells: Sequence[Cell], varied: Sequence[str]) -> None:
     """Refuse values that no walk can have; what many cells share is looked at once.
 
     Raises:

@@ -47,7 +47,7 @@ def parts_of(content: Mapping[str, Any], folder: Path) -> Iterator[list[Settings
         yield [_initial(table) for table in _tables("initial", initial)]
     else:
         yield [{"initial": read_choice("initial", initial)}]
-    yield [_controller(table, folder) for table in _tables("controller", content.get("controller", {}))]
+    yield [read_controller(table, folder) for table in _tables("controller", content.get("controller", {}))]
     for key in ("robot", "model"):
         if key in content:
             yield [_robot(key, table) for table in _tables(key, content[key])]
@@ -78,7 +78,16 @@ def _initial(table: Mapping[str, Any]) -> Settings:
     return settings
 
 
-def _controller(table: Mapping[str, Any], folder: Path) -> Settings:
+def read_controller(table: Mapping[str, Any], folder: Path) -> Settings:
+    """A controller's name and settings.
+
+    Args:
+        table: Of the file.
+        folder: Where the file stands, and the files of controllers that it names.
+
+    Raises:
+        InputError: There is no such controller or setting.
+    """
     settings = {"controller.name": read_choice("controller.name", table.get("name", DEFAULT_CONTROLLER))}
     names = {name: located(name, folder) for name in _texts("controller.name", settings["controller.name"])}
     for place in names.values():

@@ -18,6 +18,9 @@ from mjbiped.utils.domains import check_interval, known_name
 PRESETS = ("level", "incline", "slopes", "stairs", "mixed", "random", "treads", "waves")
 """Names on the command line of the terrains that are made by a method of `Presets` of the same name."""
 
+RANDOM = ("random", "treads", "waves")
+"""Those of them that have a seed."""
+
 _MIXED: tuple[Segment, ...] = (
     (2.0, 0.0, 0.0),
     (1.5, 1.5, 0.0),

@@ -275,6 +275,7 @@ HIP_WEIGHT = Domain(0.0, 1e6)
 REPLANNING_DELAY = Domain(1e-3, 1.0, "gait periods")
 SLOPE_THRESHOLD = Domain(0.0, 1e3, "rad")
 STATE_THRESHOLD = Domain(0.0, 1e6, "rad and rad/s")
+TORQUE_LIMIT = Domain(0.0, 1e12, "N m")
 MEMORY_SIZE = Count(0, 10_000)
 
 # ---- the ground ------------------------------------------------------------------------------------------------------

@@ -62,7 +62,7 @@ class Source(ABC):
 
     def next_seed(self) -> None:
         """Begin anew on the next ground, where there is another; else say so in `news`."""
-        self.news = "only the terrain 'random' has seeds"
+        self.news = "only random ground has seeds"
 
     def push(self, perturbation: mujoco.MjvPerturb) -> None:
         """Let the mouse pull the robot from now on, as MuJoCo's viewers do."""

@@ -512,7 +512,7 @@ REFUSED: dict[str, tuple[tuple[object, ...], str]] = {
     "unknown file": (("trail.xlsx",), "unknown suffix"),
     "too steep": (("incline:slope_deg=50",), "steeper than the robot can stand on"),
     "too steep in the end": (("slopes:change_deg=9",), "steeper than the robot can stand on"),
-    "seed of no random terrain": (("mixed", "--seed", 1), "--seed is for the terrain 'random'"),
+    "seed of no random terrain": (("mixed", "--seed", 1), "--seed is for the terrains random, treads, waves"),
     "two seeds": (("random:seed=1", "--seed", 2), "contradicts"),
     "negative seed": (("random", "--seed", -1), "'-1'; expected a whole number from 0"),
     "zero leg mass": (("--leg-mass", 0), "'--leg-mass': '0'; expected a number from 1e-09 to 1e+06 kg"),

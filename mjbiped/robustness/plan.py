@@ -1,0 +1,244 @@
+"""A robustness study's file, and the walks that it asks for; docs/robustness.md describes it."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mjbiped.control.own import is_reference, located
+from mjbiped.errors import InputError, shortened, shown
+from mjbiped.robustness.limits import DISTURBANCES
+from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.sweeps.cell import Cell
+from mjbiped.sweeps.plan import Study, check_cells
+from mjbiped.sweeps.sections import read_controller
+from mjbiped.sweeps.values import Scalar, check_keys
+from mjbiped.terrain.families import START
+from mjbiped.terrain.files import parse_parameters, parse_toml, read_text
+from mjbiped.terrain.presets import RANDOM
+from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils import domains
+from mjbiped.utils.domains import Domain, known_name
+
+KEYS = ("engine", "steps", "seeds", "grounds", "controller", "limits", "scuffing")
+LIMIT_KEYS = ("share", "phases", "steps_after", "torque", *DISTURBANCES)
+VARIED = ("engine", "test", "controller", "ground", "magnitude", "case")
+"""Columns that say what a row is of."""
+
+LEVEL, SURVIVAL = "level", "survival"
+"""Tests beside `DISTURBANCES`: steady walking on level ground, and random ground until the robot falls."""
+
+LEVEL_STEPS = 40
+_BEFORE = 3  # steps before a disturbance comes
+_SHARE = Domain(0.5, 1.0)
+LONGEST_STEP = 0.6
+"""Ground that each step of a walk on random ground is given, m."""
+
+_FALLBACK = 0.38  # step length of a controller that imitates no gait, in leg lengths
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a robustness study is.
+
+    Attributes:
+        study: Its walks.
+        controllers: Their labels.
+        engines: Their names.
+        grounds: Random grounds, as the command line writes them.
+        seeds: Number of each of them.
+        steps: Most steps on them.
+        disturbances: Names of those that are tried.
+        share: Of the cases of a disturbance that must be survived.
+        phases: Number of phases of the step at which it comes.
+        torque: Greatest torque of either joint with which it counts as survived, N m; None: any.
+        scuffing: The rule of all walks.
+    """
+
+    study: Study
+    controllers: tuple[str, ...]
+    engines: tuple[str, ...]
+    grounds: tuple[str, ...]
+    seeds: int
+    steps: int
+    disturbances: tuple[str, ...]
+    share: float
+    phases: int
+    torque: float | None
+    scuffing: ScuffingRule
+
+
+def read_plan(path: Path) -> Plan:
+    """Read a robustness study's file, and check all that can be checked without walking.
+
+    Raises:
+        InputError: It cannot be read, or says anything that no study can have; the message names the place.
+    """
+    try:
+        return plan(path, parse_toml(read_text(path)))
+    except InputError as error:
+        raise InputError(f"robustness study {shortened(str(path))}: {error}") from error
+
+
+def plan(path: Path, content: Mapping[str, Any]) -> Plan:
+    """The plan of a file's content.
+
+    Raises:
+        InputError: As `read_plan`.
+    """
+    check_keys("key", content, KEYS)
+    limits = content.get("limits", {})
+    if not isinstance(limits, Mapping):
+        raise InputError(f"limits must be a table [limits], got {shown(limits)}")
+    check_keys("key of limits", limits, LIMIT_KEYS)
+    engines = _texts("engine", content.get("engine", "hybrid"))
+    grounds = _texts("grounds", content.get("grounds", ["treads:deviation=0.03"]))
+    chosen = _magnitudes(limits)
+    rule = _scuffing(content.get("scuffing", {}))
+    labelled, laws = _controllers(content.get("controller", [{}]), path.parent)
+    torque = limits.get("torque")
+    wanted = Plan(
+        Study(path, (), VARIED, False, frozenset(), dict(content), laws=laws),
+        tuple(labelled),
+        engines,
+        grounds,
+        domains.WALKS.check("seeds", content.get("seeds", 20)),
+        domains.STEPS.check("steps", content.get("steps", 1000)),
+        tuple(chosen),
+        _SHARE.check("limits.share", limits.get("share", 0.99)),
+        domains.WALKS.check("limits.phases", limits.get("phases", 24)),
+        None if torque is None else domains.TORQUE_LIMIT.check("limits.torque", torque),
+        rule,
+    )
+    after = domains.STEPS.check("limits.steps_after", limits.get("steps_after", 20))
+    cells = list(_cells(wanted, labelled, chosen, after, laws))
+    check_cells(cells, VARIED)
+    study = Study(path, tuple(cells), VARIED, False, frozenset(), dict(content), laws=laws)
+    return Plan(study, *(getattr(wanted, name) for name in list(Plan.__dataclass_fields__)[1:]))
+
+
+def _texts(key: str, value: object) -> tuple[str, ...]:
+    parts = value if isinstance(value, list) else [value]
+    if not parts or not all(isinstance(part, str) for part in parts) or len({*map(str, parts)}) != len(parts):
+        raise InputError(f"{key} must be a text or a list of different texts, got {shown(value)}")
+    return tuple(map(str, parts))
+
+
+def _magnitudes(limits: Mapping[str, Any]) -> dict[str, tuple[float, ...]]:
+    """Those of each disturbance that is tried; all, unless the file names some."""
+    named = {name: limits[name] for name in DISTURBANCES if name in limits}
+    found = {}
+    for name, given in named.items():
+        if given is True:
+            found[name] = DISTURBANCES[name].magnitudes
+            continue
+        if given is False:
+            continue
+        if not isinstance(given, list) or not given:
+            raise InputError(f"limits.{name} must be a list of magnitudes ({DISTURBANCES[name].unit}), true or false")
+        found[name] = tuple(
+            domains.STUDY_POSITIVE.check(f"limits.{name}, value {k}", each) for k, each in enumerate(given, start=1)
+        )
+        if list(found[name]) != sorted(set(found[name])):
+            raise InputError(f"limits.{name}: magnitudes must ascend, got {shown(given)}")
+    return found if named else {name: each.magnitudes for name, each in DISTURBANCES.items()}
+
+
+def _scuffing(table: object) -> ScuffingRule:
+    if not isinstance(table, Mapping):
+        raise InputError(f"scuffing must be a table [scuffing], got {shown(table)}")
+    check_keys("key of scuffing", table, ("reach", "delay"))
+    return ScuffingRule(**table)
+
+
+def _controllers(tables: object, folder: Path) -> tuple[dict[str, dict[str, Scalar]], dict[str, str]]:
+    """Settings by label, and where the user's own controllers are."""
+    if not isinstance(tables, list) or not all(isinstance(table, Mapping) for table in tables):
+        raise InputError(f"controller must be tables [[controller]], got {shown(tables)}")
+    labelled: dict[str, dict[str, Scalar]] = {}
+    laws: dict[str, str] = {}
+    for number, table in enumerate(tables, start=1):
+        settings: dict[str, Scalar] = {}
+        for name, choice in read_controller({k: v for k, v in table.items() if k != "label"}, folder).items():
+            if not isinstance(choice, tuple) or len(choice) != 1:
+                raise InputError(f"controller {number}: {name} must be one value; give each variant a [[controller]]")
+            settings[name] = choice[0]
+        name = str(settings["controller.name"])
+        label = table.get("label", name)
+        if not isinstance(label, str) or label in labelled:
+            raise InputError(f"controller {number}: label = {shown(label)}: must be a text of its own")
+        if is_reference(name):
+            laws[name] = located(name, folder)
+        labelled[label] = settings
+    return labelled, laws
+
+
+def _cells(
+    wanted: Plan,
+    labelled: Mapping[str, Mapping[str, Scalar]],
+    chosen: Mapping[str, Sequence[float]],
+    after: int,
+    laws: Mapping[str, str],
+) -> Iterator[Cell]:
+    """All walks, the short ones first."""
+    count = itertools.count()
+    rule = {"scuffing.reach": wanted.scuffing.reach, "scuffing.delay": wanted.scuffing.delay}
+    grounds = {words: _ground(words, wanted.steps) for words in wanted.grounds}
+
+    def cell(engine: str, test: str, label: str, steps: int, told: Mapping[str, Scalar], **columns: Scalar) -> Cell:
+        settings = labelled[label]
+        values = {
+            "engine": engine,
+            "test": test,
+            "controller": label,
+            **columns,
+            "steps": steps,
+            "initial": "gait",
+            **rule,
+            **settings,
+            **told,
+        }
+        return Cell(next(count), None, values, None, laws.get(str(settings["controller.name"])))
+
+    for engine in wanted.engines:
+        for label in wanted.controllers:
+            yield cell(engine, LEVEL, label, LEVEL_STEPS, {"terrain.name": "level"})
+        for label in wanted.controllers:
+            length = _step_length(labelled[label], laws)
+            for test, magnitudes in chosen.items():
+                for magnitude, phase in itertools.product(magnitudes, range(wanted.phases)):
+                    place = (_BEFORE + (phase + 0.5) / wanted.phases) * length
+                    told = DISTURBANCES[test].values(magnitude, place)
+                    yield cell(engine, test, label, _BEFORE + 1 + after, told, magnitude=magnitude, case=phase)
+        for words, seed, label in itertools.product(wanted.grounds, range(wanted.seeds), wanted.controllers):
+            told = {**grounds[words], "terrain.seed": seed}
+            yield cell(engine, SURVIVAL, label, wanted.steps, told, ground=words, case=seed)
+
+
+def _ground(words: str, steps: int) -> dict[str, Scalar]:
+    """A random ground of the command line's words, as a cell takes it."""
+    name, _, rest = words.partition(":")
+    parameters = parse_parameters(rest) if rest else {}
+    known_name("random ground", name, RANDOM)
+    for key, reason in (("seed", "the study draws the seeds itself"), ("length", "it follows from the steps")):
+        if key in parameters:
+            raise InputError(f"ground {shown(words)}: leave {key} out, {reason}")
+    parameters["length"] = START + steps * LONGEST_STEP
+    Terrain.preset(name, **{**parameters, "seed": 0})
+    return {
+        "terrain.name": name,
+        **{
+            f"terrain.{key}": "..".join(map(str, value)) if isinstance(value, tuple) else value
+            for key, value in parameters.items()
+        },
+    }
+
+
+def _step_length(settings: Mapping[str, Scalar], laws: Mapping[str, str]) -> float:
+    """Of a controller on level ground, m: that of the gait that it imitates."""
+    cell = Cell(0, None, settings, None, laws.get(str(settings["controller.name"])))
+    gait = cell.controller().gait
+    return float(gait.step_length) if gait is not None else _FALLBACK * cell.robot().leg_length

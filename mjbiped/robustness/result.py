@@ -1,0 +1,143 @@
+"""What a robustness study has found, controller by controller."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mjbiped.robustness.limits import DISTURBANCES, Limit, limit_of
+from mjbiped.robustness.plan import LEVEL, SURVIVAL, Plan
+from mjbiped.robustness.survival import CONFIDENCE, SURVIVED, Survival, ratio, survival_of
+from mjbiped.sweeps.cell import FAILED, Row
+
+TORQUES = ("peak_ankle_torque_Nm", "peak_hip_torque_Nm")
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Of one controller in one engine.
+
+    Attributes:
+        controller: Its label.
+        engine: The engine's name.
+        level: The row of its walk on level ground.
+        survival: By random ground.
+        limits: By disturbance.
+        errors: Texts of walks that an error ended, which count nowhere else.
+    """
+
+    controller: str
+    engine: str
+    level: Row
+    survival: Mapping[str, Survival]
+    limits: Mapping[str, Limit]
+    errors: tuple[str, ...]
+
+    @property
+    def level_cost(self) -> float:
+        """Cost of transport on level ground; NaN where it did not walk there."""
+        return _number(self.level, "cost_of_transport")
+
+
+@dataclass(frozen=True)
+class Robustness:
+    """What a study has found.
+
+    Attributes:
+        plan: What was asked.
+        findings: Controller by controller, engine by engine.
+    """
+
+    plan: Plan
+    findings: tuple[Findings, ...]
+
+    def of(self, engine: str) -> list[Findings]:
+        """Those of an engine, in the order of the file."""
+        return [each for each in self.findings if each.engine == engine]
+
+    def ratios(self, engine: str, ground: str) -> dict[str, tuple[float, float, float]]:
+        """By the label of each controller but the first: its mean steps to a fall by the first one's; see `ratio`."""
+        first, *others = self.of(engine)
+        return {each.controller: ratio(each.survival[ground], first.survival[ground]) for each in others}
+
+    def summary(self) -> dict[str, Any]:
+        """All of it in plain JSON types; null stands for what is infinite or was not walked."""
+        plan = self.plan
+        return {
+            "confidence": CONFIDENCE,
+            "scuffing": {"reach_leg_lengths": plan.scuffing.reach, "delay_s": plan.scuffing.delay},
+            "limits": {"share": plan.share, "phases": plan.phases, "torque_Nm": plan.torque},
+            "random_ground": {"seeds": plan.seeds, "steps": plan.steps},
+            "controllers": [_summary(self, each) for each in self.findings],
+        }
+
+
+def found(plan: Plan, rows: Sequence[Row]) -> Robustness:
+    """The findings of a plan's rows."""
+    return Robustness(
+        plan,
+        tuple(_findings(plan, controller, engine, rows) for engine in plan.engines for controller in plan.controllers),
+    )
+
+
+def _findings(plan: Plan, controller: str, engine: str, rows: Iterable[Row]) -> Findings:
+    mine = [row for row in rows if row["controller"] == controller and row["engine"] == engine]
+    walked = [row for row in mine if row["outcome"] != FAILED]
+    survival, limits = {}, {}
+    for ground in plan.grounds:
+        there = sorted((r for r in walked if r["test"] == SURVIVAL and r["ground"] == ground), key=lambda r: r["case"])
+        if there:
+            survival[ground] = survival_of([row["steps"] for row in there], [row["outcome"] for row in there])
+    for test in plan.disturbances:
+        survived: dict[float, list[bool]] = {}
+        for row in walked:
+            if row["test"] == test:
+                survived.setdefault(row["magnitude"], []).append(_survived(row, plan.torque))
+        limits[test] = limit_of(DISTURBANCES[test].unit, survived, plan.share)
+    level = next((row for row in walked if row["test"] == LEVEL), {})
+    errors = tuple(dict.fromkeys(row["error"] for row in mine if row["outcome"] == FAILED))
+    return Findings(controller, engine, level, survival, limits, errors)
+
+
+def _survived(row: Row, torque: float | None) -> bool:
+    return row["outcome"] in SURVIVED and (torque is None or all(row[name] <= torque for name in TORQUES))
+
+
+def _number(row: Row, name: str) -> float:
+    value = row.get(name)
+    return math.nan if value is None else float(value)
+
+
+def _summary(robustness: Robustness, each: Findings) -> dict[str, Any]:
+    first = robustness.of(each.engine)[0]
+    survival = {}
+    for ground, walks in each.survival.items():
+        low, high = walks.interval
+        survival[ground] = {
+            "walks": len(walks.steps),
+            "falls": walks.falls,
+            "mean_steps_to_fall": _finite(walks.mean),
+            "interval": [_finite(low), _finite(high)],
+        }
+        if each is not first and ground in first.survival:
+            survival[ground]["ratio_to_first"] = [_finite(x) for x in ratio(walks, first.survival[ground])]
+    return {
+        "controller": each.controller,
+        "engine": each.engine,
+        "level": {
+            "cost_of_transport": _finite(each.level_cost),
+            "speed_m_per_s": _finite(_number(each.level, "speed_m_per_s")),
+        },
+        "survival": survival,
+        "greatest_survived": {
+            test: {"magnitude": limit.greatest, "unit": limit.unit, "beyond_what_was_tried": not limit.reached}
+            for test, limit in each.limits.items()
+        },
+        "errors": list(each.errors),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,137 @@
+"""How many steps a robot makes until it falls, of walks that ended with a fall and of walks that did not.
+
+On random ground falls come without memory, so that one number, the mean number of steps to a fall (the mean first
+passage time of Byl and Tedrake, 2009), says nearly all. A walk that is still going at its last step is censored: it
+counts the steps that it made, and no fall.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from mjbiped.errors import InputError
+
+CONFIDENCE = 0.95
+"""Of all intervals."""
+
+_RESAMPLES = 2000  # of walks, for the interval of a ratio
+_SEED = 0  # of these resamples
+
+
+@dataclass(frozen=True)
+class Survival:
+    """Walks of one controller on grounds of one kind.
+
+    Attributes:
+        steps: Number of steps of each walk.
+        fell: Whether it ended with them, rather than at the most steps that it was to make.
+    """
+
+    steps: tuple[int, ...]
+    fell: tuple[bool, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse what is no set of walks.
+
+        Raises:
+            InputError: There are no walks, or not as many ends as walks.
+        """
+        if not self.steps or len(self.steps) != len(self.fell):
+            raise InputError(
+                f"survival needs one end for each of at least one walk; got {len(self.steps)} numbers of steps and "
+                f"{len(self.fell)} ends"
+            )
+
+    @property
+    def falls(self) -> int:
+        """Number of falls."""
+        return sum(self.fell)
+
+    @property
+    def mean(self) -> float:
+        """Mean number of steps to a fall, of greatest likelihood: all steps by all falls; infinite without a fall."""
+        return sum(self.steps) / self.falls if self.falls else math.inf
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Where the mean lies with 95 % confidence, if falls come without memory.
+
+        2 T / mean, of all T steps, has a chi-squared distribution of 2 n degrees of freedom for n falls; at its lower
+        end one more fall is counted, since walks are broken off after a number of steps and not of falls.
+        """
+        steps, tail = sum(self.steps), (1.0 - CONFIDENCE) / 2.0
+        low = 2.0 * steps / float(scipy.stats.chi2.ppf(1.0 - tail, 2 * self.falls + 2))
+        high = 2.0 * steps / float(scipy.stats.chi2.ppf(tail, 2 * self.falls)) if self.falls else math.inf
+        return low, high
+
+    def curve(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """The Kaplan-Meier estimate: at which steps walks ended, the share that walks on after them, and its 95 % band.
+
+        The band is that of Greenwood's formula for the logarithm of the logarithm. It begins with (0, 1, 1, 1).
+        """
+        steps, fell = np.array(self.steps, dtype=float), np.array(self.fell)
+        found = scipy.stats.ecdf(scipy.stats.CensoredData(steps[fell], right=steps[~fell])).sf
+        share = np.asarray(found.probabilities)
+        low, high = share, share
+        if self.falls:
+            with np.errstate(divide="ignore", invalid="ignore"), warnings.catch_warnings():
+                warnings.simplefilter("ignore", RuntimeWarning)  # of a share of one or of nothing, see below
+                band = found.confidence_interval(CONFIDENCE, method="log-log")
+            low, high = (np.asarray(end.probabilities) for end in (band.low, band.high))  # type: ignore[attr-defined]
+        start = np.array([[0.0], [1.0], [1.0], [1.0]])
+        # a share of one or of nothing has no band by that formula
+        rows = np.array([found.quantiles, share, *(np.where(np.isfinite(end), end, share) for end in (low, high))])
+        at, all_, lowest, highest = np.hstack([start, rows])
+        return at, all_, lowest, highest
+
+
+def ratio(better: Survival, worse: Survival) -> tuple[float, float, float]:
+    """How many times as many steps one makes to a fall as another, walk by walk on the same grounds.
+
+    Args:
+        better: Its walks, in the order of the grounds.
+        worse: The other's, in the same order.
+
+    Returns:
+        The ratio of the means, and its 95 % interval: percentiles over resampled grounds. Where the better one never
+        fell, ratio and upper end are infinite, and the lower end is that of its mean by the upper end of the other's.
+
+    Raises:
+        InputError: They are not of the same number of grounds.
+    """
+    if len(better.steps) != len(worse.steps):
+        raise InputError(
+            f"walks on the same grounds are compared; got {len(better.steps)} and {len(worse.steps)} of them"
+        )
+    if not better.falls:
+        return math.inf, better.interval[0] / worse.interval[1], math.inf
+
+    def of(
+        one: NDArray[np.float64], one_fell: NDArray[np.float64], two: NDArray[np.float64], two_fell: NDArray[np.float64]
+    ) -> float:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return float(np.float64(one.sum()) / one_fell.sum() / (two.sum() / two_fell.sum()))
+
+    data = [np.array(part, dtype=float) for part in (better.steps, better.fell, worse.steps, worse.fell)]
+    draws = np.random.Generator(np.random.PCG64(_SEED)).integers(len(data[0]), size=(_RESAMPLES, len(data[0])))
+    ratios = np.array([of(*(part[draw] for part in data)) for draw in draws])
+    ratios = ratios[~np.isnan(ratios)]
+    tail = (1.0 - CONFIDENCE) / 2.0
+    low, high = np.quantile(ratios, (tail, 1.0 - tail), method="nearest").tolist()
+    return of(*data), low, high
+
+
+def survival_of(steps: Sequence[int], outcomes: Sequence[str]) -> Survival:
+    """The survival of walks of which the outcomes are known; those that left the terrain were broken off, too."""
+    return Survival(tuple(steps), tuple(outcome not in SURVIVED for outcome in outcomes))
+
+
+SURVIVED = ("finished", "left the terrain")
+"""Outcomes of walks that were not ended by a fall of any kind."""
