@@ -13,6 +13,7 @@ import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import click
 import numpy as np
@@ -35,14 +36,17 @@ from scripts.pages import write_table
 POLICIES = ("residual", "free")
 SHOWN = 10.0
 """Of a walk in its video, s."""
+SMALL_SHOWN = 4.0
+"""The same of the last policy's on the page, s."""
+SMALL: Mapping[str, Any] = {"width": 640, "height": 360, "fps": 12, "hide": ("chart", "labels")}
 
 WALKING: Mapping[str, tuple[str, int]] = {
     "return": ("return", 0),
-    "steps": (f"steps to the fall, at most {STEPS}", 1),
-    "finished": (f"part that walks {STEPS}", 2),
+    "steps": (f"steps, at most {STEPS}", 1),
+    "finished": (f"share with {STEPS}", 2),
     "speed": ("speed, m/s", 3),
     "cost": ("c_mt", 4),
-    "cost less adaptive": ("c_mt less the adaptive controller's", 4),
+    "cost less adaptive": ("c_mt less adaptive's", 4),
 }
 TORQUES: Mapping[str, tuple[str, int]] = {
     "peak ankle": ("peak, ankle", 2),
@@ -82,7 +86,7 @@ def main(out: Path, page: Path | None) -> None:
         entrants.append(_Entrant(name, controller, training.weights, training.residual))
 
     results, shown = _walked(entrants, out / "evaluation.csv")
-    console = Console(width=max(140, Console().width))
+    console = Console(width=max(160, Console().width))
     for title, measures in (("walking", WALKING), ("torques, N m", TORQUES)):
         table = Table(title=title)
         headings, rows = _table(results, measures)
@@ -100,9 +104,11 @@ def main(out: Path, page: Path | None) -> None:
         click.echo(f"wrote {out / name}.mp4")
     click.echo(f"wrote {curves} and {out / 'evaluation.csv'}")
     if page is not None:
-        picture = page.parent / "images" / "learning.png"
-        shutil.copy(curves, picture)
-        make_small(picture)
+        images = page.parent / "images"
+        shutil.copy(curves, images / "learning.png")
+        make_small(images / "learning.png")
+        name, walk = list(shown.items())[-1]
+        mjbiped.render_video(walk, images / "learning.gif", **SMALL, stop=min(SMALL_SHOWN, walk.end[0]))
 
 
 def _walked(entrants: Sequence[_Entrant], file: Path) -> tuple[list[Results], dict[str, Walk]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -37,11 +37,13 @@ class Ground:
         name: In words.
         task: Its name in `mjbiped.envs.TASKS`.
         walks: Of each controller.
+        terrain: Parameters of its preset, other than the task's own.
     """
 
     name: str
     task: str
     walks: int
+    terrain: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
     def residual(self) -> WalkTask:
@@ -54,8 +56,7 @@ class Ground:
         return self._settings(False)
 
     def _settings(self, residual: bool) -> WalkTask:
-        terrain = {"length": LENGTH} if self.task == "walk_random" else {}
-        return WalkTask(self.task, residual=residual, terrain=terrain)
+        return WalkTask(self.task, residual=residual, terrain=self.terrain)
 
     @property
     def seeds(self) -> list[tuple[int, int]]:
@@ -64,11 +65,13 @@ class Ground:
 
 
 GROUNDS = (
-    Ground("random", "walk_random", 40),
+    Ground("random", "walk_random", 40, {"length": LENGTH}),
+    Ground("rough", "walk_random", 40, {"length": LENGTH, "slope_deg": (-6.0, 6.0), "rise": (-0.05, 0.015)}),
     Ground("level", "walk_level", 20),
     Ground("slopes", "walk_slopes", 20),
     Ground("stairs", "walk_stairs", 20),
 )
+"""Random ground as in training but of other seeds; rougher than any of the training; the other tasks'."""
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ def test_walks_bitwise_as_in_the_environment(residual: bool, tmp_path: Path) -> 
     env: Any = gymnasium.make("mjbiped/CompassWalk-v0", residual=residual, terrain=DOWNHILL).unwrapped
     felt, _ = env.reset(seed=4)
     slope = 0.0
-    for _ in range(150):  # 3 s
+    for _ in range(250):  # 5 s
         if felt[4]:
             slope += felt[6] - felt[9]
         row = felt[None]
@@ -50,11 +50,11 @@ def test_walks_bitwise_as_in_the_environment(residual: bool, tmp_path: Path) -> 
     there = env.walk()
     env.close()
     start, engine = there.settings["initial"], mjbiped.Mujoco(timestep=4e-3, control_period=0.02)
-    here = mjbiped.walk(controller, there.terrain, engine=engine, initial=start, steps=there.steps)
-    assert here.steps == there.steps >= 2
+    here = mjbiped.walk(controller, there.terrain, engine=engine, initial=start, steps=201, distance=1.5)
+    assert 4 <= here.steps <= there.steps
     for name, column in here.touchdowns.items():
         if not name.startswith("slope_estimate"):  # the environment's controller reckons none
-            np.testing.assert_array_equal(column, there.touchdowns[name], err_msg=name)
+            np.testing.assert_array_equal(column, there.touchdowns[name][: here.steps], err_msg=name)
 
 
 def test_walks_by_name_in_both_engines(tmp_path: Path) -> None:

@@ -68,8 +68,9 @@ def test_the_training_has_not_seen_these_grounds() -> None:
 def test_zero_residual_is_the_adaptive_controller(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The whole program on little: a residual policy of zeros does what the adaptive controller does, bitwise."""
     monkeypatch.setattr(evaluation, "STEPS", 3)
-    monkeypatch.setattr(evaluate, "GROUNDS", (Ground("random", "walk_random", 2),))
-    monkeypatch.setattr(evaluate, "SHOWN", 0.1)
+    monkeypatch.setattr(evaluate, "GROUNDS", (Ground("random", "walk_random", 2, {"length": 5.0}),))
+    for name in ("SHOWN", "SMALL_SHOWN"):
+        monkeypatch.setattr(evaluate, name, 0.1)  # s
     training(True).save(tmp_path / "residual.npz")
     page = tmp_path / "page.md"
     (tmp_path / "images").mkdir()
@@ -86,7 +87,7 @@ def test_zero_residual_is_the_adaptive_controller(tmp_path: Path, monkeypatch: p
     assert of["adaptive"] == of["residual"]
     assert all(row["finished"] == "True" for row in rows)
     assert page.read_text().count("| random | residual |") == 2
-    for name in ("residual.mp4", "curves.png", "images/learning.png"):
+    for name in ("residual.mp4", "curves.png", "images/learning.png", "images/learning.gif"):
         assert (tmp_path / name).stat().st_size > 1000
 
 
