@@ -14,12 +14,11 @@ from mjbiped.plotting.style import BLUE, SHADE, drawn
 from mjbiped.utils.palette import SKY
 from scripts.learning.checkpoint import Checkpoint
 
-GREATEST = 1000.0
-"""Return of an episode of 20 s in which every reward is 1."""
-
 
 def plot_curves(trainings: Mapping[str, Checkpoint], adaptive: float, path: Path | None = None) -> Figure:
     """Draw each generation's return over the practice so far: of the distribution's mean, and the population's spread.
+
+    Each panel has a scale of its own: a residual policy begins near its end.
 
     Args:
         trainings: By the policies' names.
@@ -28,7 +27,7 @@ def plot_curves(trainings: Mapping[str, Checkpoint], adaptive: float, path: Path
     """
     with drawn(path) as figure:
         figure.set_figheight(3.6)
-        panels: Any = figure.subplots(1, len(trainings), sharey=True, squeeze=False)[0]
+        panels: Any = figure.subplots(1, len(trainings), squeeze=False)[0]
         for letter, axes, (name, training) in zip("abcdef", panels, trainings.items(), strict=False):
             walked = training.steps / 1e6
             policies = training.returns.mean(axis=2)
@@ -37,7 +36,7 @@ def plot_curves(trainings: Mapping[str, Checkpoint], adaptive: float, path: Path
             axes.plot(walked, middle, color=SKY, label="population, median")
             axes.plot(walked, training.mean_returns.mean(axis=1), color=BLUE, label="policy (mean of the distribution)")
             axes.axhline(adaptive, color=SHADE, linestyle=(0, (3, 1.5)), label="adaptive controller, unseen ground")
-            axes.set(xlabel="control periods walked, million", ylim=(0.0, GREATEST), xlim=(0.0, walked[-1]))
+            axes.set(xlabel="control periods walked, million", xlim=(0.0, walked[-1]))
             titled(axes, letter, f"{name} policy")
         panels[0].set_ylabel("return of an episode of 20 s")
         legend_below(figure, panels[0].get_legend_handles_labels()[0])
