@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 OUT := out
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk reproduce test test-slow test-viewer test-browser notebooks bench docs check format lock clean
+.PHONY: help setup walk reproduce learn test test-slow test-viewer test-browser notebooks bench docs check format lock clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
@@ -42,6 +42,11 @@ walk: $(VENV)/.installed ## walk over mixed slopes and steps: record, figure and
 
 reproduce: setup ## section V of the paper again, into docs/: five to fifteen minutes, goes on where it was stopped
 	$(BIN)/mjbiped reproduce --report docs
+
+learn: setup ## train policies for twenty minutes and lay them beside the adaptive controller, into out/learning
+	$(BIN)/python -m scripts.learning.train --task residual
+	$(BIN)/python -m scripts.learning.train --task free
+	$(BIN)/python -m scripts.learning.evaluate
 
 test: setup check ## set-up, lint, types and tests
 	$(BIN)/python -m pytest -n 2

@@ -1,0 +1,33 @@
+"""What the programs of this folder have in common on the command line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from mjbiped.cli.files import INTERRUPTED, end, terminable
+from mjbiped.errors import MjbipedError
+
+FOLDER = click.option(
+    "--out",
+    default=Path("out/learning"),
+    show_default=True,
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder of the policies.",
+)
+
+
+class Command(click.Command):
+    """Turns what is a user's to mend, and Ctrl-C, into a line and an exit status, as mjbiped's own commands do."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run it."""
+        with terminable():
+            try:
+                return super().invoke(ctx)
+            except MjbipedError as error:
+                end(2, str(error))
+            except KeyboardInterrupt:
+                end(INTERRUPTED, "interrupted")
