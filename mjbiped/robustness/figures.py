@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import BLACK, BLUE, C_MT, GREEN, GUIDE, ORANGE, SHADE, VERMILLION, drawn
@@ -25,6 +25,8 @@ _LOOKS = (
     (SHADE, "P", (0, (6, 1, 1, 1, 1, 1))),
 )
 """Of controllers, in their order: colour, mark and line, which tell them apart each by itself."""
+
+_LEAST_SPAN = 0.02  # of the axis of costs of transport
 
 
 def draw(robustness: Robustness, folder: Path) -> Iterator[Path]:
@@ -63,6 +65,7 @@ def plot_survival(robustness: Robustness, engine: str, path: Path | None = None)
             titled(axes, chr(ord("a") + number), plain(ground))
             axes.set_xscale("symlog", linthresh=10.0)
             axes.set_xlim(0.0, robustness.plan.steps)
+            axes.xaxis.set_major_formatter(ScalarFormatter())
             axes.set_ylim(0.0, 1.03)
             axes.set_ylabel("share still walking")
             axes.grid(color=GUIDE, alpha=0.3)
@@ -112,13 +115,22 @@ def plot_limits(robustness: Robustness, engine: str, path: Path | None = None) -
             titled(axes, chr(ord("a") + number), test)
             axes.set_ylim(bottom=0.0)
             axes.set_ylabel({"m": "height (m)", "deg": "change (deg)"}[DISTURBANCES[test].unit])
-            axes.xaxis.set_major_locator(MaxNLocator(5))
-            axes.margins(x=0.12, y=0.15)
+            axes.xaxis.set_major_locator(MaxNLocator(3))
+            axes.set_xlim(*_costs(findings))
+            axes.margins(y=0.15)
             axes.grid(color=GUIDE, alpha=0.3)
         for axes in panels[: len(tests)][-min(2, len(tests)) :]:
             axes.set_xlabel(f"{C_MT} on level ground")
         legend_below(figure, *panels[0].get_legend_handles_labels())
     return figure
+
+
+def _costs(findings: list[Findings]) -> tuple[float, float]:
+    """Ends of the axis of costs: rounding is no difference between controllers."""
+    costs = [each.level_cost for each in findings if not math.isnan(each.level_cost)] or [0.0]
+    middle, half = (min(costs) + max(costs)) / 2.0, (max(costs) - min(costs)) / 2.0
+    half = max(1.2 * half, _LEAST_SPAN / 2.0)
+    return max(0.0, middle - half), middle + half
 
 
 def _looks(findings: list[Findings]) -> list[tuple[Any, str, Any]]:

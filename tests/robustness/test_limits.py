@@ -1,0 +1,49 @@
+"""The greatest disturbance that is survived, and what each disturbance is."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mjbiped.robustness.limits import DISTURBANCES, limit_of
+from mjbiped.sweeps.cell import Cell
+
+
+@given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=20), st.floats(0.5, 1.0))
+def test_nothing_below_the_greatest_is_not_survived(shares: list[float], wanted: float) -> None:
+    cases = 100
+    survived = {float(k): [case < round(share * cases) for case in range(cases)] for k, share in enumerate(shares, 1)}
+    limit = limit_of("m", survived, wanted)
+    assert all(
+        share >= wanted for size, share in zip(limit.magnitudes, limit.shares, strict=True) if size <= limit.greatest
+    )
+    assert limit.greatest == len(shares) or limit.shares[int(limit.greatest)] < wanted
+    assert limit.reached == (limit.greatest < len(shares) or min(limit.shares) < wanted)
+
+
+@pytest.mark.parametrize("name", DISTURBANCES)
+def test_magnitudes_ascend_from_one_step_on(name: str) -> None:
+    magnitudes = DISTURBANCES[name].magnitudes
+    assert list(magnitudes) == sorted(set(magnitudes))
+    assert magnitudes[0] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("name", "magnitude", "rise", "slope_deg"),
+    [
+        ("step up", 0.04, 0.04, 0.0),
+        ("step down", 0.1, -0.1, 0.0),
+        ("slope down", 3.0, 0.0, 3.0),
+        ("slope up", 3.0, 0.0, -3.0),
+    ],
+)
+def test_level_ground_is_disturbed_once_and_where_it_is_said(
+    name: str, magnitude: float, rise: float, slope_deg: float
+) -> None:
+    terrain = Cell(0, None, DISTURBANCES[name].values(magnitude, 1.5)).terrain()
+    assert terrain.height(1.4999) == 0.0
+    assert terrain.slope(1.4999) == 0.0
+    assert terrain.height(1.5) == pytest.approx(rise, abs=1e-12)
+    assert terrain.slope(1.5) == pytest.approx(math.radians(slope_deg), abs=1e-12)
+    assert terrain.height(9.0) == pytest.approx(rise - 7.5 * math.tan(math.radians(slope_deg)), abs=1e-9)

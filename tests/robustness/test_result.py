@@ -1,0 +1,149 @@
+"""Findings of rows, their tables and pictures; a study walked to its end, broken off and gone on with."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from legible import assert_legible
+
+from mjbiped.cli.main import main
+from mjbiped.plotting.width import WIDTHS, figure_width
+from mjbiped.robustness.figures import plot_limits, plot_survival
+from mjbiped.robustness.plan import LEVEL, SURVIVAL, Plan, plan
+from mjbiped.robustness.result import Robustness, found
+from mjbiped.robustness.tables import robustness_tables
+
+CONTENT: dict[str, Any] = {
+    "steps": 100,
+    "seeds": 2,
+    "grounds": ["treads"],
+    "limits": {"step up": [0.02, 0.04], "step down": [0.1], "phases": 2, "torque": 10.0},
+    "controller": [{"label": "one"}, {"label": "two"}],
+}
+STUDY = """
+seeds = 2
+steps = 60
+grounds = ["treads:deviation=0.04"]
+[limits]
+"step up" = [0.02, 0.15]
+phases = 2
+steps_after = 4
+[[controller]]
+label = "paper"
+[[controller]]
+label = "gentle"
+position_gain = 2
+"""
+
+
+def row(test: str, controller: str, steps: int, outcome: str, **values: Any) -> dict[str, Any]:
+    blank = dict.fromkeys(("ground", "magnitude", "case", "error"))
+    torques = {"peak_ankle_torque_Nm": 1.0, "peak_hip_torque_Nm": 1.0, "cost_of_transport": 0.03, "speed_m_per_s": 0.5}
+    return {
+        "engine": "hybrid",
+        "test": test,
+        "controller": controller,
+        "steps": steps,
+        "outcome": outcome,
+        **blank,
+        **torques,
+        **values,
+    }
+
+
+@pytest.fixture(scope="module")
+def wanted() -> Plan:
+    return plan(Path("x.toml"), CONTENT)
+
+
+@pytest.fixture(scope="module")
+def result(wanted: Plan) -> Robustness:
+    rows = []
+    for controller, steps in (("one", 20), ("two", 100)):
+        rows.append(row(LEVEL, controller, 40, "finished", cost_of_transport=0.035))
+        for case in (0, 1):
+            outcome = "finished" if steps == 100 and case else "fell"
+            rows.append(row(SURVIVAL, controller, steps, outcome, ground="treads", case=case))
+            rows.append(row("step up", controller, 24, "finished", magnitude=0.02, case=case))
+            rows.append(row("step up", controller, 6, "fell" if case else "finished", magnitude=0.04, case=case))
+            peak = 60.0 if controller == "two" else 5.0
+            rows.append(row("step down", controller, 24, "finished", magnitude=0.1, case=case, peak_hip_torque_Nm=peak))
+    rows.append(row(SURVIVAL, "two", 0, "failed", ground="treads", case=1, error="no gait"))
+    return found(wanted, rows)
+
+
+def test_findings_of_rows(result: Robustness) -> None:
+    one, two = result.of("hybrid")
+    assert (one.survival["treads"].mean, two.survival["treads"].mean) == (20.0, 200.0)
+    assert (one.limits["step up"].greatest, one.limits["step up"].reached) == (0.02, True)
+    assert (one.limits["step down"].greatest, one.limits["step down"].reached) == (0.1, False)
+    assert two.limits["step down"].greatest == 0.0  # beyond the torque that is allowed
+    assert (one.errors, two.errors) == ((), ("no gait",))
+    assert result.ratios("hybrid", "treads")["two"][0] == pytest.approx(10.0)
+
+
+def test_summary_is_plain_json(result: Robustness) -> None:
+    summary = json.loads(json.dumps(result.summary(), allow_nan=False))
+    assert summary["controllers"][1]["survival"]["treads"]["ratio_to_first"][0] == pytest.approx(10.0)
+    assert summary["controllers"][0]["greatest_survived"]["step up"] == {
+        "magnitude": 0.02,
+        "unit": "m",
+        "beyond_what_was_tried": False,
+    }
+    assert summary["scuffing"] == {"reach_leg_lengths": 0.2, "delay_s": 0.1}
+
+
+def test_tables_put_controllers_side_by_side(result: Robustness) -> None:
+    [table] = robustness_tables(result)
+    cells = [list(column.cells) for column in table.columns]
+    names = cells[0]
+    assert [column.header for column in table.columns[1:3]] == ["one", "two"]
+    assert [cells[k][names.index("greatest step down")] for k in (1, 2, 3)] == [">= 0.1", "0", "m"]
+    assert [cells[k][names.index("  mean steps to a fall")] for k in (1, 2)] == ["20", "200"]
+    assert "scuffing rule" in str(table.caption)
+    assert "within 10 N m" in str(table.caption)
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("plot", [plot_survival, plot_limits])
+def test_pictures_are_legible(result: Robustness, plot: Any, width: str) -> None:
+    with figure_width(width):
+        assert_legible(plot(result, "hybrid"), width)
+
+
+def test_pictures_of_a_controller_that_never_fell(wanted: Plan) -> None:
+    rows = [
+        row(SURVIVAL, name, 100, "finished", ground="treads", case=case) for name in ("one", "two") for case in (0, 1)
+    ]
+    result = found(replace(wanted, disturbances=()), rows)
+    plot_survival(result, "hybrid")
+    assert "no fall" in list(robustness_tables(result)[0].columns[1].cells)
+
+
+def test_the_command_walks_goes_on_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    study, out = tmp_path / "study.toml", tmp_path / "out"
+    study.write_text(STUDY)
+
+    def run() -> dict[str, Any]:
+        with pytest.raises(SystemExit) as ended:
+            main(["robustness", str(study), "--out", str(out), "--workers", "1", "--json"])
+        assert ended.value.code in (0, None)
+        printed: dict[str, Any] = json.loads(capsys.readouterr().out)
+        return printed
+
+    printed = run()
+    table = (out / "study.csv").read_bytes()
+    assert table.count(b"\n") == 1 + 2 * (1 + 2 * 2 + 2)
+    assert sorted(file.name for file in out.iterdir() if file.suffix in (".png", ".csv")) == [
+        "limits.png",
+        "study.csv",
+        "survival.png",
+    ]
+    paper, gentle = printed["controllers"]
+    assert paper["level"]["cost_of_transport"] == pytest.approx(0.0349, abs=1e-4)
+    assert paper["greatest_survived"]["step up"]["magnitude"] == 0.02  # clears 46 mm, of docs/gaits.md
+    assert gentle["survival"]["treads:deviation=0.04"]["walks"] == 2
+    assert run() == printed  # all rows were there
+    assert (out / "study.csv").read_bytes() == table

@@ -1,0 +1,99 @@
+"""Survival statistics against closed forms, SciPy's own fit, and samples of a known distribution."""
+
+import math
+
+import numpy as np
+import pytest
+import scipy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mjbiped.errors import InputError
+from mjbiped.robustness.survival import Survival, ratio, survival_of
+
+
+def drawn(mean: float, walks: int, most: int, seed: int) -> Survival:
+    """Walks that fall without memory: geometric numbers of steps."""
+    steps = np.random.default_rng(seed).geometric(1.0 / mean, walks)
+    return Survival(tuple(np.minimum(steps, most).tolist()), tuple((steps <= most).tolist()))
+
+
+walks_of = st.lists(st.tuples(st.integers(1, 1000), st.booleans()), min_size=2, max_size=40)
+
+
+@settings(max_examples=25, deadline=None)
+@given(walks_of)
+def test_the_mean_is_the_exponential_fit_of_greatest_likelihood(walks: list[tuple[int, bool]]) -> None:
+    survival = Survival(*map(tuple, zip(*walks, strict=True)))
+    if not survival.falls:
+        assert survival.mean == math.inf
+        return
+    steps, fell = np.array(survival.steps, dtype=float), np.array(survival.fell)
+    data = scipy.stats.CensoredData(steps[fell], right=steps[~fell])
+    _, scale = scipy.stats.expon.fit(data, floc=0.0)
+    # SciPy maximises the censored likelihood numerically, to about the root of its tolerance
+    assert survival.mean == pytest.approx(scale, rel=1e-3)
+    low, high = survival.interval
+    assert low < survival.mean < high
+
+
+@settings(max_examples=25, deadline=None)
+@given(walks_of)
+def test_the_curve_is_the_product_of_the_shares_that_go_on(walks: list[tuple[int, bool]]) -> None:
+    survival = Survival(*map(tuple, zip(*walks, strict=True)))
+    at, share, low, high = survival.curve()
+    expected = 1.0
+    for step, got in zip(at[1:], share[1:], strict=True):
+        going = sum(made >= step for made, _ in walks)
+        fallen = sum(made == step and fell for made, fell in walks)
+        expected *= 1.0 - fallen / going
+        assert got == pytest.approx(expected, abs=1e-12)  # products of rounded quotients
+    assert at[0] == 0.0
+    assert (low <= share + 1e-12).all()
+    assert (share <= high + 1e-12).all()
+    assert (np.diff(share) <= 1e-12).all()
+
+
+def test_the_interval_holds_the_mean_as_often_as_it_says() -> None:
+    """400 studies of 20 walks: a binomial share of 0.95 has a standard error of 0.011; four of them are allowed."""
+    mean, held = 120.0, 0
+    for seed in range(400):
+        low, high = drawn(mean, 20, 500, seed).interval
+        held += low <= mean <= high
+    assert held / 400 == pytest.approx(0.95, abs=0.044)
+
+
+def test_without_a_fall_the_lower_end_is_that_of_no_event() -> None:
+    survival = Survival((1000,) * 20, (False,) * 20)
+    low, high = survival.interval
+    assert (survival.mean, high) == (math.inf, math.inf)
+    # no fall in T steps with a probability of exp(-T / mean) = 0.025
+    assert low == pytest.approx(20_000 / -math.log(0.025), rel=1e-12)
+    np.testing.assert_array_equal(survival.curve()[1], 1.0)
+
+
+def test_ratios_of_paired_walks() -> None:
+    worse = drawn(50.0, 60, 1000, 1)
+    better = Survival(tuple(3 * steps for steps in worse.steps), worse.fell)
+    # three times as many steps on each of the same grounds: paired, there is no spread at all
+    assert ratio(better, worse) == pytest.approx((3.0, 3.0, 3.0), rel=1e-12)
+    assert ratio(better, worse) == ratio(better, worse)
+    middle, low, high = ratio(drawn(500.0, 60, 1000, 2), worse)
+    assert low < 10.0 < high
+    assert low < middle < high
+    never = Survival((1000,) * 60, (False,) * 60)
+    assert ratio(never, worse) == (math.inf, never.interval[0] / worse.interval[1], math.inf)
+
+
+def test_outcomes_that_are_no_falls_are_censored() -> None:
+    outcomes = ["finished", "left the terrain", "fell", "stalled", "slipped", "diverged", "unresolved"]
+    assert survival_of([5] * 7, outcomes).fell == (False, False, True, True, True, True, True)
+
+
+def test_what_is_no_set_of_walks_is_refused() -> None:
+    with pytest.raises(InputError, match="at least one walk"):
+        Survival((), ())
+    with pytest.raises(InputError, match="got 2 numbers of steps and 1 ends"):
+        Survival((1, 2), (True,))
+    with pytest.raises(InputError, match="same grounds"):
+        ratio(Survival((1,), (True,)), Survival((1, 2), (True, False)))
