@@ -15,7 +15,7 @@ from controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.control.controller import Law, Memory
 from mjbiped.control.tracking import AdaptiveTracking
 from mjbiped.errors import InputError, shown
-from mjbiped.gaits.passive import Gait
+from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.reference import Table, in_arrays, reference_at, reference_discontinuity
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass

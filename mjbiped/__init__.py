@@ -18,7 +18,8 @@ from mjbiped.engines.base import Engine
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.errors import GaitError, InputError, MjbipedError, RecordError, RenderError
-from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.passive import PassiveGait, find_passive_gait
 from mjbiped.limit_cycles.basin import basin_of_attraction, basin_of_control
 from mjbiped.limit_cycles.bifurcation import bifurcation_diagram, find_cascade
 from mjbiped.limit_cycles.periodic import find_periodic_gait
@@ -55,6 +56,7 @@ __all__ = [
     "InputError",
     "MjbipedError",
     "Mujoco",
+    "PassiveGait",
     "RecordError",
     "RenderError",
     "ReturnMap",

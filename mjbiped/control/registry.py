@@ -27,7 +27,8 @@ from mjbiped.control.controller import Controller
 from mjbiped.control.fields import REQUIRED, checked, default_of, fields_of, shown_defaults, why_none
 from mjbiped.control.own import FORMS, is_reference, own_class, source_of
 from mjbiped.errors import InputError, MjbipedError, shown
-from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.robots.compass import Compass
 from mjbiped.utils.domains import SLOPE_DEG, known_name
 from mjbiped.utils.shadows import hidden_laws

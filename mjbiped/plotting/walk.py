@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from mjbiped.analysis.replay import recorded_controller, transitions
 from mjbiped.errors import MjbipedError, RenderError
-from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.passive import PassiveGait, find_passive_gait
 from mjbiped.plotting.panels import head, labelled, legend_above, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import (
     ANKLE,
@@ -92,7 +93,7 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
     return figure
 
 
-def plot_gait(gait: Gait, path: str | Path | None = None) -> Figure:
+def plot_gait(gait: PassiveGait, path: str | Path | None = None) -> Figure:
     """Draw a passive gait: the limit cycle of both legs with its impacts, and its Floquet multipliers.
 
     Args:
@@ -253,7 +254,7 @@ def _draw_cycle(axes: Axes, gait: Gait) -> None:
     axes.legend(loc="center", bbox_to_anchor=(0.5, 0.25))
 
 
-def _draw_multipliers(axes: Axes, gait: Gait) -> None:
+def _draw_multipliers(axes: Axes, gait: PassiveGait) -> None:
     """The multipliers in the complex plane, and in figures."""
     reach = 1.25 * max(1.0, float(np.abs(gait.multipliers).max()))
     axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GUIDE, linestyle="--"))
