@@ -307,8 +307,8 @@ REFERENCE: Row = (
     "--reference",
     Kind("GOAL", reference),
     SHARED["reference"],
-    "Track an optimised gait instead: clearance=X,speed=X,torque_limit=X,friction=X, any of them, in m, m/s and N m; "
-    "for adaptive and limit-cycle.",
+    "Track an optimised gait instead: clearance=X,retraction=no,speed=X,torque_limit=X,friction=X, any of them, in m, "
+    "m/s and N m; for adaptive and limit-cycle.",
 )
 
 adaptive_options = options(

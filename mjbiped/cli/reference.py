@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +23,13 @@ from mjbiped.utils import domains
         "--clearance",
         domains.CLEARANCE,
         0.06,
-        "Height of the swing foot when it begins to come back, m; 0 for no demand on its path.",
+        "Height of the swing foot at some moment of the step, m; 0 for no demand on its path.",
+    ),
+    (
+        "--retraction/--no-retraction",
+        bool,
+        True,
+        "Let the foot go no further forward from that moment on; without it the same height costs less.",
     ),
     ("--torque-limit", domains.TORQUE, None, "Greatest torque of ankle and hip, N m; no limit unless given."),
     ("--friction", domains.FRICTION, FRICTION, "Greatest friction that is asked of the ground."),
@@ -35,6 +40,7 @@ from mjbiped.utils import domains
 def reference(
     speed: float,
     clearance: float,
+    retraction: bool,
     torque_limit: float | None,
     friction: float,
     plot: Path | None,
@@ -53,7 +59,12 @@ def reference(
       mjbiped walk stairs:rise=0.05 --reference clearance=0.06 --gain replanning=additive
     """  # noqa: D301 (click reads the backspace)
     gait = find_reference(
-        Compass(**values), speed=speed, clearance=clearance, torque_limit=torque_limit, friction=friction
+        Compass(**values),
+        speed=speed,
+        clearance=clearance,
+        retraction=retraction,
+        torque_limit=torque_limit,
+        friction=friction,
     )
     files = Files()
     files.plot(plot, "reference:plot_reference", gait)
@@ -73,7 +84,7 @@ def _summary(gait: OptimisedGait) -> dict[str, Any]:
         "peak_hip_torque_Nm": told.peak_torque[1],
         "least_normal_force_weights": told.normal_force / gait.robot.weight,
         "friction": told.friction,
-        "retraction": gait.retraction if gait.goal.clearance else None,
+        "clearance_phase": gait.clearance_phase if gait.goal.clearance else None,
         "clearance_m": told.clearance if gait.goal.clearance else None,
         "greatest_clearance_m": told.greatest_clearance,
         "state_after_impact": gait.start.tolist(),
@@ -95,7 +106,6 @@ def _table(gait: OptimisedGait) -> Any:
         ("friction used", f"{told.friction:.3f}", ""),
     ]
     if gait.goal.clearance:
-        moment = f"{math.floor(1000 * gait.retraction) / 10:.1f} % of the step"
-        rows.append((f"clearance when the foot begins to come back, at {moment}", f"{told.clearance:.4f}", "m"))
+        rows.append((f"clearance at {100 * gait.clearance_phase:.1f} % of the step", f"{told.clearance:.4f}", "m"))
     rows.append(("clearance ahead of the stance foot, greatest", f"{told.greatest_clearance:.4f}", "m"))
     return table_of(rows)

@@ -157,7 +157,7 @@ def make_controller(name: str, robot: Compass, settings: Mapping[str, Any], gait
         ) from error
 
 
-def _asked(reference: object, settings: Mapping[str, Any]) -> dict[str, float] | None:
+def _asked(reference: object, settings: Mapping[str, Any]) -> dict[str, Any] | None:
     """What is asked of the optimised reference; None where there is none.
 
     Raises:

@@ -2,7 +2,7 @@
 
 Each joint follows a Bézier curve of degree 7 over the step, which begins with the rates that the impact map makes of
 those of its end, so that the step repeats itself exactly. What is left to choose (half the angle between the legs, the
-other control points, the phase at which the swing foot begins to come back) is chosen by SciPy's SLSQP, with exact
+other control points, the phase at which the swing foot has its clearance) is chosen by SciPy's SLSQP, with exact
 derivatives by complex steps: least absolute work for the distance, under the constraints of `_Constraints`.
 
 Everything is scaled by the robot's weight, leg length and gravity, so that alike robots have alike references.
@@ -24,11 +24,11 @@ from mjbiped.gaits.bezier import DEGREE, Numbers, curve
 LEAST_LOAD = 0.05  # of the weight: the ground bears at least this much
 LANDING_RATE = 0.02  # of sqrt(g l): the swing foot comes down at the end at least so fast
 ANGLES = (0.02, 0.7)  # between which half the angle between the legs lies, rad
-RETRACTIONS = (0.5, 0.95)  # phases between which the swing foot begins to come back
+CLEARANCE_PHASES = (0.5, 0.95)  # between which the swing foot has its clearance
 
-_INTERVALS = (48, 32)  # of the quadrature before and after the retraction's beginning
+_INTERVALS = (48, 32)  # of the quadrature before and after the clearance's phase
 _FINE = (960, 640)  # of what is checked and told at the end
-_STARTS = ((0.15, 0.86), (0.22, 0.80))  # half angles (rad) and phases of retraction to begin from
+_STARTS = ((0.15, 0.86), (0.22, 0.80))  # half angles (rad) and phases of clearance to begin from
 _STAIRS = 0.04  # leg lengths by which the clearance is raised from solution to solution
 _SMOOTHING = (1e-2, 3e-3, 1e-3, 2e-4)  # of the absolute power, in weights times speed
 _TORQUE_WEIGHT = 1e-3  # of the mean square torque in (weight x leg length)², beside the cost of transport
@@ -105,14 +105,16 @@ class Goal:
 
     Attributes:
         speed: Mean speed, m/s.
-        clearance: Height of the swing foot over level ground when it begins to come back, m; 0 for no demand on the
-            foot's path but that it lands where it shall.
+        clearance: Height of the swing foot over level ground at some moment, m; 0 for no demand on the foot's path but
+            that it lands where it shall.
+        retraction: Whether the foot goes no further forward from that moment on.
         torque_limit: No actuator gives more, N m; None for no limit.
         friction: Greatest ratio of tangential to normal force.
     """
 
     speed: float
     clearance: float
+    retraction: bool
     torque_limit: float | None
     friction: float
 
@@ -121,13 +123,13 @@ class Solution(NamedTuple):
     """A reference.
 
     Attributes:
-        retraction: Phase, 0 to 1, at which the swing foot begins to come back.
+        clearance_phase: Phase, 0 to 1, at which the swing foot has its clearance.
         half: Half the angle between the legs, rad.
         points: Control points, rad, shape (DEGREE + 1, joints).
         period: s.
     """
 
-    retraction: float
+    clearance_phase: float
     half: float
     points: NDArray[np.float64]
     period: float
@@ -141,7 +143,7 @@ class Told(NamedTuple):
         peak_torque: Greatest torque of each actuator, N m.
         normal_force: Least, N.
         friction: Greatest ratio of tangential to normal force.
-        clearance: Height of the swing foot when it begins to come back, m.
+        clearance: Height of the swing foot at its phase, m.
         greatest_clearance: Greatest height of the swing foot while it is ahead of the stance foot, m.
         broken: By how much each constraint is broken, scaled; zero or less where it is kept.
     """
@@ -155,35 +157,31 @@ class Told(NamedTuple):
     broken: Mapping[str, float]
 
 
-_ADVICE: Mapping[str, str] = {
-    "clearance": "ask for less clearance, or for more speed",
-    "retraction": "ask for less clearance",
-    "landing": "ask for another speed",
-    "foot above the ground": "ask for another speed",
-    "torque limit": "raise the torque limit, or ask for less clearance or another speed",
-    "normal force": "ask for less speed or less clearance",
-    "friction": "allow more friction, or ask for less clearance",
-}
-
-
 def optimise(model: StepModel, goal: Goal) -> Solution:
     """The cheapest reference of several searches.
 
     Raises:
-        GaitError: None keeps the constraints; the message names the one that the best of them breaks most.
+        GaitError: None keeps the constraints; the message says what stands in the way, and what to do.
     """
+    found, broken = _best(model, goal)
+    if found is None:
+        raise GaitError(f"no reference was found for {_asked(goal)}: {_hindrance(model, goal, broken)}")
+    return found
+
+
+def _best(model: StepModel, goal: Goal) -> tuple[Solution | None, Mapping[str, float]]:
+    """The cheapest solution that keeps the constraints, if any; and by how much the least bad one breaks them."""
     found = [solution for start in _STARTS for solution in _search(model, goal, *start)]
     told = [tell(model, goal, solution) for solution in found]
     kept = [k for k, each in enumerate(told) if max(each.broken.values()) < TOLERANCE]
-    if not kept:
-        raise _infeasible(goal, [each.broken for each in told])
-    return found[min(kept, key=lambda k: told[k].cost_of_transport)]
+    best = found[min(kept, key=lambda k: told[k].cost_of_transport)] if kept else None
+    return best, min((each.broken for each in told), key=lambda broken: max(broken.values()), default={})
 
 
-def solution_of(model: StepModel, goal: Goal, retraction: float, free: NDArray[np.float64]) -> Solution:
+def solution_of(model: StepModel, goal: Goal, clearance_phase: float, free: NDArray[np.float64]) -> Solution:
     """A reference of the numbers that are chosen: half the angle between the legs, then the free control points."""
     half, period, points = _control_points(model, goal, free)
-    return Solution(retraction, float(half), points, float(period))
+    return Solution(clearance_phase, float(half), points, float(period))
 
 
 def free_numbers(solution: Solution) -> NDArray[np.float64]:
@@ -193,7 +191,7 @@ def free_numbers(solution: Solution) -> NDArray[np.float64]:
 
 def tell(model: StepModel, goal: Goal, solution: Solution) -> Told:
     """What a reference asks, on a grid twenty times as fine as the optimiser's."""
-    phases, weights, second = _grid(np.array(solution.retraction), _FINE)
+    phases, weights, second = _grid(np.array(solution.clearance_phase), _FINE)
     motion = curve(solution.points, phases, solution.period)
     course = model.course(*motion)
     work = float((np.abs(course.powers).sum(axis=-1) * weights).sum() * solution.period)
@@ -211,19 +209,19 @@ def tell(model: StepModel, goal: Goal, solution: Solution) -> Told:
     )
 
 
-def _search(model: StepModel, goal: Goal, half: float, retraction: float) -> Iterator[Solution]:
+def _search(model: StepModel, goal: Goal, half: float, phase: float) -> Iterator[Solution]:
     """One search: without clearance first, then with more and more of it, then with the cost's corners sharpened."""
     from scipy.optimize import minimize
 
     joints = model.joints
-    x = np.concatenate([[retraction, half], model.guess(half)[2:-1].ravel()])
+    x = np.concatenate([[phase, half], model.guess(half)[2:-1].ravel()])
     wide = [(-3.0, 3.0)] * (joints * (DEGREE - 2))
     stairs = math.ceil(goal.clearance / (_STAIRS * model.length) - 1e-9)
     stages = [(goal.clearance * k / max(stairs, 1), _SMOOTHING[0]) for k in range(stairs + 1)]
     stages += [(goal.clearance, smoothing) for smoothing in _SMOOTHING[1:]]
     for clearance, smoothing in stages:
         problem = _Problem(model, replace(goal, clearance=clearance), smoothing)
-        bounds = [RETRACTIONS if clearance else (x[0], x[0]), ANGLES, *wide]
+        bounds = [CLEARANCE_PHASES if clearance else (x[0], x[0]), ANGLES, *wide]
         kept = {"type": "ineq", "fun": problem.kept, "jac": problem.kept_jacobian}
         options = {"maxiter": 150, "ftol": 1e-9}
         done = minimize(  # type: ignore[call-overload]  # the stubs know no constraints with keys of type str
@@ -238,7 +236,7 @@ def _search(model: StepModel, goal: Goal, half: float, retraction: float) -> Ite
 
 
 class _Problem:
-    """Cost and constraints of the numbers (retraction's phase, half angle, free control points), with derivatives."""
+    """Cost and constraints of the numbers (clearance's phase, half angle, free control points), with derivatives."""
 
     _STEP = 1e-30  # so small that no derivative has any error but rounding
 
@@ -288,7 +286,7 @@ def _constraints(model: StepModel, goal: Goal, course: Course, second: int) -> d
         model: The robot.
         goal: What is asked.
         course: Along the step.
-        second: Index of the moment at which the swing foot begins to come back.
+        second: Index of the moment at which the swing foot has its clearance.
     """
     length, weight = model.length, model.weight
     rate = math.sqrt(model.gravity * length)
@@ -304,6 +302,7 @@ def _constraints(model: StepModel, goal: Goal, course: Course, second: int) -> d
     }
     if goal.clearance > 0.0:
         found["clearance"] = (course.height[..., second : second + 1] - goal.clearance) / length
+    if goal.clearance > 0.0 and goal.retraction:
         found["retraction"] = -course.ahead_rate[..., second:] / rate
     if goal.torque_limit is not None:
         torques = course.torques.reshape(*course.torques.shape[:-2], -1)
@@ -328,10 +327,10 @@ def _control_points(model: StepModel, goal: Goal, free: Numbers) -> tuple[Number
     )
 
 
-def _grid(retraction: Numbers, intervals: tuple[int, int]) -> tuple[Numbers, Numbers, int]:
-    """Phases and weights of Simpson's rule before and after the retraction's beginning, and where that stands."""
+def _grid(phase: Numbers, intervals: tuple[int, int]) -> tuple[Numbers, Numbers, int]:
+    """Phases and weights of Simpson's rule before and after a phase, and where that stands."""
     first, second = (np.linspace(0.0, 1.0, count + 1) for count in intervals)
-    r = np.asarray(retraction)[..., None]
+    r = np.asarray(phase)[..., None]
     phases = np.concatenate([r * first, r + (1.0 - r) * second], axis=-1)
     weights = np.concatenate([r * _simpson(intervals[0]), (1.0 - r) * _simpson(intervals[1])], axis=-1)
     return phases, weights, intervals[0] + 1
@@ -343,16 +342,29 @@ def _simpson(intervals: int) -> NDArray[np.float64]:
     return np.asarray(weights / weights.sum())
 
 
-def _infeasible(goal: Goal, broken: list[Mapping[str, float]]) -> GaitError:
-    """What to say where no search kept the constraints."""
-    asked = f"a speed of {goal.speed:.4g} m/s"
-    asked += f", a clearance of {goal.clearance:.4g} m" if goal.clearance else " without clearance"
-    asked += f" and a torque limit of {goal.torque_limit:.4g} N m" if goal.torque_limit is not None else ""
+def _asked(goal: Goal) -> str:
+    words = f"a speed of {goal.speed:.4g} m/s"
+    words += f", a clearance of {goal.clearance:.4g} m" if goal.clearance else " without clearance"
+    return words + (f" and a torque limit of {goal.torque_limit:.4g} N m" if goal.torque_limit is not None else "")
+
+
+def _hindrance(model: StepModel, goal: Goal, broken: Mapping[str, float]) -> str:
+    """What stands in the way of a reference, found by asking for less; and what to do."""
+    if goal.torque_limit is not None:
+        freely = replace(goal, torque_limit=None)
+        found, _ = _best(model, freely)
+        if found is not None:
+            needed = max(tell(model, freely, found).peak_torque)
+            return (
+                f"without the torque limit there is one, which needs {needed:.3g} N m; raise the limit, or ask for "
+                "less clearance or another speed"
+            )
+        goal = freely
+    for share in (0.75, 0.5, 0.25, 0.0) if goal.clearance else ():
+        found, _ = _best(model, replace(goal, clearance=share * goal.clearance))
+        if found is not None:
+            return f"with a clearance of {share * goal.clearance:.3g} m there is one; ask for less clearance"
     if not broken:
-        return GaitError(f"no reference was found for {asked}: the search failed; ask for another speed or clearance")
-    least = min(broken, key=lambda each: max(each.values()))
-    name = max(least, key=least.__getitem__)
-    return GaitError(
-        f"no reference was found for {asked}: the best one breaks the constraint '{name}' by {least[name]:.2g} (in "
-        f"weights and leg lengths); {_ADVICE[name]}"
-    )
+        return "the search failed; ask for another speed"
+    name = max(broken, key=broken.__getitem__)
+    return f"the best one breaks the constraint '{name}'; ask for another speed, or allow more friction"

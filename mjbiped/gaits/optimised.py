@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, shown
 from mjbiped.gaits import store
 from mjbiped.gaits.bezier import DEGREE, curve, in_pieces
 from mjbiped.gaits.compass_step import CompassStep
@@ -40,14 +40,14 @@ class OptimisedGait(Gait):
     fallen 60 degrees (times for legs of 1 m).
 
     Attributes:
-        goal: What was asked for: speed (m/s), clearance (m), torque_limit (N m) and friction.
-        retraction: Phase of the step, 0 to 1, at which the swing foot begins to come back; only where the goal has a
-            clearance.
+        goal: What was asked for: speed (m/s), clearance (m), retraction, torque_limit (N m) and friction.
+        clearance_phase: Phase of the step, 0 to 1, at which the swing foot has its clearance, and with retraction
+            begins to come back; of no meaning where no clearance was asked for.
         control_points: Of the legs' Bézier curves of degree 7, stance leg first, rad, shape (8, 2).
     """
 
     goal: Goal
-    retraction: float
+    clearance_phase: float
     control_points: Array = field(compare=False, repr=False)
 
     def __repr__(self) -> str:
@@ -61,18 +61,18 @@ class OptimisedGait(Gait):
         """Whether it is the same trajectory of the same robot, found for the same goal."""
         return (
             isinstance(other, OptimisedGait)
-            and (self.robot, self.goal, self.retraction) == (other.robot, other.goal, other.retraction)
+            and (self.robot, self.goal, self.clearance_phase) == (other.robot, other.goal, other.clearance_phase)
             and bool((self.control_points == other.control_points).all())
         )
 
     def __hash__(self) -> int:
         """Of what equal gaits have in common."""
-        return hash((self.robot, self.goal, self.retraction, self.control_points.tobytes()))
+        return hash((self.robot, self.goal, self.clearance_phase, self.control_points.tobytes()))
 
     @cached_property
     def measures(self) -> Told:
         """What the gait asks on level ground, tracked without error: cost, torques, forces, clearance."""
-        solution = Solution(self.retraction, float(self.end[0]), self.control_points, self.period)
+        solution = Solution(self.clearance_phase, float(self.end[0]), self.control_points, self.period)
         return tell(CompassStep(self.robot), self.goal, solution)
 
     @property
@@ -85,7 +85,7 @@ class OptimisedGait(Gait):
         free = self.control_points[2:-1]
         return {
             "goal": dataclasses.asdict(self.goal),
-            "retraction": self.retraction,
+            "clearance_phase": self.clearance_phase,
             "half_angle": float(self.end[0]),
             "control_points": free.tolist(),
             "robot": dataclasses.asdict(self.robot),
@@ -97,10 +97,11 @@ def find_reference(
     *,
     speed: float = SPEED,
     clearance: float = 0.06,
+    retraction: bool = True,
     torque_limit: float | None = None,
     friction: float = FRICTION,
 ) -> OptimisedGait:
-    """The gait on level ground that costs least work, lifts its swing foot so high, and brings it back before it lands.
+    """The gait on level ground that costs least work and lifts its swing foot so high.
 
     A controller that tracks it climbs steps somewhat higher than the clearance. Results are kept in the user's cache
     folder, or where the environment variable MJBIPED_CACHE_DIR says.
@@ -108,8 +109,10 @@ def find_reference(
     Args:
         robot: Any compass biped.
         speed: Mean speed, m/s.
-        clearance: Height of the swing foot when it begins to come back, m. With 0 nothing is asked of its path but
-            that it lands where it shall.
+        clearance: Height of the swing foot over level ground at some moment of the step, m. With 0 nothing is asked
+            of its path but that it lands where it shall.
+        retraction: Whether the foot goes no further forward from that moment on, so that no riser can meet it from
+            ahead. Without it the same height costs less.
         torque_limit: Greatest torque of ankle and hip, N m; None for none.
         friction: Greatest ratio of tangential to normal force on the stance foot.
 
@@ -121,6 +124,7 @@ def find_reference(
     goal = Goal(
         speed=domains.SPEED.check("speed", speed),
         clearance=domains.CLEARANCE.check("clearance", clearance),
+        retraction=_yes_or_no(retraction),
         torque_limit=None if torque_limit is None else domains.TORQUE.check("torque_limit", torque_limit),
         friction=domains.FRICTION.check("friction", friction),
     )
@@ -134,7 +138,7 @@ def _find(robot: Compass, goal: Goal) -> OptimisedGait:
     kept = store.load(asked)
     if kept is None:
         found = optimise(model, goal)
-        kept = [found.retraction, found.half, *found.points[2:-1].ravel().tolist()]
+        kept = [found.clearance_phase, found.half, *found.points[2:-1].ravel().tolist()]
         store.save(asked, kept)
     return _gait(robot, goal, kept[0], np.array(kept[1:]))
 
@@ -150,12 +154,12 @@ def optimised_from(described: Mapping[str, Any]) -> OptimisedGait:
     goal = Goal(**described["goal"])
     free = domains.ANGLE.array("control_points", described["control_points"], (DEGREE - 2, 2))
     numbers = np.concatenate([[domains.ANGLE.check("half_angle", described["half_angle"])], free.ravel()])
-    return _gait(Compass(**described["robot"]), goal, float(described["retraction"]), numbers)
+    return _gait(Compass(**described["robot"]), goal, float(described["clearance_phase"]), numbers)
 
 
-def _gait(robot: Compass, goal: Goal, retraction: float, free: Array) -> OptimisedGait:
+def _gait(robot: Compass, goal: Goal, clearance_phase: float, free: Array) -> OptimisedGait:
     model = CompassStep(robot)
-    solution = solution_of(model, goal, retraction, free)
+    solution = solution_of(model, goal, clearance_phase, free)
     period = solution.period
     (q0, q), (dq0, dq), (_, ddq) = curve(solution.points, np.array([0.0, 1.0]), period)
     count = pieces_of(period, robot.leg_length, robot.gravity)
@@ -173,32 +177,58 @@ def _gait(robot: Compass, goal: Goal, retraction: float, free: Array) -> Optimis
         step_length=float(model.step_length(np.array(solution.half))),
         table=table_of(count / period, np.concatenate([step, after])),
         goal=goal,
-        retraction=retraction,
+        clearance_phase=clearance_phase,
         control_points=solution.points,
     )
 
 
-_UNITS: Mapping[str, str] = {"speed": "m/s", "clearance": "m", "torque_limit": "N m", "friction": ""}
+def _yes_or_no(value: object) -> bool:
+    if not isinstance(value, bool):
+        raise InputError(f"retraction = {shown(value)}: must be True or False")
+    return value
 
 
-def parse_reference(text: str) -> dict[str, float]:
-    """The arguments of `find_reference` of a text such as "clearance=0.06,speed=0.5", as the command line takes it.
+_PARTS = ("speed", "clearance", "retraction", "torque_limit", "friction")
+_WORDS = {"yes": True, "no": False}
+
+
+def parse_reference(text: str) -> dict[str, Any]:
+    """The arguments of `find_reference` of a text such as "clearance=0.06,retraction=no", as the command line takes it.
 
     Raises:
-        InputError: A name is unknown or stands twice, or a value is no number.
+        InputError: A name is unknown or stands twice, or a value is none.
     """
-    found: dict[str, float] = {}
+    found: dict[str, Any] = {}
     for part in text.split(","):
         name, equals, value = (each.strip() for each in part.partition("="))
         if not equals:
-            raise InputError(f"reference {text!r}: expected NAME=VALUE[,NAME=VALUE...], as clearance=0.06")
-        domains.known_name("part of a reference", name, _UNITS)
+            raise InputError(f"reference {shown(text)}: expected NAME=VALUE[,NAME=VALUE...], as clearance=0.06")
+        domains.known_name("part of a reference", name, _PARTS)
         if name in found:
-            raise InputError(f"reference {text!r}: {name} stands twice")
-        try:
-            found[name] = float(value)
-        except ValueError:
-            raise InputError(f"reference {text!r}: {name} = {value!r} is no number") from None
-        if not math.isfinite(found[name]):
-            raise InputError(f"reference {text!r}: {name} must be finite")
+            raise InputError(f"reference {shown(text)}: {name} stands twice")
+        found[name] = _value(text, name, value)
     return found
+
+
+def _value(text: str, name: str, value: str) -> float | bool:
+    if name == "retraction":
+        if value not in _WORDS:
+            raise InputError(f"reference {shown(text)}: retraction = {shown(value)}; expected yes or no")
+        return _WORDS[value]
+    try:
+        number = float(value)
+    except ValueError:
+        raise InputError(f"reference {shown(text)}: {name} = {shown(value)} is no number") from None
+    if not math.isfinite(number):
+        raise InputError(f"reference {shown(text)}: {name} must be finite")
+    return number
+
+
+def words_of(goal: Goal) -> str:
+    """The text that `parse_reference` reads as a goal."""
+    asked = {name: getattr(goal, name) for name in _PARTS}
+    return ",".join(
+        f"{name}={('no', 'yes')[value] if isinstance(value, bool) else repr(value)}"
+        for name, value in asked.items()
+        if value is not None and (name, value) != ("retraction", True)
+    )

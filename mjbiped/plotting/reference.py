@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from mjbiped.gaits.compass_step import CompassStep
 from mjbiped.gaits.optimised import OptimisedGait
 from mjbiped.plotting.panels import head, legend_above, titled, wrapped
-from mjbiped.plotting.style import ANKLE, C_MT, GUIDE, HIP, SWING, drawn, note_at
+from mjbiped.plotting.style import ANKLE, C_MT, GUIDE, HIP, SWING, drawn
 from mjbiped.plotting.walk import draw_cycle
 from mjbiped.plotting.width import width
 from mjbiped.rules.scuffing import ScuffingRule
@@ -23,8 +23,9 @@ _MOMENTS = 400
 def plot_reference(gait: OptimisedGait, path: str | Path | None = None) -> Figure:
     """Draw an optimised reference.
 
-    (a) The limit cycle of both legs with its impacts. (b) The swing foot's path over level ground, where it begins to come back, and how it goes on where no ground meets it. (c) The
-    torques on level ground, tracked without error.
+    (a) The limit cycle of both legs with its impacts. (b) The swing foot's path over level ground: where it begins to
+    come back, and, dotted, how it goes on where no ground meets it. (c) The torques on level ground, tracked without
+    error.
 
     Args:
         gait: The gait.
@@ -63,21 +64,35 @@ def _draw_path(axes: Axes, gait: OptimisedGait) -> None:
     late = gait.period * 1.12
     after = np.linspace(gait.period, late, 40)
     for times, look in (
-        (np.linspace(0.0, gait.period, _MOMENTS), {**SWING, "label": "swing foot", "linewidth": 1.6}),
-        (after, {**SWING, "linestyle": ":", "label": "without ground", "linewidth": 1.2}),
+        (np.linspace(0.0, gait.period, _MOMENTS), {**SWING, "linewidth": 1.6}),
+        (after, {**SWING, "linestyle": ":", "linewidth": 1.2}),
     ):
         axes.plot(*_foot(gait, times), **look)
     axes.axhline(0.0, color=GUIDE, linewidth=0.8, zorder=0)
     reach = ScuffingRule().reach * gait.robot.leg_length
     axes.axvline(reach, color=GUIDE, linestyle="--", linewidth=0.8, zorder=0)
-    note_at(axes, "may touch\nfrom here on", reach, 0.0, (3, 12), xycoords="data", ha="left", va="bottom")
+    axes.annotate(
+        "may touch the ground\nfrom here on",
+        (reach, 0.0),
+        (-4, 4),
+        xycoords=axes.get_xaxis_transform(),
+        textcoords="offset points",
+        ha="right",
+        va="bottom",
+    )
     if gait.goal.clearance:
-        x, z = _foot(gait, np.array([gait.retraction * gait.period]))
-        axes.plot(x, z, "ko", markersize=4, label="begins to come back")
+        x, z = _foot(gait, np.array([gait.clearance_phase * gait.period]))
+        axes.plot(x, z, "ko", markersize=4)
+        axes.annotate(
+            "begins to come back" if gait.goal.retraction else "clearance",
+            (float(x[0]), float(z[0])),
+            (0.03, 0.9),
+            textcoords="axes fraction",
+            arrowprops={"arrowstyle": "-", "color": GUIDE, "shrinkB": 4},
+        )
     axes.set(xlabel="ahead of the stance foot (m)", ylabel="height (m)")
-    axes.margins(y=0.12)
+    axes.margins(y=0.15)
     titled(axes, "b", "Path of the swing foot")
-    legend_above(axes)
 
 
 def _foot(gait: OptimisedGait, times: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[Any, Any]:

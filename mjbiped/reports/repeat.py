@@ -13,6 +13,8 @@ from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.errors import MjbipedError
+from mjbiped.gaits.optimisation import Goal
+from mjbiped.gaits.optimised import words_of
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule
@@ -152,8 +154,7 @@ def _controller(walk: Walk) -> Iterator[str]:
 def _gait(described: Mapping[str, Any]) -> dict[str, Any]:
     """The setting that means a gait."""
     if "goal" in described:
-        asked = {name: value for name, value in described["goal"].items() if value is not None}
-        return {"reference": ",".join(f"{name}={value!r}" for name, value in asked.items())}
+        return {"reference": words_of(Goal(**described["goal"]))}
     return {"imitate_slope_deg": _degrees(described["slope"])}
 
 
