@@ -149,19 +149,23 @@ class AdaptiveController(AdaptiveTracking):
             table=self.gait.table,
         )
 
+    def parameters_of(self, memory: Memory) -> Parameters:
+        """The parameters that act in the step that the memory is of; here the same in all."""
+        return self.parameters
+
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Begin with the initial estimate, and plan the way from the first state to the limit cycle."""
         memory[_SIN] = math.sin(self.initial_slope_estimate)
         memory[_COS] = math.cos(self.initial_slope_estimate)
-        _plan(self.parameters, memory, q[0], q[1], dq[0], dq[1])
+        _plan(self.parameters_of(memory), memory, q[0], q[1], dq[0], dq[1])
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
         """Update the estimate (27), then plan the new step (IV-B)."""
-        _touchdown(self.parameters, memory, q_before[0], q_before[1], q[0], q[1], dq[0], dq[1])
+        touchdown_law(self.parameters, memory, q_before[0], q_before[1], q[0], q[1], dq[0], dq[1])
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
         """Control law (14) and adaptive law (17); see `Controller.torque`."""
-        return _torque(self.parameters, memory, t, q[0], q[1], dq[0], dq[1])
+        return torque_law(self.parameters_of(memory), memory, t, q[0], q[1], dq[0], dq[1])
 
     def slope_estimate(self, memory: Memory) -> float:
         """Slope estimate arcsin(s), rad."""
@@ -169,7 +173,7 @@ class AdaptiveController(AdaptiveTracking):
 
     def reference(self, memory: Memory, t: float) -> Motion:
         """What is tracked at time t of the step: q_r (rad), its rates and accelerations, stance leg first each."""
-        return _reference(self.parameters, memory, t)
+        return _reference(self.parameters_of(memory), memory, t)
 
     def tracking_errors(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Motion:
         """Errors z1, its rate, and z2 of (5), (6) and (9) at time t of the step."""
@@ -177,19 +181,19 @@ class AdaptiveController(AdaptiveTracking):
 
     def transition_end(self, memory: Memory) -> float:
         """Until when a re-planned transition is tracked in the step, s; 0 where the step was not re-planned."""
-        return self.parameters.transition_time if memory[_REPLANNED] else 0.0
+        return self.parameters_of(memory).transition_time if memory[_REPLANNED] else 0.0
 
     def next_discontinuity(self, memory: Memory, t: float) -> float:
         """The transition's end, then the end of the gait's trajectory; see `Controller.next_discontinuity`."""
-        return _next_discontinuity(self.parameters, memory, t)
+        return next_discontinuity_law(self.parameters_of(memory), memory, t)
 
     def law(self) -> Law:
         """The same laws for compilation; see `Controller.law`."""
         arrays = self.parameters._replace(table=in_arrays(self.gait.table))
-        return Law(arrays, _torque, _touchdown, _slope_estimate, _next_discontinuity)
+        return Law(arrays, torque_law, touchdown_law, slope_estimate_law, next_discontinuity_law)
 
 
-def _torque(
+def torque_law(
     parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> tuple[float, float, float, float]:
     """Ankle and hip torque (14), and the rates of the estimates (17)."""
@@ -213,7 +217,7 @@ def _torque(
     return ankle, hip, sin_rate, cos_rate
 
 
-def _touchdown(
+def touchdown_law(
     parameters: Parameters,
     memory: Memory,
     q1_before: float,
@@ -231,11 +235,13 @@ def _touchdown(
     _plan(parameters, memory, q1, q2, dq1, dq2)
 
 
-def _slope_estimate(parameters: Parameters, memory: Memory) -> float:
+def slope_estimate_law(parameters: Parameters, memory: Memory) -> float:
+    """The slope estimate, rad."""
     return slope_of(memory[_SIN])
 
 
-def _next_discontinuity(parameters: Parameters, memory: Memory, t: float) -> float:
+def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> float:
+    """The transition's end, then the end of the gait's trajectory, s."""
     if memory[_REPLANNED] and t < parameters.transition_time:
         return parameters.transition_time
     return reference_discontinuity(parameters.table, t)

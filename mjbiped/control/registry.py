@@ -50,6 +50,9 @@ estimate at the start, degrees; and an optimised reference in the passive gait's
 SLOPE_FIELDS = ("initial_slope_estimate", "initial_slope")
 """Names of a field that takes the slope estimate at the start, rad."""
 
+_FILLED_IN = ("robot", "gait", "climbing_gait", *SLOPE_FIELDS)
+"""Fields that are no settings: others say what stands in them."""
+
 
 @cache
 def registered() -> Mapping[str, EntryPoint]:
@@ -106,7 +109,7 @@ def settings_of(name: str) -> dict[str, Any]:
     """
     own = fields_of(controller_class(name))
     shared = SHARED if "gait" in own else {}
-    return {**shared, **{key: default_of(own[key]) for key in own if key not in ("robot", "gait", *SLOPE_FIELDS)}}
+    return {**shared, **{key: default_of(own[key]) for key in own if key not in _FILLED_IN}}
 
 
 def make_controller(name: str, robot: Compass, settings: Mapping[str, Any], gait: Gait | None = None) -> Controller:
@@ -172,6 +175,11 @@ def _asked(reference: object, settings: Mapping[str, Any]) -> dict[str, Any] | N
     return parse_reference(reference)
 
 
+def _is_gait(described: object) -> bool:
+    """Whether a field's description is that of a gait, which tells whose it is."""
+    return isinstance(described, Mapping) and "robot" in described
+
+
 def check_setting(name: str, key: str, valid: Mapping[str, Any], what: str = "setting") -> None:
     """Refuse the name of a setting that a controller does not have.
 
@@ -220,8 +228,8 @@ def controller_from(description: Mapping[str, Any], source: Mapping[str, str] | 
             f"the record's {wanted} has not the parameters of this version's: {', '.join(sorted(odd))} differ"
         )
     try:
-        if "gait" in described:
-            described["gait"] = gait_from(described["gait"])
+        gaits = {key: gait_from(value) for key, value in described.items() if _is_gait(value)}
+        described |= gaits
         if "robot" in described:
             described["robot"] = Compass(**described["robot"])
         return kind(**described)

@@ -22,7 +22,7 @@ from rich.table import Table
 from tqdm.auto import tqdm
 
 import mjbiped
-from controllers import AdaptiveController
+from controllers import AdaptiveController, LibraryController
 from mjbiped.gaits.bezier import DEGREE, NODES, bernstein, powers_through
 from mjbiped.gaits.hold import pieces_of
 from mjbiped.gaits.reference import table_of
@@ -238,6 +238,10 @@ def main(page: Path | None, plot: Path | None) -> None:
         for what, imitated in tqdm(walked, desc="treads", disable=None)
         for replanning in ("paper", "additive")
     ]
+    library = LibraryController(ROBOT, cheap[0], climbing_gait=high[-1])
+    rough.append(
+        [f"{_name(cheap[0])}; {_name(high[-1])} after steps", "library", *(_treads(library, s) for s in TREADS)]
+    )
     for name, heads, rows in (
         ("treads", ["imitated", "re-planning", *(f"σ = {each:g} m" for each in TREADS)], rough),
         ("late", ["imitated", *(f"{drop:g} m" for drop in DROPS)], late),
