@@ -5,6 +5,7 @@ from controllers.comparison.energy_constraint import EnergyConstraintController
 from controllers.comparison.kinetic_energy import KineticEnergyController
 from controllers.comparison.limit_cycle import LimitCycleController
 from controllers.comparison.passivity import PassivityController
+from controllers.library import LibraryController
 from controllers.passive import PassiveController
 from mjbiped.control.controller import Controller, Memory
 
@@ -13,6 +14,7 @@ __all__ = [
     "Controller",
     "EnergyConstraintController",
     "KineticEnergyController",
+    "LibraryController",
     "LimitCycleController",
     "Memory",
     "PassiveController",

@@ -15,7 +15,7 @@ from controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.control.controller import Law, Memory
 from mjbiped.control.tracking import AdaptiveTracking
 from mjbiped.errors import InputError, shown
-from mjbiped.gaits.passive import Gait
+from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.reference import Table, in_arrays, reference_at, reference_discontinuity
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
@@ -24,8 +24,14 @@ from mjbiped.utils import domains
 # indices in the memory
 _SIN, _COS, _REPLANNED, _STANCE_CURVE, _SWING_CURVE = 0, 1, 2, 3, 9
 
+REPLANNINGS = ("paper", "additive")
+"""Values of `AdaptiveController.replanning`."""
+
 Motion = tuple[float, float, float, float, float, float]
 """q (rad), its rates and its accelerations, stance leg first in each pair."""
+
+Curve = tuple[float, float, float, float, float, float]
+"""Control points of one leg's transition, rad."""
 
 
 class Parameters(NamedTuple):
@@ -37,6 +43,7 @@ class Parameters(NamedTuple):
         velocity_gain: K2, 1/s.
         adaptation_gain: gamma.
         transition_time: t_c = zeta T, s; 0 where re-planning is off.
+        additive: Whether the transition is added to the gait, or leads to it in its stead.
         estimate_update: Whether (27) acts.
         update_threshold: epsilon of (27), rad.
         replanning_threshold: rad and rad/s.
@@ -50,6 +57,7 @@ class Parameters(NamedTuple):
     velocity_gain: float
     adaptation_gain: float
     transition_time: float
+    additive: bool
     estimate_update: bool
     update_threshold: float
     replanning_threshold: float
@@ -73,6 +81,9 @@ class AdaptiveController(AdaptiveTracking):
         velocity_gain: K2 = diag(k, k), 1/s.
         adaptation_gain: gamma_1 = gamma_2.
         replanning_delay: zeta in (0, 1], the transition's time in gait periods; None switches re-planning off.
+        replanning: "paper": the curve leads from the measured state to the gait, in its stead. "additive": it leads
+            from the measured state's distance from the gait to zero, and is added to the gait, so that the clearance
+            of the gait's swing foot is not lost.
         estimate_update: Whether (27) corrects the estimate at touchdown.
         update_threshold: epsilon of (27), rad. The paper gives no number.
         replanning_threshold: A step is re-planned when one of its first angles (rad) or rates (rad/s) is further than
@@ -92,6 +103,7 @@ class AdaptiveController(AdaptiveTracking):
     update_threshold: float = 2e-3
     replanning_threshold: float = 1e-2
     initial_slope_estimate: float = 0.0
+    replanning: str = "paper"
 
     states: ClassVar[tuple[str, ...]] = ("sin_slope_estimate", "cos_slope_estimate")
     memory_size: ClassVar[int] = 15
@@ -113,6 +125,7 @@ class AdaptiveController(AdaptiveTracking):
         )
         if self.replanning_delay is not None:
             domains.check_fields(self, replanning_delay=domains.REPLANNING_DELAY)
+        domains.known_name("replanning", self.replanning, REPLANNINGS)
         check_imitation(self)
         if not isinstance(self.estimate_update, bool):
             raise InputError(f"estimate_update = {shown(self.estimate_update)}: must be True or False")
@@ -127,6 +140,7 @@ class AdaptiveController(AdaptiveTracking):
             velocity_gain=self.velocity_gain,
             adaptation_gain=self.adaptation_gain,
             transition_time=float((self.replanning_delay or 0.0) * self.gait.period),
+            additive=self.replanning == "additive",
             estimate_update=self.estimate_update,
             update_threshold=self.update_threshold,
             replanning_threshold=self.replanning_threshold,
@@ -135,19 +149,23 @@ class AdaptiveController(AdaptiveTracking):
             table=self.gait.table,
         )
 
+    def parameters_of(self, memory: Memory) -> Parameters:
+        """The parameters that act in the step that the memory is of; here the same in all."""
+        return self.parameters
+
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Begin with the initial estimate, and plan the way from the first state to the limit cycle."""
         memory[_SIN] = math.sin(self.initial_slope_estimate)
         memory[_COS] = math.cos(self.initial_slope_estimate)
-        _plan(self.parameters, memory, q[0], q[1], dq[0], dq[1])
+        _plan(self.parameters_of(memory), memory, q[0], q[1], dq[0], dq[1])
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
         """Update the estimate (27), then plan the new step (IV-B)."""
-        _touchdown(self.parameters, memory, q_before[0], q_before[1], q[0], q[1], dq[0], dq[1])
+        touchdown_law(self.parameters, memory, q_before[0], q_before[1], q[0], q[1], dq[0], dq[1])
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
         """Control law (14) and adaptive law (17); see `Controller.torque`."""
-        return _torque(self.parameters, memory, t, q[0], q[1], dq[0], dq[1])
+        return torque_law(self.parameters_of(memory), memory, t, q[0], q[1], dq[0], dq[1])
 
     def slope_estimate(self, memory: Memory) -> float:
         """Slope estimate arcsin(s), rad."""
@@ -155,7 +173,7 @@ class AdaptiveController(AdaptiveTracking):
 
     def reference(self, memory: Memory, t: float) -> Motion:
         """What is tracked at time t of the step: q_r (rad), its rates and accelerations, stance leg first each."""
-        return _reference(self.parameters, memory, t)
+        return _reference(self.parameters_of(memory), memory, t)
 
     def tracking_errors(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Motion:
         """Errors z1, its rate, and z2 of (5), (6) and (9) at time t of the step."""
@@ -163,19 +181,19 @@ class AdaptiveController(AdaptiveTracking):
 
     def transition_end(self, memory: Memory) -> float:
         """Until when a re-planned transition is tracked in the step, s; 0 where the step was not re-planned."""
-        return self.parameters.transition_time if memory[_REPLANNED] else 0.0
+        return self.parameters_of(memory).transition_time if memory[_REPLANNED] else 0.0
 
     def next_discontinuity(self, memory: Memory, t: float) -> float:
         """The transition's end, then the end of the gait's trajectory; see `Controller.next_discontinuity`."""
-        return _next_discontinuity(self.parameters, memory, t)
+        return next_discontinuity_law(self.parameters_of(memory), memory, t)
 
     def law(self) -> Law:
         """The same laws for compilation; see `Controller.law`."""
         arrays = self.parameters._replace(table=in_arrays(self.gait.table))
-        return Law(arrays, _torque, _touchdown, _slope_estimate, _next_discontinuity)
+        return Law(arrays, torque_law, touchdown_law, slope_estimate_law, next_discontinuity_law)
 
 
-def _torque(
+def torque_law(
     parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> tuple[float, float, float, float]:
     """Ankle and hip torque (14), and the rates of the estimates (17)."""
@@ -199,7 +217,7 @@ def _torque(
     return ankle, hip, sin_rate, cos_rate
 
 
-def _touchdown(
+def touchdown_law(
     parameters: Parameters,
     memory: Memory,
     q1_before: float,
@@ -217,11 +235,13 @@ def _touchdown(
     _plan(parameters, memory, q1, q2, dq1, dq2)
 
 
-def _slope_estimate(parameters: Parameters, memory: Memory) -> float:
+def slope_estimate_law(parameters: Parameters, memory: Memory) -> float:
+    """The slope estimate, rad."""
     return slope_of(memory[_SIN])
 
 
-def _next_discontinuity(parameters: Parameters, memory: Memory, t: float) -> float:
+def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> float:
+    """The transition's end, then the end of the gait's trajectory, s."""
     if memory[_REPLANNED] and t < parameters.transition_time:
         return parameters.transition_time
     return reference_discontinuity(parameters.table, t)
@@ -234,6 +254,9 @@ def _reference(parameters: Parameters, memory: Memory, t: float) -> Motion:
         if t < duration:
             q1, dq1, ddq1 = transition_at(memory, _STANCE_CURVE, duration, t)
             q2, dq2, ddq2 = transition_at(memory, _SWING_CURVE, duration, t)
+            if parameters.additive:
+                gait = reference_at(parameters.table, t)
+                return gait[0] + q1, gait[1] + q2, gait[2] + dq1, gait[3] + dq2, gait[4] + ddq1, gait[5] + ddq2
             return q1, q2, dq1, dq2, ddq1, ddq2
     return reference_at(parameters.table, t)
 
@@ -246,6 +269,11 @@ def _plan(parameters: Parameters, memory: Memory, q1: float, q2: float, dq1: flo
     if duration == 0.0 or off <= parameters.replanning_threshold:
         return
     memory[_REPLANNED] = 1.0
+    if parameters.additive:
+        stance = transition(duration, q1 - cycle[0], dq1 - cycle[2], 0.0, 0.0, 0.0, 0.0)
+        swing = transition(duration, q2 - cycle[1], dq2 - cycle[3], 0.0, 0.0, 0.0, 0.0)
+        _keep(memory, stance, swing)
+        return
     # the curve leaves the measured state with the acceleration that the imitated passive walker would have there
     slope = parameters.imitated_slope
     ddq1, ddq2 = compass.acceleration(
@@ -254,6 +282,10 @@ def _plan(parameters: Parameters, memory: Memory, q1: float, q2: float, dq1: flo
     end = reference_at(parameters.table, duration)
     stance = transition(duration, q1, dq1, ddq1, end[0], end[2], end[4])
     swing = transition(duration, q2, dq2, ddq2, end[1], end[3], end[5])
+    _keep(memory, stance, swing)
+
+
+def _keep(memory: Memory, stance: Curve, swing: Curve) -> None:
     for index in range(6):
         memory[_STANCE_CURVE + index] = stance[index]
         memory[_SWING_CURVE + index] = swing[index]

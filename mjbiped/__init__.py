@@ -18,7 +18,9 @@ from mjbiped.engines.base import Engine
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.errors import GaitError, InputError, MjbipedError, RecordError, RenderError
-from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.optimised import OptimisedGait, find_reference
+from mjbiped.gaits.passive import PassiveGait, find_passive_gait
 from mjbiped.limit_cycles.basin import basin_of_attraction, basin_of_control
 from mjbiped.limit_cycles.bifurcation import bifurcation_diagram, find_cascade
 from mjbiped.limit_cycles.periodic import find_periodic_gait
@@ -55,6 +57,8 @@ __all__ = [
     "InputError",
     "MjbipedError",
     "Mujoco",
+    "OptimisedGait",
+    "PassiveGait",
     "RecordError",
     "RenderError",
     "ReturnMap",
@@ -74,6 +78,7 @@ __all__ = [
     "find_cascade",
     "find_passive_gait",
     "find_periodic_gait",
+    "find_reference",
     "render_frame",
     "render_video",
     "walk",

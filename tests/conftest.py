@@ -22,7 +22,7 @@ def robot() -> mjbiped.Compass:
 
 
 @pytest.fixture(scope="session")
-def gait(robot: mjbiped.Compass) -> mjbiped.Gait:
+def gait(robot: mjbiped.Compass) -> mjbiped.PassiveGait:
     return mjbiped.find_passive_gait(robot, math.radians(2))
 
 

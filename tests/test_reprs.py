@@ -39,7 +39,7 @@ def test_theorem_1_shows_itself_in_one_line(comparison: mjbiped.Comparison, cont
 
 
 def test_gaits_show_themselves_in_one_line(gait: mjbiped.Gait, controller: AdaptiveController) -> None:
-    assert repr(gait) == "<Gait on 2 deg: stable, period 0.764844 s, step 0.377884 m>"
+    assert repr(gait) == "<PassiveGait on 2 deg: stable, period 0.764844 s, step 0.377884 m>"
     periodic = mjbiped.find_periodic_gait(gait.robot, gait.slope, gait.start[None])
     assert repr(periodic) == "<PeriodicGait of period 1 on 2 deg: stable>"
     steps = mjbiped.ReturnMap(gait.robot, gait.slope).walk(gait.start, 3)

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,7 +14,8 @@ from typing import Any, ClassVar, NamedTuple
 from controllers.imitation import check_imitation
 from controllers.slope_estimator import slope_change
 from mjbiped.control.controller import Controller, Law, Memory, never
-from mjbiped.gaits.passive import Gait
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.passive import PassiveGait
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
 from mjbiped.utils import domains
@@ -31,7 +33,7 @@ class Parameters(NamedTuple):
         constants: Of the robot model.
         source: Of the slope, its place in `SLOPE_SOURCES`.
         imitated_slope: phi_r, rad.
-        energy: E_ref, J.
+        energy: E_ref, J; NaN for a gait that has none.
         gains: The law's own attributes, in the order of `KnownSlopeController.gains`.
         table: The gait's trajectory, for a law that follows it; else empty.
     """
@@ -64,7 +66,7 @@ class KnownSlopeController(Controller):
 
     Attributes:
         robot: Robot model of the law; it may differ from the robot that walks.
-        gait: Passive gait that is imitated.
+        gait: That is imitated; a passive one, but for a law that `follows` its trajectory.
         slope_source: One of `SLOPE_SOURCES`.
         initial_slope: Of the ground at the start, rad, positive downhill.
     """
@@ -88,7 +90,7 @@ class KnownSlopeController(Controller):
         Raises:
             InputError: One is; see `mjbiped.utils.domains`.
         """
-        check_imitation(self)
+        check_imitation(self, passive=not self.follows)
         domains.known_name("slope_source", self.slope_source, SLOPE_SOURCES)
         domains.check_fields(self, initial_slope=domains.SLOPE, **self.gains)
 
@@ -99,7 +101,7 @@ class KnownSlopeController(Controller):
             constants=self.robot.constants,
             source=SLOPE_SOURCES.index(self.slope_source),
             imitated_slope=float(self.gait.slope),
-            energy=self.gait.energy,
+            energy=self.gait.energy if isinstance(self.gait, PassiveGait) else math.nan,
             gains=tuple(getattr(self, name) for name in self.gains),
             table=self.gait.table if self.follows else (),
         )

@@ -150,6 +150,7 @@ def bifurcation(
         SHARED["imitate_slope_deg"],
         "Slope of the passive gait that is imitated; for all but passive.",
     ),
+    options.REFERENCE,
 )
 @options.gain_option("Map")
 @options.scuffing_option("Map")

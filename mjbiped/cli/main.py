@@ -21,6 +21,7 @@ from mjbiped.cli.compile import compile_
 from mjbiped.cli.files import INTERRUPTED, LONGEST_LINE, Files, end, terminable
 from mjbiped.cli.gaits import basin, bifurcation
 from mjbiped.cli.laws import taken
+from mjbiped.cli.reference import reference
 from mjbiped.cli.report import report
 from mjbiped.cli.reproduce import reproduce
 from mjbiped.cli.robustness import robustness
@@ -82,6 +83,7 @@ def main() -> None:
       mjbiped walk mixed --initial rest --out walk.npz --plot walk.png --video walk.mp4
       mjbiped compare mixed --plot compare.png
       mjbiped gait --slope-deg 2
+      mjbiped reference --clearance 0.06 --plot reference.png
       mjbiped bifurcation --plot bifurcation.png
       mjbiped basin --slope-deg 2 --plot basin.png
       mjbiped render walk.npz --slow-motion 4
@@ -226,6 +228,7 @@ def _gait(slope_deg: float, plot: Path | None, json: bool, **values: Any) -> Non
     files.end(summary, [tables.gait_table(summary)], json=json, quiet=False)
 
 
+main.add_command(reference)
 main.add_command(bifurcation)
 main.add_command(basin)
 

@@ -19,6 +19,7 @@ from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIM
 from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES
 from mjbiped.engines.plan import DEFAULT_STEPS, INITIAL_STATES
 from mjbiped.errors import InputError, shown
+from mjbiped.gaits.optimised import parse_reference
 from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, figure_width
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule
@@ -198,6 +199,15 @@ def controller_name(value: str) -> str:
 CONTROLLER = Kind("NAME", controller_name)
 
 
+def reference(value: Any) -> str:
+    """What is asked of an optimised reference, as it was written."""
+    try:
+        parse_reference(value)
+    except InputError as error:
+        raise click.BadParameter(f"{error}.") from error
+    return str(value)
+
+
 PLOT = output(".png", ".pdf", ".svg")
 _LAW = AdaptiveController  # for its defaults
 COMPARED = ("passivity", "energy-constraint", "kinetic-energy", "limit-cycle")  # in the paper
@@ -276,6 +286,14 @@ engine_option = options(
     ),
 )
 
+REFERENCE: Row = (
+    "--reference",
+    Kind("GOAL", reference),
+    SHARED["reference"],
+    "Track an optimised gait instead: clearance=X,retraction=no,speed=X,torque_limit=X,friction=X, any of them, in m, "
+    "m/s and N m; for adaptive and limit-cycle.",
+)
+
 adaptive_options = options(
     ADAPTIVE,
     (
@@ -284,6 +302,7 @@ adaptive_options = options(
         SHARED["imitate_slope_deg"],
         "Slope of the passive gait that is imitated; for all but passive.",
     ),
+    REFERENCE,
     ("--position-gain", domains.GAIN, _LAW.position_gain, "K1, 1/s."),
     ("--velocity-gain", domains.GAIN, _LAW.velocity_gain, "K2, 1/s."),
     ("--adaptation-gain", domains.ADAPTATION_GAIN, _LAW.adaptation_gain, "gamma of the slope estimator."),

@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from mjbiped.analysis.divergence import COLUMNS, DISPLAYED
-from mjbiped.gaits.passive import Gait
+from mjbiped.gaits.passive import PassiveGait
 from mjbiped.records.measures import MEASURES, in_words
 from mjbiped.records.tables import bare_table, table_of
 
@@ -47,7 +47,7 @@ def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:
     return sides, steps
 
 
-def gait_summary(gait: Gait) -> dict[str, Any]:
+def gait_summary(gait: PassiveGait) -> dict[str, Any]:
     """What a gait is, in plain JSON types; states are q1, q2 (rad) and dq1, dq2 (rad/s)."""
     return {
         "slope_deg": math.degrees(gait.slope),

@@ -18,7 +18,7 @@ from collections.abc import Callable, MutableSequence, Sequence
 from numbers import Real
 from typing import Any, ClassVar, NamedTuple
 
-from mjbiped.gaits.passive import Gait
+from mjbiped.gaits.gait import Gait
 from mjbiped.robots.compass import Compass
 
 Memory = MutableSequence[float]
@@ -133,7 +133,7 @@ class Controller(ABC):
             for field in dataclasses.fields(self):
                 value = getattr(self, field.name)
                 if isinstance(value, Gait):
-                    value = {"slope": value.slope, "robot": dataclasses.asdict(value.robot)}
+                    value = value.describe()
                 elif dataclasses.is_dataclass(value) and not isinstance(value, type):
                     value = dataclasses.asdict(value)
                 elif isinstance(value, Real) and not isinstance(value, bool | int | float):

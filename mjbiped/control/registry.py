@@ -27,7 +27,10 @@ from mjbiped.control.controller import Controller
 from mjbiped.control.fields import REQUIRED, checked, default_of, fields_of, shown_defaults, why_none
 from mjbiped.control.own import FORMS, is_reference, own_class, source_of
 from mjbiped.errors import InputError, MjbipedError, shown
-from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.gaits.described import gait_from
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.optimised import find_reference, parse_reference
+from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.robots.compass import Compass
 from mjbiped.utils.domains import SLOPE_DEG, known_name
 from mjbiped.utils.shadows import hidden_laws
@@ -37,12 +40,18 @@ GROUP = "mjbiped.controllers"
 
 DEFAULT_CONTROLLER = "adaptive"
 
-SHARED: Mapping[str, float] = MappingProxyType({"imitate_slope_deg": 2.0, "initial_slope_estimate_deg": 0.0})
+SHARED: Mapping[str, Any] = MappingProxyType(
+    {"imitate_slope_deg": 2.0, "initial_slope_estimate_deg": 0.0, "reference": None}
+)
 """Settings of all controllers that imitate a gait, with their defaults: the slope of that passive gait, and the slope
-estimate at the start, degrees."""
+estimate at the start, degrees; and an optimised reference in the passive gait's stead, as "clearance=0.06" (see
+`mjbiped.gaits.optimised.parse_reference`)."""
 
 SLOPE_FIELDS = ("initial_slope_estimate", "initial_slope")
 """Names of a field that takes the slope estimate at the start, rad."""
+
+_FILLED_IN = ("robot", "gait", "climbing_gait", *SLOPE_FIELDS)
+"""Fields that are no settings: others say what stands in them."""
 
 
 @cache
@@ -100,7 +109,7 @@ def settings_of(name: str) -> dict[str, Any]:
     """
     own = fields_of(controller_class(name))
     shared = SHARED if "gait" in own else {}
-    return {**shared, **{key: default_of(own[key]) for key in own if key not in ("robot", "gait", *SLOPE_FIELDS)}}
+    return {**shared, **{key: default_of(own[key]) for key in own if key not in _FILLED_IN}}
 
 
 def make_controller(name: str, robot: Compass, settings: Mapping[str, Any], gait: Gait | None = None) -> Controller:
@@ -110,7 +119,7 @@ def make_controller(name: str, robot: Compass, settings: Mapping[str, Any], gait
         name: As for `controller_class`.
         robot: The robot model of the law.
         settings: Values by the names of `settings_of`; what is left out has its default.
-        gait: What is imitated; unless given, it is found by `imitate_slope_deg`.
+        gait: What is imitated; unless given, it is found by `imitate_slope_deg`, or by `reference`.
 
     Returns:
         An object of `controller_class(name)`.
@@ -134,8 +143,12 @@ def make_controller(name: str, robot: Compass, settings: Mapping[str, Any], gait
     if "robot" in own:
         values["robot"] = robot
     if "gait" in own:
-        slope, estimate = (math.radians(SLOPE_DEG.check(key, values.pop(key))) for key in SHARED)
-        values["gait"] = gait or find_passive_gait(robot, slope)
+        slope, estimate = (
+            math.radians(SLOPE_DEG.check(key, values.pop(key)))
+            for key in ("imitate_slope_deg", "initial_slope_estimate_deg")
+        )
+        asked = _asked(values.pop("reference"), settings)
+        values["gait"] = gait or (find_passive_gait(robot, slope) if asked is None else find_reference(robot, **asked))
         values |= {key: estimate for key in SLOPE_FIELDS if key in own}
     try:
         return kind(**values)
@@ -145,6 +158,26 @@ def make_controller(name: str, robot: Compass, settings: Mapping[str, Any], gait
         raise InputError(
             f"{kind.__name__} cannot be made of these settings: {type(error).__name__}: {error}{place_of(error, kind)}"
         ) from error
+
+
+def _asked(reference: object, settings: Mapping[str, Any]) -> dict[str, Any] | None:
+    """What is asked of the optimised reference; None where there is none.
+
+    Raises:
+        InputError: It is no text of a reference, or a passive gait is asked for as well.
+    """
+    if reference is None:
+        return None
+    if not isinstance(reference, str):
+        raise InputError(f"reference = {shown(reference)}: must be text, as 'clearance=0.06', or None")
+    if "imitate_slope_deg" in settings:
+        raise InputError("imitate_slope_deg is of a passive gait, and reference of an optimised one; give one of them")
+    return parse_reference(reference)
+
+
+def _is_gait(described: object) -> bool:
+    """Whether a field's description is that of a gait, which tells whose it is."""
+    return isinstance(described, Mapping) and "robot" in described
 
 
 def check_setting(name: str, key: str, valid: Mapping[str, Any], what: str = "setting") -> None:
@@ -195,9 +228,8 @@ def controller_from(description: Mapping[str, Any], source: Mapping[str, str] | 
             f"the record's {wanted} has not the parameters of this version's: {', '.join(sorted(odd))} differ"
         )
     try:
-        if "gait" in described:
-            gait = described["gait"]
-            described["gait"] = find_passive_gait(Compass(**gait["robot"]), gait["slope"])
+        gaits = {key: gait_from(value) for key, value in described.items() if _is_gait(value)}
+        described |= gaits
         if "robot" in described:
             described["robot"] = Compass(**described["robot"])
         return kind(**described)

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Sequence
 
 from mjbiped.control.controller import Controller, Memory
-from mjbiped.gaits.passive import Gait
+from mjbiped.gaits.gait import Gait
 from mjbiped.robots.compass import Compass
 
 

@@ -19,7 +19,8 @@ import scipy
 from mjbiped.control.own import source_of
 from mjbiped.control.trial import try_out
 from mjbiped.errors import GaitError, InputError, shown
-from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
 from mjbiped.terrain.terrain import Terrain

@@ -17,7 +17,8 @@ from mjbiped.engines.mujoco.options import LONGEST_TIMESTEP
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, check_controller, make_plan
 from mjbiped.envs.driven import DrivenController, Pair
 from mjbiped.errors import InputError, shown
-from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain

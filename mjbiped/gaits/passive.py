@@ -17,10 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy  # it loads a part when that is first used: half a second for all of these
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from mjbiped.errors import GaitError
-from mjbiped.gaits.reference import Table, reference_at, table_of
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.reference import reference_at, table_of
 from mjbiped.robots.compass import (
     Array,
     Compass,
@@ -41,42 +42,26 @@ FALLEN = math.radians(60)  # the reference ends where the stance leg has fallen 
 
 
 @dataclass(frozen=True)
-class Gait:
-    """A passive gait of period one, made by `find_passive_gait`. States are (q1, q2, dq1, dq2), rad and rad/s.
+class PassiveGait(Gait):
+    """A passive gait of period one, made by `find_passive_gait`; its slope is positive.
+
+    Up to the horizon the trajectory is the passive motion (eq. 28), continued beyond the period for a late touchdown:
+    up to two periods, or until the stance leg has fallen 60 degrees from the normal.
 
     Attributes:
-        robot: whose gait it is.
-        slope: of the plane it walks on, rad, > 0.
-        start: state just after an impact, shape (4,).
-        end: state just before the next impact, shape (4,).
-        period: time between impacts, s.
-        step_length: distance between the feet at the impact, along the ground, m.
         multipliers: Floquet multipliers, the eigenvalues of the return map's Jacobian; complex, shape (3,), the largest
             magnitude first; six digits or better. Fourth-order central differences of a fixed-step integration.
-        table: the trajectory as `reference_at` reads it; see `Table`.
     """
 
-    robot: Compass
-    slope: float
-    start: Array = field(compare=False)
-    end: Array = field(compare=False)
-    period: float
-    step_length: float
     multipliers: np.ndarray[tuple[int], np.dtype[np.complex128]] = field(compare=False)
-    table: Table = field(compare=False, repr=False)
 
     def __repr__(self) -> str:
         """One line."""
         kind = "stable" if self.stable else "unstable"
         return (
-            f"<Gait on {math.degrees(self.slope):.4g} deg: {kind}, period {self.period:.6g} s, "
+            f"<PassiveGait on {math.degrees(self.slope):.4g} deg: {kind}, period {self.period:.6g} s, "
             f"step {self.step_length:.6g} m>"
         )
-
-    @property
-    def speed(self) -> float:
-        """Mean speed along the ground, m/s."""
-        return self.step_length / self.period
 
     @property
     def energy(self) -> float:
@@ -88,33 +73,8 @@ class Gait:
         """Whether small disturbances die out: every multiplier lies inside the unit circle."""
         return bool(abs(self.multipliers[0]) < 1)
 
-    @property
-    def horizon(self) -> float:
-        """Time up to which `reference` follows the passive motion, s."""
-        return self.table[1]
 
-    def reference(self, t: ArrayLike) -> tuple[Array, Array, Array]:
-        """The passive trajectory q_r of eq. (28) and its derivatives.
-
-        Up to the horizon it is the passive motion, continued beyond the period for a late touchdown: up to two periods,
-        or until the stance leg has fallen 60 degrees from the normal. After that the last posture is held at rest.
-
-        Args:
-            t: time since the impact, s, >= 0; a number or an array of any shape.
-
-        Returns:
-            (q, dq, ddq) in rad, rad/s, rad/s^2, each of shape t.shape + (2,).
-
-        Raises:
-            InputError: a time is negative or not finite.
-        """
-        times = domains.TIME.array("t", t, None)
-        rows = [reference_at(self.table, time) for time in times.ravel().tolist()]
-        values = np.array(rows).reshape(*times.shape, 3, 2)
-        return values[..., 0, :], values[..., 1, :], values[..., 2, :]
-
-
-def find_passive_gait(robot: Compass, slope: float) -> Gait:
+def find_passive_gait(robot: Compass, slope: float) -> PassiveGait:
     """The passive gait of period one on a plane (equation 28), stable or not.
 
     Where several gaits exist, it is the one whose swing leg swings out and comes back (the "long" gait), on the branch
@@ -171,7 +131,7 @@ def _model(robot: Compass) -> _Model:
 
 
 @lru_cache(maxsize=256)
-def _find(robot: Compass, slope: float) -> Gait:
+def _find(robot: Compass, slope: float) -> PassiveGait:
     model = _model(robot)
     scaled = _follow_branch(model, slope)
     start, period = _unscale(slope, scaled)
@@ -185,7 +145,7 @@ def _find(robot: Compass, slope: float) -> Gait:
     for array in (start, end, multipliers):
         array.flags.writeable = False
     table = table_of(rate / model.second, coefficients)
-    return Gait(robot, slope, start, end, period * model.second, step_length, multipliers, table)
+    return PassiveGait(robot, slope, start, end, period * model.second, step_length, table, multipliers)
 
 
 def eigenvalues(matrix: Array) -> NDArray[np.complex128]:

@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from mjbiped.analysis.replay import recorded_controller, transitions
 from mjbiped.errors import MjbipedError, RenderError
-from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.gaits.described import gait_from
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.passive import PassiveGait
 from mjbiped.plotting.panels import head, labelled, legend_above, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import (
     ANKLE,
@@ -37,7 +39,6 @@ from mjbiped.plotting.timelapse import draw_row, rows_of
 from mjbiped.plotting.width import width
 from mjbiped.records.columns import SAMPLES
 from mjbiped.records.record import Walk
-from mjbiped.robots.compass import Compass
 
 _LINES = 3  # at most, of who walked where: a terrain's name may be of any length
 _MOST_TICKED = 60  # touchdowns that are marked on time axes
@@ -92,7 +93,7 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
     return figure
 
 
-def plot_gait(gait: Gait, path: str | Path | None = None) -> Figure:
+def plot_gait(gait: PassiveGait, path: str | Path | None = None) -> Figure:
     """Draw a passive gait: the limit cycle of both legs with its impacts, and its Floquet multipliers.
 
     Args:
@@ -119,7 +120,7 @@ def plot_gait(gait: Gait, path: str | Path | None = None) -> Figure:
             cycle, circle = figure.subplots(1, 2, width_ratios=(1.45, 1.0))
         else:
             cycle, circle = figure.subplots(2, 1)
-        _draw_cycle(cycle, gait)
+        draw_cycle(cycle, gait)
         _draw_multipliers(circle, gait)
     return figure
 
@@ -216,7 +217,7 @@ def _imitated_gait(walk: Walk) -> Gait | None:
     """The gait that the controller imitated, found anew from the record; None where there is none."""
     described = walk.settings.get("controller", {}).get("gait")
     try:
-        return find_passive_gait(Compass(**described["robot"]), described["slope"])
+        return gait_from(described)
     except (TypeError, KeyError, MjbipedError):
         return None
 
@@ -229,7 +230,7 @@ def _transitions(walk: Walk) -> list[NDArray[np.float64]]:
         return []
 
 
-def _draw_cycle(axes: Axes, gait: Gait) -> None:
+def draw_cycle(axes: Axes, gait: Gait) -> None:
     """Both legs' phase portrait; a leg goes round it in two steps."""
     q, dq, _ = gait.reference(np.linspace(0.0, gait.period, 300))
     for leg, (name, style) in enumerate((("stance leg", STANCE), ("swing leg", SWING))):
@@ -253,7 +254,7 @@ def _draw_cycle(axes: Axes, gait: Gait) -> None:
     axes.legend(loc="center", bbox_to_anchor=(0.5, 0.25))
 
 
-def _draw_multipliers(axes: Axes, gait: Gait) -> None:
+def _draw_multipliers(axes: Axes, gait: PassiveGait) -> None:
     """The multipliers in the complex plane, and in figures."""
     reach = 1.25 * max(1.0, float(np.abs(gait.multipliers).max()))
     axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GUIDE, linestyle="--"))

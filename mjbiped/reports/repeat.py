@@ -13,6 +13,8 @@ from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.errors import MjbipedError
+from mjbiped.gaits.optimisation import Goal
+from mjbiped.gaits.optimised import words_of
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule
@@ -130,9 +132,9 @@ def _controller(walk: Walk) -> Iterator[str]:
     name = names[described["name"]]
     usual = settings_of(name)
     chosen = {key: described[key] for key in usual if key in described and described[key] != usual[key]}
-    shared: dict[str, float] = {}
+    shared: dict[str, Any] = {}
     if "gait" in described:
-        shared["imitate_slope_deg"] = _degrees(described["gait"]["slope"])
+        shared |= _gait(described["gait"])
         shared["initial_slope_estimate_deg"] = _degrees(
             next(described[key] for key in SLOPE_FIELDS if key in described)
         )
@@ -147,6 +149,13 @@ def _controller(walk: Walk) -> Iterator[str]:
             yield f"{_option(key)}={'none' if value is None else value}"
         else:
             yield from ("--gain", f"{key}={'none' if value is None else value}")
+
+
+def _gait(described: Mapping[str, Any]) -> dict[str, Any]:
+    """The setting that means a gait."""
+    if "goal" in described:
+        return {"reference": words_of(Goal(**described["goal"]))}
+    return {"imitate_slope_deg": _degrees(described["slope"])}
 
 
 def _degrees(angle: float) -> float:

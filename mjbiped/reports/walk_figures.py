@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mjbiped.analysis.replay import recorded_controller, transitions
 from mjbiped.errors import MjbipedError
-from mjbiped.gaits.passive import find_passive_gait
+from mjbiped.gaits.described import gait_from
 from mjbiped.plotting.style import GROUND, PLANNED, SHADE
 from mjbiped.plotting.timelapse import outline
 from mjbiped.records import measures
@@ -258,7 +258,7 @@ def _imitated(walk: Walk) -> Array | None:
     """The limit cycle of the gait that was imitated: angles and rates, shape (points, 4); None where there is none."""
     try:
         described = walk.settings["controller"]["gait"]
-        gait = find_passive_gait(Compass(**described["robot"]), described["slope"])
+        gait = gait_from(described)
     except (KeyError, TypeError, MjbipedError):
         return None
     q, dq, _ = gait.reference(np.linspace(0.0, gait.period, _POINTS))

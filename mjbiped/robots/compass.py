@@ -142,8 +142,15 @@ def impact_rates(constants: Constants, q1: float, q2: float, dq1: float, dq2: fl
     are conserved. `dq1_plus` belongs to the new stance leg, which is the old swing leg. The posture is that at
     touchdown; its legs need not be symmetric, so that the map holds on any ground.
     """
-    m11, m12, m22 = mass_terms(constants, legs_of(q2, q1))
-    about_point = constants[5] * math.cos(q1 - q2) * dq1 + constants[6] * dq2  # less the momentum about the hip
+    return rates_after_impact(constants, legs_of(q2, q1), math.cos(q1 - q2), dq1, dq2)
+
+
+def rates_after_impact(
+    constants: Constants, legs_after: Legs, cosine: float, dq1: float, dq2: float
+) -> tuple[float, float]:
+    """`impact_rates` of what its angles are needed for: the legs in their new roles, and the cosine of q1 - q2."""
+    m11, m12, m22 = mass_terms(constants, legs_after)
+    about_point = constants[5] * cosine * dq1 + constants[6] * dq2  # less the momentum about the hip
     about_hip = constants[6] * dq1
     return solve_mass(m11, m12, m22, about_point, about_hip)
 

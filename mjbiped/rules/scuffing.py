@@ -17,7 +17,7 @@ from mjbiped.errors import InputError, shown
 from mjbiped.utils import domains
 
 if TYPE_CHECKING:
-    from mjbiped.gaits.passive import Gait
+    from mjbiped.gaits.gait import Gait
 
 _LOOKS = 400  # at the swing foot within a period
 

@@ -14,7 +14,8 @@ from mjbiped.control.registry import make_controller
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.errors import InputError
-from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.records import measures
 from mjbiped.records.frames import flat_samples
 from mjbiped.records.record import Walk

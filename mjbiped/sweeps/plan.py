@@ -16,7 +16,8 @@ from mjbiped.control.trial import try_out
 from mjbiped.engines.names import ENGINES
 from mjbiped.engines.plan import INITIAL_STATES, check_controller
 from mjbiped.errors import InputError, shortened, shown
-from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.robots.compass import Compass
 from mjbiped.sweeps.cell import LIMITS, MEASURES, OPTIONS, STATE, Cell
 from mjbiped.sweeps.sections import OF_WALK, SECTIONS, Settings, parts_of

@@ -120,6 +120,7 @@ COMMANDS = (
     "walk",
     "compare",
     "gait",
+    "reference",
     "bifurcation",
     "basin",
     "stability",

@@ -12,7 +12,8 @@ from scipy.integrate import solve_ivp
 
 import controllers
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.robots.compass import Array, Compass
 
 TABLE_ONE = Compass()

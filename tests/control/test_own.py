@@ -47,7 +47,8 @@ def test_a_class_in_a_file_walks(folder: Path, robot: mjbiped.Compass) -> None:
 def test_a_class_that_needs_robot_and_gait_gets_them(folder: Path, robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
     own_controllers.write(folder, "laws/imitating.py", own_controllers.IMITATING)
     reference = "laws/imitating.py:Imitating"
-    assert settings_of(reference) == {"imitate_slope_deg": 2.0, "initial_slope_estimate_deg": 0.0, "stiffness": 0.1}
+    shared = {"imitate_slope_deg": 2.0, "initial_slope_estimate_deg": 0.0, "reference": None}
+    assert settings_of(reference) == {**shared, "stiffness": 0.1}
     law = make_controller(reference, robot, {"initial_slope_estimate_deg": 1.0}, gait)
     assert (law.robot, law.gait) == (robot, gait)
     assert law.describe()["initial_slope"] == pytest.approx(0.0174532925)

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+import mjbiped
 from controllers import AdaptiveController, Memory
 from mjbiped.errors import InputError
 from mjbiped.gaits.passive import find_passive_gait
@@ -157,6 +158,42 @@ def test_transition_starts_at_the_measured_state_with_the_passive_acceleration(s
     np.testing.assert_allclose(reference[:4], state, rtol=0, atol=1e-12)
     passive = -(ROBOT.coriolis_matrix(q, dq) @ dq + ROBOT.gravity_vector(q, GAIT.slope))
     np.testing.assert_allclose(reference[4:], np.linalg.solve(ROBOT.mass_matrix(q), passive), rtol=0, atol=1e-10)
+
+
+@given(states, st.floats(0.1, 1.0))
+@settings(deadline=None, derandomize=True)
+def test_additive_replanning_adds_the_error_to_the_gait_until_it_is_closed(state: list[float], zeta: float) -> None:
+    controller = replace(PAPER, replanning="additive", replanning_delay=zeta)
+    memory = started(controller, state[:2], state[2:])
+    end = controller.transition_end(memory)
+    if end == 0.0:  # the state is as good as on the limit cycle
+        return
+    first = controller.reference(memory, 0.0)
+    gait = reference_at(GAIT.table, 0.0)
+    # the measured state, with the gait's own acceleration; rounding of numbers near 1, times 20 / t_c²
+    np.testing.assert_allclose(first[:4], state, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(first[4:], gait[4:], rtol=0, atol=1e-12 / end**2)
+    for t in np.linspace(0.0, end, 7).tolist():
+        share = t / end
+        # the quintic that leads from an error and its rate to zero, its second derivatives zero at both ends
+        of_error = (1 - share) ** 3 * (1 + 3 * share + 6 * share**2)
+        of_rate = end * share * (1 - share) ** 3 * (1 + 3 * share)
+        gait = reference_at(GAIT.table, t)
+        for leg in (0, 1):
+            expected = gait[leg] + of_error * (state[leg] - CYCLE[leg]) + of_rate * (state[2 + leg] - CYCLE[2 + leg])
+            assert controller.reference(memory, t)[leg] == pytest.approx(expected, abs=1e-13)
+    assert controller.reference(memory, end) == reference_at(GAIT.table, end)
+
+
+def test_additive_replanning_tracks_what_it_plans() -> None:
+    """From a state off the limit cycle the robot stays on the reference: no error arises, with the slope known."""
+    controller = replace(PAPER, replanning="additive")
+    walk = mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=1, initial=[-0.2, 0.2, 1.0, 0.7])
+    memory = started(controller, [-0.2, 0.2], [1.0, 0.7])
+    for t, q in zip(walk.samples["time"].tolist(), walk.samples["q"], strict=True):
+        if t < walk.touchdowns["time"][0]:
+            # the integration's tolerance of 1e-8 a step
+            np.testing.assert_allclose(q, controller.reference(memory, t)[:2], rtol=0, atol=1e-6)
 
 
 @given(states, st.floats(0.1, 1.0))

@@ -115,7 +115,7 @@ def test_bad_parameters_are_refused(kind: Callable[..., KnownSlopeController]) -
     for slope in (math.nan, math.inf, 1.6, -1.6, "0", True, None):
         with pytest.raises(InputError, match=r"initial_slope = .*: must be .*from -1.57 to 1.57 rad"):
             kind(ROBOT, GAIT, initial_slope=slope)
-    with pytest.raises(InputError, match=r"needs a mjbiped.Compass and a mjbiped.Gait .*got Gait and Compass"):
+    with pytest.raises(InputError, match=r"needs a mjbiped.Compass and a mjbiped.Gait .*got PassiveGait and Compass"):
         kind(GAIT, ROBOT)
 
 

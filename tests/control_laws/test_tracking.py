@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from controllers.tracking import tracking_errors, tracking_torque
-from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.gaits.reference import reference_at
 from mjbiped.robots.compass import Array, Compass, legs_of
 

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
 from mjbiped.errors import GaitError, InputError
-from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.gaits.passive import PassiveGait, find_passive_gait
 from mjbiped.gaits.reference import in_arrays, reference_at
 from mjbiped.robots.compass import Array, Compass
 
@@ -23,7 +23,7 @@ MOON = Compass(leg_mass=3.1, hip_mass=7.3, lower_length=0.37, upper_length=0.58,
 
 
 @pytest.fixture(scope="module")
-def gait() -> Gait:
+def gait() -> PassiveGait:
     return find_passive_gait(TABLE_ONE, math.radians(2))
 
 
@@ -125,7 +125,7 @@ def test_reference_follows_the_passive_motion_to_the_horizon(robot: Compass, deg
     assert abs(q[-1, 0]) < math.radians(60)
 
 
-def test_reference_at_start_touchdown_and_beyond_the_horizon(gait: Gait) -> None:
+def test_reference_at_start_touchdown_and_beyond_the_horizon(gait: PassiveGait) -> None:
     q, dq, ddq = gait.reference(0.0)
     assert q.shape == dq.shape == ddq.shape == (2,)
     np.testing.assert_array_equal(q, gait.start[:2])
@@ -139,7 +139,7 @@ def test_reference_at_start_touchdown_and_beyond_the_horizon(gait: Gait) -> None
         np.testing.assert_array_equal([dq, ddq], np.zeros((2, 2)))
 
 
-def test_pieces_join_twice_continuously(gait: Gait) -> None:
+def test_pieces_join_twice_continuously(gait: PassiveGait) -> None:
     rate, horizon, pieces = gait.table
     assert horizon * rate == pytest.approx(len(pieces), rel=1e-12)  # rounding
     for k in range(1, len(pieces)):
@@ -147,7 +147,7 @@ def test_pieces_join_twice_continuously(gait: Gait) -> None:
         np.testing.assert_allclose(left, right, rtol=0, atol=1e-11)  # rounding, times rate^2 for ddq
 
 
-def test_reference_takes_arrays_and_numpy_tables(gait: Gait) -> None:
+def test_reference_takes_arrays_and_numpy_tables(gait: PassiveGait) -> None:
     times = np.array([[0.0, 0.1, 0.2], [0.5, 0.7, 3.0]])
     results = gait.reference(times)
     assert [part.shape for part in results] == [(2, 3, 2)] * 3
@@ -159,12 +159,12 @@ def test_reference_takes_arrays_and_numpy_tables(gait: Gait) -> None:
 
 
 @pytest.mark.parametrize("t", [-1e-9, [0.1, -0.1], math.nan, math.inf])
-def test_times_outside_the_domain_are_refused(gait: Gait, t: float) -> None:
+def test_times_outside_the_domain_are_refused(gait: PassiveGait, t: float) -> None:
     with pytest.raises(InputError, match=r"^t.*must be .*from 0 to 1e.09 s"):
         gait.reference(t)
 
 
-def test_results_are_cached_frozen_and_comparable(gait: Gait) -> None:
+def test_results_are_cached_frozen_and_comparable(gait: PassiveGait) -> None:
     assert find_passive_gait(Compass(), slope=np.deg2rad(2)) is gait
     assert gait == replace(gait)
     assert len({gait, replace(gait)}) == 1
@@ -231,7 +231,7 @@ def test_the_branch_is_followed_without_slipping_onto_the_short_gaits() -> None:
     assert gait.period * math.sqrt(robot.gravity / robot.leg_length) == pytest.approx(1.6860, abs=5e-5)
 
 
-def test_motion_scales_with_mass_length_and_gravity(gait: Gait) -> None:
+def test_motion_scales_with_mass_length_and_gravity(gait: PassiveGait) -> None:
     robot = Compass(leg_mass=50.0, lower_length=2.0, upper_length=2.0, gravity=9.81 / 4)
     scaled = find_passive_gait(robot, gait.slope)
     # the same equations in other units; the root finder's tolerance is 1e-12
@@ -242,7 +242,7 @@ def test_motion_scales_with_mass_length_and_gravity(gait: Gait) -> None:
 
 @pytest.mark.parametrize("length", [0.002, 2000.0])
 @pytest.mark.parametrize("gravity", [1e-3, 1e3])
-def test_search_is_the_same_for_all_sizes_and_gravities(gravity: float, length: float, gait: Gait) -> None:
+def test_search_is_the_same_for_all_sizes_and_gravities(gravity: float, length: float, gait: PassiveGait) -> None:
     robot = Compass(lower_length=0.5 * length, upper_length=0.5 * length, gravity=gravity)
     scaled = find_passive_gait(robot, gait.slope)
     unit = math.sqrt(length / gravity) / math.sqrt(1.0 / 9.81)
@@ -271,7 +271,7 @@ def test_search_that_fails_ends_soon(robot: Compass, slope_deg: float) -> None:
     assert time.process_time() - started < 30.0
 
 
-def test_guard_as_printed_ends_the_step_where_the_foot_scuffs(gait: Gait) -> None:
+def test_guard_as_printed_ends_the_step_where_the_foot_scuffs(gait: PassiveGait) -> None:
     """Eq. (4), H = 0 with dH/dt < 0, on 2 degrees: it holds first at 38 % of the step, 8.7 cm behind the stance foot.
 
     Section "The guard" of docs/model.md has these numbers. The reference keeps states to 1e-10 (the pieces' fit, and 48
@@ -312,7 +312,7 @@ def clearance_rate(q: Array, dq: Array) -> float:
     return float(TABLE_ONE.leg_length * (math.sin(q[1]) * dq[1] - math.sin(q[0]) * dq[0]))
 
 
-def swing_clearance(gait: Gait) -> Callable[[float], float]:
+def swing_clearance(gait: PassiveGait) -> Callable[[float], float]:
     """Height of the swing foot over the plane, m, at a time of the step; integrated by SciPy, with its interpolant."""
     solution = solve_ivp(
         lambda _, state: rates(gait.robot, gait.slope, state),

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
-from mjbiped.gaits.passive import Gait, find_passive_gait
+from mjbiped.gaits.passive import PassiveGait, find_passive_gait
 from mjbiped.limit_cycles.bifurcation import Cascade, find_cascade
 from mjbiped.limit_cycles.periodic import first_gait
 from mjbiped.robots.compass import Array, Compass
@@ -29,7 +29,7 @@ LONG_PERIOD = 3.88246
 LONG_MULTIPLIER = 0.58911
 
 
-def test_pu_gait_on_two_degrees(robot: Compass, gait: Gait) -> None:
+def test_pu_gait_on_two_degrees(robot: Compass, gait: PassiveGait) -> None:
     """Design, section 6: states, period, step length, speed, multipliers, energies."""
     np.testing.assert_allclose(gait.start, [-0.19008478, 0.19008478, 1.10317583, 0.81185710], rtol=0, atol=5e-9)
     np.testing.assert_allclose(gait.end, [0.19008478, -0.19008478, 1.44951875, 1.51242286], rtol=0, atol=5e-9)
@@ -51,7 +51,7 @@ def test_pu_impact_from_published_digits(robot: Compass) -> None:
     np.testing.assert_allclose([*q, *dq], [-0.19008478, 0.19008478, 1.10317583, 0.81185710], rtol=0, atol=5e-8)
 
 
-def test_pu_clearance(robot: Compass, gait: Gait) -> None:
+def test_pu_clearance(robot: Compass, gait: PassiveGait) -> None:
     """Design, section 6: the swing foot clears the ground ahead of the stance foot by at most 0.0462 m, at 79 %."""
     times = np.linspace(0, gait.period, 2001)
     foot = np.array([robot.swing_foot(q) for q in gait.reference(times)[0]])

@@ -21,7 +21,7 @@ def settled(degrees: float, count: int) -> PeriodicGait:
     return find_periodic_gait(TABLE_ONE, slope, ReturnMap(TABLE_ONE, slope).walk(start, 2000).states[-count:])
 
 
-def test_period_one_is_the_gait_of_the_boundary_value_problem(gait: mjbiped.Gait) -> None:
+def test_period_one_is_the_gait_of_the_boundary_value_problem(gait: mjbiped.PassiveGait) -> None:
     """Two programs: SciPy's integrator and root finder, and the compiled return map with Newton's method."""
     found = first_gait(TABLE_ONE, gait.slope)
     # the root finder's tolerance is 1e-12 in scaled numbers, of which the rates are three times larger

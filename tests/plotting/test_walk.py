@@ -26,12 +26,12 @@ TWO_STEPS = Terrain.from_segments([(0.6, 0.0), (2.0, 2.0, -0.02)])
 
 
 @pytest.fixture(scope="session")
-def gait() -> mjbiped.Gait:
+def gait() -> mjbiped.PassiveGait:
     return mjbiped.find_passive_gait(mjbiped.Compass(), math.radians(2))
 
 
 @pytest.fixture(scope="session")
-def walk(gait: mjbiped.Gait) -> Walk:
+def walk(gait: mjbiped.PassiveGait) -> Walk:
     return mjbiped.walk(AdaptiveController(mjbiped.Compass(), gait), TWO_STEPS, steps=3)
 
 
@@ -182,7 +182,7 @@ def test_the_outline_has_both_ends_of_a_step() -> None:
     assert z == pytest.approx([0.0, 0.0, -0.02, -0.02 - 0.4 * math.tan(math.radians(2))])
 
 
-def test_a_gait(gait: mjbiped.Gait) -> None:
+def test_a_gait(gait: mjbiped.PassiveGait) -> None:
     figure = plot_gait(gait)
     assert f"{gait.period:.4f}\u00a0s" in figure.get_suptitle()
     cycle, circle = figure.axes
@@ -200,7 +200,7 @@ def test_a_gait(gait: mjbiped.Gait) -> None:
 
 @pytest.mark.parametrize(("suffix", "beginning"), [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")])
 def test_files_are_what_their_suffix_says_and_the_same_each_time(
-    gait: mjbiped.Gait, tmp_path: Path, suffix: str, beginning: bytes
+    gait: mjbiped.PassiveGait, tmp_path: Path, suffix: str, beginning: bytes
 ) -> None:
     first, second = tmp_path / f"first.{suffix}", tmp_path / f"second.{suffix.upper()}"
     plot_gait(gait, first)
@@ -210,7 +210,7 @@ def test_files_are_what_their_suffix_says_and_the_same_each_time(
     assert sorted(tmp_path.iterdir()) == [first, second]
 
 
-def test_refused_paths(walk: Walk, gait: mjbiped.Gait, tmp_path: Path) -> None:
+def test_refused_paths(walk: Walk, gait: mjbiped.PassiveGait, tmp_path: Path) -> None:
     for name in ("walk.jpeg", "walk", "walk.npz"):
         with pytest.raises(InputError, match=r"\.png, \.pdf, \.svg"):
             plot_walk(walk, tmp_path / name)

@@ -1,0 +1,161 @@
+"""The adaptive controller with two references: an economical one, and one that climbs where the ground is uneven."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import ClassVar, NamedTuple
+
+from controllers import adaptive
+from controllers.adaptive import AdaptiveController
+from mjbiped.control.controller import Law, Memory
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.optimised import find_reference
+from mjbiped.gaits.reference import in_arrays
+from mjbiped.utils import domains
+
+_CLIMBING = 15
+"""Index in the memory: how many steps are still to be made with the climbing gait, this one included."""
+
+
+class Parameters(NamedTuple):
+    """What the laws of this module take.
+
+    Attributes:
+        economical: Of the adaptive laws with the economical gait.
+        climbing: With the climbing gait.
+        length: Of a leg, m.
+        threshold: Height change, m, above which the ground counts as uneven.
+        steps: Made with the climbing gait after such a change.
+    """
+
+    economical: adaptive.Parameters
+    climbing: adaptive.Parameters
+    length: float
+    threshold: float
+    steps: float
+
+
+@dataclass(frozen=True)
+class LibraryController(AdaptiveController):
+    r"""Walks economically on even ground, and lifts its feet where it has felt a step.
+
+    At touchdown both feet are on the ground, and the legs' angles tell by how much the new foothold is higher than the
+    old one, along the normal of the ground under the old one:
+
+    .. math:: \Delta = l \, (\cos q_1^- - \cos q_2^-)
+
+    Where that is more than a threshold, up or down, the next steps are made with a gait of more clearance; after the
+    last of them the economical one returns. The re-planning, additive by default, leads from one gait to the other.
+
+    The first step up is met with the economical gait: what that one cannot climb, this controller cannot either.
+
+    Attributes:
+        gait: The economical gait.
+        climbing_gait: The other; unless given, the optimised reference of the economical one's speed and of
+            `climbing_clearance`.
+        climbing_clearance: m; see `mjbiped.find_reference`.
+        climbing_steps: How many steps are made with the climbing gait after a height change.
+        height_threshold: Height change that counts, m.
+        replanning: See `AdaptiveController`, as for all attributes not named here.
+    """
+
+    replanning: str = "additive"
+    climbing_clearance: float = 0.1
+    climbing_steps: int = 5
+    height_threshold: float = 0.005
+    climbing_gait: Gait | None = None
+
+    memory_size: ClassVar[int] = 16
+
+    def __post_init__(self) -> None:
+        """Refuse parameters outside their domain, and find the climbing gait.
+
+        Raises:
+            InputError: One is; see `mjbiped.utils.domains`.
+            GaitError: There is no such climbing gait.
+        """
+        super().__post_init__()
+        domains.check_fields(
+            self,
+            climbing_clearance=domains.CLEARANCE,
+            climbing_steps=domains.STEPS,
+            height_threshold=domains.CLEARANCE,
+        )
+        if self.climbing_gait is None:
+            found = find_reference(self.gait.robot, speed=self.gait.speed, clearance=self.climbing_clearance)
+            object.__setattr__(self, "climbing_gait", found)
+        self._with(self.climbing_gait)  # refuses what is no gait
+
+    @cached_property
+    def library(self) -> Parameters:
+        """The attributes in plain numbers, as the laws take them."""
+        return Parameters(
+            economical=self.parameters,
+            climbing=self._with(self.climbing_gait).parameters,
+            length=self.robot.leg_length,
+            threshold=self.height_threshold,
+            steps=float(self.climbing_steps),
+        )
+
+    def parameters_of(self, memory: Memory) -> adaptive.Parameters:
+        """Of the gait that this step is made with."""
+        return self.library.climbing if memory[_CLIMBING] > 0.0 else self.library.economical
+
+    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
+        """Choose the gait by the height change, then update the estimate and plan as `AdaptiveController` does."""
+        _touchdown(self.library, memory, q_before[0], q_before[1], q[0], q[1], dq[0], dq[1])
+
+    def law(self) -> Law:
+        """The same laws for compilation; see `Controller.law`."""
+        economical, climbing = (
+            each._replace(table=in_arrays(each.table)) for each in (self.library.economical, self.library.climbing)
+        )
+        parameters = self.library._replace(economical=economical, climbing=climbing)
+        return Law(parameters, _torque, _touchdown, _slope_estimate, _next_discontinuity)
+
+    def _with(self, gait: Gait | None) -> AdaptiveController:
+        """The adaptive controller of one gait."""
+        given = {each.name: getattr(self, each.name) for each in fields(AdaptiveController)}
+        return AdaptiveController(**{**given, "gait": gait})
+
+
+def _torque(
+    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float, float, float]:
+    if memory[_CLIMBING] > 0.0:
+        return adaptive.torque_law(parameters.climbing, memory, t, q1, q2, dq1, dq2)
+    return adaptive.torque_law(parameters.economical, memory, t, q1, q2, dq1, dq2)
+
+
+def _touchdown(
+    parameters: Parameters,
+    memory: Memory,
+    q1_before: float,
+    q2_before: float,
+    q1: float,
+    q2: float,
+    dq1: float,
+    dq2: float,
+) -> None:
+    change = parameters.length * (math.cos(q1_before) - math.cos(q2_before))
+    if abs(change) > parameters.threshold:
+        memory[_CLIMBING] = parameters.steps
+    elif memory[_CLIMBING] > 0.0:
+        memory[_CLIMBING] -= 1.0
+    if memory[_CLIMBING] > 0.0:
+        adaptive.touchdown_law(parameters.climbing, memory, q1_before, q2_before, q1, q2, dq1, dq2)
+    else:
+        adaptive.touchdown_law(parameters.economical, memory, q1_before, q2_before, q1, q2, dq1, dq2)
+
+
+def _slope_estimate(parameters: Parameters, memory: Memory) -> float:
+    return adaptive.slope_estimate_law(parameters.economical, memory)
+
+
+def _next_discontinuity(parameters: Parameters, memory: Memory, t: float) -> float:
+    if memory[_CLIMBING] > 0.0:
+        return adaptive.next_discontinuity_law(parameters.climbing, memory, t)
+    return adaptive.next_discontinuity_law(parameters.economical, memory, t)

@@ -1,0 +1,111 @@
+"""The command `mjbiped reference`: an optimised gait, what it asks of the robot, and its picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from mjbiped.cli import options
+from mjbiped.cli.files import Files
+from mjbiped.gaits.optimised import FRICTION, SPEED, OptimisedGait, find_reference
+from mjbiped.records.tables import table_of
+from mjbiped.robots.compass import Compass
+from mjbiped.utils import domains
+
+
+@click.command("reference", cls=options.SectionCommand)
+@options.options(
+    "Gait",
+    ("--speed", domains.SPEED, SPEED, "Mean speed on level ground, m/s."),
+    (
+        "--clearance",
+        domains.CLEARANCE,
+        0.06,
+        "Height of the swing foot at some moment of the step, m; 0 for no demand on its path.",
+    ),
+    (
+        "--retraction/--no-retraction",
+        bool,
+        True,
+        "Let the foot go no further forward from that moment on; without it the same height costs less.",
+    ),
+    ("--torque-limit", domains.TORQUE, None, "Greatest torque of ankle and hip, N m; no limit unless given."),
+    ("--friction", domains.FRICTION, FRICTION, "Greatest friction that is asked of the ground."),
+)
+@options.robot_options
+@options.plot_option
+@options.json_option
+def reference(
+    speed: float,
+    clearance: float,
+    retraction: bool,
+    torque_limit: float | None,
+    friction: float,
+    plot: Path | None,
+    json: bool,
+    **values: Any,
+) -> None:
+    """Find the gait on level ground that costs least and lifts its swing foot so high.
+
+    Controllers track it with `mjbiped walk --reference`. What has been found is kept in the user's cache folder, or
+    where the environment variable MJBIPED_CACHE_DIR says.
+
+    \b
+    Examples:
+      mjbiped reference --clearance 0.06 --plot reference.png
+      mjbiped reference --speed 0.6 --clearance 0 --json
+      mjbiped walk stairs:rise=0.05 --reference clearance=0.06 --gain replanning=additive
+    """  # noqa: D301 (click reads the backspace)
+    gait = find_reference(
+        Compass(**values),
+        speed=speed,
+        clearance=clearance,
+        retraction=retraction,
+        torque_limit=torque_limit,
+        friction=friction,
+    )
+    files = Files()
+    files.plot(plot, "reference:plot_reference", gait)
+    files.end(_summary(gait), [_table(gait)], json=json, quiet=False)
+
+
+def _summary(gait: OptimisedGait) -> dict[str, Any]:
+    """The gait in plain JSON types; states are q1, q2 (rad) and dq1, dq2 (rad/s)."""
+    told = gait.measures
+    return {
+        "speed_m_per_s": gait.speed,
+        "cost_of_transport": told.cost_of_transport,
+        "period_s": gait.period,
+        "step_length_m": gait.step_length,
+        "half_angle_rad": float(gait.end[0]),
+        "peak_ankle_torque_Nm": told.peak_torque[0],
+        "peak_hip_torque_Nm": told.peak_torque[1],
+        "least_normal_force_weights": told.normal_force / gait.robot.weight,
+        "friction": told.friction,
+        "clearance_phase": gait.clearance_phase if gait.goal.clearance else None,
+        "clearance_m": told.clearance if gait.goal.clearance else None,
+        "greatest_clearance_m": told.greatest_clearance,
+        "state_after_impact": gait.start.tolist(),
+        "state_before_impact": gait.end.tolist(),
+    }
+
+
+def _table(gait: OptimisedGait) -> Any:
+    told = gait.measures
+    rows = [
+        ("speed", f"{gait.speed:.4f}", "m/s"),
+        ("cost of transport, level", f"{told.cost_of_transport:.4f}", ""),
+        ("period", f"{gait.period:.6f}", "s"),
+        ("half the angle between the legs at the impact", f"{gait.end[0]:.6f}", "rad"),
+        ("step length", f"{gait.step_length:.6f}", "m"),
+        ("peak torque, ankle", f"{told.peak_torque[0]:.2f}", "N m"),
+        ("peak torque, hip", f"{told.peak_torque[1]:.2f}", "N m"),
+        ("normal force, least", f"{told.normal_force / gait.robot.weight:.3f}", "weights"),
+        ("friction used", f"{told.friction:.3f}", ""),
+    ]
+    if gait.goal.clearance:
+        rows.append((f"clearance at {100 * gait.clearance_phase:.1f} % of the step", f"{told.clearance:.4f}", "m"))
+    rows.append(("clearance ahead of the stance foot, greatest", f"{told.greatest_clearance:.4f}", "m"))
+    return table_of(rows)

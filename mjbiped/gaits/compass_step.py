@@ -1,0 +1,92 @@
+"""The compass biped's step as the reference optimiser takes it: its laws of motion on arrays."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mjbiped.gaits.bezier import DEGREE, Numbers
+from mjbiped.gaits.optimisation import Course
+from mjbiped.robots import compass
+from mjbiped.robots.compass import Compass
+
+
+@dataclass(frozen=True)
+class CompassStep:
+    """A `mjbiped.gaits.optimisation.StepModel` of the compass biped on level ground.
+
+    The laws are those of `mjbiped.robots.compass`, whose functions of plain numbers take arrays as well.
+    """
+
+    robot: Compass
+    joints: int = 2
+    reach: float = 0.2
+
+    @property
+    def length(self) -> float:
+        """Of a leg, m."""
+        return self.robot.leg_length
+
+    @property
+    def weight(self) -> float:
+        """Of the robot, N."""
+        return self.robot.weight
+
+    @property
+    def gravity(self) -> float:
+        """m/s²."""
+        return self.robot.gravity
+
+    def postures(self, half: Numbers) -> tuple[Numbers, Numbers]:
+        """Angles after and before the impact: both feet on the ground, the legs `half` from the vertical."""
+        return np.stack([-half, half], axis=-1), np.stack([half, -half], axis=-1)
+
+    def step_length(self, half: Numbers) -> Numbers:
+        """Between the feet, m."""
+        return 2.0 * self.length * np.sin(half)
+
+    def rates_after_impact(self, half: Numbers, rates: Numbers) -> Numbers:
+        """Rates after the impact of rates before it (eq. 2), rad/s."""
+        legs: Any = (-np.sin(half), np.cos(half), np.sin(half), np.cos(half))
+        cosine: Any = np.cos(2.0 * half)
+        dq1: Any = rates[..., 0]
+        dq2: Any = rates[..., 1]
+        after = compass.rates_after_impact(self.robot.constants, legs, cosine, dq1, dq2)
+        return np.stack(after, axis=-1)
+
+    def course(self, q: Numbers, dq: Numbers, ddq: Numbers) -> Course:
+        """Inverse dynamics (eq. 1) and the swing foot's path (eq. 4)."""
+        constants, length = self.robot.constants, self.length
+        (q1, q2), (dq1, dq2), (ddq1, ddq2) = (tuple(np.moveaxis(each, -1, 0)) for each in (q, dq, ddq))
+        legs: Any = np.sin(q1), np.cos(q1), np.sin(q2), np.cos(q2)
+        m11, m12, m22 = compass.mass_terms(constants, legs)
+        c1, c2 = compass.coriolis_terms(constants, legs, dq1, dq2)
+        _, _, g1, g2 = compass.gravity_terms(constants, legs)
+        ankle, hip = compass.joint_torques(
+            m11 * ddq1 + m12 * ddq2 + c1 + g1,
+            m12 * ddq1 + m22 * ddq2 + c2 + g2,
+        )
+        forward, upward = compass.ground_force(
+            constants, self.robot.total_mass, self.robot.gravity, legs, dq1, dq2, ddq1, ddq2
+        )
+        sine1, cosine1, sine2, cosine2 = legs
+        return Course(
+            torques=np.stack(np.broadcast_arrays(ankle, hip), axis=-1),
+            powers=np.stack([ankle * dq1, hip * (dq2 - dq1)], axis=-1),
+            tangential_force=np.asarray(forward),
+            normal_force=np.asarray(upward),
+            ahead=length * (sine1 - sine2),
+            height=length * (cosine1 - cosine2),
+            ahead_rate=length * (cosine1 * dq1 - cosine2 * dq2),
+            height_rate=length * (sine2 * dq2 - sine1 * dq1),
+        )
+
+    def guess(self, half: float) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Control points to begin with: a stance leg that turns evenly, a swing leg that swings out and comes back."""
+        stance = np.linspace(-half, half, DEGREE + 1)
+        swing = np.linspace(half, -half, DEGREE + 1)
+        swing[3:DEGREE] -= 0.5 * half * np.sin(np.linspace(0.25, 0.9, DEGREE - 3) * math.pi)
+        return np.stack([stance, swing], axis=-1)

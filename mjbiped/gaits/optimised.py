@@ -1,0 +1,234 @@
+"""References that are optimised: walking on level ground with motors, and lifting the swing foot as high as asked.
+
+`find_reference` finds one; what it has found is kept on disk. `mjbiped.gaits.optimisation` says how.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+
+from mjbiped.errors import InputError, shown
+from mjbiped.gaits import store
+from mjbiped.gaits.bezier import DEGREE, curve, in_pieces
+from mjbiped.gaits.compass_step import CompassStep
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.hold import hold, pieces_of
+from mjbiped.gaits.optimisation import Goal, Solution, Told, optimise, solution_of, tell
+from mjbiped.gaits.reference import table_of
+from mjbiped.robots.compass import Array, Compass
+from mjbiped.utils import domains
+
+SPEED = 0.494
+"""Of the passive gait on 2 degrees, which the paper imitates, m/s."""
+
+FRICTION = 0.6
+"""What a reference may ask of the ground, of the 0.8 that it has in MuJoCo."""
+
+
+@dataclass(frozen=True)
+class OptimisedGait(Gait):
+    """An optimised gait on level ground, made by `find_reference`.
+
+    Beyond the period the swing leg comes to rest within 0.1 s, and the stance leg goes on at an even rate, until it has
+    fallen 60 degrees (times for legs of 1 m).
+
+    Attributes:
+        goal: What was asked for: speed (m/s), clearance (m), retraction, torque_limit (N m) and friction.
+        clearance_phase: Phase of the step, 0 to 1, at which the swing foot has its clearance, and with retraction
+            begins to come back; of no meaning where no clearance was asked for.
+        control_points: Of the legs' Bézier curves of degree 7, stance leg first, rad, shape (8, 2).
+    """
+
+    goal: Goal
+    clearance_phase: float
+    control_points: Array = field(compare=False, repr=False)
+
+    def __repr__(self) -> str:
+        """One line."""
+        return (
+            f"<OptimisedGait at {self.speed:.4g} m/s with {self.goal.clearance:.4g} m of clearance: "
+            f"c_mt {self.cost_of_transport:.4f}, period {self.period:.6g} s, step {self.step_length:.6g} m>"
+        )
+
+    def __eq__(self, other: object) -> bool:
+        """Whether it is the same trajectory of the same robot, found for the same goal."""
+        return (
+            isinstance(other, OptimisedGait)
+            and (self.robot, self.goal, self.clearance_phase) == (other.robot, other.goal, other.clearance_phase)
+            and bool((self.control_points == other.control_points).all())
+        )
+
+    def __hash__(self) -> int:
+        """Of what equal gaits have in common."""
+        return hash((self.robot, self.goal, self.clearance_phase, self.control_points.tobytes()))
+
+    @cached_property
+    def measures(self) -> Told:
+        """What the gait asks on level ground, tracked without error: cost, torques, forces, clearance."""
+        solution = Solution(self.clearance_phase, float(self.end[0]), self.control_points, self.period)
+        return tell(CompassStep(self.robot), self.goal, solution)
+
+    @property
+    def cost_of_transport(self) -> float:
+        """Absolute work on level ground for weight and distance, c_mt."""
+        return self.measures.cost_of_transport
+
+    def describe(self) -> dict[str, Any]:
+        """The trajectory and what it was found for, in plain JSON types; `gait_from` reads it."""
+        free = self.control_points[2:-1]
+        return {
+            "goal": dataclasses.asdict(self.goal),
+            "clearance_phase": self.clearance_phase,
+            "half_angle": float(self.end[0]),
+            "control_points": free.tolist(),
+            "robot": dataclasses.asdict(self.robot),
+        }
+
+
+def find_reference(
+    robot: Compass,
+    *,
+    speed: float = SPEED,
+    clearance: float = 0.06,
+    retraction: bool = True,
+    torque_limit: float | None = None,
+    friction: float = FRICTION,
+) -> OptimisedGait:
+    """The gait on level ground that costs least work and lifts its swing foot so high.
+
+    A controller that tracks it climbs steps somewhat higher than the clearance. Results are kept in the user's cache
+    folder, or where the environment variable MJBIPED_CACHE_DIR says.
+
+    Args:
+        robot: Any compass biped.
+        speed: Mean speed, m/s.
+        clearance: Height of the swing foot over level ground at some moment of the step, m. With 0 nothing is asked
+            of its path but that it lands where it shall.
+        retraction: Whether the foot goes no further forward from that moment on, so that no riser can meet it from
+            ahead. Without it the same height costs less.
+        torque_limit: Greatest torque of ankle and hip, N m; None for none.
+        friction: Greatest ratio of tangential to normal force on the stance foot.
+
+    Raises:
+        InputError: A number is outside its domain, or the robot is no `Compass`.
+        GaitError: There is no such gait, or none was found; the message says what stands in the way.
+    """
+    domains.check_kind("robot", robot, Compass)
+    goal = Goal(
+        speed=domains.SPEED.check("speed", speed),
+        clearance=domains.CLEARANCE.check("clearance", clearance),
+        retraction=_yes_or_no(retraction),
+        torque_limit=None if torque_limit is None else domains.TORQUE.check("torque_limit", torque_limit),
+        friction=domains.FRICTION.check("friction", friction),
+    )
+    return _find(robot, goal)
+
+
+@lru_cache(maxsize=256)
+def _find(robot: Compass, goal: Goal) -> OptimisedGait:
+    model = CompassStep(robot)
+    asked = {"robot": dataclasses.asdict(robot), "goal": dataclasses.asdict(goal)}
+    kept = store.load(asked)
+    if kept is None:
+        found = optimise(model, goal)
+        kept = [found.clearance_phase, found.half, *found.points[2:-1].ravel().tolist()]
+        store.save(asked, kept)
+    return _gait(robot, goal, kept[0], np.array(kept[1:]))
+
+
+def optimised_from(described: Mapping[str, Any]) -> OptimisedGait:
+    """The gait of `OptimisedGait.describe`, bit by bit; nothing is optimised again.
+
+    Raises:
+        KeyError: Something is missing.
+        TypeError: Something is of another kind.
+        InputError: Control points are missing, or something is no number.
+    """
+    goal = Goal(**described["goal"])
+    free = domains.ANGLE.array("control_points", described["control_points"], (DEGREE - 2, 2))
+    numbers = np.concatenate([[domains.ANGLE.check("half_angle", described["half_angle"])], free.ravel()])
+    return _gait(Compass(**described["robot"]), goal, float(described["clearance_phase"]), numbers)
+
+
+def _gait(robot: Compass, goal: Goal, clearance_phase: float, free: Array) -> OptimisedGait:
+    model = CompassStep(robot)
+    solution = solution_of(model, goal, clearance_phase, free)
+    period = solution.period
+    (q0, q), (dq0, dq), (_, ddq) = curve(solution.points, np.array([0.0, 1.0]), period)
+    count = pieces_of(period, robot.leg_length, robot.gravity)
+    step = in_pieces(solution.points, count)
+    after = hold(q, dq, ddq, period / count, count)
+    start, end = np.concatenate([q0, dq0]), np.concatenate([q, dq])
+    for array in (start, end, solution.points):
+        array.flags.writeable = False
+    return OptimisedGait(
+        robot=robot,
+        slope=0.0,
+        start=start,
+        end=end,
+        period=period,
+        step_length=float(model.step_length(np.array(solution.half))),
+        table=table_of(count / period, np.concatenate([step, after])),
+        goal=goal,
+        clearance_phase=clearance_phase,
+        control_points=solution.points,
+    )
+
+
+def _yes_or_no(value: object) -> bool:
+    if not isinstance(value, bool):
+        raise InputError(f"retraction = {shown(value)}: must be True or False")
+    return value
+
+
+_PARTS = ("speed", "clearance", "retraction", "torque_limit", "friction")
+_WORDS = {"yes": True, "no": False}
+
+
+def parse_reference(text: str) -> dict[str, Any]:
+    """The arguments of `find_reference` of a text such as "clearance=0.06,retraction=no", as the command line takes it.
+
+    Raises:
+        InputError: A name is unknown or stands twice, or a value is none.
+    """
+    found: dict[str, Any] = {}
+    for part in text.split(","):
+        name, equals, value = (each.strip() for each in part.partition("="))
+        if not equals:
+            raise InputError(f"reference {shown(text)}: expected NAME=VALUE[,NAME=VALUE...], as clearance=0.06")
+        domains.known_name("part of a reference", name, _PARTS)
+        if name in found:
+            raise InputError(f"reference {shown(text)}: {name} stands twice")
+        found[name] = _value(text, name, value)
+    return found
+
+
+def _value(text: str, name: str, value: str) -> float | bool:
+    if name == "retraction":
+        if value not in _WORDS:
+            raise InputError(f"reference {shown(text)}: retraction = {shown(value)}; expected yes or no")
+        return _WORDS[value]
+    try:
+        number = float(value)
+    except ValueError:
+        raise InputError(f"reference {shown(text)}: {name} = {shown(value)} is no number") from None
+    if not math.isfinite(number):
+        raise InputError(f"reference {shown(text)}: {name} must be finite")
+    return number
+
+
+def words_of(goal: Goal) -> str:
+    """The text that `parse_reference` reads as a goal."""
+    asked = {name: getattr(goal, name) for name in _PARTS}
+    return ",".join(
+        f"{name}={('no', 'yes')[value] if isinstance(value, bool) else repr(value)}"
+        for name, value in asked.items()
+        if value is not None and (name, value) != ("retraction", True)
+    )

@@ -1,0 +1,283 @@
+"""What optimised references cost on level ground, and what they climb: the figures of `docs/references.md`.
+
+A controller climbs a rise if it goes on walking at 99 of 100 places of the step's edge between two footholds. Some
+minutes; the checks in MuJoCo take most of it.
+
+    python -m scripts.studies.reference_study --page docs/references.md --plot docs/images/references.png
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from matplotlib.axes import Axes
+from rich.console import Console
+from rich.table import Table
+from tqdm.auto import tqdm
+
+import mjbiped
+from controllers import AdaptiveController, LibraryController
+from mjbiped.gaits.bezier import DEGREE, NODES, bernstein, powers_through
+from mjbiped.gaits.hold import pieces_of
+from mjbiped.gaits.reference import table_of
+from mjbiped.plotting import style
+from mjbiped.plotting.panels import legend_below, titled
+from mjbiped.utils import palette
+from scripts.pages import write_table
+
+ROBOT = mjbiped.Compass()
+PHASES = 100
+MOST_FALLS = 1  # of them
+LEAD, STEPS = 3, 15  # steps before the edge, and in all
+RISE = 0.005  # m, between two rises that are tried
+CLEARANCES = (0.0, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08, 0.09, 0.1, 0.105, 0.11, 0.12)
+SLOPES_DEG = (1.0, 1.5, 2.0, 2.5, 2.7)
+SPEEDS = (0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.494, 0.55, 0.6, 0.65, 0.7)
+FREE = (0.02, 0.04, 0.05, 0.06, 0.07, 0.077, 0.09, 0.1, 0.11, 0.12, 0.13, 0.14)
+"""Clearances without retraction, m."""
+CHECKED = (
+    (0.04, True, 0.06, "paper"),
+    (0.04, True, -0.10, "paper"),
+    (0.105, True, 0.12, "paper"),
+    (0.105, True, 0.12, "additive"),
+    (0.077, False, 0.06, "additive"),
+    (0.077, False, 0.075, "additive"),
+)
+"""(clearance, retraction, rise, re-planning) that MuJoCo walks, too; m."""
+TREADS, SEEDS, LONG = (0.02, 0.03), 30, 400  # standard deviations of treads' heights (m), grounds, and steps of a walk
+DROPS = (0.05, 0.10, 0.15, 0.20, 0.30)  # m
+
+
+@dataclass(frozen=True)
+class Row:
+    """A controller: what it imitates, its level cost, and what it climbs and what that takes (m, N m)."""
+
+    what: str
+    cost: float
+    climbs: float
+    climbs_additive: float
+    torque_up: float
+    falls_down: int
+    torque_down: float
+
+
+def edges(controller: AdaptiveController, rise: float, phases: int = PHASES) -> list[mjbiped.Terrain]:
+    """One step up or down, with its edge at places between two footholds."""
+    step = controller.gait.step_length
+    ahead = [(LEAD + (k + 0.5) / phases) * step for k in range(phases)]
+    return [mjbiped.Terrain.from_segments([(x, 0.0, 0.0), (100.0, 0.0, rise)]) for x in ahead]
+
+
+def fallen(
+    controller: AdaptiveController, rise: float, engine: str = "hybrid", most: int = PHASES
+) -> tuple[int, float]:
+    """How many walks over a step fall, and the greatest torque of those that do not (N m); stops after `most` falls."""
+    falls, torque = 0, 0.0
+    for terrain in edges(controller, rise):
+        walk = mjbiped.walk(controller, terrain, engine=engine, steps=STEPS, sample_period=None)
+        if walk.outcome == "finished":
+            torque = max(torque, float(np.abs(walk.peak_torque).max()))
+        else:
+            falls += 1
+        if falls > most:
+            break
+    return falls, torque
+
+
+def highest(controller: AdaptiveController) -> tuple[float, float]:
+    """The highest rise that is climbed, m, with all lower ones; and the torque that it takes, N m."""
+    rise, torque = 0.0, math.nan
+    while True:
+        falls, needed = fallen(controller, rise + RISE, most=MOST_FALLS)
+        if falls > MOST_FALLS:
+            return rise, torque
+        rise, torque = round(rise + RISE, 6), needed
+
+
+def row(what: str, gait: mjbiped.Gait, cost: float) -> Row:
+    """One controller, by the paper's re-planning and by the additive one."""
+    paper, additive = (AdaptiveController(ROBOT, gait, replanning=name) for name in ("paper", "additive"))
+    climbs, torque = highest(paper)
+    falls, down = fallen(paper, -0.10)
+    return Row(what, cost, climbs, highest(additive)[0], torque, falls, down)
+
+
+def passive_cost(gait: mjbiped.Gait) -> float:
+    """c_mt of the adaptive controller with a passive gait on level ground."""
+    level = mjbiped.Terrain.level()
+    return mjbiped.walk(AdaptiveController(ROBOT, gait), level, engine="hybrid", steps=40).cost_of_transport
+
+
+def continued(gait: mjbiped.OptimisedGait) -> mjbiped.OptimisedGait:
+    """The gait with its curves going on after the period for a third of it, in the hold's stead."""
+    count = pieces_of(gait.period, ROBOT.leg_length, ROBOT.gravity)
+    pieces = [
+        powers_through(bernstein(DEGREE, (k + NODES) / count) @ gait.control_points) for k in range(count + count // 3)
+    ]
+    return replace(gait, table=table_of(count / gait.period, np.stack(pieces)))
+
+
+def _descends(controller: AdaptiveController, drop: float) -> str:
+    falls, torque = fallen(controller, -drop)
+    return f"{torque:.0f}" if falls == 0 else f"{falls} fall"
+
+
+def _treads(controller: AdaptiveController, deviation: float) -> str:
+    """Steps per fall on treads of 1 m whose heights are normally distributed."""
+    steps = falls = 0
+    for seed in range(100, 100 + SEEDS):
+        heights = np.random.default_rng(seed).normal(0.0, deviation, LONG)
+        rises = np.diff(heights, prepend=0.0).tolist()
+        ground = mjbiped.Terrain.from_segments([(1.5, 0.0, 0.0), *((1.0, 0.0, rise) for rise in rises)])
+        walk = mjbiped.walk(controller, ground, engine="hybrid", steps=LONG, sample_period=None)
+        steps, falls = steps + walk.steps, falls + (walk.outcome != "finished")
+    return f"{steps / falls:.0f} ({falls} falls)" if falls else f"no fall in {steps}"
+
+
+def _name(gait: mjbiped.OptimisedGait) -> str:
+    return f"clearance {gait.goal.clearance:g} m" + ("" if gait.goal.retraction else ", no retraction")
+
+
+def draw(
+    rows: tuple[Sequence[Row], Sequence[Row], Sequence[Row]], speeds: Sequence[tuple[float, ...]], path: Path
+) -> None:
+    """The Pareto front, and cost against speed."""
+    with style.drawn(path) as figure:
+        figure.set_figheight(4.6)
+        front, speed = figure.subplots(1, 2)
+        _front(front, *rows)
+        columns = np.array(speeds).T
+        speed.plot(columns[0], columns[1], "-", color=style.BLUE, label="optimised, without clearance")
+        speed.plot(columns[0], columns[2], "--", color=style.BLUE, label="optimised, clearance 0.06 m")
+        downhill = [mjbiped.find_passive_gait(ROBOT, math.radians(slope)) for slope in np.linspace(0.2, 4.5, 30)]
+        speed.plot(
+            [gait.speed for gait in downhill], [math.sin(gait.slope) for gait in downhill], **style.TRUTH,
+            label="passive gaits: sine of their slope",
+        )  # fmt: skip
+        speed.set(xlabel="speed (m/s)", ylabel=f"{style.C_MT} on level ground", ylim=(0.0, None))
+        titled(speed, "b", "Cost against speed")
+        handles, labels = [], []
+        for axes in (front, speed):
+            found = axes.get_legend_handles_labels()
+            handles += found[0]
+            labels += found[1]
+        legend_below(figure, handles, labels)
+
+
+def _front(axes: Axes, optimised: Sequence[Row], free: Sequence[Row], passive: Sequence[Row]) -> None:
+    for rows, look in (
+        (optimised, {"color": style.BLUE, "marker": "o", "label": "optimised references"}),
+        (free, {"color": palette.SKY, "marker": "v", "label": "the same, without retraction"}),
+        (passive, {"color": style.ORANGE, "marker": "s", "label": "the paper's controller, gaits of 1° to 2.7°"}),
+    ):
+        drawn: dict[str, Any] = {**look, "linewidth": 1.0, "markersize": 4.5}
+        axes.plot([each.cost for each in rows], [each.climbs for each in rows], **drawn)
+    two = next(each for each in passive if each.what.startswith("passive, 2°"))
+    axes.annotate("2°, the paper's", (two.cost, two.climbs), (4, -10), textcoords="offset points")
+    axes.set(xlabel=f"{style.C_MT} on level ground", ylabel="highest step up (m)")
+    titled(axes, "a", "What is climbed, and what it costs")
+
+
+@click.command()
+@click.option("--page", type=click.Path(path_type=Path), help="Write the tables into this page.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Write the figure.")
+def main(page: Path | None, plot: Path | None) -> None:
+    """Print the tables; write them and the figure."""
+    found = [
+        [mjbiped.find_reference(ROBOT, clearance=each, retraction=retraction) for each in clearances]
+        for retraction, clearances in ((True, CLEARANCES), (False, FREE))
+    ]
+    optimised, free = (
+        [row(_name(gait), gait, gait.cost_of_transport) for gait in tqdm(gaits, desc="references", disable=None)]
+        for gaits in found
+    )
+    passive = []
+    for slope in tqdm(SLOPES_DEG, desc="passive gaits", disable=None):
+        gait = mjbiped.find_passive_gait(ROBOT, math.radians(slope))
+        passive.append(row(f"passive, {slope:g}°", gait, passive_cost(gait)))
+    climbing = [
+        [
+            each.what, f"{each.cost:.4f}", f"{each.climbs:.3f}", f"{each.climbs_additive:.3f}",
+            f"{each.torque_up:.1f}", f"{PHASES - each.falls_down}", f"{each.torque_down:.1f}",
+        ]
+        for each in (*optimised, *free, *passive)
+    ]  # fmt: skip
+    speeds = []
+    for value in tqdm(SPEEDS, desc="speeds", disable=None):
+        costs = (mjbiped.find_reference(ROBOT, speed=value, clearance=c).cost_of_transport for c in (0.0, 0.06))
+        speeds.append((value, *costs))
+    checks = []
+    for clearance, retraction, rise, replanning in tqdm(CHECKED, desc="MuJoCo", disable=None):
+        checked = mjbiped.find_reference(ROBOT, clearance=clearance, retraction=retraction)
+        controller = AdaptiveController(ROBOT, checked, replanning=replanning)
+        level = mjbiped.walk(controller, mjbiped.Terrain.level(), steps=40)
+        for engine in ("hybrid", "mujoco"):
+            falls, torque = fallen(controller, rise, engine)
+            checks.append([_name(checked), f"{rise:+.3f}", replanning, engine, f"{PHASES - falls}", f"{torque:.1f}"])
+        checks[-1].append(f"{level.cost_of_transport:.4f}")
+    held, two = mjbiped.find_reference(ROBOT, clearance=0.06), mjbiped.find_passive_gait(ROBOT, math.radians(2))
+    late = [
+        [what, *(_descends(AdaptiveController(ROBOT, imitated), drop) for drop in DROPS)]
+        for what, imitated in (
+            ("clearance 0.06 m, hold", held),
+            ("the same, its curves continued", continued(held)),
+            ("passive, 2°, continued", two),
+        )
+    ]
+    cheap = [mjbiped.find_reference(ROBOT, clearance=c, retraction=r) for c, r in ((0.044, True), (0.077, False))]
+    high = [mjbiped.find_reference(ROBOT, clearance=c) for c in (0.06, 0.105)]
+    walked: list[tuple[str, mjbiped.Gait]] = [("passive, 2°", two), *((_name(gait), gait) for gait in (*cheap, *high))]
+    rough = [
+        [what, replanning, *(_treads(AdaptiveController(ROBOT, imitated, replanning=replanning), s) for s in TREADS)]
+        for what, imitated in tqdm(walked, desc="treads", disable=None)
+        for replanning in ("paper", "additive")
+    ]
+    library = LibraryController(ROBOT, cheap[0], climbing_gait=high[-1])
+    rough.append(
+        [f"{_name(cheap[0])}; {_name(high[-1])} after steps", "library", *(_treads(library, s) for s in TREADS)]
+    )
+    for name, heads, rows in (
+        ("treads", ["imitated", "re-planning", *(f"σ = {each:g} m" for each in TREADS)], rough),
+        ("late", ["imitated", *(f"{drop:g} m" for drop in DROPS)], late),
+        (
+            "climbing",
+            [
+                "imitated",
+                "c_mt, level",
+                "climbs (m)",
+                "additive (m)",
+                "torque (N m)",
+                "of 100 down 0.10 m",
+                "torque (N m)",
+            ],
+            climbing,
+        ),
+        (
+            "speeds",
+            ["speed (m/s)", "no clearance", "0.06 m"],
+            [[f"{a:g}", f"{b:.4f}", f"{c:.4f}"] for a, b, c in speeds],
+        ),
+        (
+            "engines",
+            ["imitated", "rise (m)", "re-planning", "engine", "of 100", "torque (N m)", "c_mt, level, MuJoCo"],
+            checks,
+        ),
+    ):
+        table = Table(*heads)
+        for cells in rows:
+            table.add_row(*cells)
+        Console().print(table)
+        if page is not None:
+            write_table(page, name, heads, [[*cells, *[""] * (len(heads) - len(cells))] for cells in rows])
+    if plot is not None:
+        draw((optimised, free, passive), speeds, plot)
+
+
+if __name__ == "__main__":
+    main()

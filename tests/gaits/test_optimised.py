@@ -1,0 +1,270 @@
+"""Optimised references: each demand checked by the robot's own functions, and the cost as walked in both engines."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, KineticEnergyController, LimitCycleController
+from mjbiped.errors import GaitError, InputError
+from mjbiped.gaits import optimised, store
+from mjbiped.gaits.compass_step import CompassStep
+from mjbiped.gaits.described import gait_from
+from mjbiped.gaits.optimisation import Goal, free_numbers, solution_of, tell
+from mjbiped.gaits.optimised import OptimisedGait, find_reference, parse_reference, words_of
+
+# clearance (m); period (s), half angle (rad) and c_mt of an independent prototype, whose retraction began at a fixed
+# phase: ours, which chooses the phase, must not cost more
+PROTOTYPE = ((0.04, 0.755, 0.188, 0.0349), (0.06, 0.801, 0.199, 0.042), (0.10, 0.872, 0.217, 0.055))
+
+
+@pytest.fixture(scope="module")
+def high(robot: mjbiped.Compass) -> OptimisedGait:
+    return find_reference(robot, clearance=0.06)
+
+
+@pytest.mark.parametrize(("clearance", "period", "half", "cost"), PROTOTYPE)
+def test_a_prototypes_values(robot: mjbiped.Compass, clearance: float, period: float, half: float, cost: float) -> None:
+    gait = find_reference(robot, clearance=clearance)
+    assert gait.cost_of_transport < cost
+    assert gait.cost_of_transport == pytest.approx(cost, rel=0.06)
+    assert (gait.period, gait.end[0]) == pytest.approx((period, half), rel=0.04)
+
+
+def test_without_clearance_walking_costs_less_than_passive_walking(robot: mjbiped.Compass) -> None:
+    gait = find_reference(robot, clearance=0.0)
+    assert gait.cost_of_transport < 0.022  # what was asked for; the paper's controller needs sin 2° = 0.0349
+    assert gait.speed == pytest.approx(0.494, rel=1e-12)
+
+
+def test_it_repeats_itself_exactly(robot: mjbiped.Compass, high: OptimisedGait) -> None:
+    q, dq = robot.impact(high.end[:2], high.end[2:])
+    np.testing.assert_array_equal(q, high.start[:2])
+    np.testing.assert_allclose(dq, high.start[2:], rtol=0, atol=1e-13)  # rounding
+    first, last = (np.concatenate([each[0] for each in high.reference([t])[:2]]) for t in (0.0, high.period))
+    # rounding of the table's pieces, some 1e-12, times 16 of them in a period
+    np.testing.assert_allclose(first, high.start, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(last, high.end, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("limit", [None, 12.0])
+def test_every_demand_is_kept_between_the_optimisers_points(robot: mjbiped.Compass, limit: float | None) -> None:
+    gait = find_reference(robot, clearance=0.05, torque_limit=limit)
+    s = np.linspace(0.0, 1.0, 5001)
+    q, dq, ddq = gait.reference(s * gait.period)
+    foot = np.array([robot.swing_foot(each) for each in q])
+    back = s >= gait.clearance_phase
+    # what the optimiser allows itself between its points, of leg lengths and of sqrt(g l) times the time of a step
+    assert foot[np.argmax(back), 1] == pytest.approx(0.05, abs=5e-4)
+    assert np.diff(foot[back, 0]).max() < 5e-4 * math.sqrt(9.81) * gait.period / 5000
+    assert foot[(foot[:, 0] > 0.2) & (s < 0.999), 1].min() > 0.0
+    assert foot[-1, 1] < foot[-2, 1]
+    course = CompassStep(robot).course(q, dq, ddq)  # checked against MuJoCo and the matrices in test_compass_step.py
+    assert course.normal_force.min() > 0.05 * robot.weight - 0.05
+    assert np.abs(course.tangential_force / course.normal_force).max() < 0.6 + 1e-3
+    if limit is not None:
+        assert np.abs(course.torques).max() < limit + 0.05
+        assert gait.cost_of_transport > find_reference(robot, clearance=0.05).cost_of_transport
+
+
+@pytest.mark.parametrize(("engine", "tolerance"), [("hybrid", 1e-4), ("mujoco", 2e-3)])
+def test_cost_as_walked(high: OptimisedGait, engine: str, tolerance: float) -> None:
+    """The hybrid engine finds the power's changes of sign only where they lie apart, MuJoCo's contacts err by 0.1 %."""
+    walk = mjbiped.walk(AdaptiveController(high.robot, high), mjbiped.Terrain.level(), engine=engine, steps=12)
+    assert walk.outcome == "finished"
+    assert walk.cost_of_transport == pytest.approx(high.cost_of_transport, rel=tolerance)
+    assert walk.peak_torque.max() == pytest.approx(max(high.measures.peak_torque), rel=10 * tolerance)
+
+
+def test_no_small_change_makes_it_cheaper(robot: mjbiped.Compass) -> None:
+    goal = Goal(0.494, 0.0, True, None, 0.6)
+    gait, model = find_reference(robot, clearance=0.0), CompassStep(robot)
+    random = np.random.default_rng(0)
+    phase = gait.clearance_phase
+    best = free_numbers(solution_of(model, goal, phase, np.array(_free(gait))))
+    for _ in range(100):
+        near = solution_of(model, goal, phase, best + 2e-3 * random.standard_normal(len(best)))
+        told = tell(model, goal, near)
+        if max(told.broken.values()) <= 0.0:
+            # the cost that is minimised has the torques' squares in it, too, and corners rounded by 2e-4
+            assert told.cost_of_transport > gait.cost_of_transport - 1e-4
+
+
+def test_robots_alike_have_references_alike(robot: mjbiped.Compass, high: OptimisedGait) -> None:
+    large = mjbiped.Compass(leg_mass=15.0, lower_length=1.0, upper_length=1.0)
+    gait = find_reference(large, speed=0.494 * math.sqrt(2), clearance=0.12)
+    # the search takes other roundings; its ends agree to the square root of its tolerance of 1e-9
+    assert gait.cost_of_transport == pytest.approx(high.cost_of_transport, rel=1e-4)
+    assert gait.period == pytest.approx(math.sqrt(2) * high.period, rel=1e-3)
+
+
+def test_what_cannot_be_says_why(robot: mjbiped.Compass) -> None:
+    with pytest.raises(GaitError, match=r"torque limit of 0.5 N m: without .* needs 24.8 N m; raise the limit"):
+        find_reference(robot, clearance=0.06, torque_limit=0.5)
+    with pytest.raises(
+        GaitError, match=r"2 m/s, a clearance of 0.05 m: with a clearance of 0\S* m there is one; ask for"
+    ):
+        find_reference(robot, speed=2.0, clearance=0.05)
+    with pytest.raises(GaitError, match=r"a speed of 9 m/s without clearance: the best one breaks the constraint '.*'"):
+        find_reference(robot, speed=9.0, clearance=0.0)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"speed": 0.0}, "speed = 0.0"),
+        ({"clearance": -0.01}, "clearance = -0.01"),
+        ({"torque_limit": math.inf}, "torque_limit = inf"),
+        ({"friction": "much"}, "friction = 'much'"),
+        ({"retraction": 1}, "retraction = 1: must be True or False"),
+    ],
+)
+def test_bad_numbers_are_refused(robot: mjbiped.Compass, wrong: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        find_reference(robot, **wrong)
+    with pytest.raises(InputError, match=r"robot must be a mjbiped\.Compass"):
+        find_reference("compass")  # type: ignore[arg-type]
+
+
+def test_a_description_is_the_gait_bit_by_bit(high: OptimisedGait) -> None:
+    again = gait_from(json.loads(json.dumps(high.describe())))
+    assert again == high
+    assert again.table == high.table
+    assert hash(again) == hash(high)
+    assert again != replace(high, clearance_phase=0.5)
+
+
+def test_a_record_tells_what_was_tracked(high: OptimisedGait, tmp_path: Path) -> None:
+    from mjbiped.analysis.replay import recorded_controller
+    from mjbiped.reports.repeat import command_of
+
+    controller = AdaptiveController(high.robot, high, replanning="additive")
+    walk = mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=2)
+    walk.save(tmp_path / "walk.npz")
+    loaded = mjbiped.Walk.load(tmp_path / "walk.npz")
+    assert recorded_controller(loaded) == controller
+    command = command_of(loaded)
+    assert command is not None
+    assert "--gain replanning=additive --reference=speed=0.494,clearance=0.06,friction=0.6" in command
+
+
+def test_controllers_that_follow_in_time_track_it(high: OptimisedGait) -> None:
+    follower = LimitCycleController(high.robot, high)
+    walk = mjbiped.walk(follower, mjbiped.Terrain.level(), engine="hybrid", steps=5)
+    assert walk.cost_of_transport == pytest.approx(high.cost_of_transport, rel=1e-4)  # as above
+    with pytest.raises(InputError, match=r"KineticEnergyController .*needs a passive gait .*AdaptiveController"):
+        KineticEnergyController(high.robot, high)
+
+
+@pytest.mark.parametrize("replanning", ["paper", "additive"])
+def test_it_climbs_what_the_passive_gait_does_not(gait: mjbiped.Gait, replanning: str) -> None:
+    """A step of 0.06 m at twelve places of its edge, at the paper's cost; under 50 N m down a step of 0.1 m, too."""
+    cheap = find_reference(gait.robot, clearance=0.04)
+    assert cheap.cost_of_transport < 0.036
+    for imitated, rise, climbed in ((cheap, 0.06, 12), (cheap, -0.1, 12), (gait, 0.06, 0)):
+        controller = AdaptiveController(gait.robot, imitated, replanning=replanning)
+        walks = [
+            mjbiped.walk(
+                controller,
+                mjbiped.Terrain.from_segments([((2 + k / 12) * imitated.step_length, 0, 0), (50, 0, rise)]),
+                engine="hybrid", steps=12, sample_period=None,
+            )
+            for k in range(12)
+        ]  # fmt: skip
+        assert sum(walk.outcome == "finished" for walk in walks) == climbed
+        if climbed:
+            assert max(walk.peak_torque.max() for walk in walks) < 50.0
+
+
+def test_without_retraction_the_same_height_costs_less(robot: mjbiped.Compass, high: OptimisedGait) -> None:
+    height = high.measures.greatest_clearance
+    free = find_reference(robot, clearance=height, retraction=False)
+    assert free.cost_of_transport < 0.95 * high.cost_of_transport
+    assert free.measures.greatest_clearance == pytest.approx(height, abs=1e-4)  # the constraint is active
+    assert parse_reference(words_of(free.goal)) == {
+        "speed": 0.494, "clearance": height, "retraction": False, "friction": 0.6
+    }  # fmt: skip
+
+
+def test_repr_and_speed(high: OptimisedGait) -> None:
+    assert repr(high).startswith("<OptimisedGait at 0.494 m/s with 0.06 m of clearance: c_mt 0.04")
+    assert high.slope == 0.0
+    assert high.horizon > 1.5 * high.period
+
+
+def test_references_in_words() -> None:
+    assert parse_reference("clearance=0.06, speed = 0.5") == {"clearance": 0.06, "speed": 0.5}
+    assert parse_reference("retraction=no") == {"retraction": False}
+    for text, message in (
+        ("clearance", "expected NAME=VALUE"),
+        ("clearence=1", "did you mean 'clearance'"),
+        ("speed=1,speed=2", "stands twice"),
+        ("speed=fast", "is no number"),
+        ("speed=nan", "must be finite"),
+        ("retraction=0", "expected yes or no"),
+    ):
+        with pytest.raises(InputError, match=message):
+            parse_reference(text)
+
+
+# --- on disk ----------------------------------------------------------------------------------------------------------
+
+
+def _free(gait: OptimisedGait) -> list[float]:
+    return [float(gait.end[0]), *gait.control_points[2:-1].ravel().tolist()]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder for references, and nothing remembered."""
+    monkeypatch.setenv("MJBIPED_CACHE_DIR", str(tmp_path / "kept"))
+    optimised._find.cache_clear()
+    return tmp_path / "kept"
+
+
+def test_it_is_kept_and_read_again_bit_by_bit(
+    robot: mjbiped.Compass, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = find_reference(robot, clearance=0.0)
+    (file,) = folder.iterdir()
+    optimised._find.cache_clear()
+    with monkeypatch.context() as patched:
+        patched.setattr(optimised, "optimise", None)  # not called
+        again = find_reference(robot, clearance=0.0)
+    assert again == first
+    assert again.table == first.table
+    for damage in ('{"numbers": [1', file.read_text().replace('"sha256"', "'"), "[]", '{"numbers": ["x"]}'):
+        file.write_text(damage)
+        optimised._find.cache_clear()
+        assert find_reference(robot, clearance=0.0) == first  # searched for again: the same, bit by bit
+        assert store.load(json.loads(file.read_text())["asked"]) is not None  # and mended
+        break
+    kept = json.loads(file.read_text())
+    kept["numbers"][1] += 1e-9
+    file.write_text(json.dumps(kept))
+    assert store.load(kept["asked"]) is None
+    for damage in (
+        "[]",
+        '{"numbers": ["x"]}',
+        '{"numbers": [1.0]}',
+        "\udcff".encode("utf-8", "surrogateescape").decode("latin1"),
+    ):
+        file.write_text(damage)
+        assert store.load(kept["asked"]) is None
+
+
+def test_a_folder_that_cannot_be_written_costs_time_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("MJBIPED_CACHE_DIR", str(tmp_path / "file"))
+    store.save({"a": 1}, [1.0])
+    assert store.load({"a": 1}) is None
+
+
+def test_the_users_own_cache_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("MJBIPED_CACHE_DIR", raising=False)
+    assert store.folder().parts[-2:] == ("mjbiped", "references")
