@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from mjbiped.rendering import gl as gl  # isort: split
 
 from mjbiped.analysis.compare import Comparison, compare
+from mjbiped.analysis.survival import Survival
 from mjbiped.engines.base import Engine
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
@@ -63,6 +64,7 @@ __all__ = [
     "RenderError",
     "ReturnMap",
     "ScuffingRule",
+    "Survival",
     "Terrain",
     "Walk",
     "WalkInterrupted",

@@ -7,24 +7,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator, ScalarFormatter
+from matplotlib.ticker import MaxNLocator
 
 from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
-from mjbiped.plotting.style import BLACK, BLUE, C_MT, GREEN, GUIDE, ORANGE, SHADE, VERMILLION, drawn
+from mjbiped.plotting.style import C_MT, GUIDE, drawn
+from mjbiped.plotting.survival import draw_curve, lay_axes, look
 from mjbiped.robustness.limits import DISTURBANCES
 from mjbiped.robustness.result import Findings, Robustness
 from mjbiped.robustness.tables import scuffing_words
-
-_LOOKS = (
-    (BLACK, "o", "-"),
-    (BLUE, "s", (0, (5, 1.2))),
-    (ORANGE, "^", (0, (2, 1))),
-    (GREEN, "D", (0, (4, 1, 1, 1))),
-    (VERMILLION, "v", (0, (1, 1))),
-    (SHADE, "P", (0, (6, 1, 1, 1, 1, 1))),
-)
-"""Of controllers, in their order: colour, mark and line, which tell them apart each by itself."""
 
 _LEAST_SPAN = 0.02  # of the axis of costs of transport
 
@@ -59,29 +49,14 @@ def plot_survival(robustness: Robustness, engine: str, path: Path | None = None)
         figure.set_figheight(0.6 + 2.6 * len(grounds) + head(figure, text))
         panels = figure.subplots(len(grounds), 1, squeeze=False)[:, 0]
         for number, (axes, ground) in enumerate(zip(panels, grounds, strict=True)):
-            for look, each in zip(_looks(findings), findings, strict=True):
+            for place, each in enumerate(findings):
                 if ground in each.survival:
-                    _draw_curve(axes, each, ground, look)
+                    draw_curve(axes, each.survival[ground], each.controller, look(place))
             titled(axes, chr(ord("a") + number), plain(ground))
-            axes.set_xscale("symlog", linthresh=10.0)
-            axes.set_xlim(0.0, robustness.plan.steps)
-            axes.xaxis.set_major_formatter(ScalarFormatter())
-            axes.set_ylim(0.0, 1.03)
-            axes.set_ylabel("share still walking")
-            axes.grid(color=GUIDE, alpha=0.3)
+            lay_axes(axes, robustness.plan.steps)
         panels[-1].set_xlabel("steps")
         legend_below(figure, *panels[0].get_legend_handles_labels())
     return figure
-
-
-def _draw_curve(axes: Axes, each: Findings, ground: str, look: tuple[Any, str, Any]) -> None:
-    colour, _, line = look
-    steps, share, low, high = each.survival[ground].curve()
-    mean = each.survival[ground].mean
-    words = "no fall" if math.isinf(mean) else f"{mean:.3g} steps to a fall"
-    label = each.controller if len(each.survival) > 1 else f"{each.controller}: {words}"
-    axes.step(steps, share, where="post", color=colour, linestyle=line, label=plain(label))
-    axes.fill_between(steps, low, high, step="post", color=colour, alpha=0.15, linewidth=0.0)
 
 
 def plot_limits(robustness: Robustness, engine: str, path: Path | None = None) -> Any:
@@ -98,8 +73,8 @@ def plot_limits(robustness: Robustness, engine: str, path: Path | None = None) -
         for axes in panels[len(tests) :]:
             axes.remove()
         for number, (axes, test) in enumerate(zip(panels, tests, strict=False)):
-            for (colour, mark, _), each in zip(_looks(findings), findings, strict=True):
-                limit = each.limits[test]
+            for place, each in enumerate(findings):
+                (colour, mark, _), limit = look(place), each.limits[test]
                 if not limit.magnitudes or math.isnan(each.level_cost):
                     continue
                 axes.plot(
@@ -131,7 +106,3 @@ def _costs(findings: list[Findings]) -> tuple[float, float]:
     middle, half = (min(costs) + max(costs)) / 2.0, (max(costs) - min(costs)) / 2.0
     half = max(1.2 * half, _LEAST_SPAN / 2.0)
     return max(0.0, middle - half), middle + half
-
-
-def _looks(findings: list[Findings]) -> list[tuple[Any, str, Any]]:
-    return [_LOOKS[number % len(_LOOKS)] for number in range(len(findings))]

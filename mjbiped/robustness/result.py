@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from mjbiped.analysis.survival import CONFIDENCE, SURVIVED, Survival, ratio
 from mjbiped.robustness.limits import DISTURBANCES, Limit, limit_of
 from mjbiped.robustness.plan import LEVEL, SURVIVAL, Plan
-from mjbiped.robustness.survival import CONFIDENCE, SURVIVED, Survival, ratio, survival_of
 from mjbiped.sweeps.cell import FAILED, Row
 
 TORQUES = ("peak_ankle_torque_Nm", "peak_hip_torque_Nm")
@@ -89,7 +89,8 @@ def _findings(plan: Plan, controller: str, engine: str, rows: Iterable[Row]) -> 
     for ground in plan.grounds:
         there = sorted((r for r in walked if r["test"] == SURVIVAL and r["ground"] == ground), key=lambda r: r["case"])
         if there:
-            survival[ground] = survival_of([row["steps"] for row in there], [row["outcome"] for row in there])
+            fell = tuple(row["outcome"] not in SURVIVED for row in there)
+            survival[ground] = Survival(tuple(row["steps"] for row in there), fell)
     for test in plan.disturbances:
         survived: dict[float, list[bool]] = {}
         for row in walked:

@@ -6,9 +6,9 @@ import math
 
 from rich.table import Table
 
+from mjbiped.analysis.survival import Survival
 from mjbiped.records.tables import bare_table
 from mjbiped.robustness.result import Findings, Robustness
-from mjbiped.robustness.survival import Survival
 
 
 def robustness_tables(robustness: Robustness) -> list[Table]:

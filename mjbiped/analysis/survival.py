@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,9 +17,13 @@ import scipy
 from numpy.typing import NDArray
 
 from mjbiped.errors import InputError
+from mjbiped.records.record import Walk
 
 CONFIDENCE = 0.95
 """Of all intervals."""
+
+SURVIVED = ("finished", "left the terrain")
+"""Outcomes of walks that were broken off, and not ended by a fall of any kind."""
 
 _RESAMPLES = 2000  # of walks, for the interval of a ratio
 _SEED = 0  # of these resamples
@@ -48,6 +52,16 @@ class Survival:
                 f"survival needs one end for each of at least one walk; got {len(self.steps)} numbers of steps and "
                 f"{len(self.fell)} ends"
             )
+
+    @classmethod
+    def of(cls, walks: Iterable[Walk]) -> Survival:
+        """The survival of walks on random grounds, as `mjbiped.walk_many` makes them.
+
+        Raises:
+            InputError: There are none.
+        """
+        ends = [(walk.steps, walk.outcome not in SURVIVED) for walk in walks]
+        return cls(tuple(steps for steps, _ in ends), tuple(fell for _, fell in ends))
 
     @property
     def falls(self) -> int:
@@ -126,12 +140,3 @@ def ratio(better: Survival, worse: Survival) -> tuple[float, float, float]:
     tail = (1.0 - CONFIDENCE) / 2.0
     low, high = np.quantile(ratios, (tail, 1.0 - tail), method="nearest").tolist()
     return of(*data), low, high
-
-
-def survival_of(steps: Sequence[int], outcomes: Sequence[str]) -> Survival:
-    """The survival of walks of which the outcomes are known; those that left the terrain were broken off, too."""
-    return Survival(tuple(steps), tuple(outcome not in SURVIVED for outcome in outcomes))
-
-
-SURVIVED = ("finished", "left the terrain")
-"""Outcomes of walks that were not ended by a fall of any kind."""

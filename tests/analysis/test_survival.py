@@ -1,5 +1,6 @@
 """Survival statistics against closed forms, SciPy's own fit, and samples of a known distribution."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -8,8 +9,10 @@ import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import mjbiped
+from controllers import PassiveController
+from mjbiped.analysis.survival import Survival, ratio
 from mjbiped.errors import InputError
-from mjbiped.robustness.survival import Survival, ratio, survival_of
 
 
 def drawn(mean: float, walks: int, most: int, seed: int) -> Survival:
@@ -85,9 +88,12 @@ def test_ratios_of_paired_walks() -> None:
     assert ratio(never, worse) == (math.inf, never.interval[0] / worse.interval[1], math.inf)
 
 
-def test_outcomes_that_are_no_falls_are_censored() -> None:
+def test_walks_that_did_not_fall_are_censored() -> None:
     outcomes = ["finished", "left the terrain", "fell", "stalled", "slipped", "diverged", "unresolved"]
-    assert survival_of([5] * 7, outcomes).fell == (False, False, True, True, True, True, True)
+    done = mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), engine="hybrid", steps=5)
+    survival = Survival.of([dataclasses.replace(done, outcome=outcome) for outcome in outcomes])
+    assert survival.steps == (5,) * 7
+    assert survival.fell == (False, False, True, True, True, True, True)
 
 
 def test_what_is_no_set_of_walks_is_refused() -> None:

@@ -1,0 +1,81 @@
+"""Survival curves: the share of walks that go on, against the steps that they have made."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import ScalarFormatter
+
+from mjbiped.analysis.survival import Survival
+from mjbiped.plotting.panels import legend_below, plain
+from mjbiped.plotting.style import BLACK, BLUE, GREEN, GUIDE, ORANGE, SHADE, VERMILLION, drawn
+
+LOOKS = (
+    (BLACK, "o", "-"),
+    (BLUE, "s", (0, (5, 1.2))),
+    (ORANGE, "^", (0, (2, 1))),
+    (GREEN, "D", (0, (4, 1, 1, 1))),
+    (VERMILLION, "v", (0, (1, 1))),
+    (SHADE, "P", (0, (6, 1, 1, 1, 1, 1))),
+)
+"""Of controllers, in their order: colour, mark and line, which tell them apart each by itself."""
+
+_LINEAR = 10.0  # steps up to which the axis is linear
+
+
+def look(number: int) -> tuple[str, str, Any]:
+    """Colour, mark and line of a controller; from the seventh on they come again."""
+    return LOOKS[number % len(LOOKS)]
+
+
+def plot_survival(survivals: Mapping[str, Survival], path: str | Path | None = None) -> Figure:
+    """Draw survival curves by Kaplan and Meier with 95 % bands, and the mean numbers of steps to a fall in words.
+
+    Args:
+        survivals: By the names in the legend.
+        path: File to write as well, `.png`, `.pdf` or `.svg`.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: The path has another suffix; nothing has been drawn then.
+        RenderError: The file cannot be written.
+    """
+    with drawn(path) as figure:
+        figure.set_figheight(3.4)
+        axes = figure.subplots()
+        for number, (name, survival) in enumerate(survivals.items()):
+            draw_curve(axes, survival, f"{name}: {mean_in_words(survival)}", look(number))
+        lay_axes(axes, max(max(survival.steps) for survival in survivals.values()))
+        axes.set_xlabel("steps")
+        legend_below(figure, *axes.get_legend_handles_labels())
+    return figure
+
+
+def mean_in_words(survival: Survival) -> str:
+    """The mean number of steps to a fall."""
+    return "no fall" if math.isinf(survival.mean) else f"a fall in {survival.mean:.3g} steps"
+
+
+def draw_curve(axes: Axes, survival: Survival, label: str, looks: tuple[str, str, Any]) -> None:
+    """Draw a curve and its band."""
+    colour, _, line = looks
+    steps, share, low, high = survival.curve()
+    axes.step(steps, share, where="post", color=colour, linestyle=line, label=plain(label))
+    axes.fill_between(steps, low, high, step="post", color=colour, alpha=0.15, linewidth=0.0)
+
+
+def lay_axes(axes: Axes, most: int) -> None:
+    """Give a panel of curves its axes, up to so many steps."""
+    axes.set_xscale("symlog", linthresh=_LINEAR)
+    axes.xaxis.set_major_formatter(ScalarFormatter())
+    axes.set_xlim(0.0, most)
+    axes.set_ylim(0.0, 1.03)
+    axes.set_ylabel("share still walking")
+    axes.grid(color=GUIDE, alpha=0.3)
