@@ -71,6 +71,7 @@ notebooks: setup ## execute docs/notebooks/ again, in place
 	$(BIN)/jupyter nbconvert --to notebook --execute --inplace docs/notebooks/*.ipynb
 
 bench: setup ## measure the speed, some seventeen minutes: docs/performance.md
+	@$(PIP_INSTALL) imageio # without which Gymnasium's own walker does not begin; Drake and JAX are compared where they are: .[bench]
 	$(BIN)/python -m scripts.benchmarks.benchmark
 	$(BIN)/python -m scripts.benchmarks.step_benchmark
 	$(BIN)/python -m scripts.benchmarks.long_benchmark
