@@ -20,7 +20,7 @@ class InputError(MjbipedError, ValueError):
 
 
 class GaitError(MjbipedError):
-    """No passive gait exists, or none was found, for the robot and slope asked for."""
+    """No gait exists, or none was found, for the robot and what was asked for."""
 
 
 class RecordError(MjbipedError):

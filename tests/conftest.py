@@ -16,6 +16,14 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def references_of_their_own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Optimised references are searched for by the tests, and not taken from the user's cache nor left there."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setenv("MJBIPED_CACHE_DIR", str(tmp_path_factory.mktemp("references")))
+        yield
+
+
 @pytest.fixture(scope="session")
 def robot() -> mjbiped.Compass:
     return mjbiped.Compass()

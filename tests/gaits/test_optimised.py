@@ -238,12 +238,11 @@ def test_it_is_kept_and_read_again_bit_by_bit(
         again = find_reference(robot, clearance=0.0)
     assert again == first
     assert again.table == first.table
-    for damage in ('{"numbers": [1', file.read_text().replace('"sha256"', "'"), "[]", '{"numbers": ["x"]}'):
-        file.write_text(damage)
-        optimised._find.cache_clear()
-        assert find_reference(robot, clearance=0.0) == first  # searched for again: the same, bit by bit
-        assert store.load(json.loads(file.read_text())["asked"]) is not None  # and mended
-        break
+    asked = json.loads(file.read_text())["asked"]
+    file.write_text('{"numbers": [1')
+    optimised._find.cache_clear()
+    assert find_reference(robot, clearance=0.0) == first  # searched for again: the same, bit by bit
+    assert store.load(asked) is not None  # and mended
     kept = json.loads(file.read_text())
     kept["numbers"][1] += 1e-9
     file.write_text(json.dumps(kept))
