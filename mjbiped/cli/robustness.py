@@ -52,7 +52,7 @@ def robustness(
     from mjbiped.robustness.figures import draw
     from mjbiped.robustness.plan import read_plan
     from mjbiped.robustness.result import found
-    from mjbiped.robustness.tables import robustness_tables
+    from mjbiped.robustness.tables import robustness_tables, write_tables
     from mjbiped.sweeps.run import run
 
     if workers is not None and scheduler is not None:
@@ -62,7 +62,7 @@ def robustness(
     try:
         rows, table = run(planned.study, folder, workers=workers, scheduler=scheduler, fresh=fresh, progress=not quiet)
         result = found(planned, rows)
-        files = [table, *draw(result, folder)]
+        files = [table, write_tables(result, folder / "robustness.md"), *draw(result, folder)]
     except KeyboardInterrupt:
         end(INTERRUPTED, f"interrupted; what had ended is in {folder}: the same command goes on from there")
     printed = {**result.summary(), "files": [str(file) for file in files]}

@@ -14,7 +14,7 @@ from mjbiped.plotting.style import C_MT, GUIDE, drawn
 from mjbiped.plotting.survival import draw_curve, lay_axes, look
 from mjbiped.robustness.limits import DISTURBANCES
 from mjbiped.robustness.result import Findings, Robustness
-from mjbiped.robustness.tables import scuffing_words
+from mjbiped.robustness.tables import conditions, scuffing_words
 
 _LEAST_SPAN = 0.02  # of the axis of costs of transport
 
@@ -63,10 +63,9 @@ def plot_limits(robustness: Robustness, engine: str, path: Path | None = None) -
     """Draw the greatest disturbances that each controller survives, each over its cost of transport on level ground."""
     findings, tests = robustness.of(engine), robustness.plan.disturbances
     with drawn(path) as figure:
-        condition = f"at {robustness.plan.share:.0%} of {robustness.plan.phases} phases of the step"
-        if robustness.plan.torque is not None:
-            condition += f", within {robustness.plan.torque:g} N m"
-        text = wrapped(f"Greatest survived {condition}, {engine} engine; {scuffing_words(robustness)}")
+        text = wrapped(
+            f"{engine} engine; {conditions(robustness)} (open: all that were tried); {scuffing_words(robustness)}"
+        )
         rows = math.ceil(len(tests) / 2)
         figure.set_figheight(0.8 + 2.6 * rows + head(figure, text))
         panels = figure.subplots(rows, min(2, len(tests)), squeeze=False, sharex=True).ravel()

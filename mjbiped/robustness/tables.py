@@ -1,60 +1,122 @@
-"""The findings of a robustness study as tables that put all controllers side by side."""
+"""The findings of a robustness study as tables that put all controllers side by side, on a terminal and in a file."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
 
 from rich.table import Table
+from rich.text import Text
 
 from mjbiped.analysis.survival import Survival
+from mjbiped.errors import RecordError
 from mjbiped.records.tables import bare_table
 from mjbiped.robustness.result import Findings, Robustness
+from mjbiped.utils.files import saved
+
+
+class Sheet(NamedTuple):
+    """A table before it is set.
+
+    Attributes:
+        title: What it is about.
+        headings: Of the columns.
+        rows: One a controller.
+        caption: What the numbers are of.
+    """
+
+    title: str
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    caption: str
+
+
+def sheets(robustness: Robustness) -> Iterator[Sheet]:
+    """For each engine a table of level walking and single disturbances, and one for each random ground."""
+    plan = robustness.plan
+    for engine in plan.engines:
+        findings = robustness.of(engine)
+        units = [findings[0].limits[test].unit for test in plan.disturbances]
+        yield Sheet(
+            f"Level ground and single disturbances, {engine} engine",
+            (
+                "controller",
+                "c_mt, level",
+                "speed (m/s)",
+                *(f"{test} ({unit})" for test, unit in zip(plan.disturbances, units, strict=True)),
+            ),
+            tuple(
+                (
+                    each.controller,
+                    _digits(each.level_cost, ".4f"),
+                    _digits(each.level.get("speed_m_per_s"), ".3f"),
+                    *(_limit(each, test) for test in plan.disturbances),
+                )
+                for each in findings
+            ),
+            f"{conditions(robustness)}; {scuffing_words(robustness)}",
+        )
+        for ground in plan.grounds:
+            yield Sheet(
+                f"{ground}, {engine} engine",
+                (
+                    "controller",
+                    "falls",
+                    "steps to a fall",
+                    "95 %",
+                    f"times that of {findings[0].controller}",
+                    "95 %",
+                ),
+                tuple(
+                    (each.controller, *_survival(each.survival.get(ground)), *_times(robustness, each, ground))
+                    for each in findings
+                ),
+                f"{plan.seeds} grounds, at most {plan.steps} steps on each; {scuffing_words(robustness)}",
+            )
 
 
 def robustness_tables(robustness: Robustness) -> list[Table]:
-    """One table an engine: a column for each controller."""
-    return [_table(robustness, engine) for engine in robustness.plan.engines]
+    """The tables for a terminal."""
+    tables = []
+    for sheet in sheets(robustness):
+        table = bare_table(*sheet.headings)
+        for row in sheet.rows:
+            table.add_row(*map(Text, row))
+        table.title, table.caption = sheet.title, sheet.caption
+        table.title_justify = table.caption_justify = "left"
+        tables.append(table)
+    return tables
+
+
+def write_tables(robustness: Robustness, path: Path) -> Path:
+    """Write the tables as Markdown.
+
+    Raises:
+        RecordError: The file cannot be written.
+    """
+    parts = []
+    for sheet in sheets(robustness):
+        lines = [sheet.headings, ["---"] * len(sheet.headings), *sheet.rows]
+        table = "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+        parts.append(f"**{sheet.title}**\n\n{table}\n{sheet.caption}\n")
+    with saved(path, RecordError) as unfinished:
+        unfinished.write_text("\n".join(parts), encoding="utf-8")
+    return path
 
 
 def scuffing_words(robustness: Robustness) -> str:
     """The scuffing rule in words: results on ascending steps depend on it."""
     rule = robustness.plan.scuffing
-    return (
-        f"scuffing rule: swing foot collides from {rule.reach:g} leg lengths ahead on, {rule.delay:g} s after lift-off"
-    )
+    return f"scuffing rule: the swing foot collides from {rule.reach:g} leg lengths ahead and {rule.delay:g} s on"
 
 
 def conditions(robustness: Robustness) -> str:
-    """What the numbers are of, in words."""
+    """What the greatest disturbances are of, in words."""
     plan = robustness.plan
-    within = "" if plan.torque is None else f" within {plan.torque:g} N m"
-    return (
-        f"greatest that {plan.share:.0%} of {plan.phases} phases of the step survive{within}; {plan.seeds} random "
-        f"grounds of each kind, at most {plan.steps} steps on each"
-    )
-
-
-def _table(robustness: Robustness, engine: str) -> Table:
-    plan, findings = robustness.plan, robustness.of(engine)
-    table = bare_table(f"engine {engine}", *(each.controller for each in findings), "unit")
-    table.add_row("cost of transport, level", *(_digits(each.level_cost, ".4f") for each in findings), "")
-    table.add_row("speed, level", *(_digits(each.level.get("speed_m_per_s"), ".3f") for each in findings), "m/s")
-    for test in plan.disturbances:
-        table.add_row(f"greatest {test}", *(_limit(each, test) for each in findings), findings[0].limits[test].unit)
-    for ground in plan.grounds:
-        table.add_row(ground.replace(",", ", "))
-        table.add_row("  mean steps to a fall", *(_mean(each.survival.get(ground)) for each in findings), "steps")
-        table.add_row("  95 % interval", *(_interval(each.survival.get(ground)) for each in findings), "steps")
-        if len(findings) > 1 and all(ground in each.survival for each in findings):
-            ratios = robustness.ratios(engine, ground)
-            table.add_row(
-                f"  times that of {findings[0].controller}",
-                "",
-                *(_ratio(ratios[each.controller]) for each in findings[1:]),
-                "",
-            )
-    table.caption = f"{conditions(robustness)}; {scuffing_words(robustness)}"
-    return table
+    within = "" if plan.torque is None else f", within {plan.torque:g} N m"
+    return f"greatest disturbances that {plan.share:.0%} of {plan.phases} phases of the step survive{within}"
 
 
 def _digits(value: float | None, form: str) -> str:
@@ -72,16 +134,22 @@ def _count(value: float) -> str:
     return "inf" if math.isinf(value) else f"{value:.3g}" if value < 1000 else f"{value:.0f}"
 
 
-def _mean(walks: Survival | None) -> str:
+def _survival(walks: Survival | None) -> tuple[str, str, str]:
+    """Falls, mean number of steps to one, and its interval."""
     if walks is None:
-        return "-"
-    return _count(walks.mean) if walks.falls else "no fall"
+        return "-", "-", "-"
+    low, high = walks.interval
+    if not walks.falls:
+        return "0", "no fall", f"> {_count(low)}"
+    return str(walks.falls), _count(walks.mean), f"{_count(low)} to {_count(high)}"
 
 
-def _interval(walks: Survival | None) -> str:
-    return "-" if walks is None else " to ".join(map(_count, walks.interval))
-
-
-def _ratio(values: tuple[float, float, float]) -> str:
-    middle, low, high = values
-    return f">= {low:.3g}" if math.isinf(middle) else f"{middle:.3g} ({low:.3g} to {_count(high)})"
+def _times(robustness: Robustness, each: Findings, ground: str) -> tuple[str, str]:
+    """How many times as many steps as the first controller, and the interval."""
+    first = robustness.of(each.engine)[0]
+    if each is first or ground not in each.survival or ground not in first.survival:
+        return "", ""
+    middle, low, high = robustness.ratios(each.engine, ground)[each.controller]
+    if math.isinf(middle):
+        return "no fall", f"> {low:.3g}"
+    return f"{middle:.3g}", f"{low:.3g} to {_count(high)}"

@@ -13,7 +13,7 @@ from mjbiped.plotting.width import WIDTHS, figure_width
 from mjbiped.robustness.figures import plot_limits, plot_survival
 from mjbiped.robustness.plan import LEVEL, SURVIVAL, Plan, plan
 from mjbiped.robustness.result import Robustness, found
-from mjbiped.robustness.tables import robustness_tables
+from mjbiped.robustness.tables import robustness_tables, sheets, write_tables
 
 CONTENT: dict[str, Any] = {
     "steps": 100,
@@ -95,15 +95,20 @@ def test_summary_is_plain_json(result: Robustness) -> None:
     assert summary["scuffing"] == {"reach_leg_lengths": 0.2, "delay_s": 0.1}
 
 
-def test_tables_put_controllers_side_by_side(result: Robustness) -> None:
-    [table] = robustness_tables(result)
-    cells = [list(column.cells) for column in table.columns]
-    names = cells[0]
-    assert [column.header for column in table.columns[1:3]] == ["one", "two"]
-    assert [cells[k][names.index("greatest step down")] for k in (1, 2, 3)] == [">= 0.1", "0", "m"]
-    assert [cells[k][names.index("  mean steps to a fall")] for k in (1, 2)] == ["20", "200"]
-    assert "scuffing rule" in str(table.caption)
-    assert "within 10 N m" in str(table.caption)
+def test_tables_put_controllers_side_by_side(result: Robustness, tmp_path: Path) -> None:
+    level, random = sheets(result)
+    assert level.headings == ("controller", "c_mt, level", "speed (m/s)", "step up (m)", "step down (m)")
+    assert level.rows[0] == ("one", "0.0350", "0.500", "0.02", ">= 0.1")
+    assert level.rows[1][-1] == "0"
+    assert "within 10 N m" in level.caption
+    assert [row[:3] for row in random.rows] == [("one", "2", "20"), ("two", "1", "200")]
+    assert random.rows[0][4:] == ("", "")
+    assert random.rows[1][4] == "10"
+    for table, sheet in zip(robustness_tables(result), sheets(result), strict=True):
+        assert "scuffing rule" in str(table.caption)
+        assert [len(list(column.cells)) for column in table.columns] == [2] * len(sheet.headings)
+    text = write_tables(result, tmp_path / "robustness.md").read_text()
+    assert "| one | 2 | 20 | " in text
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -119,7 +124,7 @@ def test_pictures_of_a_controller_that_never_fell(wanted: Plan) -> None:
     ]
     result = found(replace(wanted, disturbances=()), rows)
     plot_survival(result, "hybrid")
-    assert "no fall" in list(robustness_tables(result)[0].columns[1].cells)
+    assert [row[1:3] for row in list(sheets(result))[1].rows] == [("0", "no fall")] * 2
 
 
 def test_the_command_walks_goes_on_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -136,11 +141,8 @@ def test_the_command_walks_goes_on_and_writes(tmp_path: Path, capsys: pytest.Cap
     printed = run()
     table = (out / "study.csv").read_bytes()
     assert table.count(b"\n") == 1 + 2 * (1 + 2 * 2 + 2)
-    assert sorted(file.name for file in out.iterdir() if file.suffix in (".png", ".csv")) == [
-        "limits.png",
-        "study.csv",
-        "survival.png",
-    ]
+    written = sorted(file.name for file in out.iterdir() if file.suffix in (".png", ".csv", ".md"))
+    assert written == ["limits.png", "robustness.md", "study.csv", "survival.png"]
     paper, gentle = printed["controllers"]
     assert paper["level"]["cost_of_transport"] == pytest.approx(0.0349, abs=1e-4)
     assert paper["greatest_survived"]["step up"]["magnitude"] == 0.02  # clears 46 mm, of docs/gaits.md
