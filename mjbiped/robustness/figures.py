@@ -78,7 +78,7 @@ def plot_limits(robustness: Robustness, engine: str, path: Path | None = None) -
                     continue
                 axes.plot(
                     each.level_cost,
-                    limit.greatest,
+                    limit.greatest or 0.0,
                     mark,
                     color=colour,
                     markersize=7,

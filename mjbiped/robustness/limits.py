@@ -1,16 +1,16 @@
 """Greatest disturbances that are survived: what is disturbed, how much at most, and what came of it.
 
-A disturbance meets the robot in many cases: at many phases of its step, or on many random grounds. It is survived where
-nearly all cases are. The greatest that is survived is the greatest one of those tried below which none is not: a robot
+A disturbance meets the robot in many cases: at many phases of its step, or on many rough grounds. It is survived where
+nearly all cases are. The greatest that is survived is the hardest one of those tried before which none is not: a robot
 that survives 60 mm and 80 mm, but not 70 mm, survives 60 mm.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from mjbiped.robots.compass import Compass
 from mjbiped.sweeps.values import Scalar
 
 FAR = 1e4  # of ground that goes on behind the disturbance, m
@@ -64,12 +64,55 @@ DISTURBANCES: Mapping[str, Disturbance] = {
 
 
 @dataclass(frozen=True)
+class Margin:
+    """A kind of disturbance that goes on for a whole walk over rough ground.
+
+    Attributes:
+        unit: Of its magnitudes.
+        magnitudes: Those that are tried unless a study says otherwise, the gentlest first.
+        values: What a study's cell says of the walk, of a magnitude.
+    """
+
+    unit: str
+    magnitudes: tuple[float, ...]
+    values: Callable[[float], Mapping[str, Scalar]]
+
+
+def _of(field: str, **others: Scalar) -> Callable[[float], Mapping[str, Scalar]]:
+    told = {f"disturbances.{name}": value for name, value in others.items()}
+    return lambda magnitude: {f"disturbances.{field}": magnitude, **told}
+
+
+def _believed_mass(percent: float) -> Mapping[str, Scalar]:
+    return {"model.leg_mass": round(Compass.leg_mass * (1.0 + percent / 100.0), 12)}
+
+
+PUSH_INTERVAL = 4.0
+"""Mean time between random pushes, s: five steps."""
+
+_PERCENTS = (2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 60.0, 80.0, 100.0)
+
+MARGINS: Mapping[str, Margin] = {
+    "delay": Margin("s", (0.001, 0.002, 0.004, 0.006, 0.008, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06), _of("delay")),
+    "angle noise": Margin("rad", (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2), _of("angle_noise")),
+    "rate noise": Margin("rad/s", (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0), _of("rate_noise")),
+    "push": Margin(
+        "N s", (0.2, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0), _of("push_impulse", push_interval=PUSH_INTERVAL)
+    ),
+    "torque limit": Margin("N m", (60.0, 50.0, 40.0, 30.0, 25.0, 20.0, 15.0, 10.0, 8.0, 6.0, 4.0), _of("torque_limit")),
+    "mass too great": Margin("%", _PERCENTS, _believed_mass),
+    "mass too small": Margin("%", _PERCENTS[:-1], lambda percent: _believed_mass(-percent)),
+}
+"""Disturbances of walks over rough ground, by name; the last two are of the legs' mass that the controller believes."""
+
+
+@dataclass(frozen=True)
 class Limit:
     """What a robot survives of one kind of disturbance.
 
     Attributes:
         unit: Of magnitudes.
-        magnitudes: That were tried, ascending.
+        magnitudes: That were tried, the gentlest first.
         shares: Of the cases of each that were survived.
         wanted: Share that counts as survived.
     """
@@ -80,9 +123,9 @@ class Limit:
     wanted: float
 
     @property
-    def greatest(self) -> float:
-        """The greatest magnitude below which none is not survived; 0 where the least is not."""
-        found = 0.0
+    def greatest(self) -> float | None:
+        """The hardest one before which none is not survived; None where the gentlest is not."""
+        found = None
         for magnitude, share in zip(self.magnitudes, self.shares, strict=True):
             if share < self.wanted:
                 return found
@@ -95,8 +138,15 @@ class Limit:
         return any(share < self.wanted for share in self.shares)
 
 
-def limit_of(unit: str, survived: Mapping[float, Sequence[bool]], wanted: float) -> Limit:
-    """The limit of cases that were survived or not, by magnitude."""
-    magnitudes = tuple(sorted(survived))
-    shares = tuple(sum(survived[each]) / len(survived[each]) if survived[each] else math.nan for each in magnitudes)
-    return Limit(unit, magnitudes, shares, wanted)
+def limit_of(kind: Disturbance | Margin, survived: Mapping[float, Sequence[bool]], wanted: float) -> Limit:
+    """The limit of cases that were survived or not, by magnitude.
+
+    Args:
+        kind: Whose magnitudes get harder in the order of its own.
+        survived: Of each magnitude its cases.
+        wanted: Share that counts as survived.
+    """
+    falling = kind.magnitudes[0] > kind.magnitudes[-1]
+    magnitudes = tuple(sorted(survived, reverse=falling))
+    shares = tuple(sum(survived[each]) / len(survived[each]) for each in magnitudes)
+    return Limit(kind.unit, magnitudes, shares, wanted)

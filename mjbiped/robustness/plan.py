@@ -10,7 +10,7 @@ from typing import Any
 
 from mjbiped.control.own import is_reference, located
 from mjbiped.errors import InputError, shortened, shown
-from mjbiped.robustness.limits import DISTURBANCES
+from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Disturbance, Margin
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.sweeps.cell import Cell
 from mjbiped.sweeps.plan import Study, check_cells
@@ -23,8 +23,9 @@ from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain, known_name
 
-KEYS = ("engine", "steps", "seeds", "grounds", "controller", "limits", "scuffing")
+KEYS = ("engine", "steps", "seeds", "grounds", "controller", "limits", "margins", "scuffing")
 LIMIT_KEYS = ("share", "phases", "steps_after", "torque", *DISTURBANCES)
+MARGIN_KEYS = ("share", "ground", "steps", *MARGINS)
 VARIED = ("engine", "test", "controller", "ground", "magnitude", "case")
 """Columns that say what a row is of."""
 
@@ -34,6 +35,9 @@ LEVEL, SURVIVAL = "level", "survival"
 LEVEL_STEPS = 40
 _BEFORE = 3  # steps before a disturbance comes
 _SHARE = Domain(0.5, 1.0)
+MARGIN_GROUND = "treads:deviation=0.01"
+"""Rough ground on which all controllers last, for disturbances of whole walks."""
+
 LONGEST_STEP = 0.6
 """Ground that each step of a walk on random ground is given, m."""
 
@@ -55,6 +59,10 @@ class Plan:
         share: Of the cases of a disturbance that must be survived.
         phases: Number of phases of the step at which it comes.
         torque: Greatest torque of either joint with which it counts as survived, N m; None: any.
+        margins: Names of the disturbances of whole walks that are tried.
+        margin_ground: The rough ground under them.
+        margin_steps: Steps that must be made there.
+        margin_share: Of the seeds on which they must be.
         scuffing: The rule of all walks.
     """
 
@@ -68,6 +76,10 @@ class Plan:
     share: float
     phases: int
     torque: float | None
+    margins: tuple[str, ...]
+    margin_ground: str
+    margin_steps: int
+    margin_share: float
     scuffing: ScuffingRule
 
 
@@ -90,14 +102,13 @@ def plan(path: Path, content: Mapping[str, Any]) -> Plan:
         InputError: As `read_plan`.
     """
     check_keys("key", content, KEYS)
-    limits = content.get("limits", {})
-    if not isinstance(limits, Mapping):
-        raise InputError(f"limits must be a table [limits], got {shown(limits)}")
-    check_keys("key of limits", limits, LIMIT_KEYS)
+    limits = _table("limits", content, LIMIT_KEYS)
+    margins = _table("margins", content, MARGIN_KEYS)
     engines = _texts("engine", content.get("engine", "hybrid"))
     grounds = _texts("grounds", content.get("grounds", ["treads:deviation=0.03"]))
-    chosen = _magnitudes(limits)
-    rule = _scuffing(content.get("scuffing", {}))
+    chosen = _magnitudes("limits", limits, DISTURBANCES)
+    lasting = _magnitudes("margins", margins, MARGINS) if "margins" in content else {}
+    rule = ScuffingRule(**_table("scuffing", content, ("reach", "delay")))
     labelled, laws = _controllers(content.get("controller", [{}]), path.parent)
     torque = limits.get("torque")
     wanted = Plan(
@@ -111,10 +122,14 @@ def plan(path: Path, content: Mapping[str, Any]) -> Plan:
         _SHARE.check("limits.share", limits.get("share", 0.99)),
         domains.WALKS.check("limits.phases", limits.get("phases", 24)),
         None if torque is None else domains.TORQUE_LIMIT.check("limits.torque", torque),
+        tuple(lasting),
+        margins.get("ground", MARGIN_GROUND),
+        domains.STEPS.check("margins.steps", margins.get("steps", 200)),
+        _SHARE.check("margins.share", margins.get("share", 0.95)),
         rule,
     )
     after = domains.STEPS.check("limits.steps_after", limits.get("steps_after", 20))
-    cells = list(_cells(wanted, labelled, chosen, after, laws))
+    cells = list(_cells(wanted, labelled, chosen, lasting, after, laws))
     check_cells(cells, VARIED)
     study = Study(path, tuple(cells), VARIED, False, frozenset(), dict(content), laws=laws)
     return Plan(study, *(getattr(wanted, name) for name in list(Plan.__dataclass_fields__)[1:]))
@@ -127,31 +142,37 @@ def _texts(key: str, value: object) -> tuple[str, ...]:
     return tuple(map(str, parts))
 
 
-def _magnitudes(limits: Mapping[str, Any]) -> dict[str, tuple[float, ...]]:
-    """Those of each disturbance that is tried; all, unless the file names some."""
-    named = {name: limits[name] for name in DISTURBANCES if name in limits}
+def _table(key: str, content: Mapping[str, Any], valid: Sequence[str]) -> Mapping[str, Any]:
+    table = content.get(key, {})
+    if not isinstance(table, Mapping):
+        raise InputError(f"{key} must be a table [{key}], got {shown(table)}")
+    check_keys(f"key of {key}", table, valid)
+    return table
+
+
+def _magnitudes(
+    key: str, table: Mapping[str, Any], kinds: Mapping[str, Disturbance] | Mapping[str, Margin]
+) -> dict[str, tuple[float, ...]]:
+    """Those of each disturbance that is tried; all kinds, unless the file names some."""
+    named = {name: table[name] for name in kinds if name in table}
     found = {}
     for name, given in named.items():
-        if given is True:
-            found[name] = DISTURBANCES[name].magnitudes
-            continue
+        where = f"{key}.{name}"
         if given is False:
             continue
+        if given is True:
+            found[name] = kinds[name].magnitudes
+            continue
         if not isinstance(given, list) or not given:
-            raise InputError(f"limits.{name} must be a list of magnitudes ({DISTURBANCES[name].unit}), true or false")
+            raise InputError(f"{where} must be a list of magnitudes ({kinds[name].unit}), true or false")
         found[name] = tuple(
-            domains.STUDY_POSITIVE.check(f"limits.{name}, value {k}", each) for k, each in enumerate(given, start=1)
+            domains.STUDY_POSITIVE.check(f"{where}, value {k}", each) for k, each in enumerate(given, start=1)
         )
-        if list(found[name]) != sorted(set(found[name])):
-            raise InputError(f"limits.{name}: magnitudes must ascend, got {shown(given)}")
-    return found if named else {name: each.magnitudes for name, each in DISTURBANCES.items()}
-
-
-def _scuffing(table: object) -> ScuffingRule:
-    if not isinstance(table, Mapping):
-        raise InputError(f"scuffing must be a table [scuffing], got {shown(table)}")
-    check_keys("key of scuffing", table, ("reach", "delay"))
-    return ScuffingRule(**table)
+        falling = kinds[name].magnitudes[0] > kinds[name].magnitudes[-1]
+        if list(found[name]) != sorted(set(found[name]), reverse=falling):
+            order = "descend" if falling else "ascend"
+            raise InputError(f"{where}: magnitudes must {order}, the gentlest first; got {shown(given)}")
+    return found if named else {name: each.magnitudes for name, each in kinds.items()}
 
 
 def _controllers(tables: object, folder: Path) -> tuple[dict[str, dict[str, Scalar]], dict[str, str]]:
@@ -180,6 +201,7 @@ def _cells(
     wanted: Plan,
     labelled: Mapping[str, Mapping[str, Scalar]],
     chosen: Mapping[str, Sequence[float]],
+    lasting: Mapping[str, Sequence[float]],
     after: int,
     laws: Mapping[str, str],
 ) -> Iterator[Cell]:
@@ -213,6 +235,16 @@ def _cells(
                     place = (_BEFORE + (phase + 0.5) / wanted.phases) * length
                     told = DISTURBANCES[test].values(magnitude, place)
                     yield cell(engine, test, label, _BEFORE + 1 + after, told, magnitude=magnitude, case=phase)
+        rough = _ground(wanted.margin_ground, wanted.margin_steps)
+        for label, (test, magnitudes) in itertools.product(wanted.controllers, lasting.items()):
+            for magnitude, seed in itertools.product(magnitudes, range(wanted.seeds)):
+                told = {**rough, "terrain.seed": seed, **MARGINS[test].values(magnitude)}
+                if any(name.startswith("disturbances.") for name in told):
+                    told["disturbances.seed"] = seed
+                steps = wanted.margin_steps
+                yield cell(
+                    engine, test, label, steps, told, ground=wanted.margin_ground, magnitude=magnitude, case=seed
+                )
         for words, seed, label in itertools.product(wanted.grounds, range(wanted.seeds), wanted.controllers):
             told = {**grounds[words], "terrain.seed": seed}
             yield cell(engine, SURVIVAL, label, wanted.steps, told, ground=words, case=seed)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mjbiped.analysis.survival import CONFIDENCE, SURVIVED, Survival, ratio
-from mjbiped.robustness.limits import DISTURBANCES, Limit, limit_of
+from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Limit, limit_of
 from mjbiped.robustness.plan import LEVEL, SURVIVAL, Plan
 from mjbiped.sweeps.cell import FAILED, Row
 
@@ -24,7 +24,7 @@ class Findings:
         engine: The engine's name.
         level: The row of its walk on level ground.
         survival: By random ground.
-        limits: By disturbance.
+        limits: By disturbance, single ones and those of whole walks.
         errors: Texts of walks that an error ended, which count nowhere else.
     """
 
@@ -69,6 +69,7 @@ class Robustness:
             "confidence": CONFIDENCE,
             "scuffing": {"reach_leg_lengths": plan.scuffing.reach, "delay_s": plan.scuffing.delay},
             "limits": {"share": plan.share, "phases": plan.phases, "torque_Nm": plan.torque},
+            "margins": {"share": plan.margin_share, "ground": plan.margin_ground, "steps": plan.margin_steps},
             "random_ground": {"seeds": plan.seeds, "steps": plan.steps},
             "controllers": [_summary(self, each) for each in self.findings],
         }
@@ -91,12 +92,14 @@ def _findings(plan: Plan, controller: str, engine: str, rows: Iterable[Row]) -> 
         if there:
             fell = tuple(row["outcome"] not in SURVIVED for row in there)
             survival[ground] = Survival(tuple(row["steps"] for row in there), fell)
-    for test in plan.disturbances:
+    for test in (*plan.disturbances, *plan.margins):
+        single = test in DISTURBANCES
         survived: dict[float, list[bool]] = {}
         for row in walked:
             if row["test"] == test:
-                survived.setdefault(row["magnitude"], []).append(_survived(row, plan.torque))
-        limits[test] = limit_of(DISTURBANCES[test].unit, survived, plan.share)
+                survived.setdefault(row["magnitude"], []).append(_survived(row, plan.torque if single else None))
+        kind, share = (DISTURBANCES[test], plan.share) if single else (MARGINS[test], plan.margin_share)
+        limits[test] = limit_of(kind, survived, share)
     level = next((row for row in walked if row["test"] == LEVEL), {})
     errors = tuple(dict.fromkeys(row["error"] for row in mine if row["outcome"] == FAILED))
     return Findings(controller, engine, level, survival, limits, errors)

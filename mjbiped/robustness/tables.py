@@ -58,6 +58,15 @@ def sheets(robustness: Robustness) -> Iterator[Sheet]:
             ),
             f"{conditions(robustness)}; {scuffing_words(robustness)}",
         )
+        if plan.margins:
+            units = [findings[0].limits[test].unit for test in plan.margins]
+            yield Sheet(
+                f"Margins on {plan.margin_ground}, {engine} engine",
+                ("controller", *(f"{test} ({unit})" for test, unit in zip(plan.margins, units, strict=True))),
+                tuple((each.controller, *(_limit(each, test) for test in plan.margins)) for each in findings),
+                f"hardest with which {plan.margin_share:.0%} of {plan.seeds} walks make {plan.margin_steps} steps; "
+                f"{scuffing_words(robustness)}",
+            )
         for ground in plan.grounds:
             yield Sheet(
                 f"{ground}, {engine} engine",
@@ -127,7 +136,11 @@ def _limit(each: Findings, test: str) -> str:
     limit = each.limits[test]
     if not limit.magnitudes:
         return "-"
-    return f"{'' if limit.reached else '>= '}{limit.greatest:g}"
+    falling = limit.magnitudes[0] > limit.magnitudes[-1]
+    if limit.greatest is None:
+        return f"{'>' if falling else '<'} {limit.magnitudes[0]:g}"
+    beyond = "<= " if falling else ">= "
+    return f"{'' if limit.reached else beyond}{limit.greatest:g}"
 
 
 def _count(value: float) -> str:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mjbiped.robustness.limits import DISTURBANCES, limit_of
+from mjbiped.robustness.limits import DISTURBANCES, MARGINS, limit_of
 from mjbiped.sweeps.cell import Cell
 
 
@@ -14,12 +14,18 @@ from mjbiped.sweeps.cell import Cell
 def test_nothing_below_the_greatest_is_not_survived(shares: list[float], wanted: float) -> None:
     cases = 100
     survived = {float(k): [case < round(share * cases) for case in range(cases)] for k, share in enumerate(shares, 1)}
-    limit = limit_of("m", survived, wanted)
-    assert all(
-        share >= wanted for size, share in zip(limit.magnitudes, limit.shares, strict=True) if size <= limit.greatest
-    )
-    assert limit.greatest == len(shares) or limit.shares[int(limit.greatest)] < wanted
-    assert limit.reached == (limit.greatest < len(shares) or min(limit.shares) < wanted)
+    limit = limit_of(DISTURBANCES["step up"], survived, wanted)
+    greatest = int(limit.greatest or 0)
+    assert all(share >= wanted for share in limit.shares[:greatest])
+    assert greatest == len(shares) or limit.shares[greatest] < wanted
+    assert limit.reached == (greatest < len(shares))
+    assert (limit.greatest is None) == (limit.shares[0] < wanted)
+
+
+def test_a_torque_limit_is_harder_the_lower_it_is() -> None:
+    survived = {10.0: [True, False], 30.0: [True, True], 20.0: [True, True]}
+    limit = limit_of(MARGINS["torque limit"], survived, 0.9)
+    assert (limit.magnitudes, limit.greatest) == ((30.0, 20.0, 10.0), 20.0)
 
 
 @pytest.mark.parametrize("name", DISTURBANCES)

@@ -64,6 +64,8 @@ def test_unless_a_file_says_otherwise_all_disturbances_are_tried() -> None:
         ({"limits": {"share": 0.2}}, "limits.share = 0.2"),
         ({"limits": {"torque": -1}}, "limits.torque"),
         ({"limits": 3}, "limits must be a table"),
+        ({"margins": {"torque limit": [10, 20]}}, "margins.torque limit: magnitudes must descend"),
+        ({"margins": {"ground": "stairs"}}, "unknown random ground 'stairs'"),
         ({"scuffing": {"raech": 1}}, "raech"),
         ({"controller": {"name": "adaptive"}}, r"must be tables \[\[controller\]\]"),
         ({"controller": [{}, {}]}, "controller 2: label = 'adaptive': must be a text of its own"),
