@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from mjbiped.rendering import gl as gl  # isort: split
 
 from mjbiped.analysis.compare import Comparison, compare
+from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
@@ -48,6 +49,7 @@ _register(
 __all__ = [
     "Comparison",
     "Compass",
+    "Disturbances",
     "Engine",
     "Gait",
     "GaitError",

@@ -18,6 +18,8 @@ import scipy
 
 from mjbiped.control.own import source_of
 from mjbiped.control.trial import try_out
+from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
+from mjbiped.disturbances.sampled import SampledController
 from mjbiped.errors import GaitError, InputError, shown
 from mjbiped.gaits.passive import Gait, find_passive_gait
 from mjbiped.robots.compass import Compass
@@ -82,6 +84,7 @@ class Plan:
         q: Stance and swing angle at the start, from the ground's normal under x = 0, rad.
         dq: Their rates, rad/s.
         description: What `controller.describe()` gave.
+        disturbances: What the walk is disturbed by.
     """
 
     terms: Terms
@@ -91,6 +94,20 @@ class Plan:
     q: tuple[float, float]
     dq: tuple[float, float]
     description: Mapping[str, Any]
+    disturbances: Disturbances = UNDISTURBED
+
+    def driven(self, period: float) -> Controller:
+        """What drives the robot: the controller, in a loop that ticks where that is disturbed.
+
+        Args:
+            period: Time between two ticks, s.
+
+        Raises:
+            InputError: The delay does not fit the period.
+        """
+        if not self.disturbances.in_loop:
+            return self.controller
+        return SampledController(self.controller, self.disturbances, period)
 
     def arguments(self) -> dict[str, Any]:
         """What a simulation of either engine is made with, beside controller and terrain."""
@@ -118,6 +135,7 @@ class Plan:
             "distance": terms.distance,
             "sample_period": terms.sample_period,
             "scuffing": dict(_fields(terms.scuffing)),
+            **({} if self.disturbances == UNDISTURBED else {"disturbances": self.disturbances.to_dict()}),
             "versions": dict(versions()),
         }
 
@@ -128,6 +146,7 @@ def make_plan(
     terrain: Terrain,
     initial: str | Sequence[float],
     description: Mapping[str, Any] | None = None,
+    disturbances: Disturbances | None = None,
 ) -> Plan:
     """Check a controller, a terrain and an initial state, and put them together.
 
@@ -137,6 +156,7 @@ def make_plan(
         terrain: The ground.
         initial: A name of `INITIAL_STATES`, or four numbers.
         description: What this controller has said of itself in an earlier plan; it is not tried again then.
+        disturbances: What the walk is disturbed by; None: by nothing.
 
     Raises:
         InputError: One of them is not what is expected, the scuffing rule would never let the gait land, the robot
@@ -155,7 +175,8 @@ def make_plan(
     if gait is not None:
         check_landing(gait, slope, terms.scuffing)
     _check_start(robot, terrain, q, terms.scuffing)
-    plan = Plan(terms, controller, terrain, robot, q, dq, description)
+    disturbed = UNDISTURBED if disturbances is None else check_kind("disturbances", disturbances, Disturbances)
+    plan = Plan(terms, controller, terrain, robot, q, dq, description, disturbed)
     terms.engine.check(plan)
     if not known:
         try_out(controller, q, dq)

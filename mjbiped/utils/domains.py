@@ -263,6 +263,16 @@ REACH = Domain(0.0, 2.0, "leg lengths")
 DELAY = Domain(0.0, 1e4, "s")
 WORKERS = Count(1, 1024)
 
+# ---- its disturbances ------------------------------------------------------------------------------------------------
+
+ANGLE_NOISE = Domain(0.0, 1.0, "rad")
+RATE_NOISE = Domain(0.0, 1e3, "rad/s")
+ANGLE_BIAS = Domain(-1.0, 1.0, "rad")
+RATE_BIAS = Domain(-1e3, 1e3, "rad/s")
+LOOP_DELAY = Domain(0.0, 1e3, "s")
+TORQUE_LIMIT = Domain(0.0, 1e12, "N m")
+BANDWIDTH = Domain(1e-3, 1e9, "Hz")
+
 # ---- gains -----------------------------------------------------------------------------------------------------------
 
 GAIN = Domain(1e-6, 1e6, "1/s")

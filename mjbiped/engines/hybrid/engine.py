@@ -21,7 +21,7 @@ from mjbiped.utils import domains
 class Hybrid(Engine):
     """The paper's equations of motion and impact map, integrated from touchdown to touchdown; see docs/hybrid.md.
 
-    It has no timestep, and its controller acts without pause.
+    It has no timestep, and its controller acts without pause, unless `mjbiped.Disturbances` make it tick.
 
     Attributes:
         tolerance: Of an integration step, relative and absolute.
@@ -38,6 +38,14 @@ class Hybrid(Engine):
         """Check the value."""
         domains.check_fields(self, tolerance=domains.TOLERANCE)
 
+    def check(self, plan: Plan) -> None:
+        """Refuse a delay that does not fit the control period.
+
+        Raises:
+            InputError: It does not.
+        """
+        plan.driven(plan.disturbances.period(None, 0.0))
+
     def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> HybridRun:
         """Set the robot on the ground; see `Engine.start`."""
         return HybridRun(plan, self.tolerance, summarised=summarised, cancellation=cancellation)
@@ -53,13 +61,14 @@ class HybridRun(Run):
     def __init__(self, plan: Plan, tolerance: float, *, summarised: bool, cancellation: Cancellation) -> None:
         """Set the robot on the ground; see `Engine.start`."""
         super().__init__(plan, summarised=summarised, cancellation=cancellation)
-        period = plan.terms.sample_period
+        period, control_period = plan.terms.sample_period, plan.disturbances.period(None, 0.0)
         self.simulation = HybridSimulation(
-            plan.controller,
+            plan.driven(control_period),
             plan.terrain,
             **plan.arguments(),
             sample_period=period if period is not None and self.sampled else math.inf,
             tolerance=tolerance,
+            control_period=control_period,
         )
 
     def walk(self, show: Show) -> Outcome:

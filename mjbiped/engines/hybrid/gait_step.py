@@ -55,6 +55,7 @@ JUST_BESIDE = 2.3e-16  # next to a break's time, relative
 SLIDING_STEP = 2e-3  # longest integration step while the foot slides on a face, s
 SHORTEST_STEP = 1e-12  # s; below it the motion is none
 MISSED = 1e-6  # of the leg's length: a foot that lands so far off the ground has not been followed
+NOW = 1e-9  # times so close are the same, s
 POLISHED = 1e-7  # a touchdown found so closely is brought home by one term of its Taylor series, s
 
 
@@ -194,11 +195,18 @@ def _begin(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffe
 
 
 def _look_ahead(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float) -> float:
-    """Time up to which the law is smooth, or the robot has stalled; keeps the law on this side of both."""
+    """Time up to which the law is smooth, or the robot has stalled; keeps the law on this side of both.
+
+    A controller that ticks does so here, when it is time.
+    """
     w = b.w
     for index in range(len(b.y) - at.ANGLES_AND_RATES - at.WORKS):
         b.memory[index] = b.y[at.ANGLES_AND_RATES + index]
-    there = laws.next_discontinuity(parameters, b.memory, t)
+    time = w[at.CLOCK] + t
+    if time > w[at.NEXT_TICK] - NOW:
+        w[at.NEXT_TICK] += constants.control_period
+        laws.tick(parameters, b.memory, t, b.y[0], b.y[1], b.y[2], b.y[3])
+    there = min(laws.next_discontinuity(parameters, b.memory, t), w[at.NEXT_TICK] - w[at.CLOCK])
     if not there > t:
         there = math.inf
     w[at.AFTER] = t * (1.0 + JUST_BESIDE)

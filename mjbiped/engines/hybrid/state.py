@@ -51,6 +51,7 @@ from mjbiped.robots.compass import Constants
     COUNT,  # touchdowns since the start
     TIME,  # now, s
     OUTCOME,
+    NEXT_TICK,  # of a controller that ticks, s; infinity: it does not
     EVALUATIONS,  # of the law, since the start
     PAUSE,  # so many of them bring the engine back to Python, wherever it is
     UNDER_WAY,  # 1: it came back in the middle of a gait step
@@ -59,8 +60,8 @@ from mjbiped.robots.compass import Constants
     STEP_STARTED,  # evaluations at the gait step's beginning
     LOOK,  # so many of them, and the gait step's progress is looked at
     LOOKED,  # time since the support transfer when it was looked at, s
-) = range(48)
-SCALARS = 48
+) = range(49)
+SCALARS = 49
 
 ANGLES_AND_RATES = 4
 WORKS = 2
@@ -75,6 +76,7 @@ class Laws(NamedTuple):
         touchdown: The same.
         slope_estimate: The same.
         next_discontinuity: The same.
+        tick: The same.
         begin: See `dormand_prince.Integrator`.
         step: The same.
         dense: The same.
@@ -84,6 +86,7 @@ class Laws(NamedTuple):
     touchdown: Any
     slope_estimate: Any
     next_discontinuity: Any
+    tick: Any
     begin: Any
     step: Any
     dense: Any
@@ -110,6 +113,7 @@ class SimulationConstants(NamedTuple):
         tolerance: Of the integrator's steps.
         longest_step: The longest of them, s.
         sample_period: s.
+        control_period: Time between two ticks of a controller that ticks, s.
     """
 
     robot: Constants
@@ -129,6 +133,7 @@ class SimulationConstants(NamedTuple):
     tolerance: float
     longest_step: float
     sample_period: float
+    control_period: float
 
 
 class Buffers(NamedTuple):

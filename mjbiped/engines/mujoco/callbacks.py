@@ -76,6 +76,7 @@ class SimulationConstants(NamedTuple):
         control_period: Time between two ticks of the controller, s; 0: it ticks at every physics step.
         memory_size: Floats of the controller's memory.
         states: Number of its integrated states.
+        sampled: Whether its law has a tick.
     """
 
     limits: Limits
@@ -88,6 +89,7 @@ class SimulationConstants(NamedTuple):
     control_period: float
     memory_size: int
     states: int
+    sampled: bool
 
 
 class Laws(NamedTuple):
@@ -96,6 +98,7 @@ class Laws(NamedTuple):
     torque: Callable[..., Sequence[float]]
     touchdown: Callable[..., None]
     slope_estimate: Callable[..., float]
+    tick: Callable[..., None]
 
 
 class Setting(NamedTuple):
@@ -162,7 +165,7 @@ def control(setting: Setting, userdata: Userdata, ctrl: MutableSequence[float], 
     if due or (u[events.TRANSFERRED] and u[events.OUTCOME]):  # the last touchdown is told at once: its row is whole
         _tick(setting, userdata, time)
     if turns:
-        events.count_work(u, legs, torque)
+        events.count_work(u, legs, torque, constants.sampled)
     right = bool(u[events.STANCE])
     ctrl[0] = 0.0 if right else u[events.ANKLE]
     ctrl[1] = u[events.ANKLE] if right else 0.0
@@ -217,7 +220,10 @@ def _tick(setting: Setting, userdata: Userdata, time: float) -> None:
         )
         u[events.ESTIMATE_AFTER] = laws.slope_estimate(parameters, memory)
         _write_row(recording, u)
-    values = laws.torque(parameters, memory, time - u[events.TRANSFER_TIME], q1, q2, dq1, dq2)
+    t = time - u[events.TRANSFER_TIME]
+    if setting.constants.sampled:
+        laws.tick(parameters, memory, t, q1, q2, dq1, dq2)
+    values = laws.torque(parameters, memory, t, q1, q2, dq1, dq2)
     for index in range(setting.constants.states):
         rates[index] = values[2 + index]
     ankle, hip = values[0], values[1]

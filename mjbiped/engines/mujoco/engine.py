@@ -10,7 +10,7 @@ from typing import ClassVar
 from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.compiled.registry import exclusive, require_no_callbacks, walking
 from mjbiped.engines.mujoco.options import ROOM, Options
-from mjbiped.engines.mujoco.run import MujocoRun
+from mjbiped.engines.mujoco.run import MujocoRun, disturbed
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
 from mjbiped.records.recorder import Cancellation, never_cancelled
@@ -44,11 +44,12 @@ class Mujoco(Options, Engine):
     name: ClassVar[str] = "mujoco"
 
     def check(self, plan: Plan) -> None:
-        """Refuse legs of a length for which contacts are not resolved.
+        """Refuse legs of a length for which contacts are not resolved, and disturbances that do not fit the settings.
 
         Raises:
-            InputError: They are too short or too long.
+            InputError: Legs are too short or too long, or a control period or a delay is of no whole number of steps.
         """
+        disturbed(plan, self)
         domains.MUJOCO_LEG.check("leg length in MuJoCo (engine='hybrid' takes any)", plan.robot.leg_length)
 
     def room(self, states: int) -> int:

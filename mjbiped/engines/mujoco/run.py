@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from contextlib import AbstractContextManager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped.control.controller import Controller
 from mjbiped.control.trial import fault_in
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.mujoco import callbacks, contact_events
@@ -58,8 +59,9 @@ class MujocoRun(Run):
             self.simulation = before
             return
         period = plan.terms.sample_period
+        driven, options = disturbed(plan, options)
         self.simulation = Simulation(
-            plan.controller,
+            driven,
             plan.terrain,
             **plan.arguments(),
             options=options,
@@ -104,6 +106,18 @@ class MujocoRun(Run):
     def settings(self) -> dict[str, Any]:
         """The engine's settings, and MuJoCo's warnings."""
         return {**asdict(self.simulation.options), "warnings": dict(self.simulation.warnings)}
+
+
+def disturbed(plan: Plan, options: Options) -> tuple[Controller, Options]:
+    """What drives the robot in a walk, and the settings with its control period.
+
+    Raises:
+        InputError: The control period or the delay does not fit the timestep.
+    """
+    if not plan.disturbances.in_loop:
+        return plan.controller, options
+    period = plan.disturbances.period(options.control_period, options.timestep)
+    return plan.driven(period), replace(options, control_period=period)
 
 
 def simulate(simulation: Simulation, recorder: Recorder, show: Show | None = None) -> Outcome:

@@ -24,6 +24,7 @@ from mjbiped.control import methods
 from mjbiped.control.check import refused_in_words
 from mjbiped.control.controller import Controller
 from mjbiped.control.methods import gives_its_law
+from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.mujoco import callbacks, leapfrog
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.callbacks import Laws, Recording, Setting, SimulationConstants, Userdata
@@ -45,7 +46,7 @@ from mjbiped.utils import domains
 LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how far the ground is built
 START_DEPTH = 1e-6  # a foot set exactly on the surface may find a heightfield's inner edge instead, m
 _POSITION, _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_POS), int(mujoco.mjtStage.mjSTAGE_ACC)
-_METHODS = Laws(methods.torque, methods.touchdown, methods.slope_estimate)
+_METHODS = Laws(methods.torque, methods.touchdown, methods.slope_estimate, methods.tick)
 WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 BLOCK = 500  # steps made at once, at most
 
@@ -169,6 +170,7 @@ class Simulation:
             control_period=options.control_period or 0.0,
             memory_size=controller.memory_size,
             states=states,
+            sampled=isinstance(controller, SampledController),
         )
         room = BLOCK + 1 if math.isfinite(sample_period) else 2
         self.recording = Recording(

@@ -178,7 +178,7 @@ def _compile(made: str, classes: tuple[tuple[str, type], ...], at: Layout) -> Fu
 
     from mjbiped.control import machine_code
 
-    laws = Laws(machine_code.torque, machine_code.touchdown, machine_code.slope_estimate)
+    laws = Laws(machine_code.torque, machine_code.touchdown, machine_code.slope_estimate, machine_code.tick)
     own = (
         leapfrog.show,
         leapfrog.put_back,
@@ -210,7 +210,7 @@ def _compile(made: str, classes: tuple[tuple[str, type], ...], at: Layout) -> Fu
             u = numbers(word(data + AT_USERDATA), behind + constants.states)
             put_back(u, numbers(word(data + AT_QVEL), 4))
             control(
-                Setting(Laws(torque, touchdown, slope_estimate), parameters, constants, recording),
+                Setting(Laws(torque, touchdown, slope_estimate, tick), parameters, constants, recording),
                 Userdata(u, u[MEMORY:behind], u[behind:]), numbers(word(data + AT_CTRL), 3),
                 numbers(data + AT_TIME, 1)[0], State(four(word(data + AT_QPOS)), four(word(data + AT_QVEL))),
             )
