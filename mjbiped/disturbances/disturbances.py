@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
-from mjbiped.errors import InputError
+import numpy as np
+
+from mjbiped.disturbances.chance import words_of
+from mjbiped.disturbances.pushes import Pushes, following
+from mjbiped.errors import InputError, shown
 from mjbiped.utils import domains
-from mjbiped.utils.domains import check_fields, check_given_fields, known_name
+from mjbiped.utils.domains import check_fields, check_given_fields, entries, known_name
 
 DEFAULT_PERIOD = 1e-3
 """Time between two ticks of a disturbed control loop, unless given, s."""
@@ -26,7 +31,7 @@ class Disturbances:
     walk = mjbiped.walk(controller, terrain, disturbances=disturbances)
     ```
 
-    With anything given, the controller is a digital one in either engine: it reads its sensors once in every
+    With anything given but pushes, the controller is a digital one in either engine: it reads its sensors once in every
     `control_period`, and its motors hold their torques until the next tick.
 
     Sensors are the encoders and rate sensors of both joints: the ankle's measure the stance leg against the ground's
@@ -45,8 +50,14 @@ class Disturbances:
             256 of them.
         torque_limit: Greatest torque of either motor, N m; None: any.
         motor_bandwidth: Frequency at which a motor gives 1/sqrt(2) of a torque's amplitude (a lag of first order), Hz;
-            None: motors follow at once.
-        seed: Of the noise; the same seed gives the same noise in both engines.
+            None: motors follow at once. The delayed torque is limited, then lagged.
+        pushes: Horizontal pushes at the hip: pairs of the time at which one begins (s) and its impulse (N s, forward
+            positive), in order of time.
+        push_impulse: Size of random pushes, forward or backward by chance, N s; instead of `pushes`.
+        push_interval: Mean time from the end of a random push to the next one, s; the times are exponentially
+            distributed.
+        push_duration: How long a push lasts, with constant force, s.
+        seed: Of noise and random pushes; the same seed gives the same noise and pushes in both engines.
 
     Raises:
         InputError: A value is outside its domain, or contradicts another.
@@ -61,6 +72,10 @@ class Disturbances:
     delay: float = 0.0
     torque_limit: float | None = None
     motor_bandwidth: float | None = None
+    pushes: tuple[tuple[float, float], ...] = ()
+    push_impulse: float = 0.0
+    push_interval: float | None = None
+    push_duration: float = 0.05
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -73,6 +88,8 @@ class Disturbances:
             rate_bias=domains.RATE_BIAS,
             angle_resolution=domains.ANGLE_NOISE,
             delay=domains.LOOP_DELAY,
+            push_impulse=domains.IMPULSE,
+            push_duration=domains.PUSH_DURATION,
             seed=domains.SEED,
         )
         check_given_fields(
@@ -80,13 +97,56 @@ class Disturbances:
             control_period=domains.CONTROL_PERIOD,
             torque_limit=domains.TORQUE_LIMIT,
             motor_bandwidth=domains.BANDWIDTH,
+            push_interval=domains.PUSH_INTERVAL,
         )
+        object.__setattr__(self, "pushes", _checked_pushes(self.pushes, self.push_duration))
+        if (self.push_impulse != 0.0) != (self.push_interval is not None):
+            raise InputError(
+                f"push_impulse = {self.push_impulse:g}, push_interval = {self.push_interval}: random pushes need both, "
+                "an impulse (N s) and the mean time between them (s)"
+            )
+        if self.pushes and self.push_impulse != 0.0:
+            raise InputError("pushes and push_impulse are both given; a walk has pushes at given times or random ones")
 
     @property
     def in_loop(self) -> bool:
-        """Whether anything acts on the control loop: all but the seed."""
-        names = [name for name in _USUAL if name != "seed"]
+        """Whether anything acts on the control loop: all but the pushes and the seed."""
+        names = [name for name in _USUAL if name != "seed" and not name.startswith("push")]
         return any(getattr(self, name) != _USUAL[name] for name in names)
+
+    @property
+    def pushed(self) -> bool:
+        """Whether the robot is pushed."""
+        return bool(self.pushes) or self.push_impulse != 0.0
+
+    @property
+    def schedule(self) -> Pushes:
+        """The pushes, as engines take them."""
+        times, impulses = zip(*self.pushes, strict=True) if self.pushes else ((), ())
+        return Pushes(
+            np.array(times, dtype=np.float64),
+            np.array(impulses, dtype=np.float64),
+            self.push_duration,
+            self.push_impulse,
+            self.push_interval or 0.0,
+            words_of(self.seed),
+        )
+
+    def pushes_until(self, time: float) -> tuple[tuple[float, float], ...]:
+        """All pushes that begin before a time, given or random: times (s) and impulses (N s).
+
+        Args:
+            time: Since the walk's start, s.
+
+        Raises:
+            InputError: The time is outside its domain.
+        """
+        domains.TIME.check("time", time)
+        schedule = self.schedule
+        found: list[tuple[float, float]] = []
+        while (push := following(schedule, len(found), found[-1][0] + self.push_duration if found else 0.0))[0] < time:
+            found.append(push)
+        return tuple(found)
 
     def period(self, given: float | None, shortest: float) -> float:
         """Time between two ticks in an engine, s.
@@ -125,7 +185,9 @@ class Disturbances:
 
     def to_dict(self) -> dict[str, Any]:
         """What is not as usual, in plain JSON types, for the record."""
-        return {name: value for name, value in asdict(self).items() if value != _USUAL[name]}
+        given = asdict(self)
+        given["pushes"] = [list(push) for push in self.pushes]
+        return {name: value for name, value in given.items() if value != _USUAL[name] and value != []}
 
     @classmethod
     def from_dict(cls, given: Mapping[str, Any]) -> Disturbances:
@@ -140,6 +202,32 @@ class Disturbances:
 
 
 _USUAL: dict[str, Any] = {field.name: field.default for field in fields(Disturbances)}
+
+
+def _checked_pushes(pushes: object, duration: float) -> tuple[tuple[float, float], ...]:
+    """Pushes as pairs of plain numbers.
+
+    Raises:
+        InputError: They are not pairs, or not one after the other.
+    """
+    rows = entries(pushes)
+    if rows is None:
+        raise InputError(f"pushes = {shown(pushes)}: must be pairs (time in s, impulse in N s), as [(2.0, 5.0)]")
+    checked: list[tuple[float, float]] = []
+    over = -math.inf
+    for row in rows:
+        pair = entries(row)
+        if pair is None or len(pair) != 2:
+            raise InputError(f"pushes: {shown(row)} in it: must be a pair (time in s, impulse in N s)")
+        time, impulse = domains.TIME.check("time of a push", pair[0]), domains.PUSH.check("impulse of a push", pair[1])
+        if time < over:
+            raise InputError(
+                f"pushes: one begins at {time:g} s, before the one before it has ended at {over:g} s; give them in "
+                f"order of time, at least push_duration = {duration:g} s apart"
+            )
+        over = time + duration
+        checked.append((time, impulse))
+    return tuple(checked)
 
 
 UNDISTURBED = Disturbances()

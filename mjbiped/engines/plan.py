@@ -119,6 +119,7 @@ class Plan:
             "steps": terms.steps,
             "distance": terms.distance,
             "scuffing": terms.scuffing,
+            "pushes": self.disturbances.schedule,
         }
 
     def settings(self) -> dict[str, Any]:

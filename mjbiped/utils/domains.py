@@ -272,6 +272,10 @@ RATE_BIAS = Domain(-1e3, 1e3, "rad/s")
 LOOP_DELAY = Domain(0.0, 1e3, "s")
 TORQUE_LIMIT = Domain(0.0, 1e12, "N m")
 BANDWIDTH = Domain(1e-3, 1e9, "Hz")
+IMPULSE = Domain(0.0, 1e9, "N s")
+PUSH = Domain(-IMPULSE.high, IMPULSE.high, "N s")
+PUSH_INTERVAL = Domain(1e-3, 1e9, "s")
+PUSH_DURATION = Domain(1e-3, 10.0, "s")
 
 # ---- gains -----------------------------------------------------------------------------------------------------------
 

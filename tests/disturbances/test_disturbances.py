@@ -20,6 +20,13 @@ from mjbiped.errors import InputError
         ({"torque_limit": "much"}, "torque_limit = 'much'"),
         ({"motor_bandwidth": 0.0}, "motor_bandwidth = 0.0"),
         ({"seed": 1.5}, "seed = 1.5: must be a whole number"),
+        ({"pushes": 3.0}, r"pushes = 3.0: must be pairs"),
+        ({"pushes": [(1.0,)]}, "must be a pair"),
+        ({"pushes": [(2.0, 1.0), (1.0, 1.0)]}, "in order of time"),
+        ({"pushes": [(2.0, 1.0), (2.01, 1.0)]}, "push_duration = 0.05 s apart"),
+        ({"push_impulse": 1.0}, "random pushes need both"),
+        ({"push_interval": 1.0}, "random pushes need both"),
+        ({"push_impulse": 1.0, "push_interval": 1.0, "pushes": [(1.0, 1.0)]}, "at given times or random ones"),
     ],
 )
 def test_what_makes_no_sense_is_refused(given: dict[str, Any], said: str) -> None:
@@ -45,8 +52,8 @@ def test_one_control_period_holds() -> None:
 
 
 def test_a_record_says_what_is_not_as_usual() -> None:
-    given = Disturbances(angle_noise=0.01, seed=2**64 - 1)
-    assert given.to_dict() == {"angle_noise": 0.01, "seed": 2**64 - 1}
+    given = Disturbances(angle_noise=0.01, pushes=[(1, 2), (3.0, -4.0)], seed=2**64 - 1)  # type: ignore[arg-type]
+    assert given.to_dict() == {"angle_noise": 0.01, "pushes": [[1.0, 2.0], [3.0, -4.0]], "seed": 2**64 - 1}
     assert Disturbances.from_dict(given.to_dict()) == given
     assert UNDISTURBED.to_dict() == {}
     with pytest.raises(InputError, match=r"unknown disturbance 'angle_nose'.*did you mean 'angle_noise'"):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from mjbiped.disturbances.pushes import Pushes, following
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.accounting import accumulate, note_ground_force, note_peak, take_sample
 from mjbiped.engines.hybrid.dynamics import attempt, begin, ensure_dense, face_impact_rates, is_motion
@@ -197,7 +198,7 @@ def _begin(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffe
 def _look_ahead(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float) -> float:
     """Time up to which the law is smooth, or the robot has stalled; keeps the law on this side of both.
 
-    A controller that ticks does so here, when it is time.
+    A controller that ticks does so here, when it is time, and a push begins or ends.
     """
     w = b.w
     for index in range(len(b.y) - at.ANGLES_AND_RATES - at.WORKS):
@@ -206,12 +207,26 @@ def _look_ahead(laws: Laws, parameters: Any, constants: SimulationConstants, b: 
     if time > w[at.NEXT_TICK] - NOW:
         w[at.NEXT_TICK] += constants.control_period
         laws.tick(parameters, b.memory, t, b.y[0], b.y[1], b.y[2], b.y[3])
-    there = min(laws.next_discontinuity(parameters, b.memory, t), w[at.NEXT_TICK] - w[at.CLOCK])
+    if time > w[at.NEXT_PUSH] - NOW:
+        _begin_or_end_push(constants.pushes, w)
+    event = min(w[at.NEXT_TICK], w[at.NEXT_PUSH]) - w[at.CLOCK]
+    there = min(laws.next_discontinuity(parameters, b.memory, t), event)
     if not there > t:
         there = math.inf
     w[at.AFTER] = t * (1.0 + JUST_BESIDE)
     w[at.BEFORE] = there * (1.0 - JUST_BESIDE)
     return float(min(there, constants.stall_time))
+
+
+def _begin_or_end_push(pushes: Pushes, w: Any) -> None:
+    """A push of constant force begins, or ends."""
+    if w[at.PUSHING] == 0.0:
+        w[at.PUSHING], w[at.PUSH] = 1.0, w[at.PUSH_IMPULSE] / pushes.duration
+        w[at.NEXT_PUSH] += pushes.duration
+        return
+    w[at.PUSHING] = w[at.PUSH] = 0.0
+    w[at.PUSHES] += 1.0
+    w[at.NEXT_PUSH], w[at.PUSH_IMPULSE] = following(pushes, int(w[at.PUSHES]), w[at.NEXT_PUSH])
 
 
 def _end_of_walk(constants: SimulationConstants, b: Buffers, h: float) -> float:

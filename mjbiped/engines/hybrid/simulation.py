@@ -19,11 +19,12 @@ from mjbiped.control.check import refused_in_words
 from mjbiped.control.compilation import MachineCode, can_be_compiled
 from mjbiped.control.methods import gives_its_law, next_discontinuity, slope_estimate, tick, torque, touchdown
 from mjbiped.control.trial import fault_at
+from mjbiped.disturbances.pushes import NONE, Pushes, following
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Show
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.accounting import write_state
-from mjbiped.engines.hybrid.dynamics import HANDED_ON, on_face, rates
+from mjbiped.engines.hybrid.dynamics import HANDED_ON, on_face, push_torque, rates
 from mjbiped.engines.hybrid.gait_step import advance
 from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
 from mjbiped.errors import MjbipedError
@@ -83,6 +84,7 @@ class HybridSimulation:
         scuffing: ScuffingRule | None = None,
         tolerance: float = TOLERANCE,
         control_period: float = math.inf,
+        pushes: Pushes = NONE,
         compile: bool = True,
     ) -> None:
         """Set the robot on the ground, and begin the controller's memory.
@@ -99,6 +101,7 @@ class HybridSimulation:
             scuffing: When the swing foot may touch the ground.
             tolerance: Of an integration step.
             control_period: Time between two ticks of a `SampledController`, s.
+            pushes: At the hip.
             compile: Whether laws that can be compiled are.
 
         Raises:
@@ -125,7 +128,7 @@ class HybridSimulation:
                 law_code.tick,
             )
             hot = (rates, law_code.torque)
-            self.advance: Any = compiled(advance, Laws, (*laws, *integrator), inlined=hot, apart=(on_face,))
+            self.advance: Any = compiled(advance, Laws, (*laws, *integrator), inlined=hot, apart=(on_face, push_torque))
         else:
             self.advance = partial(advance, Laws(*_METHODS, *integrator))
         self.constants = SimulationConstants(
@@ -147,6 +150,7 @@ class HybridSimulation:
             longest_step=LONGEST_STEP * math.sqrt(robot.leg_length / robot.gravity),
             sample_period=float(sample_period),
             control_period=control_period,
+            pushes=pushes,
         )
         self.buffers = self._begin(terrain, q, dq)
         self._stint = _FIRST_STINT
@@ -169,6 +173,7 @@ class HybridSimulation:
         w[at.SEGMENT] = float(terrain.segment_at(0.0))
         w[at.FACE_X], w[at.NORMAL_FORCE] = math.nan, math.inf
         w[at.PAUSE] = w[at.FIRST_STEP] = math.inf
+        w[at.NEXT_PUSH], w[at.PUSH_IMPULSE] = following(constants.pushes, 0, 0.0)
         w[at.NEXT_TICK] = 0.0 if isinstance(controller, SampledController) else math.inf
         w[at.NEXT_STEP] = FIRST_STEP * math.sqrt(constants.length / constants.gravity)
         samples = 1

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from mjbiped.disturbances.pushes import Pushes
 from mjbiped.robots.compass import Constants
 
 # indices in the scalars `w`
@@ -52,6 +53,11 @@ from mjbiped.robots.compass import Constants
     TIME,  # now, s
     OUTCOME,
     NEXT_TICK,  # of a controller that ticks, s; infinity: it does not
+    PUSH,  # force at the hip along x, N
+    PUSHING,  # 1: a push is under way, be it of no force
+    NEXT_PUSH,  # when it ends, or when the next one begins, s
+    PUSH_IMPULSE,  # of this one, or of the next one, N s
+    PUSHES,  # that have ended
     EVALUATIONS,  # of the law, since the start
     PAUSE,  # so many of them bring the engine back to Python, wherever it is
     UNDER_WAY,  # 1: it came back in the middle of a gait step
@@ -60,8 +66,8 @@ from mjbiped.robots.compass import Constants
     STEP_STARTED,  # evaluations at the gait step's beginning
     LOOK,  # so many of them, and the gait step's progress is looked at
     LOOKED,  # time since the support transfer when it was looked at, s
-) = range(49)
-SCALARS = 49
+) = range(54)
+SCALARS = 54
 
 ANGLES_AND_RATES = 4
 WORKS = 2
@@ -114,6 +120,7 @@ class SimulationConstants(NamedTuple):
         longest_step: The longest of them, s.
         sample_period: s.
         control_period: Time between two ticks of a controller that ticks, s.
+        pushes: At the hip.
     """
 
     robot: Constants
@@ -134,6 +141,7 @@ class SimulationConstants(NamedTuple):
     longest_step: float
     sample_period: float
     control_period: float
+    pushes: Pushes
 
 
 class Buffers(NamedTuple):

@@ -84,11 +84,17 @@ from mjbiped.terrain.profile import Profile, height_of, height_over, segment_sto
     WITHOUT_CONTACT,  # how long the stance foot has had none, s
     NORMAL_FORCE,  # least average in this step, N
     FACE_IMPACTS,  # 1: the swing foot struck a vertical face in this step
+    NEXT_PUSH,  # when the next push begins, or the present one has begun, s
+    PUSH_IMPULSE,  # of it, N s
+    PUSHES,  # that have ended
+    PUSHING,  # 1: a push is under way
+    PUSH_LEFT,  # of its impulse, N s
+    PUSH,  # force at the hip along x, N
     COUNT,  # touchdowns so far
     OUTCOME,
     RECORD,  # which of its model's records holds for this walk where the callbacks are compiled; see `native`
     LAST_TOUCHDOWN,  # first index of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
-) = range(57)
+) = range(63)
 
 # of the touchdown's row, each the first of two indices: what the controller is told
 TOLD_Q_BEFORE, TOLD_Q, TOLD_DQ = (LAST_TOUCHDOWN + index_of(TOUCHDOWNS, name) for name in ("q_before", "q", "dq"))

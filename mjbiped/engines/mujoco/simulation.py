@@ -24,6 +24,7 @@ from mjbiped.control import methods
 from mjbiped.control.check import refused_in_words
 from mjbiped.control.controller import Controller
 from mjbiped.control.methods import gives_its_law
+from mjbiped.disturbances.pushes import NONE, Pushes, following
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.mujoco import callbacks, leapfrog
 from mjbiped.engines.mujoco import contact_events as events
@@ -93,6 +94,7 @@ class Simulation:
         distance: float | None = None,
         sample_period: float = math.inf,
         scuffing: ScuffingRule | None = None,
+        pushes: Pushes = NONE,
         options: Options | None = None,
         compile: bool = True,
         scenery: bool = False,
@@ -109,6 +111,7 @@ class Simulation:
             distance: Position x of the stance foot at which it is finished, m; None: no limit.
             sample_period: Time between two samples, s; infinity: none but the first and the last.
             scuffing: When the swing foot may touch the ground.
+            pushes: At the hip.
             options: The engine's settings. Where its steps do not end at touchdowns, the model stays as it is, and may
                 serve many walks at the same time.
             compile: Whether laws that can be compiled are.
@@ -171,6 +174,7 @@ class Simulation:
             memory_size=controller.memory_size,
             states=states,
             sampled=isinstance(controller, SampledController),
+            pushes=pushes,
         )
         room = BLOCK + 1 if math.isfinite(sample_period) else 2
         self.recording = Recording(
@@ -207,6 +211,8 @@ class Simulation:
         self.data.qvel[:] = qvel
         userdata = self._userdata()
         events.begin(userdata.events, State(qpos, qvel), slope, (0.0, height), self._constants.timestep)
+        u = userdata.events
+        u[events.NEXT_PUSH], u[events.PUSH_IMPULSE] = following(self._constants.pushes, 0, 0.0)
         self.controller.start(userdata.memory, tuple(q), tuple(dq))
         self.data.userdata[:] = list(chain(*userdata))
 
@@ -375,7 +381,7 @@ class Simulation:
             return
         leapfrog.put_back(data.userdata, data.qvel)
         userdata, state = self._userdata(), State(data.qpos.tolist(), data.qvel.tolist())
-        if callbacks.control(self._setting, userdata, data.ctrl, data.time, state):
+        if callbacks.control(self._setting, userdata, data.ctrl, data.qfrc_applied, data.time, state):
             data.userdata[:] = list(chain(*userdata))
 
     def _on_sensor(self, model: mujoco.MjModel, data: mujoco.MjData, stage: int) -> None:

@@ -165,7 +165,7 @@ def check_offsets(data: mujoco.MjData) -> None:
         UnknownLayoutError: It does not.
     """
     at = layout()
-    for name in ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos", "qacc"):
+    for name in ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos", "qacc", "qfrc_applied"):
         found = ctypes.c_int64.from_address(data._address + getattr(at, name)).value
         if found != getattr(data, name).ctypes.data:
             raise UnknownLayoutError(f"MuJoCo {mujoco.__version__} keeps {name} elsewhere than in other models")
@@ -212,7 +212,8 @@ def _compile(made: str, classes: tuple[tuple[str, type], ...], at: Layout) -> Fu
             control(
                 Setting(Laws(torque, touchdown, slope_estimate, tick), parameters, constants, recording),
                 Userdata(u, u[MEMORY:behind], u[behind:]), numbers(word(data + AT_CTRL), 3),
-                numbers(data + AT_TIME, 1)[0], State(four(word(data + AT_QPOS)), four(word(data + AT_QVEL))),
+                numbers(word(data + AT_QFRC_APPLIED), 4), numbers(data + AT_TIME, 1)[0],
+                State(four(word(data + AT_QPOS)), four(word(data + AT_QVEL))),
             )
             failed = numbers(parameters.record, 1)  # see `MachineCode.failed`
             if failed[0] != 0.0:
