@@ -31,8 +31,8 @@ class Disturbances:
     walk = mjbiped.walk(controller, terrain, disturbances=disturbances)
     ```
 
-    With anything given but pushes, the controller is a digital one in either engine: it reads its sensors once in every
-    `control_period`, and its motors hold their torques until the next tick.
+    With anything given but pushes and friction, the controller is a digital one in either engine: it reads its sensors
+    once in every `control_period`, and its motors hold their torques until the next tick.
 
     Sensors are the encoders and rate sensors of both joints: the ankle's measure the stance leg against the ground's
     normal, the hip's the angle from the left to the right leg. An encoder reads `angle + angle_bias + noise`, rounded
@@ -57,6 +57,8 @@ class Disturbances:
         push_interval: Mean time from the end of a random push to the next one, s; the times are exponentially
             distributed.
         push_duration: How long a push lasts, with constant force, s.
+        friction: Coefficient of Coulomb friction between feet and ground; None: 0.8. In MuJoCo alone: the hybrid
+            engine's stance foot never slips, and its record says for how much friction a walk asks.
         seed: Of noise and random pushes; the same seed gives the same noise and pushes in both engines.
 
     Raises:
@@ -76,6 +78,7 @@ class Disturbances:
     push_impulse: float = 0.0
     push_interval: float | None = None
     push_duration: float = 0.05
+    friction: float | None = None
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -98,6 +101,7 @@ class Disturbances:
             torque_limit=domains.TORQUE_LIMIT,
             motor_bandwidth=domains.BANDWIDTH,
             push_interval=domains.PUSH_INTERVAL,
+            friction=domains.FRICTION,
         )
         object.__setattr__(self, "pushes", _checked_pushes(self.pushes, self.push_duration))
         if (self.push_impulse != 0.0) != (self.push_interval is not None):
@@ -110,8 +114,8 @@ class Disturbances:
 
     @property
     def in_loop(self) -> bool:
-        """Whether anything acts on the control loop: all but the pushes and the seed."""
-        names = [name for name in _USUAL if name != "seed" and not name.startswith("push")]
+        """Whether anything acts on the control loop: all but pushes, friction and seed."""
+        names = [name for name in _USUAL if name not in ("seed", "friction") and not name.startswith("push")]
         return any(getattr(self, name) != _USUAL[name] for name in names)
 
     @property
@@ -200,6 +204,9 @@ class Disturbances:
             known_name("disturbance", name, _USUAL)
         return cls(**given)
 
+
+SETTINGS = tuple(field.name for field in fields(Disturbances) if field.name != "pushes")
+"""Names of those that are one number each."""
 
 _USUAL: dict[str, Any] = {field.name: field.default for field in fields(Disturbances)}
 

@@ -179,6 +179,7 @@ def make_plan(
     disturbed = UNDISTURBED if disturbances is None else check_kind("disturbances", disturbances, Disturbances)
     plan = Plan(terms, controller, terrain, robot, q, dq, description, disturbed)
     terms.engine.check(plan)
+    terms.engine.check_disturbances(disturbed)
     if not known:
         try_out(controller, q, dq)
     return plan

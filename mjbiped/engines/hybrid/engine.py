@@ -9,9 +9,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine, Run, Show
 from mjbiped.engines.hybrid.simulation import TOLERANCE, HybridSimulation, simulate
 from mjbiped.engines.plan import Plan
+from mjbiped.errors import InputError
 from mjbiped.records.recorder import Cancellation, never_cancelled
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils import domains
@@ -38,13 +40,18 @@ class Hybrid(Engine):
         """Check the value."""
         domains.check_fields(self, tolerance=domains.TOLERANCE)
 
-    def check(self, plan: Plan) -> None:
-        """Refuse a delay that does not fit the control period.
+    def check_disturbances(self, disturbances: Disturbances) -> None:
+        """Refuse a delay that does not fit the control period, and friction.
 
         Raises:
-            InputError: It does not.
+            InputError: It does not, or there is one.
         """
-        plan.driven(plan.disturbances.period(None, 0.0))
+        if disturbances.friction is not None:
+            raise InputError(
+                f"friction = {disturbances.friction:g}: the hybrid engine's stance foot never slips; walk in mujoco, "
+                "or see in the record how much friction is asked for"
+            )
+        disturbances.delay_ticks(disturbances.period(None, 0.0))
 
     def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> HybridRun:
         """Set the robot on the ground; see `Engine.start`."""

@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.control.controller import Controller
 from mjbiped.control.trial import fault_in
+from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.mujoco import callbacks, contact_events
 from mjbiped.engines.mujoco.compiled.registry import is_compiled, shared_callbacks
@@ -59,11 +59,15 @@ class MujocoRun(Run):
             self.simulation = before
             return
         period = plan.terms.sample_period
-        driven, options = disturbed(plan, options)
+        driven = plan.controller
+        if plan.disturbances.in_loop:
+            options = ticking(options, plan.disturbances)
+            driven = plan.driven(options.control_period or 0.0)
         self.simulation = Simulation(
             driven,
             plan.terrain,
             **plan.arguments(),
+            friction=plan.disturbances.friction,
             options=options,
             # also where no samples are kept: the last one tells where a walk that was broken off has been
             sample_period=DEFAULT_SAMPLE_PERIOD if period is None else period,
@@ -108,16 +112,13 @@ class MujocoRun(Run):
         return {**asdict(self.simulation.options), "warnings": dict(self.simulation.warnings)}
 
 
-def disturbed(plan: Plan, options: Options) -> tuple[Controller, Options]:
-    """What drives the robot in a walk, and the settings with its control period.
+def ticking(options: Options, disturbances: Disturbances) -> Options:
+    """The settings with the control period of a disturbed loop.
 
     Raises:
-        InputError: The control period or the delay does not fit the timestep.
+        InputError: It does not fit the timestep.
     """
-    if not plan.disturbances.in_loop:
-        return plan.controller, options
-    period = plan.disturbances.period(options.control_period, options.timestep)
-    return plan.driven(period), replace(options, control_period=period)
+    return replace(options, control_period=disturbances.period(options.control_period, options.timestep))
 
 
 def simulate(simulation: Simulation, recorder: Recorder, show: Show | None = None) -> Outcome:

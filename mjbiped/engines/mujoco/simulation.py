@@ -95,6 +95,7 @@ class Simulation:
         sample_period: float = math.inf,
         scuffing: ScuffingRule | None = None,
         pushes: Pushes = NONE,
+        friction: float | None = None,
         options: Options | None = None,
         compile: bool = True,
         scenery: bool = False,
@@ -112,6 +113,7 @@ class Simulation:
             sample_period: Time between two samples, s; infinity: none but the first and the last.
             scuffing: When the swing foot may touch the ground.
             pushes: At the hip.
+            friction: Coefficient between feet and ground, other than the scene's.
             options: The engine's settings. Where its steps do not end at touchdowns, the model stays as it is, and may
                 serve many walks at the same time.
             compile: Whether laws that can be compiled are.
@@ -182,6 +184,8 @@ class Simulation:
             samples=np.zeros((room, SAMPLED + states)),
             rows=np.zeros((BLOCK, TOUCHED)),
         )
+        self._friction = friction
+        self._set_friction()
         self._compile = compile
         self._before: dict[str, Any] = {}
         self._attachment: ExitStack | None = None
@@ -253,6 +257,7 @@ class Simulation:
         data = mujoco.MjData(scene.model)
         mujoco.mj_setState(scene.model, data, state, WHOLE_STATE)
         self.model, self.data, self._constants, self._inside = scene.model, data, constants, self._windows.inside(scene)
+        self._set_friction()
         made = self.__dict__.get("_native")  # as `cached_property` keeps it
         if made is not None:
             check_offsets(self.data)
@@ -261,6 +266,11 @@ class Simulation:
                 self._attachment.close()
                 self._attachment.enter_context(attached(self.model, [self._native]))
         return True
+
+    def _set_friction(self) -> None:
+        """Write the friction into the model: it is the feet's, which have priority over the ground's."""
+        if self._friction is not None:
+            self.model.geom_friction[list(self._constants.places.feet), 0] = self._friction
 
     @property
     def inside(self) -> tuple[float, float]:
