@@ -15,6 +15,7 @@ from mjbiped.rendering import gl as gl  # isort: split
 
 from mjbiped.analysis.compare import Comparison, compare
 from mjbiped.analysis.survival import Survival
+from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
@@ -51,6 +52,7 @@ _register(
 __all__ = [
     "Comparison",
     "Compass",
+    "Disturbances",
     "Engine",
     "Gait",
     "GaitError",

@@ -19,6 +19,7 @@ import numpy as np
 from mjbiped.analysis import divergence
 from mjbiped.analysis.divergence import Divergence
 from mjbiped.control.controller import Controller
+from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
@@ -112,6 +113,7 @@ def compare(
     hybrid: Hybrid | None = None,
     sample_period: float = DEFAULT_SAMPLE_PERIOD,
     scuffing: ScuffingRule | None = None,
+    disturbances: Disturbances | None = None,
     progress: bool = False,
 ) -> Comparison:
     """Let the same robot walk the same ground in both engines.
@@ -129,6 +131,7 @@ def compare(
         hybrid: Settings of the hybrid engine.
         sample_period: Time between two samples of the records, s.
         scuffing: When the swing foot may touch the ground.
+        disturbances: Of both walks: the same noise and pushes.
         progress: Show progress bars.
 
     Returns:
@@ -154,6 +157,7 @@ def compare(
         robot=robot,
         sample_period=sample_period,
         scuffing=scuffing,
+        disturbances=disturbances,
         progress=progress,
     )
     there = walked(engine=contacts)  # first: it refuses all that the hybrid engine would, and more

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,6 +16,7 @@ from controllers.comparison.known_slope import SLOPE_SOURCES
 from mjbiped.control.fields import shown_defaults
 from mjbiped.control.own import FORMS, is_reference
 from mjbiped.control.registry import DEFAULT_CONTROLLER, SHARED, controller_names, settings_of
+from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
 from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES
 from mjbiped.engines.plan import DEFAULT_STEPS, INITIAL_STATES
@@ -187,6 +189,28 @@ def gain(value: str) -> tuple[str, str]:
     return name.strip(), rest
 
 
+def push(value: str) -> tuple[float, float]:
+    """When a push begins (s) and its impulse (N s), as "2:-5"."""
+    time, _, impulse = value.partition(":")
+    try:
+        return domains.TIME.check("", parse_number(time)), domains.PUSH.check("", parse_number(impulse))
+    except InputError as error:
+        raise click.BadParameter(f"{shown(value)}; expected TIME:IMPULSE in s and N s, as 2:-5.") from error
+
+
+def model_error(value: str) -> tuple[str, float]:
+    """A parameter of the robot and a factor, as "leg_mass=1.2"."""
+    name, _, factor = value.partition("=")
+    try:
+        domains.known_name("parameter of the robot", name.strip(), [field.name for field in fields(Compass)])
+        return name.strip(), domains.MODEL_ERROR.check("", parse_number(factor))
+    except InputError as error:
+        names = ", ".join(field.name for field in fields(Compass))
+        raise click.BadParameter(
+            f"{shown(value)}; expected NAME=FACTOR, as leg_mass=1.2, of {names}, and {domains.MODEL_ERROR.words}."
+        ) from error
+
+
 def controller_name(value: str) -> str:
     """The name of a registered controller, or of a class of the user's own, which is not loaded yet."""
     if is_reference(value) or value in controller_names():
@@ -351,6 +375,35 @@ records_option = options(
     "Results",
     ("--out", output(".npz"), None, "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz."),
 )
+_DISTURBANCES = ", ".join(
+    f"{field.name}={'none' if field.default is None else f'{field.default:g}'}"
+    for field in fields(Disturbances)
+    if field.name != "pushes"
+)
+
+disturbance_options = options(
+    "Disturbances",
+    (
+        "--disturb",
+        Kind("NAME=VALUE", gain),
+        (),
+        f"Noise, delay, weak motors, random pushes, in SI units; may be repeated: {_DISTURBANCES}. "
+        "docs/disturbances.md explains them.",
+    ),
+    (
+        "--push pushes",
+        Kind("TIME:IMPULSE", push),
+        (),
+        "Push the hip forward from this time on, s, by so many N s (backward: negative); may be repeated.",
+    ),
+    (
+        "--model-error",
+        Kind("NAME=FACTOR", model_error),
+        (),
+        "The controller takes the robot's NAME, as leg_mass, for FACTOR times what it is; may be repeated.",
+    ),
+)
+
 record_option = options("Results", ("--out", output(".npz"), None, "Write the record, an .npz file."))
 
 
@@ -389,6 +442,7 @@ def walker_options(function: _Function) -> _Function:
         adaptive_options,
         comparison_options,
         robot_options,
+        disturbance_options,
     )
     for part in reversed(parts):
         function = part(function)

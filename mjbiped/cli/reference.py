@@ -32,7 +32,7 @@ from mjbiped.utils import domains
         "Let the foot go no further forward from that moment on; without it the same height costs less.",
     ),
     ("--torque-limit", domains.TORQUE, None, "Greatest torque of ankle and hip, N m; no limit unless given."),
-    ("--friction", domains.FRICTION, FRICTION, "Greatest friction that is asked of the ground."),
+    ("--friction", domains.NEEDED_FRICTION, FRICTION, "Greatest friction that is asked of the ground."),
 )
 @options.robot_options
 @options.plot_option

@@ -113,11 +113,13 @@ def _live(ctx: click.Context, text: str, values: dict[str, Any]) -> Callable[[],
     controller, terrain = walker(ctx, values)
     engine = mujoco_of(ctx, values)
     initial = values.pop("initial")
-    plan = make_plan(Terms(engine, sample_period=None, **values), controller, terrain, initial)
+    disturbances = values.pop("disturbances")
+    terms = Terms(engine, sample_period=None, **values)
+    plan = make_plan(terms, controller, terrain, initial, disturbances=disturbances)
     grounds = next_ground(text, seed)
 
     def on_next_ground() -> Plan:
         assert grounds is not None
-        return make_plan(plan.terms, controller, grounds(), initial, plan.description)
+        return make_plan(terms, controller, grounds(), initial, plan.description, disturbances)
 
     return lambda: LiveWalk(plan, on_next_ground if grounds is not None else None)

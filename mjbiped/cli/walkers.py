@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import click
@@ -11,6 +12,8 @@ import click
 from mjbiped.cli import options
 from mjbiped.cli.laws import controller_of, refuse, section, taken
 from mjbiped.control.controller import Controller
+from mjbiped.control.fields import value_of
+from mjbiped.disturbances.disturbances import SETTINGS, Disturbances
 from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.names import ENGINES
@@ -20,10 +23,13 @@ from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.files import parse_parameters
 from mjbiped.terrain.presets import RANDOM
 from mjbiped.terrain.terrain import Terrain, parse_terrain
+from mjbiped.utils.domains import known_name
 
 
 def walker(ctx: click.Context, values: dict[str, Any]) -> tuple[Controller, Terrain]:
-    """Who walks where, of `values`, in which robot and scuffing rule take the place of the options that they are of.
+    """Who walks where, of `values`.
+
+    Robot, scuffing rule and disturbances take the place there of the options that they are of.
 
     Raises:
         click.UsageError: An option is given that the controller does not have.
@@ -31,9 +37,47 @@ def walker(ctx: click.Context, values: dict[str, Any]) -> tuple[Controller, Terr
     """
     terrain = terrain_of(values.pop("terrain"), values.pop("seed"))
     values["robot"] = Compass(**taken(ctx, values, "Robot"))
-    controller = controller_of(ctx, values["robot"], values)
+    values["disturbances"] = disturbances_of(values.pop("disturb"), values.pop("pushes"))
+    controller = controller_of(ctx, model_of(values["robot"], values.pop("model_error")), values)
     values["scuffing"] = ScuffingRule(reach=values.pop("scuffing_reach"))
     return controller, terrain
+
+
+def disturbances_of(given: Iterable[tuple[str, str]], pushes: Sequence[tuple[float, float]]) -> Disturbances | None:
+    """The disturbances of a command; None where there are none.
+
+    Args:
+        given: Names and values as texts.
+        pushes: Times (s) and impulses (N s).
+
+    Raises:
+        InputError: A name is unknown or given twice, or a value is outside its domain.
+    """
+    values: dict[str, Any] = {"pushes": pushes} if pushes else {}
+    for name, text in given:
+        try:
+            known_name("disturbance", name, SETTINGS)
+            if name in values:
+                raise InputError(f"{name} is given twice; give it once")
+            values[name] = value_of(Disturbances, name, text)
+        except InputError as error:
+            raise InputError(f"--disturb {error}") from error
+    return Disturbances(**values) if values else None
+
+
+def model_of(robot: Compass, errors: Sequence[tuple[str, float]]) -> Compass:
+    """The model that a controller has of a robot.
+
+    Args:
+        robot: That walks.
+        errors: Names of its parameters, and the factors by which the model's differ.
+
+    Raises:
+        InputError: A name is given twice, or the model is none that a robot can have.
+    """
+    if len(dict(errors)) < len(errors):
+        raise InputError("--model-error: a name is given twice; give it once")
+    return replace(robot, **{name: factor * getattr(robot, name) for name, factor in errors}) if errors else robot
 
 
 def terrain_of(text: str, seed: int | None) -> Terrain:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -49,7 +49,7 @@ def _blame(law: Law, states: Sequence[str]) -> str:
     """The first law that will not do by itself, and why; empty if all do."""
     numba = _numba()
     types = numba.types
-    prepared(law[1:], inlined=())
+    prepared(tuple(law.functions.values()), inlined=())
     try:
         parameters = numba.typeof(law.parameters)
     except ValueError:
@@ -60,8 +60,11 @@ def _blame(law: Law, states: Sequence[str]) -> str:
         ("touchdown", 6, 0),
         ("slope_estimate", 0, 1),
         ("next_discontinuity", 1, 1),
+        ("tick", 5, 0),
     ):
-        function: Callable[..., Any] = getattr(law, name)
+        if name not in law.functions:
+            continue
+        function = law.functions[name]
         alone = numba.njit(_nrt=False)(function)
         try:
             alone.compile((parameters, memory, *[number] * count))

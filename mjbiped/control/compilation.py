@@ -13,6 +13,7 @@ from mjbiped.numerics.records import NotPackableError, Packer
 if TYPE_CHECKING:
     from mjbiped.control.machine_code import CompiledLaw
 
+_STATE = "t, q1, q2, dq1, dq2"
 _POSTURES = "q1_old, q2_old, q1, q2, dq1, dq2"
 _FAILED = 0  # index in a law's record: not zero once a law has raised an exception
 
@@ -48,7 +49,7 @@ class MachineCode:
         made = packer.add(law.parameters)
         self._record = packer.record()
         kind = (made, tuple(packer.classes.items()), 2 + states, memory_size, contract)
-        self._functions = {name: _function(name, getattr(law, name), *kind) for name in law._fields[1:]}
+        self._functions = {name: _function(name, each, *kind) for name, each in law.functions.items()}
         self.law = CompiledLaw(
             **{name: function.address for name, function in self._functions.items()},
             record=self._record.ctypes.data,
@@ -71,7 +72,7 @@ def can_be_compiled(law: Law) -> bool:
         Packer().add(law.parameters)
     except NotPackableError:
         return False
-    return not raises((law.torque, law.touchdown, law.slope_estimate, law.next_discontinuity))
+    return not raises(tuple(law.functions.values()))
 
 
 @lru_cache(maxsize=256)
@@ -84,7 +85,7 @@ def _function(
     memory_size: int,
     contract: bool,
 ) -> Any:
-    """One of the four C functions, for one kind of law and parameters. What did not change is not compiled again."""
+    """One of the C functions, for one kind of law and parameters. What did not change is not compiled again."""
     import numba
 
     from mjbiped.numerics import addresses
@@ -100,6 +101,7 @@ def _function(
             f"{values_of} = law(parameters(record), numbers(m, {memory_size}), t, q1, q2, dq1, dq2); {written}",
             lost,
         ),
+        "tick": (_STATE, "pass", f"law(parameters(record), numbers(m, {memory_size}), {_STATE})", "pass"),
         "touchdown": (_POSTURES, "pass", f"law(parameters(record), numbers(m, {memory_size}), {_POSTURES})", "pass"),
         "slope_estimate": (
             "t",
@@ -133,6 +135,7 @@ def _function(
     signature = {
         "torque": numba.types.void(word, word, *[number] * 5, word),
         "touchdown": numba.types.void(word, word, *[number] * 6),
+        "tick": numba.types.void(word, word, *[number] * 5),
     }.get(name, number(word, word, number))
     known = (digest, made, _kinds(classes), contract)
     return from_source(partial(c_function, signature=signature, **options(contract)), name, source, space, known)

@@ -38,6 +38,7 @@ class Law(NamedTuple):
         touchdown: (parameters, memory, q1 and q2 before, q1, q2, dq1, dq2), as `Controller.on_touchdown`.
         slope_estimate: (parameters, memory) -> float.
         next_discontinuity: (parameters, memory, t) -> float.
+        tick: None, but for `mjbiped.disturbances.sampled.SampledController`: arguments as of `torque`.
     """
 
     parameters: Any
@@ -45,6 +46,12 @@ class Law(NamedTuple):
     touchdown: Callable[..., None]
     slope_estimate: Callable[..., float]
     next_discontinuity: Callable[..., float]
+    tick: Callable[..., None] | None = None
+
+    @property
+    def functions(self) -> dict[str, Callable[..., Any]]:
+        """Those that there are, by their names."""
+        return {name: each for name, each in self._asdict().items() if name != "parameters" and each is not None}
 
 
 class Controller(ABC):

@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from mjbiped.control.controller import Memory
-from mjbiped.numerics.addresses import call_at, call_torque, call_touchdown
+from mjbiped.numerics.addresses import call_at, call_tick, call_torque, call_touchdown
 
 
 class CompiledLaw(NamedTuple):
@@ -24,6 +24,7 @@ class CompiledLaw(NamedTuple):
         next_discontinuity: Of (record, memory, t) -> float.
         record: Address of the parameters, a `mjbiped.numerics.records.Packer`'s record.
         values: At least as many zeros as `torque` gives numbers: a tuple's length is part of its type.
+        tick: Of (record, memory, t, q1, q2, dq1, dq2); 0: the law has none.
     """
 
     torque: int
@@ -32,6 +33,7 @@ class CompiledLaw(NamedTuple):
     next_discontinuity: int
     record: int
     values: tuple[float, ...]
+    tick: int = 0
 
 
 def torque(
@@ -64,3 +66,8 @@ def slope_estimate(law: CompiledLaw, memory: Memory) -> float:
 def next_discontinuity(law: CompiledLaw, memory: Memory, t: float) -> float:
     """`Law.next_discontinuity`, by address."""
     return float(call_at(law.next_discontinuity, law.record, memory, t))
+
+
+def tick(law: CompiledLaw, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float) -> None:
+    """`Law.tick`, by address; there must be one."""
+    call_tick(law.tick, law.record, memory, t, q1, q2, dq1, dq2)

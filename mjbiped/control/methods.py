@@ -96,3 +96,8 @@ def next_discontinuity(controller: Controller, memory: Memory, t: float) -> floa
     """The method `next_discontinuity` likewise; a controller without it has no breaks."""
     ask = getattr(controller, "next_discontinuity", None)
     return math.inf if ask is None else float(ask(memory, t))
+
+
+def tick(controller: Any, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float) -> None:
+    """The method `tick` of a `mjbiped.disturbances.sampled.SampledController` likewise."""
+    controller.tick(memory, t, (q1, q2), (dq1, dq2))

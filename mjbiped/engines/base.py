@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 from numpy.typing import NDArray
 
 from mjbiped.control.blame import place_of
+from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.engines.plan import Plan
+from mjbiped.errors import InputError
 from mjbiped.numerics.jit import announced
 from mjbiped.records.measures import Summary
 from mjbiped.records.record import Walk
@@ -42,6 +44,15 @@ class Engine(ABC):
         Raises:
             InputError: It cannot.
         """
+
+    def check_disturbances(self, disturbances: Disturbances) -> None:
+        """Refuse disturbances that do not fit this engine's settings; by default all.
+
+        Raises:
+            InputError: They do not.
+        """
+        if disturbances != UNDISTURBED:
+            raise InputError(f"the engine {self.name} knows no disturbances; mujoco and hybrid do")
 
     def room(self, states: int) -> int:
         """Number of integrated states that the machine code has room for which serves a controller with so many."""

@@ -18,6 +18,8 @@ import scipy
 
 from mjbiped.control.own import source_of
 from mjbiped.control.trial import try_out
+from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
+from mjbiped.disturbances.sampled import SampledController
 from mjbiped.errors import GaitError, InputError, shown
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.passive import find_passive_gait
@@ -83,6 +85,7 @@ class Plan:
         q: Stance and swing angle at the start, from the ground's normal under x = 0, rad.
         dq: Their rates, rad/s.
         description: What `controller.describe()` gave.
+        disturbances: What the walk is disturbed by.
     """
 
     terms: Terms
@@ -92,6 +95,20 @@ class Plan:
     q: tuple[float, float]
     dq: tuple[float, float]
     description: Mapping[str, Any]
+    disturbances: Disturbances = UNDISTURBED
+
+    def driven(self, period: float) -> Controller:
+        """What drives the robot: the controller, in a loop that ticks where that is disturbed.
+
+        Args:
+            period: Time between two ticks, s.
+
+        Raises:
+            InputError: The delay does not fit the period.
+        """
+        if not self.disturbances.in_loop:
+            return self.controller
+        return SampledController(self.controller, self.disturbances, period)
 
     def arguments(self) -> dict[str, Any]:
         """What a simulation of either engine is made with, beside controller and terrain."""
@@ -103,6 +120,7 @@ class Plan:
             "steps": terms.steps,
             "distance": terms.distance,
             "scuffing": terms.scuffing,
+            "pushes": self.disturbances.schedule,
         }
 
     def settings(self) -> dict[str, Any]:
@@ -119,6 +137,7 @@ class Plan:
             "distance": terms.distance,
             "sample_period": terms.sample_period,
             "scuffing": dict(_fields(terms.scuffing)),
+            **({} if self.disturbances == UNDISTURBED else {"disturbances": self.disturbances.to_dict()}),
             "versions": dict(versions()),
         }
 
@@ -129,6 +148,7 @@ def make_plan(
     terrain: Terrain,
     initial: str | Sequence[float],
     description: Mapping[str, Any] | None = None,
+    disturbances: Disturbances | None = None,
 ) -> Plan:
     """Check a controller, a terrain and an initial state, and put them together.
 
@@ -138,6 +158,7 @@ def make_plan(
         terrain: The ground.
         initial: A name of `INITIAL_STATES`, or four numbers.
         description: What this controller has said of itself in an earlier plan; it is not tried again then.
+        disturbances: What the walk is disturbed by; None: by nothing.
 
     Raises:
         InputError: One of them is not what is expected, the scuffing rule would never let the gait land, the robot
@@ -156,8 +177,10 @@ def make_plan(
     if gait is not None:
         check_landing(gait, slope, terms.scuffing)
     _check_start(robot, terrain, q, terms.scuffing)
-    plan = Plan(terms, controller, terrain, robot, q, dq, description)
+    disturbed = UNDISTURBED if disturbances is None else check_kind("disturbances", disturbances, Disturbances)
+    plan = Plan(terms, controller, terrain, robot, q, dq, description, disturbed)
     terms.engine.check(plan)
+    terms.engine.check_disturbances(disturbed)
     if not known:
         try_out(controller, q, dq)
     return plan

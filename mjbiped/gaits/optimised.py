@@ -126,7 +126,7 @@ def find_reference(
         clearance=domains.CLEARANCE.check("clearance", clearance),
         retraction=_yes_or_no(retraction),
         torque_limit=None if torque_limit is None else domains.TORQUE.check("torque_limit", torque_limit),
-        friction=domains.FRICTION.check("friction", friction),
+        friction=domains.NEEDED_FRICTION.check("friction", friction),
     )
     return _find(robot, goal)
 

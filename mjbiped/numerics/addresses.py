@@ -123,6 +123,40 @@ def call_touchdown(
 
 
 @intrinsic  # type: ignore[untyped-decorator]
+def call_tick(
+    _typing: Any,
+    _function: Any,
+    _record: Any,
+    memory: Any,
+    _t: Any,
+    _q1: Any,
+    _q2: Any,
+    _dq1: Any,
+    _dq2: Any,
+) -> Any:
+    """Call the C function at an address with a time and a state."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        function, record, memory, *state = arguments
+        _call(builder, function, ir.VoidType(), [record, _data(context, builder, signature, memory), *state])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, memory, *[types.float64] * 5), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def floats_at(_typing: Any, memory: Any, _first: Any, values: Any) -> Any:
+    """So many floats of an array as `values` is long, from an index on, as a tuple."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        view = context.make_array(signature.args[0])(context, builder, arguments[0])
+        place = builder.gep(view.data, [arguments[1]])
+        return builder.load(builder.bitcast(place, context.get_value_type(values).as_pointer()))
+
+    return values(memory, types.int64, values), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
 def call_at(_typing: Any, _function: Any, _record: Any, memory: Any, _t: Any) -> Any:
     """The float that the C function at an address returns for a time."""
 

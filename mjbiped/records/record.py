@@ -94,6 +94,14 @@ class Walk:
         return warnings
 
     @property
+    def ground_pulls(self) -> NDArray[np.bool_]:
+        """For each touchdown, whether the ground would have had to pull in the step that it ends, shape (steps,).
+
+        `touchdowns["normal_force"]` has the least force; see `mjbiped.records.measures.pulls`.
+        """
+        return measures.pulls(self.touchdowns)
+
+    @property
     def distance(self) -> float:
         """Horizontal distance of the stance foot, m."""
         return measures.distance(self)

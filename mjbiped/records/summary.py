@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,14 @@ if TYPE_CHECKING:
     from mjbiped.records.record import Walk
 
 _WIDTH = 100  # characters of the table as text
+
+
+def _in_words(disturbances: Mapping[str, Any]) -> str:
+    """What is not as usual, in a line."""
+    words: dict[str, Callable[[Any], object]] = {"pushes": len, "seed": str}
+    return ", ".join(
+        f"{name.replace('_', ' ')} {words.get(name, '{:g}'.format)(value)}" for name, value in disturbances.items()
+    )
 
 
 class WalkSummary(Mapping[str, Any]):
@@ -34,6 +42,8 @@ class WalkSummary(Mapping[str, Any]):
             ("terrain", walk.terrain.caption, ""),
             ("controller", f"{settings['controller']['name']}, engine {settings['engine']}", ""),
         ]
+        if settings.get("disturbances"):
+            rows.append(("disturbances", _in_words(settings["disturbances"]), ""))
         if values["warnings"]:
             warnings = (f"{text} ({n} times)" if n > 1 else text for text, n in values["warnings"].items())
             rows.append(("warning", "; ".join(warnings), ""))

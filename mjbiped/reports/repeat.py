@@ -56,6 +56,7 @@ again = mjbiped.walk(
     distance=settings["distance"],
     sample_period=settings["sample_period"],
     scuffing=mjbiped.ScuffingRule(**settings["scuffing"]),
+    disturbances=mjbiped.Disturbances.from_dict(settings.get("disturbances", {{}})),
 )
 print(again.summary())
 print("the same, bit by bit:", again == before)
@@ -86,6 +87,11 @@ def _words(walk: Walk) -> Iterator[str]:
         value, usual = settings["robot"][field.name], getattr(Compass(), field.name)
         if value != usual:
             yield from (_option(field.name), repr(value))
+    for name, value in settings.get("disturbances", {}).items():
+        if name == "pushes":
+            yield from (f"--push={time!r}:{impulse!r}" for time, impulse in value)
+        else:
+            yield from ("--disturb", f"{name}={value!r}")
     rule = ScuffingRule(**settings["scuffing"])
     if rule != ScuffingRule(reach=rule.reach):
         raise _NotSayableError

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from mjbiped.control.check import LawError
 from mjbiped.control.controller import Controller
+from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine
 from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Terms, make_plan
@@ -59,6 +60,7 @@ def walk(
     robot: Compass | None = None,
     sample_period: float | None = DEFAULT_SAMPLE_PERIOD,
     scuffing: ScuffingRule | None = None,
+    disturbances: Disturbances | None = None,
     progress: bool = False,
 ) -> Walk:
     """Let a robot walk on a terrain until it has done its steps, or cannot go on.
@@ -81,6 +83,7 @@ def walk(
             None: no samples, for long or many walks; nothing can then be drawn of them.
         scuffing: When the swing foot may touch the ground. A gait whose swing foot it would never let land, because
             the steps are shorter than the rule's reach, is refused.
+        disturbances: Noise, delay, limits of the motors and pushes; none unless given.
         progress: Show a progress bar (never where the output is not a terminal), and say it on stderr, wherever that
             goes, when this kind of controller has to be compiled first.
 
@@ -95,7 +98,7 @@ def walk(
         WalkInterrupted: Ctrl-C; a `KeyboardInterrupt` that carries the walk so far.
     """
     terms = Terms(engine_of(engine), steps, distance, robot, sample_period, chosen(scuffing))
-    plan = make_plan(terms, controller, terrain, initial)
+    plan = make_plan(terms, controller, terrain, initial, disturbances=disturbances)
     with terms.engine.session():
         run = terms.engine.start(plan)
         try:

@@ -7,6 +7,7 @@ from numbers import Real
 from typing import Any, Literal, TypeAlias, TypedDict, Unpack, overload
 
 from mjbiped.control.controller import Controller
+from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine
 from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, make_plan
@@ -66,6 +67,7 @@ class _Options(TypedDict, total=False):
     robot: Compass | None
     sample_period: float | None
     scuffing: ScuffingRule | None
+    disturbances: Disturbances | Sequence[Disturbances] | None
     workers: int | None
     progress: bool
 
@@ -101,6 +103,7 @@ def walk_many(
     robot: Compass | None = None,
     sample_period: float | None = DEFAULT_SAMPLE_PERIOD,
     scuffing: ScuffingRule | None = None,
+    disturbances: Disturbances | Sequence[Disturbances] | None = None,
     summaries: bool = False,
     workers: int | None = None,
     progress: bool = False,
@@ -126,6 +129,7 @@ def walk_many(
         robot: See `walk`.
         sample_period: See `walk`; None (no samples) saves most of the memory.
         scuffing: See `walk`.
+        disturbances: See `walk`; one for all walks, or a sequence of one each, for instance with a seed each.
         summaries: Return what `measures.summary` says of each walk, and no records: a walk then takes as much memory
             with a million steps as with a thousand.
         workers: Walks at a time; by default as many as there are cores for this process. No result depends on it.
@@ -145,7 +149,7 @@ def walk_many(
     workers = WORKERS.check("workers", cores() if workers is None else workers)
     from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
 
-    plans = _plans(terms, controllers, terrains, initial)
+    plans = _plans(terms, controllers, terrains, initial, disturbances)
     with (
         terms.engine.session(many=True),
         announced("the controllers of these walks", wanted=progress),
@@ -166,6 +170,7 @@ def _plans(
     controllers: Controller | Iterable[Controller],
     terrains: Terrain | Iterable[Terrain],
     initial: Initial | Sequence[Initial],
+    disturbances: Disturbances | Sequence[Disturbances] | None,
 ) -> list[Plan]:
     """Check everything that can be checked without a simulation.
 
@@ -173,7 +178,12 @@ def _plans(
         InputError: The numbers differ, or one is not what is expected; the message says which walk's.
         GaitError: A walk has no passive gait to start on.
     """
-    given: dict[str, Any] = {"controllers": controllers, "terrains": terrains, "initial": initial}
+    given: dict[str, Any] = {
+        "controllers": controllers,
+        "terrains": terrains,
+        "initial": initial,
+        "disturbances": disturbances,
+    }
     each = {name: values for name, value in given.items() if (values := entries(value)) is not None}
     if all(isinstance(start, Real) for start in each.get("initial", ())):
         each.pop("initial", None)  # one state for all
@@ -185,9 +195,12 @@ def _plans(
     described: dict[int, Mapping[str, Any]] = {}
     plans = []
     for index in range(count):
-        controller, terrain, start = (each[name][index] if name in each else value for name, value in given.items())
+        controller, terrain, start, disturbed = (
+            each[name][index] if name in each else value for name, value in given.items()
+        )
         try:
-            plans.append(make_plan(terms, controller, terrain, start, described.get(id(controller))))
+            known = described.get(id(controller))
+            plans.append(make_plan(terms, controller, terrain, start, known, disturbed))
             described[id(controller)] = plans[-1].description
         except (InputError, GaitError) as error:
             raise type(error)(f"walk {index} of {count} (counted from 0): {error}") from error

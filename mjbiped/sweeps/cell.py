@@ -10,8 +10,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from mjbiped.control.controller import Controller
+from mjbiped.control.fields import checked
 from mjbiped.control.registry import make_controller
+from mjbiped.disturbances.disturbances import Disturbances
+from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.engine import Mujoco
+from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.errors import InputError
 from mjbiped.gaits.gait import Gait
@@ -104,6 +108,18 @@ class Cell:
         name = settings.pop("name")
         return make_controller(self.law or name, model, settings, gait)
 
+    def disturbances(self) -> Disturbances | None:
+        """Noise, delay, weak motors and pushes; None where the file says nothing of them."""
+        given = self.section("disturbances")
+        if not given:
+            return None
+        return Disturbances(**{name: checked(Disturbances, name, value) for name, value in given.items()})
+
+    def engine(self) -> Engine:
+        """The physics."""
+        options = {key: self.values[key] for key in OPTIONS if key in self.values}
+        return Mujoco(**options) if options else engine_of(str(self.values["engine"]))  # type: ignore[arg-type]  # checked
+
     def terrain(self) -> Terrain:
         """The ground."""
         if self.ground is not None:
@@ -131,14 +147,15 @@ class Cell:
             sample_period: Of the record, s.
         """
         robot, terrain, controller = self.robot(), self.terrain(), self.controller()
-        limits, options = ({key: self.values[key] for key in keys if key in self.values} for keys in (LIMITS, OPTIONS))
+        limits = {key: self.values[key] for key in LIMITS if key in self.values}
         return walk(
             controller,
             terrain,
-            engine=Mujoco(**options) if options else str(self.values["engine"]),  # type: ignore[arg-type]  # checked there
+            engine=self.engine(),
             initial=self.initial(controller, robot, terrain),
             robot=robot,
             scuffing=ScuffingRule(**self.section("scuffing")),
+            disturbances=self.disturbances(),
             sample_period=sample_period,
             **limits,  # type: ignore[arg-type]  # checked there
         )

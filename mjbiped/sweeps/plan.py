@@ -200,7 +200,12 @@ def check_cells(cells: Sequence[Cell], varied: Sequence[str]) -> None:
     gait = find_passive_gait(Compass(), _STAND_IN_SLOPE)
     seen: set[tuple[object, ...]] = set()
     for cell in cells:
-        for part in ((*OF_WALK, "initial"), ("robot", "model", "controller"), ("terrain",)):
+        for part in (
+            (*OF_WALK, "initial"),
+            ("disturbances", *OF_WALK),
+            ("robot", "model", "controller"),
+            ("terrain",),
+        ):
             mine = {name: value for name, value in cell.values.items() if name.split(".")[0] in part}
             # any seed is as good as another: thousands of terrains are not made for a check
             key = tuple((name, type(value), value) for name, value in mine.items() if not _is_fine_seed(name, value))
@@ -216,12 +221,16 @@ def check_cells(cells: Sequence[Cell], varied: Sequence[str]) -> None:
 
 
 def _is_fine_seed(name: str, value: Scalar) -> bool:
-    return name == "terrain.seed" and type(value) is int and 0 <= value < 2**64
+    return name in ("terrain.seed", "disturbances.seed") and type(value) is int and 0 <= value < 2**64
 
 
 def _check_part(cell: Cell, first: str, gait: Gait) -> None:
     if first == "terrain":
         cell.terrain()
+    elif first == "disturbances":
+        disturbances = cell.disturbances()
+        if disturbances is not None:
+            cell.engine().check_disturbances(disturbances)
     elif first == "robot":
         cell.robot()
         controller = cell.controller(gait)

@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 
 from mjbiped.control.own import located
 from mjbiped.control.registry import DEFAULT_CONTROLLER, controller_class, settings_of
+from mjbiped.disturbances.disturbances import SETTINGS
 from mjbiped.engines.names import DEFAULT_ENGINE
 from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
@@ -20,7 +21,7 @@ from mjbiped.terrain.presets import PRESETS, Presets
 from mjbiped.utils.domains import known_name
 
 OF_WALK = ("engine", *LIMITS, *OPTIONS)
-SECTIONS = ("initial", "controller", "robot", "model", "terrain")
+SECTIONS = ("initial", "controller", "robot", "model", "disturbances", "terrain")
 
 _PARTS_OF_RANGE = ("low", "high", "plus_minus")
 
@@ -51,6 +52,8 @@ def parts_of(content: Mapping[str, Any], folder: Path) -> Iterator[list[Settings
     for key in ("robot", "model"):
         if key in content:
             yield [_robot(key, table) for table in _tables(key, content[key])]
+    if "disturbances" in content:
+        yield [_disturbances(table) for table in _tables("disturbances", content["disturbances"])]
     yield [_terrain(table) for table in _tables("terrain", content.get("terrain", {}))]
 
 
@@ -102,6 +105,11 @@ def read_controller(table: Mapping[str, Any], folder: Path) -> Settings:
 def _robot(section: str, table: Mapping[str, Any]) -> Settings:
     check_keys(f"parameter of the {section}", table, [field.name for field in fields(Compass)])
     return {f"{section}.{key}": read_choice(f"{section}.{key}", value) for key, value in table.items()}
+
+
+def _disturbances(table: Mapping[str, Any]) -> Settings:
+    check_keys("disturbance", table, SETTINGS)
+    return {f"disturbances.{key}": read_choice(f"disturbances.{key}", value) for key, value in table.items()}
 
 
 def _terrain(table: Mapping[str, Any]) -> Settings:

@@ -268,7 +268,23 @@ WORKERS = Count(1, 1024)
 SPEED = Domain(1e-3, 100.0, "m/s")
 CLEARANCE = Domain(0.0, 100.0, "m")
 TORQUE = Domain(1e-9, 1e9, "N m")
-FRICTION = Domain(1e-3, 100.0)
+NEEDED_FRICTION = Domain(1e-3, 100.0)
+
+# ---- its disturbances ------------------------------------------------------------------------------------------------
+
+ANGLE_NOISE = Domain(0.0, 1.0, "rad")
+RATE_NOISE = Domain(0.0, 1e3, "rad/s")
+ANGLE_BIAS = Domain(-1.0, 1.0, "rad")
+RATE_BIAS = Domain(-1e3, 1e3, "rad/s")
+LOOP_DELAY = Domain(0.0, 1e3, "s")
+TORQUE_LIMIT = Domain(0.0, 1e12, "N m")
+FRICTION = Domain(0.0, 1e3)
+MODEL_ERROR = Domain(1e-3, 1e3)
+BANDWIDTH = Domain(1e-3, 1e9, "Hz")
+IMPULSE = Domain(0.0, 1e9, "N s")
+PUSH = Domain(-IMPULSE.high, IMPULSE.high, "N s")
+PUSH_INTERVAL = Domain(1e-3, 1e9, "s")
+PUSH_DURATION = Domain(1e-3, 10.0, "s")
 
 # ---- gains -----------------------------------------------------------------------------------------------------------
 
@@ -282,7 +298,6 @@ HIP_WEIGHT = Domain(0.0, 1e6)
 REPLANNING_DELAY = Domain(1e-3, 1.0, "gait periods")
 SLOPE_THRESHOLD = Domain(0.0, 1e3, "rad")
 STATE_THRESHOLD = Domain(0.0, 1e6, "rad and rad/s")
-TORQUE_LIMIT = Domain(0.0, 1e12, "N m")
 MEMORY_SIZE = Count(0, 10_000)
 
 # ---- the ground ------------------------------------------------------------------------------------------------------

@@ -128,6 +128,7 @@ COMMANDS = (
     "view",
     "report",
     "sweep",
+    "robustness",
     "reproduce",
     "compile",
 )
@@ -153,12 +154,13 @@ def test_help_of_a_command_explains_every_option(command: str) -> None:
 def test_help_groups_options_and_shows_defaults() -> None:
     text = run("walk", "--help").stdout
     sections = re.findall(r"^(\w[\w ]*):$", text, re.MULTILINE)
-    assert sections[-8:] == [
+    assert sections[-9:] == [
         "Walk",
         "MuJoCo",
         "Adaptive controller",
         "Comparison controllers",
         "Robot",
+        "Disturbances",
         "Results",
         "Video",
         "Options",

@@ -184,7 +184,7 @@ NONSENSE: tuple[object, ...] = (
     np.datetime64("2020-01-01"),
 )
 OPTIONAL = {"leg_inertia", "replanning_delay", "first", "steps", "distance", "control_period", "sample_period", "robot"}
-OPTIONAL |= {"scuffing", "mujoco", "hybrid", "workers", "threads", "stance_rates", "swing_rates"}
+OPTIONAL |= {"scuffing", "mujoco", "hybrid", "workers", "threads", "stance_rates", "swing_rates", "disturbances"}
 
 
 def quantities() -> Iterator[tuple[str, Callable[[Any], object]]]:

@@ -189,7 +189,12 @@ def _ground_force(
 ) -> tuple[float, float]:
     """Force on the feet along the stance foot's ground and normal to it, N."""
     force_x, force_z = ground_force(constants.robot, constants.mass, constants.gravity, legs, dq1, dq2, ddq1, ddq2)
-    return force_x * b.w[at.COSINE] - force_z * b.w[at.SINE], force_x * b.w[at.SINE] + force_z * b.w[at.COSINE]
+    along = force_x * b.w[at.COSINE] - force_z * b.w[at.SINE]
+    normal = force_x * b.w[at.SINE] + force_z * b.w[at.COSINE]
+    if b.w[at.PUSH] != 0.0:  # is none of the ground's
+        along -= b.w[at.PUSH] * b.w[at.COSINE]
+        normal -= b.w[at.PUSH] * b.w[at.SINE]
+    return along, normal
 
 
 def _normal_force_within(constants: SimulationConstants, b: Buffers, h: float) -> None:

@@ -40,7 +40,10 @@ def rates(
         q1 = q2 = dq1 = dq2 = 0.0
     result = torque(parameters, memory, min(max(t, w[at.AFTER]), w[at.BEFORE]), q1, q2, dq1, dq2)
     ankle, hip = result[0], result[1]
-    ddq1, ddq2 = acceleration(constants, q1, q2, dq1, dq2, w[at.SINE], w[at.COSINE], ankle - hip, hip)
+    stance = ankle - hip
+    if w[at.PUSH] != 0.0:
+        stance += push_torque(length, w, q1)
+    ddq1, ddq2 = acceleration(constants, q1, q2, dq1, dq2, w[at.SINE], w[at.COSINE], stance, hip)
     if w[at.FACE] != 0.0:
         ddq1, ddq2 = on_face(constants, length, w, q1, q2, dq1, dq2, ddq1, ddq2)
     if wild:
@@ -53,6 +56,11 @@ def rates(
     w[at.STAGE_HIP] = abs(hip) if greater else w[at.STAGE_HIP]
     w[at.WHEN_HIP] = t if greater else w[at.WHEN_HIP]
     return (dq1, dq2, ddq1, ddq2) + result[2:] + (ankle * dq1, hip * (dq2 - dq1))  # noqa: RUF005 (Numba adds tuples)
+
+
+def push_torque(length: float, w: Any, q1: float) -> float:
+    """What a horizontal force at the hip is to the stance leg: its torque about the foot, N m."""
+    return float(w[at.PUSH] * length * math.cos(q1 + w[at.SLOPE]))
 
 
 def on_face(

@@ -9,9 +9,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine, Run, Show
 from mjbiped.engines.hybrid.simulation import TOLERANCE, HybridSimulation, simulate
 from mjbiped.engines.plan import Plan
+from mjbiped.errors import InputError
 from mjbiped.records.recorder import Cancellation, never_cancelled
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils import domains
@@ -21,7 +23,7 @@ from mjbiped.utils import domains
 class Hybrid(Engine):
     """The paper's equations of motion and impact map, integrated from touchdown to touchdown; see docs/hybrid.md.
 
-    It has no timestep, and its controller acts without pause.
+    It has no timestep, and its controller acts without pause, unless `mjbiped.Disturbances` make it tick.
 
     Attributes:
         tolerance: Of an integration step, relative and absolute.
@@ -38,6 +40,19 @@ class Hybrid(Engine):
         """Check the value."""
         domains.check_fields(self, tolerance=domains.TOLERANCE)
 
+    def check_disturbances(self, disturbances: Disturbances) -> None:
+        """Refuse a delay that does not fit the control period, and friction.
+
+        Raises:
+            InputError: It does not, or there is one.
+        """
+        if disturbances.friction is not None:
+            raise InputError(
+                f"friction = {disturbances.friction:g}: the hybrid engine's stance foot never slips; walk in mujoco, "
+                "or see in the record how much friction is asked for"
+            )
+        disturbances.delay_ticks(disturbances.period(None, 0.0))
+
     def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> HybridRun:
         """Set the robot on the ground; see `Engine.start`."""
         return HybridRun(plan, self.tolerance, summarised=summarised, cancellation=cancellation)
@@ -53,13 +68,14 @@ class HybridRun(Run):
     def __init__(self, plan: Plan, tolerance: float, *, summarised: bool, cancellation: Cancellation) -> None:
         """Set the robot on the ground; see `Engine.start`."""
         super().__init__(plan, summarised=summarised, cancellation=cancellation)
-        period = plan.terms.sample_period
+        period, control_period = plan.terms.sample_period, plan.disturbances.period(None, 0.0)
         self.simulation = HybridSimulation(
-            plan.controller,
+            plan.driven(control_period),
             plan.terrain,
             **plan.arguments(),
             sample_period=period if period is not None and self.sampled else math.inf,
             tolerance=tolerance,
+            control_period=control_period,
         )
 
     def walk(self, show: Show) -> Outcome:

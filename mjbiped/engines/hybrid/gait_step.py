@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from mjbiped.disturbances.pushes import Pushes, following
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.accounting import accumulate, note_ground_force, note_peak, take_sample
 from mjbiped.engines.hybrid.dynamics import attempt, begin, ensure_dense, face_impact_rates, is_motion
@@ -55,6 +56,7 @@ JUST_BESIDE = 2.3e-16  # next to a break's time, relative
 SLIDING_STEP = 2e-3  # longest integration step while the foot slides on a face, s
 SHORTEST_STEP = 1e-12  # s; below it the motion is none
 MISSED = 1e-6  # of the leg's length: a foot that lands so far off the ground has not been followed
+NOW = 1e-9  # times so close are the same, s
 POLISHED = 1e-7  # a touchdown found so closely is brought home by one term of its Taylor series, s
 
 
@@ -194,16 +196,37 @@ def _begin(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffe
 
 
 def _look_ahead(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float) -> float:
-    """Time up to which the law is smooth, or the robot has stalled; keeps the law on this side of both."""
+    """Time up to which the law is smooth, or the robot has stalled; keeps the law on this side of both.
+
+    A controller that ticks does so here, when it is time, and a push begins or ends.
+    """
     w = b.w
     for index in range(len(b.y) - at.ANGLES_AND_RATES - at.WORKS):
         b.memory[index] = b.y[at.ANGLES_AND_RATES + index]
-    there = laws.next_discontinuity(parameters, b.memory, t)
+    time = w[at.CLOCK] + t
+    if time > w[at.NEXT_TICK] - NOW:
+        w[at.NEXT_TICK] += constants.control_period
+        laws.tick(parameters, b.memory, t, b.y[0], b.y[1], b.y[2], b.y[3])
+    if time > w[at.NEXT_PUSH] - NOW:
+        _begin_or_end_push(constants.pushes, w)
+    event = min(w[at.NEXT_TICK], w[at.NEXT_PUSH]) - w[at.CLOCK]
+    there = min(laws.next_discontinuity(parameters, b.memory, t), event)
     if not there > t:
         there = math.inf
     w[at.AFTER] = t * (1.0 + JUST_BESIDE)
     w[at.BEFORE] = there * (1.0 - JUST_BESIDE)
     return float(min(there, constants.stall_time))
+
+
+def _begin_or_end_push(pushes: Pushes, w: Any) -> None:
+    """A push of constant force begins, or ends."""
+    if w[at.PUSHING] == 0.0:
+        w[at.PUSHING], w[at.PUSH] = 1.0, w[at.PUSH_IMPULSE] / pushes.duration
+        w[at.NEXT_PUSH] += pushes.duration
+        return
+    w[at.PUSHING] = w[at.PUSH] = 0.0
+    w[at.PUSHES] += 1.0
+    w[at.NEXT_PUSH], w[at.PUSH_IMPULSE] = following(pushes, int(w[at.PUSHES]), w[at.NEXT_PUSH])
 
 
 def _end_of_walk(constants: SimulationConstants, b: Buffers, h: float) -> float:

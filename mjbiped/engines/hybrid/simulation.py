@@ -17,12 +17,14 @@ from numpy.typing import NDArray
 
 from mjbiped.control.check import refused_in_words
 from mjbiped.control.compilation import MachineCode, can_be_compiled
-from mjbiped.control.methods import gives_its_law, next_discontinuity, slope_estimate, torque, touchdown
+from mjbiped.control.methods import gives_its_law, next_discontinuity, slope_estimate, tick, torque, touchdown
 from mjbiped.control.trial import fault_at
+from mjbiped.disturbances.pushes import NONE, Pushes, following
+from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Show
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.accounting import write_state
-from mjbiped.engines.hybrid.dynamics import HANDED_ON, on_face, rates
+from mjbiped.engines.hybrid.dynamics import HANDED_ON, on_face, push_torque, rates
 from mjbiped.engines.hybrid.gait_step import advance
 from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
 from mjbiped.errors import MjbipedError
@@ -54,7 +56,7 @@ _WHY = {
     "jumps in the controller's next_discontinuity, make it smooth, or walk with engine='mujoco' and a control_period",
     Outcome.DIVERGED: "torques or motion are beyond all bounds, or no numbers",
 }
-_METHODS = (torque, touchdown, slope_estimate, next_discontinuity)
+_METHODS = (torque, touchdown, slope_estimate, next_discontinuity, tick)
 
 
 class HybridSimulation:
@@ -81,6 +83,8 @@ class HybridSimulation:
         sample_period: float = 0.005,
         scuffing: ScuffingRule | None = None,
         tolerance: float = TOLERANCE,
+        control_period: float = math.inf,
+        pushes: Pushes = NONE,
         compile: bool = True,
     ) -> None:
         """Set the robot on the ground, and begin the controller's memory.
@@ -96,6 +100,8 @@ class HybridSimulation:
             sample_period: Time between two samples, s; infinity: none but the last.
             scuffing: When the swing foot may touch the ground.
             tolerance: Of an integration step.
+            control_period: Time between two ticks of a `SampledController`, s.
+            pushes: At the hip.
             compile: Whether laws that can be compiled are.
 
         Raises:
@@ -114,9 +120,15 @@ class HybridSimulation:
         if self.compiled:
             from mjbiped.control import machine_code as law_code
 
-            laws = (law_code.torque, law_code.touchdown, law_code.slope_estimate, law_code.next_discontinuity)
+            laws = (
+                law_code.torque,
+                law_code.touchdown,
+                law_code.slope_estimate,
+                law_code.next_discontinuity,
+                law_code.tick,
+            )
             hot = (rates, law_code.torque)
-            self.advance: Any = compiled(advance, Laws, (*laws, *integrator), inlined=hot, apart=(on_face,))
+            self.advance: Any = compiled(advance, Laws, (*laws, *integrator), inlined=hot, apart=(on_face, push_torque))
         else:
             self.advance = partial(advance, Laws(*_METHODS, *integrator))
         self.constants = SimulationConstants(
@@ -137,6 +149,8 @@ class HybridSimulation:
             tolerance=tolerance,
             longest_step=LONGEST_STEP * math.sqrt(robot.leg_length / robot.gravity),
             sample_period=float(sample_period),
+            control_period=control_period,
+            pushes=pushes,
         )
         self.buffers = self._begin(terrain, q, dq)
         self._stint = _FIRST_STINT
@@ -159,6 +173,8 @@ class HybridSimulation:
         w[at.SEGMENT] = float(terrain.segment_at(0.0))
         w[at.FACE_X], w[at.NORMAL_FORCE] = math.nan, math.inf
         w[at.PAUSE] = w[at.FIRST_STEP] = math.inf
+        w[at.NEXT_PUSH], w[at.PUSH_IMPULSE] = following(constants.pushes, 0, 0.0)
+        w[at.NEXT_TICK] = 0.0 if isinstance(controller, SampledController) else math.inf
         w[at.NEXT_STEP] = FIRST_STEP * math.sqrt(constants.length / constants.gravity)
         samples = 1
         if math.isfinite(constants.sample_period):

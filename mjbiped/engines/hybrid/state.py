@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from mjbiped.disturbances.pushes import Pushes
 from mjbiped.robots.compass import Constants
 
 # indices in the scalars `w`
@@ -51,6 +52,12 @@ from mjbiped.robots.compass import Constants
     COUNT,  # touchdowns since the start
     TIME,  # now, s
     OUTCOME,
+    NEXT_TICK,  # of a controller that ticks, s; infinity: it does not
+    PUSH,  # force at the hip along x, N
+    PUSHING,  # 1: a push is under way, be it of no force
+    NEXT_PUSH,  # when it ends, or when the next one begins, s
+    PUSH_IMPULSE,  # of this one, or of the next one, N s
+    PUSHES,  # that have ended
     EVALUATIONS,  # of the law, since the start
     PAUSE,  # so many of them bring the engine back to Python, wherever it is
     UNDER_WAY,  # 1: it came back in the middle of a gait step
@@ -59,8 +66,8 @@ from mjbiped.robots.compass import Constants
     STEP_STARTED,  # evaluations at the gait step's beginning
     LOOK,  # so many of them, and the gait step's progress is looked at
     LOOKED,  # time since the support transfer when it was looked at, s
-) = range(48)
-SCALARS = 48
+) = range(54)
+SCALARS = 54
 
 ANGLES_AND_RATES = 4
 WORKS = 2
@@ -75,6 +82,7 @@ class Laws(NamedTuple):
         touchdown: The same.
         slope_estimate: The same.
         next_discontinuity: The same.
+        tick: The same.
         begin: See `dormand_prince.Integrator`.
         step: The same.
         dense: The same.
@@ -84,6 +92,7 @@ class Laws(NamedTuple):
     touchdown: Any
     slope_estimate: Any
     next_discontinuity: Any
+    tick: Any
     begin: Any
     step: Any
     dense: Any
@@ -110,6 +119,8 @@ class SimulationConstants(NamedTuple):
         tolerance: Of the integrator's steps.
         longest_step: The longest of them, s.
         sample_period: s.
+        control_period: Time between two ticks of a controller that ticks, s.
+        pushes: At the hip.
     """
 
     robot: Constants
@@ -129,6 +140,8 @@ class SimulationConstants(NamedTuple):
     tolerance: float
     longest_step: float
     sample_period: float
+    control_period: float
+    pushes: Pushes
 
 
 class Buffers(NamedTuple):

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, MutableSequence, Sequence
 from typing import Any, NamedTuple
 
+from mjbiped.disturbances.pushes import Pushes, following
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco import leapfrog, step_size
 from mjbiped.engines.mujoco.contact_events import State
@@ -19,6 +20,7 @@ from mjbiped.rules.termination import Limits
 from mjbiped.terrain.profile import Floats, Profile, height_of, height_over_ground, segment_met, segment_stood_on
 
 SUNK = 5e-4  # no standing foot lies deeper in the ground, m
+NOTHING_LEFT = 1e-12  # of a push's impulse: rounding
 NOW = 1e-9  # times so close are the same, s
 
 
@@ -76,6 +78,8 @@ class SimulationConstants(NamedTuple):
         control_period: Time between two ticks of the controller, s; 0: it ticks at every physics step.
         memory_size: Floats of the controller's memory.
         states: Number of its integrated states.
+        sampled: Whether its law has a tick.
+        pushes: At the hip.
     """
 
     limits: Limits
@@ -88,6 +92,8 @@ class SimulationConstants(NamedTuple):
     control_period: float
     memory_size: int
     states: int
+    sampled: bool
+    pushes: Pushes
 
 
 class Laws(NamedTuple):
@@ -96,6 +102,7 @@ class Laws(NamedTuple):
     torque: Callable[..., Sequence[float]]
     touchdown: Callable[..., None]
     slope_estimate: Callable[..., float]
+    tick: Callable[..., None]
 
 
 class Setting(NamedTuple):
@@ -128,13 +135,21 @@ class Userdata(NamedTuple):
     rates: MutableSequence[float]
 
 
-def control(setting: Setting, userdata: Userdata, ctrl: MutableSequence[float], time: float, state: State) -> bool:
+def control(
+    setting: Setting,
+    userdata: Userdata,
+    ctrl: MutableSequence[float],
+    applied: MutableSequence[float],
+    time: float,
+    state: State,
+) -> bool:
     """`mjcb_control`: one tick per new time; a second call at the same time changes nothing.
 
     Args:
         setting: The walk's.
         userdata: To be changed.
         ctrl: To be filled: left ankle, right ankle, hip, N m.
+        applied: Forces at the degrees of freedom: that at hip x is a push's, N.
         time: Now, s.
         state: Now.
 
@@ -156,13 +171,16 @@ def control(setting: Setting, userdata: Userdata, ctrl: MutableSequence[float], 
     turns = not u[events.NOTED]  # the contact step counts for no work: its halves belong to two steps' roles
     legs, torque = (u[events.LEFT], u[events.RIGHT]), (u[events.ANKLE], u[events.HIP])
     take_in(constants, u, time, state)
+    if u[events.PUSHING] or time > u[events.NEXT_PUSH] - NOW:
+        _push(constants.pushes, u, time)
+        applied[0] = u[events.PUSH]
     due = time > u[events.NEXT_CONTROL] - NOW
     if due:
         u[events.NEXT_CONTROL] += constants.control_period
     if due or (u[events.TRANSFERRED] and u[events.OUTCOME]):  # the last touchdown is told at once: its row is whole
         _tick(setting, userdata, time)
     if turns:
-        events.count_work(u, legs, torque)
+        events.count_work(u, legs, torque, constants.sampled)
     right = bool(u[events.STANCE])
     ctrl[0] = 0.0 if right else u[events.ANKLE]
     ctrl[1] = u[events.ANKLE] if right else 0.0
@@ -171,6 +189,35 @@ def control(setting: Setting, userdata: Userdata, ctrl: MutableSequence[float], 
         u[events.NEXT_SAMPLE] = (math.floor(time / recording.sample_period + NOW) + 1.0) * recording.sample_period
         take_sample(setting, userdata, time, state.qpos)
     return True
+
+
+def _push(pushes: Pushes, u: MutableSequence[float], time: float) -> None:
+    """The force of a push in the step from now on: constant, until its impulse has been given to the last bit.
+
+    A force of a time acts from the middle of the step before to the middle of the step after (`leapfrog`): so the first
+    one from the push's time on is the smaller, the later the push begins before it. The last one is what is left; where
+    its step becomes another than planned, one more makes up for it.
+    """
+    if u[events.PUSHING]:
+        u[events.PUSH_LEFT] -= u[events.PUSH] * u[events.EFFECTIVE_STEP]
+        if abs(u[events.PUSH_LEFT]) <= NOTHING_LEFT * abs(u[events.PUSH_IMPULSE]):
+            u[events.PUSHING] = u[events.PUSH] = 0.0
+            u[events.PUSHES] += 1.0
+            over = u[events.NEXT_PUSH] + pushes.duration
+            u[events.NEXT_PUSH], u[events.PUSH_IMPULSE] = following(pushes, int(u[events.PUSHES]), over)
+    if not u[events.PUSHING] and time > u[events.NEXT_PUSH] - NOW:
+        u[events.PUSHING] = 1.0
+        u[events.PUSH_LEFT] = u[events.PUSH_IMPULSE]
+        begun = time - u[events.NEXT_PUSH]
+    else:
+        begun = math.inf
+    if u[events.PUSHING]:
+        force = u[events.PUSH_IMPULSE] / pushes.duration
+        step = leapfrog.effective_step(u[events.PLAIN], u[events.LAST_STEP], u[events.PLANNED])
+        if begun < step:
+            force *= 0.5 + begun / step
+        enough = abs(u[events.PUSH_LEFT]) <= abs(force) * step
+        u[events.PUSH] = u[events.PUSH_LEFT] / step if enough else force
 
 
 def take_in(constants: SimulationConstants, u: MutableSequence[float], time: float, state: State) -> None:
@@ -217,7 +264,10 @@ def _tick(setting: Setting, userdata: Userdata, time: float) -> None:
         )
         u[events.ESTIMATE_AFTER] = laws.slope_estimate(parameters, memory)
         _write_row(recording, u)
-    values = laws.torque(parameters, memory, time - u[events.TRANSFER_TIME], q1, q2, dq1, dq2)
+    t = time - u[events.TRANSFER_TIME]
+    if setting.constants.sampled:
+        laws.tick(parameters, memory, t, q1, q2, dq1, dq2)
+    values = laws.torque(parameters, memory, t, q1, q2, dq1, dq2)
     for index in range(setting.constants.states):
         rates[index] = values[2 + index]
     ankle, hip = values[0], values[1]

@@ -84,11 +84,17 @@ from mjbiped.terrain.profile import Profile, height_of, height_over, segment_sto
     WITHOUT_CONTACT,  # how long the stance foot has had none, s
     NORMAL_FORCE,  # least average in this step, N
     FACE_IMPACTS,  # 1: the swing foot struck a vertical face in this step
+    NEXT_PUSH,  # when the next push begins, or the present one has begun, s
+    PUSH_IMPULSE,  # of it, N s
+    PUSHES,  # that have ended
+    PUSHING,  # 1: a push is under way
+    PUSH_LEFT,  # of its impulse, N s
+    PUSH,  # force at the hip along x, N
     COUNT,  # touchdowns so far
     OUTCOME,
     RECORD,  # which of its model's records holds for this walk where the callbacks are compiled; see `native`
     LAST_TOUCHDOWN,  # first index of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
-) = range(57)
+) = range(63)
 
 # of the touchdown's row, each the first of two indices: what the controller is told
 TOLD_Q_BEFORE, TOLD_Q, TOLD_DQ = (LAST_TOUCHDOWN + index_of(TOUCHDOWNS, name) for name in ("q_before", "q", "dq"))
@@ -196,7 +202,9 @@ def by_role(u: Sequence[float], left: float, right: float) -> tuple[float, float
     return (right, left) if u[STANCE] else (left, right)
 
 
-def count_work(u: MutableSequence[float], legs: tuple[float, float], torque: tuple[float, float]) -> None:
+def count_work(
+    u: MutableSequence[float], legs: tuple[float, float], torque: tuple[float, float], held: bool = False
+) -> None:
     """Work of the motors in the step that has led here: the mean of the torques at its ends times what was turned.
 
     In a leapfrog step's motion that is the work done: the torque of a time acts from the middle of the step before
@@ -206,10 +214,12 @@ def count_work(u: MutableSequence[float], legs: tuple[float, float], torque: tup
         u: Userdata, after the controller's tick.
         legs: Left and right leg at the last observation, rad.
         torque: Of ankle and hip from then on, N m.
+        held: Whether motors hold that torque until the next tick, however much it changes there: that of a noisy
+            controller would lose half of its work in the mean.
     """
     stance, swing = by_role(u, u[LEFT] - legs[0], u[RIGHT] - legs[1])
-    ankle = 0.5 * (torque[0] + u[ANKLE]) * stance
-    hip = 0.5 * (torque[1] + u[HIP]) * (swing - stance)
+    ankle = torque[0] * stance if held else 0.5 * (torque[0] + u[ANKLE]) * stance
+    hip = torque[1] * (swing - stance) if held else 0.5 * (torque[1] + u[HIP]) * (swing - stance)
     u[WORK_ABSOLUTE] += abs(ankle) + abs(hip)
     u[WORK_NET] += ankle + hip
     u[WORK_POSITIVE] += (0.0 if ankle < 0.0 else ankle) + (0.0 if hip < 0.0 else hip)

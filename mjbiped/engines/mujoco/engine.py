@@ -7,10 +7,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import ClassVar
 
+from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.compiled.registry import exclusive, require_no_callbacks, walking
 from mjbiped.engines.mujoco.options import ROOM, Options
-from mjbiped.engines.mujoco.run import MujocoRun
+from mjbiped.engines.mujoco.run import MujocoRun, ticking
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
 from mjbiped.records.recorder import Cancellation, never_cancelled
@@ -50,6 +51,17 @@ class Mujoco(Options, Engine):
             InputError: They are too short or too long.
         """
         domains.MUJOCO_LEG.check("leg length in MuJoCo (engine='hybrid' takes any)", plan.robot.leg_length)
+
+    def check_disturbances(self, disturbances: Disturbances) -> None:
+        """Refuse a control period that is no multiple of the timestep, and a delay that is none of the control period.
+
+        Raises:
+            InputError: It is so.
+        """
+        if disturbances.in_loop:
+            period = ticking(self, disturbances).control_period
+            assert period is not None
+            disturbances.delay_ticks(period)
 
     def room(self, states: int) -> int:
         """One machine code serves all controllers with up to eight states; see `Engine.room`."""

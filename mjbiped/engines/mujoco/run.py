@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from contextlib import AbstractContextManager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import mujoco
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.control.trial import fault_in
+from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.mujoco import callbacks, contact_events
 from mjbiped.engines.mujoco.compiled.registry import is_compiled, shared_callbacks
@@ -58,10 +59,15 @@ class MujocoRun(Run):
             self.simulation = before
             return
         period = plan.terms.sample_period
+        driven = plan.controller
+        if plan.disturbances.in_loop:
+            options = ticking(options, plan.disturbances)
+            driven = plan.driven(options.control_period or 0.0)
         self.simulation = Simulation(
-            plan.controller,
+            driven,
             plan.terrain,
             **plan.arguments(),
+            friction=plan.disturbances.friction,
             options=options,
             # also where no samples are kept: the last one tells where a walk that was broken off has been
             sample_period=DEFAULT_SAMPLE_PERIOD if period is None else period,
@@ -104,6 +110,15 @@ class MujocoRun(Run):
     def settings(self) -> dict[str, Any]:
         """The engine's settings, and MuJoCo's warnings."""
         return {**asdict(self.simulation.options), "warnings": dict(self.simulation.warnings)}
+
+
+def ticking(options: Options, disturbances: Disturbances) -> Options:
+    """The settings with the control period of a disturbed loop.
+
+    Raises:
+        InputError: It does not fit the timestep.
+    """
+    return replace(options, control_period=disturbances.period(options.control_period, options.timestep))
 
 
 def simulate(simulation: Simulation, recorder: Recorder, show: Show | None = None) -> Outcome:

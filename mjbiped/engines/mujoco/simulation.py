@@ -24,6 +24,8 @@ from mjbiped.control import methods
 from mjbiped.control.check import refused_in_words
 from mjbiped.control.controller import Controller
 from mjbiped.control.methods import gives_its_law
+from mjbiped.disturbances.pushes import NONE, Pushes, following
+from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.mujoco import callbacks, leapfrog
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.callbacks import Laws, Recording, Setting, SimulationConstants, Userdata
@@ -45,7 +47,7 @@ from mjbiped.utils import domains
 LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how far the ground is built
 START_DEPTH = 1e-6  # a foot set exactly on the surface may find a heightfield's inner edge instead, m
 _POSITION, _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_POS), int(mujoco.mjtStage.mjSTAGE_ACC)
-_METHODS = Laws(methods.torque, methods.touchdown, methods.slope_estimate)
+_METHODS = Laws(methods.torque, methods.touchdown, methods.slope_estimate, methods.tick)
 WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 BLOCK = 500  # steps made at once, at most
 
@@ -92,6 +94,8 @@ class Simulation:
         distance: float | None = None,
         sample_period: float = math.inf,
         scuffing: ScuffingRule | None = None,
+        pushes: Pushes = NONE,
+        friction: float | None = None,
         options: Options | None = None,
         compile: bool = True,
         scenery: bool = False,
@@ -108,6 +112,8 @@ class Simulation:
             distance: Position x of the stance foot at which it is finished, m; None: no limit.
             sample_period: Time between two samples, s; infinity: none but the first and the last.
             scuffing: When the swing foot may touch the ground.
+            pushes: At the hip.
+            friction: Coefficient between feet and ground, other than the scene's.
             options: The engine's settings. Where its steps do not end at touchdowns, the model stays as it is, and may
                 serve many walks at the same time.
             compile: Whether laws that can be compiled are.
@@ -169,6 +175,8 @@ class Simulation:
             control_period=options.control_period or 0.0,
             memory_size=controller.memory_size,
             states=states,
+            sampled=isinstance(controller, SampledController),
+            pushes=pushes,
         )
         room = BLOCK + 1 if math.isfinite(sample_period) else 2
         self.recording = Recording(
@@ -176,6 +184,8 @@ class Simulation:
             samples=np.zeros((room, SAMPLED + states)),
             rows=np.zeros((BLOCK, TOUCHED)),
         )
+        self._friction = friction
+        self._set_friction()
         self._compile = compile
         self._before: dict[str, Any] = {}
         self._attachment: ExitStack | None = None
@@ -205,6 +215,8 @@ class Simulation:
         self.data.qvel[:] = qvel
         userdata = self._userdata()
         events.begin(userdata.events, State(qpos, qvel), slope, (0.0, height), self._constants.timestep)
+        u = userdata.events
+        u[events.NEXT_PUSH], u[events.PUSH_IMPULSE] = following(self._constants.pushes, 0, 0.0)
         self.controller.start(userdata.memory, tuple(q), tuple(dq))
         self.data.userdata[:] = list(chain(*userdata))
 
@@ -245,6 +257,7 @@ class Simulation:
         data = mujoco.MjData(scene.model)
         mujoco.mj_setState(scene.model, data, state, WHOLE_STATE)
         self.model, self.data, self._constants, self._inside = scene.model, data, constants, self._windows.inside(scene)
+        self._set_friction()
         made = self.__dict__.get("_native")  # as `cached_property` keeps it
         if made is not None:
             check_offsets(self.data)
@@ -253,6 +266,11 @@ class Simulation:
                 self._attachment.close()
                 self._attachment.enter_context(attached(self.model, [self._native]))
         return True
+
+    def _set_friction(self) -> None:
+        """Write the friction into the model: it is the feet's, which have priority over the ground's."""
+        if self._friction is not None:
+            self.model.geom_friction[list(self._constants.places.feet), 0] = self._friction
 
     @property
     def inside(self) -> tuple[float, float]:
@@ -373,7 +391,7 @@ class Simulation:
             return
         leapfrog.put_back(data.userdata, data.qvel)
         userdata, state = self._userdata(), State(data.qpos.tolist(), data.qvel.tolist())
-        if callbacks.control(self._setting, userdata, data.ctrl, data.time, state):
+        if callbacks.control(self._setting, userdata, data.ctrl, data.qfrc_applied, data.time, state):
             data.userdata[:] = list(chain(*userdata))
 
     def _on_sensor(self, model: mujoco.MjModel, data: mujoco.MjData, stage: int) -> None:

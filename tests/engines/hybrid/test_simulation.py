@@ -389,6 +389,7 @@ def test_a_foot_off_the_ground_is_no_touchdown(height: float) -> None:
             laws.touchdown,
             laws.slope_estimate,
             laws.next_discontinuity,
+            laws.tick,
             *unrolled(6, untested=2, arguments=HANDED_ON),
         )
         transfer_support(called, walker.controller, walker.constants, walker.buffers)

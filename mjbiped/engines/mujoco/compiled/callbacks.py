@@ -165,7 +165,7 @@ def check_offsets(data: mujoco.MjData) -> None:
         UnknownLayoutError: It does not.
     """
     at = layout()
-    for name in ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos", "qacc"):
+    for name in ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos", "qacc", "qfrc_applied"):
         found = ctypes.c_int64.from_address(data._address + getattr(at, name)).value
         if found != getattr(data, name).ctypes.data:
             raise UnknownLayoutError(f"MuJoCo {mujoco.__version__} keeps {name} elsewhere than in other models")
@@ -178,7 +178,7 @@ def _compile(made: str, classes: tuple[tuple[str, type], ...], at: Layout) -> Fu
 
     from mjbiped.control import machine_code
 
-    laws = Laws(machine_code.torque, machine_code.touchdown, machine_code.slope_estimate)
+    laws = Laws(machine_code.torque, machine_code.touchdown, machine_code.slope_estimate, machine_code.tick)
     own = (
         leapfrog.show,
         leapfrog.put_back,
@@ -210,9 +210,10 @@ def _compile(made: str, classes: tuple[tuple[str, type], ...], at: Layout) -> Fu
             u = numbers(word(data + AT_USERDATA), behind + constants.states)
             put_back(u, numbers(word(data + AT_QVEL), 4))
             control(
-                Setting(Laws(torque, touchdown, slope_estimate), parameters, constants, recording),
+                Setting(Laws(torque, touchdown, slope_estimate, tick), parameters, constants, recording),
                 Userdata(u, u[MEMORY:behind], u[behind:]), numbers(word(data + AT_CTRL), 3),
-                numbers(data + AT_TIME, 1)[0], State(four(word(data + AT_QPOS)), four(word(data + AT_QVEL))),
+                numbers(word(data + AT_QFRC_APPLIED), 4), numbers(data + AT_TIME, 1)[0],
+                State(four(word(data + AT_QPOS)), four(word(data + AT_QVEL))),
             )
             failed = numbers(parameters.record, 1)  # see `MachineCode.failed`
             if failed[0] != 0.0:

@@ -48,6 +48,7 @@ class Layout(NamedTuple):
         sensordata: The same.
         geom_xpos: The same.
         qacc: The same.
+        qfrc_applied: The same.
     """
 
     timestep: int
@@ -62,6 +63,7 @@ class Layout(NamedTuple):
     sensordata: int
     geom_xpos: int
     qacc: int
+    qfrc_applied: int
 
 
 @lru_cache(maxsize=1)
@@ -138,7 +140,7 @@ def _model_marks(model: mujoco.MjModel) -> dict[str, int]:
 
 def _data_marks(data: mujoco.MjData) -> dict[str, int]:
     """What stands in mjData, as 64-bit words."""
-    arrays = ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos", "qacc")
+    arrays = ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos", "qacc", "qfrc_applied")
     return {"time": _bits(data.time), **{name: _address(getattr(data, name)) for name in arrays}}
 
 

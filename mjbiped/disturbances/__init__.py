@@ -1,0 +1,1 @@
+"""What the real world does to a control loop and to a robot: noise, delay, weak motors, pushes."""

@@ -1,0 +1,241 @@
+"""`Disturbances`: what a walk is disturbed by, in SI units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from mjbiped.disturbances.chance import words_of
+from mjbiped.disturbances.pushes import Pushes, following
+from mjbiped.errors import InputError, shown
+from mjbiped.utils import domains
+from mjbiped.utils.domains import check_fields, check_given_fields, entries, known_name
+
+DEFAULT_PERIOD = 1e-3
+"""Time between two ticks of a disturbed control loop, unless given, s."""
+
+LONGEST_DELAY = 256
+"""The longest delay, in ticks: so many torques are kept."""
+
+
+@dataclass(frozen=True)
+class Disturbances:
+    """What the real world does to a walk. All is off unless given; docs/disturbances.md explains and measures it.
+
+    ```python
+    disturbances = mjbiped.Disturbances(angle_noise=0.005, rate_noise=0.05, delay=0.01, torque_limit=50)
+    walk = mjbiped.walk(controller, terrain, disturbances=disturbances)
+    ```
+
+    With anything given but pushes and friction, the controller is a digital one in either engine: it reads its sensors
+    once in every `control_period`, and its motors hold their torques until the next tick.
+
+    Sensors are the encoders and rate sensors of both joints: the ankle's measure the stance leg against the ground's
+    normal, the hip's the angle from the left to the right leg. An encoder reads `angle + angle_bias + noise`, rounded
+    to `angle_resolution`; the posture that the controller is told at a touchdown is read by the same encoders.
+
+    Attributes:
+        angle_noise: Standard deviation of the noise of either joint's angle, new in each tick, rad.
+        rate_noise: The same of either joint's rate, rad/s.
+        angle_bias: Constant error of either joint's angle, rad.
+        rate_bias: Constant error of either joint's rate, rad/s.
+        angle_resolution: Step of the encoders, rad; 0: none.
+        control_period: Time between two ticks of the controller, s; in MuJoCo a multiple of the timestep. Unless given,
+            that of the engine `Mujoco`, if that has one, else 1 ms, or MuJoCo's timestep where that is longer.
+        delay: Time from reading the sensors until the torque acts, s; a multiple of the control period, and at most
+            256 of them.
+        torque_limit: Greatest torque of either motor, N m; None: any.
+        motor_bandwidth: Frequency at which a motor gives 1/sqrt(2) of a torque's amplitude (a lag of first order), Hz;
+            None: motors follow at once. The delayed torque is limited, then lagged.
+        pushes: Horizontal pushes at the hip: pairs of the time at which one begins (s) and its impulse (N s, forward
+            positive), in order of time.
+        push_impulse: Size of random pushes, forward or backward by chance, N s; instead of `pushes`.
+        push_interval: Mean time from the end of a random push to the next one, s; the times are exponentially
+            distributed.
+        push_duration: How long a push lasts, with constant force, s.
+        friction: Coefficient of Coulomb friction between feet and ground; None: 0.8. In MuJoCo alone: the hybrid
+            engine's stance foot never slips, and its record says for how much friction a walk asks.
+        seed: Of noise and random pushes; the same seed gives the same noise and pushes in both engines.
+
+    Raises:
+        InputError: A value is outside its domain, or contradicts another.
+    """
+
+    angle_noise: float = 0.0
+    rate_noise: float = 0.0
+    angle_bias: float = 0.0
+    rate_bias: float = 0.0
+    angle_resolution: float = 0.0
+    control_period: float | None = None
+    delay: float = 0.0
+    torque_limit: float | None = None
+    motor_bandwidth: float | None = None
+    pushes: tuple[tuple[float, float], ...] = ()
+    push_impulse: float = 0.0
+    push_interval: float | None = None
+    push_duration: float = 0.05
+    friction: float | None = None
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        check_fields(
+            self,
+            angle_noise=domains.ANGLE_NOISE,
+            rate_noise=domains.RATE_NOISE,
+            angle_bias=domains.ANGLE_BIAS,
+            rate_bias=domains.RATE_BIAS,
+            angle_resolution=domains.ANGLE_NOISE,
+            delay=domains.LOOP_DELAY,
+            push_impulse=domains.IMPULSE,
+            push_duration=domains.PUSH_DURATION,
+            seed=domains.SEED,
+        )
+        check_given_fields(
+            self,
+            control_period=domains.CONTROL_PERIOD,
+            torque_limit=domains.TORQUE_LIMIT,
+            motor_bandwidth=domains.BANDWIDTH,
+            push_interval=domains.PUSH_INTERVAL,
+            friction=domains.FRICTION,
+        )
+        object.__setattr__(self, "pushes", _checked_pushes(self.pushes, self.push_duration))
+        if (self.push_impulse != 0.0) != (self.push_interval is not None):
+            raise InputError(
+                f"push_impulse = {self.push_impulse:g}, push_interval = {self.push_interval}: random pushes need both, "
+                "an impulse (N s) and the mean time between them (s)"
+            )
+        if self.pushes and self.push_impulse != 0.0:
+            raise InputError("pushes and push_impulse are both given; a walk has pushes at given times or random ones")
+
+    @property
+    def in_loop(self) -> bool:
+        """Whether anything acts on the control loop: all but pushes, friction and seed."""
+        names = [name for name in _USUAL if name not in ("seed", "friction") and not name.startswith("push")]
+        return any(getattr(self, name) != _USUAL[name] for name in names)
+
+    @property
+    def pushed(self) -> bool:
+        """Whether the robot is pushed."""
+        return bool(self.pushes) or self.push_impulse != 0.0
+
+    @property
+    def schedule(self) -> Pushes:
+        """The pushes, as engines take them."""
+        times, impulses = zip(*self.pushes, strict=True) if self.pushes else ((), ())
+        return Pushes(
+            np.array(times, dtype=np.float64),
+            np.array(impulses, dtype=np.float64),
+            self.push_duration,
+            self.push_impulse,
+            self.push_interval or 0.0,
+            words_of(self.seed),
+        )
+
+    def pushes_until(self, time: float) -> tuple[tuple[float, float], ...]:
+        """All pushes that begin before a time, given or random: times (s) and impulses (N s).
+
+        Args:
+            time: Since the walk's start, s.
+
+        Raises:
+            InputError: The time is outside its domain.
+        """
+        domains.TIME.check("time", time)
+        schedule = self.schedule
+        found: list[tuple[float, float]] = []
+        while (push := following(schedule, len(found), found[-1][0] + self.push_duration if found else 0.0))[0] < time:
+            found.append(push)
+        return tuple(found)
+
+    def period(self, given: float | None, shortest: float) -> float:
+        """Time between two ticks in an engine, s.
+
+        Args:
+            given: The engine's own, s.
+            shortest: That it can have, s.
+
+        Raises:
+            InputError: The engine's own is another.
+        """
+        if self.control_period is None:
+            return given or max(DEFAULT_PERIOD, shortest)
+        if given is not None and given != self.control_period:
+            raise InputError(
+                f"control_period = {self.control_period:g} of the disturbances contradicts control_period = {given:g} "
+                "of the engine; give one of them"
+            )
+        return self.control_period
+
+    def delay_ticks(self, period: float) -> int:
+        """The delay in ticks.
+
+        Raises:
+            InputError: It is no whole number of them, or too many.
+        """
+        ticks = round(self.delay / period)
+        if abs(ticks * period - self.delay) > 1e-6 * period:
+            raise InputError(f"delay = {self.delay:g}: must be a multiple of the control period {period:g} s")
+        if ticks > LONGEST_DELAY:
+            raise InputError(
+                f"delay = {self.delay:g}: must be at most {LONGEST_DELAY} control periods of {period:g} s; give a "
+                "longer control_period"
+            )
+        return ticks
+
+    def to_dict(self) -> dict[str, Any]:
+        """What is not as usual, in plain JSON types, for the record."""
+        given = asdict(self)
+        given["pushes"] = [list(push) for push in self.pushes]
+        return {name: value for name, value in given.items() if value != _USUAL[name] and value != []}
+
+    @classmethod
+    def from_dict(cls, given: Mapping[str, Any]) -> Disturbances:
+        """Those that `to_dict` has told of.
+
+        Raises:
+            InputError: A name is unknown, or a value outside its domain.
+        """
+        for name in given:
+            known_name("disturbance", name, _USUAL)
+        return cls(**given)
+
+
+SETTINGS = tuple(field.name for field in fields(Disturbances) if field.name != "pushes")
+"""Names of those that are one number each."""
+
+_USUAL: dict[str, Any] = {field.name: field.default for field in fields(Disturbances)}
+
+
+def _checked_pushes(pushes: object, duration: float) -> tuple[tuple[float, float], ...]:
+    """Pushes as pairs of plain numbers.
+
+    Raises:
+        InputError: They are not pairs, or not one after the other.
+    """
+    rows = entries(pushes)
+    if rows is None:
+        raise InputError(f"pushes = {shown(pushes)}: must be pairs (time in s, impulse in N s), as [(2.0, 5.0)]")
+    checked: list[tuple[float, float]] = []
+    over = -math.inf
+    for row in rows:
+        pair = entries(row)
+        if pair is None or len(pair) != 2:
+            raise InputError(f"pushes: {shown(row)} in it: must be a pair (time in s, impulse in N s)")
+        time, impulse = domains.TIME.check("time of a push", pair[0]), domains.PUSH.check("impulse of a push", pair[1])
+        if time < over:
+            raise InputError(
+                f"pushes: one begins at {time:g} s, before the one before it has ended at {over:g} s; give them in "
+                f"order of time, at least push_duration = {duration:g} s apart"
+            )
+        over = time + duration
+        checked.append((time, impulse))
+    return tuple(checked)
+
+
+UNDISTURBED = Disturbances()
+"""Nothing disturbs the walk."""

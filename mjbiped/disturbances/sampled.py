@@ -1,0 +1,115 @@
+"""A controller that runs as a digital one: it ticks, and what disturbs its loop stands between it and the robot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+
+from mjbiped.control import methods
+from mjbiped.control.check import refused_in_words
+from mjbiped.control.compilation import MachineCode, can_be_compiled
+from mjbiped.control.controller import Controller, Law, Memory
+from mjbiped.disturbances import loop as laws
+from mjbiped.disturbances.chance import words_of
+from mjbiped.disturbances.disturbances import LONGEST_DELAY, Disturbances
+from mjbiped.disturbances.loop import Loop
+
+
+class SampledController(Controller):
+    """A controller with its disturbed loop, to an engine that ticks.
+
+    `tick` is called once in each control period, before anything else is asked at that time; `torque` gives what is
+    held since then.
+
+    Attributes:
+        inner: The controller proper.
+        loop: What does not change.
+    """
+
+    def __init__(self, inner: Controller, disturbances: Disturbances, period: float) -> None:
+        """Put the disturbances around a controller.
+
+        Args:
+            inner: Drives stance ankle and hip.
+            disturbances: What acts.
+            period: Time between two ticks, s.
+
+        Raises:
+            InputError: The delay does not fit the period.
+        """
+        given, states = disturbances, len(inner.states)
+        delay = given.delay_ticks(period)
+        lag = 0.0 if given.motor_bandwidth is None else 2.0 * math.pi * given.motor_bandwidth * period
+        self.inner = inner
+        self.states = inner.states  # type: ignore[misc]  # of this object's class there is one for each controller
+        self.robot, self.gait = inner.robot, inner.gait
+        room = LONGEST_DELAY + 1 if delay else 0
+        ring = laws.RATES + states
+        self.memory_size = inner.memory_size + ring + 2 * room  # type: ignore[misc]
+        self.loop = Loop(
+            size=inner.memory_size,
+            states=states,
+            ring=ring,
+            room=room,
+            delay=delay,
+            senses=any(
+                (given.angle_noise, given.rate_noise, given.angle_bias, given.rate_bias, given.angle_resolution)
+            ),
+            angle_noise=given.angle_noise,
+            rate_noise=given.rate_noise,
+            angle_bias=given.angle_bias,
+            rate_bias=given.rate_bias,
+            angle_resolution=given.angle_resolution,
+            torque_limit=math.inf if given.torque_limit is None else given.torque_limit,
+            remaining=math.exp(-lag) if lag else 0.0,
+            mean=-math.expm1(-lag) / lag if lag else 0.0,
+            seed=words_of(given.seed),
+        )
+
+    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+        """Begin a walk; the left leg stands."""
+        own = list(memory[: self.loop.size])
+        self.inner.start(own, q, dq)
+        memory[: self.loop.size] = own
+        memory[self.loop.size + laws.SIDE] = 1.0
+
+    def tick(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
+        """Read the sensors, ask the controller, and set the torques that are held."""
+        laws.tick(self._ask, self.inner, self.loop, memory, t, *q, *dq)
+
+    def _ask(self, inner: Controller, memory: Memory, *state: float) -> Sequence[float]:
+        return methods.torque(inner, memory[: self.loop.size], *state)
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        """What is held since the last tick."""
+        first = self.loop.size + laws.ANKLE
+        return tuple(memory[first : first + 2 + self.loop.states])
+
+    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
+        """Exchange the motors, and tell the controller what its sensors show."""
+        told = laws.touchdown(self.loop, memory, *q_before, *q, *dq)
+        own = list(memory[: self.loop.size])
+        self.inner.on_touchdown(own, told[:2], told[2:4], told[4:])
+        memory[: self.loop.size] = own
+
+    def slope_estimate(self, memory: Memory) -> float:
+        """The controller's."""
+        return self.inner.slope_estimate(memory[: self.loop.size])
+
+    @cached_property
+    def _code(self) -> MachineCode | None:
+        """Machine code of the controller proper, which this one's calls by its address; None where it has none."""
+        law = self.inner.law() if methods.gives_its_law(self.inner) else None
+        if law is None or not can_be_compiled(law):
+            return None
+        with refused_in_words(self.inner, law):
+            return MachineCode(law, self.loop.states, self.loop.size, contract=False)
+
+    def law(self) -> Law | None:
+        """The loop's laws, around the machine code of the controller's."""
+        if self._code is None:
+            return None
+        from mjbiped.disturbances import compiled
+
+        return compiled.law_of(self._code.law, self.loop)
