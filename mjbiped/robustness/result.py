@@ -12,6 +12,7 @@ from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Limit, limit_of
 from mjbiped.robustness.plan import LEVEL, SURVIVAL, Plan
 from mjbiped.sweeps.cell import FAILED, Row
 
+PULLING = "steps_that_pull"
 TORQUES = ("peak_ankle_torque_Nm", "peak_hip_torque_Nm")
 
 
@@ -106,7 +107,9 @@ def _findings(plan: Plan, controller: str, engine: str, rows: Iterable[Row]) -> 
 
 
 def _survived(row: Row, torque: float | None) -> bool:
-    return row["outcome"] in SURVIVED and (torque is None or all(row[name] <= torque for name in TORQUES))
+    """Whether it walked on, with no more torque than is allowed and on ground that never had to pull."""
+    within = torque is None or all(row[name] <= torque for name in TORQUES)
+    return row["outcome"] in SURVIVED and within and not row[PULLING]
 
 
 def _number(row: Row, name: str) -> float:

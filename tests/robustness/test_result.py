@@ -40,7 +40,13 @@ position_gain = 2
 
 def row(test: str, controller: str, steps: int, outcome: str, **values: Any) -> dict[str, Any]:
     blank = dict.fromkeys(("ground", "magnitude", "case", "error"))
-    torques = {"peak_ankle_torque_Nm": 1.0, "peak_hip_torque_Nm": 1.0, "cost_of_transport": 0.03, "speed_m_per_s": 0.5}
+    torques = {
+        "peak_ankle_torque_Nm": 1.0,
+        "peak_hip_torque_Nm": 1.0,
+        "cost_of_transport": 0.03,
+        "speed_m_per_s": 0.5,
+        "steps_that_pull": 0,
+    }
     return {
         "engine": "hybrid",
         "test": test,
