@@ -254,3 +254,36 @@ def test_a_record_repeats_its_walk(engine: str, tmp_path: Any) -> None:
     before = Walk.load(tmp_path / "walk.npz")
     again = walked(engine, Disturbances.from_dict(before.settings["disturbances"]), steps=3)
     assert again == before
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_torque_that_is_no_number_is_its_controllers(engine: str) -> None:
+    class Lost(Controller):
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            return 0.0, math.nan if t > 0.1 else 0.0
+
+    walk = walked(engine, Disturbances(torque_limit=5.0), controller=Lost(), ground=mjbiped.Terrain.incline(2.0))
+    assert walk.outcome == "diverged"
+    assert "Lost.torque gives nan for the hip torque at t = 0.1" in "".join(walk.warnings)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_an_exception_in_a_controller_is_told_as_ever(engine: str) -> None:
+    class Broken(Controller):
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            if t > 0.1:
+                raise ValueError("no more")
+            return 0.0, 0.0
+
+    with pytest.raises(mjbiped.WalkStopped, match=r"Broken failed at 0\.\d* s, after 0 steps: ValueError: no more"):
+        walked(engine, Disturbances(delay=0.002), controller=Broken(), ground=mjbiped.Terrain.incline(2.0))
+
+
+def test_short_control_periods_are_no_sign_of_torques_that_switch() -> None:
+    """The hybrid engine ends walks that need 100 000 integration steps in a gait step; here ticks ask for more."""
+    given = Disturbances(control_period=5e-6)
+    walk = walked("hybrid", given, steps=1, sample_period=None, ground=mjbiped.Terrain.level())
+    assert walk.outcome == "finished"
+    assert walk.end[0] / 5e-6 > 1.4e5
+    free = walked("hybrid", None, steps=1, ground=mjbiped.Terrain.level())
+    assert math.isclose(walk.end[0], free.end[0], rel_tol=1e-6)

@@ -130,6 +130,19 @@ DOCUMENTED = {
     "`sample_period`": domains.SAMPLE_PERIOD,
     "scuffing rule: `reach`": domains.REACH,
     "scuffing rule: `delay`": domains.DELAY,
+    "`angle_noise`, `angle_resolution`": domains.ANGLE_NOISE,
+    "`angle_bias`": domains.ANGLE_BIAS,
+    "`rate_noise`": domains.RATE_NOISE,
+    "`rate_bias`": domains.RATE_BIAS,
+    "`delay` of a control loop": domains.LOOP_DELAY,
+    "`torque_limit`": domains.TORQUE_LIMIT,
+    "`motor_bandwidth`": domains.BANDWIDTH,
+    "`push_impulse`": domains.IMPULSE,
+    "impulse of a push at a given time": domains.PUSH,
+    "`push_interval`": domains.PUSH_INTERVAL,
+    "`push_duration`": domains.PUSH_DURATION,
+    "`friction`": domains.FRICTION,
+    "factor of `--model-error`": domains.MODEL_ERROR,
     "`position_gain`, `velocity_gain`, `rate_gain`; `gain` of ECC and KETC": domains.GAIN,
     "`position_gain` of limit cycle tracking": domains.POSITION_GAIN,
     "`adaptation_gain`": domains.ADAPTATION_GAIN,
@@ -200,6 +213,7 @@ def quantities() -> Iterator[tuple[str, Callable[[Any], object]]]:
     yield from of(mjbiped.ScuffingRule, ("reach", "delay"))
     yield from of(mjbiped.Mujoco, ("timestep", "contact_timestep", "control_period", "ground"))
     yield from of(mjbiped.Hybrid, ("tolerance",))
+    yield from of(mjbiped.Disturbances, (field.name for field in dataclasses.fields(mjbiped.Disturbances)))
     for kind in (
         AdaptiveController,
         EnergyConstraintController,

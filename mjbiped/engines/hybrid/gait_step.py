@@ -206,6 +206,10 @@ def _look_ahead(laws: Laws, parameters: Any, constants: SimulationConstants, b: 
     time = w[at.CLOCK] + t
     if time > w[at.NEXT_TICK] - NOW:
         w[at.NEXT_TICK] += constants.control_period
+        w[at.STEP_STARTED] += (
+            STAGES  # the integration step that ends here is no sign of a torque that cannot be followed
+        )
+        w[at.LOOK] += STAGES
         laws.tick(parameters, b.memory, t, b.y[0], b.y[1], b.y[2], b.y[3])
     if time > w[at.NEXT_PUSH] - NOW:
         _begin_or_end_push(constants.pushes, w)

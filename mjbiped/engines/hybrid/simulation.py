@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from mjbiped.control.check import refused_in_words
 from mjbiped.control.compilation import MachineCode, can_be_compiled
 from mjbiped.control.methods import gives_its_law, next_discontinuity, slope_estimate, tick, torque, touchdown
-from mjbiped.control.trial import fault_at
+from mjbiped.control.trial import fault_at, fault_in
 from mjbiped.disturbances.pushes import NONE, Pushes, following
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Show
@@ -210,7 +210,10 @@ class HybridSimulation:
         state = [float(value) for value in self.buffers.y]
         memory = [*state[at.ANGLES_AND_RATES :][:own], *(float(value) for value in self.buffers.memory[own:])]
         q, dq = (state[0], state[1]), (state[2], state[3])
-        return fault_at(self.controller, memory, float(w[at.TIME] - w[at.CLOCK]), q, dq)
+        t, controller = float(w[at.TIME] - w[at.CLOCK]), self.controller
+        if isinstance(controller, SampledController):
+            return fault_in(controller.inner, controller.torque(memory, t, q, dq), t, q, dq)
+        return fault_at(controller, memory, t, q, dq)
 
     @property
     def peak_torque(self) -> NDArray[np.float64]:

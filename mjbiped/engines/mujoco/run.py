@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mjbiped.control.trial import fault_in
 from mjbiped.disturbances.disturbances import Disturbances
+from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.mujoco import callbacks, contact_events
 from mjbiped.engines.mujoco.compiled.registry import is_compiled, shared_callbacks
@@ -192,7 +193,9 @@ def _fault(simulation: Simulation) -> str:
         (u[contact_events.ANKLE], u[contact_events.HIP]),
         u[contact_events.TIME] - u[contact_events.TRANSFER_TIME],
     )
-    return fault_in(simulation.controller, torque, t, (q1, q2), (dq1, dq2))
+    controller = simulation.controller
+    own = controller.inner if isinstance(controller, SampledController) else controller
+    return fault_in(own, torque, t, (q1, q2), (dq1, dq2))
 
 
 class _Blocks:
