@@ -207,7 +207,11 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str
         values = values_of(rows, name)
         styles = zip(groups.ticks, itertools.cycle(_LINES), strict=False)
         for k, (kind, (colour, style, marker)) in enumerate(styles):
-            bins = [values[(groups.bin == k) & (axis.bin == i)] for i in range(axis.count)]
+            mine = groups.bin == k
+            if (axis.bin[mine] < 0).all():  # a group without the parameter: a level line to compare with
+                axes.axhline(middle(values[mine], name), color=colour, linestyle=style, label=plain(kind))
+                continue
+            bins = [values[mine & (axis.bin == i)] for i in range(axis.count)]
             middles = [middle(each, name) for each in bins]
             axes.plot(axis.at, middles, color=colour, linestyle=style, marker=marker, markersize=3.5, label=plain(kind))
             if name != FINISHED:
@@ -216,6 +220,8 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str
         titled(axes, "", measure_label(name))
         if name == FINISHED:
             axes.set_ylim(-0.03, 1.03)
+        elif np.isnan(values).all():
+            _write_none(axes)
         axes.set(xlabel=axis.label, xscale="log" if axis.log else "linear")
     if groups.count > 1:
         legend_below(figure, *panels[0, 0].get_legend_handles_labels())
@@ -256,9 +262,14 @@ def _histograms(rows: Sequence[Row], measures: Sequence[str], figure: Figure) ->
             axes.axvline(half, color=VERMILLION, linestyle="--", label=f"median {half:.4g}")
             axes.legend()
         else:
-            axes.text(0.5, 0.5, "no walk finished", ha="center", transform=axes.transAxes, color=GUIDE)
+            _write_none(axes)
         axes.set(xlabel=measure_label(name), ylabel="walks")
     _note(figure, rows, "only those that finished are shown")
+
+
+def _write_none(axes: Axes) -> None:
+    """Write into an empty panel why it is."""
+    axes.text(0.5, 0.5, "no walk finished", ha="center", transform=axes.transAxes, color=GUIDE)
 
 
 def _note(figure: Figure, rows: Sequence[Row], meaning: str) -> None:
