@@ -14,6 +14,7 @@ from mjbiped.control.own import is_reference
 from mjbiped.control.registry import SHARED, controller_class, make_controller, settings_of
 from mjbiped.errors import InputError, shortened
 from mjbiped.robots.compass import Compass
+from mjbiped.utils.domains import nearest
 
 
 def controller_of(ctx: click.Context, robot: Compass, values: dict[str, Any]) -> Controller:
@@ -31,7 +32,9 @@ def controller_of(ctx: click.Context, robot: Compass, values: dict[str, Any]) ->
     fields = options.gains_of(name)
     for unknown in gains.keys() - fields.keys():
         said = f"valid are {shown_defaults(fields)}" if fields else f"it has none{why_none(controller_class(name))}"
-        raise click.UsageError(f"--gain {shortened(unknown)}: {name} has no such gain; {said}.")
+        raise click.UsageError(
+            f"--gain {shortened(unknown)}: {name} has no such gain; {said}{nearest(unknown, fields) or '.'}"
+        )
     given = {key: value for key, value in settings.items() if key in valid and _is_given(ctx, key)}
     for twice in given.keys() & gains.keys():
         raise click.UsageError(f"--gain {twice} and --{twice.replace('_', '-')} say the same; give one of them.")

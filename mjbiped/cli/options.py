@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Callable
 from dataclasses import fields
@@ -215,9 +214,9 @@ def controller_name(value: str) -> str:
     """The name of a registered controller, or of a class of the user's own, which is not loaded yet."""
     if is_reference(value) or value in controller_names():
         return value
-    near = difflib.get_close_matches(value, controller_names(), n=1)
-    hint = f" Did you mean {near[0]!r}?" if near else ""
-    raise click.BadParameter(f"{shown(value)}; expected one of {', '.join(controller_names())}, or {FORMS}.{hint}")
+    names = controller_names()
+    hint = domains.nearest(value, names) or "."
+    raise click.BadParameter(f"{shown(value)}; expected one of {', '.join(names)}, or {FORMS}{hint}")
 
 
 CONTROLLER = Kind("NAME", controller_name)

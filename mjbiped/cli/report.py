@@ -44,6 +44,11 @@ def report(source: Path, out: Path | None, no_video: bool, quiet: bool) -> None:
     check_installed()
     if not source.exists():
         raise InputError(f"there is no {shown(str(source))}: expected a walk's record (.npz), or the folder of a sweep")
+    if source.suffix.lower() == ".toml":
+        raise InputError(
+            f"{shown(str(source))} is a study's file: expected is the folder of its sweep, which is "
+            f"{source.with_suffix('')} unless `mjbiped sweep` was told another"
+        )
     study = source.is_dir()
     if study and no_video:
         raise click.UsageError("--no-video is for the report of a walk; that of a study has no video.")

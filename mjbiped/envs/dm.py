@@ -82,7 +82,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
     def set_control(self, control: NDArray[np.float64]) -> None:
         """Choose the ankle and hip torque of the next step, N m; what is beyond the action's bounds is cut off."""
-        self._walkers.actions[0] = control
+        self._walkers.act(control)
 
     def step(self, nstep: int = 1) -> None:
         """Go on by so many control periods; once the robot has fallen, nothing moves any more."""

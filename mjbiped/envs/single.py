@@ -164,7 +164,7 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float64], float, bool, bool, dict[str, Any]]:
         """Hold an action for a control period; see the class."""
         walkers = self.walkers
-        np.multiply(action, self._most, out=walkers.actions[0])
+        walkers.act(action, self._most)
         walkers.step()
         reward, over = float(walkers.value(feeling.REWARD)[0]), bool(walkers.value(feeling.OUTCOME)[0])
         return observations(walkers)[0], reward, over, False, info_of(walkers, 0)

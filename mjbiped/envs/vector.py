@@ -116,7 +116,7 @@ class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], N
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Hold the actions for a control period; those that ended in the last step begin anew instead."""
         walkers = self.walkers
-        np.multiply(actions, self._most, out=walkers.actions)
+        walkers.act(actions, self._most)
         walkers.step()
         self._steps += 1
         begun = self._ended

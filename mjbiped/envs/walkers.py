@@ -7,7 +7,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.run import MujocoRun
@@ -16,7 +16,7 @@ from mjbiped.engines.mujoco.ticks import Ticks
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
 from mjbiped.envs import feeling
 from mjbiped.envs.tasks import AHEAD, WalkTask
-from mjbiped.errors import InputError, MjbipedError
+from mjbiped.errors import InputError, MjbipedError, shown
 from mjbiped.numerics.jit import announced
 from mjbiped.records.record import Walk
 from mjbiped.rules.termination import Outcome
@@ -27,6 +27,7 @@ SEEN = 1 + len(AHEAD)
 HIGHEST = 100.0
 """Of ground that is seen, m: what is beyond, either way, is cut off."""
 _AHEAD = np.array(AHEAD)
+_NO_EPISODE = "there is no episode yet; call reset() first"
 AFFORDED = 0.1
 """Work over weight and distance (the gait's, at full speed) at which the reward's second term is a half: three times
 the adaptive controller's on level ground."""
@@ -37,7 +38,7 @@ class Walkers:
 
     Attributes:
         task: What they are to do.
-        actions: Torques for the next control period, N m, shape (robots, 2); to be written before `step`.
+        actions: Torques for the next control period, N m, shape (robots, 2); `act` writes them.
     """
 
     def __init__(self, task: WalkTask, count: int = 1, *, threads: int = 1, recorded: bool = True) -> None:
@@ -55,6 +56,7 @@ class Walkers:
         self.actions = self._ticks.inputs
         self._out = self._ticks.out
         self._runs: list[MujocoRun | None] = [None] * count
+        self._without_episode = count
         self._inside, self._bounded = np.tile((-math.inf, math.inf), (count, 1)), False
         # what is recorded waits in a simulation's own rows until it is taken
         samples = math.ceil(task.control_period / DEFAULT_SAMPLE_PERIOD) + 1
@@ -76,6 +78,7 @@ class Walkers:
         before = self._runs[index]
         same = before.simulation if before is not None and before.plan.terrain is ground else None
         run = MujocoRun(plan, self.task.engine, before=same)
+        self._without_episode -= before is None
         self._runs[index], simulation = run, run.simulation
         self._ticks.put(index, simulation, self.task.controller.place)
         self._note_inside(index)
@@ -93,8 +96,33 @@ class Walkers:
         plan = self._run(index).plan
         self._place(index, plan.terrain, (*plan.q, *plan.dq))
 
+    def act(self, actions: ArrayLike, scale: float | NDArray[np.float64] = 1.0) -> None:
+        """Choose the actions of the next control period.
+
+        Args:
+            actions: Of ankle and hip; of several robots a row for each.
+            scale: What they are multiplied by to be in N m.
+
+        Raises:
+            InputError: They have another shape, or are no numbers.
+        """
+        try:
+            np.multiply(actions, scale, out=self.actions)
+        except (TypeError, ValueError) as error:  # asked afterwards: this is called some 25 000 times per second
+            count = len(self.actions)
+            wanted = (
+                "two numbers, of ankle and hip" if count == 1 else f"shape ({count}, 2), ankle and hip of each robot"
+            )
+            raise InputError(f"action = {shown(actions)}: expected {wanted}") from error
+
     def step(self) -> None:
-        """Let all robots that walk do their actions for a control period."""
+        """Let all robots that walk do their actions for a control period.
+
+        Raises:
+            MjbipedError: A robot has not begun an episode.
+        """
+        if self._without_episode:
+            raise MjbipedError(_NO_EPISODE)
         ticks, out = self._ticks, self._out
         if ticks.advance():
             for index in range(len(out)):
@@ -120,7 +148,7 @@ class Walkers:
     def _run(self, index: int) -> MujocoRun:
         run = self._runs[index]
         if run is None:
-            raise MjbipedError("there is no episode yet; call reset() first")
+            raise MjbipedError(_NO_EPISODE)
         return run
 
     def _take(self, index: int) -> None:
@@ -208,6 +236,7 @@ class Walkers:
         """End the threads, and let the simulations go."""
         self._ticks.close()
         self._runs = [None] * len(self._runs)
+        self._without_episode = len(self._runs)
 
     def __getstate__(self) -> dict[str, Any]:
         """What `__setstate__` builds like robots of."""

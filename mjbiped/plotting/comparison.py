@@ -32,8 +32,8 @@ def plot_comparison(comparison: Comparison, path: str | Path | None = None) -> F
 
     (a) Ankle and hip torque over time, and their differences at equal times since the touchdown; axes are cut, and a
     note says so, where the last step, never finished, asks for far more than all before. (b) Step lengths and (c) the
-    slope estimate with the true slope, over the distance, each with its difference. Lines mark where the walks part,
-    and when one of them falls or ends otherwise before its time.
+    slope estimate with the true slope, over the distance, each with its difference; of a controller without an estimate
+    the slope alone. Lines mark where the walks part, and when one of them falls or ends otherwise before its time.
 
     Args:
         comparison: As `mjbiped.compare` makes it; a fall in the first step included.
@@ -50,13 +50,20 @@ def plot_comparison(comparison: Comparison, path: str | Path | None = None) -> F
         raise RenderError("a record holds no samples: there is nothing to draw")
     with drawn(path) as figure:
         title = _title(comparison)
-        figure.set_figheight(10.0 + head(figure, title))
-        parts: Any = figure.subfigures(2, 1, height_ratios=(5.0, 5.2))
+        estimated = any(
+            np.isfinite(walk.touchdowns["slope_estimate"]).any() for walk in (comparison.mujoco, comparison.hybrid)
+        )
+        figure.set_figheight((10.0 if estimated else 8.8) + head(figure, title))
+        parts: Any = figure.subfigures(2, 1, height_ratios=(5.0, 5.2 if estimated else 4.0))
         torques = parts[0].subplots(3, 1, sharex=True, height_ratios=(1.5, 1.5, 1.0))
         _draw_torques(torques, comparison)
-        grounds = parts[1].subplots(4, 1, sharex=True, height_ratios=(1.5, 1.0, 1.5, 1.0))
+        ratios = (1.5, 1.0, 1.5, 1.0) if estimated else (1.5, 1.0, 1.5)
+        grounds = parts[1].subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
         _draw_step_lengths(grounds[0], grounds[1], comparison)
-        _draw_slopes(grounds[2], grounds[3], comparison)
+        _draw_slopes(grounds[2], comparison, estimated)
+        if estimated:
+            _draw_difference(grounds[3], comparison, np.degrees(comparison.touchdowns["slope_estimate"]), "°")
+        labelled(grounds[-1], "x of the touchdown (m);  Δ = MuJoCo − hybrid")
         _mark_parting(torques, grounds, comparison)
         _mark_ends(torques, comparison)
         for part in parts:
@@ -143,21 +150,21 @@ def _draw_step_lengths(axes: Axes, under: Axes, comparison: Comparison) -> None:
     _draw_difference(under, comparison, 1e3 * (lengths[0][:n] - lengths[1][:n]), "mm")
 
 
-def _draw_slopes(axes: Axes, under: Axes, comparison: Comparison) -> None:
+def _draw_slopes(axes: Axes, comparison: Comparison, estimated: bool) -> None:
     for walk, style in ((comparison.mujoco, _MUJOCO), (comparison.hybrid, _HYBRID)):
-        x, estimate = walk.touchdowns["x"], np.degrees(walk.touchdowns["slope_estimate"])
-        axes.plot(x, estimate, marker="o", markersize=3.0, **style)
+        if estimated:
+            x, estimate = walk.touchdowns["x"], np.degrees(walk.touchdowns["slope_estimate"])
+            axes.plot(x, estimate, marker="o", markersize=3.0, **style)
     terrain = comparison.mujoco.terrain
     reached = max([0.4, *(float(x) for w in (comparison.mujoco, comparison.hybrid) for x in w.touchdowns["x"])])
     places = np.linspace(0.0, reached, 2001)
     axes.plot(places, np.degrees(terrain.slope(places)), label="ground", zorder=1, linewidth=1.0, **TRUTH)
     axes.set(ylabel="slope (°)")
-    titled(axes, "c", "Slope estimate at touchdown, and slope of the ground")
+    words = "Slope estimate at touchdown, and slope of the ground"
+    titled(axes, "c", words if estimated else "Slope of the ground (the controller makes no estimate)")
     widen(axes, _SLOPE_SPAN)
     legend_above(axes)
-    _draw_difference(under, comparison, np.degrees(comparison.touchdowns["slope_estimate"]), "°")
-    labelled(under, "x of the touchdown (m);  Δ = MuJoCo − hybrid")
-    under.set_xlim(0.0, 1.02 * reached)
+    axes.set_xlim(0.0, 1.02 * reached)
 
 
 def _draw_difference(axes: Axes, comparison: Comparison, difference: Any, unit: str) -> None:

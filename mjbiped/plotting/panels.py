@@ -12,6 +12,7 @@ from mjbiped.plotting.style import C_MT
 from mjbiped.plotting.width import width
 
 _MARGIN = 0.62  # inches beside a panel, for the labels of its vertical axis
+_MARGIN_OF_ONE_SCALE = 1.1  # beside a panel with one scale for both axes, which is narrower than its place
 _PIXELS = 1.04
 _GAP = 0.1  # between a title and a legend beside it, inches
 _AS_WIDE = "\ue000" * 3  # stands for c_mt while lines are broken
@@ -97,7 +98,8 @@ def _room(axes: Axes) -> float:
         grid = spec.get_gridspec()
         ratios: Any = grid.get_width_ratios() or [1.0] * grid.ncols
         share = sum(ratios[column] for column in spec.colspan) / sum(ratios)
-    return float(share * width().inches - _MARGIN)
+    margin = _MARGIN if axes.get_aspect() == "auto" else _MARGIN_OF_ONE_SCALE
+    return float(share * width().inches - margin)
 
 
 def _inches(artist: Any) -> float:

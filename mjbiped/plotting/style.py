@@ -60,7 +60,6 @@ STYLE: Mapping[str, Any] = {
     "legend.framealpha": 0.85,
     "legend.edgecolor": "none",
     "figure.dpi": 100.0,
-    "savefig.dpi": 160.0,
     "pdf.fonttype": 42,  # letters that an editor can change
     "svg.fonttype": "path",
     "svg.hashsalt": "mjbiped",  # the same figure is the same file
@@ -109,6 +108,7 @@ def styled() -> Iterator[None]:
         **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), now.font),
         **dict.fromkeys(("legend.fontsize", "xtick.labelsize", "ytick.labelsize"), now.small),
         "lines.linewidth": now.lines,
+        "savefig.dpi": now.dots,
     }
     with matplotlib.rc_context(cast(Any, {**STYLE, **sized})):
         yield

@@ -69,8 +69,9 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
     with drawn(path) as figure:
         rows = rows_of(walk)
         title = _title(walk)
-        across = width().beside(2)
-        heights = [sum(row.height + 0.25 for row in rows) + 0.45, 3.3, 0.7 + 2.6 * (2 // across)]
+        narrow = width().beside(2) == 1  # titles stand over legends, labels take two lines, panels are smaller
+        margins, histories_height, phases_height = (0.8, 3.0, 2.4) if narrow else (0.45, 3.3, 3.3)
+        heights = [sum(row.height + 0.25 for row in rows) + margins, histories_height, phases_height]
         figure.set_figheight(sum(heights) + 0.1 + head(figure, title))
         parts: Any = figure.subfigures(3, 1, height_ratios=heights)
         lapse, histories, phases = parts
@@ -132,8 +133,8 @@ def _title(walk: Walk) -> str:
     name = walk.settings.get("controller", {}).get("name", "unknown controller")
     who = f"{name} on {walk.terrain.caption}, {walk.settings.get('engine', 'unknown')} engine"
     what = (
-        f"{walk.outcome} after {steps}, {walk.end[0]:.2f} s and {walk.distance:.2f} m;  {C_MT} {cost};  "
-        f"peak torque {walk.peak_torque[0]:.2f} (ankle), {walk.peak_torque[1]:.2f} (hip) N\u00a0m"
+        f"{walk.outcome} after {steps}, {walk.end[0]:.2f}\u00a0s and {walk.distance:.2f}\u00a0m;  {C_MT}\u00a0{cost};  "
+        f"peak torque {walk.peak_torque[0]:.2f} (ankle), {walk.peak_torque[1]:.2f}\u00a0(hip)\u00a0N\u00a0m"
     )
     return f"{plain(wrapped(who, lines=_LINES))}\n{wrapped(what)}"
 
@@ -188,8 +189,7 @@ def _draw_phases(figure: Any, walk: Walk) -> None:
     nearest = np.searchsorted(samples["time"], walk.touchdowns["time"] - 1e-9).clip(max=len(samples["time"]) - 1)
     at_impact = nearest[np.abs(samples["time"][nearest] - walk.touchdowns["time"]) < 1e-9]
     gait, replanned = _imitated_gait(walk), _transitions(walk)
-    across = width().beside(2)
-    grid = figure.subplots(2 // across, across).flat
+    grid = figure.subplots(1, 2)
     entries: dict[str, Any] = {}
     looks = (("d", "stance", STANCE), ("e", "swing", SWING))
     for leg, (axes, (letter, name, style)) in enumerate(zip(grid, looks, strict=True)):

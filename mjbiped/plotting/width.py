@@ -19,12 +19,14 @@ class Width:
         font: Titles and labels of axes, points.
         small: Tick labels, legends and notes, points.
         lines: Width of lines, points.
+        dots: Of a PNG file, per inch: what a screen can show, or what journals ask for.
     """
 
     inches: float
     font: float
     small: float
     lines: float
+    dots: float
 
     def letters(self, beside: float = 0.2) -> int:
         """Letters of a line of text that leaves so many inches of the figure's width free.
@@ -39,9 +41,9 @@ class Width:
 
 
 WIDTHS: Mapping[str, Width] = {
-    "page": Width(9.6, 9.0, 8.0, 1.2),
-    "double": Width(7.16, 8.0, 7.0, 1.0),
-    "single": Width(3.5, 7.5, 7.0, 0.9),
+    "page": Width(9.6, 9.0, 8.0, 1.2, 160.0),
+    "double": Width(7.16, 8.0, 7.0, 1.0, 300.0),
+    "single": Width(3.5, 7.5, 7.0, 0.9, 300.0),
 }
 """By name: the project's pages, and both columns or one column of a journal as IEEE sets it."""
 

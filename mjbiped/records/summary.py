@@ -48,7 +48,7 @@ class WalkSummary(Mapping[str, Any]):
             warnings = (f"{text} ({n} times)" if n > 1 else text for text, n in values["warnings"].items())
             rows.append(("warning", "; ".join(warnings), ""))
         rows += [
-            (label, measures.in_words(values[key], factor, form), unit)
+            (label, measures.in_words(values[key], factor, form), "" if values[key] is None else unit)
             for label, key, factor, form, unit in measures.MEASURES
         ]
         self.rows = tuple(rows)

@@ -114,10 +114,15 @@ def _tables(
 ) -> tuple[Array, NDArray[np.int64]]:
     """A measure's middle in each pair of bins, and of how many walks it is, shape (y, x)."""
     values = values_of(rows, name)
-    x, y = axes
-    cells = [[values[mine & (x.bin == i) & (y.bin == j)] for i in range(x.count)] for j in range(y.count)]
+    x, y = ([_in_bin(axis, mine, i) for i in range(axis.count)] for axis in axes)
+    cells = [[values[column & line] for column in x] for line in y]
     middles = np.array([[middle(cell, name) for cell in line] for line in cells])
     return middles, np.array([[np.count_nonzero(~np.isnan(cell)) for cell in line] for line in cells])
+
+
+def _in_bin(axis: Axis, mine: NDArray[np.bool_], which: int) -> NDArray[np.bool_]:
+    """The rows of a group in a bin; all of them where the group lacks the parameter, to compare others with."""
+    return mine & ((axis.bin == which) | bool((axis.bin[mine] < 0).all()))
 
 
 def _norm(tables: Sequence[Array], name: str) -> Normalize:
@@ -129,7 +134,8 @@ def _norm(tables: Sequence[Array], name: str) -> Normalize:
         return Normalize(0.0, 1.0)
     low, high = float(values.min()), float(values.max())
     if low == high:
-        return Normalize(low - 0.5 * abs(low) - 1e-12, high + 0.5 * abs(high) + 1e-12)
+        around = 0.5 * abs(low) or 0.5
+        return Normalize(low - around, high + around)
     return LogNorm(low, high) if low > 0.0 and high / low > _LOG_RATIO else Normalize(low, high)
 
 
@@ -207,7 +213,7 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str
         values = values_of(rows, name)
         styles = zip(groups.ticks, itertools.cycle(_LINES), strict=False)
         for k, (kind, (colour, style, marker)) in enumerate(styles):
-            bins = [values[(groups.bin == k) & (axis.bin == i)] for i in range(axis.count)]
+            bins = [values[_in_bin(axis, groups.bin == k, i)] for i in range(axis.count)]
             middles = [middle(each, name) for each in bins]
             axes.plot(axis.at, middles, color=colour, linestyle=style, marker=marker, markersize=3.5, label=plain(kind))
             if name != FINISHED:
@@ -216,6 +222,8 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str
         titled(axes, "", measure_label(name))
         if name == FINISHED:
             axes.set_ylim(-0.03, 1.03)
+        elif np.isnan(values).all():
+            _write_none(axes)
         axes.set(xlabel=axis.label, xscale="log" if axis.log else "linear")
     if groups.count > 1:
         legend_below(figure, *panels[0, 0].get_legend_handles_labels())
@@ -256,9 +264,14 @@ def _histograms(rows: Sequence[Row], measures: Sequence[str], figure: Figure) ->
             axes.axvline(half, color=VERMILLION, linestyle="--", label=f"median {half:.4g}")
             axes.legend()
         else:
-            axes.text(0.5, 0.5, "no walk finished", ha="center", transform=axes.transAxes, color=GUIDE)
+            _write_none(axes)
         axes.set(xlabel=measure_label(name), ylabel="walks")
     _note(figure, rows, "only those that finished are shown")
+
+
+def _write_none(axes: Axes) -> None:
+    """Write into an empty panel why it is."""
+    axes.text(0.5, 0.5, "no walk finished", ha="center", transform=axes.transAxes, color=GUIDE)
 
 
 def _note(figure: Figure, rows: Sequence[Row], meaning: str) -> None:

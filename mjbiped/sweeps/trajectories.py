@@ -6,6 +6,7 @@ is not lost where the study is broken off, and is not walked again.
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections.abc import Sequence
 from contextlib import suppress
@@ -13,6 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
+from mjbiped.records.columns import SAMPLES
+from mjbiped.records.frames import units_of
 from mjbiped.sweeps.cell import TRAJECTORY, Row
 from mjbiped.utils.extras import needed
 from mjbiped.utils.files import saved
@@ -78,6 +81,8 @@ class Trajectories:
         pieces = [self._pieces / f"{cell}{_SUFFIX}" for cell in range(self._count)]
         # controllers differ in the number of their states: a walk without one has none in its column
         schema = self._arrow.unify_schemas([self._parquet.read_schema(piece) for piece in pieces])
+        units = {name: unit for name, unit in units_of(SAMPLES).items() if name in schema.names}
+        schema = schema.with_metadata({"PANDAS_ATTRS": json.dumps({"units": units})})  # pandas' own name for `attrs`
         with saved(self._whole) as unfinished, self._parquet.ParquetWriter(unfinished, schema) as writer:
             for piece in pieces:
                 table = self._parquet.read_table(piece)

@@ -225,9 +225,13 @@ def known_name(what: str, name: object, valid: Iterable[str]) -> str:
     names = tuple(valid)
     if isinstance(name, str) and name in names:
         return name
-    near = difflib.get_close_matches(name, names, n=1) if isinstance(name, str) and len(name) < 100 else []
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    raise InputError(f"unknown {what} {shown(name)}: valid are {', '.join(names) or 'none'}{hint}")
+    raise InputError(f"unknown {what} {shown(name)}: valid are {', '.join(names) or 'none'}{nearest(name, names)}")
+
+
+def nearest(name: object, valid: Iterable[str]) -> str:
+    """What a message about an unknown name ends with: "; did you mean 'rise'?", or nothing where none is near."""
+    near = difflib.get_close_matches(name, tuple(valid), n=1) if isinstance(name, str) and len(name) < 100 else []
+    return f"; did you mean {near[0]!r}?" if near else ""
 
 
 # ---- the robot -------------------------------------------------------------------------------------------------------

@@ -111,8 +111,9 @@ def test_the_adaptive_controller_has_gains_too() -> None:
     [
         (("--controller", "spread.py:HipSpred"), "did you mean 'HipSpread'"),
         (("--controller", "gone.py:HipSpread"), "there is no file 'gone.py'"),
-        (("--controller", "pasive"), "Did you mean 'passive'?"),
+        (("--controller", "pasive"), "did you mean 'passive'?"),
         (("--controller", "spread.py:HipSpread", "--gain", "k=1"), "valid are stiffness=0.5, spread=0.4."),
+        (("--controller", "spread.py:HipSpread", "--gain", "stifness=1"), "did you mean 'stiffness'?"),
         (("--controller", "spread.py:HipSpread", "--gain", "spread=wide"), "--gain spread = 'wide': must be a finite"),
         (("--controller", "spread.py:HipSpread", "--imitate-slope-deg", 1), "--imitate-slope-deg is for"),
         (("--controller", "imitating.py:Imitating", "--position-gain", 1), "--gain sets what yours has"),

@@ -41,7 +41,9 @@ def test_a_sweeps_folder_has_a_page_too(tmp_path: Path) -> None:
 
 
 def test_what_is_no_record_is_refused(tmp_path: Path, record: Path) -> None:
+    (tmp_path / "heights.toml").write_text("steps = 2\n")
     for words, said in (
+        ((tmp_path / "heights.toml",), f"expected is the folder of its sweep, which is {tmp_path / 'heights'} unless"),
         ((tmp_path / "none.npz",), "there is no"),
         ((tmp_path,), "holds no study.sqlite"),
         ((record, "--out", tmp_path / "page.pdf"), ".html"),

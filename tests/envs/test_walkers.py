@@ -3,6 +3,7 @@
 import copy
 import itertools
 import pickle
+from typing import Any
 
 import numpy as np
 import pytest
@@ -279,5 +280,24 @@ def test_the_ground_is_seen_where_it_is() -> None:
 
 
 def test_before_an_episode_it_is_said_what_to_do() -> None:
+    robots = Walkers(WalkTask("walk_level"))
+    for early in (robots.walk, robots.step):
+        with pytest.raises(MjbipedError, match=r"call reset\(\) first"):
+            early()
+    two = Walkers(WalkTask("walk_level"), 2)
+    two.begin(1, np.random.default_rng(0))
     with pytest.raises(MjbipedError, match=r"call reset\(\) first"):
-        Walkers(WalkTask("walk_level")).walk()
+        two.step()
+    two.begin(0, np.random.default_rng(0))
+    two.step()
+    two.close()
+    with pytest.raises(MjbipedError, match=r"call reset\(\) first"):
+        two.step()
+
+
+@pytest.mark.parametrize("action", [[1.0, 2.0, 3.0], [[1.0], [2.0]], "a", [None, 1.0]])
+def test_actions_of_another_shape_are_named(action: Any) -> None:
+    with pytest.raises(InputError, match="expected two numbers, of ankle and hip"):
+        Walkers(WalkTask("walk_level")).act(action)
+    with pytest.raises(InputError, match=r"expected shape \(4, 2\), ankle and hip of each robot"):
+        Walkers(WalkTask("walk_level"), 4).act(action)

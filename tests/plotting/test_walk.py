@@ -86,7 +86,7 @@ def test_a_walk_has_all_panels_with_units(walk: Walk) -> None:
         assert unit in labels(figure)
     titles = " ".join(axes.get_title(loc="left") for axes in figure.axes)
     assert all(f"({letter})" in titles for letter in "abcde")
-    title = figure.get_suptitle().replace("\n", " ")
+    title = figure.get_suptitle().replace("\n", " ").replace("\u00a0", " ")
     assert "segments (2 segments)" in title
     assert "finished after 3 steps" in title
     assert f"{C_MT} {walk.cost_of_transport:.4f}" in title
@@ -126,7 +126,7 @@ def test_a_fall_without_a_touchdown(fallen: Walk) -> None:
     assert (fallen.steps, fallen.outcome) == (0, "fell")
     figure = plot_walk(fallen)
     assert "fell after 0 steps" in figure.get_suptitle()
-    assert f"{C_MT} none" in figure.get_suptitle()
+    assert f"{C_MT}\u00a0none" in figure.get_suptitle()
     assert "fell" in [text.get_text() for text in figure.axes[0].texts]
     assert_nothing_cut_off(figure)
 

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from legible import assert_legible
 from matplotlib.figure import Figure
+from PIL import Image
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
@@ -58,6 +59,11 @@ def compared() -> mjbiped.Comparison:
 
 
 @cache
+def compared_passive() -> mjbiped.Comparison:
+    return mjbiped.compare(PassiveController(), mjbiped.Terrain.incline(2.0), steps=2)
+
+
+@cache
 def diagram() -> BifurcationDiagram:
     return bifurcation_diagram(ROBOT, np.radians(np.linspace(2.4, 3.6, 13)), steps=60, keep=20)
 
@@ -89,8 +95,10 @@ def figure_5() -> Figure:
 FIGURES: dict[str, Callable[[], Figure]] = {
     "walk": lambda: plot_walk(walked()),
     "fall": lambda: plot_walk(fallen()),
+    "walk in rows": lambda: plot_walk(walked(steps=20)),
     "gait": lambda: plot_gait(GAIT),
     "comparison": lambda: plot_comparison(compared()),
+    "comparison without an estimate": lambda: plot_comparison(compared_passive()),
     "bifurcation": lambda: plot_bifurcation(diagram(), cascade()),
     "multipliers": lambda: plot_multipliers([branch.gaits for branch in cascade().branches]),
     "basins": lambda: plot_basins(maps()),
@@ -146,6 +154,25 @@ def test_a_width_holds_in_its_block_alone() -> None:
 def test_panels_stand_below_each_other_where_they_would_be_too_narrow() -> None:
     assert [size.beside(3) for size in WIDTHS.values()] == [3, 2, 1]
     assert [size.beside(2) for size in WIDTHS.values()] == [2, 2, 1]
+
+
+def test_of_a_controller_without_an_estimate_none_is_drawn() -> None:
+    *_, slope = plot_comparison(compared_passive()).axes
+    assert [line.get_label() for line in slope.lines] == ["ground"]
+    assert slope.get_title(loc="left").startswith("(c) Slope of the ground")
+
+
+def test_a_walk_of_twenty_steps_fits_the_column_of_a_page() -> None:
+    with figure_width("single"):
+        assert plot_walk(walked(steps=20)).get_size_inches()[1] < 9.5  # IEEE's column is 9.6 in high
+
+
+def test_files_have_the_dots_that_their_use_asks_for(tmp_path: Path) -> None:
+    for name, dots in (("page", 160), ("double", 300), ("single", 300)):  # a screen's; journals ask for 300 per inch
+        with figure_width(name):
+            plot_gait(GAIT, tmp_path / "gait.png")
+        with Image.open(tmp_path / "gait.png") as picture:
+            assert picture.width == round(dots * WIDTHS[name].inches)
 
 
 def test_same_figure_is_the_same_file_at_any_width(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from mjbiped.plotting import style as plot_style
 from mjbiped.sweeps.bins import binned, grouped, middle, quartiles, values_of
 from mjbiped.sweeps.cell import MEASURES
 from mjbiped.sweeps.figures import draw
@@ -71,6 +72,37 @@ def test_figures_that_are_drawn(text: str, names: list[str], tmp_path: Path) -> 
     again = tmp_path / "again"
     again.mkdir()
     assert [file.read_bytes() for file in draw(study, rows, again)] == [file.read_bytes() for file in files]
+
+
+def test_a_group_without_the_parameter_is_a_level_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[Any] = []
+    monkeypatch.setattr(plot_style, "save_figure", lambda figure, _: shown.append(figure))
+    study, rows = rows_of('[[controller]]\nposition_gain = [2, 4, 8]\n[[controller]]\nname = "passive"\n')
+    draw(study, rows, tmp_path)
+    (figure,) = shown
+    cost, *_ = figure.axes
+    lines = {line.get_label(): line for line in cost.lines}
+    passive = rows[-1]["cost_of_transport"]
+    assert np.asarray(lines["passive"].get_ydata()).tolist() == [passive] * 3
+    assert len(lines["adaptive"].get_xdata()) == 3
+    none = [{**row, "outcome": "failed", **dict.fromkeys(MEASURES)} for row in rows]
+    draw(study, none, tmp_path)
+    assert [text.get_text() for text in shown[1].axes[0].texts] == ["no walk finished"]
+
+
+def test_a_group_without_the_parameter_is_on_maps_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[Any] = []
+    monkeypatch.setattr(plot_style, "save_figure", lambda figure, _: shown.append(figure))
+    study, rows = rows_of(
+        'terrain = { name = "incline", slope_deg = [1, 2] }\n'
+        '[[controller]]\nposition_gain = [2, 4, 8]\n[[controller]]\nname = "passive"\n'
+    )
+    draw(study, [{**row, "outcome": FINISHED, "peak_ankle_torque_Nm": 0.0} for row in rows], tmp_path)
+    maps = {axes.get_title(loc="left"): axes.collections[0] for axes in shown[0].axes if axes.get_title(loc="left")}
+    passive = maps["cost of transport, absolute\npassive"].get_array()
+    assert passive.count() == 6
+    assert len(set(passive.compressed().tolist())) == 2  # one value for each slope, whatever the gain
+    assert maps["peak torque, ankle (N m)\npassive"].norm.vmax == 0.5  # colours of nothing but zeros
 
 
 def test_where_nothing_finished(tmp_path: Path) -> None:

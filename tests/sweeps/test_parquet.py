@@ -79,6 +79,7 @@ def test_trajectories_are_the_samples_of_all_walks(file: Path, tmp_path: Path) -
         found = mine.drop(columns="cell").reset_index(drop=True)[list(expected.columns)]
         pd.testing.assert_frame_equal(found, expected, check_exact=True)
     assert samples.cell.is_monotonic_increasing
+    assert samples.attrs["units"] == expected.attrs["units"]
 
 
 def test_broken_off_it_goes_on_with_what_is_missing(

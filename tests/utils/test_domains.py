@@ -197,7 +197,8 @@ NONSENSE: tuple[object, ...] = (
     np.datetime64("2020-01-01"),
 )
 OPTIONAL = {"leg_inertia", "replanning_delay", "first", "steps", "distance", "control_period", "sample_period", "robot"}
-OPTIONAL |= {"scuffing", "mujoco", "hybrid", "workers", "threads", "stance_rates", "swing_rates", "disturbances"}
+OPTIONAL |= {"scuffing", "mujoco", "hybrid", "workers", "threads", "stance_rates", "swing_rates"}
+OPTIONAL |= {"disturbances", "torque_limit", "motor_bandwidth", "push_interval", "friction"}
 
 
 def quantities() -> Iterator[tuple[str, Callable[[Any], object]]]:
