@@ -122,7 +122,8 @@ def _tables(
 
 def _in_bin(axis: Axis, mine: NDArray[np.bool_], which: int) -> NDArray[np.bool_]:
     """The rows of a group in a bin; all of them where the group lacks the parameter, to compare others with."""
-    return mine & ((axis.bin == which) | bool((axis.bin[mine] < 0).all()))
+    there: NDArray[np.bool_] = mine if bool((axis.bin[mine] < 0).all()) else mine & (axis.bin == which)
+    return there
 
 
 def _norm(tables: Sequence[Array], name: str) -> Normalize:

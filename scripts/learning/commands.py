@@ -22,9 +22,9 @@ FOLDER = click.option(
 class Command(click.Command):
     """Turns what is a user's to mend, and Ctrl-C, into a line and an exit status, as mjbiped's own commands do."""
 
-    def __init__(self, *args: Any, help: str = "", **settings: Any) -> None:
+    def __init__(self, name: str | None, *, help: str = "", **settings: Any) -> None:
         """Make the command; indented lines of its help stay lines."""
-        super().__init__(*args, help=help.replace("\n\n    ", "\n\n\b\n    "), **settings)
+        super().__init__(name, help=help.replace("\n\n    ", "\n\n\b\n    "), **settings)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run it."""

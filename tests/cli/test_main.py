@@ -432,7 +432,7 @@ def test_a_plot_is_as_wide_as_asked_for(record: Path, tmp_path: Path) -> None:
     plot = tmp_path / "narrow.png"
     assert run("render", record, "--no-video", "--plot", plot, "--plot-width", "single").exit_code == 0
     with Image.open(plot) as picture:
-        assert picture.width == 560  # 3.5 in of 160 dots
+        assert picture.width == 1050  # 3.5 in of 300 dots
     assert plot_width.width() is plot_width.WIDTHS["page"]
     assert_refused(run("render", record, "--plot-width", "column"), "'page', 'double', 'single'")
     for command in ("sweep", "reproduce", "walk", "compare", "gait", "bifurcation", "basin", "stability"):

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from legible import assert_legible
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from PIL import Image
 
 import mjbiped
@@ -165,6 +166,18 @@ def test_of_a_controller_without_an_estimate_none_is_drawn() -> None:
 def test_a_walk_of_twenty_steps_fits_the_column_of_a_page() -> None:
     with figure_width("single"):
         assert plot_walk(walked(steps=20)).get_size_inches()[1] < 9.5  # IEEE's column is 9.6 in high
+
+
+def test_no_legend_lies_on_the_title_of_a_time_lapse() -> None:
+    for name in WIDTHS:
+        with figure_width(name):
+            figure = plot_walk(walked(steps=20))
+            figure.draw_without_rendering()
+        (title,) = (text for text in figure.findobj(Text) if text.get_text() == "(a) Time lapse")
+        legend = figure.axes[0].get_legend()
+        assert legend is not None
+        first, second = title.get_window_extent(), legend.get_window_extent()
+        assert second.x0 > first.x1 or second.y1 < first.y0 + 2.0  # pixels, of the legend's own margin
 
 
 def test_files_have_the_dots_that_their_use_asks_for(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from command_line import run
 from PIL import Image
 
 import mjbiped
-from controllers import AdaptiveController
+from controllers import AdaptiveController, PassiveController
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
 from mjbiped.rendering.gl import gl_available
@@ -68,3 +68,10 @@ def test_the_video_takes_the_settings_of_the_renderer(walk: mjbiped.Walk, tmp_pa
     assert (tmp_path / "walk.mp4").read_bytes()[4:8] == b"ftyp"
     with pytest.raises(mjbiped.InputError):
         walk.video(tmp_path / "walk.gif2")
+
+
+def test_what_does_not_exist_has_no_unit() -> None:
+    walked = mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), engine="hybrid", steps=2)
+    rows = {label: (value, unit) for label, value, unit in walked.summary().rows}
+    assert rows["final estimate error"] == ("-", "")
+    assert rows["speed"][1] == "m/s"

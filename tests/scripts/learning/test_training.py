@@ -92,3 +92,8 @@ def test_the_program_trains_goes_on_and_tells(tmp_path: Path) -> None:
 def test_no_generation_walks_on_the_grounds_of_another() -> None:
     seeds = {seed for generation in range(100) for seed in seeds_of(1, generation)}
     assert len(seeds) == 100 * training.GROUNDS
+
+
+def test_examples_in_the_help_stay_lines() -> None:
+    result = CliRunner().invoke(program.main, ["--help"])
+    assert "\n      python -m scripts.learning.train --task residual\n" in result.output
