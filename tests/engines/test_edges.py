@@ -269,3 +269,11 @@ def test_slopes_of_random_grounds(controller: AdaptiveController) -> None:
             parted += 1
     assert (agreed, walked) == (3600, 30)
     assert parted <= 1  # seed 18, whose 51st foothold is 0.1 mm from a break
+
+
+def test_friction_on_a_joint_of_the_ground_is_that_of_both_its_sides(controller: AdaptiveController) -> None:
+    """Level ground in two pieces bears a foot with two contacts; the friction used was that of the deeper one alone."""
+    jointed = Terrain(x=(-5.0, 0.0), z=(0.0, 0.0), angle=(0.0, 0.0))
+    there, level = (mjbiped.walk(controller, ground, steps=1) for ground in (jointed, Terrain.level()))
+    # the joint's two contacts are together as soft as one and another solve: the 7th digit differs
+    assert there.touchdowns["friction"] == pytest.approx(level.touchdowns["friction"], rel=1e-5)

@@ -343,16 +343,20 @@ def read_contacts(u: MutableSequence[float], limits: Limits, stance: Sequence[fl
                     if -swing[slot + _DISTANCE] > u[PENETRATION]:
                         u[PENETRATION] = -swing[slot + _DISTANCE]
     u[NOTED] = noted
-    force = 0.0
+    force = bearing = across = along = 0.0
+    # on a joint of the ground both sides bear the foot, each with a part of the force; their frames all but agree
     for slot in range(0, len(stance), READING):
         if stance[slot + _FOUND] > 0.0:
             force += stance[slot + _FORCE]
+            if -stance[slot + _NORMAL + 2] >= SMALLEST_UPWARD_NORMAL:
+                bearing += stance[slot + _FORCE]
+                across += stance[slot + _FORCE + 1]
+                along += stance[slot + _FORCE + 2]
     u[FORCE] = force
     if stance[_FOUND] > 0.0 and not noted and -stance[_NORMAL + 2] >= SMALLEST_UPWARD_NORMAL:
         if -stance[_DISTANCE] > u[PENETRATION]:
             u[PENETRATION] = -stance[_DISTANCE]
-        force, across, along = stance[_FORCE], stance[_FORCE + 1], stance[_FORCE + 2]
-        if force > LIGHT_CONTACT * limits.weight:
-            used = math.sqrt(across * across + along * along) / force  # hypot has other last bits compiled
+        if bearing > LIGHT_CONTACT * limits.weight:
+            used = math.sqrt(across * across + along * along) / bearing  # hypot has other last bits compiled
             if used > u[FRICTION]:
                 u[FRICTION] = used
