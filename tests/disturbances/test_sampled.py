@@ -235,6 +235,15 @@ def test_engines_agree_about_a_sampled_controller(period: float) -> None:
     assert math.isclose(*costs, rel_tol=1e-3)
 
 
+def test_engines_agree_about_the_cost_of_noise() -> None:
+    """Work is counted with the torques that were held; means of those at both ends of a step lose a third of it."""
+    given = Disturbances(angle_noise=0.01, rate_noise=0.02, seed=1)
+    costs = [walked(engine, given, steps=10, ground=mjbiped.Terrain.level()).cost_of_transport for engine in ENGINES]
+    free = walked("hybrid", None, steps=10, ground=mjbiped.Terrain.level()).cost_of_transport
+    assert min(costs) > 1.5 * free
+    assert math.isclose(*costs, rel_tol=5e-3)
+
+
 def test_the_hybrid_engine_converges_to_a_controller_that_never_pauses() -> None:
     """A torque that is held is late by half a period: the error is of first order in it."""
     plain = walked("hybrid", None)
