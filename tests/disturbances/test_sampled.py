@@ -202,27 +202,27 @@ def test_both_engines_hear_the_same_noise() -> None:
     assert np.abs(first - second).max() < 1e-3
 
 
-def test_a_motor_of_first_order_answers_as_one() -> None:
-    """A constant demand: 1 - exp(-2 pi f t), here in the mean over each tick, which at its middle is that to 0.1 %."""
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_motor_of_first_order_answers_as_one(engine: str) -> None:
+    """A constant demand: 1 - exp(-2 pi f t), in the mean over each tick of 10 ms."""
 
     class Constant(Controller):
         def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
             return 0.0, 1e-6
 
-    bandwidth = 4.0
+    period, rate = 0.01, 2.0 * math.pi * 4.0
     walk = walked(
-        "hybrid",
-        Disturbances(motor_bandwidth=bandwidth),
+        engine,
+        Disturbances(motor_bandwidth=4.0, control_period=period),
         steps=1,
         ground=mjbiped.Terrain.incline(2.0),
         controller=Constant(),
+        sample_period=0.005,
     )
-    time = walk.samples["time"][5:60]
-    tick = np.floor(time * 1000 + 1e-6) + 0.5
-    expected = 1.0 - np.exp(-2.0 * math.pi * bandwidth * tick * 1e-3)
-    shown = walk.samples["torque"][5:60, 1] * 1e6
-    # a sample on a tick's time may show the tick before: 1 ms of the fastest change there, 2 pi f exp(..)
-    np.testing.assert_allclose(shown, expected, atol=1e-3 * 2.0 * math.pi * bandwidth)
+    begun = period * np.arange(30)
+    expected = 1.0 - np.exp(-rate * begun) * (1.0 - math.exp(-rate * period)) / (rate * period)
+    # samples in the middle of ticks; the numbers are the same but for rounding
+    np.testing.assert_allclose(walk.samples["torque"][1:61:2, 1] * 1e6, expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize("period", [1e-3, 4e-3, 8e-3])
@@ -233,6 +233,15 @@ def test_engines_agree_about_a_sampled_controller(period: float) -> None:
         for engine in ENGINES
     ]
     assert math.isclose(*costs, rel_tol=1e-3)
+
+
+def test_engines_agree_about_the_cost_of_noise() -> None:
+    """Work is counted with the torques that were held; means of those at both ends of a step lose a third of it."""
+    given = Disturbances(angle_noise=0.01, rate_noise=0.02, seed=1)
+    costs = [walked(engine, given, steps=10, ground=mjbiped.Terrain.level()).cost_of_transport for engine in ENGINES]
+    free = walked("hybrid", None, steps=10, ground=mjbiped.Terrain.level()).cost_of_transport
+    assert min(costs) > 1.5 * free
+    assert math.isclose(*costs, rel_tol=5e-3)
 
 
 def test_the_hybrid_engine_converges_to_a_controller_that_never_pauses() -> None:
