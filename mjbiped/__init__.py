@@ -29,6 +29,7 @@ from mjbiped.limit_cycles.return_map import ReturnMap
 from mjbiped.records.record import Walk
 from mjbiped.records.views import register as _register
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
 from mjbiped.rollout.walk_many import WalksInterrupted, WalksStopped, walk_many
 from mjbiped.rules.scuffing import ScuffingRule
@@ -56,6 +57,7 @@ __all__ = [
     "GaitError",
     "Hybrid",
     "InputError",
+    "KneedBiped",
     "MjbipedError",
     "Mujoco",
     "OptimisedGait",
