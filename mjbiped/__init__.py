@@ -20,6 +20,7 @@ from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.errors import GaitError, InputError, MjbipedError, RecordError, RenderError
 from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
 from mjbiped.gaits.optimised import OptimisedGait, find_reference
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait
 from mjbiped.limit_cycles.basin import basin_of_attraction, basin_of_control
@@ -58,6 +59,7 @@ __all__ = [
     "Hybrid",
     "InputError",
     "KneedBiped",
+    "KneedGait",
     "MjbipedError",
     "Mujoco",
     "OptimisedGait",
@@ -80,6 +82,7 @@ __all__ = [
     "compare",
     "envs",
     "find_cascade",
+    "find_kneed_gait",
     "find_passive_gait",
     "find_periodic_gait",
     "find_reference",
