@@ -21,6 +21,7 @@ from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.errors import GaitError, InputError, MjbipedError, RecordError, RenderError
 from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
 from mjbiped.gaits.optimised import OptimisedGait, find_reference
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait
 from mjbiped.limit_cycles.basin import basin_of_attraction, basin_of_control
@@ -30,6 +31,7 @@ from mjbiped.limit_cycles.return_map import ReturnMap
 from mjbiped.records.record import Walk
 from mjbiped.records.views import register as _register
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
 from mjbiped.rollout.walk_many import WalksInterrupted, WalksStopped, walk_many
 from mjbiped.rules.scuffing import ScuffingRule
@@ -58,6 +60,8 @@ __all__ = [
     "GaitError",
     "Hybrid",
     "InputError",
+    "KneedBiped",
+    "KneedGait",
     "MjbipedError",
     "Mujoco",
     "OptimisedGait",
@@ -80,6 +84,7 @@ __all__ = [
     "compare",
     "envs",
     "find_cascade",
+    "find_kneed_gait",
     "find_passive_gait",
     "find_periodic_gait",
     "find_reference",

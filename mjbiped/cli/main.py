@@ -20,7 +20,7 @@ from mjbiped.cli import options, tables, video_options
 from mjbiped.cli.compile import compile_
 from mjbiped.cli.files import INTERRUPTED, LONGEST_LINE, Files, end, terminable
 from mjbiped.cli.gaits import basin, bifurcation
-from mjbiped.cli.laws import taken
+from mjbiped.cli.laws import refuse, section, taken
 from mjbiped.cli.reference import reference
 from mjbiped.cli.report import report
 from mjbiped.cli.reproduce import reproduce
@@ -29,12 +29,17 @@ from mjbiped.cli.sweep import sweep
 from mjbiped.cli.view import view
 from mjbiped.cli.walkers import engine_of, mujoco_of, walker
 from mjbiped.errors import MjbipedError, shortened
+from mjbiped.gaits.kneed import find_kneed_gait
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
 from mjbiped.utils import domains
 from mjbiped.version import __version__
+
+KNEED = {"kneed": KneedBiped, "halved-rods": KneedBiped.halved_rods}
+"""Robots with knees, by their names on the command line."""
 
 
 class _Commands(click.Group):
@@ -209,20 +214,42 @@ def _compare(
 
 
 @main.command("gait", cls=options.SectionCommand)
-@options.options("Gait", ("--slope-deg", domains.SLOPE_DEG, 2.0, "Slope that it walks down."))
+@options.options(
+    "Gait",
+    ("--slope-deg", domains.SLOPE_DEG, 2.0, "Slope that it walks down."),
+    (
+        "--robot",
+        click.Choice(("compass", *KNEED)),
+        "compass",
+        "'compass' has straight legs; 'kneed' has knees, light shanks and a heavy hip; 'halved-rods' has the legs of "
+        "Table I cut at the knee. The options below are for compass.",
+    ),
+)
 @options.robot_options
 @options.plot_option
 @options.json_option
-def _gait(slope_deg: float, plot: Path | None, json: bool, **values: Any) -> None:
+@click.pass_context
+def _gait(ctx: click.Context, /, slope_deg: float, robot: str, plot: Path | None, json: bool, **values: Any) -> None:
     """Find the passive gait of a slope, its limit cycle and stability.
+
+    With straight legs the swing foot passes through the ground while it is beside the stance foot; with knees it clears
+    the ground.
 
     \b
     Examples:
       mjbiped gait --slope-deg 3 --plot cycle.pdf
       mjbiped gait --slope-deg 3 --leg-inertia 0 --hip-mass 10 --json
+      mjbiped gait --robot kneed --slope-deg 2.5 --plot knees.png
     """  # noqa: D301 (click reads the backspace)
-    gait = find_passive_gait(Compass(**values), math.radians(slope_deg))
     files = Files()
+    if robot in KNEED:
+        refuse(ctx, section(ctx, "Robot"), "--robot compass", robot)
+        kneed = find_kneed_gait(KNEED[robot](), math.radians(slope_deg))
+        files.plot(plot, "kneed:plot_kneed_gait", kneed)
+        summary = tables.kneed_gait_summary(kneed)
+        files.end(summary, [tables.kneed_gait_table(summary)], json=json, quiet=False)
+        return
+    gait = find_passive_gait(Compass(**values), math.radians(slope_deg))
     files.plot(plot, "walk:plot_gait", gait)
     summary = tables.gait_summary(gait)
     files.end(summary, [tables.gait_table(summary)], json=json, quiet=False)

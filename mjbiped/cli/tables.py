@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from mjbiped.analysis.divergence import COLUMNS, DISPLAYED
+from mjbiped.gaits.kneed import KneedGait
 from mjbiped.gaits.passive import PassiveGait
 from mjbiped.records.measures import MEASURES, in_words
 from mjbiped.records.tables import bare_table, table_of
@@ -57,10 +58,7 @@ def gait_summary(gait: PassiveGait) -> dict[str, Any]:
         "step_length_m": gait.step_length,
         "speed_m_per_s": gait.speed,
         "energy_J": gait.energy,
-        "multipliers": [
-            {"real": value.real, "imaginary": value.imag, "modulus": abs(value)} for value in gait.multipliers.tolist()
-        ],
-        "stable": gait.stable,
+        **_stability_of(gait),
     }
 
 
@@ -77,11 +75,63 @@ def gait_table(summary: Mapping[str, Any]) -> Table:
         ("speed", f"{summary['speed_m_per_s']:.6f}", "m/s"),
         ("energy about the stance foot", f"{summary['energy_J']:.5f}", "J"),
     ]
+    rows += _stability_rows(summary)
+    return table_of(rows)
+
+
+def kneed_gait_summary(gait: KneedGait) -> dict[str, Any]:
+    """What a gait with knees is, in plain JSON types; states are of stance leg, swing thigh, shank, rad and rad/s."""
+    return {
+        "slope_deg": math.degrees(gait.slope),
+        "state_after_heel_strike": gait.start.tolist(),
+        "rates_before_knee_strike": gait.knee_rates.tolist(),
+        "state_before_heel_strike": gait.end.tolist(),
+        "knee_strike_s": gait.knee_strike,
+        "period_s": gait.period,
+        "step_length_m": gait.step_length,
+        "speed_m_per_s": gait.speed,
+        "clearance_m": gait.clearance,
+        "greatest_flexion_deg": math.degrees(gait.greatest_flexion),
+        **_stability_of(gait),
+    }
+
+
+def kneed_gait_table(summary: Mapping[str, Any]) -> Table:
+    """A kneed gait's summary, as `kneed_gait_summary` makes it, as a table."""
+    after, before = summary["state_after_heel_strike"], summary["state_before_heel_strike"]
+    knee = ", ".join(f"{rate:.6f}" for rate in summary["rates_before_knee_strike"])
+    rows = [
+        ("slope", f"{summary['slope_deg']:.4g}", "deg"),
+        ("stance, swing angle after heel strike", f"{after[0]:.8f}, {after[1]:.8f}", "rad"),
+        ("stance, swing rate after heel strike", f"{after[3]:.8f}, {after[4]:.8f}", "rad/s"),
+        ("rates of all three before knee strike", knee, "rad/s"),
+        ("stance, swing rate before heel strike", f"{before[3]:.8f}, {before[4]:.8f}", "rad/s"),
+        ("knee strike", f"{summary['knee_strike_s']:.8f}", "s"),
+        ("period", f"{summary['period_s']:.8f}", "s"),
+        ("step length", f"{summary['step_length_m']:.6f}", "m"),
+        ("speed", f"{summary['speed_m_per_s']:.6f}", "m/s"),
+        ("clearance of the swing foot", f"{100 * summary['clearance_m']:.3f}", "cm"),
+        ("greatest flexion of the knee", f"{summary['greatest_flexion_deg']:.3f}", "deg"),
+    ]
+    return table_of([*rows, *_stability_rows(summary)])
+
+
+def _stability_of(gait: PassiveGait | KneedGait) -> dict[str, Any]:
+    """The part of a gait's summary that tells of its stability."""
+    return {
+        "multipliers": [
+            {"real": value.real, "imaginary": value.imag, "modulus": abs(value)} for value in gait.multipliers.tolist()
+        ],
+        "stable": gait.stable,
+    }
+
+
+def _stability_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """The same part of its table."""
     for value in summary["multipliers"]:
         number = f"{value['real']:.5f}" + (f" {value['imaginary']:+.5f} i" if value["imaginary"] else "")
-        rows.append(("Floquet multiplier, modulus", f"{number}, {value['modulus']:.5f}", ""))
-    rows.append(("stable", "yes" if summary["stable"] else "no", ""))
-    return table_of(rows)
+        yield "Floquet multiplier, modulus", f"{number}, {value['modulus']:.5f}", ""
+    yield "stable", "yes" if summary["stable"] else "no", ""
 
 
 def stability_summary(found: Stability) -> dict[str, Any]:

@@ -742,6 +742,43 @@ def test_gait_prints_the_cycle(drawings: Drawings, tmp_path: Path) -> None:
     assert drawings.calls == [("plot_gait", {"slope": pytest.approx(math.radians(2))})]
 
 
+def test_gait_with_knees(tmp_path: Path) -> None:
+    plot = tmp_path / "knees.png"
+    result = run("gait", "--robot", "kneed", "--slope-deg", 2.5, "--plot", plot)
+    assert (result.exit_code, result.stderr) == (0, "")
+    for number in ("-0.24447693", "1.08907369", "0.35377631", "0.52706293", "0.61464642", "2.561", "0.70998", "yes"):
+        assert number in result.stdout
+    assert result.stdout.endswith(f"wrote {plot}\n")
+    assert plot.read_bytes().startswith(b"\x89PNG")
+
+
+def test_gait_with_knees_as_json_is_the_gait() -> None:
+    result = run("gait", "--robot", "halved-rods", "--slope-deg", 5.5, "--json")
+    printed = json.loads(result.stdout)
+    gait = mjbiped.find_kneed_gait(mjbiped.KneedBiped.halved_rods(), math.radians(5.5))
+    assert printed["state_after_heel_strike"] == gait.start.tolist()
+    assert printed["state_before_heel_strike"] == gait.end.tolist()
+    assert printed["rates_before_knee_strike"] == gait.knee_rates.tolist()
+    assert (printed["knee_strike_s"], printed["period_s"]) == (gait.knee_strike, gait.period)
+    assert (printed["clearance_m"], printed["step_length_m"]) == (gait.clearance, gait.step_length)
+    assert [each["modulus"] for each in printed["multipliers"]] == pytest.approx(abs(gait.multipliers))
+    assert printed["stable"] is True
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (("--robot", "kneed", "--leg-mass", 4), "--leg-mass is for --robot compass; kneed has no such thing."),
+        (("--robot", "kneed", "--slope-deg", -1), "walks only downhill"),
+        (("--robot", "knee"), "'knee' is not one of 'compass', 'kneed', 'halved-rods'"),
+    ],
+)
+def test_what_a_gait_with_knees_does_not_take(words: tuple[object, ...], reason: str) -> None:
+    result = run("gait", *words)
+    assert result.exit_code == 2
+    assert reason in " ".join(result.stderr.split())
+
+
 def test_gait_as_json_is_the_gait() -> None:
     result = run("gait", "--slope-deg", 3.6, "--hip-mass", 5, "--json")
     printed = json.loads(result.stdout)

@@ -1,0 +1,154 @@
+"""The figure of a passive gait with knees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from mjbiped.gaits.kneed import KneedGait
+from mjbiped.plotting.panels import head, legend_above, titled, wrapped
+from mjbiped.plotting.style import GROUND, GUIDE, SHADE, STANCE, SWING, VERMILLION, drawn, note_at
+from mjbiped.plotting.width import width
+from mjbiped.robots.chain import Array
+
+SHANK: Mapping[str, Any] = {"color": VERMILLION, "linestyle": (0, (1.5, 1.2))}
+APART = 0.5  # between two postures of a step, leg lengths
+
+
+def plot_kneed_gait(gait: KneedGait, path: str | Path | None = None) -> Figure:
+    """Draw a passive gait with knees: postures over the step, limit cycle, flexion of the knee, height of the foot.
+
+    Args:
+        gait: The gait.
+        path: File to write as well, `.png`, `.pdf` or `.svg`.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: The path has another suffix; nothing has been drawn then.
+        RenderError: The file cannot be written.
+    """
+    with drawn(path) as figure:
+        across = width().beside(3)
+        text = wrapped(
+            f"Passive gait with knees on {math.degrees(gait.slope):.3g}°, {'stable' if gait.stable else 'unstable'}: "
+            f"period {gait.period:.4f}\u00a0s, knee strike at {gait.knee_strike:.4f}\u00a0s, "
+            f"step {gait.step_length:.4f}\u00a0m, clearance {100 * gait.clearance:.2f}\u00a0cm, "
+            f"largest |multiplier| {abs(gait.multipliers[0]):.3f}"
+        )
+        lines = math.ceil(3 / across)
+        postures = 8 if across == 3 else 5
+        top = 1.1 + 1.45 * width().inches / (APART * (postures - 1) + 1.24)
+        figure.set_figheight(top + 2.9 * lines + head(figure, text))
+        grid = figure.add_gridspec(1 + lines, across, height_ratios=(top, *[2.9] * lines))
+        _draw_postures(figure.add_subplot(grid[0, :]), gait, postures)
+        panels = [figure.add_subplot(grid[1 + k // across, k % across]) for k in range(3)]
+        _draw_cycle(panels[0], gait)
+        _draw_knee(panels[1], gait)
+        _draw_foot(panels[2], gait)
+    return figure
+
+
+def _draw_postures(axes: Axes, gait: KneedGait, count: int) -> None:
+    """Panel (a): the robot on its slope at equal times, and at the knee strike, each beside the one before."""
+    leg = gait.robot.leg_length
+    times = np.sort([*np.linspace(0, gait.period, count - 1), gait.knee_strike])
+    at = np.searchsorted(gait.times, times - 1e-12)
+    places = APART * leg * np.arange(count)
+    ground = np.array([-0.62 * leg, places.max() + 0.62 * leg])
+    sine, cosine = math.sin(gait.slope), math.cos(gait.slope)
+    for place, k, time in zip(places.tolist(), at.tolist(), times.tolist(), strict=True):
+        along, normal = _joints(gait, gait.states[min(k, len(gait.states) - 1), :3]).T
+        along = along + place
+        x, z = along * cosine + normal * sine, normal * cosine - along * sine
+        axes.plot(x[:3], z[:3], linewidth=2.2, color=STANCE["color"], solid_capstyle="round")
+        axes.plot(x[2:4], z[2:4], linewidth=2.2, color=SWING["color"], solid_capstyle="round")
+        axes.plot(x[3:], z[3:], linewidth=2.2, color=SHANK["color"], solid_capstyle="round")
+        axes.plot(x[[1, 3]], z[[1, 3]], "o", color="white", markeredgecolor=SHADE, markersize=3.5)
+        axes.plot(x[2], z[2], "o", color=SHADE, markersize=5)
+        strike = "\nknee strike" if time == gait.knee_strike else ""
+        axes.annotate(
+            f"{time:.3f} s{strike}",
+            (x[2], z[2]),
+            (0, 5),
+            textcoords="offset points",
+            ha="center",
+            fontsize=width().small,
+        )
+    axes.fill_between(ground * cosine, -ground * sine, -(ground * sine).max() - 0.12 * leg, color=GROUND, linewidth=0)
+    axes.plot(ground * cosine, -ground * sine, color=SHADE, linewidth=0.8)
+    axes.set_aspect("equal")
+    axes.set(xlim=(ground * cosine).tolist(), ylim=(-(ground * sine).max() - 0.12 * leg, 1.28 * leg))
+    axes.set(xlabel="along (m), postures set apart", ylabel="height (m)")
+    handles = [
+        Line2D([], [], color=look["color"], linewidth=2.2, label=label)
+        for look, label in ((STANCE, "stance leg"), (SWING, "swing thigh"), (SHANK, "swing shank"))
+    ]
+    titled(axes, "a", "One step")
+    legend_above(axes, handles=handles)
+
+
+def _joints(gait: KneedGait, q: Array) -> Array:
+    """Stance foot, stance knee, hip, swing knee, swing foot: shape (5, 2), m, along the ground and its normal."""
+    robot = gait.robot
+    turned = np.column_stack([np.sin(q), np.cos(q)])
+    links = [robot.shank_length * turned[0], robot.thigh_length * turned[0]]
+    links += [-robot.thigh_length * turned[1], -robot.shank_length * turned[2]]
+    return np.vstack([np.zeros(2), np.cumsum(links, axis=0)])
+
+
+def _draw_cycle(axes: Axes, gait: KneedGait) -> None:
+    """Panel (b): rate over angle of all segments, jumps at impacts dotted."""
+    bent = gait.bent
+    for segment, look in ((0, STANCE), (1, SWING), (2, SHANK)):
+        q, dq = gait.states[:, segment], gait.states[:, 3 + segment]
+        axes.plot(q[:bent], dq[:bent], **look)
+        if segment < 2:  # afterwards thigh and shank are one leg
+            axes.plot(q[bent:], dq[bent:], **look)
+        axes.plot(q[bent - 1 : bent + 1], dq[bent - 1 : bent + 1], color=GUIDE, linestyle=":")
+    start, end = gait.start, gait.end
+    for before, after in ((0, 1), (1, 0)):
+        axes.plot([end[before], start[after]], [end[3 + before], start[3 + after]], color=GUIDE, linestyle=":")
+    axes.set(xlabel="angle from the ground's normal (rad)", ylabel="rate (rad/s)")
+    titled(axes, "b", "Limit cycle; impacts dotted")
+
+
+def _draw_knee(axes: Axes, gait: KneedGait) -> None:
+    """Panel (c): flexion of the swing knee."""
+    axes.plot(gait.times, np.degrees(gait.states[:, 2] - gait.states[:, 1]), **SHANK)
+    axes.axvline(gait.knee_strike, color=GUIDE, linewidth=0.8)
+    late = gait.knee_strike > 0.7 * gait.period
+    note_at(
+        axes, "knee strike", gait.knee_strike, 0.97, (-4 if late else 4, 0), ha="right" if late else "left", va="top"
+    )
+    axes.set(xlabel="time (s)", ylabel="flexion of the swing knee (°)", xlim=(0, gait.period), ylim=(0, None))
+    titled(axes, "c", "The knee")
+
+
+def _draw_foot(axes: Axes, gait: KneedGait) -> None:
+    """Panel (d): the swing foot's way over the ground."""
+    along, height = gait.feet.T
+    axes.plot(along, 100 * height, **SWING)
+    middle = np.flatnonzero(np.abs(along) < gait.step_length / 2)
+    lowest = int(middle[np.argmin(height[middle])])
+    axes.plot(along[lowest], 100 * height[lowest], "o", color=SHADE, markersize=4)
+    axes.annotate(
+        f"clearance {100 * gait.clearance:.2f} cm",
+        (along[lowest], 100 * height[lowest]),
+        (0, -6),
+        textcoords="offset points",
+        ha="center",
+        va="top",
+        fontsize=width().small,
+    )
+    axes.axhline(0.0, color=SHADE, linewidth=0.8)
+    axes.set(xlabel="swing foot ahead of the stance foot (m)", ylabel="above the ground (cm)", ylim=(0, None))
+    titled(axes, "d", "The swing foot")

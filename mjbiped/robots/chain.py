@@ -1,0 +1,232 @@
+"""Any planar chain of rigid segments on a pinned foot: its equations of motion and its plastic impacts.
+
+Each segment has one angle q_i, absolute: from the normal of the ground, rad, positive forward. The centre of mass of
+each body then stands at the sum of lever_ki (sin q_i, cos q_i), with constant levers, and Lagrange's equations are
+
+    M_ij = A_ij cos(q_i - q_j),   C_ij = A_ij sin(q_i - q_j) dq_j,   g_i = -b_i sin(q_i + slope)
+
+with A_ij = sum_k m_k lever_ki lever_kj, plus the inertia of the bodies of segment i where i = j, and with
+b_i = g sum_k m_k lever_ki. Two, three or four segments make no difference. Segments that a locked joint makes one, at
+equal angles, are a chain again, of E'AE, E'b, where E has a column for each group of them.
+
+An impact that is plastic and without slip projects the momentum of the chain, its base floating, on what the joints and
+the ground still allow: u = (J'FJ)^-1 J'F v. Where the far end strikes and becomes the new pivot, J'FJ and J'F have the
+form of M again, of the weights `Chain.about_end` and `Chain.onto_end`; where a joint locks, of E'AE and E'A.
+
+The functions below hold these laws once, for plain Python as for Numba. They write into arrays that they are given, and
+allocate none. docs/knees.md derives the equations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mjbiped.numerics import jit
+from mjbiped.numerics.trigonometry import sine_cosine
+
+Array = NDArray[np.float64]
+
+
+def weighted(weights: Array, rows: Array, columns: Array, even: Array, odd: Array) -> None:
+    """Write weights_ij cos(rows_i - columns_j) into `even`, and weights_ij sin(rows_i - columns_j) into `odd`.
+
+    Of one chain's A and angles, `even` is M, and `odd` times dq_j is C_ij.
+    """
+    for i in range(len(rows)):
+        for j in range(len(columns)):
+            sine, cosine = sine_cosine(rows[i] - columns[j])
+            even[i, j] = weights[i, j] * cosine
+            odd[i, j] = weights[i, j] * sine
+
+
+def add_gravity(moments: Array, q: Array, slope: float, sign: float, forces: Array) -> None:
+    """Add the generalised gravity g(q, slope), times `sign`, to the forces, N m."""
+    for i in range(len(q)):
+        sine, _ = sine_cosine(q[i] + slope)
+        forces[i] -= sign * moments[i] * sine
+
+
+def solve(matrix: Array, vector: Array) -> None:
+    """Solve a symmetric positive definite system in place: the vector becomes matrix^-1 vector, the matrix is lost."""
+    n = len(vector)
+    for j in range(n):
+        for i in range(j + 1, n):
+            share = matrix[i, j] / matrix[j, j]
+            for k in range(j + 1, n):
+                matrix[i, k] -= share * matrix[j, k]
+            vector[i] -= share * vector[j]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            vector[i] -= matrix[i, k] * vector[k]
+        vector[i] /= matrix[i, i]
+
+
+def accelerate(
+    weights: Array, moments: Array, slope: float, q: Array, dq: Array, even: Array, odd: Array, ddq: Array
+) -> None:
+    """Turn generalised forces into accelerations, M^-1 (forces - C dq - g), rad/s^2.
+
+    Args:
+        weights: A, shape (n, n), kg m^2.
+        moments: b, shape (n,), N m.
+        slope: Of the ground, rad, positive downhill.
+        q: Angles from its normal, shape (n,), rad.
+        dq: Rates, shape (n,), rad/s.
+        even: Room of shape (n, n).
+        odd: The same.
+        ddq: The forces of motors, shape (n,), N m; afterwards the accelerations.
+    """
+    weighted(weights, q, q, even, odd)
+    for i in range(len(q)):
+        for j in range(len(q)):
+            ddq[i] -= odd[i, j] * dq[j] * dq[j]
+    add_gravity(moments, q, slope, -1.0, ddq)
+    solve(even, ddq)
+
+
+def strike(after: Array, before: Array, q_after: Array, q: Array, dq: Array, even: Array, odd: Array) -> None:
+    """Rates after a plastic impact, rad/s: what is left of the rates before it stands in the first places of `dq`.
+
+    Args:
+        after: Weights of J'FJ, shape (k, k), kg m^2.
+        before: Weights of J'F, shape (k, n).
+        q_after: Angles of the segments that are left, shape (k,), rad.
+        q: Angles before, shape (n,).
+        dq: Rates before, shape (n,); afterwards the first k of them are the new ones.
+        even: Room of shape (n, n).
+        odd: The same.
+    """
+    k, n = len(q_after), len(q)
+    weighted(before, q_after, q, even, odd)
+    for i in range(k):
+        odd[0, i] = 0.0
+        for j in range(n):
+            odd[0, i] += even[i, j] * dq[j]
+    for i in range(k):
+        dq[i] = odd[0, i]
+    weighted(after, q_after, q_after, even, odd)
+    solve(even[:k, :k], dq[:k])
+
+
+@cache
+def machine_code() -> Any:
+    """`accelerate` as machine code, one for chains of every length; compiled once, and kept on disk."""
+    digest = jit.prepared((accelerate,), inlined=(accelerate,))
+    return jit.from_source(jit.jitted, "moved", _SOURCE, {"accelerate": accelerate}, digest)
+
+
+_SOURCE = """
+def moved(weights, moments, slope, q, dq, even, odd, ddq):
+    accelerate(weights, moments, slope, q, dq, even, odd, ddq)
+"""
+
+
+class Chain(NamedTuple):
+    """The constants of a chain of n segments.
+
+    Attributes:
+        weights: A, shape (n, n), kg m^2, symmetric.
+        moments: b, shape (n,), N m.
+        reach: Levers of the chain's far end, the swing foot: shape (n,), m.
+        mass: Of the whole chain, kg.
+        gravity: m/s^2.
+    """
+
+    weights: Array
+    moments: Array
+    reach: Array
+    mass: float
+    gravity: float
+
+    @property
+    def onto_end(self) -> Array:
+        """Weights of J'F where the far end strikes and the foot leaves: A - reach b'/g, shape (n, n), kg m^2."""
+        return self.weights - np.outer(self.reach, self.moments) / self.gravity
+
+    @property
+    def about_end(self) -> Array:
+        """Weights of J'FJ then, the chain's A about its far end: A - (reach b' + b reach')/g + m reach reach'."""
+        return self.onto_end + np.outer(self.mass * self.reach - self.moments / self.gravity, self.reach)
+
+    def locked(self, groups: ArrayLike) -> Chain:
+        """The chain whose joints are locked: E of shape (n, k) says with 1 which segments (rows) move as one (columns).
+
+        The segments of a group are at equal angles.
+        """
+        E = np.asarray(groups, dtype=np.float64)
+        return Chain(E.T @ self.weights @ E, E.T @ self.moments, E.T @ self.reach, self.mass, self.gravity)
+
+    def mass_matrix(self, q: Array) -> Array:
+        """M(q), shape (n, n), kg m^2."""
+        return self._weighted(q)[0]
+
+    def coriolis_matrix(self, q: Array, dq: Array) -> Array:
+        """C(q, dq), shape (n, n), kg m^2/s; dM/dt - 2 C is skew."""
+        return self._weighted(q)[1] * dq
+
+    def gravity_vector(self, q: Array, slope: float) -> Array:
+        """g(q, slope), shape (n,), N m."""
+        forces = np.zeros(len(q))
+        add_gravity(self.moments, q, slope, 1.0, forces)
+        return forces
+
+    def kinetic_energy(self, q: Array, dq: Array) -> float:
+        """Kinetic energy, J."""
+        return 0.5 * float(dq @ self.mass_matrix(q) @ dq)
+
+    def potential_energy(self, q: Array, slope: float) -> float:
+        """Potential energy, J, zero at the height of the pinned foot."""
+        return float(self.moments @ np.cos(q + slope))
+
+    def end(self, q: Array) -> Array:
+        """The far end from the pinned foot, shape (2,), m: along the ground, along its normal."""
+        return np.array([self.reach @ np.sin(q), self.reach @ np.cos(q)])
+
+    def end_strikes(self, q: Array, dq: Array) -> Array:
+        """Rates after the far end's plastic impact, by which the foot leaves the ground: shape (n,), rad/s."""
+        return _struck(self.about_end, self.onto_end, q, q, dq)
+
+    def joints_lock(self, groups: ArrayLike, q: Array, dq: Array) -> Array:
+        """Rates after joints have locked at once, shape (k,), rad/s: of segments as `locked` groups them.
+
+        `q`, of shape (n,), has equal angles within each group.
+        """
+        E = np.asarray(groups, dtype=np.float64)
+        return _struck(E.T @ self.weights @ E, E.T @ self.weights, E.T @ q / E.sum(axis=0), q, dq)
+
+    def _weighted(self, q: Array) -> tuple[Array, Array]:
+        even, odd = np.empty((2, len(q), len(q)))
+        weighted(self.weights, q, q, even, odd)
+        return even, odd
+
+
+def _struck(after: Array, before: Array, q_after: Array, q: Array, dq: Array) -> Array:
+    rates = np.array(dq, dtype=np.float64)
+    even, odd = np.empty((2, len(q), len(q)))
+    strike(after, before, q_after, q, rates, even, odd)
+    return rates[: len(q_after)]
+
+
+def chain_of(
+    bodies: Sequence[tuple[float, float, int | None, Sequence[float]]], reach: Sequence[float], gravity: float
+) -> Chain:
+    """The chain of some bodies.
+
+    Args:
+        bodies: Of each its mass (kg), its inertia about its own centre of mass (kg m^2), the segment that it turns with
+            (None for a point mass), and the levers of its centre of mass, one of each segment (m).
+        reach: Levers of the chain's far end, m.
+        gravity: m/s^2.
+    """
+    weights, moments = np.zeros((len(reach), len(reach))), np.zeros(len(reach))
+    for mass, inertia, segment, levers in bodies:
+        weights += mass * np.outer(levers, levers)
+        moments += gravity * mass * np.asarray(levers)
+        if segment is not None:
+            weights[segment, segment] += inertia
+    return Chain(weights, moments, np.array(reach, dtype=np.float64), sum(body[0] for body in bodies), gravity)

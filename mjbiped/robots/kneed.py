@@ -1,0 +1,204 @@
+"""A planar biped with knees and point feet: parameters, equations of motion, energy and both of its impacts.
+
+The equations are those of `mjbiped.robots.chain`; this file says what chain the robot is. From the stance foot up and
+down again, its segments are stance shank, stance thigh, swing thigh, swing shank. A straight knee that is locked makes
+one segment of a leg, so that angles q come in three lengths:
+
+    2: stance leg, swing leg                                 both knees locked, as a compass biped
+    3: stance leg, swing thigh, swing shank                  the swing knee free, as in swing
+    4: stance shank, stance thigh, swing thigh, swing shank  both free
+
+Angles are from the normal of the ground, rad, positive forward. The knee bends backward: the flexion of the swing knee
+is shank less thigh, q[2] - q[1] of three, and is 0 where the knee has struck its stop.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mjbiped.errors import InputError
+from mjbiped.robots.chain import Array, Chain, chain_of
+from mjbiped.utils import domains
+
+STANCE_LOCKED = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+SWING_LOCKED = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
+STRAIGHT = 1e-6  # rad; integrators find the stop more exactly than that
+
+
+@dataclass(frozen=True)
+class KneedBiped:
+    """A planar biped of two equal legs with knees and point feet.
+
+    The defaults walk passively: light shanks, and as much mass at the hip as in a leg. `halved_rods` is the other robot
+    of this laboratory.
+
+    Attributes:
+        thigh_mass: kg, > 0.
+        shank_mass: kg, > 0.
+        hip_mass: point mass at the hip, kg, >= 0.
+        thigh_length: from the hip to the knee, m, > 0.
+        shank_length: from the knee to the foot, m, > 0.
+        thigh_centre: from the hip down to the thigh's centre of mass, m, > 0 and at most the thigh's length.
+        shank_centre: from the knee down to the shank's centre of mass, m, > 0 and at most the shank's length.
+        thigh_inertia: of a thigh about its own centre of mass, kg m^2, >= 0. None stands for a uniform rod's, m l^2/12,
+            and is replaced by that number (which `dataclasses.replace` then keeps).
+        shank_inertia: of a shank, the same.
+        gravity: m/s^2, > 0.
+
+    Raises:
+        InputError: a value is not a finite number of its domain, or a centre of mass lies beyond the end of its link.
+    """
+
+    thigh_mass: float = 4.5
+    shank_mass: float = 0.5
+    hip_mass: float = 5.0
+    thigh_length: float = 0.5
+    shank_length: float = 0.5
+    thigh_centre: float = 0.30
+    shank_centre: float = 0.09
+    thigh_inertia: float = None  # type: ignore[assignment]  # a number after __post_init__
+    shank_inertia: float = None  # type: ignore[assignment]  # the same
+    gravity: float = 9.81
+
+    def __post_init__(self) -> None:
+        """Check every value, and turn it into a plain float."""
+        masses: Mapping[str, domains.Domain] = {"thigh_mass": domains.LEG_MASS, "shank_mass": domains.LEG_MASS}
+        lengths = ("thigh_length", "shank_length", "thigh_centre", "shank_centre")
+        domains.check_fields(self, **masses, hip_mass=domains.HIP_MASS, **dict.fromkeys(lengths, domains.LENGTH))
+        for link in ("thigh", "shank"):
+            length, centre = getattr(self, f"{link}_length"), getattr(self, f"{link}_centre")
+            if centre > length:
+                raise InputError(
+                    f"{link}_centre = {centre:g}: must lie on the link, at most {link}_length = {length:g} m from its "
+                    "upper end"
+                )
+            if getattr(self, f"{link}_inertia") is None:
+                object.__setattr__(self, f"{link}_inertia", getattr(self, f"{link}_mass") * length**2 / 12)
+        domains.check_fields(self, thigh_inertia=domains.INERTIA, shank_inertia=domains.INERTIA)
+        domains.check_fields(self, gravity=domains.GRAVITY)
+        domains.LEG.check("thigh_length + shank_length", self.leg_length)
+
+    @classmethod
+    def halved_rods(cls) -> KneedBiped:
+        """The legs of Table I cut at the knee: uniform rods of 2.5 kg and 0.5 m, and no mass at the hip."""
+        return cls(thigh_mass=2.5, shank_mass=2.5, hip_mass=0.0, thigh_centre=0.25, shank_centre=0.25)
+
+    @property
+    def leg_length(self) -> float:
+        """Length of a straight leg, m."""
+        return self.thigh_length + self.shank_length
+
+    @property
+    def total_mass(self) -> float:
+        """Mass of the whole robot, kg."""
+        return 2 * (self.thigh_mass + self.shank_mass) + self.hip_mass
+
+    @property
+    def weight(self) -> float:
+        """Weight of the whole robot, N."""
+        return self.total_mass * self.gravity
+
+    @cached_property
+    def chains(self) -> Mapping[int, Chain]:
+        """The robot as a chain of two, three or four segments, by their number."""
+        upper, lower = self.thigh_length, self.shank_length
+        thigh, shank = (self.thigh_mass, self.thigh_inertia), (self.shank_mass, self.shank_inertia)
+        four = chain_of(
+            [
+                (*shank, 0, (lower - self.shank_centre, 0.0, 0.0, 0.0)),
+                (*thigh, 1, (lower, upper - self.thigh_centre, 0.0, 0.0)),
+                (self.hip_mass, 0.0, None, (lower, upper, 0.0, 0.0)),
+                (*thigh, 2, (lower, upper, -self.thigh_centre, 0.0)),
+                (*shank, 3, (lower, upper, -upper, -self.shank_centre)),
+            ],
+            reach=(lower, upper, -upper, -lower),
+            gravity=self.gravity,
+        )
+        three = four.locked(STANCE_LOCKED)
+        return {4: four, 3: three, 2: three.locked(SWING_LOCKED)}
+
+    def mass_matrix(self, q: ArrayLike) -> Array:
+        """M(q), shape (n, n), kg m^2, for q of shape (n,) in rad with n = 2, 3 or 4."""
+        return self._chain(angles := _angles(q)).mass_matrix(angles)
+
+    def coriolis_matrix(self, q: ArrayLike, dq: ArrayLike) -> Array:
+        """C(q, dq), shape (n, n), kg m^2/s; dM/dt - 2 C is skew. q, dq of shape (n,) in rad and rad/s."""
+        angles = _angles(q)
+        return self._chain(angles).coriolis_matrix(angles, _rates(dq, angles))
+
+    def gravity_vector(self, q: ArrayLike, slope: float) -> Array:
+        """g(q, slope), shape (n,), N m, for q of shape (n,) and the slope in rad, > 0 downhill."""
+        angles = _angles(q)
+        return self._chain(angles).gravity_vector(angles, domains.ANGLE.check("slope", slope))
+
+    def kinetic_energy(self, q: ArrayLike, dq: ArrayLike) -> float:
+        """Kinetic energy, J, for q and dq of shape (n,) in rad and rad/s."""
+        angles = _angles(q)
+        return self._chain(angles).kinetic_energy(angles, _rates(dq, angles))
+
+    def potential_energy(self, q: ArrayLike, slope: float) -> float:
+        """Potential energy about the stance foot, J, for q of shape (n,) and the slope in rad."""
+        angles = _angles(q)
+        return self._chain(angles).potential_energy(angles, domains.ANGLE.check("slope", slope))
+
+    def energy(self, q: ArrayLike, dq: ArrayLike, slope: float) -> float:
+        """Kinetic plus potential energy about the stance foot, J; constant between impacts while no torque acts."""
+        return self.kinetic_energy(q, dq) + self.potential_energy(q, slope)
+
+    def swing_foot(self, q: ArrayLike) -> Array:
+        """Swing foot from the stance foot, shape (2,), m: (along the ground, along its normal), for q of shape (n,)."""
+        angles = _angles(q)
+        return self._chain(angles).end(angles)
+
+    def knee_impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
+        """State (q_plus, dq_plus), each of shape (2,), after the swing knee's plastic impact on its stop: it locks.
+
+        The stance foot stays where it stands, and the stance knee stays locked.
+
+        Args:
+            q: stance leg, swing thigh, swing shank, shape (3,), rad; thigh and shank in line.
+            dq: their rates, shape (3,), rad/s.
+
+        Raises:
+            InputError: the knee is bent, or the shapes are others.
+        """
+        angles = domains.ANGLE.array("q", q, (3,))
+        if abs(angles[2] - angles[1]) > STRAIGHT:
+            bent = math.degrees(angles[2] - angles[1])
+            raise InputError(f"the swing knee is bent by {bent:.4g} degrees: it strikes its stop where it is straight")
+        rates = self.chains[3].joints_lock(SWING_LOCKED, angles, _rates(dq, angles))
+        return np.array([angles[0], (angles[1] + angles[2]) / 2]), rates
+
+    def heel_impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
+        """State (q_plus, dq_plus), each of shape (2,), after the straight swing leg's impact, with the legs exchanged.
+
+        It is plastic and without slip, the other foot leaves the ground, and both knees stay locked; the knee of the
+        new swing leg is free from then on. The angles stay relative to the normal that `q` was measured from.
+
+        Args:
+            q: stance and swing leg, shape (2,), rad.
+            dq: their rates, shape (2,), rad/s.
+        """
+        angles = domains.ANGLE.array("q", q, (2,))
+        rates = self.chains[2].end_strikes(angles, _rates(dq, angles))
+        return angles[::-1].copy(), rates[::-1].copy()
+
+    def _chain(self, angles: Array) -> Chain:
+        return self.chains[len(angles)]
+
+
+def _angles(q: ArrayLike) -> Array:
+    angles = domains.ANGLE.array("q", q, (None,))
+    if len(angles) not in (2, 3, 4):
+        raise InputError(f"q: expected 2, 3 or 4 angles, got {len(angles)}")
+    return angles
+
+
+def _rates(dq: ArrayLike, angles: Array) -> Array:
+    return domains.RATE.array("dq", dq, angles.shape)

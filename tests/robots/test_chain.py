@@ -1,0 +1,244 @@
+"""The equations of a planar chain against SymPy's derivation from the masses' positions, MuJoCo, and laws."""
+
+import math
+from collections.abc import Callable
+from functools import cache
+
+import mujoco
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from mjbiped.robots.chain import Array, Chain, accelerate, machine_code
+from mjbiped.robots.kneed import KneedBiped
+
+# nothing about it is symmetric or round
+ODD = KneedBiped(3.1, 1.7, 7.3, 0.37, 0.58, 0.11, 0.23, 0.05, 0.021, 1.62)
+ROBOTS = [KneedBiped(), KneedBiped.halved_rods(), ODD]
+LENGTHS = (2, 3, 4)
+
+# rounding of a few dozen operations; the terms differ by at most a factor of about 1e2
+RELATIVE = 1e-12
+
+
+@cache
+def derived(n: int) -> dict[str, Callable[..., object]]:
+    """Everything that follows from the positions of the masses, as functions of (parameters, q, dq, slope)."""
+    mt, ms, mh, lt, ls, ct, cs, jt, js, g, slope = parameters = sp.symbols("mt ms mh lt ls ct cs jt js g slope")
+    q, dq = sp.Matrix(sp.symbols(f"q:{n}")), sp.Matrix(sp.symbols(f"dq:{n}"))
+    foot, dfoot = sp.Matrix(sp.symbols("x z")), sp.Matrix(sp.symbols("dx dz"))
+    angles = {2: (0, 0, 1, 1), 3: (0, 0, 1, 2), 4: (0, 1, 2, 3)}[n]
+    stance_shank, stance_thigh, swing_thigh, swing_shank = (q[k] + slope for k in angles)
+
+    def up(length: sp.Expr, angle: sp.Expr) -> sp.Matrix:
+        return length * sp.Matrix([sp.sin(angle), sp.cos(angle)])
+
+    knee = foot + up(ls, stance_shank)
+    hip = knee + up(lt, stance_thigh)
+    swing_knee = hip - up(lt, swing_thigh)
+    swing_foot = swing_knee - up(ls, swing_shank)
+    places = [
+        (ms, knee - up(cs, stance_shank)),
+        (mt, hip - up(ct, stance_thigh)),
+        (mh, hip),
+        (mt, hip - up(ct, swing_thigh)),
+        (ms, swing_knee - up(cs, swing_shank)),
+    ]
+    spins = [(js, dq[angles[0]]), (jt, dq[angles[1]]), (jt, dq[angles[2]]), (js, dq[angles[3]])]
+
+    free, velocities = sp.Matrix([*foot, *q]), sp.Matrix([*dfoot, *dq])
+    moving = [(mass, place.jacobian(free) * velocities) for mass, place in places]
+    kinetic = sum(m * v.dot(v) / 2 for m, v in moving) + sum(inertia * rate**2 / 2 for inertia, rate in spins)
+    pinned = {**dict.fromkeys(foot, 0), **dict.fromkeys(dfoot, 0)}
+    T = kinetic.subs(pinned)
+    V = sum(m * g * place[1] for m, place in places).subs(pinned)
+    # Lagrange: d/dt (dT/d dq) - dT/dq + dV/dq = M ddq + h
+    h = sp.Matrix([T]).jacobian(dq).jacobian(q) * dq - sp.Matrix([T - V]).jacobian(q).T
+    spin = sum(m * (r[1] * v[0] - r[0] * v[1]) for (m, r), (_, v) in zip(places, moving, strict=True))
+    expressions = {
+        "M": sp.hessian(T, list(dq)),
+        "h": h,
+        "V": V,
+        "swing_foot": swing_foot.subs(pinned),
+        "free_mass": sp.hessian(kinetic, list(velocities)),
+        "swing_foot_jacobian": swing_foot.jacobian(free).subs(pinned),
+        # angular momentum about the origin, clockwise as the angles
+        "spin": (spin + sum(inertia * rate for inertia, rate in spins)).subs(dict.fromkeys(foot, 0)),
+        "momentum": sum((m * v for m, v in moving), sp.zeros(2, 1)),
+    }
+    arguments = (parameters, list(q), list(velocities))
+    return {name: sp.lambdify(arguments, expression, cse=True) for name, expression in expressions.items()}
+
+
+def value(name: str, robot: KneedBiped, q: Array, rates: Array, slope: float = 0.0) -> Array:
+    """One of `derived`; the rates are of the angles, or of the stance foot's place and then of the angles."""
+    numbers = [getattr(robot, field) for field in robot.__dataclass_fields__]
+    whole = rates if len(rates) > len(q) else np.concatenate([np.zeros(2), rates])
+    return np.squeeze(np.asarray(derived(len(q))[name]((*numbers, slope), q.tolist(), whole.tolist())))
+
+
+def close(actual: object, expected: object, scale: float | None = None, relative: float = RELATIVE) -> None:
+    """Equal to `relative` of the largest expected entry (or of `scale`)."""
+    size = float(np.max(np.abs(np.asarray(expected)))) if scale is None else scale
+    np.testing.assert_allclose(np.asarray(actual), np.asarray(expected), rtol=0, atol=relative * size)
+
+
+def states(n: int, count: int = 20) -> list[tuple[Array, Array, float]]:
+    random = np.random.default_rng(11 + n)
+    return [
+        (random.uniform(-1.5, 1.5, n), random.uniform(-5, 5, n), float(random.uniform(-0.5, 0.5))) for _ in range(count)
+    ]
+
+
+def accelerations(function: Callable[..., None], chain: Chain, q: Array, dq: Array, slope: float) -> Array:
+    ddq, (even, odd) = np.zeros(len(q)), np.empty((2, len(q), len(q)))
+    function(chain.weights, chain.moments, slope, q, dq, even, odd, ddq)
+    return ddq
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("n", LENGTHS)
+def test_equations_follow_from_the_lagrangian(robot: KneedBiped, n: int) -> None:
+    chain = robot.chains[n]
+    greatest = 25 * float(np.abs(chain.weights).sum()) + float(np.abs(chain.moments).sum())
+    for q, dq, slope in states(n):
+        M, h = value("M", robot, q, dq, slope), value("h", robot, q, dq, slope)
+        close(robot.mass_matrix(q), M)
+        close(robot.coriolis_matrix(q, dq) @ dq + robot.gravity_vector(q, slope), h, scale=greatest)
+        close(robot.potential_energy(q, slope), value("V", robot, q, dq, slope), scale=greatest)
+        # the condition number of M is up to 1e3
+        expected = np.linalg.solve(M, -h)
+        close(accelerations(accelerate, chain, q, dq, slope), expected, relative=1e-10)
+        foot = value("swing_foot", robot, q, dq, slope)  # x and z; along the ground and normal to it:
+        turn = np.array([[math.cos(slope), -math.sin(slope)], [math.sin(slope), math.cos(slope)]])
+        close(robot.swing_foot(q), turn @ foot, scale=robot.leg_length)
+
+
+@pytest.mark.parametrize("n", LENGTHS)
+def test_machine_code_computes_the_same_for_every_length(n: int) -> None:
+    for robot in ROBOTS:
+        for q, dq, slope in states(n, 5):
+            plain = accelerations(accelerate, robot.chains[n], q, dq, slope)
+            # bitwise: the same operations in the same order
+            np.testing.assert_array_equal(accelerations(machine_code(), robot.chains[n], q, dq, slope), plain)
+    assert len(machine_code().signatures) == 1
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("n", LENGTHS)
+def test_an_end_that_strikes_is_the_plastic_impulse_of_the_free_chain(robot: KneedBiped, n: int) -> None:
+    chain = robot.chains[n]
+    for q, dq, _ in states(n):
+        M, Jc = value("free_mass", robot, q, dq), value("swing_foot_jacobian", robot, q, dq)
+        before = np.concatenate([np.zeros(2), dq])
+        weight = np.linalg.solve(M, Jc.T)
+        after = before - weight @ np.linalg.solve(Jc @ weight, Jc @ before)
+        # two linear systems with condition numbers up to 1e4
+        close(chain.end_strikes(q, dq), after[2:], relative=1e-9)
+        close(Jc @ after, np.zeros(2), scale=float(np.abs(before).max()), relative=1e-9)
+        assert after @ M @ after <= (before @ M @ before) * (1 + RELATIVE)
+
+
+@pytest.mark.parametrize("n", LENGTHS)
+def test_an_end_that_strikes_keeps_the_angular_momentum_about_it(n: int) -> None:
+    """The ground acts on the robot nowhere else, so that its moment about that point is nothing."""
+    robot = ODD
+    for q, dq, _ in states(n):
+        foot = robot.swing_foot(q)
+        rates = robot.chains[n].end_strikes(q, dq)
+        slip = value("swing_foot_jacobian", robot, q, dq)[:, 2:] @ rates
+        after = np.concatenate([-slip, rates])  # the struck foot rests, so that the other one moves
+
+        def about_foot(velocities: Array, q: Array = q, foot: Array = foot) -> float:
+            x, z = value("momentum", robot, q, velocities)
+            return float(value("spin", robot, q, velocities) - (foot[1] * x - foot[0] * z))
+
+        before = about_foot(np.concatenate([np.zeros(2), dq]))
+        # of momenta of up to some 1e2 kg m^2/s, and of M^-1, whose condition number is up to 1e3
+        assert about_foot(after) == pytest.approx(before, abs=1e-10 * 1e2)
+
+
+def test_a_chain_about_its_end_is_the_same_robot_seen_from_the_other_foot() -> None:
+    """Both legs are alike: the weights about the end, in reverse order, are those about the stance foot."""
+    for robot in ROBOTS:
+        for n in (2, 4):
+            chain = robot.chains[n]
+            close(chain.about_end[::-1, ::-1], chain.weights)
+
+
+@pytest.mark.parametrize("n", LENGTHS)
+def test_mujoco_has_the_same_mass_matrix_and_bias(n: int) -> None:
+    for robot in ROBOTS:
+        model = mujoco_chain(robot, n)
+        data = mujoco.MjData(model)
+        relative = np.eye(n) - np.eye(n, k=-1)  # MuJoCo's hinges turn between segments
+        absolute = np.linalg.inv(relative)
+        for q, dq, slope in states(n, 5):
+            tilt = robot.gravity * np.array([math.sin(slope), 0.0, -math.cos(slope)])
+            model.opt.gravity[:] = tilt  # the ground's normal is MuJoCo's z
+            data.qpos[:], data.qvel[:] = relative @ q, relative @ dq
+            mujoco.mj_forward(model, data)
+            M = np.empty((n, n))
+            mujoco.mj_fullM(model, data, M)
+            close(absolute.T @ robot.mass_matrix(q) @ absolute, M)
+            bias = absolute.T @ (robot.coriolis_matrix(q, dq) @ dq + robot.gravity_vector(q, slope))
+            close(bias, data.qfrc_bias, scale=25 * float(np.abs(robot.chains[n].weights).sum()))
+
+
+def mujoco_chain(robot: KneedBiped, n: int) -> mujoco.MjModel:
+    """The robot on a pinned foot, with a hinge about +y at the foot of each segment's first link."""
+    spec = mujoco.MjSpec()
+    spec.compiler.boundmass = 0.0
+    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    upper, lower = robot.thigh_length, robot.shank_length
+    shank, thigh = (robot.shank_mass, robot.shank_inertia), (robot.thigh_mass, robot.thigh_inertia)
+    links = [
+        (*shank, lower - robot.shank_centre, lower),
+        (*thigh, upper - robot.thigh_centre, upper),
+        (*thigh, -robot.thigh_centre, -upper),
+        (*shank, -robot.shank_centre, -lower),
+    ]
+    free = {2: (0, 2), 3: (0, 2, 3), 4: (0, 1, 2, 3)}[n]
+    parent, height = spec.worldbody, 0.0
+    for k, (mass, inertia, centre, length) in enumerate(links):
+        body = parent.add_body(pos=[0, 0, height], mass=mass, ipos=[0, 0, centre], inertia=[inertia] * 3)
+        body.explicitinertial = True
+        if k in free:
+            body.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
+        if k == 1 and robot.hip_mass:
+            hip = body.add_body(pos=[0, 0, length], mass=robot.hip_mass, ipos=[0, 0, 0], inertia=[1e-12] * 3)
+            hip.explicitinertial = True
+        parent, height = body, length
+    return spec.compile()
+
+
+@pytest.mark.parametrize("n", LENGTHS)
+def test_energy_stays_where_nothing_acts(n: int) -> None:
+    robot = ODD
+
+    def law(_: float, y: Array) -> Array:
+        return np.concatenate([y[n:], accelerations(machine_code(), robot.chains[n], y[:n], y[n:], 0.1)])
+
+    start = np.concatenate([np.linspace(-0.3, 0.3, n), np.linspace(2.0, -1.0, n)])
+    end = solve_ivp(law, (0.0, 1.0), start, method="DOP853", rtol=1e-11, atol=1e-11).y[:, -1]
+    before, after = (robot.energy(y[:n], y[n:], 0.1) for y in (start, end))
+    assert after == pytest.approx(before, rel=1e-9)  # some 1e2 integration steps of relative error 1e-11
+
+
+@given(st.sampled_from(LENGTHS), st.data())
+@settings(deadline=None, derandomize=True, max_examples=50)
+def test_mass_is_positive_and_its_derivative_less_twice_coriolis_is_skew(n: int, data: st.DataObject) -> None:
+    angles, rates = (st.lists(st.floats(-limit, limit), min_size=n, max_size=n) for limit in (1.5, 8.0))
+    robot = data.draw(st.sampled_from(ROBOTS))
+    q, dq = np.array(data.draw(angles)), np.array(data.draw(rates))
+    M = robot.mass_matrix(q)
+    np.testing.assert_allclose(M, M.T, rtol=0, atol=1e-14 * M.max())  # cos(x) and cos(-x)
+    assert np.linalg.eigvalsh(M).min() > 0
+    step = 1e-5
+    change = (robot.mass_matrix(q + step * dq) - robot.mass_matrix(q - step * dq)) / (2 * step)
+    skew = change - 2 * robot.coriolis_matrix(q, dq)
+    # differences: truncation step^2 (16 rad/s)^3 / 6 < 1e-7 of the weights, rounding 1e-11 of them
+    np.testing.assert_allclose(skew + skew.T, 0, atol=3e-7 * np.abs(robot.chains[n].weights).max())

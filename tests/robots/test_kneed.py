@@ -1,0 +1,136 @@
+"""The biped with knees: what it is made of, its two impacts, and that with locked knees it is the compass biped."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import mjbiped
+from mjbiped.errors import InputError
+from mjbiped.robots.compass import Compass
+from mjbiped.robots.kneed import KneedBiped
+
+ROBOTS = [
+    KneedBiped(),
+    KneedBiped.halved_rods(),
+    KneedBiped(3.1, 1.7, 7.3, 0.37, 0.58, 0.11, 0.23, 0.05, 0.021, 1.62),
+]
+
+angles = st.floats(-1.5, 1.5)
+rates = st.floats(-8, 8)
+
+
+def compass_of(robot: KneedBiped) -> Compass:
+    """The compass biped whose legs are this robot's straight ones, by the theorem of parallel axes."""
+    thigh, shank = robot.thigh_mass, robot.shank_mass
+    low, high = robot.shank_length - robot.shank_centre, robot.leg_length - robot.thigh_centre
+    centre = (shank * low + thigh * high) / (shank + thigh)
+    inertia = robot.shank_inertia + robot.thigh_inertia + shank * (low - centre) ** 2 + thigh * (high - centre) ** 2
+    return Compass(shank + thigh, robot.hip_mass, centre, robot.leg_length - centre, inertia, robot.gravity)
+
+
+@given(st.sampled_from(ROBOTS), angles, angles, rates, rates, angles)
+@settings(deadline=None, derandomize=True)
+def test_with_locked_knees_it_is_the_compass_biped(
+    robot: KneedBiped, q1: float, q2: float, dq1: float, dq2: float, slope: float
+) -> None:
+    compass, q, dq = compass_of(robot), np.array([q1, q2]), np.array([dq1, dq2])
+    weights, moments = np.abs(robot.chains[2].weights).max(), np.abs(robot.chains[2].moments).max()
+    kinetic = weights * float(dq @ dq)
+    # rounding of a few dozen operations
+    np.testing.assert_allclose(robot.mass_matrix(q), compass.mass_matrix(q), rtol=0, atol=1e-12 * weights)
+    np.testing.assert_allclose(
+        robot.coriolis_matrix(q, dq), compass.coriolis_matrix(q, dq), rtol=0, atol=1e-12 * 8 * weights
+    )
+    np.testing.assert_allclose(
+        robot.gravity_vector(q, slope), compass.gravity_vector(q, slope), rtol=0, atol=1e-12 * moments
+    )
+    np.testing.assert_allclose(robot.swing_foot(q), compass.swing_foot(q), rtol=0, atol=1e-12)
+    assert robot.energy(q, dq, slope) == pytest.approx(compass.energy(q, dq, slope), abs=1e-12 * (kinetic + moments))
+    for mine, its in zip(robot.heel_impact(q, dq), compass.impact(q, dq), strict=True):
+        # of M^-1 as well, whose condition number is up to 1e2
+        np.testing.assert_allclose(mine, its, rtol=0, atol=1e-12 * 100 * (1 + np.abs(dq).max()))
+
+
+def test_the_halved_rods_are_the_legs_of_table_one() -> None:
+    halved, compass = compass_of(KneedBiped.halved_rods()), Compass()
+    assert (halved.leg_mass, halved.hip_mass, halved.lower_length) == (compass.leg_mass, 0.0, compass.lower_length)
+    assert halved.leg_inertia == pytest.approx(compass.leg_inertia, rel=1e-15)
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_the_knee_impact_is_the_impulse_that_stops_the_knee(robot: KneedBiped) -> None:
+    """By a multiplier: an impulse between thigh and shank, equal and opposite, that makes their rates equal."""
+    random = np.random.default_rng(3)
+    for _ in range(20):
+        q1, q2 = random.uniform(-1, 1, 2)
+        q, dq = np.array([q1, q2, q2]), random.uniform(-5, 5, 3)
+        M, between = robot.mass_matrix(q), np.array([0.0, 1.0, -1.0])
+        turn = np.linalg.solve(M, between)
+        expected = dq - turn * (between @ dq) / (between @ turn)
+        q_plus, dq_plus = robot.knee_impact(q, dq)
+        np.testing.assert_array_equal(q_plus, [q1, q2])
+        # linear systems with condition numbers up to 1e3
+        np.testing.assert_allclose(dq_plus, expected[:2], rtol=0, atol=1e-11)
+        assert expected[2] == pytest.approx(expected[1], abs=1e-11)
+        # what the impulse cannot change: the momentum about the stance foot, and that of the swing leg about the hip
+        after = robot.mass_matrix(q_plus) @ dq_plus
+        before = M @ dq
+        scale = 1e-11 * np.abs(robot.chains[3].weights).max()
+        assert after.sum() == pytest.approx(before.sum(), abs=scale)
+        assert after[1] == pytest.approx(before[1] + before[2], abs=scale)
+        assert robot.kinetic_energy(q_plus, dq_plus) < robot.kinetic_energy(q, dq)
+
+
+def test_a_knee_that_is_bent_strikes_nothing() -> None:
+    with pytest.raises(InputError, match=r"bent by 5.73 degrees: it strikes its stop where it is straight"):
+        KneedBiped().knee_impact([0.1, 0.2, 0.3], [1, 1, 1])
+
+
+def test_equal_angles_are_one_posture_however_many_are_given() -> None:
+    robot = KneedBiped()
+    for method, tail in ((robot.kinetic_energy, ([1.0, -2.0],)), (robot.potential_energy, (0.1,))):
+        two = method([0.2, -0.3], *tail)
+        wide = ([1.0, 1.0, -2.0, -2.0],) if tail != (0.1,) else tail
+        assert method([0.2, 0.2, -0.3, -0.3], *wide) == pytest.approx(two, rel=1e-14)
+
+
+def test_defaults_and_names() -> None:
+    robot = KneedBiped()
+    assert mjbiped.KneedBiped is KneedBiped
+    assert robot == KneedBiped(4.5, 0.5, 5.0, 0.5, 0.5, 0.3, 0.09)
+    assert (robot.leg_length, robot.total_mass, robot.weight) == (1.0, 15.0, 15 * 9.81)
+    assert (robot.thigh_inertia, robot.shank_inertia) == (4.5 * 0.25 / 12, 0.5 * 0.25 / 12)
+    assert replace(robot, thigh_mass=1).thigh_inertia == robot.thigh_inertia
+    assert hash(robot) == hash(KneedBiped(thigh_mass=np.float32(4.5)))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("name", "bad", "words"),
+    [
+        ("thigh_mass", 0.0, "from 1e-09"),
+        ("shank_mass", math.nan, "finite"),
+        ("hip_mass", -1.0, "from 0 to"),
+        ("shank_length", "1", "finite"),
+        ("thigh_inertia", -1.0, "from 0 to"),
+        ("gravity", 0.0, "from 0.001"),
+        ("thigh_centre", 0.6, "must lie on the link, at most thigh_length = 0.5 m"),
+        ("shank_centre", 0.51, "must lie on the link, at most shank_length = 0.5 m"),
+    ],
+)
+def test_parameters_outside_their_domain_are_named(name: str, bad: object, words: str) -> None:
+    with pytest.raises(InputError, match=rf"{name} = .*{words}"):
+        KneedBiped(**{name: bad})  # type: ignore[arg-type]
+
+
+def test_shapes_are_checked() -> None:
+    robot = KneedBiped()
+    with pytest.raises(InputError, match="q: expected 2, 3 or 4 angles, got 5"):
+        robot.mass_matrix([0.0] * 5)
+    with pytest.raises(InputError, match=r"dq: expected shape \(3,\), got \(2,\)"):
+        robot.coriolis_matrix([0.1, 0.2, 0.3], [0.1, 0.2])
+    with pytest.raises(InputError, match=r"q: expected shape \(2,\), got \(3,\)"):
+        robot.heel_impact([0.1, 0.2, 0.3], [0.1, 0.2, 0.3])
