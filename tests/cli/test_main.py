@@ -128,6 +128,7 @@ COMMANDS = (
     "view",
     "report",
     "sweep",
+    "robustness",
     "reproduce",
     "compile",
 )
