@@ -16,6 +16,7 @@ from mjbiped.limit_cycles.basin import Fate
 SMALL = ("--slopes", 24, "--steps", 60, "--keep", 12, "--doublings", 2)
 
 
+@pytest.mark.slow
 def test_bifurcation_tells_the_onsets_and_writes_its_files(tmp_path: Path) -> None:
     paths = [tmp_path / name for name in ("data.npz", "diagram.png", "multipliers.pdf")]
     words = ("--out", paths[0], "--plot", paths[1], "--plot-multipliers", paths[2])

@@ -240,6 +240,7 @@ def test_walk_prints_a_table_of_all_measures_and_the_files(tmp_path: Path, drawi
     ]
 
 
+@pytest.mark.slow
 def test_table_fits_a_narrow_terminal_of_plain_ascii(tmp_path: Path) -> None:
     words = ("walk", "random", "--steps", 1)
     result = run_process(*words, cwd=tmp_path, COLUMNS="50", PYTHONIOENCODING="ascii")
@@ -493,6 +494,7 @@ def test_a_video_without_opengl_is_warned_of_and_comes_last(
     assert [name for name, _ in drawings.calls] == ["plot_walk"]
 
 
+@pytest.mark.slow
 def test_a_process_without_opengl_writes_the_record(tmp_path: Path) -> None:
     words = ("walk", "level", "--steps", 1, "--out", "walk.npz", "--video", "walk.mp4", "--json")
     result = run_process(*words, cwd=tmp_path, MUJOCO_GL="disable")
@@ -678,6 +680,7 @@ def test_compare_prints_both_engines_and_writes_both_records(tmp_path: Path, dra
     assert drawings.calls == [("plot_comparison", {"steps": 2})]
 
 
+@pytest.mark.slow
 def test_compare_as_json_in_a_process(tmp_path: Path) -> None:
     words = ("compare", "stairs:rise=0.045,first=1.0,count=1", "--steps", 3, "--json")
     result = run_process(*words, cwd=tmp_path)

@@ -30,6 +30,7 @@ def small(monkeypatch: pytest.MonkeyPatch, studies_in_threads: None) -> None:
         monkeypatch.setattr(whole, name, lambda _, path: save_figure(new_figure(1.0), path))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small")
 def test_page_table_and_figures_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     result = run("reproduce", "--out", tmp_path / "walks", "--report", tmp_path / "page", "--quick")

@@ -49,6 +49,7 @@ def study(**sections: Any) -> Any:
     return plan(Path("study.toml"), {"steps": 3, "terrain": {"name": "level"}, **sections})
 
 
+@pytest.mark.slow
 def test_a_study_varies_disturbances() -> None:
     found = study(engine="hybrid", disturbances={"delay": [0.0, 0.05], "torque_limit": "none"})
     assert found.varied == ("disturbances.delay",)

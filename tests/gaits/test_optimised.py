@@ -103,6 +103,7 @@ def test_robots_alike_have_references_alike(robot: mjbiped.Compass, high: Optimi
     assert gait.period == pytest.approx(math.sqrt(2) * high.period, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_says_why(robot: mjbiped.Compass) -> None:
     with pytest.raises(GaitError, match=r"torque limit of 0.5 N m: without .* needs 24.8 N m; raise the limit"):
         find_reference(robot, clearance=0.06, torque_limit=0.5)

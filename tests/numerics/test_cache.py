@@ -114,6 +114,7 @@ def test_a_file_that_cannot_be_written_is_told_of(program: Path) -> None:
     assert any("cannot be kept" in warning for warning in warnings)
 
 
+@pytest.mark.slow
 def test_processes_that_start_at_once_do_not_disturb_each_other(program: Path) -> None:
     started = [start(program) for _ in range(4)]
     for process in started:
@@ -122,5 +123,6 @@ def test_processes_that_start_at_once_do_not_disturb_each_other(program: Path) -
     assert run(program) == ("2.5 1", [])
 
 
+@pytest.mark.slow
 def test_a_home_that_is_missing_does_not_matter(program: Path) -> None:
     assert run(program, HOME="/dev/null/nobody")[0] == "2.5 0"

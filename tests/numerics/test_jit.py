@@ -92,6 +92,7 @@ def test_types_of_one_program_do_not_keep_another_from_its_cache(tmp_path: Path)
     assert {path: path.stat().st_mtime_ns for path in cache.rglob("*.nb?")} == before
 
 
+@pytest.mark.slow
 def test_machine_code_is_called_by_other_machine_code_and_both_are_kept(tmp_path: Path) -> None:
     """A change in the inner one is one of the outer one, too, which has its machine code in it."""
     cache = tmp_path / "cache"
@@ -104,6 +105,7 @@ def test_machine_code_is_called_by_other_machine_code_and_both_are_kept(tmp_path
     assert len(list(cache.rglob("*.nbc"))) == 4
 
 
+@pytest.mark.slow
 def test_only_what_is_not_on_disk_is_announced(tmp_path: Path) -> None:
     for name, wanted in (("told", "True"), ("quiet", "False")):
         (tmp_path / f"{name}.py").write_text(ANNOUNCED.replace("{wanted}", wanted), encoding="utf-8")

@@ -57,7 +57,7 @@ def film(walk: Walk, frames: int) -> Film:
 
 
 @needs_gl
-@pytest.mark.parametrize("processes", [2, 3])
+@pytest.mark.parametrize("processes", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_frames_are_those_of_one_process(walk: Walk, painters: list[Patient], processes: int) -> None:
     wanted = film(walk, 8)
     with drawn(walk, wanted, 1) as (_, frames):
@@ -95,6 +95,7 @@ def test_a_process_that_ends_too_early_is_told_of(walk: Walk, painters: list[Pat
             list(frames)
 
 
+@pytest.mark.slow
 @needs_gl
 def test_a_reference_that_only_this_process_finds_is_on_every_frame(walk: Walk, painters: list[Patient]) -> None:
     with drawn(walk, film(walk, 3), 2) as (stage, frames):
@@ -105,6 +106,7 @@ def test_a_reference_that_only_this_process_finds_is_on_every_frame(walk: Walk, 
     assert painters[0].asked == []
 
 
+@pytest.mark.slow
 @needs_gl
 def test_controllers_without_a_reference_share_their_frames(painters: list[Patient]) -> None:
     walk = mjbiped.walk(PassiveController(), Terrain.incline(2.0), steps=2)

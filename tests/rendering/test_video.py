@@ -416,6 +416,7 @@ except RenderError:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("platform", ["nonsense", "egl"])
 def test_a_bad_platform_hinders_no_walk(platform: str) -> None:
     """MuJoCo itself cannot be imported where MUJOCO_GL is nonsense or its library is missing."""

@@ -42,6 +42,7 @@ def study(tmp_path: Path) -> Iterator[Path]:
     sys.path[:] = path
 
 
+@pytest.mark.slow
 def test_workers_load_the_file(study: Path, tmp_path: Path, robot: mjbiped.Compass) -> None:
     """In processes of their own."""
     rows, _ = run(read_study(study), tmp_path / "out", workers=1)

@@ -36,6 +36,7 @@ def test_no_key_does_two_things() -> None:
     assert len(set(codes)) == len(codes)
 
 
+@pytest.mark.slow
 @given(
     frames=st.lists(st.floats(1e-3, 0.09), max_size=20),
     slower=st.integers(0, 3),

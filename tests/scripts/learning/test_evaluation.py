@@ -65,6 +65,7 @@ def test_the_training_has_not_seen_these_grounds() -> None:
     assert {ground.task for ground in GROUNDS} == set(TASKS)
 
 
+@pytest.mark.slow
 def test_zero_residual_is_the_adaptive_controller(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The whole program on little: a residual policy of zeros does what the adaptive controller does, bitwise."""
     monkeypatch.setattr(evaluation, "STEPS", 3)

@@ -225,6 +225,7 @@ def test_one_model_serves_walks_of_many_gains_in_threads(controller: AdaptiveCon
         assert state_of(shared, data) == alone[index]
 
 
+@pytest.mark.slow
 def test_records_of_another_kind_are_refused(controller: AdaptiveController) -> None:
     """Of laws with more states, or of a ground with another number of risers: C code looks at no bounds."""
     fixed: dict[str, object] = {"lands": False}
