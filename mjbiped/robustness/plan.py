@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -131,8 +131,7 @@ def plan(path: Path, content: Mapping[str, Any]) -> Plan:
     after = domains.STEPS.check("limits.steps_after", limits.get("steps_after", 20))
     cells = list(_cells(wanted, labelled, chosen, lasting, after, laws))
     check_cells(cells, VARIED)
-    study = Study(path, tuple(cells), VARIED, False, frozenset(), dict(content), laws=laws)
-    return Plan(study, *(getattr(wanted, name) for name in list(Plan.__dataclass_fields__)[1:]))
+    return replace(wanted, study=replace(wanted.study, cells=tuple(cells)))
 
 
 def _texts(key: str, value: object) -> tuple[str, ...]:
