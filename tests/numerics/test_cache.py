@@ -66,6 +66,7 @@ def slow(*case: object) -> object:
     return pytest.param(*case, marks=pytest.mark.slow)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("damage", "ending"),
     [
@@ -103,6 +104,7 @@ def test_where_nothing_can_be_written_it_is_said_once(program: Path) -> None:
         assert "NUMBA_CACHE_DIR" in warning
 
 
+@pytest.mark.slow
 def test_a_file_that_cannot_be_written_is_told_of(program: Path) -> None:
     run(program)
     index = files(program, "nbi")

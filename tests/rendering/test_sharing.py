@@ -86,6 +86,7 @@ def test_a_process_that_cannot_begin_leaves_all_to_this_one(
     assert painters[0].asked == []
 
 
+@pytest.mark.slow
 @needs_gl
 def test_a_process_that_ends_too_early_is_told_of(walk: Walk, painters: list[Patient]) -> None:
     with drawn(walk, film(walk, 40), 2) as (_, frames):

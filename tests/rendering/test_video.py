@@ -388,6 +388,7 @@ def refusal(script: str, **environment: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have other platforms")
 @pytest.mark.parametrize(
     ("changes", "words"),
