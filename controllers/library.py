@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -14,6 +13,7 @@ from mjbiped.control.controller import Law, Memory
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.optimised import find_reference
 from mjbiped.gaits.reference import in_arrays
+from mjbiped.robots import compass
 from mjbiped.utils import domains
 
 _CLIMBING = 15
@@ -140,7 +140,7 @@ def _touchdown(
     dq1: float,
     dq2: float,
 ) -> None:
-    change = parameters.length * (math.cos(q1_before) - math.cos(q2_before))
+    _, change = compass.swing_foot(parameters.length, compass.legs_of(q1_before, q2_before))
     if abs(change) > parameters.threshold:
         memory[_CLIMBING] = parameters.steps
     elif memory[_CLIMBING] > 0.0:

@@ -44,7 +44,7 @@ default_role = "code"  # docstrings have code between single backquotes
 autodoc_typehints = "description"  # beside each parameter's meaning: signatures with types are too long to read
 autodoc_typehints_description_target = "documented_params"  # and nothing of those that say nothing more
 autodoc_member_order = "bysource"  # sources begin with what matters most
-autodoc_default_options = {"members": True}
+autodoc_default_options = {"members": True}  # of a class, all that is public
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 

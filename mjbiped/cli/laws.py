@@ -57,7 +57,7 @@ def _refuse_options(ctx: click.Context, name: str, valid: Iterable[str]) -> None
     if name != "adaptive":
         others = [each for each in adaptive if not (compared and each.name in SHARED)]
         refuse(ctx, others, "--controller adaptive", name)
-    if not compared:
+    if not compared or "slope_source" not in valid:
         refuse(ctx, comparison, f"--controller {', '.join(options.OTHERS)}", name)
 
 

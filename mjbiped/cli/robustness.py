@@ -8,30 +8,18 @@ import click
 
 from mjbiped.cli import options
 from mjbiped.cli.files import INTERRUPTED, end, tell
-from mjbiped.utils import domains
+from mjbiped.cli.study_options import OUT, WALKS, check_walkers, study_argument
 
 
 @click.command("robustness", cls=options.SectionCommand)
-@click.argument("study", type=click.Path(path_type=Path))
+@study_argument
 @options.options(
     "Walks",
-    ("--workers", domains.WORKERS, None, "Processes; one for each core unless given."),
-    (
-        "--scheduler",
-        options.Kind("ADDRESS", str),
-        None,
-        "Let the workers of this Dask scheduler walk, as tcp://host:8786; needs pip install 'mjbiped[cluster]'.",
-    ),
-    ("--fresh", bool, False, "Delete the rows of an earlier run and begin again."),
+    *WALKS,
 )
 @options.options(
     "Results",
-    (
-        "--out",
-        options.Folder(),
-        None,
-        "Where table and figures go; unless given, a folder beside STUDY that has its name.",
-    ),
+    OUT,
 )
 @options.width_option
 @options.printed_options
@@ -55,8 +43,7 @@ def robustness(
     from mjbiped.robustness.tables import robustness_tables, write_tables
     from mjbiped.sweeps.run import run
 
-    if workers is not None and scheduler is not None:
-        raise click.UsageError("--workers is for this machine; the workers of a --scheduler are its own.")
+    check_walkers(workers, scheduler)
     planned = read_plan(study)
     folder = study.with_suffix("") if out is None else out
     try:

@@ -9,21 +9,14 @@ import click
 from mjbiped.cli import options
 from mjbiped.cli import tables as told
 from mjbiped.cli.files import INTERRUPTED, end, tell
-from mjbiped.utils import domains
+from mjbiped.cli.study_options import OUT, WALKS, check_walkers, study_argument
 
 
 @click.command("sweep", cls=options.SectionCommand)
-@click.argument("study", type=click.Path(path_type=Path))
+@study_argument
 @options.options(
     "Walks",
-    ("--workers", domains.WORKERS, None, "Processes; one for each core unless given."),
-    (
-        "--scheduler",
-        options.Kind("ADDRESS", str),
-        None,
-        "Let the workers of this Dask scheduler walk, as tcp://host:8786; needs pip install 'mjbiped[cluster]'.",
-    ),
-    ("--fresh", bool, False, "Delete the rows of an earlier run and begin again."),
+    *WALKS,
     (
         "--trajectories",
         bool,
@@ -33,12 +26,7 @@ from mjbiped.utils import domains
 )
 @options.options(
     "Results",
-    (
-        "--out",
-        options.Folder(),
-        None,
-        "Where table and figures go; unless given, a folder beside STUDY that has its name.",
-    ),
+    OUT,
     ("--parquet", bool, False, "Write the table as study.parquet too; needs pip install 'mjbiped[data]'."),
 )
 @options.width_option
@@ -73,8 +61,7 @@ def sweep(
     from mjbiped.sweeps.run import run
     from mjbiped.sweeps.summary import summarised
 
-    if workers is not None and scheduler is not None:
-        raise click.UsageError("--workers is for this machine; the workers of a --scheduler are its own.")
+    check_walkers(workers, scheduler)
     for option, wanted in (("--parquet", parquet), ("--trajectories", trajectories)):
         if wanted:
             check_installed(option)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import click
@@ -31,23 +31,24 @@ def size(value: str) -> tuple[int, int]:
     return sizes[0], sizes[1]
 
 
-def hidden(value: str) -> str:
-    """Names of what a video does not show, parted by commas."""
-    try:
-        look(hide=value)
-    except InputError as error:
-        raise click.BadParameter(f"{error}.") from error
-    return value
+def _of_look(argument: str) -> Callable[[str], str]:
+    """What reads names that `mjbiped.rendering.look.look` takes as an argument, and leaves them as they are written."""
+
+    def read(value: str) -> str:
+        try:
+            look(**{argument: value})
+        except InputError as error:
+            raise click.BadParameter(f"{error}.") from error
+        return value
+
+    return read
 
 
-def visual_flag(value: str) -> str:
-    """The name of one of MuJoCo's visual flags."""
-    try:
-        look(flags=value)
-    except InputError as error:
-        raise click.BadParameter(f"{error}.") from error
-    return value
+HIDDEN = Kind("NAMES", _of_look("hide"))
+"""Names of what a video does not show, parted by commas."""
 
+VISUAL_FLAG = Kind("NAME", _of_look("flags"))
+"""The name of one of MuJoCo's visual flags."""
 
 video_options = options(
     "Video",
@@ -57,10 +58,10 @@ video_options = options(
     ("--to stop", domains.TIME, None, "Time of the walk at which it ends, s."),
     ("--slow-motion", domains.SLOW_MOTION, 1.0, "Seconds of video per second of the walk."),
     ("--fps", domains.FPS, 30, "Frames per second."),
-    ("--hide", Kind("NAMES", hidden), (), f"What is not shown, parted by commas: {', '.join(ELEMENTS)}, or {ALL}."),
+    ("--hide", HIDDEN, (), f"What is not shown, parted by commas: {', '.join(ELEMENTS)}, or {ALL}."),
     (
         "--flag flags",
-        Kind("NAME", visual_flag),
+        VISUAL_FLAG,
         (),
         "A visual flag of MuJoCo's to set, as contactpoint, shadow or wireframe; with no- before it to clear, as "
         "no-skin; may be repeated.",

@@ -30,13 +30,13 @@ view_options = options.options(
     ("--slow-motion", domains.SLOW_MOTION, 1.0, "Seconds of watching per second of the walk, to begin with."),
     (
         "--hide",
-        options.Kind("NAMES", video_options.hidden),
+        video_options.HIDDEN,
         (),
         f"What is not shown, parted by commas: {', '.join(_MARKS)}, or {ALL}.",
     ),
     (
         "--flag flags",
-        options.Kind("NAME", video_options.visual_flag),
+        video_options.VISUAL_FLAG,
         (),
         "A visual flag of MuJoCo's to begin with, as contactforce; with no- before it to clear; may be repeated.",
     ),

@@ -199,6 +199,8 @@ def check_setting(name: str, key: str, valid: Mapping[str, Any], what: str = "se
 def controller_from(description: Mapping[str, Any], source: Mapping[str, str] | None = None) -> Controller:
     """The controller that a record describes, built anew; see `Controller.describe`.
 
+    A field that the class has got since then has its default, with which the class does what it did before.
+
     Args:
         description: Of a controller.
         source: What the record tells of a class of the user's own; see `mjbiped.control.own.source_of`.
@@ -222,7 +224,8 @@ def controller_from(description: Mapping[str, Any], source: Mapping[str, str] | 
             f"{', '.join(sorted(classes))}, or those that were named as {FORMS}; give the controller itself where it "
             "can be given"
         )
-    odd = described.keys() ^ fields_of(kind).keys()
+    own = fields_of(kind)
+    odd = described.keys() ^ {key for key in own if key in described or default_of(own[key]) is REQUIRED}
     if odd:
         raise InputError(
             f"the record's {wanted} has not the parameters of this version's: {', '.join(sorted(odd))} differ"

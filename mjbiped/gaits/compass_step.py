@@ -73,13 +73,14 @@ class CompassStep:
             constants, self.robot.total_mass, self.robot.gravity, legs, dq1, dq2, ddq1, ddq2
         )
         sine1, cosine1, sine2, cosine2 = legs
+        ahead, height = compass.swing_foot(length, legs)
         return Course(
             torques=np.stack(np.broadcast_arrays(ankle, hip), axis=-1),
             powers=np.stack([ankle * dq1, hip * (dq2 - dq1)], axis=-1),
             tangential_force=np.asarray(forward),
             normal_force=np.asarray(upward),
-            ahead=length * (sine1 - sine2),
-            height=length * (cosine1 - cosine2),
+            ahead=np.asarray(ahead),
+            height=np.asarray(height),
             ahead_rate=length * (cosine1 * dq1 - cosine2 * dq2),
             height_rate=length * (sine2 * dq2 - sine1 * dq1),
         )

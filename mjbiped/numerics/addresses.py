@@ -113,13 +113,7 @@ def call_touchdown(
     _dq2: Any,
 ) -> Any:
     """Call the C function at an address with two postures and the rates."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        function, record, memory, *state = arguments
-        _call(builder, function, ir.VoidType(), [record, _data(context, builder, signature, memory), *state])
-        return context.get_dummy_value()
-
-    return types.void(types.int64, types.int64, memory, *[types.float64] * 6), generate
+    return types.void(types.int64, types.int64, memory, *[types.float64] * 6), _call_for_nothing
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -135,13 +129,7 @@ def call_tick(
     _dq2: Any,
 ) -> Any:
     """Call the C function at an address with a time and a state."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        function, record, memory, *state = arguments
-        _call(builder, function, ir.VoidType(), [record, _data(context, builder, signature, memory), *state])
-        return context.get_dummy_value()
-
-    return types.void(types.int64, types.int64, memory, *[types.float64] * 5), generate
+    return types.void(types.int64, types.int64, memory, *[types.float64] * 5), _call_for_nothing
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -176,6 +164,13 @@ def call_with(_typing: Any, _function: Any, _first: Any, _second: Any) -> Any:
         return context.get_dummy_value()
 
     return types.void(types.int64, types.int64, types.int64), generate
+
+
+def _call_for_nothing(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    """Call the function at the first argument with a record, an array and floats; it returns nothing."""
+    function, record, memory, *state = arguments
+    _call(builder, function, ir.VoidType(), [record, _data(context, builder, signature, memory), *state])
+    return context.get_dummy_value()
 
 
 def _call(builder: Any, function: Any, result: Any, arguments: Sequence[Any]) -> Any:

@@ -42,6 +42,12 @@ def between_legs(legs: Legs) -> tuple[float, float]:
     return s1 * c2 - c1 * s2, c1 * c2 + s1 * s2
 
 
+def swing_foot(length: float, legs: Legs) -> tuple[float, float]:
+    """The swing foot from the stance foot, m: along the ground, and along its normal, H of eq. (4) on a plane."""
+    s1, c1, s2, c2 = legs
+    return length * (s1 - s2), length * (c1 - c2)
+
+
 def mass_terms(constants: Constants, legs: Legs) -> tuple[float, float, float]:
     """Entries (m11, m12, m22) of the symmetric mass matrix M(q) of eq. (1), kg m^2."""
     _, cosine = between_legs(legs)
@@ -265,8 +271,7 @@ class Compass:
 
         The second component is H of eq. (4) on a plane.
         """
-        q1, q2 = _angles(q)
-        return self.leg_length * np.array([math.sin(q1) - math.sin(q2), math.cos(q1) - math.cos(q2)])
+        return np.array(swing_foot(self.leg_length, legs_of(*_angles(q))))
 
 
 def _angles(q: ArrayLike) -> tuple[float, float]:

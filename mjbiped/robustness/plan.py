@@ -13,7 +13,7 @@ from mjbiped.errors import InputError, shortened, shown
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Disturbance, Margin
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.sweeps.cell import Cell
-from mjbiped.sweeps.plan import Study, check_cells
+from mjbiped.sweeps.plan import Study, check_cells, check_count
 from mjbiped.sweeps.sections import read_controller
 from mjbiped.sweeps.values import Scalar, check_keys
 from mjbiped.terrain.families import START
@@ -128,6 +128,9 @@ def plan(path: Path, content: Mapping[str, Any]) -> Plan:
         _SHARE.check("margins.share", margins.get("share", 0.95)),
         rule,
     )
+    each = 1 + wanted.phases * sum(map(len, chosen.values()))
+    each += wanted.seeds * (len(grounds) + sum(map(len, lasting.values())))
+    check_count(len(engines) * len(labelled) * each)
     after = domains.STEPS.check("limits.steps_after", limits.get("steps_after", 20))
     cells = list(_cells(wanted, labelled, chosen, lasting, after, laws))
     check_cells(cells, VARIED)
@@ -249,8 +252,10 @@ def _cells(
             yield cell(engine, SURVIVAL, label, wanted.steps, told, ground=words, case=seed)
 
 
-def _ground(words: str, steps: int) -> dict[str, Scalar]:
+def _ground(words: object, steps: int) -> dict[str, Scalar]:
     """A random ground of the command line's words, as a cell takes it."""
+    if not isinstance(words, str):
+        raise InputError(f"a random ground is a text, as 'treads:deviation=0.03', got {shown(words)}")
     name, _, rest = words.partition(":")
     parameters = parse_parameters(rest) if rest else {}
     known_name("random ground", name, RANDOM)

@@ -98,7 +98,7 @@ def plan(path: Path, content: Mapping[str, Any]) -> Study:
     check_keys("key", content, KEYS)
     seed = domains.SEED.check("seed", content.get("seed", 0))
     read = list(parts_of(content, path.parent))
-    _check_count(math.prod(sum(map(_combinations, part)) for part in read))
+    check_count(math.prod(sum(map(_combinations, part)) for part in read))
     parts = [_expanded(part) for part in read]
     varied = tuple(name for combinations in parts for name in _varied(combinations))
     draws = {name: value for each in parts for one in each for name, value in one.items() if isinstance(value, Draw)}
@@ -110,7 +110,7 @@ def plan(path: Path, content: Mapping[str, Any]) -> Study:
             else "samples is given, but nothing is drawn: no value has a distribution, as {uniform = [low, high]}"
         )
     samples = domains.WALKS.check("samples", content["samples"]) if drawn else 1
-    _check_count(samples * math.prod(map(len, parts)))
+    check_count(samples * math.prod(map(len, parts)))
     grounds = _read_grounds(path, parts[-1])
     named = {str(one["controller.name"]) for each in parts for one in each if "controller.name" in one}
     laws = {name: located(name, path.parent) for name in sorted(named) if is_reference(name)}
@@ -125,7 +125,12 @@ def _combinations(settings: Settings) -> int:
     return math.prod(1 if isinstance(choice, Draw) else len(choice) for choice in settings.values())
 
 
-def _check_count(count: int) -> None:
+def check_count(count: int) -> None:
+    """Refuse more walks than one study can have.
+
+    Raises:
+        InputError: There are more.
+    """
     if count > MOST_CELLS:
         raise InputError(
             f"these are {shown(count)} walks; at most {MOST_CELLS} are one study: take fewer values or samples"

@@ -547,6 +547,7 @@ REFUSED: dict[str, tuple[tuple[object, ...], str]] = {
         "adaptive has no such gain; valid are position_gain=5.0, velocity_gain=12.0",
     ),
     "source of the passive": (("--controller", "passive", "--slope-source", "local"), "--slope-source is for"),
+    "source of the library": (("--controller", "library", "--slope-source", "local"), "--slope-source is for"),
     "unknown gain": (
         ("--controller", "energy-constraint", "--gain", "mu=2"),
         "valid are gain=5.0, ratio=-2.3, singular_band=0.1.",

@@ -77,6 +77,17 @@ def test_descriptions_that_do_not_fit_are_refused(robot: mjbiped.Compass, gait: 
         controller_from({**described, "robot": {"mass": 5.0}})
 
 
+def test_records_from_before_a_field_was_there_are_built_with_its_default(
+    robot: mjbiped.Compass, gait: mjbiped.Gait
+) -> None:
+    law = make_controller("adaptive", robot, {}, gait)
+    older = {name: value for name, value in law.describe().items() if name != "replanning"}
+    assert controller_from(older) == law
+    without_gait = {name: value for name, value in older.items() if name != "gait"}
+    with pytest.raises(InputError, match=r"needs a mjbiped\.Compass and a mjbiped\.Gait"):
+        controller_from(without_gait)
+
+
 def test_two_controllers_of_one_name_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     about = tmp_path / "rival-1.0.dist-info"
     about.mkdir()

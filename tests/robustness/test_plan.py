@@ -65,6 +65,8 @@ def test_unless_a_file_says_otherwise_all_disturbances_are_tried() -> None:
         ({"limits": {"torque": -1}}, "limits.torque"),
         ({"limits": 3}, "limits must be a table"),
         ({"margins": {"torque limit": [10, 20]}}, "margins.torque limit: magnitudes must descend"),
+        ({"margins": {"ground": 3}}, "a random ground is a text, as 'treads:deviation=0.03', got 3"),
+        ({"limits": {"phases": 1_000_000}}, "at most"),
         ({"margins": {"ground": "stairs"}}, "unknown random ground 'stairs'"),
         ({"scuffing": {"raech": 1}}, "raech"),
         ({"controller": {"name": "adaptive"}}, r"must be tables \[\[controller\]\]"),
