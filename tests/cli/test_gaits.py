@@ -32,6 +32,7 @@ def test_bifurcation_tells_the_onsets_and_writes_its_files(tmp_path: Path) -> No
     assert paths[2].stat().st_size > 5_000
 
 
+@pytest.mark.slow
 def test_bifurcation_as_json() -> None:
     result = run("bifurcation", *SMALL, "--json", "--leg-inertia", 0, "--hip-mass", 10, "--slope-deg", "4..5")
     printed = json.loads(result.stdout)

@@ -74,6 +74,7 @@ def test_a_study_with_disturbances_that_no_walk_can_have_is_refused(sections: di
         study(**sections)
 
 
+@pytest.mark.slow
 def test_the_command_that_repeats_a_walk_has_its_disturbances() -> None:
     law = _law()
     given = Disturbances(angle_noise=0.001, torque_limit=40.0, pushes=((1.0, -2.0),), seed=3)

@@ -20,9 +20,11 @@ except mjbiped.MjbipedError as error:
     ("missing", "code", "said"),
     [
         ("gymnasium", "from mjbiped.envs import single", "pip install 'mjbiped[gym]'"),
-        ("gymnasium", "print(sorted(mjbiped.envs.TASKS))", "walk_level"),
-        ("dm_control", "mjbiped.envs.load('walk_level')", "pip install dm-control"),
-        ("labmaze", "print(mjbiped.envs.load('walk_level').reset().first())", "True"),
+        pytest.param("gymnasium", "print(sorted(mjbiped.envs.TASKS))", "walk_level", marks=pytest.mark.slow),
+        pytest.param("dm_control", "mjbiped.envs.load('walk_level')", "pip install dm-control", marks=pytest.mark.slow),
+        pytest.param(
+            "labmaze", "print(mjbiped.envs.load('walk_level').reset().first())", "True", marks=pytest.mark.slow
+        ),
     ],
 )
 def test_where_a_package_is_missing(missing: str, code: str, said: str) -> None:

@@ -52,7 +52,7 @@ def test_it_repeats_itself_exactly(robot: mjbiped.Compass, high: OptimisedGait) 
     np.testing.assert_allclose(last, high.end, rtol=0, atol=1e-10)
 
 
-@pytest.mark.parametrize("limit", [None, 12.0])
+@pytest.mark.parametrize("limit", [pytest.param(None, marks=pytest.mark.slow), 12.0])
 def test_every_demand_is_kept_between_the_optimisers_points(robot: mjbiped.Compass, limit: float | None) -> None:
     gait = find_reference(robot, clearance=0.05, torque_limit=limit)
     s = np.linspace(0.0, 1.0, 5001)
@@ -95,6 +95,7 @@ def test_no_small_change_makes_it_cheaper(robot: mjbiped.Compass) -> None:
             assert told.cost_of_transport > gait.cost_of_transport - 1e-4
 
 
+@pytest.mark.slow
 def test_robots_alike_have_references_alike(robot: mjbiped.Compass, high: OptimisedGait) -> None:
     large = mjbiped.Compass(leg_mass=15.0, lower_length=1.0, upper_length=1.0)
     gait = find_reference(large, speed=0.494 * math.sqrt(2), clearance=0.12)
@@ -182,6 +183,7 @@ def test_it_climbs_what_the_passive_gait_does_not(gait: mjbiped.Gait, replanning
             assert max(walk.peak_torque.max() for walk in walks) < 50.0
 
 
+@pytest.mark.slow
 def test_without_retraction_the_same_height_costs_less(robot: mjbiped.Compass, high: OptimisedGait) -> None:
     height = high.measures.greatest_clearance
     free = find_reference(robot, clearance=height, retraction=False)

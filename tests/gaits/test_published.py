@@ -60,6 +60,7 @@ def test_pu_clearance(robot: Compass, gait: PassiveGait) -> None:
     assert times[clearance.argmax()] / gait.period == pytest.approx(0.79, abs=5e-3)
 
 
+@pytest.mark.slow
 def test_pu_period_doubling() -> None:
     """Published: stable gaits of period one for slopes in (0, 2.72) degrees. Computed: up to 2.72844.
 
@@ -88,6 +89,7 @@ def test_goswami_gait_on_three_degrees() -> None:
     assert gait.stable
 
 
+@pytest.mark.slow
 def test_goswami_first_period_doubling() -> None:
     """Published: 4.37 degrees. Computed: 4.391, so the published number is 0.02 degrees too small.
 
@@ -173,7 +175,7 @@ def simplest(mass_ratio: float, height: float) -> Compass:
     return Compass(mass_ratio, 1.0, lower_length=height, upper_length=1 - height, leg_inertia=0.0, gravity=1.0)
 
 
-@pytest.mark.parametrize("parameter", ["mass ratio", "height"])
+@pytest.mark.parametrize("parameter", ["mass ratio", pytest.param("height", marks=pytest.mark.slow)])
 def test_garcia_is_the_limit_of_our_model(parameter: str) -> None:
     """The same numbers as the limit of heavy hip and leg mass at the feet: the difference is of first order in each."""
     exact, exact_period, multipliers = simplest_gait(0.009, LONG)

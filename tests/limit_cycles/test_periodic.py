@@ -60,6 +60,7 @@ def test_multipliers_are_the_rate_at_which_disturbances_die(degrees: float, coun
     assert np.sum(gait.multipliers).real == pytest.approx(np.trace(jacobian), abs=0.02)
 
 
+@pytest.mark.slow
 def test_branch_goes_on_beyond_its_stability() -> None:
     """Against `find_passive_gait`, which follows the branch in another way for each slope anew."""
     slopes = np.radians([0.5, 1.0, 2.0, 3.0, 4.5, 6.0])

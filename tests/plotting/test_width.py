@@ -110,11 +110,13 @@ FIGURES: dict[str, Callable[[], Figure]] = {
 }
 
 
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name == "single" else pytest.mark.slow) for name in WIDTHS]
+)
 @pytest.mark.parametrize("draw", FIGURES.values(), ids=FIGURES)
-def test_figures_are_legible_at_every_width(draw: Callable[[], Figure]) -> None:
-    for name in WIDTHS:
-        with figure_width(name):
-            assert_legible(draw(), name)
+def test_figures_are_legible_at_every_width(draw: Callable[[], Figure], name: str) -> None:
+    with figure_width(name):
+        assert_legible(draw(), name)
 
 
 @pytest.mark.parametrize("name", WIDTHS)

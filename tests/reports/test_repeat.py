@@ -66,6 +66,7 @@ def test_the_command_makes_the_same_record(which: str, tmp_path: Path) -> None:
     assert again == walk, command
 
 
+@pytest.mark.slow
 def test_the_program_makes_the_same_record(tmp_path: Path) -> None:
     walk = walks()["settings"]
     walk.save(tmp_path / "it's.npz")

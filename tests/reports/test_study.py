@@ -49,8 +49,8 @@ def test_the_page_holds_rows_outcomes_and_maps(tmp_path: Path) -> None:
         ({"controller": {"name": ["adaptive", "passive"]}, "terrain": {"name": "incline", "slope_deg": 2}},
          ["groups"], "scatter"),
         ({"samples": 5, "terrain": {"name": "random", "seed": {"integer": [0, 99]}}}, ["histograms"], "histogram"),
-        ({"robot": {"leg_mass": [4, 5], "hip_mass": [0, 1], "gravity": [9, 10]}}, ["map-0", "map-1", "map-2"],
-         "heatmap"),
+        pytest.param({"robot": {"leg_mass": [4, 5], "hip_mass": [0, 1], "gravity": [9, 10]}},
+                     ["map-0", "map-1", "map-2"], "heatmap", marks=pytest.mark.slow),
     ],
 )  # fmt: skip
 def test_each_kind_of_study_has_its_figure(

@@ -228,7 +228,9 @@ class Counting(Controller):
         return 0.0, -0.5 * (q[1] - q[0]), 1.0
 
 
-@pytest.mark.parametrize(("engine", "workers"), [("hybrid", 1), ("hybrid", 2), ("mujoco", 1)])
+@pytest.mark.parametrize(
+    ("engine", "workers"), [("hybrid", 1), pytest.param("hybrid", 2, marks=pytest.mark.slow), ("mujoco", 1)]
+)
 def test_a_controller_that_fails_costs_no_other_walk(engine: str, workers: int, controller: AdaptiveController) -> None:
     """In plain Python: with two workers in processes; beside a compiled one."""
     given: dict[str, Any] = {"engine": engine, "steps": 3, "sample_period": 0.05}

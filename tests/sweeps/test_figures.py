@@ -37,14 +37,19 @@ SEEDS = '[terrain]\nname = "random"\nseed = { from = 0, to = 9, count = 10 }\n'
     ("text", "names"),
     [
         (GRID + SEEDS, ["map_controller.position_gain_controller.velocity_gain"]),
-        (GRID + 'engine = ["mujoco", "hybrid"]', ["map_controller.position_gain_controller.velocity_gain"]),
-        (
+        pytest.param(
+            GRID + 'engine = ["mujoco", "hybrid"]',
+            ["map_controller.position_gain_controller.velocity_gain"],
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
             GRID + "robot = { hip_mass = [5, 10] }",
             [
                 "map_controller.position_gain_controller.velocity_gain",
                 "map_controller.position_gain_robot.hip_mass",
                 "map_controller.velocity_gain_robot.hip_mass",
             ],
+            marks=pytest.mark.slow,
         ),
         (GRID + '[plot]\nparameters = ["controller.velocity_gain"]', ["line_controller.velocity_gain"]),
         (
@@ -54,10 +59,11 @@ SEEDS = '[terrain]\nname = "random"\nseed = { from = 0, to = 9, count = 10 }\n'
         ('controller = { name = ["adaptive", "passivity"] }\n' + SEEDS, ["groups_controller.name"]),
         (SEEDS, ["histograms"]),
         ("", ["histograms"]),
-        (
+        pytest.param(
             "samples = 300\nmodel = { hip_mass = { log_uniform = [1, 100] }, leg_mass = { uniform = [4, 6] } }\n"
             '[plot]\nmeasures = ["finished", "steps", "speed_m_per_s", "largest_slip_m"]',
             ["map_model.hip_mass_model.leg_mass"],
+            marks=pytest.mark.slow,
         ),
     ],
 )

@@ -210,6 +210,7 @@ def writer(folder: Path) -> subprocess.Popen[str]:
     return process
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
 def test_killed_and_interrupted_processes_leave_nothing_for_long(tmp_path: Path) -> None:
     both = [writer(tmp_path), writer(tmp_path)]
@@ -249,6 +250,7 @@ def write_for_long(path: Path) -> None:
         unfinished.write_text("never")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
 def test_workers_that_are_ended_leave_nothing(tmp_path: Path) -> None:
     def break_off() -> None:

@@ -25,7 +25,10 @@ PROGRAMS = {
 }
 
 
-@pytest.mark.parametrize(("text", "words"), PROGRAMS.values(), ids=PROGRAMS.keys())
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [pytest.param(*case, id=name, marks=() if name == "bare" else pytest.mark.slow) for name, case in PROGRAMS.items()],
+)
 def test_a_program_without_a_guard_ends_with_one_line(text: str, words: str, tmp_path: Path) -> None:
     (tmp_path / "program.py").write_text(text)
     done = subprocess.run([sys.executable, "program.py"], cwd=tmp_path, capture_output=True, text=True)
@@ -37,6 +40,7 @@ def test_a_program_without_a_guard_ends_with_one_line(text: str, words: str, tmp
     assert re.search(words, done.stderr)
 
 
+@pytest.mark.slow
 def test_under_a_profiler_processes_import_that(tmp_path: Path) -> None:
     (tmp_path / "program.py").write_text(HEAD + BODY)
     words = [sys.executable, "-m", "cProfile", "-o", "profile", "program.py"]
@@ -44,6 +48,7 @@ def test_under_a_profiler_processes_import_that(tmp_path: Path) -> None:
     assert done.stdout == "3\n", done.stderr
 
 
+@pytest.mark.slow
 def test_what_a_child_imports_ends_without_a_word(tmp_path: Path) -> None:
     """From another thread the program's line is not seen: each process then refuses when it imports the program."""
     thread = "import threading\ndef main():\n" + INDENTED + "work = threading.Thread(target=main)\nwork.start()\n"

@@ -22,6 +22,7 @@ def test_work_is_done_elsewhere() -> None:
     assert multiprocessing.active_children() == []
 
 
+@pytest.mark.slow
 def test_error_ends_the_workers_at_once() -> None:
     def broken_off() -> None:
         with processes(1) as pool:
@@ -37,6 +38,7 @@ def test_error_ends_the_workers_at_once() -> None:
     assert multiprocessing.active_children() == []
 
 
+@pytest.mark.slow
 def test_workers_do_not_hear_ctrl_c_from_their_first_moment_on() -> None:
     with processes(2) as pool:
         children = multiprocessing.active_children()

@@ -70,7 +70,9 @@ class PlainSpring(Controller):
         return 0.0, -0.5 * (q[1] - q[0])  # type: ignore[index]
 
 
-@pytest.mark.parametrize("terrain", [MIXED, LONG], ids=["mixed", "long"])
+@pytest.mark.parametrize(
+    "terrain", [pytest.param(MIXED, id="mixed"), pytest.param(LONG, id="long", marks=pytest.mark.slow)]
+)
 def test_a_walk_that_is_watched_is_bitwise_that_of_walk(
     controller: AdaptiveController, terrain: mjbiped.Terrain
 ) -> None:

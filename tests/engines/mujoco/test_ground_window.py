@@ -129,6 +129,7 @@ def test_same_walk_bitwise_on_either_ground(
     assert_same(walked, run(whole(monkeypatch, walker))[0])
 
 
+@pytest.mark.slow
 def test_python_callbacks_make_the_same_walk(controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also from the middle: the model held the start's ground when the state was set."""
     compiled = make(controller, LONG["stairs"], steps=8)

@@ -39,6 +39,7 @@ def assert_same(one: Checkpoint, other: Checkpoint) -> None:
             np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name), err_msg=field.name)
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_policy_bitwise() -> None:
     """Whatever the threads, and whatever became of NumPy's global generator."""
     first = after(3)
@@ -47,6 +48,7 @@ def test_the_same_seed_gives_the_same_policy_bitwise() -> None:
     assert not np.array_equal(first.weights, after(3, seed=4).weights)
 
 
+@pytest.mark.slow
 def test_goes_on_bitwise_where_it_was_broken_off(tmp_path: Path) -> None:
     after(2).save(tmp_path / "free.npz")
     read = Checkpoint.load(tmp_path / "free.npz")

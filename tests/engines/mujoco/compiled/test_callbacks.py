@@ -337,6 +337,7 @@ def test_unknown_mujoco_warns_once_and_walks(monkeypatch: pytest.MonkeyPatch, co
     assert [str(warning.message) for warning in caught] == [words]
 
 
+@pytest.mark.slow
 def test_over_callbacks_of_others_python_takes_its_place(controller: AdaptiveController) -> None:
     """What stands there is asked for other models: Python's, and compiled ones of another kind."""
     seen: list[mujoco.MjModel] = []
