@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import click
 
-from mjbiped.cli import options
+from mjbiped.cli import options, sections
 from mjbiped.cli.files import tell
 from mjbiped.engines.names import ENGINES
 from mjbiped.utils import domains
 
 
-@click.command("compile", cls=options.SectionCommand)
+@click.command("compile", cls=sections.SectionCommand)
 @click.argument("controllers", nargs=-1)
-@options.options(
+@sections.options(
     "Machine code",
     ("--engine", click.Choice(tuple(ENGINES)), None, "For this engine alone; for all unless given."),
     ("--workers", domains.WORKERS, None, "Processes; one for each core unless given."),

@@ -10,7 +10,7 @@ from typing import Any
 import click
 import numpy as np
 
-from mjbiped.cli import options, tables
+from mjbiped.cli import kinds, options, sections, tables
 from mjbiped.cli.files import INTERRUPTED, Files
 from mjbiped.cli.laws import controller_of, taken
 from mjbiped.control.own import FORMS
@@ -25,13 +25,13 @@ from mjbiped.utils import domains
 _MULTIPLIERS_EVERY = math.radians(0.02)
 
 
-_out = options.options("Results", ("--out", options.output(".npz"), None, "Write the data, an .npz file."))
+_out = sections.options("Results", ("--out", kinds.output(".npz"), None, "Write the data, an .npz file."))
 
 
-@click.command("bifurcation", cls=options.SectionCommand)
-@options.options(
+@click.command("bifurcation", cls=sections.SectionCommand)
+@sections.options(
     "Diagram",
-    ("--slope-deg", options.span(domains.SLOPE_DEG), "2.4..3.6", "Slopes of the diagram."),
+    ("--slope-deg", kinds.span(domains.SLOPE_DEG), "2.4..3.6", "Slopes of the diagram."),
     ("--slopes", domains.SLOPES, 1000, "How many; half of them where the period doubles again and again."),
     ("--steps", domains.MAP_STEPS, 600, "Steps on each slope."),
     ("--keep", domains.MAP_STEPS, 100, "The last so many of them are kept."),
@@ -41,7 +41,7 @@ _out = options.options("Results", ("--out", options.output(".npz"), None, "Write
 @options.robot_options
 @_out
 @options.plot_option
-@options.options("Results", ("--plot-multipliers", options.PLOT, None, "Write a figure of the multipliers."))
+@sections.options("Results", ("--plot-multipliers", options.PLOT, None, "Write a figure of the multipliers."))
 @options.printed_options
 def bifurcation(
     slope_deg: tuple[float, float],
@@ -116,8 +116,8 @@ def bifurcation(
     files.end(summary, tables.bifurcation_told(summary), json=json, quiet=quiet)
 
 
-@click.command("basin", cls=options.SectionCommand)
-@options.options(
+@click.command("basin", cls=sections.SectionCommand)
+@sections.options(
     "Map",
     (
         "--slope-deg",
@@ -127,22 +127,22 @@ def bifurcation(
     ),
     (
         "--controller",
-        options.CONTROLLER,
+        kinds.CONTROLLER,
         "passive",
         f"Who walks: 'passive', or a controller that imitates a gait, as 'adaptive'; your own by its class: {FORMS}.",
     ),
     (
         "--stance-rates",
-        options.span(domains.RATE),
+        kinds.span(domains.RATE),
         None,
         "First rates of the stance leg, rad/s; around the gait's if left out.",
     ),
-    ("--swing-rates", options.span(domains.RATE), None, "First rates of the swing leg, rad/s; the same."),
+    ("--swing-rates", kinds.span(domains.RATE), None, "First rates of the swing leg, rad/s; the same."),
     ("--grid", domains.GRID, None, "Starts along each side; 300, or 100 with a controller."),
     ("--limit", domains.LIMIT, None, "Steps at most; 100, or 10 with a controller."),
     ("--threads", domains.WORKERS, None, "Threads; one for each core unless given."),
 )
-@options.options(
+@sections.options(
     options.ADAPTIVE,
     (
         "--imitate-slope-deg",

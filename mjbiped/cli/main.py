@@ -16,7 +16,7 @@ import click
 from rich.text import Text
 
 from mjbiped.analysis.compare import compare
-from mjbiped.cli import options, tables, video_options
+from mjbiped.cli import options, sections, tables, video_options
 from mjbiped.cli.compile import compile_
 from mjbiped.cli.files import INTERRUPTED, LONGEST_LINE, Files, end, terminable
 from mjbiped.cli.gaits import basin, bifurcation
@@ -104,7 +104,7 @@ def main() -> None:
     """  # noqa: D301 (click reads the backspace)
 
 
-@main.command("walk", cls=options.SectionCommand)
+@main.command("walk", cls=sections.SectionCommand)
 @click.argument("terrain", default="mixed")
 @options.walker_options
 @options.engine_option
@@ -168,7 +168,7 @@ def _walk(
     files.end(printed, [summary], json=json, quiet=quiet)
 
 
-@main.command("compare", cls=options.SectionCommand)
+@main.command("compare", cls=sections.SectionCommand)
 @click.argument("terrain", default="mixed")
 @options.walker_options
 @options.records_option
@@ -213,8 +213,8 @@ def _compare(
     files.end(done.to_dict(), [who, *tables.comparison_tables(done), Text(done.verdict)], json=json, quiet=quiet)
 
 
-@main.command("gait", cls=options.SectionCommand)
-@options.options(
+@main.command("gait", cls=sections.SectionCommand)
+@sections.options(
     "Gait",
     ("--slope-deg", domains.SLOPE_DEG, 2.0, "Slope that it walks down."),
     (
@@ -260,7 +260,7 @@ main.add_command(bifurcation)
 main.add_command(basin)
 
 
-@main.command("stability", cls=options.SectionCommand)
+@main.command("stability", cls=sections.SectionCommand)
 @click.argument("record", type=click.Path(path_type=Path))
 @options.plot_option
 @options.json_option
@@ -283,7 +283,7 @@ def _stability(record: Path, plot: Path | None, json: bool) -> None:
     files.end(summary, [tables.stability_table(summary)], json=json, quiet=False)
 
 
-@main.command("render", cls=options.SectionCommand)
+@main.command("render", cls=sections.SectionCommand)
 @click.argument("record", type=click.Path(path_type=Path))
 @video_options.video_argument
 @options.plot_option

@@ -1,235 +1,30 @@
-"""What the command line's options are made of: types that check their values, and help in sections."""
+"""Options that several commands share: of the walk, the controller, the robot, and the results."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import fields
-from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
 from controllers import AdaptiveController
 from controllers.comparison.known_slope import SLOPE_SOURCES
+from mjbiped.cli.kinds import CONTROLLER, Kind, delay, gain, initial_state, model_error, output, push, reference
+from mjbiped.cli.sections import Row, SectionOption, options
 from mjbiped.control.fields import shown_defaults
-from mjbiped.control.own import FORMS, is_reference
+from mjbiped.control.own import FORMS
 from mjbiped.control.registry import DEFAULT_CONTROLLER, SHARED, controller_names, settings_of
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
 from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES
-from mjbiped.engines.plan import DEFAULT_STEPS, INITIAL_STATES
-from mjbiped.errors import InputError, shown
-from mjbiped.gaits.optimised import parse_reference
+from mjbiped.engines.plan import DEFAULT_STEPS
 from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, figure_width
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.terrain.files import parse_number
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Count, Domain
-from mjbiped.utils.files import check_writable
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
-
-Row = tuple[str, Any, Any, str]
-"""An option: its names, type (numbers: their domain), default, and help."""
-
-
-class Kind(click.types.FuncParamType):  # type: ignore[type-arg]  # generic in the latest click alone
-    """Values that a function reads; `metavar` stands for one in the help."""
-
-    def __init__(self, metavar: str, read: Callable[[Any], Any]) -> None:
-        """Take the name beside the function."""
-        super().__init__(read)
-        self.metavar = metavar
-
-
-class Folder(click.Path):
-    """The path of a folder, which need not be there."""
-
-    metavar = "FOLDER"
-
-    def __init__(self) -> None:
-        """Take folders alone."""
-        super().__init__(file_okay=False, path_type=Path)
-
-
-class SectionOption(click.Option):
-    """An option that stands in a section of its command's help."""
-
-    def __init__(self, *args: Any, section: str = "Options", **kwargs: Any) -> None:
-        """Take the section beside an option's usual arguments."""
-        super().__init__(*args, **kwargs)
-        self.section = section
-
-
-class SectionCommand(click.Command):
-    """A command whose help lists its options by section, in the order in which the sections first occur."""
-
-    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the options into the help, one list per section."""
-        sections: dict[str, list[tuple[str, str]]] = {}
-        for parameter in self.get_params(ctx):
-            record = parameter.get_help_record(ctx)
-            if record is not None and isinstance(parameter, click.Option):
-                sections.setdefault(getattr(parameter, "section", "Options"), []).append(record)
-        sections["Options"] = sections.pop("Options", [])  # --help and its like come last
-        for section, records in sections.items():
-            with formatter.section(section):
-                formatter.write_dl(records)
-
-
-def options(section: str, *rows: Row) -> Callable[[_Function], _Function]:
-    """Options of one section of the help: a decorator for the command's function."""
-
-    def decorate(function: _Function) -> _Function:
-        for name, given, default, text in reversed(rows):
-            kind = quantity(given) if isinstance(given, Domain | Count) else given
-            function = click.option(
-                *name.split(),
-                cls=SectionOption,
-                section=section,
-                type=kind,
-                is_flag=kind is bool,
-                default=default,
-                multiple=default == (),
-                show_default=default is not None and default is not False and default != (),
-                metavar=getattr(kind, "metavar", None),
-                help=text,
-            )(function)
-        return function
-
-    return decorate
-
-
-def output(*suffixes: str) -> Kind:
-    """The type of a file to write: its suffix is one of these, its folder is there and takes new files.
-
-    A file that is there already may be replaced.
-    """
-
-    def convert(value: Any) -> Path:
-        path = Path(value)
-        if path.suffix not in suffixes:
-            raise click.BadParameter(f"{shown(str(path))} must end in {' or '.join(suffixes)}.")
-        try:
-            if path.is_dir():
-                raise click.BadParameter(f"{shown(str(path))} is a folder.")
-            if not path.parent.is_dir():
-                raise click.BadParameter(
-                    f"{shown(str(path))}: there is no folder {shown(str(path.parent))}; make it first."
-                )
-            check_writable(path)
-        except (OSError, ValueError) as error:  # a name that no file can have is a ValueError
-            reason = getattr(error, "strerror", None) or error
-            raise click.BadParameter(f"{shown(str(path))} cannot be written: {reason}.") from error
-        return path
-
-    return Kind("FILE", convert)
-
-
-def quantity(domain: Domain | Count) -> Kind:
-    """The type of a number of a domain."""
-
-    def number(value: Any) -> float:
-        try:
-            return domain.check("", parse_number(value) if isinstance(value, str) else value)
-        except InputError as error:
-            raise click.BadParameter(f"{shown(value)}; expected {domain.words}.") from error
-
-    return Kind("X" if isinstance(domain, Domain) else "N", number)
-
-
-def span(domain: Domain) -> Kind:
-    """The type of two numbers of a domain as "0.8..1.6", the first below the second."""
-
-    def ends(value: Any) -> tuple[float, float]:
-        first, _, second = str(value).partition("..")
-        try:
-            low, high = (domain.check("", parse_number(end)) for end in (first, second))
-        except InputError:
-            low = high = math.nan
-        if not low < high:
-            raise click.BadParameter(
-                f"{shown(value)}; expected two numbers LOW..HIGH, {domain}, the first below the second, as 0.8..1.6."
-            )
-        return low, high
-
-    return Kind("LOW..HIGH", ends)
-
-
-def delay(value: Any) -> float | None:
-    """A number, or "none"."""
-    if isinstance(value, str) and value.strip().lower() == "none":
-        return None
-    try:
-        number: float = quantity(domains.REPLANNING_DELAY)(value)
-        return number
-    except click.BadParameter as error:
-        raise click.BadParameter(f"{error.message[:-1]}, or 'none' to switch re-planning off.") from error
-
-
-def initial_state(value: str) -> str | tuple[float, ...]:
-    """The name of a walk's first state, or four numbers."""
-    if value in INITIAL_STATES:
-        return value
-    try:
-        return tuple(domains.check_states("", [parse_number(part) for part in value.split(",")], (4,)).tolist())
-    except InputError as error:
-        wanted = f"{', '.join(map(repr, INITIAL_STATES))} or four numbers q1,q2,dq1,dq2 (rad, rad/s)"
-        raise click.BadParameter(f"{shown(value)}; expected {wanted}.") from error
-
-
-def gain(value: str) -> tuple[str, str]:
-    """A setting's name and value, as "ratio=-2"; the controller knows which it has, their types and domains."""
-    name, _, rest = value.partition("=")
-    if not name.strip() or not rest.strip():
-        raise click.BadParameter(f"{shown(value)}; expected NAME=VALUE, as gain=10.")
-    return name.strip(), rest
-
-
-def push(value: str) -> tuple[float, float]:
-    """When a push begins (s) and its impulse (N s), as "2:-5"."""
-    time, _, impulse = value.partition(":")
-    try:
-        return domains.TIME.check("", parse_number(time)), domains.PUSH.check("", parse_number(impulse))
-    except InputError as error:
-        raise click.BadParameter(f"{shown(value)}; expected TIME:IMPULSE in s and N s, as 2:-5.") from error
-
-
-def model_error(value: str) -> tuple[str, float]:
-    """A parameter of the robot and a factor, as "leg_mass=1.2"."""
-    name, _, factor = value.partition("=")
-    try:
-        domains.known_name("parameter of the robot", name.strip(), [field.name for field in fields(Compass)])
-        return name.strip(), domains.MODEL_ERROR.check("", parse_number(factor))
-    except InputError as error:
-        names = ", ".join(field.name for field in fields(Compass))
-        raise click.BadParameter(
-            f"{shown(value)}; expected NAME=FACTOR, as leg_mass=1.2, of {names}, and {domains.MODEL_ERROR.words}."
-        ) from error
-
-
-def controller_name(value: str) -> str:
-    """The name of a registered controller, or of a class of the user's own, which is not loaded yet."""
-    if is_reference(value) or value in controller_names():
-        return value
-    names = controller_names()
-    hint = domains.nearest(value, names) or "."
-    raise click.BadParameter(f"{shown(value)}; expected one of {', '.join(names)}, or {FORMS}{hint}")
-
-
-CONTROLLER = Kind("NAME", controller_name)
-
-
-def reference(value: Any) -> str:
-    """What is asked of an optimised reference, as it was written."""
-    try:
-        parse_reference(value)
-    except InputError as error:
-        raise click.BadParameter(f"{error}.") from error
-    return str(value)
-
 
 PLOT = output(".png", ".pdf", ".svg")
 _LAW = AdaptiveController  # for its defaults

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from mjbiped.cli import options
+from mjbiped.cli import options, sections
 from mjbiped.cli.files import Files
 from mjbiped.gaits.optimised import FRICTION, SPEED, OptimisedGait, find_reference
 from mjbiped.records.tables import table_of
@@ -15,8 +15,8 @@ from mjbiped.robots.compass import Compass
 from mjbiped.utils import domains
 
 
-@click.command("reference", cls=options.SectionCommand)
-@options.options(
+@click.command("reference", cls=sections.SectionCommand)
+@sections.options(
     "Gait",
     ("--speed", domains.SPEED, SPEED, "Mean speed on level ground, m/s."),
     (

@@ -6,19 +6,19 @@ from pathlib import Path
 
 import click
 
-from mjbiped.cli import options
+from mjbiped.cli import kinds, options, sections
 from mjbiped.cli.files import Files
 from mjbiped.errors import InputError, shown
 from mjbiped.records.record import Walk
 
 
-@click.command("report", cls=options.SectionCommand)
+@click.command("report", cls=sections.SectionCommand)
 @click.argument("source", metavar="RECORD", type=click.Path(path_type=Path))
-@options.options(
+@sections.options(
     "Results",
     (
         "--out",
-        options.output(".html"),
+        kinds.output(".html"),
         None,
         "The page, an .html file; unless given, it is named after RECORD and stands beside it (of a folder: in it).",
     ),
@@ -52,7 +52,7 @@ def report(source: Path, out: Path | None, no_video: bool, quiet: bool) -> None:
     study = source.is_dir()
     if study and no_video:
         raise click.UsageError("--no-video is for the report of a walk; that of a study has no video.")
-    page = out or options.output(".html")(source / "report.html" if study else source.with_suffix(".html"))
+    page = out or kinds.output(".html")(source / "report.html" if study else source.with_suffix(".html"))
     files = Files()
     if study:
         report_study(source, page)

@@ -6,22 +6,22 @@ from pathlib import Path
 
 import click
 
-from mjbiped.cli import options, tables
+from mjbiped.cli import kinds, options, sections, tables
 from mjbiped.cli.files import INTERRUPTED, end, tell
 from mjbiped.utils import domains
 
 
-@click.command("reproduce", cls=options.SectionCommand)
-@options.options(
+@click.command("reproduce", cls=sections.SectionCommand)
+@sections.options(
     "Walks",
     ("--quick", bool, False, "Only a few short walks in MuJoCo; all of the hybrid engine's."),
     ("--workers", domains.WORKERS, None, "Processes; one for each core unless given."),
     ("--fresh", bool, False, "Delete the finished walks of an earlier run and begin again."),
 )
-@options.options(
+@sections.options(
     "Results",
-    ("--out", options.Folder(), "reproduction", "Finished walks, kept."),
-    ("--report", options.Folder(), None, "Where page, table and figures go; --out unless given."),
+    ("--out", kinds.Folder(), "reproduction", "Finished walks, kept."),
+    ("--report", kinds.Folder(), None, "Where page, table and figures go; --out unless given."),
 )
 @options.width_option
 @options.printed_options

@@ -6,18 +6,18 @@ from pathlib import Path
 
 import click
 
-from mjbiped.cli import options
+from mjbiped.cli import options, sections
 from mjbiped.cli.files import INTERRUPTED, end, tell
 from mjbiped.cli.study_options import OUT, WALKS, check_walkers, study_argument
 
 
-@click.command("robustness", cls=options.SectionCommand)
+@click.command("robustness", cls=sections.SectionCommand)
 @study_argument
-@options.options(
+@sections.options(
     "Walks",
     *WALKS,
 )
-@options.options(
+@sections.options(
     "Results",
     OUT,
 )

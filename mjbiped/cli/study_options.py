@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from mjbiped.cli import options
-from mjbiped.cli.options import Row
+from mjbiped.cli import kinds
+from mjbiped.cli.sections import Row
 from mjbiped.utils import domains
 
 study_argument = click.argument("study", type=click.Path(path_type=Path))
@@ -16,7 +16,7 @@ WALKS: tuple[Row, ...] = (
     ("--workers", domains.WORKERS, None, "Processes; one for each core unless given."),
     (
         "--scheduler",
-        options.Kind("ADDRESS", str),
+        kinds.Kind("ADDRESS", str),
         None,
         "Let the workers of this Dask scheduler walk, as tcp://host:8786; needs pip install 'mjbiped[cluster]'.",
     ),
@@ -26,7 +26,7 @@ WALKS: tuple[Row, ...] = (
 
 OUT: Row = (
     "--out",
-    options.Folder(),
+    kinds.Folder(),
     None,
     "Where table and figures go; unless given, a folder beside STUDY that has its name.",
 )

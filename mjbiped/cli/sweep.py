@@ -6,15 +6,15 @@ from pathlib import Path
 
 import click
 
-from mjbiped.cli import options
+from mjbiped.cli import options, sections
 from mjbiped.cli import tables as told
 from mjbiped.cli.files import INTERRUPTED, end, tell
 from mjbiped.cli.study_options import OUT, WALKS, check_walkers, study_argument
 
 
-@click.command("sweep", cls=options.SectionCommand)
+@click.command("sweep", cls=sections.SectionCommand)
 @study_argument
-@options.options(
+@sections.options(
     "Walks",
     *WALKS,
     (
@@ -24,7 +24,7 @@ from mjbiped.cli.study_options import OUT, WALKS, check_walkers, study_argument
         "Keep the samples of all walks too, in trajectories.parquet; needs pip install 'mjbiped[data]'.",
     ),
 )
-@options.options(
+@sections.options(
     "Results",
     OUT,
     ("--parquet", bool, False, "Write the table as study.parquet too; needs pip install 'mjbiped[data]'."),

@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from mjbiped.cli.options import Kind, options, output
+from mjbiped.cli.kinds import Kind, output
+from mjbiped.cli.sections import options
 from mjbiped.errors import InputError, shown
 from mjbiped.rendering.look import ALL, ELEMENTS, SUFFIXES, look
 from mjbiped.terrain.files import parse_number

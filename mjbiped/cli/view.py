@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from mjbiped.cli import options, video_options
+from mjbiped.cli import options, sections, video_options
 from mjbiped.cli.files import end
 from mjbiped.cli.laws import refuse, taken
 from mjbiped.cli.walkers import mujoco_of, next_ground, walker
@@ -25,7 +25,7 @@ _VIEW = "View"
 _MARKS = ("torque", "force", "ghost", "estimate", "traces", "shadows", "caption")
 _RECORD = ".npz"
 
-view_options = options.options(
+view_options = sections.options(
     _VIEW,
     ("--slow-motion", domains.SLOW_MOTION, 1.0, "Seconds of watching per second of the walk, to begin with."),
     (
@@ -44,7 +44,7 @@ view_options = options.options(
 )
 
 
-class _KeysInHelp(options.SectionCommand):
+class _KeysInHelp(sections.SectionCommand):
     """A command whose help ends with the keys."""
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -28,6 +28,7 @@ from controllers import AdaptiveController, Controller, PassiveController
 from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
 from mjbiped.numerics.jit import compiled
 from mjbiped.plotting import style as plot_style
+from mjbiped.plotting.panels import titled
 from mjbiped.records.recorder import Recorder
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
@@ -209,6 +210,8 @@ def draw(steps: Mapping[str, list[Timing]], segments: Sequence[Timing]) -> None:
         for (name, timings), look in zip(steps.items(), looks, strict=True):
             _points(axes[0], STEP_COUNTS, timings, look, name)
         _points(axes[1], SEGMENT_COUNTS, segments, looks[-1], "closed loop, 380 steps over the first ten")
+        titled(axes[0], "a", "Length of the walk")
+        titled(axes[1], "b", "Length of the ground")
         axes[0].set_xlabel("gait steps walked")
         axes[1].set_xlabel("segments of the ground")
         axes[0].set_ylabel("CPU time of a gait step (µs)")

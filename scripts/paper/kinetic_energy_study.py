@@ -19,6 +19,7 @@ import mjbiped
 from controllers import KineticEnergyController
 from controllers.comparison.known_slope import SLOPE_SOURCES
 from mjbiped.engines.mujoco import scene
+from mjbiped.plotting.panels import titled
 from mjbiped.plotting.style import new_figure, save_figure, styled
 from mjbiped.terrain.segments import GROUND_FRICTION
 from scripts.pages import write_table
@@ -27,6 +28,7 @@ ROBOT = mjbiped.Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))
 GAINS = (2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0)
 WEIGHTS = {0.0: "ankle alone", 1.0: "both joints (w = 1)"}
+SOURCE_WORDS = {"none": "no slope known", "local": "slope at the foot", "two_point": "slope between the feet"}
 
 STEPS = (-0.05, -0.04, -0.03, -0.02, -0.01, 0.01, 0.02, 0.03, 0.04, 0.05)
 """Single steps, m up."""
@@ -223,7 +225,7 @@ def draw(results: Results, path: Path) -> None:
                 mesh = axes.pcolormesh(
                     np.array(table), cmap=colormaps["cividis"], norm=norm, edgecolors="white", linewidth=0.4
                 )
-                axes.set_title(f"{words}, {source}")
+                titled(axes, "abcdef"[row * len(SLOPE_SOURCES) + column], f"{words}, {SOURCE_WORDS[source]}")
                 axes.set_xticks(np.arange(len(GAINS)) + 0.5, [f"{gain:g}" for gain in GAINS], rotation=90)
                 axes.set_yticks(np.arange(len(NAMES)) + 0.5, NAMES)
         for axes in grid[-1]:
