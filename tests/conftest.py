@@ -1,6 +1,7 @@
 """What many tests share: Table I's robot, its passive gait on 2 degrees, and the paper's controller."""
 
 import math
+import os
 import signal
 from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
@@ -19,8 +20,11 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 @pytest.fixture(scope="session", autouse=True)
 def references_of_their_own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Optimised references are searched for by the tests, and not taken from the user's cache nor left there."""
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent  # which the workers of a run share: one of them searches
     with pytest.MonkeyPatch.context() as patched:
-        patched.setenv("MJBIPED_CACHE_DIR", str(tmp_path_factory.mktemp("references")))
+        patched.setenv("MJBIPED_CACHE_DIR", str(folder / "references"))
         yield
 
 
