@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 
 from mjbiped.engines.mujoco.scenery import CUT
+from mjbiped.rendering.geoms import add_geom
 from mjbiped.rendering.moments import Moment, Pair, Points, foot_of
 from mjbiped.robots.compass import Compass
 from mjbiped.utils import palette
@@ -192,14 +193,7 @@ class _Pen:
 
     def _geom(self, kind: Any, size: Any, place: Any, frame: Any, rgba: tuple[float, ...]) -> Any:
         """A new geom; None where the scene is full."""
-        if self._scene.ngeom >= self._scene.maxgeom:
-            return None
-        geom = self._geoms[self._scene.ngeom]
-        mujoco.mjv_initGeom(geom, kind, size, place, frame, np.array(rgba, dtype=np.float32))
-        geom.category = mujoco.mjtCatBit.mjCAT_DECOR
-        geom.emission, geom.specular, geom.shininess = 0.0, 0.0, 0.0
-        self._scene.ngeom += 1
-        return geom
+        return add_geom(self._scene, self._geoms, kind, size, place, frame, rgba)
 
     def bar(self, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
         """A square bar between two points x, z (m) of the plane at y, half as thick as `width` (m)."""

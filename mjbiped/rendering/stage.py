@@ -16,6 +16,7 @@ from mjbiped.rendering import marks
 from mjbiped.rendering.camera import View, smooth_offsets
 from mjbiped.rendering.canvas import Canvas
 from mjbiped.rendering.chart import Chart
+from mjbiped.rendering.geoms import add_geom
 from mjbiped.rendering.ground_labels import lay_ground_labels
 from mjbiped.rendering.look import Look, show_section
 from mjbiped.rendering.marks import MOST_GEOMS, Scales, draw_marks
@@ -154,17 +155,16 @@ class Stage:
     def _add_background(self, view: View) -> None:
         """A plain wall far behind: MuJoCo's sky takes a software renderer as long as all the rest."""
         scene, length = self._scene, self._robot.leg_length
-        geom = scene.geoms[scene.ngeom]
-        mujoco.mjv_initGeom(
-            geom,
+        geom = add_geom(
+            scene,
+            scene.geoms,
             mujoco.mjtGeom.mjGEOM_BOX,
             np.array([_WIDE * length, _WIDE * length, length]),
             view.place + _FAR * length * view.axes[2],
             view.axes.T.ravel(),
-            np.array([*_SKY, 1.0], dtype=np.float32),
+            (*_SKY, 1.0),
         )
-        geom.category, geom.emission, geom.specular = mujoco.mjtCatBit.mjCAT_DECOR, 1.0, 0.0
-        scene.ngeom += 1
+        geom.emission = 1.0
 
     def _write(self, picture: Pixels, moment: Moment, view: View, outcome: str) -> None:
         """Words and signs over the picture."""
