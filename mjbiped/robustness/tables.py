@@ -16,6 +16,9 @@ from mjbiped.records.tables import bare_table
 from mjbiped.robustness.result import Findings, Robustness
 from mjbiped.utils.files import saved
 
+TABLES = "robustness.md"
+"""File in a study's folder that the tables stand in."""
+
 
 class Sheet(NamedTuple):
     """A table before it is set.
