@@ -1,5 +1,6 @@
 """What a robustness study's file asks for, and what of it is refused."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -7,7 +8,13 @@ import numpy as np
 import pytest
 
 from mjbiped.errors import InputError
-from mjbiped.robustness.plan import LEVEL, SURVIVAL, plan, read_plan
+from mjbiped.gaits.passive import find_passive_gait
+from mjbiped.limit_cycles.basin import Fate, basin_of_control, rates_around
+from mjbiped.robots.compass import Compass
+from mjbiped.robustness.limits import MARGINS
+from mjbiped.robustness.plan import BASIN_RATES, plan, read_plan
+from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL
+from mjbiped.sweeps.cell import measured
 
 SMALL: dict[str, Any] = {
     "engine": ["hybrid", "mujoco"],
@@ -48,6 +55,41 @@ def test_unless_a_file_says_otherwise_all_disturbances_are_tried() -> None:
     assert plan(Path("x.toml"), {"seeds": 1, "limits": {"phases": 1, "slope up": False}}).disturbances == ()
 
 
+def test_all_margins_can_be_walked_in_both_engines() -> None:
+    wanted = plan(
+        Path("x.toml"), {"engine": ["hybrid", "mujoco"], "seeds": 1, "limits": {"basin": False}, "margins": {}}
+    )
+    assert set(wanted.margins) == set(MARGINS)
+    for name, margin in MARGINS.items():  # all values have been checked as a walk would
+        tried = [c.values["magnitude"] for c in wanted.study.cells if c.values["test"] == name]
+        assert tried == [*margin.magnitudes, *margin.magnitudes]
+
+
+@pytest.mark.parametrize(
+    ("limits", "count"), [({}, BASIN_RATES), ({"step up": True}, 0), ({"step up": True, "basin": 4}, 4)]
+)
+def test_a_basin_is_tried_unless_other_disturbances_are_named(limits: dict[str, Any], count: int) -> None:
+    wanted = plan(Path("x.toml"), {"seeds": 1, "limits": {"phases": 1, **limits}})
+    assert wanted.basin == count
+    assert [cell.values["test"] for cell in wanted.study.cells].count(BASIN) == count**2
+
+
+def test_a_basin_is_that_of_its_own_module() -> None:
+    limits = {"step up": False, "basin": 6, "steps_after": 8}
+    wanted = plan(Path("x.toml"), {"seeds": 1, "limits": limits, "controller": [{"name": "passivity"}]})
+    cells = [cell for cell in wanted.study.cells if cell.values["test"] == BASIN]
+    stance, swing = rates_around(find_passive_gait(Compass(), math.radians(2)).start, 6)
+    basin = basin_of_control(cells[0].controller(), stance_rates=stance, swing_rates=swing, limit=8)
+    rows = [measured(cell) for cell in cells]
+    finished = np.array([row["outcome"] == "finished" for row in rows]).reshape(6, 6).T
+    assert 0 < finished.sum() < finished.size
+    np.testing.assert_array_equal(finished, (basin.fates == Fate.SETTLED) | (basin.fates == Fate.UNDECIDED))
+    torques = np.array([max(row["peak_ankle_torque_Nm"] or 0.0, row["peak_hip_torque_Nm"] or 0.0) for row in rows])
+    # the map leaves a walk when it has settled to 1e-3; its greatest torque, of the first steps, was before that
+    settled = basin.fates.T.ravel() == Fate.SETTLED
+    np.testing.assert_allclose(torques[settled], basin.peak_torque.T.ravel()[settled], rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [
@@ -64,6 +106,7 @@ def test_unless_a_file_says_otherwise_all_disturbances_are_tried() -> None:
         ({"limits": {"share": 0.2}}, "limits.share = 0.2"),
         ({"limits": {"torque": -1}}, "limits.torque"),
         ({"limits": 3}, "limits must be a table"),
+        ({"limits": {"basin": 1}}, "limits.basin = 1: must be a whole number from 2"),
         ({"margins": {"torque limit": [10, 20]}}, "margins.torque limit: magnitudes must descend"),
         ({"margins": {"ground": 3}}, "a random ground is a text, as 'treads:deviation=0.03', got 3"),
         ({"limits": {"phases": 1_000_000}}, "at most"),
