@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from mjbiped.errors import InputError, shown
 from mjbiped.gaits.gait import Gait
@@ -15,7 +16,7 @@ from mjbiped.sweeps.cell import Cell
 from mjbiped.sweeps.plan import Study
 from mjbiped.sweeps.values import Scalar
 from mjbiped.terrain.families import START
-from mjbiped.terrain.files import parse_parameters
+from mjbiped.terrain.files import FILE_KEY, parse_parameters
 from mjbiped.terrain.presets import RANDOM
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import known_name
@@ -97,7 +98,9 @@ def walks_of(
     """
     count = itertools.count()
     rule = {"scuffing.reach": wanted.scuffing.reach, "scuffing.delay": wanted.scuffing.delay}
-    grounds = {words: _ground(words, wanted.steps) for words in wanted.grounds}
+    records: dict[Scalar | None, Terrain] = {}
+    folder = wanted.study.path.parent
+    grounds = {words: _ground(words, wanted.steps, folder, records) for words in wanted.grounds}
 
     def cell(engine: str, test: str, label: str, steps: int, told: Mapping[str, Scalar], **columns: Scalar) -> Cell:
         settings = labelled[label]
@@ -112,7 +115,8 @@ def walks_of(
             **settings,
             **told,
         }
-        return Cell(next(count), None, values, None, laws.get(str(settings["controller.name"])))
+        record, law = records.get(told.get("terrain.file")), laws.get(str(settings["controller.name"]))
+        return Cell(next(count), None, values, record, law)
 
     for engine in wanted.engines:
         for label in wanted.controllers:
@@ -128,7 +132,7 @@ def walks_of(
                     yield cell(engine, test, label, steps, told, magnitude=magnitude, case=phase)
             for case, rates in enumerate(_first_rates(gait, wanted.basin)):
                 yield cell(engine, BASIN, label, wanted.steps_after, {"terrain.name": "level", **rates}, case=case)
-        rough = _ground(wanted.margin_ground, wanted.margin_steps)
+        rough = _ground(wanted.margin_ground, wanted.margin_steps, folder, records)
         for label, (test, magnitudes) in itertools.product(wanted.controllers, lasting.items()):
             for magnitude, seed in itertools.product(magnitudes, range(wanted.seeds)):
                 told = {**rough, "terrain.seed": seed, **MARGINS[test].told(magnitude, engine)}
@@ -143,8 +147,18 @@ def walks_of(
             yield cell(engine, SURVIVAL, label, wanted.steps, told, ground=words, case=seed)
 
 
-def _ground(words: object, steps: int) -> dict[str, Scalar]:
-    """A random ground of the command line's words, as a cell takes it."""
+def _ground(words: object, steps: int, folder: Path, records: dict[Scalar | None, Terrain]) -> dict[str, Scalar]:
+    """A random ground of the command line's words, as a cell takes it; the file that it names is added to the records.
+
+    Args:
+        words: As the study says them.
+        steps: Of the walks on it.
+        folder: Where files are looked for.
+        records: Terrains of files that have been read, by their names.
+
+    Raises:
+        InputError: They mean none.
+    """
     if not isinstance(words, str):
         raise InputError(f"a random ground is a text, as 'treads:deviation=0.03', got {shown(words)}")
     name, _, rest = words.partition(":")
@@ -154,7 +168,10 @@ def _ground(words: object, steps: int) -> dict[str, Scalar]:
         if key in parameters:
             raise InputError(f"ground {shown(words)}: leave {key} out, {reason}")
     parameters["length"] = START + steps * LONGEST_STEP
-    Terrain.preset(name, **{**parameters, "seed": 0})
+    file = parameters.get(FILE_KEY)
+    if file is not None and file not in records:
+        records[file] = Terrain.from_file(folder / file)
+    Terrain.preset(name, **{**parameters, "seed": 0, **({} if file is None else {FILE_KEY: records[file]})})
     return {
         "terrain.name": name,
         **{

@@ -1,6 +1,7 @@
 """What a robustness study's file asks for, and what of it is refused."""
 
 import math
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from mjbiped.robustness.limits import MARGINS
 from mjbiped.robustness.plan import BASIN_RATES, plan, read_plan
 from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL
 from mjbiped.sweeps.cell import measured
+from mjbiped.terrain.terrain import Terrain
 
 SMALL: dict[str, Any] = {
     "engine": ["hybrid", "mujoco"],
@@ -90,6 +92,18 @@ def test_a_basin_is_that_of_its_own_module() -> None:
     np.testing.assert_allclose(torques[settled], basin.peak_torque.T.ravel()[settled], rtol=1e-9)
 
 
+def test_seeds_walk_on_stretches_of_a_record_beside_the_file(tmp_path: Path) -> None:
+    (tmp_path / "trail.csv").write_text("x,z\n0,0\n3,0.1\n7,-0.1\n9,0\n")
+    content = {"grounds": ["recorded:file=trail.csv"], "seeds": 3, "steps": 20, "limits": {"step up": False}}
+    wanted = plan(tmp_path / "x.toml", content)
+    cells = [cell for cell in wanted.study.cells if cell.values["test"] == SURVIVAL]
+    grounds = [pickle.loads(pickle.dumps(cell)).terrain() for cell in cells]  # as a worker gets them, without the file
+    expected = [Terrain.recorded(tmp_path / "trail.csv", seed=seed, length=2.0 + 20 * 0.6) for seed in range(3)]
+    assert grounds == expected
+    (tmp_path / "trail.csv").write_text("x,z\n0,0\n3,0.1\n7,-0.1\n9,0.01\n")
+    assert plan(tmp_path / "x.toml", content).study.digest != wanted.study.digest  # another study
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [
@@ -99,6 +113,8 @@ def test_a_basin_is_that_of_its_own_module() -> None:
         ({"grounds": ["treads:seed=1"]}, "leave seed out, the study draws the seeds itself"),
         ({"grounds": ["treads:length=9"]}, "leave length out"),
         ({"grounds": ["treads:deviatoin=1"]}, "deviatoin"),
+        ({"grounds": ["recorded:file=trail.csv"]}, "trail.csv: there is no such file"),
+        ({"grounds": ["recorded"]}, "recorded ground needs an elevation file"),
         ({"grounds": ["waves", "waves"]}, "list of different texts"),
         ({"limits": {"step upp": True}}, "unknown key of limits 'step upp'"),
         ({"limits": {"step up": [0.02, 0.01]}}, "magnitudes must ascend"),
