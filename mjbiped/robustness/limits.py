@@ -112,7 +112,7 @@ _USUAL = Compass()
 PUSH_INTERVAL = 4.0
 """Mean time between random pushes, s: five steps."""
 
-_MORE = (5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0, 150.0, 200.0, 300.0, 400.0, 600.0, 900.0)
+_MORE = (5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0, 150.0, 200.0, 300.0, 400.0, 600.0, 900.0, 1500.0, 2500.0)
 _LESS = (5.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 90.0, 95.0)
 _LENGTHS = ("lower_length", "upper_length")
 
@@ -120,9 +120,7 @@ MARGINS: Mapping[str, Margin] = {
     "delay": Margin(
         "s", (0.001, 0.002, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.055, 0.06, 0.065, 0.07, 0.08), _of("delay")
     ),
-    "angle noise": Margin(
-        "rad", (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 4e-2, 6e-2, 8e-2, 0.1, 0.12, 0.15, 0.2, 0.3), _of("angle_noise")
-    ),
+    "angle noise": Margin("rad", (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 4e-2, 6e-2, 8e-2, 0.1, 0.12, 0.15), _of("angle_noise")),
     "rate noise": Margin("rad/s", (0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 2.0), _of("rate_noise")),
     "push": Margin(
         "N s",
