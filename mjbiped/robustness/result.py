@@ -28,7 +28,7 @@ class Findings:
         limits: By disturbance, single ones and those of whole walks.
         basin: Share of the first rates of the legs from which it walks on; NaN where none were tried.
         basin_area: Area of these rates, rad^2/s^2; NaN likewise.
-        errors: Texts of walks that an error ended, which count nowhere else.
+        errors: Texts of walks that an error ended: those on random ground do not count, others are not survived.
     """
 
     controller: str
@@ -98,7 +98,7 @@ def _findings(plan: Plan, controller: str, engine: str, rows: Iterable[Row]) -> 
             fell = tuple(row["outcome"] not in SURVIVED for row in there)
             survival[ground] = Survival(tuple(row["steps"] for row in there), fell)
     for test in (*plan.disturbances, *plan.margins):
-        there = [row for row in walked if row["test"] == test]
+        there = [row for row in mine if row["test"] == test]
         survived: dict[float, list[bool]] = {}
         if test in DISTURBANCES:
             for row in there:
@@ -108,7 +108,7 @@ def _findings(plan: Plan, controller: str, engine: str, rows: Iterable[Row]) -> 
             for row in there:
                 survived.setdefault(row["magnitude"], []).append(_survived(row, None) and MARGINS[test].borne(row))
             limits[test] = limit_of(MARGINS[test], survived, plan.margin_share)
-    recovered = [_survived(row, plan.torque) for row in walked if row["test"] == BASIN]
+    recovered = [_survived(row, plan.torque) for row in mine if row["test"] == BASIN]
     basin = sum(recovered) / len(recovered) if recovered else math.nan
     level = next((row for row in walked if row["test"] == LEVEL), {})
     errors = tuple(dict.fromkeys(row["error"] for row in mine if row["outcome"] == FAILED))
@@ -127,8 +127,9 @@ def _window(plan: Plan, controller: str) -> float:
 
 def _survived(row: Row, torque: float | None) -> bool:
     """Whether it walked on, with no more torque than is allowed and on ground that never had to pull."""
-    within = torque is None or all(row[name] <= torque for name in TORQUES)
-    return row["outcome"] in SURVIVED and within and not row[PULLING]
+    if row["outcome"] not in SURVIVED or row[PULLING]:
+        return False
+    return torque is None or all(row[name] <= torque for name in TORQUES)
 
 
 def _number(row: Row, name: str) -> float:

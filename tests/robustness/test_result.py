@@ -99,6 +99,15 @@ def test_findings_of_rows(result: Robustness) -> None:
     assert result.ratios("hybrid", "treads")["two"][0] == pytest.approx(10.0)
 
 
+def test_a_walk_that_an_error_ends_is_not_survived(wanted: Plan) -> None:
+    rows = [row("step down", "one", 24, "finished", magnitude=0.1, case=0)]
+    blank = dict.fromkeys(("peak_ankle_torque_Nm", "peak_hip_torque_Nm", "steps_that_pull"))
+    rows.append(row("step down", "one", 0, "failed", magnitude=0.2, case=0, error="never lands", **blank))
+    one = found(wanted, rows).of("hybrid")[0]
+    assert (one.limits["step down"].greatest, one.limits["step down"].reached) == (0.1, True)
+    assert one.errors == ("never lands",)
+
+
 def test_summary_is_plain_json(result: Robustness) -> None:
     summary = json.loads(json.dumps(result.summary(), allow_nan=False))
     assert summary["controllers"][1]["survival"]["treads"]["ratio_to_first"][0] == pytest.approx(10.0)
