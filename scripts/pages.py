@@ -16,11 +16,29 @@ def write_table(page: Path, name: str, headings: Sequence[str], rows: Sequence[S
     Raises:
         ValueError: The page has no such place.
     """
-    text = page.read_text(encoding="utf-8")
-    before, begin, rest = text.partition(f"<!-- {name} -->\n")
+    write_block(page, name, markdown_table(headings, rows))
+
+
+def write_block(page: Path, name: str, text: str) -> None:
+    """Replace what stands between `<!-- NAME -->` and `<!-- end NAME -->` in a Markdown page by a text.
+
+    Args:
+        page: The page; all else in it stays.
+        name: Of the place.
+        text: Whole lines.
+
+    Raises:
+        ValueError: The page has no such place.
+    """
+    whole = page.read_text(encoding="utf-8")
+    before, begin, rest = whole.partition(f"<!-- {name} -->\n")
     _, end, after = rest.partition(f"<!-- end {name} -->")
     if not begin or not end:
         raise ValueError(f"{page} has no place for a table between <!-- {name} --> and <!-- end {name} -->")
+    page.write_text(f"{before}{begin}{text}{end}{after}", encoding="utf-8")
+
+
+def markdown_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in Markdown, whole lines."""
     lines = [headings, ["---"] * len(headings), *rows]
-    table = "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
-    page.write_text(f"{before}{begin}{table}{end}{after}", encoding="utf-8")
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)

@@ -131,7 +131,7 @@ def _walk(
     slope_deg, step_m], ...].
 
     \b
-    Presets: level, incline, slopes, stairs, mixed, random, treads, waves; with parameters:
+    Presets: level, incline, slopes, stairs, mixed, random, treads, waves, recorded; with parameters:
       stairs:rise=-0.06,tread=1.8    slopes:change_deg=-1    random:slope_deg=-2..2
 
     \b

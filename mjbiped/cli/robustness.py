@@ -40,7 +40,7 @@ def robustness(
     from mjbiped.robustness.figures import draw
     from mjbiped.robustness.plan import read_plan
     from mjbiped.robustness.result import found
-    from mjbiped.robustness.tables import robustness_tables, write_tables
+    from mjbiped.robustness.tables import TABLES, robustness_tables, write_tables
     from mjbiped.sweeps.run import run
 
     check_walkers(workers, scheduler)
@@ -49,7 +49,7 @@ def robustness(
     try:
         rows, table = run(planned.study, folder, workers=workers, scheduler=scheduler, fresh=fresh, progress=not quiet)
         result = found(planned, rows)
-        files = [table, write_tables(result, folder / "robustness.md"), *draw(result, folder)]
+        files = [table, write_tables(result, folder / TABLES), *draw(result, folder)]
     except KeyboardInterrupt:
         end(INTERRUPTED, f"interrupted; what had ended is in {folder}: the same command goes on from there")
     printed = {**result.summary(), "files": [str(file) for file in files]}

@@ -40,6 +40,7 @@ SETTLED = 1e-3
 """A walk has settled when a state after an impact is as near to the gait's as this, in rad and sqrt(g/l)."""
 
 _TRANSIENT, _ATTRACTOR = 2000, 64  # steps until the passive robot is taken to be on its attractor, and steps of that
+_RATES = 300  # of either leg, unless they are given
 _FIRST_LOOK = 2  # steps: most controlled walks have settled after one
 
 
@@ -276,17 +277,31 @@ def _empty(
         InputError: The rates do not ascend, or the limit is no number of steps.
     """
     limit = domains.LIMIT.check("limit", limit)
-    greatest = float(np.abs(start[2:]).max())
-    columns = _rates("stance_rates", stance_rates, 0.5 * start[2], 1.6 * start[2])
-    rows = _rates("swing_rates", swing_rates, -2.2 * greatest, 2.2 * greatest)
+    stance, swing = rates_around(start, _RATES)
+    columns, rows = _rates("stance_rates", stance_rates, stance), _rates("swing_rates", swing_rates, swing)
     shape = (len(rows), len(columns))
     fates, steps = np.full(shape, Fate.UNDECIDED, dtype=np.int8), np.zeros(shape, dtype=np.int16)
     return Basin(slope, start.copy(), columns, rows, fates, steps, np.zeros(shape), limit, walker)
 
 
-def _rates(name: str, given: ArrayLike | None, low: float, high: float) -> Array:
-    """First rates of a leg, those that are given or 300 between two ends; see `_empty`."""
-    rates = np.linspace(low, high, 300) if given is None else domains.RATE.array(name, given, (None,))
+def rates_around(start: Array, count: int) -> tuple[Array, Array]:
+    """First rates that a map shows unless others are given.
+
+    Args:
+        start: The gait's state (q1, q2, dq1, dq2) after an impact, shape (4,).
+        count: Of the rates of either leg.
+
+    Returns:
+        Rates of the stance leg, 0.5 to 1.6 times the gait's, and of the swing leg, within 2.2 times the gait's greater
+        rate, rad/s, shape (count,) each, in equal steps.
+    """
+    greatest = 2.2 * float(np.abs(start[2:]).max())
+    return np.linspace(0.5 * start[2], 1.6 * start[2], count), np.linspace(-greatest, greatest, count)
+
+
+def _rates(name: str, given: ArrayLike | None, usual: Array) -> Array:
+    """First rates of a leg, those that are given or the usual ones; see `_empty`."""
+    rates = usual if given is None else domains.RATE.array(name, given, (None,))
     if not 1 <= len(rates) <= domains.GRID.high or (np.diff(rates) <= 0.0).any():
         raise InputError(f"{name}: expected 1 to {domains.GRID.high} numbers that ascend, got {len(rates)}")
     return rates

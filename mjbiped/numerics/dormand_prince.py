@@ -22,6 +22,10 @@ STAGES = 12  # of a step; the rates at its end are stage 12, the next step's sta
 STAGES_WITH_DENSE = 16
 POWERS = 7  # of the dense output
 _UNTESTED_STAGES = range(1, 5)  # neither error estimate nor dense output uses them
+TESTED_STAGES = (5, 6, 7, 8, 9, 10, STAGES)
+"""Stages after the first whose rates stay in `k`; one more, 11, is at the same place as the last."""
+STAGE_PLACES = (*(float(place) for place in scipy.integrate.DOP853.C[:STAGES]), 1.0)
+"""Where the stages lie, in shares of the step."""
 
 
 class Integrator(NamedTuple):

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from mjbiped.robots.compass import Compass
+from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.values import Scalar
 
 FAR = 1e4  # of ground that goes on behind the disturbance, m
@@ -68,14 +69,28 @@ class Margin:
     """A kind of disturbance that goes on for a whole walk over rough ground.
 
     Attributes:
-        unit: Of its magnitudes.
+        unit: Of its magnitudes; none for plain numbers.
         magnitudes: Those that are tried unless a study says otherwise, the gentlest first.
         values: What a study's cell says of the walk, of a magnitude.
+        asked: Column of what a walk asks for, of a disturbance that the hybrid engine does not know: it survives those
+            magnitudes there that are no less.
     """
 
     unit: str
     magnitudes: tuple[float, ...]
     values: Callable[[float], Mapping[str, Scalar]]
+    asked: str | None = None
+
+    def told(self, magnitude: float, engine: str) -> Mapping[str, Scalar]:
+        """What a study's cell says of a walk in an engine."""
+        return {} if self.asked is not None and engine == "hybrid" else self.values(magnitude)
+
+    def borne(self, row: Row) -> bool:
+        """Whether a walk of an engine that does not know the disturbance asks for no more than there is."""
+        if self.asked is None or row["engine"] != "hybrid":
+            return True
+        asked = row[self.asked]
+        return asked is not None and bool(asked <= row["magnitude"])
 
 
 def _of(field: str, **others: Scalar) -> Callable[[float], Mapping[str, Scalar]]:
@@ -83,27 +98,49 @@ def _of(field: str, **others: Scalar) -> Callable[[float], Mapping[str, Scalar]]
     return lambda magnitude: {f"disturbances.{field}": magnitude, **told}
 
 
-def _believed_mass(percent: float) -> Mapping[str, Scalar]:
-    return {"model.leg_mass": round(Compass.leg_mass * (1.0 + percent / 100.0), 12)}
+def _believed(sign: float, *parameters: str) -> Callable[[float], Mapping[str, Scalar]]:
+    """What the controller believes of the usual robot's parameters: wrong by so many percent."""
+
+    def values(percent: float) -> Mapping[str, Scalar]:
+        factor = 1.0 + sign * percent / 100.0
+        return {f"model.{name}": round(getattr(_USUAL, name) * factor, 12) for name in parameters}
+
+    return values
 
 
+_USUAL = Compass()
 PUSH_INTERVAL = 4.0
 """Mean time between random pushes, s: five steps."""
 
-_PERCENTS = (2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 60.0, 80.0, 100.0)
+_MORE = (5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0, 150.0, 200.0, 300.0, 400.0, 600.0, 900.0, 1500.0, 2500.0)
+_LESS = (5.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 90.0, 95.0)
+_LENGTHS = ("lower_length", "upper_length")
 
 MARGINS: Mapping[str, Margin] = {
-    "delay": Margin("s", (0.001, 0.002, 0.004, 0.006, 0.008, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06), _of("delay")),
-    "angle noise": Margin("rad", (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2), _of("angle_noise")),
-    "rate noise": Margin("rad/s", (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0), _of("rate_noise")),
-    "push": Margin(
-        "N s", (0.2, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0), _of("push_impulse", push_interval=PUSH_INTERVAL)
+    "delay": Margin(
+        "s", (0.001, 0.002, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.055, 0.06, 0.065, 0.07, 0.08), _of("delay")
     ),
-    "torque limit": Margin("N m", (60.0, 50.0, 40.0, 30.0, 25.0, 20.0, 15.0, 10.0, 8.0, 6.0, 4.0), _of("torque_limit")),
-    "mass too great": Margin("%", _PERCENTS, _believed_mass),
-    "mass too small": Margin("%", _PERCENTS[:-1], lambda percent: _believed_mass(-percent)),
+    "angle noise": Margin("rad", (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 4e-2, 6e-2, 8e-2, 0.1, 0.12, 0.15), _of("angle_noise")),
+    "rate noise": Margin("rad/s", (0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 2.0), _of("rate_noise")),
+    "push": Margin(
+        "N s",
+        (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0, 7.0, 8.0),
+        _of("push_impulse", push_interval=PUSH_INTERVAL),
+    ),
+    "torque limit": Margin(
+        "N m", (60.0, 50.0, 40.0, 30.0, 25.0, 20.0, 17.5, 15.0, 12.5, 10.0, 8.0, 6.0, 4.0), _of("torque_limit")
+    ),
+    "friction": Margin(
+        "", (0.8, 0.7, 0.6, 0.55, 0.5, 0.45, 0.4, 0.35, 0.3, 0.25, 0.2, 0.1), _of("friction"), "largest_stance_friction"
+    ),
+    "mass too great": Margin("%", _MORE, _believed(1.0, "leg_mass")),
+    "mass too small": Margin("%", _LESS, _believed(-1.0, "leg_mass")),
+    "inertia too great": Margin("%", _MORE, _believed(1.0, "leg_inertia")),
+    "inertia too small": Margin("%", (*_LESS, 100.0), _believed(-1.0, "leg_inertia")),
+    "legs too long": Margin("%", _MORE, _believed(1.0, *_LENGTHS)),
+    "legs too short": Margin("%", _LESS, _believed(-1.0, *_LENGTHS)),
 }
-"""Disturbances of walks over rough ground, by name; the last two are of the legs' mass that the controller believes."""
+"""Disturbances of walks over rough ground, by name; the last six are of what the controller believes of its robot."""
 
 
 @dataclass(frozen=True)

@@ -2,85 +2,35 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from mjbiped.control.own import is_reference, located
 from mjbiped.errors import InputError, shortened, shown
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Disturbance, Margin
+from mjbiped.robustness.walks import BASIN, Plan, walks_of
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.sweeps.cell import Cell
 from mjbiped.sweeps.plan import Study, check_cells, check_count
 from mjbiped.sweeps.sections import read_controller
 from mjbiped.sweeps.values import Scalar, check_keys
-from mjbiped.terrain.families import START
-from mjbiped.terrain.files import parse_parameters, parse_toml, read_text
-from mjbiped.terrain.presets import RANDOM
-from mjbiped.terrain.terrain import Terrain
+from mjbiped.terrain.files import parse_toml, read_text
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Domain, known_name
+from mjbiped.utils.domains import Domain
 
 KEYS = ("engine", "steps", "seeds", "grounds", "controller", "limits", "margins", "scuffing")
-LIMIT_KEYS = ("share", "phases", "steps_after", "torque", *DISTURBANCES)
+LIMIT_KEYS = ("share", "phases", "steps_after", "torque", BASIN, *DISTURBANCES)
 MARGIN_KEYS = ("share", "ground", "steps", *MARGINS)
 VARIED = ("engine", "test", "controller", "ground", "magnitude", "case")
 """Columns that say what a row is of."""
 
-LEVEL, SURVIVAL = "level", "survival"
-"""Tests beside `DISTURBANCES`: steady walking on level ground, and random ground until the robot falls."""
-
-LEVEL_STEPS = 40
-_BEFORE = 3  # steps before a disturbance comes
 _SHARE = Domain(0.5, 1.0)
+BASIN_RATES = 20
+"""Rates of either leg, unless a study says otherwise."""
+
 MARGIN_GROUND = "treads:deviation=0.01"
 """Rough ground on which all controllers last, for disturbances of whole walks."""
-
-LONGEST_STEP = 0.6
-"""Ground that each step of a walk on random ground is given, m."""
-
-_FALLBACK = 0.38  # step length of a controller that imitates no gait, in leg lengths
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What a robustness study is.
-
-    Attributes:
-        study: Its walks.
-        controllers: Their labels.
-        engines: Their names.
-        grounds: Random grounds, as the command line writes them.
-        seeds: Number of each of them.
-        steps: Most steps on them.
-        disturbances: Names of those that are tried.
-        share: Of the cases of a disturbance that must be survived.
-        phases: Number of phases of the step at which it comes.
-        torque: Greatest torque of either joint with which it counts as survived, N m; None: any.
-        margins: Names of the disturbances of whole walks that are tried.
-        margin_ground: The rough ground under them.
-        margin_steps: Steps that must be made there.
-        margin_share: Of the seeds on which they must be.
-        scuffing: The rule of all walks.
-    """
-
-    study: Study
-    controllers: tuple[str, ...]
-    engines: tuple[str, ...]
-    grounds: tuple[str, ...]
-    seeds: int
-    steps: int
-    disturbances: tuple[str, ...]
-    share: float
-    phases: int
-    torque: float | None
-    margins: tuple[str, ...]
-    margin_ground: str
-    margin_steps: int
-    margin_share: float
-    scuffing: ScuffingRule
 
 
 def read_plan(path: Path) -> Plan:
@@ -121,18 +71,19 @@ def plan(path: Path, content: Mapping[str, Any]) -> Plan:
         tuple(chosen),
         _SHARE.check("limits.share", limits.get("share", 0.99)),
         domains.WALKS.check("limits.phases", limits.get("phases", 24)),
+        domains.STEPS.check("limits.steps_after", limits.get("steps_after", 20)),
         None if torque is None else domains.TORQUE_LIMIT.check("limits.torque", torque),
+        _basin(limits, named=bool({*limits} & {*DISTURBANCES})),
         tuple(lasting),
         margins.get("ground", MARGIN_GROUND),
         domains.STEPS.check("margins.steps", margins.get("steps", 200)),
         _SHARE.check("margins.share", margins.get("share", 0.95)),
         rule,
     )
-    each = 1 + wanted.phases * sum(map(len, chosen.values()))
+    each = 1 + wanted.phases * sum(map(len, chosen.values())) + wanted.basin**2
     each += wanted.seeds * (len(grounds) + sum(map(len, lasting.values())))
     check_count(len(engines) * len(labelled) * each)
-    after = domains.STEPS.check("limits.steps_after", limits.get("steps_after", 20))
-    cells = list(_cells(wanted, labelled, chosen, lasting, after, laws))
+    cells = list(walks_of(wanted, labelled, chosen, lasting, laws))
     check_cells(cells, VARIED)
     return replace(wanted, study=replace(wanted.study, cells=tuple(cells)))
 
@@ -177,6 +128,14 @@ def _magnitudes(
     return found if named else {name: each.magnitudes for name, each in kinds.items()}
 
 
+def _basin(limits: Mapping[str, Any], named: bool) -> int:
+    """Number of first rates of either leg; the usual one, unless the file names other disturbances alone."""
+    given = limits.get(BASIN, not named)
+    if isinstance(given, bool):
+        return BASIN_RATES if given else 0
+    return domains.GRID.check(f"limits.{BASIN}", given)
+
+
 def _controllers(tables: object, folder: Path) -> tuple[dict[str, dict[str, Scalar]], dict[str, str]]:
     """Settings by label, and where the user's own controllers are."""
     if not isinstance(tables, list) or not all(isinstance(table, Mapping) for table in tables):
@@ -197,84 +156,3 @@ def _controllers(tables: object, folder: Path) -> tuple[dict[str, dict[str, Scal
             laws[name] = located(name, folder)
         labelled[label] = settings
     return labelled, laws
-
-
-def _cells(
-    wanted: Plan,
-    labelled: Mapping[str, Mapping[str, Scalar]],
-    chosen: Mapping[str, Sequence[float]],
-    lasting: Mapping[str, Sequence[float]],
-    after: int,
-    laws: Mapping[str, str],
-) -> Iterator[Cell]:
-    """All walks, the short ones first."""
-    count = itertools.count()
-    rule = {"scuffing.reach": wanted.scuffing.reach, "scuffing.delay": wanted.scuffing.delay}
-    grounds = {words: _ground(words, wanted.steps) for words in wanted.grounds}
-
-    def cell(engine: str, test: str, label: str, steps: int, told: Mapping[str, Scalar], **columns: Scalar) -> Cell:
-        settings = labelled[label]
-        values = {
-            "engine": engine,
-            "test": test,
-            "controller": label,
-            **columns,
-            "steps": steps,
-            "initial": "gait",
-            **rule,
-            **settings,
-            **told,
-        }
-        return Cell(next(count), None, values, None, laws.get(str(settings["controller.name"])))
-
-    for engine in wanted.engines:
-        for label in wanted.controllers:
-            yield cell(engine, LEVEL, label, LEVEL_STEPS, {"terrain.name": "level"})
-        for label in wanted.controllers:
-            length = _step_length(labelled[label], laws)
-            for test, magnitudes in chosen.items():
-                for magnitude, phase in itertools.product(magnitudes, range(wanted.phases)):
-                    place = (_BEFORE + (phase + 0.5) / wanted.phases) * length
-                    told = DISTURBANCES[test].values(magnitude, place)
-                    yield cell(engine, test, label, _BEFORE + 1 + after, told, magnitude=magnitude, case=phase)
-        rough = _ground(wanted.margin_ground, wanted.margin_steps)
-        for label, (test, magnitudes) in itertools.product(wanted.controllers, lasting.items()):
-            for magnitude, seed in itertools.product(magnitudes, range(wanted.seeds)):
-                told = {**rough, "terrain.seed": seed, **MARGINS[test].values(magnitude)}
-                if any(name.startswith("disturbances.") for name in told):
-                    told["disturbances.seed"] = seed
-                steps = wanted.margin_steps
-                yield cell(
-                    engine, test, label, steps, told, ground=wanted.margin_ground, magnitude=magnitude, case=seed
-                )
-        for words, seed, label in itertools.product(wanted.grounds, range(wanted.seeds), wanted.controllers):
-            told = {**grounds[words], "terrain.seed": seed}
-            yield cell(engine, SURVIVAL, label, wanted.steps, told, ground=words, case=seed)
-
-
-def _ground(words: object, steps: int) -> dict[str, Scalar]:
-    """A random ground of the command line's words, as a cell takes it."""
-    if not isinstance(words, str):
-        raise InputError(f"a random ground is a text, as 'treads:deviation=0.03', got {shown(words)}")
-    name, _, rest = words.partition(":")
-    parameters = parse_parameters(rest) if rest else {}
-    known_name("random ground", name, RANDOM)
-    for key, reason in (("seed", "the study draws the seeds itself"), ("length", "it follows from the steps")):
-        if key in parameters:
-            raise InputError(f"ground {shown(words)}: leave {key} out, {reason}")
-    parameters["length"] = START + steps * LONGEST_STEP
-    Terrain.preset(name, **{**parameters, "seed": 0})
-    return {
-        "terrain.name": name,
-        **{
-            f"terrain.{key}": "..".join(map(str, value)) if isinstance(value, tuple) else value
-            for key, value in parameters.items()
-        },
-    }
-
-
-def _step_length(settings: Mapping[str, Scalar], laws: Mapping[str, str]) -> float:
-    """Of a controller on level ground, m: that of the gait that it imitates."""
-    cell = Cell(0, None, settings, None, laws.get(str(settings["controller.name"])))
-    gait = cell.controller().gait
-    return float(gait.step_length) if gait is not None else _FALLBACK * cell.robot().leg_length

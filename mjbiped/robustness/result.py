@@ -9,7 +9,7 @@ from typing import Any
 
 from mjbiped.analysis.survival import CONFIDENCE, SURVIVED, Survival, ratio
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Limit, limit_of
-from mjbiped.robustness.plan import LEVEL, SURVIVAL, Plan
+from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL, Plan
 from mjbiped.sweeps.cell import FAILED, Row
 
 PULLING = "steps_that_pull"
@@ -26,7 +26,9 @@ class Findings:
         level: The row of its walk on level ground.
         survival: By random ground.
         limits: By disturbance, single ones and those of whole walks.
-        errors: Texts of walks that an error ended, which count nowhere else.
+        basin: Share of the first rates of the legs from which it walks on; NaN where none were tried.
+        basin_area: Area of these rates, rad^2/s^2; NaN likewise.
+        errors: Texts of walks that an error ended: those on random ground do not count, others are not survived.
     """
 
     controller: str
@@ -34,6 +36,8 @@ class Findings:
     level: Row
     survival: Mapping[str, Survival]
     limits: Mapping[str, Limit]
+    basin: float
+    basin_area: float
     errors: tuple[str, ...]
 
     @property
@@ -69,7 +73,7 @@ class Robustness:
         return {
             "confidence": CONFIDENCE,
             "scuffing": {"reach_leg_lengths": plan.scuffing.reach, "delay_s": plan.scuffing.delay},
-            "limits": {"share": plan.share, "phases": plan.phases, "torque_Nm": plan.torque},
+            "limits": {"share": plan.share, "phases": plan.phases, "torque_Nm": plan.torque, "basin": plan.basin},
             "margins": {"share": plan.margin_share, "ground": plan.margin_ground, "steps": plan.margin_steps},
             "random_ground": {"seeds": plan.seeds, "steps": plan.steps},
             "controllers": [_summary(self, each) for each in self.findings],
@@ -94,22 +98,38 @@ def _findings(plan: Plan, controller: str, engine: str, rows: Iterable[Row]) -> 
             fell = tuple(row["outcome"] not in SURVIVED for row in there)
             survival[ground] = Survival(tuple(row["steps"] for row in there), fell)
     for test in (*plan.disturbances, *plan.margins):
-        single = test in DISTURBANCES
+        there = [row for row in mine if row["test"] == test]
         survived: dict[float, list[bool]] = {}
-        for row in walked:
-            if row["test"] == test:
-                survived.setdefault(row["magnitude"], []).append(_survived(row, plan.torque if single else None))
-        kind, share = (DISTURBANCES[test], plan.share) if single else (MARGINS[test], plan.margin_share)
-        limits[test] = limit_of(kind, survived, share)
+        if test in DISTURBANCES:
+            for row in there:
+                survived.setdefault(row["magnitude"], []).append(_survived(row, plan.torque))
+            limits[test] = limit_of(DISTURBANCES[test], survived, plan.share)
+        else:
+            for row in there:
+                survived.setdefault(row["magnitude"], []).append(_survived(row, None) and MARGINS[test].borne(row))
+            limits[test] = limit_of(MARGINS[test], survived, plan.margin_share)
+    recovered = [_survived(row, plan.torque) for row in mine if row["test"] == BASIN]
+    basin = sum(recovered) / len(recovered) if recovered else math.nan
     level = next((row for row in walked if row["test"] == LEVEL), {})
     errors = tuple(dict.fromkeys(row["error"] for row in mine if row["outcome"] == FAILED))
-    return Findings(controller, engine, level, survival, limits, errors)
+    return Findings(controller, engine, level, survival, limits, basin, basin * _window(plan, controller), errors)
+
+
+def _window(plan: Plan, controller: str) -> float:
+    """Area of the first rates that were tried, rad^2/s^2; 0 of none."""
+    cells = [cell.values for cell in plan.study.cells if cell.values["test"] == BASIN]
+    area = 1.0
+    for rate in ("initial.dq1", "initial.dq2"):
+        tried = [float(values[rate]) for values in cells if values["controller"] == controller]
+        area *= max(tried, default=0.0) - min(tried, default=0.0)
+    return area
 
 
 def _survived(row: Row, torque: float | None) -> bool:
     """Whether it walked on, with no more torque than is allowed and on ground that never had to pull."""
-    within = torque is None or all(row[name] <= torque for name in TORQUES)
-    return row["outcome"] in SURVIVED and within and not row[PULLING]
+    if row["outcome"] not in SURVIVED or row[PULLING]:
+        return False
+    return torque is None or all(row[name] <= torque for name in TORQUES)
 
 
 def _number(row: Row, name: str) -> float:
@@ -142,6 +162,7 @@ def _summary(robustness: Robustness, each: Findings) -> dict[str, Any]:
             test: {"magnitude": limit.greatest, "unit": limit.unit, "beyond_what_was_tried": not limit.reached}
             for test, limit in each.limits.items()
         },
+        "basin": {"share": _finite(each.basin), "area_rad2_per_s2": _finite(each.basin_area)},
         "errors": list(each.errors),
     }
 

@@ -16,6 +16,9 @@ from mjbiped.records.tables import bare_table
 from mjbiped.robustness.result import Findings, Robustness
 from mjbiped.utils.files import saved
 
+TABLES = "robustness.md"
+"""File in a study's folder that the tables stand in."""
+
 
 class Sheet(NamedTuple):
     """A table before it is set.
@@ -38,14 +41,15 @@ def sheets(robustness: Robustness) -> Iterator[Sheet]:
     plan = robustness.plan
     for engine in plan.engines:
         findings = robustness.of(engine)
-        units = [findings[0].limits[test].unit for test in plan.disturbances]
+        basin = bool(plan.basin)
         yield Sheet(
             f"Level ground and single disturbances, {engine} engine",
             (
                 "controller",
                 "c_mt, level",
                 "speed (m/s)",
-                *(f"{test} ({unit})" for test, unit in zip(plan.disturbances, units, strict=True)),
+                *(_heading(findings[0], test) for test in plan.disturbances),
+                *(["basin (rad²/s²)"] if basin else []),
             ),
             tuple(
                 (
@@ -53,16 +57,16 @@ def sheets(robustness: Robustness) -> Iterator[Sheet]:
                     _digits(each.level_cost, ".4f"),
                     _digits(each.level.get("speed_m_per_s"), ".3f"),
                     *(_limit(each, test) for test in plan.disturbances),
+                    *([_digits(each.basin_area, ".1f")] if basin else []),
                 )
                 for each in findings
             ),
             f"{conditions(robustness)}; {scuffing_words(robustness)}",
         )
         if plan.margins:
-            units = [findings[0].limits[test].unit for test in plan.margins]
             yield Sheet(
                 f"Margins on {plan.margin_ground}, {engine} engine",
-                ("controller", *(f"{test} ({unit})" for test, unit in zip(plan.margins, units, strict=True))),
+                ("controller", *(_heading(findings[0], test) for test in plan.margins)),
                 tuple((each.controller, *(_limit(each, test) for test in plan.margins)) for each in findings),
                 f"hardest with which {plan.margin_share:.0%} of {plan.seeds} walks make {plan.margin_steps} steps; "
                 f"{scuffing_words(robustness)}",
@@ -125,11 +129,17 @@ def conditions(robustness: Robustness) -> str:
     """What the greatest disturbances are of, in words."""
     plan = robustness.plan
     within = "" if plan.torque is None else f", within {plan.torque:g} N m"
-    return f"greatest disturbances that {plan.share:.0%} of {plan.phases} phases of the step survive{within}"
+    basin = f"; basin of {plan.basin}² first rates of the legs" if plan.basin else ""
+    return f"greatest disturbances that {plan.share:.0%} of {plan.phases} phases of the step survive{within}{basin}"
 
 
 def _digits(value: float | None, form: str) -> str:
     return "-" if value is None or math.isnan(value) else format(value, form)
+
+
+def _heading(each: Findings, test: str) -> str:
+    unit = each.limits[test].unit
+    return f"{test} ({unit})" if unit else test
 
 
 def _limit(each: Findings, test: str) -> str:
@@ -162,6 +172,8 @@ def _times(robustness: Robustness, each: Findings, ground: str) -> tuple[str, st
     first = robustness.of(each.engine)[0]
     if each is first or ground not in each.survival or ground not in first.survival:
         return "", ""
+    if not first.survival[ground].falls:
+        return "-", "-"
     middle, low, high = robustness.ratios(each.engine, ground)[each.controller]
     if math.isinf(middle):
         return "no fall", f"> {low:.3g}"

@@ -27,7 +27,7 @@ from mjbiped.robots.compass import Compass
 from mjbiped.rollout.walk import WalkStopped, walk
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.sweeps.values import Scalar
-from mjbiped.terrain.files import parse_parameters
+from mjbiped.terrain.files import FILE_KEY, parse_parameters
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Count, Domain
@@ -67,7 +67,7 @@ class Cell:
         index: Its index in the table.
         sample: Of a study with distributions, the sample that its values were drawn for; else None.
         values: All that the study file says of it, by dotted names such as "controller.position_gain".
-        ground: The terrain, where it is of a file.
+        ground: The terrain, where it is of a file; or the record that it is a stretch of.
         law: The controller's name, where it names a file: with the file's whole path.
     """
 
@@ -122,12 +122,12 @@ class Cell:
 
     def terrain(self) -> Terrain:
         """The ground."""
-        if self.ground is not None:
-            return self.ground
         settings = self.section("terrain")
-        return Terrain.preset(
-            settings.pop("name"), **{key: _range(f"terrain.{key}", value) for key, value in settings.items()}
-        )
+        name = settings.pop("name", None)
+        if name is None and self.ground is not None:
+            return self.ground
+        parameters = {key: _range(f"terrain.{key}", value) for key, value in settings.items() if key != FILE_KEY}
+        return Terrain.preset(name, **({} if self.ground is None else {FILE_KEY: self.ground}), **parameters)
 
     def initial(self, controller: Controller, robot: Compass, terrain: Terrain) -> str | tuple[float, ...]:
         """The first state."""

@@ -17,7 +17,9 @@ from mjbiped.errors import InputError, shown
 from mjbiped.robots.compass import Compass
 from mjbiped.sweeps.cell import LIMITS, OPTIONS, STATE
 from mjbiped.sweeps.values import Choice, Draw, check_keys, read_choice
-from mjbiped.terrain.presets import PRESETS, Presets
+from mjbiped.terrain.files import FILE_KEY
+from mjbiped.terrain.presets import PRESETS
+from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import known_name
 
 OF_WALK = ("engine", *LIMITS, *OPTIONS)
@@ -113,12 +115,12 @@ def _disturbances(table: Mapping[str, Any]) -> Settings:
 
 
 def _terrain(table: Mapping[str, Any]) -> Settings:
-    if "file" in table:
-        check_keys("key of a terrain of a file", table, ("file",))
-        return {"terrain.file": read_choice("terrain.file", table["file"])}
+    if FILE_KEY in table and "name" not in table:
+        check_keys("key of a terrain of a file", table, (FILE_KEY,))
+        return {"terrain.file": read_choice("terrain.file", table[FILE_KEY])}
     settings = {"terrain.name": read_choice("terrain.name", table.get("name", "mixed"))}
     names = _names("terrain", "terrain.name", settings["terrain.name"], PRESETS)
-    parameters = {name: signature(getattr(Presets, name)).parameters for name in names}
+    parameters = {name: signature(getattr(Terrain, name)).parameters for name in names}
     for key, value in table.items():
         if key == "name":
             continue

@@ -1,8 +1,10 @@
-"""Families of random ground whose statistics are named: treads with random steps, and waves of a band of lengths."""
+"""Families of random ground: treads with random steps, waves of a band of lengths, stretches of a record."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -55,3 +57,43 @@ def wave_rows(
         (START, 0.0, 0.0),
         *((math.hypot(spacing, rise), math.degrees(math.atan2(-rise, spacing)), 0.0) for rise in rises.tolist()),
     ]
+
+
+def recorded_rows(seed: int, length: float, x: Sequence[float], z: Sequence[float]) -> list[Segment]:
+    """Segments of a stretch of a recorded profile that begins anywhere and goes either way.
+
+    The straight line that fits the samples best is taken away. The record is thought to go on mirrored at both ends,
+    to and fro; a stretch begins at a place that is uniformly distributed over once there and back, so its direction is
+    random as well.
+
+    Args:
+        seed: Of the generator.
+        length: Of the ground along x, m.
+        x: Places of the samples, ascending, m; one that stands twice is a vertical step, and no end is.
+        z: Their heights, m.
+    """
+    places, heights = np.array(x) - x[0], np.array(z)
+    heights -= np.polyval(np.polyfit(places, heights, 1), places)
+    once = float(places[-1])
+    places, heights = np.append(places, 2.0 * once - places[-2::-1]), np.append(heights, heights[-2::-1])
+    first = float(np.random.Generator(np.random.PCG64(seed)).uniform(0.0, 2.0 * once))
+    last = first + max(length - START, 0.0)
+    rounds = [2.0 * once * k for k in range(math.ceil(last / (2.0 * once)))]
+    places = np.concatenate([places[:-1] + passed for passed in rounds])  # the last sample is the next round's first
+    heights = np.tile(heights[:-1], len(rounds))
+    inside = (places > first) & (places < last)
+    ends = np.interp((first, last), (*places, 2.0 * once * len(rounds)), (*heights, heights[0]))
+    points = zip((first, *places[inside], last), (ends[0], *heights[inside], ends[1]), strict=True)
+    return [(START, 0.0, 0.0), *_pieces([(float(place), float(height)) for place, height in points])]
+
+
+def _pieces(points: Sequence[tuple[float, float]]) -> Iterator[Segment]:
+    """Segments between points, of which two above one another are a step."""
+    step = 0.0
+    for (x, z), (next_x, next_z) in pairwise(points):
+        dx, dz = next_x - x, next_z - z
+        if dx == 0.0:
+            step = dz
+            continue
+        yield math.hypot(dx, dz), math.degrees(math.atan2(-dz, dx)), step
+        step = 0.0

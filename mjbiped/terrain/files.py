@@ -18,6 +18,7 @@ from mjbiped.utils.domains import known_name
 
 SEGMENT_KEYS = ("length", "slope_deg", "step")
 FILE_SUFFIXES = (".csv", ".toml", ".yaml", ".yml")
+FILE_KEY = "file"
 _MOST_KEYS = 1000  # of one table in YAML
 
 
@@ -106,10 +107,10 @@ def read_segments(path: Path) -> list[tuple[object, ...]]:
 def parse_parameters(text: str) -> dict[str, Any]:
     """Parse "key=value,key=value" from the command line.
 
-    A value is a whole number, a number, or a range "low..high".
+    A value is a whole number, a number, or a range "low..high"; that of `FILE_KEY` is a path.
 
     Returns:
-        The values by name: int, float or (low, high).
+        The values by name: int, float or (low, high); a text of `FILE_KEY`.
 
     Raises:
         InputError: An item without "=", a name given twice, or a value that is no number.
@@ -121,6 +122,9 @@ def parse_parameters(text: str) -> dict[str, Any]:
             raise InputError(f"cannot read {shown(item.strip())} in {shown(text)}; expected key=value,key=value")
         if key in parameters:
             raise InputError(f"{shown(key)} is given twice in {shown(text)}; give it once")
+        if key == FILE_KEY:
+            parameters[key] = value
+            continue
         ends = [parse_number(end.strip()) for end in value.split("..", 1)]
         if None in ends:
             raise InputError(f"{shown(key)}: {shown(value)} is no number; expected a number or a range low..high")

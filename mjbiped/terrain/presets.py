@@ -15,10 +15,11 @@ from mjbiped.terrain.segments import MOST_SEGMENTS, Segment, chained, check_slop
 from mjbiped.utils import domains
 from mjbiped.utils.domains import check_interval, known_name
 
-PRESETS = ("level", "incline", "slopes", "stairs", "mixed", "random", "treads", "waves")
-"""Names on the command line of the terrains that are made by a method of `Presets` of the same name."""
+PRESETS = ("level", "incline", "slopes", "stairs", "mixed", "random", "treads", "waves", "recorded")
+"""Names on the command line of the terrains that are made by a method of `Terrain` of the same name; all but
+"recorded", which needs a file, can be made of their name alone."""
 
-RANDOM = ("random", "treads", "waves")
+RANDOM = ("random", "treads", "waves", "recorded")
 """Those of them that have a seed."""
 
 _MIXED: tuple[Segment, ...] = (

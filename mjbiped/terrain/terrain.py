@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, shortened, shown
+from mjbiped.terrain.families import recorded_rows
 from mjbiped.terrain.files import FILE_SUFFIXES, parse_parameters, read_samples, read_segments
 from mjbiped.terrain.presets import PRESETS, Presets
 from mjbiped.terrain.profile import Profile, height_of, segment_under
@@ -26,6 +27,9 @@ from mjbiped.utils.domains import Domain, entries, known_name
 
 STEP_RESOLUTION = 1e-9
 """Height differences at a break of no more than this (m) are rounding, not steps; `domains.PLACE` keeps it so."""
+
+SHORTEST_RECORD = 5.0
+"""Shortest profile of which stretches are taken as random ground, m: some steps."""
 
 _RISE = Domain(-HIGHEST_STEP - STEP_RESOLUTION, HIGHEST_STEP + STEP_RESOLUTION, "m")  # a difference of rounded heights
 _DEEPEST = 8  # tuples in tuples, of a parameter
@@ -172,6 +176,48 @@ class Terrain(Presets):
             angles.append(angle)
         return cls(tuple(x), tuple(z), tuple(angles), end=samples[-1].x, name=path.name)
 
+    @classmethod
+    def recorded(cls, file: str | Path | Terrain | None = None, seed: int = 0, length: float = 400.0) -> Terrain:
+        """Make random ground of a recorded elevation profile; the same arguments give the same terrain bit by bit.
+
+        The first 2 m are level. Then comes a stretch of the record without its trend: the straight line that fits the
+        samples best is taken away. Each seed takes another stretch, at a random place and in a random direction. At its
+        ends the record goes on mirrored, to and fro: stretches of a record that is not much longer than `length` show
+        the same ground again and again, and a mean over seeds says nothing of other ground than this.
+
+        Args:
+            file: Elevation file (.csv) as `from_file` reads it, or the terrain that it has read.
+            seed: Seed of the generator (NumPy's PCG64), >= 0.
+            length: Length of the ground along x, m, >= 2; its last slope goes on.
+
+        Raises:
+            InputError: The file is no elevation profile, is too short, or would have to be walked too often; or a value
+                is outside its domain.
+        """
+        if file is None:
+            raise InputError("recorded ground needs an elevation file: recorded:file=trail.csv")
+        record = file if isinstance(file, Terrain) else cls.from_file(file)
+        if not math.isfinite(record.end):
+            raise InputError(
+                f"{shown(record.name)} is no record: its ground goes on without end; expected an elevation file (.csv)"
+            )
+        seed = domains.SEED.check("seed", seed)
+        length = domains.FAMILY_STRETCH.check("length", length)
+        reach = record.end - record.x[0]
+        if reach < SHORTEST_RECORD:
+            raise InputError(
+                f"{shown(record.name)} is a record of {reach:g} m; random ground needs {SHORTEST_RECORD:g} m at least, "
+                "better as many as the walk is long: record more, or walk on the file itself"
+            )
+        if (length / reach + 1.0) * len(record.x) > MOST_SEGMENTS:
+            raise InputError(
+                f"{length:g} m of {shown(record.name)}, {len(record.x)} pieces on {reach:g} m, are more than "
+                f"{MOST_SEGMENTS} segments; take a shorter length, or a record with fewer samples"
+            )
+        x, z = record.samples
+        rows = recorded_rows(seed, length, x, z)
+        return cls._of_segments(rows, "recorded", file=record.name, seed=seed, length=length)
+
     # ---- asking it -----------------------------------------------------------------------------------------------
 
     @cached_property
@@ -272,6 +318,17 @@ class Terrain(Presets):
         starts, _, _, angles = self._arrays
         i = np.maximum(np.searchsorted(starts, at, side="right") - 1, 0)
         return np.where(np.isnan(at), at, angles[i])
+
+    @property
+    def samples(self) -> tuple[list[float], list[float]]:
+        """Places and heights (m) that a profile with an end is straight between; a step has two at one place."""
+        x, z = [self.x[0]], [self.z[0]]
+        for place, before, rise, after in zip(
+            self.x[1:], self.heights_before[1:], self.rises[1:], self.z[1:], strict=True
+        ):
+            x += [place, place] if rise else [place]
+            z += [before, after] if rise else [after]
+        return [*x, self.end], [*z, self.height_at(self.end)]
 
     def stretches(self) -> Iterator[range]:
         """Iterate over the runs of segments between two steps, each as the range of its segments' indices."""

@@ -1,10 +1,9 @@
 """How far gamma, K1 and K2 can be raised: convergence, (24), torque and falls (10 minutes). See docs/stability.md.
 
-python -m scripts.paper.gain_study --figure docs/images/gains.png --tables out/gains.md
+python -m scripts.paper.gain_study --figure docs/images/gains.png --page docs/stability.md
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,6 +20,7 @@ from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP
 from mjbiped.plotting.style import BLACK, BLUE, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
 from mjbiped.records import measures
 from mjbiped.robots.compass import Array
+from scripts.pages import markdown_table, write_block
 
 TERRAINS = {
     "slopes 0.3°": mjbiped.Terrain.slopes(),
@@ -65,9 +65,9 @@ class Outcome:
 
 @click.command(help=__doc__)
 @click.option("--figure", default="docs/images/gains.png", show_default=True, type=click.Path(path_type=Path))
-@click.option("--tables", default="out/gains.md", show_default=True, type=click.Path(path_type=Path))
+@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the tables into.")
 @click.option("--steps", default=40, show_default=True, type=click.IntRange(min=2), help="Steps per walk.")
-def main(figure: Path, tables: Path, steps: int) -> None:
+def main(figure: Path, page: Path | None, steps: int) -> None:
     """Scan, draw and tabulate."""
     robot = mjbiped.Compass()
     gait = mjbiped.find_passive_gait(robot, math.radians(2))
@@ -102,10 +102,13 @@ def main(figure: Path, tables: Path, steps: int) -> None:
         for scale in tqdm(grid[1].tolist(), desc="limit cycle", disable=None)
     ]
     draw(grid, rows, paper, walked, planes, figure)
-    text = f"{gamma_table(by_gamma, walked, held)}\n\n{scale_table(by_scale, walked)}\n"
-    tables.parent.mkdir(parents=True, exist_ok=True)
-    tables.write_text(text, encoding="utf-8")
-    click.echo(f"{text}\nwrote {figure}\nwrote {tables}")
+    for name, text in (
+        ("gamma", gamma_table(by_gamma, walked, held)),
+        ("tracking gains", scale_table(by_scale, walked)),
+    ):
+        click.echo(text)
+        if page is not None:
+            write_block(page, name, text)
 
 
 def scaled(controller: AdaptiveController, scale: float) -> AdaptiveController:
@@ -173,7 +176,7 @@ def gamma_table(family: dict[float, AdaptiveController], walked: Walked, held: d
     for gamma, controller in family.items():
         cells = (*_cells(on_the_cycle(controller)), *_peaks(walked, "gamma", gamma))
         rows.append((f"{gamma:g}", *cells, *(held[gamma, period] for period in CONTROL_PERIODS)))
-    return _markdown(("γ", *_HEADINGS, *(f"MuJoCo, {1e3 * period:g} ms" for period in CONTROL_PERIODS)), rows)
+    return markdown_table(("γ", *_HEADINGS, *(f"MuJoCo, {1e3 * period:g} ms" for period in CONTROL_PERIODS)), rows)
 
 
 def scale_table(family: dict[float, AdaptiveController], walked: Walked) -> str:
@@ -186,7 +189,7 @@ def scale_table(family: dict[float, AdaptiveController], walked: Walked) -> str:
         )
         for scale, controller in family.items()
     ]
-    return _markdown(("K₁, K₂ (1/s)", *_HEADINGS), rows)
+    return markdown_table(("K₁, K₂ (1/s)", *_HEADINGS), rows)
 
 
 _HEADINGS = ("slowest multiplier", "(24)", "its floor", "V_a⁺/V_a⁺", "error left after 1 step", *TERRAINS)
@@ -214,12 +217,6 @@ def _peak(walked: Outcome) -> str:
         return walked.outcome
     pulls = f" ({walked.force:.2f})".replace("-", "−") if walked.force < 0.0 else ""
     return f"{walked.ankle:.3g}{pulls}"
-
-
-def _markdown(headings: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
-    """A Markdown table."""
-    lines = [headings, tuple("---" for _ in headings), *rows]
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
 
 
 def draw(

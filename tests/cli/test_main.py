@@ -517,7 +517,7 @@ REFUSED: dict[str, tuple[tuple[object, ...], str]] = {
     "unknown file": (("trail.xlsx",), "unknown suffix"),
     "too steep": (("incline:slope_deg=50",), "steeper than the robot can stand on"),
     "too steep in the end": (("slopes:change_deg=9",), "steeper than the robot can stand on"),
-    "seed of no random terrain": (("mixed", "--seed", 1), "--seed is for the terrains random, treads, waves"),
+    "seed of no random terrain": (("mixed", "--seed", 1), "--seed is for the terrains random, treads, waves, recorded"),
     "two seeds": (("random:seed=1", "--seed", 2), "contradicts"),
     "negative seed": (("random", "--seed", -1), "'-1'; expected a whole number from 0"),
     "zero leg mass": (("--leg-mass", 0), "'--leg-mass': '0'; expected a number from 1e-09 to 1e+06 kg"),
@@ -695,7 +695,7 @@ def test_compare_as_json_in_a_process(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("terrain", [*PRESETS, "hill.csv", "hill.toml"])
+@pytest.mark.parametrize("terrain", [*PRESETS[:-1], "recorded:file=hill.csv,seed=2", "hill.csv", "hill.toml"])
 def test_compare_walks_every_terrain(terrain: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("hill.csv").write_text("x,z\n0,0\n0.6,0.01\n5,-0.1\n", encoding="utf-8")

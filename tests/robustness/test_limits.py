@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mjbiped.robots.compass import Compass
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS, limit_of
 from mjbiped.sweeps.cell import Cell
 
@@ -53,3 +54,32 @@ def test_level_ground_is_disturbed_once_and_where_it_is_said(
     assert terrain.height(1.5) == pytest.approx(rise, abs=1e-12)
     assert terrain.slope(1.5) == pytest.approx(math.radians(slope_deg), abs=1e-12)
     assert terrain.height(9.0) == pytest.approx(rise - 7.5 * math.tan(math.radians(slope_deg)), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "factors"),
+    [
+        ("mass too great", {"leg_mass": 1.2, "leg_inertia": 1.2}),  # heavier legs of the same shape
+        ("mass too small", {"leg_mass": 0.8, "leg_inertia": 0.8}),
+        ("inertia too great", {"leg_inertia": 1.2}),
+        ("legs too long", {"lower_length": 1.2, "upper_length": 1.2, "leg_inertia": 1.44}),  # m l^2 / 12
+        ("legs too short", {"lower_length": 0.8, "upper_length": 0.8, "leg_inertia": 0.64}),
+    ],
+)
+def test_what_a_controller_believes_wrongly(name: str, factors: dict[str, float]) -> None:
+    told = MARGINS[name].told(20.0, "hybrid")
+    believed, usual = Compass(**Cell(0, None, told).section("model")), Compass()
+    for parameter in ("leg_mass", "hip_mass", "lower_length", "upper_length", "leg_inertia", "gravity"):
+        wanted = factors.get(parameter, 1.0) * getattr(usual, parameter)
+        assert getattr(believed, parameter) == pytest.approx(wanted, rel=1e-12)
+
+
+def test_friction_is_set_in_mujoco_and_asked_for_in_the_hybrid_engine() -> None:
+    friction = MARGINS["friction"]
+    assert friction.told(0.5, "mujoco") == {"disturbances.friction": 0.5}
+    assert friction.told(0.5, "hybrid") == {}
+    row = {"engine": "hybrid", "magnitude": 0.5}
+    assert friction.borne({**row, "largest_stance_friction": 0.49})
+    assert not friction.borne({**row, "largest_stance_friction": 0.51})
+    assert not friction.borne({**row, "largest_stance_friction": None})  # without bound: the ground would have to pull
+    assert friction.borne({**row, "engine": "mujoco", "largest_stance_friction": 0.51})

@@ -1,5 +1,7 @@
 """What a robustness study's file asks for, and what of it is refused."""
 
+import math
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -7,7 +9,14 @@ import numpy as np
 import pytest
 
 from mjbiped.errors import InputError
-from mjbiped.robustness.plan import LEVEL, SURVIVAL, plan, read_plan
+from mjbiped.gaits.passive import find_passive_gait
+from mjbiped.limit_cycles.basin import Fate, basin_of_control, rates_around
+from mjbiped.robots.compass import Compass
+from mjbiped.robustness.limits import MARGINS
+from mjbiped.robustness.plan import BASIN_RATES, plan, read_plan
+from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL
+from mjbiped.sweeps.cell import measured
+from mjbiped.terrain.terrain import Terrain
 
 SMALL: dict[str, Any] = {
     "engine": ["hybrid", "mujoco"],
@@ -48,6 +57,53 @@ def test_unless_a_file_says_otherwise_all_disturbances_are_tried() -> None:
     assert plan(Path("x.toml"), {"seeds": 1, "limits": {"phases": 1, "slope up": False}}).disturbances == ()
 
 
+def test_all_margins_can_be_walked_in_both_engines() -> None:
+    wanted = plan(
+        Path("x.toml"), {"engine": ["hybrid", "mujoco"], "seeds": 1, "limits": {"basin": False}, "margins": {}}
+    )
+    assert set(wanted.margins) == set(MARGINS)
+    for name, margin in MARGINS.items():  # all values have been checked as a walk would
+        tried = [c.values["magnitude"] for c in wanted.study.cells if c.values["test"] == name]
+        assert tried == [*margin.magnitudes, *margin.magnitudes]
+
+
+@pytest.mark.parametrize(
+    ("limits", "count"), [({}, BASIN_RATES), ({"step up": True}, 0), ({"step up": True, "basin": 4}, 4)]
+)
+def test_a_basin_is_tried_unless_other_disturbances_are_named(limits: dict[str, Any], count: int) -> None:
+    wanted = plan(Path("x.toml"), {"seeds": 1, "limits": {"phases": 1, **limits}})
+    assert wanted.basin == count
+    assert [cell.values["test"] for cell in wanted.study.cells].count(BASIN) == count**2
+
+
+def test_a_basin_is_that_of_its_own_module() -> None:
+    limits = {"step up": False, "basin": 6, "steps_after": 8}
+    wanted = plan(Path("x.toml"), {"seeds": 1, "limits": limits, "controller": [{"name": "passivity"}]})
+    cells = [cell for cell in wanted.study.cells if cell.values["test"] == BASIN]
+    stance, swing = rates_around(find_passive_gait(Compass(), math.radians(2)).start, 6)
+    basin = basin_of_control(cells[0].controller(), stance_rates=stance, swing_rates=swing, limit=8)
+    rows = [measured(cell) for cell in cells]
+    finished = np.array([row["outcome"] == "finished" for row in rows]).reshape(6, 6).T
+    assert 0 < finished.sum() < finished.size
+    np.testing.assert_array_equal(finished, (basin.fates == Fate.SETTLED) | (basin.fates == Fate.UNDECIDED))
+    torques = np.array([max(row["peak_ankle_torque_Nm"] or 0.0, row["peak_hip_torque_Nm"] or 0.0) for row in rows])
+    # the map leaves a walk when it has settled to 1e-3; its greatest torque, of the first steps, was before that
+    settled = basin.fates.T.ravel() == Fate.SETTLED
+    np.testing.assert_allclose(torques[settled], basin.peak_torque.T.ravel()[settled], rtol=1e-9)
+
+
+def test_seeds_walk_on_stretches_of_a_record_beside_the_file(tmp_path: Path) -> None:
+    (tmp_path / "trail.csv").write_text("x,z\n0,0\n3,0.1\n7,-0.1\n9,0\n")
+    content = {"grounds": ["recorded:file=trail.csv"], "seeds": 3, "steps": 20, "limits": {"step up": False}}
+    wanted = plan(tmp_path / "x.toml", content)
+    cells = [cell for cell in wanted.study.cells if cell.values["test"] == SURVIVAL]
+    grounds = [pickle.loads(pickle.dumps(cell)).terrain() for cell in cells]  # as a worker gets them, without the file
+    expected = [Terrain.recorded(tmp_path / "trail.csv", seed=seed, length=2.0 + 20 * 0.6) for seed in range(3)]
+    assert grounds == expected
+    (tmp_path / "trail.csv").write_text("x,z\n0,0\n3,0.1\n7,-0.1\n9,0.01\n")
+    assert plan(tmp_path / "x.toml", content).study.digest != wanted.study.digest  # another study
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [
@@ -57,6 +113,8 @@ def test_unless_a_file_says_otherwise_all_disturbances_are_tried() -> None:
         ({"grounds": ["treads:seed=1"]}, "leave seed out, the study draws the seeds itself"),
         ({"grounds": ["treads:length=9"]}, "leave length out"),
         ({"grounds": ["treads:deviatoin=1"]}, "deviatoin"),
+        ({"grounds": ["recorded:file=trail.csv"]}, "trail.csv: there is no such file"),
+        ({"grounds": ["recorded"]}, "recorded ground needs an elevation file"),
         ({"grounds": ["waves", "waves"]}, "list of different texts"),
         ({"limits": {"step upp": True}}, "unknown key of limits 'step upp'"),
         ({"limits": {"step up": [0.02, 0.01]}}, "magnitudes must ascend"),
@@ -64,6 +122,7 @@ def test_unless_a_file_says_otherwise_all_disturbances_are_tried() -> None:
         ({"limits": {"share": 0.2}}, "limits.share = 0.2"),
         ({"limits": {"torque": -1}}, "limits.torque"),
         ({"limits": 3}, "limits must be a table"),
+        ({"limits": {"basin": 1}}, "limits.basin = 1: must be a whole number from 2"),
         ({"margins": {"torque limit": [10, 20]}}, "margins.torque limit: magnitudes must descend"),
         ({"margins": {"ground": 3}}, "a random ground is a text, as 'treads:deviation=0.03', got 3"),
         ({"limits": {"phases": 1_000_000}}, "at most"),

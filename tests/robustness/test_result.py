@@ -1,6 +1,7 @@
 """Findings of rows, their tables and pictures; a study walked to its end, broken off and gone on with."""
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,17 +10,20 @@ import pytest
 from legible import assert_legible
 
 from mjbiped.cli.main import main
+from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.plotting.width import WIDTHS, figure_width
+from mjbiped.robots.compass import Compass
 from mjbiped.robustness.figures import plot_limits, plot_survival
-from mjbiped.robustness.plan import LEVEL, SURVIVAL, Plan, plan
+from mjbiped.robustness.plan import plan
 from mjbiped.robustness.result import Robustness, found
 from mjbiped.robustness.tables import robustness_tables, sheets, write_tables
+from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL, Plan
 
 CONTENT: dict[str, Any] = {
     "steps": 100,
     "seeds": 2,
     "grounds": ["treads"],
-    "limits": {"step up": [0.02, 0.04], "step down": [0.1], "phases": 2, "torque": 10.0},
+    "limits": {"step up": [0.02, 0.04], "step down": [0.1], "phases": 2, "torque": 10.0, "basin": 2},
     "controller": [{"label": "one"}, {"label": "two"}],
 }
 STUDY = """
@@ -76,6 +80,7 @@ def result(wanted: Plan) -> Robustness:
             rows.append(row("step up", controller, 6, "fell" if case else "finished", magnitude=0.04, case=case))
             peak = 60.0 if controller == "two" else 5.0
             rows.append(row("step down", controller, 24, "finished", magnitude=0.1, case=case, peak_hip_torque_Nm=peak))
+        rows += [row(BASIN, controller, 20, "fell" if case == 2 else "finished", case=case) for case in range(4)]
     rows.append(row(SURVIVAL, "two", 0, "failed", ground="treads", case=1, error="no gait"))
     return found(wanted, rows)
 
@@ -87,7 +92,20 @@ def test_findings_of_rows(result: Robustness) -> None:
     assert (one.limits["step down"].greatest, one.limits["step down"].reached) == (0.1, False)
     assert two.limits["step down"].greatest is None  # beyond the torque that is allowed
     assert (one.errors, two.errors) == ((), ("no gait",))
+    start = find_passive_gait(Compass(), math.radians(2)).start
+    window = 1.1 * start[2] * 4.4 * max(abs(start[2:]))  # of rates of 0.5 to 1.6, and within 2.2 times the gait's
+    assert one.basin == 0.75
+    assert one.basin_area == pytest.approx(0.75 * window)
     assert result.ratios("hybrid", "treads")["two"][0] == pytest.approx(10.0)
+
+
+def test_a_walk_that_an_error_ends_is_not_survived(wanted: Plan) -> None:
+    rows = [row("step down", "one", 24, "finished", magnitude=0.1, case=0)]
+    blank = dict.fromkeys(("peak_ankle_torque_Nm", "peak_hip_torque_Nm", "steps_that_pull"))
+    rows.append(row("step down", "one", 0, "failed", magnitude=0.2, case=0, error="never lands", **blank))
+    one = found(wanted, rows).of("hybrid")[0]
+    assert (one.limits["step down"].greatest, one.limits["step down"].reached) == (0.1, True)
+    assert one.errors == ("never lands",)
 
 
 def test_summary_is_plain_json(result: Robustness) -> None:
@@ -103,10 +121,17 @@ def test_summary_is_plain_json(result: Robustness) -> None:
 
 def test_tables_put_controllers_side_by_side(result: Robustness, tmp_path: Path) -> None:
     level, random = sheets(result)
-    assert level.headings == ("controller", "c_mt, level", "speed (m/s)", "step up (m)", "step down (m)")
-    assert level.rows[0] == ("one", "0.0350", "0.500", "0.02", ">= 0.1")
-    assert level.rows[1][-1] == "< 0.1"
-    assert "within 10 N m" in level.caption
+    assert level.headings == (
+        "controller",
+        "c_mt, level",
+        "speed (m/s)",
+        "step up (m)",
+        "step down (m)",
+        "basin (rad²/s²)",
+    )
+    assert level.rows[0][:-1] == ("one", "0.0350", "0.500", "0.02", ">= 0.1")
+    assert level.rows[1][-2] == "< 0.1"
+    assert "within 10 N m; basin of 2² first rates" in level.caption
     assert [row[:3] for row in random.rows] == [("one", "2", "20"), ("two", "1", "200")]
     assert random.rows[0][4:] == ("", "")
     assert random.rows[1][4] == "10"

@@ -130,6 +130,14 @@ def test_file_is_looked_for_beside_the_study(tmp_path: Path) -> None:
     assert planned('terrain = [{ file = "trail.csv" }, { name = "level" }]', tmp_path).digest != study.digest
 
 
+def test_samples_of_a_record(tmp_path: Path) -> None:
+    (tmp_path / "trail.csv").write_text("x,z\n0,0\n4,0.2\n30,-1\n")
+    study = planned('terrain = { name = "recorded", file = "trail.csv", seed = [3, 8], length = 40 }', tmp_path)
+    recorded = [mjbiped.Terrain.recorded(tmp_path / "trail.csv", seed=seed, length=40) for seed in (3, 8)]
+    assert [cell.terrain() for cell in study.cells] == recorded
+    assert study.varied == ("terrain.seed",)
+
+
 def test_ranges_of_a_terrain() -> None:
     first, second = planned("""
         terrain = { name = "random", rise = ["-0.02..0", "0..0.01"], segment_length = { low = 1, high = 1.5 } }

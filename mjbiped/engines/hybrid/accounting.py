@@ -14,7 +14,7 @@ from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.dynamics import dense_state, ensure_dense, is_motion
 from mjbiped.engines.hybrid.events import hip, legs_at
 from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
-from mjbiped.numerics.dormand_prince import STAGES, dense_at, dense_rate_at
+from mjbiped.numerics.dormand_prince import STAGE_PLACES, STAGES, TESTED_STAGES, dense_at, dense_rate_at
 from mjbiped.records.rows import SAMPLED, write_sample
 from mjbiped.robots.compass import Legs, ground_force
 from mjbiped.rules.termination import LIGHT_CONTACT
@@ -23,6 +23,9 @@ PIECES = 16  # of a step, in which a change of the power's sign or a peak is loo
 BARELY = 1.0 + 1e-9  # a peak is not looked for within the step for less: periodic walking would ask again every step
 HARDLY = 0.7  # of the weight: in a step that bears less, the least force is looked for within integration steps, too
 NO_WORK = 1e-14  # J in a step: rounding
+FAR, NEAR = 0.25, 0.05  # of the power's spread in a step: whether zero can be, and is looked for, between two stages
+IN_ORDER = tuple(sorted((0, *TESTED_STAGES), key=lambda stage: STAGE_PLACES[stage]))
+PLACES = tuple(STAGE_PLACES[stage] for stage in IN_ORDER)
 
 
 def accumulate(
@@ -135,12 +138,32 @@ def _parabola_top(left: float, middle: float, right: float) -> float:
 
 
 def _turns(k: Sequence[float], n: int, component: int, h: float) -> bool:
-    """Whether a joint's power seems to change its sign in the step."""
+    """Whether a joint's power seems to change its sign in the step, or to come near to it between two stages.
+
+    Between stages it may change its sign twice: a parabola through three of them shows the dip, if not how deep it is.
+    """
     least = greatest = k[component]
-    for stage in range(1, STAGES + 1):
+    for stage in IN_ORDER:
         power = k[stage * n + component]
         least, greatest = min(least, power), max(greatest, power)
-    return least < 0.0 < greatest and (greatest - least) * h > NO_WORK
+    spread = greatest - least
+    if spread * h <= NO_WORK:
+        return False
+    if least < 0.0 < greatest:
+        return True
+    sign = 1.0 if greatest > 0.0 else -1.0
+    if min(abs(least), abs(greatest)) > FAR * spread:
+        return False
+    for i in range(1, len(IN_ORDER) - 1):
+        before, after = PLACES[i] - PLACES[i - 1], PLACES[i + 1] - PLACES[i]
+        middle = sign * k[IN_ORDER[i] * n + component]
+        falling = (middle - sign * k[IN_ORDER[i - 1] * n + component]) / before
+        rising = (sign * k[IN_ORDER[i + 1] * n + component] - middle) / after
+        bend = (rising - falling) / (before + after)
+        slope = falling + bend * before
+        if -2.0 * bend * before < -slope < 2.0 * bend * after and middle - slope * slope / (4.0 * bend) < NEAR * spread:
+            return True
+    return False
 
 
 def _total_variation(b: Buffers, n: int, component: int) -> float:

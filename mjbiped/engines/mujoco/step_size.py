@@ -15,7 +15,10 @@ step old, and a foot that happens to be out of contact falls meanwhile.
 **Damping.** A contact's damping is 1 / k: plastic within the step. So the length that a step's contacts are made for is
 *planned* one step ahead, in userdata. A step may become shorter than planned; the one that lands, half as long again.
 
-**Faces.** Near a riser's face all steps are contact steps: the foot slides on it, or over its edge.
+**Faces.** Near a riser's face all steps are contact steps: the foot slides on it, or over its edge. They begin a step
+or two before the face. Where the swing foot is let collide later than that, the long step that it is in is cut at once:
+in the first short step after a long one accelerations act for half the long one, and an impact in it, damped for a
+short one, would throw the foot back fifty times as fast as it came.
 """
 
 from __future__ import annotations
@@ -73,6 +76,9 @@ def step_length(
         due = u[events.NEXT_CONTROL] - time
         if due < length - _SHORTEST:
             length, following, plain = due, u[events.PLANNED], 0.0
+    collides = constants.stepped and u[events.CONTACT_ENABLED] and not u[events.NOTED]
+    if collides and length > constants.contact_timestep and _reaches_face(constants, u, length, state, qacc):
+        length = constants.contact_timestep
     if constants.stepped and u[events.CONTACT_ENABLED] and _near_face(constants, u, length, state, qacc):
         # the first of them still has half a long step's accelerations to come
         plain = 1.0 if plain or length <= constants.contact_timestep else 0.0
@@ -149,10 +155,24 @@ def _near_face(
     x, z = _foot(constants, u, t, state, qacc)
     further, _ = _foot(constants, u, t + 2.0 * constants.timestep, state, qacc)
     margin = MARGIN + abs(further - x)
+    return _face_between(constants, x, z, x - margin, x + margin, margin)
+
+
+def _reaches_face(
+    constants: SimulationConstants, u: Sequence[float], t: float, state: State, qacc: Sequence[float]
+) -> bool:
+    """Whether the swing foot comes to a riser within this step of length t."""
+    here, _ = _foot(constants, u, 0.0, state, qacc)
+    x, z = _foot(constants, u, t, state, qacc)
+    return _face_between(constants, x, z, min(here, x) - MARGIN, max(here, x) + MARGIN, MARGIN)
+
+
+def _face_between(constants: SimulationConstants, x: float, z: float, low: float, high: float, margin: float) -> bool:
+    """Whether the face behind or ahead of a foot at x, z lies between two places, and the foot no higher than that."""
     profile, rises = constants.places.profile, constants.places.rises
     segment = segment_under(profile, x)
-    for index in range(segment, min(segment + 2, len(profile.x))):  # the faces behind and ahead
+    for index in range(segment, min(segment + 2, len(profile.x))):
         rise, top = rises[index], profile.z[index]
-        if rise != 0.0 and abs(x - profile.x[index]) < margin and z < max(top, top - rise) + margin:
+        if rise != 0.0 and low < profile.x[index] < high and z < max(top, top - rise) + margin:
             return True
     return False

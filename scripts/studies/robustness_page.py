@@ -1,0 +1,51 @@
+"""Writes the tables and figures of finished robustness studies into docs/robustness.md and docs/images.
+
+A study is walked by `mjbiped robustness`; what it has written into its folder stands on the page as it is.
+
+    python -m scripts.studies.robustness_page --hybrid out/robustness --margins out/margins
+"""
+
+import shutil
+from pathlib import Path
+
+import click
+
+from mjbiped.robustness.tables import TABLES
+from scripts.pages import write_block
+
+PAGE, IMAGES = Path("docs/robustness.md"), Path("docs/images")
+FIGURES = ("survival.png", "limits.png")
+"""Of the study in the hybrid engine alone."""
+
+FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
+
+
+def tables(folder: Path) -> list[str]:
+    """The tables of a study's folder, each with its title and its caption, whole lines."""
+    first, *others = (folder / TABLES).read_text(encoding="utf-8").split("\n**")
+    return [first.rstrip("\n") + "\n", *(f"**{table.rstrip()}\n" for table in others)]
+
+
+@click.command(help=__doc__)
+@click.option("--hybrid", type=FOLDER, help="Of scripts/studies/robustness.toml.")
+@click.option("--mujoco", type=FOLDER, help="Of scripts/studies/robustness_mujoco.toml.")
+@click.option(
+    "--margins", type=FOLDER, help="Of scripts/studies/margins.toml; give another one's again for more.", multiple=True
+)
+@click.option("--page", default=PAGE, show_default=True, type=click.Path(exists=True, path_type=Path))
+@click.option("--images", default=IMAGES, show_default=True, type=FOLDER)
+def main(hybrid: Path | None, mujoco: Path | None, margins: tuple[Path, ...], page: Path, images: Path) -> None:
+    """Fill the places of the studies that are given."""
+    if hybrid is not None:
+        write_block(page, "hybrid", "\n".join(tables(hybrid)))
+        for name in FIGURES:
+            shutil.copy(hybrid / name, images / name)
+    if mujoco is not None:
+        write_block(page, "mujoco", "\n".join(tables(mujoco)))
+    if margins:
+        found = [table for folder in margins for table in tables(folder) if table.startswith("**Margins")]
+        write_block(page, "margins", "\n".join(found))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,31 @@
+"""The page on robustness takes its tables and figures from the folders of finished studies."""
+
+from pathlib import Path
+
+from click.testing import CliRunner
+
+from mjbiped.robustness.tables import TABLES
+from scripts.studies.robustness_page import FIGURES, main
+
+LEVEL = "**Level ground, hybrid engine**\n\n| a |\n| --- |\n| 1 |\n\nof 3\n"
+MARGINS = "**Margins on waves, hybrid engine**\n\n| b |\n| --- |\n| 2 |\n\nof 4\n"
+STUDY = f"{LEVEL}\n{MARGINS}"
+PAGE = "".join(f"<!-- {name} -->\nold\n<!-- end {name} -->\n" for name in ("hybrid", "mujoco", "margins"))
+
+
+def test_places_are_filled_with_what_the_studies_wrote(tmp_path: Path) -> None:
+    folder, images, page = tmp_path / "study", tmp_path / "images", tmp_path / "page.md"
+    folder.mkdir()
+    images.mkdir()
+    (folder / TABLES).write_text(STUDY)
+    for name in FIGURES:
+        (folder / name).write_bytes(name.encode())
+    page.write_text(PAGE)
+    options = ["--page", str(page), "--images", str(images), "--hybrid", str(folder), "--margins", str(folder)]
+    ended = CliRunner().invoke(main, [*options, "--margins", str(folder)], catch_exceptions=False)
+    assert ended.exit_code == 0
+    assert page.read_text() == (
+        f"<!-- hybrid -->\n{STUDY}<!-- end hybrid -->\n<!-- mujoco -->\nold\n<!-- end mujoco -->\n"
+        f"<!-- margins -->\n{MARGINS}\n{MARGINS}<!-- end margins -->\n"
+    )
+    assert all((images / name).read_bytes() == name.encode() for name in FIGURES)
