@@ -12,7 +12,7 @@ from mjbiped.errors import InputError, shown
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller, Memory
 
-_METHODS = ("start", "on_touchdown", "torque", "slope_estimate", "next_discontinuity")
+_METHODS = ("start", "on_touchdown", "on_knee_strike", "torque", "slope_estimate", "next_discontinuity")
 
 
 def gives_its_law(controller: Controller) -> bool:
@@ -52,7 +52,7 @@ def values_of(controller: Controller, given: Any) -> tuple[float, ...]:
     Raises:
         InputError: It is not.
     """
-    wanted = 2 + len(controller.states)
+    wanted = len(controller.joints) + len(controller.states)
     try:
         values = tuple(given)
     except TypeError:
@@ -60,10 +60,10 @@ def values_of(controller: Controller, given: Any) -> tuple[float, ...]:
     if values is None or isinstance(given, str) or len(values) != wanted:
         got = shown(given) if values is None or isinstance(given, str) else f"{len(values)} values"
         rates = ", ".join(controller.states) or "none"
-        returned = ", ".join(("ankle", "hip", *(f"rate_of_{state}" for state in controller.states)))
+        returned = ", ".join((*controller.joints, *(f"rate_of_{state}" for state in controller.states)))
         raise InputError(
-            f"{type(controller).__name__}.torque returned {got}; expected {wanted}: ankle, hip (N m) and a rate per "
-            f"state ({rates}), as `return {returned}`"
+            f"{type(controller).__name__}.torque returned {got}; expected {wanted}: {', '.join(controller.joints)} "
+            f"(N m) and a rate per state ({rates}), as `return {returned}`"
         )
     for value in values:
         if type(value) is not float and not isinstance(value, Real):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mjbiped.gaits.optimisation import Goal, Solution, StepModel, Told, tell
-from mjbiped.robots.chain import Array
+from mjbiped.robots.robot import Array, Robot
 
 
 class Found:
@@ -26,7 +26,7 @@ class Found:
         step_length: m.
     """
 
-    robot: Any
+    robot: Robot
     goal: Goal
     clearance_phase: float
     control_points: Array
@@ -70,7 +70,7 @@ class Found:
             "half_angle": float(self.end[0]),
             "control_points": self.control_points[2:-1].tolist(),
             **({"own": self.own.tolist()} if len(self.own) else {}),
-            "robot": dataclasses.asdict(self.robot),
+            "robot": self.robot.to_dict(),
         }
 
     def __repr__(self) -> str:

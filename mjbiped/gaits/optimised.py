@@ -26,6 +26,7 @@ from mjbiped.gaits.optimisation import Goal, StepModel, free_numbers, optimise, 
 from mjbiped.gaits.optimised_kneed import OptimisedKneedGait, kneed_gait
 from mjbiped.gaits.reference import table_of
 from mjbiped.robots.compass import Array, Compass
+from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.utils import domains
 
@@ -147,7 +148,8 @@ def optimised_from(described: Mapping[str, Any]) -> OptimisedGait | OptimisedKne
     """
     goal = Goal(**described["goal"])
     free = domains.ANGLE.array("control_points", described["control_points"], (DEGREE - 2, 2))
-    robot = KneedBiped(**described["robot"]) if "own" in described else Compass(**described["robot"])
+    robot = robot_from(described["robot"])
+    assert isinstance(robot, Compass | KneedBiped)
     own = domains.ANGLE.array("own", described.get("own", ()), (len(_model(robot).own),))
     numbers = np.concatenate([[domains.ANGLE.check("half_angle", described["half_angle"])], free.ravel(), own])
     return _gait(robot, goal, float(described["clearance_phase"]), numbers)

@@ -89,13 +89,13 @@ def test_torques_and_ground_force_are_mujocos(
     def centre(t: float) -> np.ndarray:
         data.qpos[:] = np.diff(q + t * dq + t * t / 2 * ddq, prepend=0.0)
         mujoco.mj_forward(pendulum, data)
-        return data.subtree_com[0, [0, 2]].copy()
+        return np.array(data.subtree_com[0, [0, 2]])
 
     step = 1e-3
     # differences of fourth order: their error is some 1e3 / s^4 times step^4 / 90, rounding 1e-16 / step^2
     far, near = centre(2 * step) + centre(-2 * step), centre(step) + centre(-step)
     acceleration = (16 * near - far - 30 * centre(0.0)) / (12 * step**2)
-    force = ROBOT.total_mass * ([*acceleration, 0.0, ROBOT.gravity])
+    force = ROBOT.total_mass * (acceleration + np.array([0.0, ROBOT.gravity]))
     np.testing.assert_allclose([course.tangential_force[0], course.normal_force[0]], force, rtol=0, atol=1e-4)
     np.testing.assert_allclose([course.ahead[0], course.height[0]], ROBOT.swing_foot(q), rtol=0, atol=1e-14)
     later = (ROBOT.swing_foot(q + 1e-6 * dq) - ROBOT.swing_foot(q - 1e-6 * dq)) / 2e-6

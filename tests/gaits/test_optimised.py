@@ -134,6 +134,7 @@ def test_bad_numbers_are_refused(robot: mjbiped.Compass, wrong: dict[str, Any], 
 
 def test_a_description_is_the_gait_bit_by_bit(high: OptimisedGait) -> None:
     again = gait_from(json.loads(json.dumps(high.describe())))
+    assert isinstance(again, OptimisedGait)
     assert again == high
     assert again.table == high.table
     assert hash(again) == hash(high)

@@ -23,7 +23,8 @@ robots = pytest.mark.parametrize("gait", [LIGHT, pytest.param(HALVED, marks=pyte
 
 @pytest.fixture(scope="module")
 def gait(request: pytest.FixtureRequest) -> OptimisedKneedGait:
-    return mjbiped.find_reference(request.param, clearance=HIGH)
+    robot: mjbiped.KneedBiped = request.param
+    return mjbiped.find_reference(robot, clearance=HIGH)
 
 
 @robots
