@@ -24,6 +24,7 @@ from mjbiped.errors import GaitError, InputError, shown
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Gait, Periodic
 from mjbiped.gaits.kneed import KneedGait
+from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
@@ -244,8 +245,11 @@ def check_controller(controller: object) -> dict[str, Any]:
     if controller.robot is not None:  # type: ignore[attr-defined]
         check_robot(f"{named}.robot", controller.robot)  # type: ignore[attr-defined]
     gait = controller.gait  # type: ignore[attr-defined]
-    if gait is not None and not isinstance(gait, Gait | KneedGait):
-        raise InputError(f"{named}.gait is of type {type(gait).__name__}; must be a Gait or a KneedGait")
+    if gait is not None and not isinstance(gait, Gait | KneedGait | OptimisedKneedGait):
+        raise InputError(
+            f"{named}.gait is of type {type(gait).__name__}; must be a gait that find_passive_gait, "
+            "find_kneed_gait or find_reference gives"
+        )
     description: dict[str, Any] = controller.describe()  # type: ignore[attr-defined]
     try:
         json.dumps(description)

@@ -129,7 +129,7 @@ def test_bad_numbers_are_refused(robot: mjbiped.Compass, wrong: dict[str, Any], 
     with pytest.raises(InputError, match=message):
         find_reference(robot, **wrong)
     with pytest.raises(InputError, match=r"robot must be a mjbiped\.Compass"):
-        find_reference("compass")  # type: ignore[arg-type]
+        find_reference("compass")  # type: ignore[call-overload]
 
 
 def test_a_description_is_the_gait_bit_by_bit(high: OptimisedGait) -> None:
