@@ -23,6 +23,7 @@ from mjbiped.errors import GaitError, InputError, MjbipedError, RecordError, Ren
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
 from mjbiped.gaits.optimised import OptimisedGait, find_reference
+from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait
 from mjbiped.limit_cycles.basin import basin_of_attraction, basin_of_control
 from mjbiped.limit_cycles.bifurcation import bifurcation_diagram, find_cascade
@@ -65,6 +66,7 @@ __all__ = [
     "MjbipedError",
     "Mujoco",
     "OptimisedGait",
+    "OptimisedKneedGait",
     "PassiveGait",
     "RecordError",
     "RenderError",

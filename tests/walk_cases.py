@@ -170,7 +170,7 @@ def energy(robot: Compass, qpos: Sequence[float], q: Sequence[float], dq: Sequen
 
 def faults(walk: Walk) -> Iterator[str]:
     """What is impossible in a record, in words."""
-    robot, terrain, table = walk.robot, walk.terrain, walk.touchdowns
+    robot, terrain, table = Compass(**walk.settings["robot"]), walk.terrain, walk.touchdowns
     hybrid = walk.settings["engine"] == "hybrid"
     leg, scale = robot.leg_length, robot.weight * robot.leg_length
     # hybrid: a touchdown is located to 1e-8 s and polished. MuJoCo: contacts give way, to half of `events.MISSED`

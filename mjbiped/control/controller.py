@@ -18,8 +18,12 @@ from collections.abc import Callable, MutableSequence, Sequence
 from numbers import Real
 from typing import Any, ClassVar, NamedTuple
 
-from mjbiped.gaits.gait import Gait
+from mjbiped.errors import InputError
+from mjbiped.gaits.gait import Gait, Periodic
+from mjbiped.gaits.kneed import KneedGait
+from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
 
 Memory = MutableSequence[float]
 """A controller's memory: floats that the engine keeps, copies and saves; a list in Python, an array where compiled."""
@@ -32,6 +36,8 @@ class Law(NamedTuple):
     stand at the top level of a module and call only others that do; `memory` is indexed, never resized. They allocate
     nothing: several numbers are returned as a tuple, never as a list or an array.
 
+    For a robot with knees each state has three angles, q1, q2, q3, and three rates.
+
     Attributes:
         parameters: All that the laws need beside the memory: numbers, arrays, tuples and NamedTuples of these.
         torque: (parameters, memory, t, q1, q2, dq1, dq2) -> floats, as `Controller.torque`.
@@ -39,6 +45,7 @@ class Law(NamedTuple):
         slope_estimate: (parameters, memory) -> float.
         next_discontinuity: (parameters, memory, t) -> float.
         tick: None, but for `mjbiped.disturbances.sampled.SampledController`: arguments as of `torque`.
+        knee_strike: As `Controller.on_knee_strike`, arguments as of `torque`; for robots with knees, which need it.
     """
 
     parameters: Any
@@ -47,6 +54,7 @@ class Law(NamedTuple):
     slope_estimate: Callable[..., float]
     next_discontinuity: Callable[..., float]
     tick: Callable[..., None] | None = None
+    knee_strike: Callable[..., None] | None = None
 
     @property
     def functions(self) -> dict[str, Callable[..., Any]]:
@@ -73,14 +81,31 @@ class Controller(ABC):
     Attributes:
         states: Names of the integrated states, in the order of their indices in the memory.
         memory_size: Floats needed in all, the integrated states included.
+        joints: Names of the joints that the law drives, as `Robot.joints` has them; with knees q, dq and torques have
+            three numbers each.
         robot: The robot model that the laws use, or None; the walking robot is this one unless told otherwise.
         gait: The gait that is imitated, or None; a walk with `initial="gait"` starts on it.
     """
 
     states: ClassVar[tuple[str, ...]] = ()
     memory_size: ClassVar[int] = 0
-    robot: Compass | None = None
-    gait: Gait | None = None
+    joints: ClassVar[tuple[str, ...]] = Compass.joints
+    robot: Robot | None = None
+    gait: Periodic | None = None
+
+    def driving(self, robot: Robot) -> Controller:
+        """What drives a robot of some kind in this controller's name: by default itself.
+
+        Raises:
+            InputError: It does not drive such a robot.
+        """
+        if robot.joints != self.joints:
+            raise InputError(
+                f"{type(self).__name__} drives {', '.join(self.joints)}; {type(robot).__name__} has "
+                f"{', '.join(robot.joints)}: choose a controller for that robot, such as "
+                f"{'KneedController' if robot.knees else 'AdaptiveController'}, or PassiveController"
+            )
+        return self
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:  # noqa: B027 (optional hook)
         """Begin a walk.
@@ -103,6 +128,18 @@ class Controller(ABC):
             dq: Rates just after the impact in the new roles, rad/s.
         """
 
+    def on_knee_strike(  # noqa: B027 (optional hook)
+        self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
+    ) -> None:
+        """Take notice that the swing knee has struck its stop and is locked, for robots with knees.
+
+        Args:
+            memory: As the last call left it; to be changed in place.
+            t: Time since the support transfer, s.
+            q: Stance leg, swing thigh and swing shank from the ground's normal under the stance foot, rad.
+            dq: Their rates just after the strike, rad/s.
+        """
+
     @abstractmethod
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
         """Torques now.
@@ -114,7 +151,7 @@ class Controller(ABC):
             dq: Their rates, rad/s.
 
         Returns:
-            Ankle torque and hip torque, N m, followed by the rate of each of `states`, 1/s.
+            Ankle torque and hip torque, and a swing knee's, N m, followed by the rate of each of `states`, 1/s.
         """
 
     def slope_estimate(self, memory: Memory) -> float:
@@ -139,8 +176,10 @@ class Controller(ABC):
         if dataclasses.is_dataclass(self):
             for field in dataclasses.fields(self):
                 value = getattr(self, field.name)
-                if isinstance(value, Gait):
+                if isinstance(value, Gait | KneedGait | OptimisedKneedGait):
                     value = value.describe()
+                elif isinstance(value, Robot):
+                    value = value.to_dict()
                 elif dataclasses.is_dataclass(value) and not isinstance(value, type):
                     value = dataclasses.asdict(value)
                 elif isinstance(value, Real) and not isinstance(value, bool | int | float):

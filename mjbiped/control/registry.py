@@ -32,6 +32,7 @@ from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.optimised import find_reference, parse_reference
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kinds import robot_from
 from mjbiped.utils.domains import SLOPE_DEG, known_name
 from mjbiped.utils.shadows import hidden_laws
 
@@ -234,7 +235,7 @@ def controller_from(description: Mapping[str, Any], source: Mapping[str, str] | 
         gaits = {key: gait_from(value) for key, value in described.items() if _is_gait(value)}
         described |= gaits
         if "robot" in described:
-            described["robot"] = Compass(**described["robot"])
+            described["robot"] = robot_from(described["robot"])
         return kind(**described)
     except (KeyError, TypeError) as error:
         raise InputError(f"the record does not tell its controller's robot and gait: {shown(error)}") from error

@@ -32,15 +32,15 @@ _PARAMETERS = {
 _KEPT = "what lasts from one call to the next belongs into the memory, which start and on_touchdown change"
 _LATER = 0.1  # s: another time of the step, at which the law is asked too
 
-Pair = tuple[float, float]
+State = tuple[float, ...]
 
 
-def try_out(controller: Controller, q: Pair, dq: Pair) -> None:
+def try_out(controller: Controller, q: State, dq: State) -> None:
     """Try a controller's methods in the state in which its walk begins.
 
     Args:
         controller: As `mjbiped.engines.plan.check_controller` has passed it.
-        q: Stance and swing angle, rad.
+        q: The robot's angles, rad.
         dq: Their rates, rad/s.
 
     Raises:
@@ -60,7 +60,7 @@ def try_out(controller: Controller, q: Pair, dq: Pair) -> None:
         return  # the walk tells of it
 
 
-def _try_out(controller: Controller, q: Pair, dq: Pair) -> None:
+def _try_out(controller: Controller, q: State, dq: State) -> None:
     """As `try_out`; whatever the methods raise is passed on."""
     name = type(controller).__name__
     memory: list[Any] = [0.0] * controller.memory_size
@@ -81,25 +81,25 @@ def _try_out(controller: Controller, q: Pair, dq: Pair) -> None:
     changed = [key for key, value in _attributes(controller).items() if before.get(key, before) is not value]
     if changed:
         raise InputError(f"{name} sets its attribute {', '.join(changed)} while it walks; {_KEPT}")
-    again = _asked(controller, memory, 0.0, q, dq)
+    again, joints = _asked(controller, memory, 0.0, q, dq), len(controller.joints)
     if repr(again) != repr(first):  # a rate may be no number
         raise InputError(
-            f"{name}.torque gives {first[:2]} and then {again[:2]} for the same arguments; {_KEPT}, and neither chance "
-            "nor the clock has a part in it"
+            f"{name}.torque gives {first[:joints]} and then {again[:joints]} for the same arguments; {_KEPT}, "
+            "and neither chance nor the clock has a part in it"
         )
 
 
-def fault_in(controller: Controller, values: Sequence[float], t: float, q: Pair, dq: Pair) -> str:
+def fault_in(controller: Controller, values: Sequence[float], t: float, q: State, dq: State) -> str:
     """Which of the numbers that `torque` gave is no finite one, and when, in words; empty where all are.
 
     Args:
         controller: The law.
         values: Ankle and hip torque, and the rates of states, if they are known.
         t: Time since the support transfer, s.
-        q: Stance and swing angle, rad.
+        q: The robot's angles, rad.
         dq: Their rates, rad/s.
     """
-    named = ("ankle torque", "hip torque", *(f"rate of {state}" for state in controller.states))
+    named = (*(f"{joint} torque" for joint in controller.joints), *(f"rate of {state}" for state in controller.states))
     faults = [
         f"{shown(value)} for the {name}" for name, value in zip(named, values, strict=False) if not _finite(value)
     ]
@@ -107,11 +107,15 @@ def fault_in(controller: Controller, values: Sequence[float], t: float, q: Pair,
         return ""
     return (
         f"{type(controller).__name__}.torque gives {' and '.join(faults)} at t = {t:.4g} s of the step, "
-        f"q = ({q[0]:.4g}, {q[1]:.4g}) rad, dq = ({dq[0]:.4g}, {dq[1]:.4g}) rad/s"
+        f"q = ({_listed(q)}) rad, dq = ({_listed(dq)}) rad/s"
     )
 
 
-def fault_at(controller: Controller, memory: Sequence[float], t: float, q: Pair, dq: Pair) -> str:
+def _listed(values: State) -> str:
+    return ", ".join(f"{value:.4g}" for value in values)
+
+
+def fault_at(controller: Controller, memory: Sequence[float], t: float, q: State, dq: State) -> str:
     """As `fault_in`, in a state that a walk could not go beyond.
 
     The law is also asked a little later, for the walk ends just before what it fails of.
@@ -120,11 +124,11 @@ def fault_at(controller: Controller, memory: Sequence[float], t: float, q: Pair,
         controller: The law.
         memory: As it is there.
         t: Time since the support transfer, s.
-        q: Stance and swing angle, rad.
+        q: The robot's angles, rad.
         dq: Their rates, rad/s.
     """
     for later in (0.0, 1e-11, 1e-9):
-        there = (q[0] + later * dq[0], q[1] + later * dq[1])
+        there = tuple(angle + later * rate for angle, rate in zip(q, dq, strict=True))
         try:
             values = values_of(controller, controller.torque(list(memory), t + later, there, dq))
         except Exception:
@@ -184,7 +188,7 @@ def _check_memory(name: str, method: str, size: int, memory: list[Any]) -> None:
             raise InputError(f"{name}.{method} writes {shown(value)} into memory[{index}]; expected a number")
 
 
-def _asked(controller: Controller, memory: list[float], t: float, q: Pair, dq: Pair) -> tuple[float, ...]:
+def _asked(controller: Controller, memory: list[float], t: float, q: State, dq: State) -> tuple[float, ...]:
     """What `torque` returns; it must not have written into the memory.
 
     Raises:
@@ -202,13 +206,17 @@ def _asked(controller: Controller, memory: list[float], t: float, q: Pair, dq: P
     return values
 
 
-def _step_on(controller: Controller, memory: list[float], q: Pair, dq: Pair) -> None:
+def _step_on(controller: Controller, memory: list[float], q: State, dq: State) -> None:
     """Ask for what a walk asks for, on a copy of the memory: whatever stays behind is in the object."""
     kept = list(memory)
     try:
-        _asked(controller, kept, _LATER, (0.5 * q[0], 0.5 * q[1]), dq)
+        _asked(controller, kept, _LATER, tuple(0.5 * angle for angle in q), dq)
         controller.slope_estimate(kept)
-        controller.on_touchdown(kept, (0.2, -0.2), (-0.2, 0.2), (1.1, 0.8))  # as a passive gait's
+        if len(q) > 2:
+            controller.on_knee_strike(kept, _LATER, q, dq)
+        shank = len(q) - 2  # as a passive gait's
+        before, after = (0.2, -0.2) + (-0.2,) * shank, (-0.2, 0.2) + (0.2,) * shank
+        controller.on_touchdown(kept, before, after, (1.1, 0.8) + (0.8,) * shank)
     except (InputError, FrozenInstanceError):
         raise
     except Exception:  # in a state that the walk may never come to

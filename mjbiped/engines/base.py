@@ -17,6 +17,8 @@ from mjbiped.numerics.jit import announced
 from mjbiped.records.measures import Summary
 from mjbiped.records.record import Walk
 from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
+from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.progress import hidden
 
@@ -34,9 +36,11 @@ class Engine(ABC):
 
     Attributes:
         name: Stands in records and messages.
+        robots: The kinds of robots that it walks.
     """
 
     name: ClassVar[str]
+    robots: ClassVar[tuple[type[Robot], ...]] = (Compass,)
 
     def check(self, plan: Plan) -> None:  # noqa: B027 (most engines take every plan)
         """Refuse a walk that this engine cannot make, before anything is computed.
@@ -109,6 +113,7 @@ class Run(ABC):
         self.outcome = Outcome.INTERRUPTED
         self.sampled = plan.terms.sample_period is not None and not summarised
         self.recorder = Recorder(
+            robot=type(plan.robot),
             keep_samples=self.sampled,
             summary=Summary(plan.robot, plan.terrain) if summarised else None,
             cancellation=cancellation,
@@ -127,7 +132,7 @@ class Run(ABC):
 
     @abstractmethod
     def peak_torque(self) -> NDArray[np.float64]:
-        """Greatest |ankle| and |hip| torque so far, N m, shape (2,)."""
+        """Greatest magnitude of each joint's torque so far, N m, shape (joints,)."""
 
     @abstractmethod
     def settings(self) -> dict[str, Any]:

@@ -21,9 +21,12 @@ from mjbiped.control.trial import try_out
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.errors import GaitError, InputError, shown
-from mjbiped.gaits.gait import Gait
-from mjbiped.gaits.passive import find_passive_gait
+from mjbiped.gaits.described import passive_gait_of
+from mjbiped.gaits.gait import Gait, Periodic
+from mjbiped.gaits.kneed import KneedGait
+from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
@@ -60,7 +63,7 @@ class Terms:
     engine: Engine
     steps: int | None
     distance: float | None
-    robot: Compass | None
+    robot: Robot | None
     sample_period: float | None
     scuffing: ScuffingRule
 
@@ -70,7 +73,7 @@ class Terms:
             object.__setattr__(self, "steps", DEFAULT_STEPS)
         check_given_fields(self, steps=domains.STEPS, distance=domains.DISTANCE, sample_period=domains.SAMPLE_PERIOD)
         if self.robot is not None:
-            check_kind("robot", self.robot, Compass)
+            check_robot("robot", self.robot)
 
 
 @dataclass(frozen=True)
@@ -79,10 +82,10 @@ class Plan:
 
     Attributes:
         terms: What it has in common with others.
-        controller: Drives stance ankle and hip.
+        controller: Drives the robot's joints.
         terrain: The ground.
         robot: The robot that walks.
-        q: Stance and swing angle at the start, from the ground's normal under x = 0, rad.
+        q: Its angles at the start, from the ground's normal under x = 0, rad, the stance leg's first.
         dq: Their rates, rad/s.
         description: What `controller.describe()` gave.
         disturbances: What the walk is disturbed by.
@@ -91,9 +94,9 @@ class Plan:
     terms: Terms
     controller: Controller
     terrain: Terrain
-    robot: Compass
-    q: tuple[float, float]
-    dq: tuple[float, float]
+    robot: Robot
+    q: tuple[float, ...]
+    dq: tuple[float, ...]
     description: Mapping[str, Any]
     disturbances: Disturbances = UNDISTURBED
 
@@ -106,9 +109,10 @@ class Plan:
         Raises:
             InputError: The delay does not fit the period.
         """
+        controller = self.controller.driving(self.robot)
         if not self.disturbances.in_loop:
-            return self.controller
-        return SampledController(self.controller, self.disturbances, period)
+            return controller
+        return SampledController(controller, self.disturbances, period)
 
     def arguments(self) -> dict[str, Any]:
         """What a simulation of either engine is made with, beside controller and terrain."""
@@ -128,7 +132,7 @@ class Plan:
         terms, source = self.terms, source_of(type(self.controller))
         return {
             "engine": terms.engine.name,
-            "robot": dict(_fields(self.robot)),
+            "robot": self.robot.to_dict(),
             "controller": dict(self.description),
             **({} if source is None else {"controller_source": source}),
             "terrain": self.terrain.to_dict(),
@@ -136,7 +140,7 @@ class Plan:
             "steps": terms.steps,
             "distance": terms.distance,
             "sample_period": terms.sample_period,
-            "scuffing": dict(_fields(terms.scuffing)),
+            "scuffing": None if self.robot.knees else dict(_fields(terms.scuffing)),
             **({} if self.disturbances == UNDISTURBED else {"disturbances": self.disturbances.to_dict()}),
             "versions": dict(versions()),
         }
@@ -156,7 +160,7 @@ def make_plan(
         terms: The rest.
         controller: See `controllers.Controller`.
         terrain: The ground.
-        initial: A name of `INITIAL_STATES`, or four numbers.
+        initial: A name of `INITIAL_STATES`, or the robot's angles and rates.
         description: What this controller has said of itself in an earlier plan; it is not tried again then.
         disturbances: What the walk is disturbed by; None: by nothing.
 
@@ -173,31 +177,50 @@ def make_plan(
     gait = controller.gait
     if gait is None and isinstance(initial, str) and initial == "gait":
         gait = _gait_of_slope(controller, robot, slope)
-    q, dq = _initial_state(initial, gait)
-    if gait is not None:
+    q, dq = _initial_state(initial, robot, gait)
+    if isinstance(gait, Gait):
         check_landing(gait, slope, terms.scuffing)
     _check_start(robot, terrain, q, terms.scuffing)
     disturbed = UNDISTURBED if disturbances is None else check_kind("disturbances", disturbances, Disturbances)
     plan = Plan(terms, controller, terrain, robot, q, dq, description, disturbed)
+    driver = controller.driving(robot)
+    if not isinstance(robot, terms.engine.robots):
+        raise InputError(
+            f"the engine {terms.engine.name} does not walk a {type(robot).__name__}; it walks "
+            f"{', '.join(kind.__name__ for kind in terms.engine.robots)}"
+        )
     terms.engine.check(plan)
     terms.engine.check_disturbances(disturbed)
     if not known:
-        try_out(controller, q, dq)
+        try_out(driver, q, dq)
     return plan
 
 
-def _gait_of_slope(controller: Controller, robot: Compass, slope: float) -> Gait:
+def check_robot(name: str, robot: object) -> None:
+    """Refuse what is no robot.
+
+    Raises:
+        InputError: It is none.
+    """
+    if not isinstance(robot, Robot):
+        raise InputError(
+            f"{name} must be a mjbiped.Compass or a mjbiped.KneedBiped, got "
+            f"{shown(robot) if isinstance(robot, str) else type(robot).__name__}"
+        )
+
+
+def _gait_of_slope(controller: Controller, robot: Robot, slope: float) -> Periodic:
     """The passive gait of a slope, for a controller that imitates none.
 
     Raises:
         GaitError: There is none.
     """
     try:
-        return find_passive_gait(robot, slope)
+        return passive_gait_of(robot, slope)
     except GaitError as error:
         raise GaitError(
             f"{error}. {type(controller).__name__} imitates no gait that the walk could begin on: give "
-            'initial="rest" (--initial rest), or four numbers q1, q2, dq1, dq2'
+            f'initial="rest" (--initial rest), or {_numbers_of(robot)}'
         ) from error
 
 
@@ -219,9 +242,14 @@ def check_controller(controller: object) -> dict[str, Any]:
         raise InputError(f"{named}.states = {shown(states)}: must be a tuple of names")
     if MEMORY_SIZE.check(f"{named}.memory_size", size) < len(states):
         raise InputError(f"{named}.memory_size = {size}: must be at least its {len(states)} states")
-    for part, kind in (("robot", Compass), ("gait", Gait)):
-        if getattr(controller, part) is not None:
-            check_kind(f"{named}.{part}", getattr(controller, part), kind)
+    if controller.robot is not None:  # type: ignore[attr-defined]
+        check_robot(f"{named}.robot", controller.robot)  # type: ignore[attr-defined]
+    gait = controller.gait  # type: ignore[attr-defined]
+    if gait is not None and not isinstance(gait, Gait | KneedGait | OptimisedKneedGait):
+        raise InputError(
+            f"{named}.gait is of type {type(gait).__name__}; must be a gait that find_passive_gait, "
+            "find_kneed_gait or find_reference gives"
+        )
     description: dict[str, Any] = controller.describe()  # type: ignore[attr-defined]
     try:
         json.dumps(description)
@@ -230,45 +258,60 @@ def check_controller(controller: object) -> dict[str, Any]:
     return description
 
 
+def _numbers_of(robot: Robot) -> str:
+    """The numbers of a first state, in words."""
+    count = len(robot.angles)
+    names = [f"{kind}{k + 1}" for kind in ("q", "dq") for k in range(count)]
+    return f"{_WORDS[2 * count]} numbers {', '.join(names)}"
+
+
+_WORDS = {4: "four", 6: "six"}
+
+
 def _initial_state(
-    initial: str | Sequence[float], gait: Gait | None
-) -> tuple[tuple[float, float], tuple[float, float]]:
+    initial: str | Sequence[float], robot: Robot, gait: Periodic | None
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Angles from the ground's normal (rad) and rates (rad/s) at the start, stance leg first.
 
     Raises:
-        InputError: The name is unknown, or the numbers are not four finite ones.
+        InputError: The name is unknown, or the numbers are not as many finite ones as the robot has.
     """
+    count = len(robot.angles)
     if isinstance(initial, str):
         if initial == "rest":
-            return (0.0, 0.0), (0.0, 0.0)
+            return (0.0,) * count, (0.0,) * count
         if initial == "gait" and gait is not None:
-            q1, q2, dq1, dq2 = (float(value) for value in gait.start)
-            return (q1, q2), (dq1, dq2)
+            start = tuple(float(value) for value in gait.start)
+            return start[:count], start[count:]
         raise InputError(
-            f"unknown initial state {shown(initial)}; valid are {', '.join(INITIAL_STATES)}, "
-            "or four numbers q1, q2, dq1, dq2"
+            f"unknown initial state {shown(initial)}; valid are {', '.join(INITIAL_STATES)}, or {_numbers_of(robot)}"
         )
     try:
-        q1, q2, dq1, dq2 = check_states("initial", initial, (4,)).tolist()
+        numbers = tuple(check_states("initial", initial, (2 * count,)).tolist())
     except InputError as error:
-        raise InputError(f"an initial state is four finite numbers q1, q2, dq1, dq2: {error}") from error
-    return (q1, q2), (dq1, dq2)
+        wanted = _numbers_of(robot).replace("numbers", "finite numbers")
+        raise InputError(f"an initial state is {wanted}: {error}") from error
+    return numbers[:count], numbers[count:]
 
 
-def _check_start(robot: Compass, terrain: Terrain, q: tuple[float, float], rule: ScuffingRule) -> None:
+def _check_start(robot: Robot, terrain: Terrain, q: tuple[float, ...], rule: ScuffingRule) -> None:
     """Refuse a start in the ground, from which there is no walk.
 
-    A start in the early swing may be as deep in the ground as straight legs scuff, for the rule lets them.
+    A start in the early swing may be as deep in the ground as straight legs scuff, for the rule lets them. A robot with
+    knees starts above it, and its swing knee is not bent forwards.
 
     Raises:
-        InputError: The hip or the swing foot is under the ground.
+        InputError: The hip or the swing foot is under the ground, or the knee beyond its stop.
     """
     length, slope, z0 = robot.leg_length, terrain.slope_at(0.0), terrain.height_at(0.0)
     hip_x, hip_z = length * math.sin(q[0] + slope), z0 + length * math.cos(q[0] + slope)
     along, above = robot.swing_foot(q).tolist()
     foot_x = along * math.cos(slope) + above * math.sin(slope)
     foot_z = z0 + above * math.cos(slope) - along * math.sin(slope)
-    scuffs = foot_x < rule.reach * length
+    scuffs = not robot.knees and foot_x < rule.reach * length
+    posture = ", ".join(f"q{k + 1} = {angle:.4g}" for k, angle in enumerate(q))
+    if robot.knees and q[2] < q[1]:
+        raise InputError(f"initial state {posture}: the swing knee is bent forwards, beyond its stop; q3 >= q2")
     for part, x, z, deep in (
         ("hip", hip_x, hip_z, 0.0),
         ("swing foot", foot_x, foot_z, SCUFF if scuffs else _ON_GROUND),
@@ -276,14 +319,14 @@ def _check_start(robot: Compass, terrain: Terrain, q: tuple[float, float], rule:
         depth = terrain.height_at(x) - z
         if depth > deep * length:
             raise InputError(
-                f"initial state q1 = {q[0]:.4g}, q2 = {q[1]:.4g}: the {part} would start {depth:.3g} m under the "
+                f"initial state {posture}: the {part} would start {depth:.3g} m under the "
                 f"ground, at x = {x:.4g} m; with both feet on a plane q2 = -q1, and a swing foot behind the stance "
                 "foot has q2 > q1"
             )
 
 
 @lru_cache(maxsize=64)
-def _fields(values: Compass | ScuffingRule) -> Mapping[str, Any]:
+def _fields(values: ScuffingRule) -> Mapping[str, Any]:
     return dataclasses.asdict(values)
 
 

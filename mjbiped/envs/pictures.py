@@ -15,6 +15,7 @@ from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import RenderError
 from mjbiped.rendering.gl import ensure_gl
+from mjbiped.robots.kinds import compass_of
 from mjbiped.terrain.terrain import Terrain
 
 _SIGHT = 4.0  # ground about the robot, m
@@ -48,7 +49,7 @@ class Camera:
         if self._windows is None or self._terrain is not plan.terrain:
             self._terrain = plan.terrain
             self._windows = GroundWindows(
-                plan.robot,
+                compass_of(plan.robot, "a picture of an environment"),
                 plan.terrain,
                 timestep=1e-4,  # any: nothing is stepped
                 reach=_REACH,

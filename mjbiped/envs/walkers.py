@@ -94,7 +94,8 @@ class Walkers:
     def restart(self, index: int) -> None:
         """Begin the episode of a robot again, on the same ground and from the same state."""
         plan = self._run(index).plan
-        self._place(index, plan.terrain, (*plan.q, *plan.dq))
+        q1, q2, dq1, dq2 = (*plan.q, *plan.dq)
+        self._place(index, plan.terrain, (q1, q2, dq1, dq2))
 
     def act(self, actions: ArrayLike, scale: float | NDArray[np.float64] = 1.0) -> None:
         """Choose the actions of the next control period.

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from mjbiped.gaits.bezier import DEGREE, Numbers
-from mjbiped.gaits.optimisation import Course
+from mjbiped.gaits.bezier import DEGREE, Numbers, curve
+from mjbiped.gaits.optimisation import Course, Goal, Motion
 from mjbiped.robots import compass
-from mjbiped.robots.compass import Compass
+from mjbiped.robots.compass import Array, Compass
+
+REACH = 0.2  # leg lengths ahead of the stance foot from which on the swing foot may touch the ground
+_CORNER = 1e-3  # leg lengths: how much the corner of "above the ground or not yet ahead" is rounded
 
 
 @dataclass(frozen=True)
@@ -23,7 +27,9 @@ class CompassStep:
 
     robot: Compass
     joints: int = 2
-    reach: float = 0.2
+    own: tuple[tuple[float, float], ...] = ()
+    intervals: tuple[int, ...] = (48, 32)
+    lifted: float = 0.0
 
     @property
     def length(self) -> float:
@@ -57,6 +63,22 @@ class CompassStep:
         after = compass.rates_after_impact(self.robot.constants, legs, cosine, dq1, dq2)
         return np.stack(after, axis=-1)
 
+    def breaks(self, own: Numbers) -> tuple[Numbers, ...]:
+        """None: both legs move smoothly from impact to impact."""
+        return ()
+
+    def along(self, motion: Motion, stretches: Sequence[Numbers]) -> Course:
+        """What a step's curves ask of the robot."""
+        return self.course(*curve(motion.points, np.concatenate(stretches, axis=-1), motion.period))
+
+    def keeps(self, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int) -> dict[str, Numbers]:
+        """The foot is above the ground where it may touch it, or not yet there."""
+        # the greater of height and what is missing to the reach, rounded
+        height = course.height[..., :-1] / self.length
+        missing = REACH - course.ahead[..., :-1] / self.length
+        greater = 0.5 * (height + missing + np.sqrt((height - missing) ** 2 + _CORNER**2) - _CORNER)
+        return {"foot above the ground": greater + 0.5 * _CORNER}  # just above zero at the end, where the foot lands
+
     def course(self, q: Numbers, dq: Numbers, ddq: Numbers) -> Course:
         """Inverse dynamics (eq. 1) and the swing foot's path (eq. 4)."""
         constants, length = self.robot.constants, self.length
@@ -85,9 +107,14 @@ class CompassStep:
             height_rate=length * (sine2 * dq2 - sine1 * dq1),
         )
 
-    def guess(self, half: float) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """Control points to begin with: a stance leg that turns evenly, a swing leg that swings out and comes back."""
-        stance = np.linspace(-half, half, DEGREE + 1)
-        swing = np.linspace(half, -half, DEGREE + 1)
-        swing[3:DEGREE] -= 0.5 * half * np.sin(np.linspace(0.25, 0.9, DEGREE - 3) * math.pi)
-        return np.stack([stance, swing], axis=-1)
+    def guess(self, half: float) -> tuple[Array, Array]:
+        """Legs to begin with; there is nothing of its own."""
+        return straight_guess(half), np.empty(0)
+
+
+def straight_guess(half: float) -> Array:
+    """Control points to begin with: a stance leg that turns evenly, a swing leg that swings out and comes back."""
+    stance = np.linspace(-half, half, DEGREE + 1)
+    swing = np.linspace(half, -half, DEGREE + 1)
+    swing[3:DEGREE] -= 0.5 * half * np.sin(np.linspace(0.25, 0.9, DEGREE - 3) * math.pi)
+    return np.stack([stance, swing], axis=-1)

@@ -2,16 +2,51 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mjbiped.gaits.reference import Table, reference_at
 from mjbiped.robots.compass import Array, Compass
+from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
+
+
+class Periodic(Protocol):
+    """What any gait of any robot tells: enough to begin a walk on it, and to record it.
+
+    Attributes:
+        robot: whose gait it is.
+        slope: of the plane it walks on, rad, positive downhill.
+        start: state just after a heel impact: the robot's angles (rad), then their rates (rad/s).
+        period: time between heel impacts, s.
+        step_length: distance between the feet then, along the ground, m.
+    """
+
+    @property
+    def robot(self) -> Robot:
+        """See above."""
+
+    @property
+    def slope(self) -> float:
+        """See above."""
+
+    @property
+    def start(self) -> Array:
+        """See above."""
+
+    @property
+    def period(self) -> float:
+        """See above."""
+
+    @property
+    def step_length(self) -> float:
+        """See above."""
+
+    def describe(self) -> dict[str, Any]:
+        """What the gait is found by again, in plain JSON types; `mjbiped.gaits.described.gait_from` reads it."""
 
 
 @dataclass(frozen=True)
@@ -70,4 +105,4 @@ class Gait:
 
     def describe(self) -> dict[str, Any]:
         """What the gait is found by again, in plain JSON types; `gait_from` reads it."""
-        return {"slope": self.slope, "robot": dataclasses.asdict(self.robot)}
+        return {"slope": self.slope, "robot": self.robot.to_dict()}

@@ -51,7 +51,7 @@ def hold(
     pieces = []
     for k in range(most):
         t = width * (k + NODES)
-        stance = angles[0] + rates[0] * t + accelerations[0] * _acceleration_decays(t, width)
+        stance = angles[0] + rates[0] * t + accelerations[0] * acceleration_decays(t, width)
         swing = angles[1] + _rate_decays(t, rates[1], accelerations[1], 2.0 * width)
         if k and abs(stance[-1]) > FALLEN:
             break
@@ -59,7 +59,7 @@ def hold(
     return np.array(pieces)
 
 
-def _acceleration_decays(t: NDArray[np.float64], end: float) -> NDArray[np.float64]:
+def acceleration_decays(t: NDArray[np.float64], end: float) -> NDArray[np.float64]:
     """Angle of the unit acceleration that falls to zero as 1 - 3 u² + 2 u³ until `end`."""
     u = np.minimum(t / end, 1.0)
     until = end * end * (u**2 / 2 - u**4 / 4 + u**5 / 10)

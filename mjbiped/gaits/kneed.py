@@ -88,6 +88,10 @@ class KneedGait:
         """Mean speed along the ground, m/s."""
         return self.step_length / self.period
 
+    def describe(self) -> dict[str, Any]:
+        """What the gait is found by again, in plain JSON types; `mjbiped.gaits.described.gait_from` reads it."""
+        return {"slope": self.slope, "robot": self.robot.to_dict()}
+
     @property
     def stable(self) -> bool:
         """Whether small disturbances die out: every multiplier lies inside the unit circle."""

@@ -2,8 +2,9 @@
 
 Each joint follows a Bézier curve of degree 7 over the step, which begins with the rates that the impact map makes of
 those of its end, so that the step repeats itself exactly. What is left to choose (half the angle between the legs, the
-other control points, the phase at which the swing foot has its clearance) is chosen by SciPy's SLSQP, with exact
-derivatives by complex steps: least absolute work for the distance, under the constraints of `_Constraints`.
+other control points, the phase at which the swing foot has its clearance, and what a robot adds of its own, as the
+flexion of a knee) is chosen by SciPy's SLSQP, with exact derivatives by complex steps: least absolute work for the
+distance, under the constraints of `_constraints`.
 
 Everything is scaled by the robot's weight, leg length and gravity, so that alike robots have alike references.
 """
@@ -11,7 +12,7 @@ Everything is scaled by the robot's weight, leg length and gravity, so that alik
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
@@ -19,20 +20,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import GaitError
-from mjbiped.gaits.bezier import DEGREE, Numbers, curve
+from mjbiped.gaits.bezier import DEGREE, Numbers
 
 LEAST_LOAD = 0.05  # of the weight: the ground bears at least this much
 LANDING_RATE = 0.02  # of sqrt(g l): the swing foot comes down at the end at least so fast
 ANGLES = (0.02, 0.7)  # between which half the angle between the legs lies, rad
 CLEARANCE_PHASES = (0.5, 0.95)  # between which the swing foot has its clearance
 
-_INTERVALS = (48, 32)  # of the quadrature before and after the clearance's phase
-_FINE = (960, 640)  # of what is checked and told at the end
+_FINER = 20  # times as many intervals as the optimiser's are checked and told at the end
 _STARTS = ((0.15, 0.86), (0.22, 0.80))  # half angles (rad) and phases of clearance to begin from
 _STAIRS = 0.04  # leg lengths by which the clearance is raised from solution to solution
 _SMOOTHING = (1e-2, 3e-3, 1e-3, 2e-4)  # of the absolute power, in weights times speed
 _TORQUE_WEIGHT = 1e-3  # of the mean square torque in (weight x leg length)², beside the cost of transport
-_CORNER = 1e-3  # leg lengths: how much the corner of "above the ground or not yet ahead" is rounded
 _FAR = 0.05  # leg lengths or weights: a trial that breaks a constraint by more is not worked on
 TOLERANCE = 5e-4  # leg lengths, weights: what a constraint may be broken by between the points where it is kept
 
@@ -61,12 +60,31 @@ class Course(NamedTuple):
     height_rate: Numbers
 
 
+class Motion(NamedTuple):
+    """A step as it is tried; shapes may have further axes in front.
+
+    Attributes:
+        half: Half the angle between the legs at the impact, rad.
+        points: Control points, rad, shape (..., DEGREE + 1, joints).
+        own: What the robot adds, shape (..., n).
+        period: s.
+    """
+
+    half: Numbers
+    points: Numbers
+    own: Numbers
+    period: Numbers
+
+
 class StepModel(Protocol):
     """What a robot brings to the optimiser. Its functions take complex arrays, and are analytic in them.
 
     Attributes:
-        joints: How many angles a posture has.
-        reach: Leg lengths ahead of the stance foot from which on the swing foot may touch the ground.
+        joints: How many angles are Bézier curves over the whole step.
+        own: Bounds of the numbers that the robot adds, each of the kind (least, greatest).
+        intervals: Of the quadrature between the moments at which something changes abruptly: the clearance's phase and
+            those of `breaks`. All even.
+        lifted: Leg lengths by which the foot is lifted even where no clearance is asked for; 0: it may scuff.
         length: Of a leg, m.
         weight: N.
         gravity: m/s².
@@ -75,7 +93,11 @@ class StepModel(Protocol):
     @property
     def joints(self) -> int: ...  # noqa: D102
     @property
-    def reach(self) -> float: ...  # noqa: D102
+    def own(self) -> Sequence[tuple[float, float]]: ...  # noqa: D102
+    @property
+    def intervals(self) -> tuple[int, ...]: ...  # noqa: D102
+    @property
+    def lifted(self) -> float: ...  # noqa: D102
     @property
     def length(self) -> float: ...  # noqa: D102
     @property
@@ -92,11 +114,25 @@ class StepModel(Protocol):
     def rates_after_impact(self, half: Numbers, rates: Numbers) -> Numbers:
         """Rates after the impact, in the new roles, of the rates before it (rad/s)."""
 
-    def course(self, q: Numbers, dq: Numbers, ddq: Numbers) -> Course:
-        """What a motion asks of the robot; angles, rates and accelerations of shape (..., m, joints)."""
+    def breaks(self, own: Numbers) -> tuple[Numbers, ...]:
+        """Phases after the clearance's at which the motion changes abruptly, of its own numbers, shape (..., n)."""
 
-    def guess(self, half: float) -> NDArray[np.float64]:
-        """Control points to begin the search with, shape (DEGREE + 1, joints)."""
+    def along(self, motion: Motion, stretches: Sequence[Numbers]) -> Course:
+        """What a motion asks of the robot at phases in each stretch between the breaks, each of shape (..., m)."""
+
+    def keeps(self, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int) -> Mapping[str, Numbers]:
+        """What must not be negative for the way that this robot swings its leg, scaled, shapes (..., n), by name.
+
+        Args:
+            goal: What is asked.
+            motion: As it is tried.
+            course: Along it.
+            phases: Of the course, shape (..., m).
+            second: Index of the moment at which the swing foot has its clearance.
+        """
+
+    def guess(self, half: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Control points to begin the search with, shape (DEGREE + 1, joints), and the robot's own numbers."""
 
 
 @dataclass(frozen=True)
@@ -126,17 +162,19 @@ class Solution(NamedTuple):
         clearance_phase: Phase, 0 to 1, at which the swing foot has its clearance.
         half: Half the angle between the legs, rad.
         points: Control points, rad, shape (DEGREE + 1, joints).
+        own: Numbers of the robot's own; none of the compass.
         period: s.
     """
 
     clearance_phase: float
     half: float
     points: NDArray[np.float64]
+    own: NDArray[np.float64]
     period: float
 
 
 class Told(NamedTuple):
-    """What a reference asks, found at `sum(_FINE)` moments.
+    """What a reference asks, found on a grid twenty times as fine as the optimiser's.
 
     Attributes:
         cost_of_transport: Absolute work for weight and distance.
@@ -179,25 +217,28 @@ def _best(model: StepModel, goal: Goal) -> tuple[Solution | None, Mapping[str, f
 
 
 def solution_of(model: StepModel, goal: Goal, clearance_phase: float, free: NDArray[np.float64]) -> Solution:
-    """A reference of the numbers that are chosen: half the angle between the legs, then the free control points."""
-    half, period, points = _control_points(model, goal, free)
-    return Solution(clearance_phase, float(half), points, float(period))
+    """A reference of the numbers that are chosen: half the angle between the legs, free control points, robot's own."""
+    motion = _motion(model, goal, free)
+    return Solution(clearance_phase, float(motion.half), motion.points, motion.own, float(motion.period))
 
 
 def free_numbers(solution: Solution) -> NDArray[np.float64]:
     """What `solution_of` makes a solution of again, bit by bit."""
-    return np.concatenate([[solution.half], solution.points[2:-1].ravel()])
+    return np.concatenate([[solution.half], solution.points[2:-1].ravel(), solution.own])
 
 
 def tell(model: StepModel, goal: Goal, solution: Solution) -> Told:
     """What a reference asks, on a grid twenty times as fine as the optimiser's."""
-    phases, weights, second = _grid(np.array(solution.clearance_phase), _FINE)
-    motion = curve(solution.points, phases, solution.period)
-    course = model.course(*motion)
+    motion = Motion(np.array(solution.half), solution.points, solution.own, np.array(solution.period))
+    stretches, weights, second = _grid(
+        (np.array(solution.clearance_phase), *model.breaks(motion.own)), [_FINER * count for count in model.intervals]
+    )
+    course = model.along(motion, stretches)
     work = float((np.abs(course.powers).sum(axis=-1) * weights).sum() * solution.period)
     distance = goal.speed * solution.period
     ahead = course.ahead > 0.0
-    broken = {name: float(-values.min()) for name, values in _constraints(model, goal, course, second).items()}
+    kept = _constraints(model, goal, motion, course, np.concatenate(stretches, axis=-1), second)
+    broken = {name: float(-values.min()) for name, values in kept.items()}
     return Told(
         cost_of_transport=work / (model.weight * distance),
         peak_torque=tuple(np.abs(course.torques).max(axis=0).tolist()),
@@ -213,15 +254,15 @@ def _search(model: StepModel, goal: Goal, half: float, phase: float) -> Iterator
     """One search: without clearance first, then with more and more of it, then with the cost's corners sharpened."""
     from scipy.optimize import minimize
 
-    joints = model.joints
-    x = np.concatenate([[phase, half], model.guess(half)[2:-1].ravel()])
-    wide = [(-3.0, 3.0)] * (joints * (DEGREE - 2))
+    points, own = model.guess(half)
+    x = np.concatenate([[phase, half], points[2:-1].ravel(), own])
+    wide = [*[(-3.0, 3.0)] * (model.joints * (DEGREE - 2)), *model.own]
     stairs = math.ceil(goal.clearance / (_STAIRS * model.length) - 1e-9)
     stages = [(goal.clearance * k / max(stairs, 1), _SMOOTHING[0]) for k in range(stairs + 1)]
     stages += [(goal.clearance, smoothing) for smoothing in _SMOOTHING[1:]]
     for clearance, smoothing in stages:
         problem = _Problem(model, replace(goal, clearance=clearance), smoothing)
-        bounds = [CLEARANCE_PHASES if clearance else (x[0], x[0]), ANGLES, *wide]
+        bounds = [CLEARANCE_PHASES if clearance or model.lifted else (x[0], x[0]), ANGLES, *wide]
         kept = {"type": "ineq", "fun": problem.kept, "jac": problem.kept_jacobian}
         options = {"maxiter": 150, "ftol": 1e-9}
         done = minimize(  # type: ignore[call-overload]  # the stubs know no constraints with keys of type str
@@ -269,36 +310,38 @@ class _Problem:
 
     def _of(self, x: Numbers) -> tuple[Numbers, Numbers]:
         model, goal = self._model, self._goal
-        _, period, points = _control_points(model, goal, x[:, 1:])
-        phases, weights, second = _grid(x[:, 0], _INTERVALS)
-        course = model.course(*curve(points, phases, period))
+        motion = _motion(model, goal, x[:, 1:])
+        stretches, weights, second = _grid((x[:, 0], *model.breaks(motion.own)), model.intervals)
+        course = model.along(motion, stretches)
         power = course.powers / (model.weight * goal.speed)
         smooth = np.sqrt(power * power + self._smoothing**2) - self._smoothing
         squares = (course.torques / (model.weight * model.length)) ** 2
         cost = ((smooth + _TORQUE_WEIGHT * squares).sum(axis=-1) * weights).sum(axis=-1)
-        return cost, np.concatenate(list(_constraints(model, goal, course, second).values()), axis=-1)
+        kept = _constraints(model, goal, motion, course, np.concatenate(stretches, axis=-1), second)
+        return cost, np.concatenate(list(kept.values()), axis=-1)
 
 
-def _constraints(model: StepModel, goal: Goal, course: Course, second: int) -> dict[str, Numbers]:
+def _constraints(
+    model: StepModel, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int
+) -> dict[str, Numbers]:
     """What must not be negative, scaled by weight, leg length and gravity, shapes (..., n), by name.
 
     Args:
         model: The robot.
         goal: What is asked.
-        course: Along the step.
+        motion: As it is tried.
+        course: Along it.
+        phases: Of the course.
         second: Index of the moment at which the swing foot has its clearance.
     """
     length, weight = model.length, model.weight
     rate = math.sqrt(model.gravity * length)
     normal, tangential = course.normal_force / weight, course.tangential_force / weight
-    # above the ground where the foot may touch it: the greater of height and what is missing to the reach, rounded
-    height, missing = course.height[..., :-1] / length, model.reach - course.ahead[..., :-1] / length
-    greater = 0.5 * (height + missing + np.sqrt((height - missing) ** 2 + _CORNER**2) - _CORNER)
     found = {
         "normal force": normal - LEAST_LOAD,
         "friction": np.concatenate([goal.friction * normal - tangential, goal.friction * normal + tangential], axis=-1),
         "landing": -course.height_rate[..., -1:] / rate - LANDING_RATE,
-        "foot above the ground": greater + 0.5 * _CORNER,  # just above zero at the end, where the foot lands
+        **model.keeps(goal, motion, course, phases, second),
     }
     if goal.clearance > 0.0:
         found["clearance"] = (course.height[..., second : second + 1] - goal.clearance) / length
@@ -312,28 +355,28 @@ def _constraints(model: StepModel, goal: Goal, course: Course, second: int) -> d
     return found
 
 
-def _control_points(model: StepModel, goal: Goal, free: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-    """Half angle, period and all control points of the free ones; the second follows from the impact map."""
+def _motion(model: StepModel, goal: Goal, free: Numbers) -> Motion:
+    """The motion of the numbers that are chosen; the second control points follow from the impact map."""
     half = free[..., 0]
     start, end = model.postures(half)
-    inner = free[..., 1:].reshape(*free.shape[:-1], DEGREE - 2, model.joints)
+    count = 1 + (DEGREE - 2) * model.joints
+    inner = free[..., 1:count].reshape(*free.shape[:-1], DEGREE - 2, model.joints)
     period = model.step_length(half) / goal.speed
     share = period[..., None] / DEGREE
     after = model.rates_after_impact(half, (end - inner[..., -1, :]) / share)
-    return (
-        half,
-        period,
-        np.concatenate([np.stack([start, start + share * after], axis=-2), inner, end[..., None, :]], -2),
-    )
+    points = np.concatenate([np.stack([start, start + share * after], axis=-2), inner, end[..., None, :]], -2)
+    return Motion(half, points, free[..., count:], period)
 
 
-def _grid(phase: Numbers, intervals: tuple[int, int]) -> tuple[Numbers, Numbers, int]:
-    """Phases and weights of Simpson's rule before and after a phase, and where that stands."""
-    first, second = (np.linspace(0.0, 1.0, count + 1) for count in intervals)
-    r = np.asarray(phase)[..., None]
-    phases = np.concatenate([r * first, r + (1.0 - r) * second], axis=-1)
-    weights = np.concatenate([r * _simpson(intervals[0]), (1.0 - r) * _simpson(intervals[1])], axis=-1)
-    return phases, weights, intervals[0] + 1
+def _grid(breaks: Sequence[Numbers], intervals: Sequence[int]) -> tuple[list[Numbers], Numbers, int]:
+    """Phases in the stretches between breaks, weights of Simpson's rule, and where the second stretch begins."""
+    ends = [np.zeros_like(breaks[0]), *breaks, np.ones_like(breaks[0])]
+    stretches, weights = [], []
+    for first, last, count in zip(ends[:-1], ends[1:], intervals, strict=True):
+        width = (last - first)[..., None]
+        stretches.append(first[..., None] + width * np.linspace(0.0, 1.0, count + 1))
+        weights.append(width * _simpson(count))
+    return stretches, np.concatenate(weights, axis=-1), intervals[0] + 1
 
 
 def _simpson(intervals: int) -> NDArray[np.float64]:

@@ -9,8 +9,8 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
-from typing import Any
+from functools import lru_cache
+from typing import Any, overload
 
 import numpy as np
 
@@ -18,11 +18,16 @@ from mjbiped.errors import InputError, shown
 from mjbiped.gaits import store
 from mjbiped.gaits.bezier import DEGREE, curve, in_pieces
 from mjbiped.gaits.compass_step import CompassStep
+from mjbiped.gaits.found import Found
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.hold import hold, pieces_of
-from mjbiped.gaits.optimisation import Goal, Solution, Told, optimise, solution_of, tell
+from mjbiped.gaits.kneed_step import KneedStep
+from mjbiped.gaits.optimisation import Goal, StepModel, free_numbers, optimise, solution_of
+from mjbiped.gaits.optimised_kneed import OptimisedKneedGait, kneed_gait
 from mjbiped.gaits.reference import table_of
 from mjbiped.robots.compass import Array, Compass
+from mjbiped.robots.kinds import robot_from
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.utils import domains
 
 SPEED = 0.494
@@ -32,8 +37,8 @@ FRICTION = 0.6
 """What a reference may ask of the ground, of the 0.8 that it has in MuJoCo."""
 
 
-@dataclass(frozen=True)
-class OptimisedGait(Gait):
+@dataclass(frozen=True, eq=False, repr=False)
+class OptimisedGait(Found, Gait):
     """An optimised gait on level ground, made by `find_reference`.
 
     Beyond the period the swing leg comes to rest within 0.1 s, and the stance leg goes on at an even rate, until it has
@@ -50,77 +55,63 @@ class OptimisedGait(Gait):
     clearance_phase: float
     control_points: Array = field(compare=False, repr=False)
 
-    def __repr__(self) -> str:
-        """One line."""
-        return (
-            f"<OptimisedGait at {self.speed:.4g} m/s with {self.goal.clearance:.4g} m of clearance: "
-            f"c_mt {self.cost_of_transport:.4f}, period {self.period:.6g} s, step {self.step_length:.6g} m>"
-        )
-
-    def __eq__(self, other: object) -> bool:
-        """Whether it is the same trajectory of the same robot, found for the same goal."""
-        return (
-            isinstance(other, OptimisedGait)
-            and (self.robot, self.goal, self.clearance_phase) == (other.robot, other.goal, other.clearance_phase)
-            and bool((self.control_points == other.control_points).all())
-        )
-
-    def __hash__(self) -> int:
-        """Of what equal gaits have in common."""
-        return hash((self.robot, self.goal, self.clearance_phase, self.control_points.tobytes()))
-
-    @cached_property
-    def measures(self) -> Told:
-        """What the gait asks on level ground, tracked without error: cost, torques, forces, clearance."""
-        solution = Solution(self.clearance_phase, float(self.end[0]), self.control_points, self.period)
-        return tell(CompassStep(self.robot), self.goal, solution)
-
     @property
-    def cost_of_transport(self) -> float:
-        """Absolute work on level ground for weight and distance, c_mt."""
-        return self.measures.cost_of_transport
-
-    def describe(self) -> dict[str, Any]:
-        """The trajectory and what it was found for, in plain JSON types; `gait_from` reads it."""
-        free = self.control_points[2:-1]
-        return {
-            "goal": dataclasses.asdict(self.goal),
-            "clearance_phase": self.clearance_phase,
-            "half_angle": float(self.end[0]),
-            "control_points": free.tolist(),
-            "robot": dataclasses.asdict(self.robot),
-        }
+    def model(self) -> CompassStep:
+        """The robot's step as the optimiser takes it."""
+        return CompassStep(self.robot)
 
 
+@overload
 def find_reference(
     robot: Compass,
+    *,
+    speed: float = ...,
+    clearance: float = ...,
+    retraction: bool = ...,
+    torque_limit: float | None = ...,
+    friction: float = ...,
+) -> OptimisedGait: ...
+@overload
+def find_reference(
+    robot: KneedBiped,
+    *,
+    speed: float = ...,
+    clearance: float = ...,
+    retraction: bool = ...,
+    torque_limit: float | None = ...,
+    friction: float = ...,
+) -> OptimisedKneedGait: ...
+def find_reference(
+    robot: Compass | KneedBiped,
     *,
     speed: float = SPEED,
     clearance: float = 0.06,
     retraction: bool = True,
     torque_limit: float | None = None,
     friction: float = FRICTION,
-) -> OptimisedGait:
+) -> OptimisedGait | OptimisedKneedGait:
     """The gait on level ground that costs least work and lifts its swing foot so high.
 
     A controller that tracks it climbs steps somewhat higher than the clearance. Results are kept in the user's cache
     folder, or where the environment variable MJBIPED_CACHE_DIR says.
 
     Args:
-        robot: Any compass biped.
+        robot: Any compass biped, or any biped with knees, whose swing foot stays above the ground at all times.
         speed: Mean speed, m/s.
         clearance: Height of the swing foot over level ground at some moment of the step, m. With 0 nothing is asked
-            of its path but that it lands where it shall.
+            of its path but that it lands where it shall. With knees the foot rises to it within the first quarter of
+            the step, and is so high until that moment.
         retraction: Whether the foot goes no further forward from that moment on, so that no riser can meet it from
             ahead. Without it the same height costs less.
-        torque_limit: Greatest torque of ankle and hip, N m; None for none.
+        torque_limit: Greatest torque of each joint, N m; None for none.
         friction: Greatest ratio of tangential to normal force on the stance foot.
 
     Raises:
-        InputError: A number is outside its domain, or the robot is no `Compass`.
+        InputError: A number is outside its domain, or the robot is neither a `Compass` nor a `KneedBiped`.
         GaitError: There is no such gait, or none was found; the message says what stands in the way.
     """
-    domains.check_kind("robot", robot, Compass)
+    if not isinstance(robot, KneedBiped):
+        domains.check_kind("robot", robot, Compass)
     goal = Goal(
         speed=domains.SPEED.check("speed", speed),
         clearance=domains.CLEARANCE.check("clearance", clearance),
@@ -132,19 +123,23 @@ def find_reference(
 
 
 @lru_cache(maxsize=256)
-def _find(robot: Compass, goal: Goal) -> OptimisedGait:
-    model = CompassStep(robot)
+def _find(robot: Compass | KneedBiped, goal: Goal) -> OptimisedGait | OptimisedKneedGait:
+    model = _model(robot)
     asked = {"robot": dataclasses.asdict(robot), "goal": dataclasses.asdict(goal)}
     kept = store.load(asked)
     if kept is None:
         found = optimise(model, goal)
-        kept = [found.clearance_phase, found.half, *found.points[2:-1].ravel().tolist()]
+        kept = [found.clearance_phase, *free_numbers(found).tolist()]
         store.save(asked, kept)
     return _gait(robot, goal, kept[0], np.array(kept[1:]))
 
 
-def optimised_from(described: Mapping[str, Any]) -> OptimisedGait:
-    """The gait of `OptimisedGait.describe`, bit by bit; nothing is optimised again.
+def _model(robot: Compass | KneedBiped) -> StepModel:
+    return KneedStep(robot) if isinstance(robot, KneedBiped) else CompassStep(robot)
+
+
+def optimised_from(described: Mapping[str, Any]) -> OptimisedGait | OptimisedKneedGait:
+    """The gait of `Found.describe`, bit by bit; nothing is optimised again.
 
     Raises:
         KeyError: Something is missing.
@@ -153,13 +148,20 @@ def optimised_from(described: Mapping[str, Any]) -> OptimisedGait:
     """
     goal = Goal(**described["goal"])
     free = domains.ANGLE.array("control_points", described["control_points"], (DEGREE - 2, 2))
-    numbers = np.concatenate([[domains.ANGLE.check("half_angle", described["half_angle"])], free.ravel()])
-    return _gait(Compass(**described["robot"]), goal, float(described["clearance_phase"]), numbers)
+    robot = robot_from(described["robot"])
+    assert isinstance(robot, Compass | KneedBiped)
+    own = domains.ANGLE.array("own", described.get("own", ()), (len(_model(robot).own),))
+    numbers = np.concatenate([[domains.ANGLE.check("half_angle", described["half_angle"])], free.ravel(), own])
+    return _gait(robot, goal, float(described["clearance_phase"]), numbers)
 
 
-def _gait(robot: Compass, goal: Goal, clearance_phase: float, free: Array) -> OptimisedGait:
-    model = CompassStep(robot)
+def _gait(
+    robot: Compass | KneedBiped, goal: Goal, clearance_phase: float, free: Array
+) -> OptimisedGait | OptimisedKneedGait:
+    model = _model(robot)
     solution = solution_of(model, goal, clearance_phase, free)
+    if isinstance(robot, KneedBiped):
+        return kneed_gait(robot, goal, solution)
     period = solution.period
     (q0, q), (dq0, dq), (_, ddq) = curve(solution.points, np.array([0.0, 1.0]), period)
     count = pieces_of(period, robot.leg_length, robot.gravity)

@@ -22,7 +22,10 @@ import scipy
 
 from mjbiped.utils.files import written_whole
 
-_SOURCES = ("bezier.py", "compass_step.py", "optimisation.py", "../robots/compass.py")
+_SOURCES = (
+    *("bezier.py", "compass_step.py", "kneed_step.py", "optimisation.py"),
+    *("../robots/chain.py", "../robots/compass.py", "../robots/kneed.py"),
+)
 
 
 def folder() -> Path:

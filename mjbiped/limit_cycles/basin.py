@@ -24,6 +24,7 @@ from mjbiped.engines.hybrid.simulation import HybridSimulation
 from mjbiped.engines.hybrid.state import ROWS, SAMPLES
 from mjbiped.engines.plan import check_controller
 from mjbiped.errors import InputError, MjbipedError
+from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.limit_cycles import return_map
 from mjbiped.limit_cycles.return_map import KICK, ReturnMap, plane_of, walk_all
@@ -216,7 +217,7 @@ def basin_of_control(
     """
     check_controller(controller)
     gait, walker = controller.gait, controller.robot if robot is None else domains.check_kind("robot", robot, Compass)
-    if gait is None or walker is None:
+    if not isinstance(gait, Gait) or not isinstance(walker, Compass):
         raise InputError(
             f"{type(controller).__name__} imitates no gait: there is nothing to settle on; a dataclass gets one in a "
             "field gait: mjbiped.Gait, and the robot's model in a field robot: mjbiped.Compass"

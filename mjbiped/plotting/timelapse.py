@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mjbiped.plotting.style import BLUE, GROUND, GUIDE, ORANGE, SHADE, VERMILLION, note_at
 from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, width
 from mjbiped.records.record import Walk
-from mjbiped.robots.compass import Array
+from mjbiped.robots.robot import Array, Robot
 from mjbiped.terrain.terrain import Terrain
 
 _ROW = 8.0  # ground in a row as wide as a page, m, as long as there are not too many rows
@@ -54,8 +54,7 @@ def _axis_width() -> float:
 def rows_of(walk: Walk) -> list[Row]:
     """Split the ground that a walk covered into rows of equal length, each long enough for what was walked on it."""
     qpos, leg = walk.samples["qpos"], walk.robot.leg_length
-    feet = np.concatenate([qpos[:, 0] - leg * np.sin(qpos[:, side]) for side in (2, 3)])
-    reached = np.concatenate([feet, qpos[:, 0]])
+    reached = walk.robot.limbs(qpos)[..., 0]
     start, stop = float(reached.min()) - 0.15, float(reached.max()) + 0.15
     # half as wide, a row holds 0.7 times the ground, so that the robot is 0.7 times as large
     usual = _ROW * math.sqrt(_axis_width() / (WIDTHS[DEFAULT_WIDTH].inches - _BESIDE))
@@ -101,15 +100,15 @@ def draw_row(axes: Axes, walk: Walk, row: Row) -> None:
     samples, touchdowns = walk.samples, walk.touchdowns
     time, qpos = samples["time"], samples["qpos"]
     axes.plot(qpos[:, 0], qpos[:, 1], color=GUIDE, linewidth=0.6, zorder=2)
-    leg = walk.robot.leg_length
+    robot = walk.robot
     thick = min(1.6, max(0.5, 1.3 * scale))
     between = _times_between(walk, scale)
     stance = samples["stance"][np.searchsorted(time, between, side="right") - 1]
-    _draw_sticks(axes, row, _postures(walk, between), stance, leg, 0.55 * thick, 0.35)
+    _draw_sticks(axes, row, _postures(walk, between), stance, robot, 0.55 * thick, 0.35)
     # at a touchdown the old stance leg still is the one that stands
-    _draw_sticks(axes, row, touchdowns["qpos"], 1 - touchdowns["stance"], leg, thick, 1.0)
+    _draw_sticks(axes, row, touchdowns["qpos"], 1 - touchdowns["stance"], robot, thick, 1.0)
     if walk.outcome != "finished" and row.start <= qpos[-1, 0] <= row.stop:
-        _draw_sticks(axes, row, qpos[-1:], samples["stance"][-1:], leg, 1.3 * thick, 1.0, VERMILLION)
+        _draw_sticks(axes, row, qpos[-1:], samples["stance"][-1:], robot, 1.3 * thick, 1.0, VERMILLION)
         x, z, *_ = qpos[-1].tolist()
         shift, side = (-5, "right") if x > row.start + 0.8 * (row.stop - row.start) else (5, "left")
         look = {
@@ -124,7 +123,7 @@ def draw_row(axes: Axes, walk: Walk, row: Row) -> None:
 
 
 def _postures(walk: Walk, times: Array) -> Array:
-    """Recorded postures at some times (s), shape (times, 4)."""
+    """Recorded postures at some times (s), shape (times, len(robot.places))."""
     columns = [np.interp(times, walk.samples["time"], column) for column in walk.samples["qpos"].T]
     return np.stack(columns, axis=1)
 
@@ -142,23 +141,21 @@ def _draw_sticks(
     row: Row,
     qpos: Array,
     stance: NDArray[Any],
-    leg: float,
+    robot: Robot,
     width: float,
     alpha: float,
     color: str = "",
 ) -> None:
-    """Draw postures as two lines from the hip to the feet, the swing legs under the stance legs."""
+    """Draw postures as two lines from the hip down to the feet, the swing legs under the stance legs."""
     inside = (qpos[:, 0] >= row.start) & (qpos[:, 0] < row.stop)
     qpos, stance = qpos[inside], stance[inside].astype(np.int64)
     if not len(qpos):
         return
-    hip = qpos[:, :2]
+    hip, limbs = qpos[:, :2], robot.limbs(qpos)
     for is_stance in (False, True):
-        angle = qpos[np.arange(len(qpos)), 2 + (stance if is_stance else 1 - stance)]
-        foot = hip - leg * np.stack([np.sin(angle), np.cos(angle)], axis=1)
         axes.add_collection(
             LineCollection(
-                list(np.stack([hip, foot], axis=1)),
+                list(limbs[np.arange(len(qpos)), stance if is_stance else 1 - stance]),
                 colors=color or (BLUE if is_stance else ORANGE),
                 linewidths=width if is_stance else 0.7 * width,
                 alpha=alpha,

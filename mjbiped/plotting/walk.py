@@ -217,9 +217,10 @@ def _imitated_gait(walk: Walk) -> Gait | None:
     """The gait that the controller imitated, found anew from the record; None where there is none."""
     described = walk.settings.get("controller", {}).get("gait")
     try:
-        return gait_from(described)
+        gait = gait_from(described)
     except (TypeError, KeyError, MjbipedError):
         return None
+    return gait if isinstance(gait, Gait) else None
 
 
 def _transitions(walk: Walk) -> list[NDArray[np.float64]]:

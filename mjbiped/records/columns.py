@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
 
 
 class Column(NamedTuple):
@@ -30,55 +34,94 @@ class Column(NamedTuple):
     parts: tuple[str, ...] = ()
 
 
-_LEGS, _JOINTS = ("stance", "swing"), ("ankle", "hip")
-_PLACES = ("hip_x", "hip_z", "left", "right")
+class Tables(NamedTuple):
+    """The columns of both tables of a walk.
+
+    Attributes:
+        samples: One row at a time; `controller_states` comes beside them, a column per state of the controller.
+        touchdowns: One row per support transfer, the columns in their order in a row.
+    """
+
+    samples: Mapping[str, Column]
+    touchdowns: Mapping[str, Column]
 
 
-SAMPLES: Mapping[str, Column] = {
-    "time": Column(1, "s", "since the walk's start"),
-    "q": Column(2, "rad", "stance and swing leg from the ground's normal under the stance foot", parts=_LEGS),
-    "dq": Column(2, "rad/s", "their rates", parts=_LEGS),
-    "torque": Column(2, "N m", "ankle and hip, from now on", finite=False, parts=_JOINTS),
-    "slope": Column(1, "rad", "of the ground under the stance foot"),
-    "slope_estimate": Column(1, "rad", "the controller's; NaN where it has none", finite=False),
-    "stance": Column(1, "", "0 left, 1 right"),
-    "qpos": Column(4, "m, m, rad, rad", "hip x, hip z, left and right leg from the vertical", parts=_PLACES),
-}
-"""Columns of the samples; `controller_states` comes beside them, one column per integrated state of the controller."""
+@cache
+def tables_of(robot: type[Robot]) -> Tables:
+    """The columns that walks of a kind of robot have."""
+    angles, joints, places = robot.angles, robot.joints, robot.places
+    legs = "stance leg, swing thigh and swing shank" if robot.knees else "stance and swing leg"
+    motors, both = ("ankle, hip and swing knee", "all") if robot.knees else ("ankle and hip", "both")
+    units = ", ".join(["m", "m", *["rad"] * (len(places) - 2)])
+    posture = "hip x, hip z, left and right leg from the vertical"
+    if robot.knees:
+        posture = "hip x, hip z, left and right thigh from the vertical, flexion of left and right knee"
 
-TOUCHDOWNS: Mapping[str, Column] = {
-    "time": Column(1, "s", "of the support transfer"),
-    "qpos": Column(4, "m, m, rad, rad", "hip x, hip z, left and right leg from the vertical", parts=_PLACES),
-    "x": Column(1, "m", "position of the new stance foot"),
-    "z": Column(1, "m", "its height"),
-    "stance": Column(1, "", "the new stance leg, 0 left, 1 right"),
-    "slope": Column(1, "rad", "of the ground under the new stance foot"),
-    "q_before": Column(2, "rad", "stance and swing leg in the old roles, from the old ground's normal", parts=_LEGS),
-    "dq_before": Column(2, "rad/s", "their rates just before the impact", parts=_LEGS),
-    "q": Column(2, "rad", "stance and swing leg in the new roles, from the new ground's normal", parts=_LEGS),
-    "dq": Column(2, "rad/s", "their rates just after the impact", parts=_LEGS),
-    "work_absolute": Column(1, "J", "since the start, the absolute work of both joints", finite=False),
-    "work_net": Column(1, "J", "the same, with its sign", finite=False),
-    "work_positive": Column(1, "J", "the same, positive work alone", finite=False),
-    "slip": Column(
-        1, "m", "greatest distance that the old stance foot slid along the ground (rolling on its radius is none)"
-    ),
-    "penetration": Column(1, "m", "deepest contact of the step that ends"),
-    "friction": Column(1, "", "greatest |F_t| / F_n of the old stance foot"),
-    "strikes": Column(1, "", "1 where the swing foot struck a vertical face"),
-    "slope_estimate_before": Column(1, "rad", "the controller's estimate at the step's end", finite=False),
-    "slope_estimate": Column(1, "rad", "the same after its update", finite=False),
-    "normal_force": Column(
-        1,
-        "N",
-        "least normal force of the ground on the old stance foot; below zero it would have to pull",
-        finite=False,
-        since=2,
-    ),
-}
-"""Columns of the touchdowns, one row per support transfer, in their order in a row."""
+    def of_angles(unit: str, meaning: str, **more: Any) -> Column:
+        return Column(len(angles), unit, meaning, parts=angles, **more)
 
-WHOLE_NUMBERS = ("stance", "strikes")
+    qpos = Column(len(places), units, posture, parts=places)
+    normal = "from the ground's normal under the stance foot"
+    samples = {
+        "time": Column(1, "s", "since the walk's start"),
+        "q": of_angles("rad", f"{legs} {normal}"),
+        "dq": of_angles("rad/s", "their rates"),
+        "torque": Column(len(joints), "N m", f"{motors}, from now on", finite=False, parts=joints),
+        "slope": Column(1, "rad", "of the ground under the stance foot"),
+        "slope_estimate": Column(1, "rad", "the controller's; NaN where it has none", finite=False),
+        "stance": Column(1, "", "0 left, 1 right"),
+        "qpos": qpos,
+    }
+    touchdowns = {
+        "time": Column(1, "s", "of the support transfer"),
+        "qpos": qpos,
+        "x": Column(1, "m", "position of the new stance foot"),
+        "z": Column(1, "m", "its height"),
+        "stance": Column(1, "", "the new stance leg, 0 left, 1 right"),
+        "slope": Column(1, "rad", "of the ground under the new stance foot"),
+        "q_before": of_angles("rad", f"{legs} in the old roles, from the old ground's normal"),
+        "dq_before": of_angles("rad/s", "their rates just before the impact"),
+        "q": of_angles("rad", f"{legs} in the new roles, from the new ground's normal"),
+        "dq": of_angles("rad/s", "their rates just after the impact"),
+        "work_absolute": Column(1, "J", f"since the start, the absolute work of {both} joints", finite=False),
+        "work_net": Column(1, "J", "the same, with its sign", finite=False),
+        "work_positive": Column(1, "J", "the same, positive work alone", finite=False),
+        "slip": Column(
+            1, "m", "greatest distance that the old stance foot slid along the ground (rolling on its radius is none)"
+        ),
+        "penetration": Column(1, "m", "deepest contact of the step that ends"),
+        "friction": Column(1, "", "greatest |F_t| / F_n of the old stance foot"),
+        "strikes": Column(1, "", "1 where the swing foot struck a vertical face"),
+        "slope_estimate_before": Column(1, "rad", "the controller's estimate at the step's end", finite=False),
+        "slope_estimate": Column(1, "rad", "the same after its update", finite=False),
+        "normal_force": Column(
+            1,
+            "N",
+            "least normal force of the ground on the old stance foot; below zero it would have to pull",
+            finite=False,
+            since=2,
+        ),
+    }
+    if robot.knees:
+        samples["locked"] = Column(1, "", "1 where the swing knee has struck its stop and is locked")
+        strike = "just {} the knee strike; NaN without one"
+        touchdowns |= {
+            "knee_strike": Column(
+                1, "s", "from the step's beginning to the knee strike; NaN without one", finite=False
+            ),
+            "knee_q": of_angles("rad", f"{legs} {strike.format('before')}", finite=False),
+            "knee_dq_before": of_angles("rad/s", f"their rates {strike.format('before')}", finite=False),
+            "knee_dq": of_angles("rad/s", f"their rates {strike.format('after')}", finite=False),
+            "flexion": Column(1, "rad", "greatest flexion of the swing knee in the step that ends"),
+            "stubs": Column(1, "", "how often the swing foot struck the ground in it, and did not come to stand"),
+        }
+    return Tables(samples, touchdowns)
+
+
+SAMPLES, TOUCHDOWNS = tables_of(Compass)
+"""Columns of the compass biped's walks."""
+
+WHOLE_NUMBERS = ("stance", "strikes", "locked")
 
 
 def width(columns: Mapping[str, Column]) -> int:

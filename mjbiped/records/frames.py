@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Column
+from mjbiped.records.columns import Column, tables_of
 from mjbiped.utils.extras import needed
 
 if TYPE_CHECKING:
@@ -45,14 +45,15 @@ def flat_samples(walk: Walk) -> Flat:
     states = walk.samples["controller_states"].T
     return {
         "step": _steps(walk),
-        **_flat(SAMPLES, walk.samples),
+        **_flat(tables_of(type(walk.robot)).samples, walk.samples),
         **{f"{STATE}_{number}": state for number, state in enumerate(states)},
     }
 
 
 def flat_touchdowns(walk: Walk) -> Flat:
     """The touchdowns, one number a column: `step` is the step that the touchdown ends, from 1 on."""
-    return {"step": np.arange(1, walk.steps + 1, dtype=np.int64), **_flat(TOUCHDOWNS, walk.touchdowns)}
+    columns = tables_of(type(walk.robot)).touchdowns
+    return {"step": np.arange(1, walk.steps + 1, dtype=np.int64), **_flat(columns, walk.touchdowns)}
 
 
 def units_of(columns: Mapping[str, Column]) -> dict[str, str]:
@@ -71,8 +72,8 @@ def frames(walk: Walk) -> Frames:
         InputError: pandas is not installed.
     """
     pandas = needed("pandas", "data", "to_pandas")
-    made = []
-    for table, columns in ((flat_samples(walk), SAMPLES), (flat_touchdowns(walk), TOUCHDOWNS)):
+    made, columns_of = [], tables_of(type(walk.robot))
+    for table, columns in zip((flat_samples(walk), flat_touchdowns(walk)), columns_of, strict=True):
         frame = pandas.DataFrame(table)
         frame.attrs["units"] = units_of(columns)
         made.append(frame)

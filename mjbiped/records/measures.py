@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, shown
-from mjbiped.robots.compass import Compass, impact_rates
+from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
 from mjbiped.terrain.terrain import Terrain
 
 if TYPE_CHECKING:
@@ -28,12 +29,12 @@ def distance(walk: Walk) -> float:
 
 
 def work(walk: Walk, kind: str = "absolute") -> float:
-    """Mechanical work of ankle and hip up to the last touchdown, J.
+    """Mechanical work of all joints up to the last touchdown, J.
 
     Args:
         walk: The walk.
-        kind: "absolute", `∫ |τ₁ q̇₁| + |τ₂ (q̇₂ - q̇₁)| dt`; "net" (with its sign), or "positive" (positive power
-            alone).
+        kind: "absolute", `∫ |τ₁ q̇₁| + |τ₂ (q̇₂ - q̇₁)| dt` (with knees `+ |τ₃ (q̇₃ - q̇₂)|`); "net" (with its sign), or
+            "positive" (positive power alone).
 
     Raises:
         InputError: The kind is unknown.
@@ -44,9 +45,8 @@ def work(walk: Walk, kind: str = "absolute") -> float:
 
 
 def powers(walk: Walk) -> NDArray[np.float64]:
-    """Mechanical power of ankle and hip at each sample, τ₁ q̇₁ and τ₂ (q̇₂ - q̇₁), shape (samples, 2), W."""
-    torque, dq = walk.samples["torque"], walk.samples["dq"]
-    return np.asarray(torque * np.stack([dq[:, 0], dq[:, 1] - dq[:, 0]], axis=1), dtype=np.float64)
+    """Mechanical power of each joint at each sample, torque times the joint's rate, shape (samples, joints), W."""
+    return np.asarray(walk.samples["torque"] * walk.robot.joint_rates(walk.samples["dq"]), dtype=np.float64)
 
 
 def cost_of_transport(walk: Walk, kind: str = "absolute") -> float:
@@ -62,7 +62,7 @@ def cost_of_transport(walk: Walk, kind: str = "absolute") -> float:
     return _transport(work(walk, kind), walk.robot, distance(walk))
 
 
-def _transport(work: float, robot: Compass, distance: float) -> float:
+def _transport(work: float, robot: Robot, distance: float) -> float:
     return work / (robot.weight * distance) if distance > 0.0 else math.nan
 
 
@@ -108,7 +108,7 @@ def _errors(touchdowns: Touchdowns, slope: float) -> tuple[NDArray[np.float64], 
 
 
 def impact_errors(walk: Walk) -> NDArray[np.float64]:
-    """Rates after each impact against the paper's impact map (2) of the state before it, shape (steps, 2).
+    """Rates after each impact against the impact map (the paper's (2)) of the state before it, shape (steps, angles).
 
     Relative: measured / map - 1, for the new stance and the new swing leg. What a simulator samples before and after an
     impact lies a physics step apart, and the motion in between is part of this number.
@@ -116,10 +116,10 @@ def impact_errors(walk: Walk) -> NDArray[np.float64]:
     return _impact_errors(walk.touchdowns, walk.robot)
 
 
-def _impact_errors(touchdowns: Touchdowns, robot: Compass) -> NDArray[np.float64]:
-    before = np.concatenate([touchdowns["q_before"], touchdowns["dq_before"]], axis=1)
-    mapped = [impact_rates(robot.constants, *state) for state in before.tolist()]
-    return np.asarray(touchdowns["dq"] / np.reshape(mapped, (-1, 2)) - 1.0, dtype=np.float64)
+def _impact_errors(touchdowns: Touchdowns, robot: Robot) -> NDArray[np.float64]:
+    pairs = zip(touchdowns["q_before"], touchdowns["dq_before"], strict=True)
+    mapped = np.reshape([robot.rates_after_touchdown(q, dq) for q, dq in pairs], touchdowns["dq"].shape)
+    return np.asarray(touchdowns["dq"] / mapped - 1.0, dtype=np.float64)
 
 
 def pulls(touchdowns: Touchdowns) -> NDArray[np.bool_]:
@@ -164,7 +164,7 @@ class Summary:
         steps: Touchdowns so far.
     """
 
-    def __init__(self, robot: Compass, terrain: Terrain) -> None:
+    def __init__(self, robot: Robot, terrain: Terrain) -> None:
         """Begin without a touchdown.
 
         Args:
@@ -239,8 +239,7 @@ class Summary:
             "cost_of_transport": cost("absolute"),
             "cost_of_transport_net": cost("net"),
             "cost_of_transport_positive": cost("positive"),
-            "peak_ankle_torque_Nm": float(peak_torque[0]),
-            "peak_hip_torque_Nm": float(peak_torque[1]),
+            **{f"peak_{joint}_torque_Nm": float(peak_torque[k]) for k, joint in enumerate(self._robot.joints)},
             "estimate_error_at_touchdown_deg": math.degrees(largest("estimate_error_at_touchdown")),
             "estimate_error_at_step_end_deg": math.degrees(largest("estimate_error_at_step_end")),
             "final_estimate_error_deg": math.degrees(self._last_error),
@@ -264,7 +263,11 @@ class Summary:
         }
 
 
-MEASURES: tuple[tuple[str, str, float, str, str], ...] = (
+Shown: TypeAlias = tuple[str, str, float, str, str]
+_PEAKS: tuple[Shown, ...] = tuple(
+    (f"peak torque, {joint}", f"peak_{joint}_torque_Nm", 1, ".2f", "N m") for joint in Compass.joints
+)
+MEASURES: tuple[Shown, ...] = (
     ("steps", "steps", 1, "d", ""),
     ("distance", "distance_m", 1, ".3f", "m"),
     ("last touchdown at", "time_s", 1, ".3f", "s"),
@@ -274,8 +277,7 @@ MEASURES: tuple[tuple[str, str, float, str, str], ...] = (
     ("cost of transport, absolute", "cost_of_transport", 1, ".4f", ""),
     ("cost of transport, net", "cost_of_transport_net", 1, ".4f", ""),
     ("cost of transport, positive", "cost_of_transport_positive", 1, ".4f", ""),
-    ("peak torque, ankle", "peak_ankle_torque_Nm", 1, ".2f", "N m"),
-    ("peak torque, hip", "peak_hip_torque_Nm", 1, ".2f", "N m"),
+    *_PEAKS,
     ("estimate error at touchdown, largest", "estimate_error_at_touchdown_deg", 1, ".4f", "deg"),
     ("estimate error at step end, largest", "estimate_error_at_step_end_deg", 1, ".4f", "deg"),
     ("final estimate error", "final_estimate_error_deg", 1, ".4f", "deg"),
@@ -287,7 +289,15 @@ MEASURES: tuple[tuple[str, str, float, str, str], ...] = (
     ("steps in which the ground would have to pull", "steps_that_pull", 1, "d", ""),
     ("impacts on vertical faces", "strikes", 1, "d", ""),
 )
-"""Of a summary, as they are shown: label, key, factor to the unit shown, format, and that unit."""
+"""Of a compass biped's summary, as they are shown: label, key, factor to the unit shown, format, and that unit."""
+
+
+def measures_of(robot: type[Robot]) -> tuple[Shown, ...]:
+    """The same for a kind of robot."""
+    last = 1 + MEASURES.index(_PEAKS[-1])
+    others = [joint for joint in robot.joints if joint not in Compass.joints]
+    more = ((f"peak torque, swing {joint}", f"peak_{joint}_torque_Nm", 1, ".2f", "N m") for joint in others)
+    return (*MEASURES[:last], *more, *MEASURES[last:])
 
 
 def in_words(value: float | None, factor: float, form: str) -> str:

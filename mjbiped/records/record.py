@@ -21,7 +21,8 @@ from mjbiped.records.schema import FORMAT as FORMAT
 from mjbiped.records.schema import FORMAT_VERSION as FORMAT_VERSION
 from mjbiped.records.schema import checked_fields
 from mjbiped.records.summary import WalkSummary, html_table
-from mjbiped.robots.compass import Compass
+from mjbiped.robots.kinds import robot_from
+from mjbiped.robots.robot import Robot
 from mjbiped.terrain.terrain import Terrain
 
 if TYPE_CHECKING:
@@ -49,13 +50,16 @@ class Walk:
             | `qpos` | (n, 4) | m, rad | hip x, hip z, left and right leg from the vertical |
             | `controller_states` | (n, k) | | the controller's integrated states |
 
+            A robot with knees has three angles (stance leg, swing thigh, swing shank) and torques (ankle, hip, swing
+            knee), `qpos` with the flexion of both knees behind it, and `locked`, 1 where the swing knee is.
+
         touchdowns: Arrays with a row per support transfer; `mjbiped.records.columns.TOUCHDOWNS` lists all with units.
             The posture (`q_before`, `q`) is that of the touchdown, in the old and the new roles; the rates `dq_before`
             and `dq` are those before and after the impact.
         outcome: "finished", "fell", "stalled", "slipped", "left the terrain", "diverged", "unresolved" (the hybrid
             engine could not follow the torques) or "interrupted".
         end: Time (s) and hip x (m) when it ended.
-        peak_torque: Greatest `|ankle|` and `|hip|` torque of all control ticks, N m.
+        peak_torque: Greatest `|ankle|` and `|hip|` torque, and a swing knee's, of all control ticks, N m.
         settings: All that is needed to repeat the walk, in plain JSON types: robot, controller, terrain, engine and its
             parameters, initial state, limits, versions.
     """
@@ -68,9 +72,9 @@ class Walk:
     settings: Mapping[str, Any]
 
     @property
-    def robot(self) -> Compass:
+    def robot(self) -> Robot:
         """The robot that walked."""
-        return Compass(**self.settings["robot"])
+        return robot_from(self.settings["robot"])
 
     @property
     def terrain(self) -> Terrain:
@@ -108,7 +112,7 @@ class Walk:
 
     @property
     def cost_of_transport(self) -> float:
-        """c_mt of both joints' absolute work; see `mjbiped.records.measures.cost_of_transport` for the variants."""
+        """c_mt of all joints' absolute work; see `mjbiped.records.measures.cost_of_transport` for the variants."""
         return measures.cost_of_transport(self)
 
     def __repr__(self) -> str:

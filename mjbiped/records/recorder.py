@@ -8,9 +8,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, index_of, split
+from mjbiped.records.columns import index_of, split, tables_of, width
 from mjbiped.records.measures import Summary
-from mjbiped.records.rows import SAMPLED, TOUCHED
+from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
 
 Cancellation: TypeAlias = Callable[[], None]
 """Called now and then while a walk is recorded; what it raises breaks the walk off."""
@@ -38,11 +39,17 @@ class Recorder:
     """
 
     def __init__(
-        self, *, keep_samples: bool = True, summary: Summary | None = None, cancellation: Cancellation = never_cancelled
+        self,
+        *,
+        robot: type[Robot] = Compass,
+        keep_samples: bool = True,
+        summary: Summary | None = None,
+        cancellation: Cancellation = never_cancelled,
     ) -> None:
         """Begin an empty recording.
 
         Args:
+            robot: The kind of robot that walks.
             keep_samples: Whether the table of samples is wanted; without it the last is known, no more.
             summary: Takes the touchdowns, which are not kept then.
             cancellation: See the attribute.
@@ -50,7 +57,9 @@ class Recorder:
         self.cancellation = cancellation
         self._keep_samples = keep_samples
         self._summary = summary
-        self._rows: list[NDArray[np.float64]] = [np.empty((0, TOUCHED))]
+        self._columns = tables_of(robot)
+        self._sampled = width(self._columns.samples)
+        self._rows: list[NDArray[np.float64]] = [np.empty((0, width(self._columns.touchdowns)))]
         self._samples: list[NDArray[np.float64]] = []
 
     def add(self, rows: NDArray[np.float64], samples: NDArray[np.float64]) -> None:
@@ -65,7 +74,7 @@ class Recorder:
         rows, samples = _later(rows, self._rows), _later(samples, self._samples)
         if len(rows):
             if self._summary is not None:
-                self._summary.take(split(TOUCHDOWNS, rows))
+                self._summary.take(split(self._columns.touchdowns, rows))
             else:
                 self._rows.append(rows.copy())
         if len(samples):
@@ -76,15 +85,15 @@ class Recorder:
 
     def add_touchdown(self, row: NDArray[np.float64]) -> None:
         """Take a copy of one touchdown's row."""
-        self.add(row[None], np.empty((0, SAMPLED)))
+        self.add(row[None], np.empty((0, self._sampled)))
 
     @property
     def end(self) -> tuple[float, float]:
         """Time (s) and hip x (m) of the last sample; zeros without one."""
         if not self._samples:
             return 0.0, 0.0
-        last = self._samples[-1][-1]
-        return float(last[index_of(SAMPLES, "time")]), float(last[index_of(SAMPLES, "qpos")])
+        last, columns = self._samples[-1][-1], self._columns.samples
+        return float(last[index_of(columns, "time")]), float(last[index_of(columns, "qpos")])
 
     @property
     def steps(self) -> int:
@@ -98,11 +107,12 @@ class Recorder:
 
     def samples(self) -> dict[str, NDArray[np.float64]]:
         """Samples so far; see `mjbiped.records.columns.SAMPLES`."""
-        table = np.concatenate(self._samples) if self._samples else np.empty((0, SAMPLED))
+        table = np.concatenate(self._samples) if self._samples else np.empty((0, self._sampled))
         if not self._keep_samples:
             table = table[:0]
-        return {**split(SAMPLES, table[:, :SAMPLED]), "controller_states": table[:, SAMPLED:].copy()}
+        own = table[:, self._sampled :].copy()
+        return {**split(self._columns.samples, table[:, : self._sampled]), "controller_states": own}
 
     def touchdowns(self) -> dict[str, NDArray[np.float64]]:
         """Touchdowns so far; see `mjbiped.records.columns.TOUCHDOWNS`."""
-        return split(TOUCHDOWNS, np.concatenate(self._rows))
+        return split(self._columns.touchdowns, np.concatenate(self._rows))

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Column, width
+from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Column, tables_of, width
+from mjbiped.robots.kneed import KneedBiped
 
 SAMPLED = width(SAMPLES)
 """Floats of a sample; the controller's integrated states stand behind them."""
@@ -38,3 +39,9 @@ def _writer(name: str, columns: Mapping[str, Column]) -> Callable[..., None]:
 
 write_sample = _writer("write_sample", SAMPLES)
 write_touchdown = _writer("write_touchdown", TOUCHDOWNS)
+
+_KNEES = tables_of(KneedBiped)
+write_kneed_sample = _writer("write_kneed_sample", _KNEES.samples)
+write_kneed_touchdown = _writer("write_kneed_touchdown", _KNEES.touchdowns)
+KNEED_SAMPLED = width(_KNEES.samples)
+"""Floats of a sample of a robot with knees; the controller's integrated states stand behind them."""

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import MjbipedError, RecordError, shown
-from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, WHOLE_NUMBERS, Column
-from mjbiped.robots.compass import Compass
+from mjbiped.records.columns import WHOLE_NUMBERS, Column, tables_of
+from mjbiped.robots.kinds import robot_from
+from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import STALL_TIME, Outcome
 from mjbiped.terrain.terrain import Terrain
 
@@ -49,14 +50,15 @@ def checked_fields(arrays: Arrays) -> dict[str, Any]:
     header = _header(arrays)
     end, settings = _moment(header), header.get("settings")
     robot = _robot(settings)
-    samples = _table("samples", SAMPLES, arrays, header["version"])
-    touchdowns = _table("touchdowns", TOUCHDOWNS, arrays, header["version"])
+    columns = tables_of(type(robot))
+    samples = _table("samples", columns.samples, arrays, header["version"])
+    touchdowns = _table("touchdowns", columns.touchdowns, arrays, header["version"])
     states = samples.get("controller_states")
     if states is None or states.dtype != np.float64 or states.ndim != 2:
         raise _damaged("samples/controller_states must be a column of numbers for each state of the controller")
     peak = arrays.get("peak_torque")
-    if peak is None or peak.dtype != np.float64 or peak.shape != (2,):
-        raise RecordError("is an incomplete record: it lacks peak_torque, two numbers")
+    if peak is None or peak.dtype != np.float64 or peak.shape != (len(robot.joints),):
+        raise RecordError(f"is an incomplete record: it lacks peak_torque, numbers for {', '.join(robot.joints)}")
     _check_times(robot, [samples["time"], touchdowns["time"], np.array(end[:1])], len(touchdowns["time"]))
     return {
         "samples": samples,
@@ -147,7 +149,7 @@ def _is_numbers(values: Any, count: int) -> TypeGuard[list[float]]:
     )
 
 
-def _robot(settings: Any) -> Compass:
+def _robot(settings: Any) -> Robot:
     """The robot that walked, of settings that hold all that readers of records rely on.
 
     Raises:
@@ -156,7 +158,7 @@ def _robot(settings: Any) -> Compass:
     if not isinstance(settings, dict):
         raise _damaged(f"its settings are {shown(settings)}; expected a table")
     try:
-        robot = Compass(**settings["robot"])
+        robot = robot_from(settings["robot"])
         Terrain.from_dict(settings["terrain"])
     except KeyError as error:
         raise _damaged(f"its settings lack {shown(error.args[0])}") from error
@@ -168,8 +170,10 @@ def _robot(settings: Any) -> Compass:
         raise _damaged(f"its controller is {shown(controller)}; expected a table with a name")
     if not isinstance(settings.get("engine"), str):
         raise _damaged(f"its engine is {shown(settings.get('engine'))}; expected a name")
-    if not _is_numbers(settings.get("initial"), 4):
-        raise _damaged(f"its initial state is {shown(settings.get('initial'))}; expected four numbers")
+    if not _is_numbers(settings.get("initial"), 2 * len(robot.angles)):
+        raise _damaged(
+            f"its initial state is {shown(settings.get('initial'))}; expected {2 * len(robot.angles)} numbers"
+        )
     if not isinstance(settings.get("warnings", {}), dict):
         raise _damaged(f"its warnings are {shown(settings['warnings'])}; expected a table")
     return robot
@@ -220,7 +224,7 @@ def _described(array: NDArray[Any]) -> str:
     return f"of type {array.dtype} and shape {shown(array.shape)}"
 
 
-def _check_times(robot: Compass, columns: Sequence[NDArray[np.float64]], steps: int) -> None:
+def _check_times(robot: Robot, columns: Sequence[NDArray[np.float64]], steps: int) -> None:
     """Refuse times that descend, and those at which a walk of so many steps would long have stalled.
 
     Raises:

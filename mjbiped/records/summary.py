@@ -49,7 +49,7 @@ class WalkSummary(Mapping[str, Any]):
             rows.append(("warning", "; ".join(warnings), ""))
         rows += [
             (label, measures.in_words(values[key], factor, form), "" if values[key] is None else unit)
-            for label, key, factor, form, unit in measures.MEASURES
+            for label, key, factor, form, unit in measures.measures_of(type(walk.robot))
         ]
         self.rows = tuple(rows)
 

@@ -23,10 +23,7 @@ def smooth_offsets(walk: Walk) -> NDArray[np.float64]:
     Returns:
         Offsets in x and z at each sample, m, shape (samples, 2).
     """
-    time, qpos, robot = walk.samples["time"], walk.samples["qpos"], walk.robot
-    share = robot.leg_mass * robot.upper_length / robot.total_mass
-    legs = np.stack([np.sin(qpos[:, 2:]).sum(axis=1), np.cos(qpos[:, 2:]).sum(axis=1)], axis=1)
-    centre = qpos[:, :2] - share * legs
+    time, centre = walk.samples["time"], walk.robot.centre_of_mass(walk.samples["qpos"])
     if len(time) < 2:
         return np.zeros_like(centre)
     pitch = max(_CALM / 10.0, (time[-1] - time[0]) / _MOST_PLACES)

@@ -17,7 +17,7 @@ import numpy as np
 from mjbiped.engines.mujoco.scenery import CUT
 from mjbiped.rendering.geoms import add_geom
 from mjbiped.rendering.moments import Moment, Pair, Points, foot_of
-from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
 from mjbiped.utils import palette
 
 Colour = tuple[float, float, float]
@@ -71,7 +71,7 @@ class Scales(NamedTuple):
     force: float
 
 
-def draw_marks(scene: Any, moment: Moment, robot: Compass, scales: Scales, elements: Collection[str]) -> None:
+def draw_marks(scene: Any, moment: Moment, robot: Robot, scales: Scales, elements: Collection[str]) -> None:
     """Draw the elements of an instant into a scene, behind what is there; what finds no room is left out.
 
     Args:
@@ -156,7 +156,7 @@ def _draw_force(pen: _Pen, foot: Pair, force: Pair, scale: float, length: float)
         pen.bar(foot, barb, _FRONT, _FORCE_WIDTH * length, rgba)
 
 
-def _draw_ghost(pen: _Pen, foot: Pair, moment: Moment, robot: Compass) -> None:
+def _draw_ghost(pen: _Pen, foot: Pair, moment: Moment, robot: Robot) -> None:
     """The tracked posture on the stance foot: both legs and the hip, translucent."""
     assert moment.reference is not None
     length, rgba = robot.leg_length, (*GHOST_COLOUR, _GHOST_OPACITY)

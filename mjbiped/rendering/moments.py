@@ -14,6 +14,8 @@ from mjbiped.errors import MjbipedError
 from mjbiped.records.record import Walk
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kinds import compass_of
+from mjbiped.robots.robot import Robot
 
 TRACE = 2.0
 """How long the way of a foot is seen, s."""
@@ -66,7 +68,8 @@ class Moments:
             walk: A record with samples.
             ghost: Whether that is wanted.
         """
-        self._samples, self._robot, self._terrain = walk.samples, walk.robot, walk.terrain
+        self._samples, self._terrain = walk.samples, walk.terrain
+        self._robot = compass_of(walk.robot, "the drawing of a walk in its scene")
         self._times, self._touchdowns = walk.samples["time"], walk.touchdowns["time"]
         self._reference = _reference(walk) if ghost else None
         qpos, length = walk.samples["qpos"], self._robot.leg_length
@@ -129,7 +132,7 @@ class Moments:
         return np.vstack([points[low:high], foot])
 
 
-def foot_of(robot: Compass, hip: Pair, angle: float) -> Pair:
+def foot_of(robot: Robot, hip: Pair, angle: float) -> Pair:
     """Where the foot of a leg is that leans by an angle (rad) from the vertical, x and z in m."""
     return hip[0] - robot.leg_length * math.sin(angle), hip[1] - robot.leg_length * math.cos(angle)
 

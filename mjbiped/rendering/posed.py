@@ -12,6 +12,7 @@ from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows
 from mjbiped.records.record import Walk
 from mjbiped.rendering.camera import fit_cameras
 from mjbiped.rendering.moments import Moment
+from mjbiped.robots.kinds import compass_of
 
 _SIGHT = 6.0  # ground built beyond what the record or a frame needs, in leg lengths
 _TOUCHING = 2e-4  # of a foot and the ground, between which MuJoCo looks for contacts to show, in leg lengths
@@ -33,7 +34,7 @@ class PosedScene:
         """Cut the terrain of a record with samples; `go_to` builds."""
         self._samples, self._length = walk.samples, walk.robot.leg_length
         self._windows = GroundWindows(
-            walk.robot,
+            compass_of(walk.robot, "the scene of a walk"),
             walk.terrain,
             timestep=1e-4,  # any: nothing is stepped
             reach=float(np.max(self._samples["qpos"][:, 0])) + _SIGHT * self._length,

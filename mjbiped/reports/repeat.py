@@ -17,6 +17,7 @@ from mjbiped.gaits.optimisation import Goal
 from mjbiped.gaits.optimised import words_of
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kinds import compass_of
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import parse_terrain
 
@@ -83,8 +84,9 @@ def _words(walk: Walk) -> Iterator[str]:
     yield "--initial=" + ",".join(map(repr, settings["initial"]))  # numbers: a name would depend on the controller
     yield from _controller(walk)
     yield from _engine(settings)
+    robot = compass_of(walk.robot, "the command of a walk")
     for field in fields(Compass):
-        value, usual = settings["robot"][field.name], getattr(Compass(), field.name)
+        value, usual = getattr(robot, field.name), getattr(Compass(), field.name)
         if value != usual:
             yield from (_option(field.name), repr(value))
     for name, value in settings.get("disturbances", {}).items():
@@ -145,7 +147,7 @@ def _controller(walk: Walk) -> Iterator[str]:
             next(described[key] for key in SLOPE_FIELDS if key in described)
         )
     chosen |= {key: value for key, value in shared.items() if value != SHARED[key]}
-    if make_controller(name, walk.robot, chosen).describe() != described:
+    if make_controller(name, compass_of(walk.robot, "the command of a walk"), chosen).describe() != described:
         raise _NotSayableError
     yield from ("--controller", name) if name != "adaptive" else ()
     for key, value in chosen.items():

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from mjbiped.analysis.replay import recorded_controller, transitions
 from mjbiped.errors import MjbipedError
 from mjbiped.gaits.described import gait_from
+from mjbiped.gaits.gait import Gait
 from mjbiped.plotting.style import GROUND, PLANNED, SHADE
 from mjbiped.plotting.timelapse import outline
 from mjbiped.records import measures
 from mjbiped.records.frames import flat_samples
 from mjbiped.records.record import Walk
 from mjbiped.reports.figures import AXIS, COLOURS, HEADING, Shown, layout, line, small
-from mjbiped.robots.compass import Array, Compass
+from mjbiped.robots.robot import Array, Robot
 from mjbiped.utils.extras import needed
 
 MOST_SAMPLES = 6000
@@ -189,13 +190,11 @@ def _over_ground(graphs: Any, walk: Walk) -> Shown:
     )
 
 
-def _sticks(robot: Compass, qpos: Array, side: NDArray[Any]) -> tuple[Array, Array]:
+def _sticks(robot: Robot, qpos: Array, side: NDArray[Any]) -> tuple[Array, Array]:
     """One leg of several postures, each hip, foot and a gap: x and z, m."""
-    angle = qpos[np.arange(len(qpos)), 2 + np.asarray(side, dtype=np.int64)]
-    gap = np.full(len(qpos), np.nan)
-    x = np.stack([qpos[:, 0], qpos[:, 0] - robot.leg_length * np.sin(angle), gap], axis=1)
-    z = np.stack([qpos[:, 1], qpos[:, 1] - robot.leg_length * np.cos(angle), gap], axis=1)
-    return x.ravel(), z.ravel()
+    legs = robot.limbs(qpos)[np.arange(len(qpos)), np.asarray(side, dtype=np.int64)]
+    x, z = np.insert(legs, legs.shape[1], np.nan, axis=1).reshape(-1, 2).T
+    return x, z
 
 
 def _phases(graphs: Any, walk: Walk, keep: NDArray[np.int64]) -> Shown:
@@ -260,6 +259,8 @@ def _imitated(walk: Walk) -> Array | None:
         described = walk.settings["controller"]["gait"]
         gait = gait_from(described)
     except (KeyError, TypeError, MjbipedError):
+        return None
+    if not isinstance(gait, Gait):
         return None
     q, dq, _ = gait.reference(np.linspace(0.0, gait.period, _POINTS))
     return np.concatenate([q, dq], axis=1)

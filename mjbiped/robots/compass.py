@@ -8,15 +8,17 @@ J leg inertia about its own COM, g gravity; q1 stance and q2 swing leg from the 
 slope positive downhill. Forces are generalised forces B tau, N m. docs/model.md derives the equations.
 """
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.numerics.trigonometry import sine_cosine
+from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
 Constants: TypeAlias = tuple[float, float, float, float, float, float, float]
@@ -162,7 +164,7 @@ def rates_after_impact(
 
 
 @dataclass(frozen=True)
-class Compass:
+class Compass(Robot):
     """A planar compass biped with two equal straight legs and point feet; the defaults are Table I of the paper.
 
     Attributes:
@@ -185,6 +187,12 @@ class Compass:
     leg_inertia: float = None  # type: ignore[assignment]  # a number after __post_init__
     gravity: float = 9.81
 
+    kind: ClassVar[str] = "compass"
+    angles: ClassVar[tuple[str, ...]] = ("stance", "swing")
+    joints: ClassVar[tuple[str, ...]] = ("ankle", "hip")
+    places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "left", "right")
+    knees: ClassVar[bool] = False
+
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""
         domains.check_fields(self, leg_mass=domains.LEG_MASS, hip_mass=domains.HIP_MASS)
@@ -203,11 +211,6 @@ class Compass:
     def total_mass(self) -> float:
         """Mass of the whole robot, kg."""
         return 2 * self.leg_mass + self.hip_mass
-
-    @property
-    def weight(self) -> float:
-        """Weight of the whole robot, N."""
-        return self.total_mass * self.gravity
 
     @property
     def input_matrix(self) -> Array:
@@ -253,10 +256,6 @@ class Compass:
         """Potential energy about the stance foot, J, for q of shape (2,) and the slope in rad."""
         return potential_energy(self.constants, *_angles(q), _slope(slope))
 
-    def energy(self, q: ArrayLike, dq: ArrayLike, slope: float) -> float:
-        """Kinetic plus potential energy about the stance foot, J; constant while no torque acts."""
-        return self.kinetic_energy(q, dq) + self.potential_energy(q, slope)
-
     def impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
         """State (q_plus, dq_plus), each of shape (2,), after the swing foot's impact, with the legs exchanged (eq. 2).
 
@@ -272,6 +271,27 @@ class Compass:
         The second component is H of eq. (4) on a plane.
         """
         return np.array(swing_foot(self.leg_length, legs_of(*_angles(q))))
+
+    def limbs(self, qpos: ArrayLike) -> Array:
+        """Hip and foot of either leg, shape (..., 2, 2, 2); see `Robot.limbs`."""
+        places = np.asarray(qpos, dtype=np.float64)
+        hip, legs = places[..., None, :2], places[..., 2:]
+        foot = hip - self.leg_length * np.stack([np.sin(legs), np.cos(legs)], axis=-1)
+        return np.stack([np.broadcast_to(hip, foot.shape), foot], axis=-2)
+
+    def centre_of_mass(self, qpos: ArrayLike) -> Array:
+        """Place of the centre of mass in postures `qpos`, shape (..., 2), m."""
+        places = np.asarray(qpos, dtype=np.float64)
+        legs = np.stack([np.sin(places[..., 2:]).sum(axis=-1), np.cos(places[..., 2:]).sum(axis=-1)], axis=-1)
+        return np.asarray(places[..., :2] - self.leg_mass * self.upper_length / self.total_mass * legs)
+
+    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike) -> Array:
+        """The impact map (2), of unchecked numbers; see `Robot.rates_after_touchdown`."""
+        return np.array(impact_rates(self.constants, *np.asarray(q).tolist(), *np.asarray(dq).tolist()))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The parameters alone: records had no other robots once."""
+        return dataclasses.asdict(self)
 
 
 def _angles(q: ArrayLike) -> tuple[float, float]:

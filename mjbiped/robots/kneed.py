@@ -18,12 +18,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mjbiped.errors import InputError
 from mjbiped.robots.chain import Array, Chain, chain_of
+from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
 STANCE_LOCKED = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
@@ -32,7 +34,7 @@ STRAIGHT = 1e-6  # rad; integrators find the stop more exactly than that
 
 
 @dataclass(frozen=True)
-class KneedBiped:
+class KneedBiped(Robot):
     """A planar biped of two equal legs with knees and point feet.
 
     The defaults walk passively: light shanks, and as much mass at the hip as in a leg. `halved_rods` is the other robot
@@ -65,6 +67,12 @@ class KneedBiped:
     thigh_inertia: float = None  # type: ignore[assignment]  # a number after __post_init__
     shank_inertia: float = None  # type: ignore[assignment]  # the same
     gravity: float = 9.81
+
+    kind: ClassVar[str] = "kneed"
+    angles: ClassVar[tuple[str, ...]] = ("stance", "swing", "shank")
+    joints: ClassVar[tuple[str, ...]] = ("ankle", "hip", "knee")
+    places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "left", "right", "left_knee", "right_knee")
+    knees: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""
@@ -100,9 +108,9 @@ class KneedBiped:
         return 2 * (self.thigh_mass + self.shank_mass) + self.hip_mass
 
     @property
-    def weight(self) -> float:
-        """Weight of the whole robot, N."""
-        return self.total_mass * self.gravity
+    def input_matrix(self) -> Array:
+        """B, shape (3, 3): the ankle acts on the stance leg, hip and knee between the segments that they join."""
+        return np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0], [0.0, 0.0, 1.0]])
 
     @cached_property
     def chains(self) -> Mapping[int, Chain]:
@@ -147,10 +155,6 @@ class KneedBiped:
         angles = _angles(q)
         return self._chain(angles).potential_energy(angles, domains.ANGLE.check("slope", slope))
 
-    def energy(self, q: ArrayLike, dq: ArrayLike, slope: float) -> float:
-        """Kinetic plus potential energy about the stance foot, J; constant between impacts while no torque acts."""
-        return self.kinetic_energy(q, dq) + self.potential_energy(q, slope)
-
     def swing_foot(self, q: ArrayLike) -> Array:
         """Swing foot from the stance foot, shape (2,), m: (along the ground, along its normal), for q of shape (n,)."""
         angles = _angles(q)
@@ -188,6 +192,29 @@ class KneedBiped:
         angles = domains.ANGLE.array("q", q, (2,))
         rates = self.chains[2].end_strikes(angles, _rates(dq, angles))
         return angles[::-1].copy(), rates[::-1].copy()
+
+    def limbs(self, qpos: ArrayLike) -> Array:
+        """Hip, knee and foot of either leg, shape (..., 2, 3, 2); see `Robot.limbs`."""
+        places = np.asarray(qpos, dtype=np.float64)
+        hip, thighs = places[..., None, :2], places[..., 2:4]
+        shanks = thighs + places[..., 4:6]
+        knee = hip - self.thigh_length * np.stack([np.sin(thighs), np.cos(thighs)], axis=-1)
+        foot = knee - self.shank_length * np.stack([np.sin(shanks), np.cos(shanks)], axis=-1)
+        return np.stack([np.broadcast_to(hip, knee.shape), knee, foot], axis=-2)
+
+    def centre_of_mass(self, qpos: ArrayLike) -> Array:
+        """Place of the centre of mass in postures `qpos`, shape (..., 2), m."""
+        points = self.limbs(qpos)
+        thighs, shanks = (np.diff(points[..., k : k + 2, :], axis=-2).sum(axis=(-3, -2)) for k in (0, 1))
+        knees = 2 * points[..., 0, 0, :] + thighs
+        moment = self.hip_mass * points[..., 0, 0, :]
+        moment = moment + self.thigh_mass * (2 * points[..., 0, 0, :] + self.thigh_centre / self.thigh_length * thighs)
+        moment = moment + self.shank_mass * (knees + self.shank_centre / self.shank_length * shanks)
+        return np.asarray(moment / self.total_mass)
+
+    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike) -> Array:
+        """The heel's impact of a straight leg; see `Robot.rates_after_touchdown`."""
+        return self.heel_impact(np.asarray(q)[:2], np.asarray(dq)[:2])[1][[0, 1, 1]]
 
     def _chain(self, angles: Array) -> Chain:
         return self.chains[len(angles)]

@@ -12,7 +12,7 @@ from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Terms, make_plan
 from mjbiped.errors import MjbipedError
 from mjbiped.records.record import Walk
-from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.terrain.terrain import Terrain
 
@@ -57,7 +57,7 @@ def walk(
     steps: int | None = None,
     distance: float | None = None,
     initial: str | Sequence[float] = "gait",
-    robot: Compass | None = None,
+    robot: Robot | None = None,
     sample_period: float | None = DEFAULT_SAMPLE_PERIOD,
     scuffing: ScuffingRule | None = None,
     disturbances: Disturbances | None = None,
@@ -76,7 +76,8 @@ def walk(
         steps: Touchdowns after which the walk is finished; 60 unless a distance is given.
         distance: Position x of the stance foot at which it is finished, m. With both, the first to be reached counts.
         initial: "gait" (on the imitated limit cycle, just after an impact), "rest" (both legs together on the ground,
-            at rest), or (q1, q2, dq1, dq2) from the ground's normal under x = 0, rad and rad/s. Hip and swing foot are
+            at rest), or (q1, q2, dq1, dq2) from the ground's normal under x = 0, rad and rad/s; with knees six numbers
+            of stance leg, swing thigh and swing shank. Hip and swing foot are
             not under the ground, but for the hundredth of a leg length by which a straight swing leg scuffs.
         robot: The robot that walks; by default the controller's own model, or Table I.
         sample_period: Time between two samples of the record, s; in MuJoCo each is taken at the next physics step.

@@ -14,7 +14,7 @@ from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, make_plan
 from mjbiped.errors import GaitError, InputError, MjbipedError
 from mjbiped.numerics.jit import announced
 from mjbiped.records.record import Walk
-from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
 from mjbiped.rollout.batch import Batch, Result
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.terrain.terrain import Terrain
@@ -64,7 +64,7 @@ class _Options(TypedDict, total=False):
     steps: int | None
     distance: float | None
     initial: Initial | Sequence[Initial]
-    robot: Compass | None
+    robot: Robot | None
     sample_period: float | None
     scuffing: ScuffingRule | None
     disturbances: Disturbances | Sequence[Disturbances] | None
@@ -100,7 +100,7 @@ def walk_many(
     steps: int | None = None,
     distance: float | None = None,
     initial: Initial | Sequence[Initial] = "gait",
-    robot: Compass | None = None,
+    robot: Robot | None = None,
     sample_period: float | None = DEFAULT_SAMPLE_PERIOD,
     scuffing: ScuffingRule | None = None,
     disturbances: Disturbances | Sequence[Disturbances] | None = None,

@@ -10,7 +10,7 @@ if TYPE_CHECKING:  # the command line's help needs none of them
 
     from mjbiped.rendering.marks import Scales
     from mjbiped.rendering.moments import Moment
-    from mjbiped.robots.compass import Compass
+    from mjbiped.robots.robot import Robot
     from mjbiped.terrain.terrain import Terrain
 
 
@@ -29,7 +29,7 @@ class Source(ABC):
 
     model: mujoco.MjModel
     data: mujoco.MjData
-    robot: Compass
+    robot: Robot
     terrain: Terrain
     scales: Scales
     goes_back: bool

@@ -23,7 +23,7 @@ def borne(walk: mjbiped.Walk, step: int) -> np.ndarray:
 
     From the second difference of the centre of mass.
     """
-    robot, samples = walk.robot, walk.samples
+    robot, samples = mjbiped.Compass(**walk.settings["robot"]), walk.samples
     times = np.append(0.0, walk.touchdowns["time"])
     period = walk.settings["sample_period"]
     at = np.flatnonzero((samples["time"] > times[step]) & (samples["time"] < times[step + 1]))[1:-1]

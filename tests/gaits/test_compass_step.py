@@ -85,7 +85,7 @@ def test_torques_are_mujocos_inverse_dynamics() -> None:
 
 
 def test_a_guess_stands_at_both_ends() -> None:
-    points = MODEL.guess(0.2)
+    points, _ = MODEL.guess(0.2)
     start, end = MODEL.postures(np.array(0.2))
     np.testing.assert_array_equal(points[[0, -1]], [start, end])
     assert math.isfinite(points.sum())

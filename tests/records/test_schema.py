@@ -70,7 +70,7 @@ def changed(walk: Walk, tmp_path: Path, change: Change) -> Path:
         (lambda r: r.settings["robot"].update(legs=3), "legs"),
         (lambda r: r.settings["terrain"].update(x=[1.0]), "terrain cannot be built"),
         (lambda r: r.settings.update(controller="x"), "a table with a name"),
-        (lambda r: r.settings.update(initial=[0.0, 0.0, 0.0]), "four numbers"),
+        (lambda r: r.settings.update(initial=[0.0, 0.0, 0.0]), "4 numbers"),
         (lambda r: r.settings.update(warnings=3), "warnings"),
         (lambda r: r.settings.update(engine=None), "engine"),
         (lambda r: r.settings.update(more=10**50), "51 digits"),

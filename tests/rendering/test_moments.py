@@ -36,7 +36,7 @@ def test_postures_are_interpolated_and_the_stance_foot_is_on_the_ground(walk: Wa
 
 def test_the_ground_force_accelerates_the_centre_of_mass(walk: Walk) -> None:
     """Independent of the equations of motion: second differences of the recorded places."""
-    robot, samples = walk.robot, walk.samples
+    robot, samples = mjbiped.Compass(**walk.settings["robot"]), walk.samples
     share = robot.leg_mass * robot.upper_length / robot.total_mass
     qpos, moments = samples["qpos"], Moments(walk)
     legs = np.stack([np.sin(qpos[:, 2:]).sum(axis=1), np.cos(qpos[:, 2:]).sum(axis=1)], axis=1)

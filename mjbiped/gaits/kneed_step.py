@@ -1,0 +1,185 @@
+"""The step of the biped with knees as the reference optimiser takes it: its laws of motion on arrays.
+
+Stance leg and swing thigh follow Bézier curves over the whole step. The flexion of the swing knee follows one until the
+knee strikes its stop, and is zero from then on. The strike changes the rates of both by the robot's impact map; that
+change is added to their curves afterwards, and fades until the heel strike. So either branch of the motion, with the
+knee bent and with the knee straight, can be carried on beyond the strike, for a knee that strikes late or early.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from mjbiped.gaits.bezier import DEGREE, Numbers, curve
+from mjbiped.gaits.compass_step import straight_guess
+from mjbiped.gaits.optimisation import Course, Goal, Motion
+from mjbiped.robots.chain import Array
+from mjbiped.robots.kneed import SWING_LOCKED, KneedBiped
+
+RISEN = 0.25  # of the step: from this phase on the swing foot has its clearance, which rises smoothly until then
+LANDS = 0.12  # of the step: so long before its end the foot is still lifted by `KneedStep.lifted` at least
+KNEE_STRIKE = 0.88  # phase at which the knee strikes its stop
+KNEE_RATES = (0.1, 0.3)  # between which it closes then, in sqrt(g / l): softly, but so that it does come to its stop
+GREATEST_FLEXION = 2.0  # of the control points, rad
+STRAIGHTENS = 0.02  # of the step, at least, from the clearance's phase to the knee strike
+
+
+class Moved(NamedTuple):
+    """Part of a motion, shapes (..., m, angles): three with the knee bent, two with the knee straight."""
+
+    q: Numbers
+    dq: Numbers
+    ddq: Numbers
+
+
+@dataclass(frozen=True)
+class KneedStep:
+    """A `mjbiped.gaits.optimisation.StepModel` of the biped with knees on level ground.
+
+    Its own numbers are the five control points of the flexion that are not zero.
+    """
+
+    robot: KneedBiped
+    joints: int = 2
+    own: tuple[tuple[float, float], ...] = ((0.0, GREATEST_FLEXION),) * 5
+    intervals: tuple[int, ...] = (40, 16, 16)
+    lifted: float = 0.005
+
+    @property
+    def length(self) -> float:
+        """Of a leg, m."""
+        return self.robot.leg_length
+
+    @property
+    def weight(self) -> float:
+        """Of the robot, N."""
+        return self.robot.weight
+
+    @property
+    def gravity(self) -> float:
+        """m/s²."""
+        return self.robot.gravity
+
+    def postures(self, half: Numbers) -> tuple[Numbers, Numbers]:
+        """Angles of the straight legs after and before the heel strike, each `half` from the vertical."""
+        return np.stack([-half, half], axis=-1), np.stack([half, -half], axis=-1)
+
+    def step_length(self, half: Numbers) -> Numbers:
+        """Between the feet, m."""
+        return 2.0 * self.length * np.sin(half)
+
+    def rates_after_impact(self, half: Numbers, rates: Numbers) -> Numbers:
+        """Rates of stance and swing leg after the heel strike, of rates before it, rad/s."""
+        chain = self.robot.chains[2]
+        _, before = self.postures(half)
+        about, _ = _weighted(chain.about_end, before)
+        onto, _ = _weighted(chain.onto_end, before)
+        return _solved(about, _times(onto, rates))[..., ::-1]
+
+    def breaks(self, own: Numbers) -> tuple[Numbers, ...]:
+        """The phase of the knee strike."""
+        return (np.full_like(own[..., 0], KNEE_STRIKE),)
+
+    def bent(self, motion: Motion, phases: Numbers) -> Moved:
+        """Stance leg, swing thigh and swing shank at phases up to the knee strike, shape (..., m)."""
+        legs = curve(motion.points, phases, motion.period)
+        flexion = curve(flexion_points(motion.own), phases / KNEE_STRIKE, KNEE_STRIKE * motion.period)
+        return Moved(*(np.concatenate([leg, leg[..., 1:] + knee], -1) for leg, knee in zip(legs, flexion, strict=True)))
+
+    def straight(self, motion: Motion, phases: Numbers) -> Moved:
+        """Stance and swing leg at phases after the knee strike, shape (..., m)."""
+        left = (1.0 - KNEE_STRIKE) * motion.period[..., None]
+        x = (phases - KNEE_STRIKE) / (1.0 - KNEE_STRIKE)
+        fading = (left * x * (1.0 - x) ** 2, (1.0 - x) * (1.0 - 3.0 * x), (6.0 * x - 4.0) / left)
+        change = self.knee_strike(motion)[..., None, :]
+        legs = curve(motion.points, phases, motion.period)
+        return Moved(*(leg + change * each[..., None] for leg, each in zip(legs, fading, strict=True)))
+
+    def knee_strike(self, motion: Motion) -> Numbers:
+        """Change of the rates of stance leg and thigh in the knee strike, rad/s, shape (..., 2)."""
+        q, dq, _ = (each[..., 0, :] for each in self.bent(motion, np.array([KNEE_STRIKE])))
+        matrix, _ = _weighted(self.robot.chains[3].weights, q)
+        groups = SWING_LOCKED
+        return _solved(groups.T @ matrix @ groups, _times(groups.T @ matrix, dq)) - dq[..., :2]
+
+    def along(self, motion: Motion, stretches: Sequence[Numbers]) -> Course:
+        """What a step asks of the robot, with its knee bent in all stretches but the last."""
+        bent = self.course(*self.bent(motion, np.concatenate(stretches[:-1], axis=-1)))
+        straight = self.course(*self.straight(motion, stretches[-1]))
+        axes = [-2 if name in ("torques", "powers") else -1 for name in Course._fields]
+        return Course(*(np.concatenate(pair, axis) for *pair, axis in zip(bent, straight, axes, strict=True)))
+
+    def course(self, q: Numbers, dq: Numbers, ddq: Numbers) -> Course:
+        """Inverse dynamics and the swing foot's way, for three angles or, with the knee locked, for two."""
+        chain = self.robot.chains[q.shape[-1]]
+        even, odd = _weighted(chain.weights, q)
+        forces = _times(even, ddq) + _times(odd, dq * dq) - chain.moments * np.sin(q)
+        torques = np.cumsum(forces[..., ::-1], axis=-1)[..., ::-1]  # each joint moves all segments beyond it
+        powers = torques * np.concatenate([dq[..., :1], np.diff(dq, axis=-1)], axis=-1)
+        if q.shape[-1] == 2:  # the lock bears the knee's torque
+            torques, powers = (np.concatenate([each, 0.0 * each[..., :1]], axis=-1) for each in (torques, powers))
+        sine, cosine = np.sin(q), np.cos(q)
+        levers = chain.moments / chain.gravity
+        return Course(
+            torques=torques,
+            powers=powers,
+            tangential_force=(cosine * ddq - sine * dq * dq) @ levers,
+            normal_force=chain.mass * chain.gravity - (sine * ddq + cosine * dq * dq) @ levers,
+            ahead=sine @ chain.reach,
+            height=cosine @ chain.reach,
+            ahead_rate=(cosine * dq) @ chain.reach,
+            height_rate=-(sine * dq) @ chain.reach,
+        )
+
+    def keeps(self, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int) -> dict[str, Numbers]:
+        """The foot is above the ground at all times, with its clearance from `RISEN` on; the knee lands softly."""
+        last, unit = motion.own[..., -1:], math.sqrt(self.length / self.gravity)
+        closing = DEGREE * last * unit / (KNEE_STRIKE * motion.period[..., None])
+        risen, lands = _smoothly(phases / RISEN), _smoothly((1.0 - phases) / LANDS)
+        height = course.height / self.length
+        above = (height - self.lifted * risen * lands)[..., 1:-1]
+        until = slice(1, second)  # at the clearance's phase itself it is a constraint of all robots
+        cleared = (height - goal.clearance / self.length * risen)[..., until]
+        return {
+            "foot above the ground": np.concatenate([above, cleared], axis=-1),
+            "knee strike": np.concatenate([closing - KNEE_RATES[0], KNEE_RATES[1] - closing], axis=-1),
+            "knee straightens": KNEE_STRIKE - STRAIGHTENS - phases[..., second : second + 1],
+        }
+
+    def guess(self, half: float) -> tuple[Array, Array]:
+        """As the compass biped's, and a knee that bends by some 40 degrees."""
+        return straight_guess(half), np.array([0.4, 1.0, 1.0, 0.4, 0.05])
+
+
+def flexion_points(own: Numbers) -> Numbers:
+    """Control points of the flexion until the knee strike, shape (..., DEGREE + 1, 1), of the robot's own numbers.
+
+    The knee begins straight and at rest, as the heel strike leaves it, and is straight at its strike.
+    """
+    zero = np.zeros_like(own[..., :1])
+    return np.concatenate([zero, zero, own, zero], axis=-1)[..., None]
+
+
+def _weighted(weights: Array, q: Numbers) -> tuple[Numbers, Numbers]:
+    """`mjbiped.robots.chain.weighted` on arrays of angles, shape (..., n): two matrices, shape (..., n, n)."""
+    difference = q[..., :, None] - q[..., None, :]
+    return weights * np.cos(difference), weights * np.sin(difference)
+
+
+def _times(matrices: Numbers, vectors: Numbers) -> Numbers:
+    return (matrices @ vectors[..., None])[..., 0]
+
+
+def _solved(matrices: Numbers, vectors: Numbers) -> Numbers:
+    return np.asarray(np.linalg.solve(matrices, vectors[..., None])[..., 0])
+
+
+def _smoothly(x: Numbers) -> Numbers:
+    """From 0 to 1 at x = 1, and 1 from there on."""
+    x = np.where(x.real < 1.0, x, 1.0)
+    return np.asarray(x * x * (3.0 - 2.0 * x))

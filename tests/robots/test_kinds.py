@@ -1,0 +1,82 @@
+"""What both robots tell of themselves: widths, limbs, and descriptions in records."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import mjbiped
+from mjbiped.errors import InputError
+from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, tables_of, width
+from mjbiped.robots.kinds import KINDS, compass_of, robot_from
+from mjbiped.robots.robot import Robot
+
+ROBOTS = (mjbiped.Compass(hip_mass=3.0), mjbiped.KneedBiped(), mjbiped.KneedBiped.halved_rods())
+ANGLES = st.floats(-0.6, 0.6)
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_a_description_is_the_robot(robot: Robot) -> None:
+    assert robot_from(json.loads(json.dumps(robot.to_dict()))) == robot
+
+
+def test_a_description_without_a_kind_is_a_compass() -> None:
+    assert robot_from({"leg_mass": 4.0}) == mjbiped.Compass(leg_mass=4.0)
+    with pytest.raises(InputError, match="kind of robot"):
+        robot_from({"kind": "centipede"})
+    with pytest.raises(InputError, match="compass biped alone"):
+        compass_of(mjbiped.KneedBiped(), "a test")
+
+
+@pytest.mark.parametrize("kind", KINDS.values())
+def test_widths_are_the_robots(kind: type[Robot]) -> None:
+    samples, touchdowns = tables_of(kind)
+    for table, names in ((samples, ("q", "dq")), (touchdowns, ("q_before", "dq_before", "q", "dq"))):
+        assert {table[name].width for name in names} == {len(kind.angles)}
+        assert table["qpos"].width == len(kind.places)
+        for column in table.values():
+            assert len(column.parts) in (0, column.width)
+    assert samples["torque"].parts == kind.joints
+
+
+def test_the_compass_has_its_columns_of_old() -> None:
+    """Records of earlier versions stay readable: names and widths as in format 2."""
+    assert list(SAMPLES) == ["time", "q", "dq", "torque", "slope", "slope_estimate", "stance", "qpos"]
+    assert (width(SAMPLES), width(TOUCHDOWNS)) == (14, 27)
+    knees = tables_of(mjbiped.KneedBiped)
+    assert list(knees.samples)[: len(SAMPLES)] == list(SAMPLES)
+    assert list(knees.touchdowns)[: len(TOUCHDOWNS)] == list(TOUCHDOWNS)
+
+
+@given(st.tuples(ANGLES, ANGLES), st.floats(0.0, 1.2))
+def test_limbs_lead_from_foot_to_foot(thighs: tuple[float, float], flexion: float) -> None:
+    """The way over the drawn points is the swing foot of the equations; a straight leg is a compass biped's."""
+    robot, (stance, swing) = ROBOTS[1], thighs
+    left, right = robot.limbs([0.3, 0.9, stance, swing, 0.0, flexion])
+    # sums of two or three numbers of some metres
+    assert right[-1] - left[-1] == pytest.approx(robot.swing_foot([stance, swing, swing + flexion]), abs=1e-14)
+    assert np.hypot(*np.diff(right, axis=0).T) == pytest.approx([0.5, 0.5], abs=1e-14)
+    straight = mjbiped.Compass().limbs([0.3, 0.9, stance, swing])
+    assert straight[0] == pytest.approx(left[[0, 2]], abs=1e-14)
+
+
+@given(st.tuples(ANGLES, ANGLES), st.floats(0.0, 1.2))
+def test_the_centre_of_mass_is_the_energys(thighs: tuple[float, float], flexion: float) -> None:
+    """Potential energy over the weight is the centre's height over the stance foot."""
+    for robot in ROBOTS:
+        bent = [flexion] if robot.knees else []
+        qpos = [0.0, 0.0, *thighs, *[0.0] * len(bent), *bent]
+        foot = robot.limbs(qpos)[0, -1]
+        height = robot.centre_of_mass(qpos)[1] - foot[1]
+        q = [*thighs, *(thighs[1] + each for each in bent)]
+        assert robot.weight * height == pytest.approx(robot.potential_energy(q, 0.0), abs=1e-11)  # of some 1e2 J
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_joints_do_the_work_of_the_forces(robot: Robot) -> None:
+    """Power is the same by torques and joint rates, and by generalised forces and rates of angles."""
+    draw = np.random.default_rng(0)
+    torque, dq = draw.normal(size=(2, len(robot.joints)))
+    assert torque @ robot.joint_rates(dq) == pytest.approx(robot.input_matrix @ torque @ dq, rel=1e-14)
