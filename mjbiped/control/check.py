@@ -41,11 +41,11 @@ def refused_in_words(controller: Controller, law: Law | None) -> Iterator[None]:
     except Exception as error:
         if law is None or not isinstance(error, _numba().core.errors.NumbaError):
             raise
-        reason = _blame(law, controller.states) or f"together: {_reason(error)}"
+        reason = _blame(law, controller.states, len(controller.joints)) or f"together: {_reason(error)}"
         raise LawError(f"the laws of {type(controller).__name__} cannot be compiled: {reason}. {_ADVICE}") from error
 
 
-def _blame(law: Law, states: Sequence[str]) -> str:
+def _blame(law: Law, states: Sequence[str], joints: int = 2) -> str:
     """The first law that will not do by itself, and why; empty if all do."""
     numba = _numba()
     types = numba.types
@@ -56,11 +56,12 @@ def _blame(law: Law, states: Sequence[str]) -> str:
         return f"parameters are {shown(law.parameters)}; expected numbers, arrays, tuples and NamedTuples of these"
     memory, number = types.Array(types.float64, 1, "C"), types.float64
     for name, count, values in (
-        ("torque", 5, 2 + len(states)),
-        ("touchdown", 6, 0),
+        ("torque", 1 + 2 * joints, joints + len(states)),
+        ("touchdown", 3 * joints, 0),
         ("slope_estimate", 0, 1),
         ("next_discontinuity", 1, 1),
-        ("tick", 5, 0),
+        ("tick", 1 + 2 * joints, 0),
+        ("knee_strike", 1 + 2 * joints, 0),
     ):
         if name not in law.functions:
             continue

@@ -13,8 +13,9 @@ from mjbiped.numerics.records import NotPackableError, Packer
 if TYPE_CHECKING:
     from mjbiped.control.machine_code import CompiledLaw
 
-_STATE = "t, q1, q2, dq1, dq2"
-_POSTURES = "q1_old, q2_old, q1, q2, dq1, dq2"
+_STATES = {2: "t, q1, q2, dq1, dq2", 3: "t, q1, q2, q3, dq1, dq2, dq3"}
+_POSTURES = {2: "q1_old, q2_old, q1, q2, dq1, dq2", 3: "q1_old, q2_old, q3_old, q1, q2, q3, dq1, dq2, dq3"}
+"""What laws take, by the number of the robot's joints, which it has as many of as angles."""
 _FAILED = 0  # index in a law's record: not zero once a law has raised an exception
 
 
@@ -27,7 +28,9 @@ class MachineCode:
 
     law: CompiledLaw
 
-    def __init__(self, law: Law, states: int, memory_size: int, *, contract: bool, room: int = 0) -> None:
+    def __init__(
+        self, law: Law, states: int, memory_size: int, *, contract: bool, room: int = 0, joints: int = 2
+    ) -> None:
         """Compile the law, or take it from the cache.
 
         Args:
@@ -36,6 +39,7 @@ class MachineCode:
             memory_size: Floats of its memory.
             contract: Whether products and sums may be made in one operation, with one rounding: faster, and not bitwise
                 what plain Python computes.
+            joints: Number of torques, and of angles.
             room: So many rates `values` has room for at least, that one engine may serve laws with fewer.
 
         Raises:
@@ -48,12 +52,12 @@ class MachineCode:
         packer.add(0.0)  # _FAILED
         made = packer.add(law.parameters)
         self._record = packer.record()
-        kind = (made, tuple(packer.classes.items()), 2 + states, memory_size, contract)
+        kind = (made, tuple(packer.classes.items()), joints, states, memory_size, contract)
         self._functions = {name: _function(name, each, *kind) for name, each in law.functions.items()}
         self.law = CompiledLaw(
             **{name: function.address for name, function in self._functions.items()},
             record=self._record.ctypes.data,
-            values=(0.0,) * (2 + max(states, room)),
+            values=(0.0,) * (joints + max(states, room)),
         )
 
     @property
@@ -81,7 +85,8 @@ def _function(
     law: Callable[..., Any],
     made: str,
     classes: tuple[tuple[str, type], ...],
-    values: int,
+    joints: int,
+    states: int,
     memory_size: int,
     contract: bool,
 ) -> Any:
@@ -90,19 +95,21 @@ def _function(
 
     from mjbiped.numerics import addresses
 
+    values, state, postures = joints + states, _STATES[joints], _POSTURES[joints]
     values_of = ", ".join(f"value_{index}" for index in range(values))  # unpacked: their number is looked at
     written = "; ".join(f"o[{index}] = float(value_{index})" for index in range(values))
     # once a law has failed, be it at a touchdown, no torque is a number: the walk goes no further
     lost = f"if numbers(record, 1)[{_FAILED}] != 0.0: o[:] = NAN"
     arguments, before, call, after = {
         "torque": (
-            "t, q1, q2, dq1, dq2, out",
+            f"{state}, out",
             f"o = numbers(out, {values})",
-            f"{values_of} = law(parameters(record), numbers(m, {memory_size}), t, q1, q2, dq1, dq2); {written}",
+            f"{values_of} = law(parameters(record), numbers(m, {memory_size}), {state}); {written}",
             lost,
         ),
-        "tick": (_STATE, "pass", f"law(parameters(record), numbers(m, {memory_size}), {_STATE})", "pass"),
-        "touchdown": (_POSTURES, "pass", f"law(parameters(record), numbers(m, {memory_size}), {_POSTURES})", "pass"),
+        "tick": (state, "pass", f"law(parameters(record), numbers(m, {memory_size}), {state})", "pass"),
+        "knee_strike": (state, "pass", f"law(parameters(record), numbers(m, {memory_size}), {state})", "pass"),
+        "touchdown": (postures, "pass", f"law(parameters(record), numbers(m, {memory_size}), {postures})", "pass"),
         "slope_estimate": (
             "t",
             "x = NAN",
@@ -133,9 +140,10 @@ def _function(
     }
     word, number = numba.types.int64, numba.types.float64
     signature = {
-        "torque": numba.types.void(word, word, *[number] * 5, word),
-        "touchdown": numba.types.void(word, word, *[number] * 6),
-        "tick": numba.types.void(word, word, *[number] * 5),
+        "torque": numba.types.void(word, word, *[number] * (1 + 2 * joints), word),
+        "touchdown": numba.types.void(word, word, *[number] * (3 * joints)),
+        "tick": numba.types.void(word, word, *[number] * (1 + 2 * joints)),
+        "knee_strike": numba.types.void(word, word, *[number] * (1 + 2 * joints)),
     }.get(name, number(word, word, number))
     known = (digest, made, _kinds(classes), contract)
     return from_source(partial(c_function, signature=signature, **options(contract)), name, source, space, known)

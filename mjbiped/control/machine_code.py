@@ -11,11 +11,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from mjbiped.control.controller import Memory
-from mjbiped.numerics.addresses import call_at, call_tick, call_torque, call_touchdown
+from mjbiped.numerics.addresses import call_at, call_for_nothing, call_torque
 
 
 class CompiledLaw(NamedTuple):
-    """Where a law's machine code and its parameters lie.
+    """Where a law's machine code and its parameters lie; for a robot with knees a state has three angles.
 
     Attributes:
         torque: Address of the C function (record, memory, t, q1, q2, dq1, dq2, out).
@@ -25,6 +25,7 @@ class CompiledLaw(NamedTuple):
         record: Address of the parameters, a `mjbiped.numerics.records.Packer`'s record.
         values: At least as many zeros as `torque` gives numbers: a tuple's length is part of its type.
         tick: Of (record, memory, t, q1, q2, dq1, dq2); 0: the law has none.
+        knee_strike: The same.
     """
 
     torque: int
@@ -34,13 +35,14 @@ class CompiledLaw(NamedTuple):
     record: int
     values: tuple[float, ...]
     tick: int = 0
+    knee_strike: int = 0
 
 
 def torque(
     law: CompiledLaw, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> tuple[float, ...]:
     """`Law.torque`, by address."""
-    found: tuple[float, ...] = call_torque(law.torque, law.record, memory, t, q1, q2, dq1, dq2, law.values)
+    found: tuple[float, ...] = call_torque(law.torque, law.record, memory, (t, q1, q2, dq1, dq2), law.values)
     return found
 
 
@@ -55,7 +57,7 @@ def touchdown(
     dq2: float,
 ) -> None:
     """`Law.touchdown`, by address."""
-    call_touchdown(law.touchdown, law.record, memory, q1_before, q2_before, q1, q2, dq1, dq2)
+    call_for_nothing(law.touchdown, law.record, memory, (q1_before, q2_before, q1, q2, dq1, dq2))
 
 
 def slope_estimate(law: CompiledLaw, memory: Memory) -> float:
@@ -70,4 +72,59 @@ def next_discontinuity(law: CompiledLaw, memory: Memory, t: float) -> float:
 
 def tick(law: CompiledLaw, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float) -> None:
     """`Law.tick`, by address; there must be one."""
-    call_tick(law.tick, law.record, memory, t, q1, q2, dq1, dq2)
+    call_for_nothing(law.tick, law.record, memory, (t, q1, q2, dq1, dq2))
+
+
+def knees_torque(
+    law: CompiledLaw,
+    memory: Memory,
+    t: float,
+    q1: float,
+    q2: float,
+    q3: float,
+    dq1: float,
+    dq2: float,
+    dq3: float,
+) -> tuple[float, ...]:
+    """As `torque`, for a robot with knees."""
+    found: tuple[float, ...] = call_torque(law.torque, law.record, memory, (t, q1, q2, q3, dq1, dq2, dq3), law.values)
+    return found
+
+
+def knees_touchdown(
+    law: CompiledLaw,
+    memory: Memory,
+    q1_before: float,
+    q2_before: float,
+    q3_before: float,
+    q1: float,
+    q2: float,
+    q3: float,
+    dq1: float,
+    dq2: float,
+    dq3: float,
+) -> None:
+    """As `touchdown`, for a robot with knees."""
+    call_for_nothing(law.touchdown, law.record, memory, (q1_before, q2_before, q3_before, q1, q2, q3, dq1, dq2, dq3))
+
+
+def knee_strike(
+    law: CompiledLaw,
+    memory: Memory,
+    t: float,
+    q1: float,
+    q2: float,
+    q3: float,
+    dq1: float,
+    dq2: float,
+    dq3: float,
+) -> None:
+    """`Law.knee_strike`, by address; there must be one."""
+    call_for_nothing(law.knee_strike, law.record, memory, (t, q1, q2, q3, dq1, dq2, dq3))
+
+
+LEGS = (torque, touchdown, slope_estimate, next_discontinuity, tick, knee_strike)
+"""As `mjbiped.control.methods.LEGS`."""
+
+KNEES = (knees_torque, knees_touchdown, slope_estimate, next_discontinuity, tick, knee_strike)
+"""As `mjbiped.control.methods.KNEES`."""

@@ -39,9 +39,14 @@ def torque(
     Raises:
         InputError: It returned another number of values than it should, or no numbers.
     """
-    given = controller.torque(memory, t, (q1, q2), (dq1, dq2))
+    return _checked(controller, controller.torque(memory, t, (q1, q2), (dq1, dq2)))
+
+
+def _checked(controller: Controller, given: Any) -> Sequence[float]:
+    """What `torque` returned; see `torque` above."""
     # what most laws return, and nothing else, is seen at once: a walk asks thousands of times
-    if type(given) is tuple and len(given) == 2 + len(controller.states) and type(given[0]) is type(given[-1]) is float:
+    wanted = len(controller.joints) + len(controller.states)
+    if type(given) is tuple and len(given) == wanted and type(given[0]) is type(given[-1]) is float:
         return given
     return values_of(controller, given)
 
@@ -101,3 +106,57 @@ def next_discontinuity(controller: Controller, memory: Memory, t: float) -> floa
 def tick(controller: Any, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float) -> None:
     """The method `tick` of a `mjbiped.disturbances.sampled.SampledController` likewise."""
     controller.tick(memory, t, (q1, q2), (dq1, dq2))
+
+
+def knees_torque(
+    controller: Controller,
+    memory: Memory,
+    t: float,
+    q1: float,
+    q2: float,
+    q3: float,
+    dq1: float,
+    dq2: float,
+    dq3: float,
+) -> Sequence[float]:
+    """As `torque`, for a robot with knees."""
+    return _checked(controller, controller.torque(memory, t, (q1, q2, q3), (dq1, dq2, dq3)))
+
+
+def knees_touchdown(
+    controller: Controller,
+    memory: Memory,
+    q1_before: float,
+    q2_before: float,
+    q3_before: float,
+    q1: float,
+    q2: float,
+    q3: float,
+    dq1: float,
+    dq2: float,
+    dq3: float,
+) -> None:
+    """As `touchdown`, for a robot with knees."""
+    controller.on_touchdown(memory, (q1_before, q2_before, q3_before), (q1, q2, q3), (dq1, dq2, dq3))
+
+
+def knee_strike(
+    controller: Controller,
+    memory: Memory,
+    t: float,
+    q1: float,
+    q2: float,
+    q3: float,
+    dq1: float,
+    dq2: float,
+    dq3: float,
+) -> None:
+    """The method `on_knee_strike` likewise."""
+    controller.on_knee_strike(memory, t, (q1, q2, q3), (dq1, dq2, dq3))
+
+
+LEGS = (torque, touchdown, slope_estimate, next_discontinuity, tick, knee_strike)
+"""What an engine calls of a controller, in the order of `Law`'s functions: for straight legs, ..."""
+
+KNEES = (knees_torque, knees_touchdown, slope_estimate, next_discontinuity, tick, knee_strike)
+"""... and for a robot with knees."""

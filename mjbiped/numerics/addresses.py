@@ -74,62 +74,39 @@ def array(_typing: Any, _address: Any, shape: Any) -> Any:
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def call_torque(
-    _typing: Any,
-    _function: Any,
-    _record: Any,
-    memory: Any,
-    _t: Any,
-    _q1: Any,
-    _q2: Any,
-    _dq1: Any,
-    _dq2: Any,
-    values: Any,
-) -> Any:
-    """What the C function at an address writes where its last argument says: as many floats as `values` is long."""
-    number = types.float64
+def call_torque(_typing: Any, _function: Any, _record: Any, memory: Any, state: Any, values: Any) -> Any:
+    """What the C function at an address writes where its last argument says: as many floats as `values` is long.
+
+    Before that one it takes a record, an array, and the floats of a tuple: time and state.
+    """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        function, record, memory, *state, _ = arguments
+        function, record, memory, state, _ = arguments
+        given = cgutils.unpack_tuple(builder, state)
         made = cgutils.alloca_once(builder, context.get_value_type(values))
         out = builder.ptrtoint(made, cgutils.intp_t)
-        _call(builder, function, ir.VoidType(), [record, _data(context, builder, signature, memory), *state, out])
+        _call(builder, function, ir.VoidType(), [record, _data(context, builder, signature, memory), *given, out])
         return builder.load(made)
 
-    return values(types.int64, types.int64, memory, *[number] * 5, values), generate
+    return values(types.int64, types.int64, memory, _floats(state), values), generate
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def call_touchdown(
-    _typing: Any,
-    _function: Any,
-    _record: Any,
-    memory: Any,
-    _q1_before: Any,
-    _q2_before: Any,
-    _q1: Any,
-    _q2: Any,
-    _dq1: Any,
-    _dq2: Any,
-) -> Any:
-    """Call the C function at an address with two postures and the rates."""
-    return types.void(types.int64, types.int64, memory, *[types.float64] * 6), _call_for_nothing
+def call_for_nothing(_typing: Any, _function: Any, _record: Any, memory: Any, state: Any) -> Any:
+    """Call the C function at an address with a record, an array, and the floats of a tuple; it returns nothing."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        function, record, memory, state = arguments
+        given = cgutils.unpack_tuple(builder, state)
+        _call(builder, function, ir.VoidType(), [record, _data(context, builder, signature, memory), *given])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, memory, _floats(state)), generate
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def call_tick(
-    _typing: Any,
-    _function: Any,
-    _record: Any,
-    memory: Any,
-    _t: Any,
-    _q1: Any,
-    _q2: Any,
-    _dq1: Any,
-    _dq2: Any,
-) -> Any:
-    """Call the C function at an address with a time and a state."""
-    return types.void(types.int64, types.int64, memory, *[types.float64] * 5), _call_for_nothing
+def _floats(state: Any) -> Any:
+    """The type of a tuple of so many floats."""
+    return types.UniTuple(types.float64, len(state))
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -164,13 +141,6 @@ def call_with(_typing: Any, _function: Any, _first: Any, _second: Any) -> Any:
         return context.get_dummy_value()
 
     return types.void(types.int64, types.int64, types.int64), generate
-
-
-def _call_for_nothing(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    """Call the function at the first argument with a record, an array and floats; it returns nothing."""
-    function, record, memory, *state = arguments
-    _call(builder, function, ir.VoidType(), [record, _data(context, builder, signature, memory), *state])
-    return context.get_dummy_value()
 
 
 def _call(builder: Any, function: Any, result: Any, arguments: Sequence[Any]) -> Any:

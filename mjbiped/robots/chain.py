@@ -113,6 +113,57 @@ def strike(after: Array, before: Array, q_after: Array, q: Array, dq: Array, eve
     solve(even[:k, :k], dq[:k])
 
 
+def constrain(
+    weights: Array, q: Array, row: Array, rest: float, even: Array, odd: Array, push: Array, motion: Array
+) -> float:
+    """Let a force along one direction bring row . motion + rest to zero; returns that force, or that impulse.
+
+    The motion are accelerations (the force then holds a point), or rates (an impulse stops it, where rest is 0).
+
+    Args:
+        weights: A, shape (n, n), kg m^2.
+        q: Angles, shape (n,), rad.
+        row: The point's Jacobian along the direction, shape (n,), m.
+        rest: What the point has of that motion without `motion`: m/s^2 by the rates, 0 in an impact.
+        even: Room of shape (n, n).
+        odd: The same.
+        push: Room of shape (n,).
+        motion: Accelerations or rates, shape (n,); changed.
+    """
+    weighted(weights, q, q, even, odd)
+    for i in range(len(q)):
+        push[i] = row[i]
+    solve(even, push)
+    along = 0.0
+    for i in range(len(q)):
+        rest += row[i] * motion[i]
+        along += row[i] * push[i]
+    force = -rest / along
+    for i in range(len(q)):
+        motion[i] += push[i] * force
+    return force
+
+
+def ground_force(moments: Array, mass: float, gravity: float, q: Array, dq: Array, ddq: Array) -> tuple[float, float]:
+    """Force of the ground on the chain, forward and upward, N: the rate of its momentum, and its weight.
+
+    Args:
+        moments: b, shape (n,), N m.
+        mass: Of the whole chain, kg.
+        gravity: m/s^2.
+        q: Angles from the vertical, shape (n,), rad.
+        dq: Rates, rad/s.
+        ddq: Accelerations, rad/s^2.
+    """
+    forward, upward = 0.0, mass * gravity
+    for i in range(len(q)):
+        sine, cosine = sine_cosine(q[i])
+        square = dq[i] * dq[i]
+        forward += moments[i] / gravity * (cosine * ddq[i] - sine * square)
+        upward -= moments[i] / gravity * (sine * ddq[i] + cosine * square)
+    return forward, upward
+
+
 @cache
 def machine_code() -> Any:
     """`accelerate` as machine code, one for chains of every length; compiled once, and kept on disk."""

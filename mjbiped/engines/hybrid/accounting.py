@@ -12,11 +12,8 @@ from typing import Any
 
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.dynamics import dense_state, ensure_dense, is_motion
-from mjbiped.engines.hybrid.events import hip, legs_at
 from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
 from mjbiped.numerics.dormand_prince import STAGES, dense_at, dense_rate_at
-from mjbiped.records.rows import SAMPLED, write_sample
-from mjbiped.robots.compass import Legs, ground_force
 from mjbiped.rules.termination import LIGHT_CONTACT
 
 PIECES = 16  # of a step, in which a change of the power's sign or a peak is looked for
@@ -30,7 +27,7 @@ def accumulate(
     parameters: Any,
     constants: SimulationConstants,
     b: Buffers,
-    legs: Legs,
+    pose: Any,
     t: float,
     h: float,
 ) -> bool:
@@ -39,34 +36,30 @@ def accumulate(
     Returns:
         Whether the motion within it is one: a torque may be no number where only a sample is taken.
     """
-    w, n = b.w, len(b.y)
-    stage_ankle, stage_hip, when_ankle, when_hip = (
-        w[at.STAGE_ANKLE],
-        w[at.STAGE_HIP],
-        w[at.WHEN_ANKLE],
-        w[at.WHEN_HIP],
-    )
-    note_peak(w, w[at.ANKLE], w[at.HIP])
-    if stage_ankle > w[at.PEAK_ANKLE] * BARELY or stage_hip > w[at.PEAK_HIP] * BARELY:
-        ensure_dense(laws, parameters, constants, b, t, h)
-        if stage_ankle > w[at.PEAK_ANKLE] * BARELY:
-            _peak_within(laws, parameters, b, t, h, when_ankle, 0)
-        if stage_hip > w[at.PEAK_HIP] * BARELY:
-            _peak_within(laws, parameters, b, t, h, when_hip, 1)
-    works = stage_ankle + stage_hip > 0.0
-    for component in range(n - at.WORKS, n):
+    w, n, joints = b.w, len(b.y), constants.joints
+    works = 0.0
+    for joint in range(joints):
+        w[at.KEPT_ANKLE + joint], w[at.KEPT_WHEN_ANKLE + joint] = w[at.STAGE_ANKLE + joint], w[at.WHEN_ANKLE + joint]
+        works += w[at.STAGE_ANKLE + joint]
+    note_peaks(constants, w)
+    for joint in range(joints):
+        if w[at.KEPT_ANKLE + joint] > w[at.PEAK_ANKLE + joint] * BARELY:
+            ensure_dense(laws, parameters, constants, b, t, h)
+            _peak_within(laws, parameters, constants, b, t, h, joint)
+    for component in range(n - joints, n):
         net = b.out[component] - b.y[component]
         variation = abs(net)
-        if works and _turns(b.k, n, component, h):
+        if works > 0.0 and _turns(b.k, n, component, h):
             ensure_dense(laws, parameters, constants, b, t, h)
             variation = _total_variation(b, n, component)
         w[at.WORK_ABSOLUTE] += variation
         w[at.WORK_NET] += net
         w[at.WORK_POSITIVE] += 0.5 * (variation + net)
-    note_ground_force(constants, b, legs, b.out, STAGES * n)
+    note_ground_force(laws, constants, b, pose, b.out, STAGES * n)
     if w[at.NORMAL_FORCE] < HARDLY * constants.mass * constants.gravity and w[at.FACE] == 0.0:
         ensure_dense(laws, parameters, constants, b, t, h)
-        _normal_force_within(constants, b, h)
+        _normal_force_within(laws, constants, b, h)
+    laws.note(laws, parameters, constants, b, t, h)
     first = w[at.SAMPLE] * constants.sample_period
     if first < w[at.CLOCK] + t + h:
         ensure_dense(laws, parameters, constants, b, t, h)
@@ -74,56 +67,60 @@ def accumulate(
             time = w[at.SAMPLE] * constants.sample_period
             x = min(max((time - w[at.CLOCK] - t) / h, 0.0), 1.0)
             dense_state(b, x, b.spare)
-            if not is_motion(b.spare):
+            if not is_motion(constants, b.spare):
                 return False
             take_sample(laws, parameters, constants, b, time, t + x * h, b.spare)
             w[at.SAMPLE] += 1.0
     return True
 
 
-def note_peak(w: Any, ankle: float, hip_torque: float) -> None:
+def note_peaks(constants: SimulationConstants, w: Any) -> None:
     """Keep the greatest magnitudes of the torques."""
-    w[at.PEAK_ANKLE] = max(w[at.PEAK_ANKLE], abs(ankle))
-    w[at.PEAK_HIP] = max(w[at.PEAK_HIP], abs(hip_torque))
+    for joint in range(constants.joints):
+        w[at.PEAK_ANKLE + joint] = max(w[at.PEAK_ANKLE + joint], abs(w[at.ANKLE + joint]))
 
 
-def _asked(laws: Laws, parameters: Any, b: Buffers, t: float, state: Sequence[float]) -> tuple[float, float]:
+def _asked(
+    laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float, state: Sequence[float]
+) -> Any:
     """Torques of the law in a state."""
-    w = b.w
-    for index in range(len(b.y) - at.ANGLES_AND_RATES - at.WORKS):
-        b.memory[index] = state[at.ANGLES_AND_RATES + index]
-    result = laws.torque(
-        parameters, b.memory, min(max(t, w[at.AFTER]), w[at.BEFORE]), state[0], state[1], state[2], state[3]
-    )
-    return result[0], result[1]
+    w, first = b.w, 2 * constants.angles
+    for index in range(len(b.y) - first - constants.joints):
+        b.memory[index] = state[first + index]
+    return laws.asked(laws.torque, parameters, b.memory, min(max(t, w[at.AFTER]), w[at.BEFORE]), state)
 
 
-def _peak_within(laws: Laws, parameters: Any, b: Buffers, t: float, h: float, when: float, joint: int) -> None:
+def _peak_within(
+    laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float, h: float, joint: int
+) -> None:
     """A joint's peak inside the step: the top of the parabola through a greatest value and its neighbours.
 
-    It is climbed to from the time `when` of the stage at which the torque seemed greatest, in sixteenths of the step.
+    It is climbed to from the stage at which the torque seemed greatest, in sixteenths of the step.
     """
+    when = b.w[at.KEPT_WHEN_ANKLE + joint]
     piece = min(max(int(PIECES * (when - t) / h + 0.5), 1), PIECES - 1)
-    middle = _torque_within(laws, parameters, b, t, h, piece, joint)
-    left = _torque_within(laws, parameters, b, t, h, piece - 1, joint)
-    right = _torque_within(laws, parameters, b, t, h, piece + 1, joint)
+    middle = _torque_within(laws, parameters, constants, b, t, h, piece, joint)
+    left = _torque_within(laws, parameters, constants, b, t, h, piece - 1, joint)
+    right = _torque_within(laws, parameters, constants, b, t, h, piece + 1, joint)
     while abs(left) > abs(middle) and piece > 1:
         piece -= 1
-        right, middle, left = middle, left, _torque_within(laws, parameters, b, t, h, piece - 1, joint)
+        right, middle = middle, left
+        left = _torque_within(laws, parameters, constants, b, t, h, piece - 1, joint)
     while abs(right) > abs(middle) and piece < PIECES - 1:
         piece += 1
-        left, middle, right = middle, right, _torque_within(laws, parameters, b, t, h, piece + 1, joint)
+        left, middle = middle, right
+        right = _torque_within(laws, parameters, constants, b, t, h, piece + 1, joint)
     found = max(abs(left), abs(middle), abs(right), abs(_parabola_top(left, middle, right)))
-    index = at.PEAK_HIP if joint else at.PEAK_ANKLE
-    b.w[index] = max(b.w[index], found)
+    b.w[at.PEAK_ANKLE + joint] = max(b.w[at.PEAK_ANKLE + joint], found)
 
 
-def _torque_within(laws: Laws, parameters: Any, b: Buffers, t: float, h: float, piece: int, joint: int) -> float:
+def _torque_within(
+    laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float, h: float, piece: int, joint: int
+) -> float:
     """A joint's torque so many sixteenths into the step, N m."""
     x = piece / PIECES
     dense_state(b, x, b.spare)
-    torques = _asked(laws, parameters, b, t + x * h, b.spare)
-    return torques[1] if joint else torques[0]
+    return float(_asked(laws, parameters, constants, b, t + x * h, b.spare)[joint])
 
 
 def _parabola_top(left: float, middle: float, right: float) -> float:
@@ -167,14 +164,14 @@ def _total_variation(b: Buffers, n: int, component: int) -> float:
 
 
 def note_ground_force(
-    constants: SimulationConstants, b: Buffers, legs: Legs, state: Sequence[float], place: int
+    laws: Laws, constants: SimulationConstants, b: Buffers, pose: Any, state: Sequence[float], place: int
 ) -> None:
     """Least F_n and greatest |F_t / F_n| that the motion asks of the ground under the stance foot.
 
     F_n < 0 means that the ground would have to pull. Where the foot hardly presses on it the ratio is left out. `place`
     is that of the state's rates in `k`.
     """
-    along, normal = _ground_force(constants, b, legs, state[2], state[3], b.k[place + 2], b.k[place + 3])
+    along, normal = _turned(b, laws.force_at(constants, b, pose, state, place))
     if b.w[at.FACE] != 0.0:  # the face's push at the swing foot is none of the ground's
         push = b.w[at.FACE] * b.w[at.PRESS]
         along += push * b.w[at.COSINE]
@@ -184,11 +181,9 @@ def note_ground_force(
         b.w[at.FRICTION] = max(b.w[at.FRICTION], abs(along) / normal)
 
 
-def _ground_force(
-    constants: SimulationConstants, b: Buffers, legs: Legs, dq1: float, dq2: float, ddq1: float, ddq2: float
-) -> tuple[float, float]:
-    """Force on the feet along the stance foot's ground and normal to it, N."""
-    force_x, force_z = ground_force(constants.robot, constants.mass, constants.gravity, legs, dq1, dq2, ddq1, ddq2)
+def _turned(b: Buffers, force: tuple[float, float]) -> tuple[float, float]:
+    """Force on the feet along the stance foot's ground and normal to it, N, without a push at the hip."""
+    force_x, force_z = force
     along = force_x * b.w[at.COSINE] - force_z * b.w[at.SINE]
     normal = force_x * b.w[at.SINE] + force_z * b.w[at.COSINE]
     if b.w[at.PUSH] != 0.0:  # is none of the ground's
@@ -197,16 +192,15 @@ def _ground_force(
     return along, normal
 
 
-def _normal_force_within(constants: SimulationConstants, b: Buffers, h: float) -> None:
+def _normal_force_within(laws: Laws, constants: SimulationConstants, b: Buffers, h: float) -> None:
     """Least F_n inside the step: the least of some values, and of the parabolas through it and its neighbours."""
-    w, n = b.w, len(b.y)
+    w = b.w
     last = before = 0.0
     for piece in range(PIECES + 1):
         x = piece / PIECES
         dense_state(b, x, b.spare)
-        ddq1, ddq2 = dense_rate_at(b.dense, n, 2, x) / h, dense_rate_at(b.dense, n, 3, x) / h
-        legs = legs_at(b, b.spare[0], b.spare[1])
-        _, normal = _ground_force(constants, b, legs, b.spare[2], b.spare[3], ddq1, ddq2)
+        pose = laws.pose(b, b.spare)
+        _, normal = _turned(b, laws.force_within(constants, b, pose, x, h))
         w[at.NORMAL_FORCE] = min(w[at.NORMAL_FORCE], normal)
         if piece > 1 and last < min(before, normal):
             w[at.NORMAL_FORCE] = min(w[at.NORMAL_FORCE], _parabola_top(before, last, normal))
@@ -222,41 +216,12 @@ def take_sample(
     t: float,
     state: Sequence[float],
 ) -> None:
-    """Write a row of the samples: those of `columns.SAMPLES`, then the controller's states."""
-    w = b.w
-    torque = _asked(laws, parameters, b, t, state)
-    write_state(
-        constants, b, b.samples[int(w[at.SAMPLES])], time, state, torque, laws.slope_estimate(parameters, b.memory)
-    )
+    """Write a row of the samples: those of the robot's columns, then the controller's states."""
+    w, torque = b.w, _asked(laws, parameters, constants, b, t, state)
+    kept = w[at.ANKLE], w[at.HIP], w[at.KNEE]
+    for joint in range(constants.joints):
+        w[at.ANKLE + joint] = torque[joint]
+    estimate = laws.slope_estimate(parameters, b.memory)
+    laws.write_state(constants, b, b.samples[int(w[at.SAMPLES])], time, state, estimate)
+    w[at.ANKLE], w[at.HIP], w[at.KNEE] = kept
     w[at.SAMPLES] += 1.0
-
-
-def write_state(
-    constants: SimulationConstants,
-    b: Buffers,
-    row: Any,
-    time: float,
-    state: Sequence[float],
-    torque: tuple[float, float],
-    estimate: float,
-) -> None:
-    """Fill a row of the samples with a state, and with torques (N m) and slope estimate (rad) in it."""
-    w = b.w
-    left, right = state[0] + w[at.SLOPE], state[1] + w[at.SLOPE]
-    if w[at.STANCE] != 0.0:
-        left, right = right, left
-    x, z = hip(constants, b, legs_at(b, state[0], state[1]))
-    write_sample(
-        row,
-        0,
-        time=time,
-        q=(state[0], state[1]),
-        dq=(state[2], state[3]),
-        torque=torque,
-        slope=w[at.SLOPE],
-        slope_estimate=estimate,
-        stance=w[at.STANCE],
-        qpos=(x, z, left, right),
-    )
-    for index in range(len(b.y) - at.ANGLES_AND_RATES - at.WORKS):
-        row[SAMPLED + index] = state[at.ANGLES_AND_RATES + index]

@@ -15,6 +15,9 @@ from mjbiped.engines.hybrid.simulation import TOLERANCE, HybridSimulation, simul
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError
 from mjbiped.records.recorder import Cancellation, never_cancelled
+from mjbiped.robots.compass import Compass
+from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils import domains
 
@@ -33,12 +36,25 @@ class Hybrid(Engine):
     """
 
     name: ClassVar[str] = "hybrid"
+    robots: ClassVar[tuple[type[Robot], ...]] = (Compass, KneedBiped)
 
     tolerance: float = TOLERANCE
 
     def __post_init__(self) -> None:
         """Check the value."""
         domains.check_fields(self, tolerance=domains.TOLERANCE)
+
+    def check(self, plan: Plan) -> None:
+        """Refuse a loop that ticks for a robot with knees.
+
+        Raises:
+            InputError: It is asked for.
+        """
+        if plan.robot.knees and plan.disturbances.in_loop:
+            raise InputError(
+                "noise, delay, weak motors and a control period are there for the compass biped alone; a robot with "
+                "knees can be pushed"
+            )
 
     def check_disturbances(self, disturbances: Disturbances) -> None:
         """Refuse a delay that does not fit the control period, and friction.
@@ -88,7 +104,7 @@ class HybridRun(Run):
         return self.simulation.compiled
 
     def peak_torque(self) -> NDArray[np.float64]:
-        """Greatest |ankle| and |hip| torque so far, N m."""
+        """Greatest magnitude of each joint's torque so far, N m."""
         return self.simulation.peak_torque
 
     def settings(self) -> dict[str, Any]:

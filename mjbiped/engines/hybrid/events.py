@@ -10,19 +10,18 @@ no more than `ROOM` times as much as at the step's ends, could not have reached 
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from mjbiped.engines.hybrid import state as at
-from mjbiped.engines.hybrid.state import Buffers, SimulationConstants
-from mjbiped.numerics.dormand_prince import STAGES, dense_at
-from mjbiped.robots.compass import Legs, legs_of
+from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
+from mjbiped.numerics.dormand_prince import STAGES
 from mjbiped.rules.scuffing import swing_foot_collides
 from mjbiped.terrain.profile import height_of, segment_near
 
 Place: TypeAlias = tuple[float, float, int]
 """Distance of the swing foot ahead of the stance foot (m), its clearance (m), and the terrain segment under it."""
 
-NOTHING, TOUCHDOWN, FACE_IMPACT, OVER_THE_TOP = 0, 1, 2, 3
+NOTHING, TOUCHDOWN, FACE_IMPACT, OVER_THE_TOP, KNEE_STRIKE = 0, 1, 2, 3, 4
 
 SHORTEST = 5e-4  # intervals are not halved below this, s: the foot's sag in it is some 1e-6 m
 RESOLVED = 1e-8  # a crossing is first located so closely, s
@@ -40,45 +39,27 @@ def segment_under(constants: SimulationConstants, b: Buffers, x: float) -> int:
     return index
 
 
-def legs_at(b: Buffers, q1: float, q2: float) -> Legs:
-    """Sine and cosine of the stance leg's and of the swing leg's angle from the vertical."""
-    return legs_of(q1 + b.w[at.SLOPE], q2 + b.w[at.SLOPE])
-
-
-def swing_foot(constants: SimulationConstants, b: Buffers, legs: Legs) -> tuple[float, float]:
-    """Place x, z of the swing foot, m."""
-    sine1, cosine1, sine2, cosine2 = legs
-    return b.w[at.FOOT_X] + constants.length * (sine1 - sine2), b.w[at.FOOT_Z] + constants.length * (cosine1 - cosine2)
-
-
-def hip(constants: SimulationConstants, b: Buffers, legs: Legs) -> tuple[float, float]:
-    """Place x, z of the hip, m."""
-    return b.w[at.FOOT_X] + constants.length * legs[0], b.w[at.FOOT_Z] + constants.length * legs[1]
-
-
-def legs_within(b: Buffers, x: float) -> Legs:
-    """The legs at the share x of the step."""
+def pose_within(laws: Laws, b: Buffers, x: float) -> Any:
+    """The robot's pose at the share x of the step."""
     if x == 0.0:
-        return legs_at(b, b.y[0], b.y[1])
+        return laws.pose(b, b.y)
     if x == 1.0:
-        return legs_at(b, b.out[0], b.out[1])
-    n = len(b.y)
-    return legs_at(b, dense_at(b.dense, n, 0, b.y[0], x), dense_at(b.dense, n, 1, b.y[1], x))
+        return laws.pose(b, b.out)
+    return laws.pose_between(b, x)
 
 
-def foot_over_ground(constants: SimulationConstants, b: Buffers, legs: Legs) -> Place:
+def foot_over_ground(laws: Laws, constants: SimulationConstants, b: Buffers, pose: Any) -> Place:
     """Distance ahead of the stance foot (m), clearance (m) and segment of the swing foot."""
-    foot_x, foot_z = swing_foot(constants, b, legs)
+    foot_x, foot_z = laws.swing_foot(constants, b, pose)
     segment = int(b.w[at.FACE_SEGMENT]) if b.w[at.FACE] != 0.0 else segment_under(constants, b, foot_x)
     return foot_x - b.w[at.FOOT_X], foot_z - height_of(constants, segment, foot_x), segment
 
 
-def foot_acceleration(constants: SimulationConstants, b: Buffers) -> float:
+def foot_acceleration(laws: Laws, constants: SimulationConstants, b: Buffers) -> float:
     """Bound of the swing foot's acceleration in the step, m/s^2, from its ends."""
     greatest = 0.0
     for first, state in ((0, b.y), (STAGES * len(b.y), b.out)):
-        legs = abs(b.k[first + 2]) + abs(b.k[first + 3]) + state[2] * state[2] + state[3] * state[3]
-        greatest = max(greatest, constants.length * legs)
+        greatest = max(greatest, laws.foot_rush(constants, b, first, state))
     return ROOM * greatest + constants.gravity
 
 
@@ -101,14 +82,16 @@ def cannot_be_enabled(constants: SimulationConstants, room: float, here: Place, 
     return here[2] == there[2] and max(here[1], there[1]) + room < 0.0
 
 
-def decided_by_ends(constants: SimulationConstants, b: Buffers, t: float, h: float, here: Place, there: Place) -> bool:
+def decided_by_ends(
+    laws: Laws, constants: SimulationConstants, b: Buffers, t: float, h: float, here: Place, there: Place
+) -> bool:
     """Whether the step's ends alone tell that the swing foot meets nothing in it; arms the foot where that is safe."""
     w = b.w
     if w[at.CONTACT_ENABLED] == 0.0 and t + h <= constants.delay:
         return True
     if w[at.FACE] != 0.0:
         return False
-    room = foot_acceleration(constants, b) * h * h / 8.0
+    room = foot_acceleration(laws, constants, b) * h * h / 8.0
     return _decided(constants, b, t + h, room, here, there)
 
 
@@ -129,7 +112,9 @@ def _decided(constants: SimulationConstants, b: Buffers, t: float, room: float, 
     return False
 
 
-def first_event(constants: SimulationConstants, b: Buffers, t: float, h: float, until: float) -> tuple[int, float]:
+def first_event(
+    laws: Laws, constants: SimulationConstants, b: Buffers, t: float, h: float, until: float
+) -> tuple[int, float]:
     """The first event of the swing foot up to the share `until` of the step, and its share.
 
     The foot's contact is enabled on the way, where the rule says so.
@@ -137,17 +122,17 @@ def first_event(constants: SimulationConstants, b: Buffers, t: float, h: float, 
     The dense output must be there. The share is that of the last moment before the event, within `RESOLVED`.
     """
     w = b.w
-    bound = foot_acceleration(constants, b) / 8.0
+    bound = foot_acceleration(laws, constants, b) / 8.0
     x = 0.0
     if w[at.CONTACT_ENABLED] == 0.0:
         x = max(0.0, (constants.delay - t) / h)
     if x >= until:
         return NOTHING, until
-    here = foot_over_ground(constants, b, legs_within(b, x))
+    here = foot_over_ground(laws, constants, b, pose_within(laws, b, x))
     while x < until:
         end = until
         while True:
-            there = foot_over_ground(constants, b, legs_within(b, end))
+            there = foot_over_ground(laws, constants, b, pose_within(laws, b, end))
             width = (end - x) * h
             room = bound * width * width
             if _decided(constants, b, t + end * h, room, here, there):
@@ -160,19 +145,19 @@ def first_event(constants: SimulationConstants, b: Buffers, t: float, h: float, 
             ):
                 # the clearance falls all the way: one crossing
                 w[at.LANDING] = there[2]
-                return TOUCHDOWN, _crossing(constants, b, h, x, end, here[1], there[1], here[2])
+                return TOUCHDOWN, _crossing(laws, constants, b, h, x, end, here[1], there[1], here[2])
             if width < SHORTEST:
                 if happens(constants, b, t + end * h, there[0], there[1]):
                     if w[at.CONTACT_ENABLED] != 0.0:
-                        before, after = _narrowed(constants, b, t, h, x, end)
-                        return _kind(constants, b, before, after), before
+                        before, after = _narrowed(laws, constants, b, t, h, x, end)
+                        return _kind(laws, constants, b, before, after), before
                     w[at.CONTACT_ENABLED] = 1.0
                 break
             end = 0.5 * (x + end)
-        if w[at.FACE] != 0.0 and _over_the_top(constants, b, end):
+        if w[at.FACE] != 0.0 and _over_the_top(laws, constants, b, end):
             while (end - x) * h > RESOLVED:
                 middle = 0.5 * (x + end)
-                if _over_the_top(constants, b, middle):
+                if _over_the_top(laws, constants, b, middle):
                     end = middle
                 else:
                     x = middle
@@ -182,7 +167,15 @@ def first_event(constants: SimulationConstants, b: Buffers, t: float, h: float, 
 
 
 def _crossing(
-    constants: SimulationConstants, b: Buffers, h: float, x: float, end: float, above: float, below: float, segment: int
+    laws: Laws,
+    constants: SimulationConstants,
+    b: Buffers,
+    h: float,
+    x: float,
+    end: float,
+    above: float,
+    below: float,
+    segment: int,
 ) -> float:
     """Share of the step at which the foot meets a segment that it is above at x and not above at `end`.
 
@@ -192,7 +185,7 @@ def _crossing(
     middle = x
     while (end - x) * h > RESOLVED:
         last, middle = middle, (x * below - end * above) / (below - above)
-        foot_x, foot_z = swing_foot(constants, b, legs_within(b, middle))
+        foot_x, foot_z = laws.swing_foot(constants, b, pose_within(laws, b, middle))
         gap = foot_z - height_of(constants, segment, foot_x)
         if gap > 0.0:
             x, above = middle, gap
@@ -208,14 +201,14 @@ def _crossing(
 
 
 def _narrowed(
-    constants: SimulationConstants, b: Buffers, t: float, h: float, x: float, end: float
+    laws: Laws, constants: SimulationConstants, b: Buffers, t: float, h: float, x: float, end: float
 ) -> tuple[float, float]:
     """Shares of the step just before and just after something happens, `RESOLVED` apart."""
     while (end - x) * h > RESOLVED:
         middle = 0.5 * (x + end)
         if not x < middle < end:
             break
-        ahead, clearance, _ = foot_over_ground(constants, b, legs_within(b, middle))
+        ahead, clearance, _ = foot_over_ground(laws, constants, b, pose_within(laws, b, middle))
         if happens(constants, b, t + middle * h, ahead, clearance):
             end = middle
         else:
@@ -223,52 +216,44 @@ def _narrowed(
     return x, end
 
 
-def _kind(constants: SimulationConstants, b: Buffers, before: float, after: float) -> int:
+def _kind(laws: Laws, constants: SimulationConstants, b: Buffers, before: float, after: float) -> int:
     """What a foot that is below ground after the share `before` has met; a face that it hit is noted in `w`."""
     w = b.w
-    legs = legs_within(b, after)
-    own = foot_over_ground(constants, b, legs_within(b, before))[2]
-    other = foot_over_ground(constants, b, legs)[2]
+    pose = pose_within(laws, b, after)
+    own = foot_over_ground(laws, constants, b, pose_within(laws, b, before))[2]
+    other = foot_over_ground(laws, constants, b, pose)[2]
     w[at.LANDING] = other
     if own == other:
         return TOUCHDOWN
     face = constants.x[max(own, other)]
     top = height_of(constants, other, face)
-    if top - height_of(constants, own, face) < CORNER or swing_foot(constants, b, legs)[1] > top - CORNER:
+    if top - height_of(constants, own, face) < CORNER or laws.swing_foot(constants, b, pose)[1] > top - CORNER:
         return TOUCHDOWN
     w[at.FACE_X], w[at.FACE_TOP], w[at.FACE_SEGMENT] = face, top, own
     return FACE_IMPACT
 
 
-def _over_the_top(constants: SimulationConstants, b: Buffers, x: float) -> bool:
-    return bool(swing_foot(constants, b, legs_within(b, x))[1] >= b.w[at.FACE_TOP])
+def _over_the_top(laws: Laws, constants: SimulationConstants, b: Buffers, x: float) -> bool:
+    return bool(laws.swing_foot(constants, b, pose_within(laws, b, x))[1] >= b.w[at.FACE_TOP])
 
 
-def landing(constants: SimulationConstants, b: Buffers, segment: int) -> tuple[float, float]:
+def landing(laws: Laws, constants: SimulationConstants, b: Buffers, segment: int) -> tuple[float, float]:
     """Clearance of the swing foot over a segment at the step's end, m, and its rate, m/s."""
-    legs = legs_at(b, b.out[0], b.out[1])
-    foot_x, foot_z = swing_foot(constants, b, legs)
-    speed_x, speed_z = _foot_speed(constants, b, legs)
+    pose = laws.pose(b, b.out)
+    foot_x, foot_z = laws.swing_foot(constants, b, pose)
+    speed_x, speed_z = laws.foot_speed(constants, b, pose)
     return foot_z - height_of(constants, segment, foot_x), speed_z - constants.gradient[segment] * speed_x
 
 
-def face_gap(constants: SimulationConstants, b: Buffers) -> tuple[float, float]:
+def face_gap(laws: Laws, constants: SimulationConstants, b: Buffers) -> tuple[float, float]:
     """Distance of the swing foot from the struck face at the step's end, m, and its rate, m/s."""
-    legs = legs_at(b, b.out[0], b.out[1])
-    return swing_foot(constants, b, legs)[0] - b.w[at.FACE_X], _foot_speed(constants, b, legs)[0]
+    pose = laws.pose(b, b.out)
+    return laws.swing_foot(constants, b, pose)[0] - b.w[at.FACE_X], laws.foot_speed(constants, b, pose)[0]
 
 
-def _foot_speed(constants: SimulationConstants, b: Buffers, legs: Legs) -> tuple[float, float]:
-    sine1, cosine1, sine2, cosine2 = legs
-    return (
-        constants.length * (cosine1 * b.out[2] - cosine2 * b.out[3]),
-        constants.length * (sine2 * b.out[3] - sine1 * b.out[2]),
-    )
-
-
-def body_ends(constants: SimulationConstants, b: Buffers, legs: Legs, fallen_hip: float) -> int:
+def body_ends(laws: Laws, constants: SimulationConstants, b: Buffers, pose: Any, fallen_hip: float) -> int:
     """1 if the hip is too low, 2 if it is beyond the ground's end, 0 if neither."""
-    x, z = hip(constants, b, legs)
+    x, z = laws.hip(constants, b, pose)
     index = int(b.w[at.SEGMENT])
     while index > 0 and constants.x[index] > x:
         index -= 1

@@ -1,4 +1,4 @@
-"""Walking in the hybrid engine: from one touchdown to the next, and the support transfer between (eq. 1-4).
+"""Walking in the hybrid engine: from one touchdown to the next, and the support transfer between.
 
 The functions are plain Python, called as such for a controller in plain Python, and compiled by `mjbiped.numerics.jit`
 for one that gives its laws as functions.
@@ -11,12 +11,13 @@ from typing import Any
 
 from mjbiped.disturbances.pushes import Pushes, following
 from mjbiped.engines.hybrid import state as at
-from mjbiped.engines.hybrid.accounting import accumulate, note_ground_force, note_peak, take_sample
-from mjbiped.engines.hybrid.dynamics import attempt, begin, ensure_dense, face_impact_rates, is_motion
+from mjbiped.engines.hybrid.accounting import accumulate, note_ground_force, note_peaks, take_sample
+from mjbiped.engines.hybrid.dynamics import attempt, begin, ensure_dense, is_motion
 from mjbiped.engines.hybrid.events import (
     CORNER,
     FACE_IMPACT,
     FACE_WIDTH,
+    KNEE_STRIKE,
     NOTHING,
     OVER_THE_TOP,
     TOUCHDOWN,
@@ -25,17 +26,13 @@ from mjbiped.engines.hybrid.events import (
     face_gap,
     first_event,
     foot_over_ground,
-    hip,
     landing,
-    legs_at,
-    legs_within,
-    swing_foot,
+    pose_within,
 )
 from mjbiped.engines.hybrid.progress import is_tame, lags, watch
-from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
+from mjbiped.engines.hybrid.state import KNEE_FREE, KNEE_RESTING, Buffers, Laws, SimulationConstants
+from mjbiped.engines.hybrid.transfer import begin_step
 from mjbiped.numerics.dormand_prince import STAGES
-from mjbiped.records.rows import write_touchdown
-from mjbiped.robots.compass import impact_rates
 from mjbiped.rules.termination import FALLEN_HIP, Outcome
 from mjbiped.terrain.profile import height_of, segment_stood_on
 
@@ -98,7 +95,7 @@ def gait_step(laws: Laws, parameters: Any, constants: SimulationConstants, b: Bu
         _begin(laws, parameters, constants, b, t)
         watch(w)
         step = min(step, w[at.FIRST_STEP])
-    here = foot_over_ground(constants, b, legs_at(b, b.y[0], b.y[1]))
+    here = foot_over_ground(laws, constants, b, laws.pose(b, b.y))
     check = min(w[at.LOOK], w[at.PAUSE])
     while True:
         if w[at.EVALUATIONS] >= check:
@@ -115,7 +112,7 @@ def gait_step(laws: Laws, parameters: Any, constants: SimulationConstants, b: Bu
         error = attempt(laws, parameters, constants, b, t, h)
         if not error <= 1.0:
             step = h * (max(LEAST, CAUTION * _eighth_root(1.0 / error)) if error > 1.0 else LEAST)
-            if step < SHORTEST_STEP or not is_motion(b.y):
+            if step < SHORTEST_STEP or not is_motion(constants, b.y):
                 w[at.OUTCOME] = UNRESOLVED if math.isfinite(error) and is_tame(constants, b) else DIVERGED
                 w[at.TIME] = w[at.CLOCK] + t
                 return False
@@ -129,27 +126,37 @@ def gait_step(laws: Laws, parameters: Any, constants: SimulationConstants, b: Bu
         step = max(step, grown) if h < step else grown
         if t == 0.0:
             w[at.FIRST_STEP] = max(w[at.FIRST_STEP], grown)
-        legs = legs_at(b, b.out[0], b.out[1])
-        ended = body_ends(constants, b, legs, FALLEN_HIP)
-        there = foot_over_ground(constants, b, legs)
+        pose = laws.pose(b, b.out)
+        ended = body_ends(laws, constants, b, pose, FALLEN_HIP)
+        there = foot_over_ground(laws, constants, b, pose)
         event, share = NOTHING, 1.0
-        if ended or not decided_by_ends(constants, b, t, h, here, there):
+        stops = laws.stops(constants, b)
+        if ended or stops or not decided_by_ends(laws, constants, b, t, h, here, there):
             ensure_dense(laws, parameters, constants, b, t, h)
             if ended:
-                share = _end_of_walk(constants, b, h)
-            event, share = first_event(constants, b, t, h, share)
+                share = _end_of_walk(laws, constants, b, h)
+            if stops:
+                strike = _stop_within(laws, b, h)
+                stops = strike < share
+                share = strike if stops else share
+            event, share = first_event(laws, constants, b, t, h, share)
+            if stops:
+                event, ended = (KNEE_STRIKE if event == NOTHING else event), 0
         if event != NOTHING or ended:
             h = _end_on(laws, parameters, constants, b, t, share * h, event)
-            if not is_motion(b.out):  # a torque that is none between the times at which it was asked before
+            if not is_motion(constants, b.out):  # a torque that is none between the times at which it was asked before
                 w[at.OUTCOME], w[at.TIME] = DIVERGED, w[at.CLOCK] + t
                 return False
         released = w[at.FACE] != 0.0 and w[at.PRESS] < 0.0
         if released:  # and what the foot on the face would have met later in the step, it does not
-            h = _end_of_contact(laws, parameters, constants, b, t, h)
+            h = _end_of_contact(laws, parameters, constants, b, t, h, at.PRESS)
             event, ended = NOTHING, 0
+        elif w[at.LOCKED] == KNEE_RESTING and w[at.STOP_PRESS] < 0.0:
+            h = _end_of_contact(laws, parameters, constants, b, t, h, at.STOP_PRESS)
+            w[at.LOCKED], event, ended, released = KNEE_FREE, NOTHING, 0, True
         if released or event != NOTHING or ended:
-            legs = legs_at(b, b.out[0], b.out[1])
-        whole_motion = accumulate(laws, parameters, constants, b, legs, t, h)
+            pose = laws.pose(b, b.out)
+        whole_motion = accumulate(laws, parameters, constants, b, pose, t, h)
         t = limit if h == whole else t + h
         for c in range(n):
             b.y[c] = b.out[c]
@@ -159,13 +166,20 @@ def gait_step(laws: Laws, parameters: Any, constants: SimulationConstants, b: Bu
             w[at.OUTCOME] = DIVERGED
             return False
         if event == TOUCHDOWN:
+            if not laws.lands(constants, b):
+                w[at.OUTCOME] = FELL
+                return False
             w[at.UNDER_WAY] = 0.0
             return True
         if event == FACE_IMPACT:
-            _hit_face(constants, b)
+            _hit_face(laws, constants, b)
+            _begin(laws, parameters, constants, b, t)
+        elif event == KNEE_STRIKE:
+            laws.strike_stop(laws, parameters, constants, b, t)
+            limit = _look_ahead(laws, parameters, constants, b, t)
             _begin(laws, parameters, constants, b, t)
         elif event == OVER_THE_TOP or released:
-            w[at.FACE] = 0.0
+            w[at.FACE] = 0.0 if w[at.PRESS] < 0.0 or event == OVER_THE_TOP else w[at.FACE]
             _begin(laws, parameters, constants, b, t)
         elif ended:
             w[at.OUTCOME] = FELL if ended == 1 else LEFT_TERRAIN
@@ -181,7 +195,7 @@ def gait_step(laws: Laws, parameters: Any, constants: SimulationConstants, b: Bu
                 b.k[c] = b.k[STAGES * n + c]
             here = there
             continue
-        here = foot_over_ground(constants, b, legs_at(b, b.y[0], b.y[1]))
+        here = foot_over_ground(laws, constants, b, laws.pose(b, b.y))
 
 
 def _eighth_root(x: float) -> float:
@@ -191,8 +205,11 @@ def _eighth_root(x: float) -> float:
 def _begin(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float) -> None:
     """Rates of a state that no step has led to, with its torques and its friction."""
     begin(laws, parameters, constants, b, t)
-    note_peak(b.w, b.w[at.ANKLE], b.w[at.HIP])
-    note_ground_force(constants, b, legs_at(b, b.y[0], b.y[1]), b.y, 0)
+    if b.w[at.LOCKED] == KNEE_RESTING and b.w[at.STOP_PRESS] < 0.0:
+        b.w[at.LOCKED] = KNEE_FREE
+        begin(laws, parameters, constants, b, t)
+    note_peaks(constants, b.w)
+    note_ground_force(laws, constants, b, laws.pose(b, b.y), b.y, 0)
 
 
 def _look_ahead(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float) -> float:
@@ -201,8 +218,9 @@ def _look_ahead(laws: Laws, parameters: Any, constants: SimulationConstants, b: 
     A controller that ticks does so here, when it is time, and a push begins or ends.
     """
     w = b.w
-    for index in range(len(b.y) - at.ANGLES_AND_RATES - at.WORKS):
-        b.memory[index] = b.y[at.ANGLES_AND_RATES + index]
+    first = 2 * constants.angles
+    for index in range(len(b.y) - first - constants.joints):
+        b.memory[index] = b.y[first + index]
     time = w[at.CLOCK] + t
     if time > w[at.NEXT_TICK] - NOW:
         w[at.NEXT_TICK] += constants.control_period
@@ -210,7 +228,7 @@ def _look_ahead(laws: Laws, parameters: Any, constants: SimulationConstants, b: 
             STAGES  # the integration step that ends here is no sign of a torque that cannot be followed
         )
         w[at.LOOK] += STAGES
-        laws.tick(parameters, b.memory, t, b.y[0], b.y[1], b.y[2], b.y[3])
+        laws.ticked(laws.tick, parameters, b.memory, t, b.y)
     if time > w[at.NEXT_PUSH] - NOW:
         _begin_or_end_push(constants.pushes, w)
     event = min(w[at.NEXT_TICK], w[at.NEXT_PUSH]) - w[at.CLOCK]
@@ -233,12 +251,24 @@ def _begin_or_end_push(pushes: Pushes, w: Any) -> None:
     w[at.NEXT_PUSH], w[at.PUSH_IMPULSE] = following(pushes, int(w[at.PUSHES]), w[at.NEXT_PUSH])
 
 
-def _end_of_walk(constants: SimulationConstants, b: Buffers, h: float) -> float:
+def _end_of_walk(laws: Laws, constants: SimulationConstants, b: Buffers, h: float) -> float:
     """Share of the step at which the robot has fallen or left the ground."""
     x, end = 0.0, 1.0
     while (end - x) * h > 1e-9:
         middle = 0.5 * (x + end)
-        if body_ends(constants, b, legs_within(b, middle), FALLEN_HIP):
+        if body_ends(laws, constants, b, pose_within(laws, b, middle), FALLEN_HIP):
+            end = middle
+        else:
+            x = middle
+    return end
+
+
+def _stop_within(laws: Laws, b: Buffers, h: float) -> float:
+    """Share of the step at which the swing knee reaches its stop, which it is beyond at the step's end."""
+    x, end = 0.0, 1.0
+    while (end - x) * h > 1e-9:
+        middle = 0.5 * (x + end)
+        if laws.stopped_within(b, middle):
             end = middle
         else:
             x = middle
@@ -256,12 +286,14 @@ def _end_on(
     h = max(h, SHORTEST_STEP)
     for _ in range(6):
         attempt(laws, parameters, constants, b, t, h)
-        if event != TOUCHDOWN and event != FACE_IMPACT:
+        if event != TOUCHDOWN and event != FACE_IMPACT and event != KNEE_STRIKE:
             break
         if event == TOUCHDOWN:
-            gap, speed = landing(constants, b, int(b.w[at.LANDING]))
+            gap, speed = landing(laws, constants, b, int(b.w[at.LANDING]))
+        elif event == FACE_IMPACT:
+            gap, speed = face_gap(laws, constants, b)
         else:
-            gap, speed = face_gap(constants, b)
+            gap, speed = laws.stop_gap(b)
         if speed == 0.0 or abs(gap) > abs(speed) * 1e-3:
             break  # it grazes: the crossing that was found stands
         change = -gap / speed
@@ -277,14 +309,17 @@ def _end_on(
 
 
 def _end_of_contact(
-    laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float, h: float
+    laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float, h: float, press: int
 ) -> float:
-    """Take the step again so that it ends when the foot no longer presses on the face; returns its length."""
+    """Take the step again so that it ends when the foot no longer presses on the face, or the knee on its stop.
+
+    `press` is the index of that in `w`. Returns the step's length.
+    """
     low, high = 0.0, h
     while high - low > 1e-9:
         middle = 0.5 * (low + high)
         attempt(laws, parameters, constants, b, t, middle)
-        if b.w[at.PRESS] < 0.0:
+        if b.w[press] < 0.0:
             high = middle
         else:
             low = middle
@@ -292,76 +327,29 @@ def _end_of_contact(
     return high
 
 
-def _hit_face(constants: SimulationConstants, b: Buffers) -> None:
+def _hit_face(laws: Laws, constants: SimulationConstants, b: Buffers) -> None:
     """The swing foot meets a vertical face: plastic and without friction; the stance foot stays."""
-    y, w = b.y, b.w
+    w = b.w
     w[at.FACE] = 1.0 if constants.x[int(w[at.LANDING])] == w[at.FACE_X] else -1.0
-    y[2], y[3] = face_impact_rates(constants.robot, constants.length, w[at.SLOPE], y[0], y[1], y[2], y[3])
+    laws.hit_face(constants, b)
     w[at.FACE_IMPACTS] = 1.0
 
 
 def transfer_support(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers) -> None:
-    """Impact map (2), support transfer, the controller's touchdown, and a row of the record.
+    """Impact map, support transfer, the controller's touchdown, and a row of the record.
 
     No row tells of a foot that is not on the ground: the walk has then diverged.
     """
-    w, y, n = b.w, b.y, len(b.y)
-    own = n - at.ANGLES_AND_RATES - at.WORKS
-    old_slope, stance = w[at.SLOPE], int(w[at.STANCE])
-    q1, q2, dq1, dq2 = y[0], y[1], y[2], y[3]
-    legs = legs_at(b, q1, q2)
-    hip_x, hip_z = hip(constants, b, legs)
-    foot_x, foot_z = swing_foot(constants, b, legs)
+    w = b.w
+    foot_x, foot_z = laws.swing_foot(constants, b, laws.pose(b, b.y))
     segment = segment_stood_on(constants, foot_x, foot_z, CORNER, FACE_WIDTH, FACE_WIDTH)
     if not abs(foot_z - height_of(constants, segment, foot_x)) <= MISSED * constants.length + CORNER:
         w[at.OUTCOME] = DIVERGED
         return
-    slope = constants.angle[segment]
-    new1, new2 = q2 + old_slope - slope, q1 + old_slope - slope
-    rate1, rate2 = impact_rates(constants.robot, q1, q2, dq1, dq2)
-    for index in range(own):
-        b.memory[index] = y[at.ANGLES_AND_RATES + index]
-    estimate_before = laws.slope_estimate(parameters, b.memory)
-    laws.touchdown(parameters, b.memory, q1, q2, new1, new2, rate1, rate2)
-    w[at.CLOCK], w[at.AFTER], w[at.BEFORE] = w[at.TIME], 0.0, math.inf
-    w[at.STANCE] = 1.0 - w[at.STANCE]
-    w[at.SLOPE], w[at.SINE], w[at.COSINE] = slope, math.sin(slope), math.cos(slope)
-    w[at.FOOT_X], w[at.FOOT_Z] = foot_x, height_of(constants, segment, foot_x)
-    y[0], y[1], y[2], y[3] = new1, new2, rate1, rate2
-    for index in range(own):
-        y[at.ANGLES_AND_RATES + index] = b.memory[index]
-    y[n - 2] = y[n - 1] = 0.0
-    left, right = q1 + old_slope, q2 + old_slope
-    if stance == 1:
-        left, right = right, left
-    write_touchdown(
-        b.rows[int(w[at.ROWS])],
-        0,
-        time=w[at.TIME],
-        qpos=(hip_x, hip_z, left, right),
-        x=w[at.FOOT_X],
-        z=w[at.FOOT_Z],
-        stance=w[at.STANCE],
-        slope=slope,
-        q_before=(q1, q2),
-        dq_before=(dq1, dq2),
-        q=(new1, new2),
-        dq=(rate1, rate2),
-        work_absolute=w[at.WORK_ABSOLUTE],
-        work_net=w[at.WORK_NET],
-        work_positive=w[at.WORK_POSITIVE],
-        slip=0.0,
-        penetration=0.0,
-        friction=w[at.FRICTION],
-        strikes=w[at.FACE_IMPACTS],
-        slope_estimate_before=estimate_before,
-        slope_estimate=laws.slope_estimate(parameters, b.memory),
-        normal_force=w[at.NORMAL_FORCE],
-    )
+    laws.transfer(laws, parameters, constants, b, segment, foot_x)
     w[at.ROWS] += 1.0
     w[at.COUNT] += 1.0
-    w[at.CONTACT_ENABLED] = w[at.FACE] = w[at.FRICTION] = w[at.FACE_IMPACTS] = 0.0
-    w[at.FACE_X], w[at.NORMAL_FORCE] = math.nan, math.inf
+    begin_step(constants, w)
     if w[at.COUNT] >= constants.steps or foot_x >= constants.distance:
         w[at.OUTCOME] = FINISHED
     elif foot_x >= constants.end:

@@ -53,4 +53,7 @@ def lags(constants: SimulationConstants, w: Any, t: float) -> bool:
 
 def is_tame(constants: SimulationConstants, b: Buffers) -> bool:
     """Whether the robot moves as robots do."""
-    return bool(abs(b.y[2]) + abs(b.y[3]) < TAME * math.sqrt(constants.gravity / constants.length))
+    rates = 0.0
+    for component in range(constants.angles, 2 * constants.angles):
+        rates += abs(b.y[component])
+    return bool(rates < TAME * math.sqrt(constants.gravity / constants.length))

@@ -17,22 +17,23 @@ from numpy.typing import NDArray
 
 from mjbiped.control.check import refused_in_words
 from mjbiped.control.compilation import MachineCode, can_be_compiled
-from mjbiped.control.methods import gives_its_law, next_discontinuity, slope_estimate, tick, torque, touchdown
+from mjbiped.control.methods import KNEES, LEGS, gives_its_law
 from mjbiped.control.trial import fault_at, fault_in
 from mjbiped.disturbances.pushes import NONE, Pushes, following
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Show
 from mjbiped.engines.hybrid import state as at
-from mjbiped.engines.hybrid.accounting import write_state
-from mjbiped.engines.hybrid.dynamics import HANDED_ON, on_face, push_torque, rates
+from mjbiped.engines.hybrid.dynamics import HANDED_ON
 from mjbiped.engines.hybrid.gait_step import advance
+from mjbiped.engines.hybrid.models import model_of
 from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
+from mjbiped.engines.hybrid.transfer import begin_step
 from mjbiped.errors import MjbipedError
 from mjbiped.numerics.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
 from mjbiped.numerics.jit import compiled
+from mjbiped.records.columns import tables_of, width
 from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
-from mjbiped.records.rows import SAMPLED, TOUCHED
-from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.rules.termination import STALL_TIME, Outcome
 from mjbiped.terrain.terrain import Terrain
@@ -56,14 +57,13 @@ _WHY = {
     "jumps in the controller's next_discontinuity, make it smooth, or walk with engine='mujoco' and a control_period",
     Outcome.DIVERGED: "torques or motion are beyond all bounds, or no numbers",
 }
-_METHODS = (torque, touchdown, slope_estimate, next_discontinuity, tick)
 
 
 class HybridSimulation:
     """A robot, a controller and a terrain in the hybrid model.
 
     Attributes:
-        controller: Drives stance ankle and hip.
+        controller: Drives the robot's joints.
         compiled: Whether the controller's laws are compiled; a controller without `law` runs in plain Python.
         advance: `gait_step.advance` for these laws: a function of their parameters, the constants and the buffers.
         constants: Robot, ground and limits in plain numbers.
@@ -75,7 +75,7 @@ class HybridSimulation:
         controller: Controller,
         terrain: Terrain,
         *,
-        robot: Compass,
+        robot: Robot,
         q: Sequence[float],
         dq: Sequence[float],
         steps: int | None = None,
@@ -93,7 +93,7 @@ class HybridSimulation:
             controller: See `controllers.Controller`.
             terrain: The ground.
             robot: The robot that walks.
-            q: Stance (left) and swing angle at the start, from the ground's normal under x = 0, rad.
+            q: Its angles at the start, from the ground's normal under x = 0, rad; the stance leg is the left one.
             dq: Their rates, rad/s.
             steps: Touchdowns after which the walk is finished; None: no limit.
             distance: Position x of the stance foot at which it is finished, m; None: no limit.
@@ -114,25 +114,23 @@ class HybridSimulation:
         self._law = law if law is not None and can_be_compiled(law) else None
         self.controller = controller
         self.compiled = self._law is not None
-        integrator = unrolled(
-            at.ANGLES_AND_RATES + len(controller.states) + at.WORKS, untested=at.WORKS, arguments=HANDED_ON
-        )
+        model, angles, joints = model_of(robot), len(robot.angles), len(robot.joints)
+        size = 2 * angles + len(controller.states) + joints
+        integrator = unrolled(size, untested=joints, arguments=HANDED_ON)
         if self.compiled:
             from mjbiped.control import machine_code as law_code
 
-            laws = (
-                law_code.torque,
-                law_code.touchdown,
-                law_code.slope_estimate,
-                law_code.next_discontinuity,
-                law_code.tick,
-            )
-            hot = (rates, law_code.torque)
-            self.advance: Any = compiled(advance, Laws, (*laws, *integrator), inlined=hot, apart=(on_face, push_torque))
+            laws = law_code.KNEES if robot.knees else law_code.LEGS
+            functions = (*laws, *integrator, *model.functions)
+            self.advance: Any = compiled(advance, Laws, functions, inlined=(*model.hot, laws[0]), apart=model.apart)
         else:
-            self.advance = partial(advance, Laws(*_METHODS, *integrator))
+            methods = KNEES if robot.knees else LEGS
+            self.advance = partial(advance, Laws._make((*methods, *integrator, *model.functions)))
+        self._robot, self._write_state = robot, model.write_state
         self.constants = SimulationConstants(
-            robot=robot.constants,
+            robot=model.constants(robot),
+            angles=angles,
+            joints=joints,
             length=robot.leg_length,
             mass=robot.total_mass,
             gravity=robot.gravity,
@@ -140,6 +138,7 @@ class HybridSimulation:
             z=self._table(terrain.z),
             gradient=self._table(terrain.gradients),
             angle=self._table(terrain.angle),
+            contact=1.0 if robot.knees else 0.0,
             reach=rule.reach * robot.leg_length,
             delay=float(rule.delay),
             stall_time=STALL_TIME * math.sqrt(robot.leg_length / robot.gravity),
@@ -163,32 +162,35 @@ class HybridSimulation:
         """Buffers of a walk that starts with the left foot at x = 0."""
         controller, constants = self.controller, self.constants
         own = len(controller.states)
-        n = at.ANGLES_AND_RATES + own + at.WORKS
+        angles, joints = constants.angles, constants.joints
+        n = 2 * angles + own + joints
         memory = [0.0] * controller.memory_size
-        controller.start(memory, (float(q[0]), float(q[1])), (float(dq[0]), float(dq[1])))
+        controller.start(memory, tuple(map(float, q)), tuple(map(float, dq)))
         w = [0.0] * at.SCALARS
         slope = terrain.slope_at(0.0)
         w[at.SLOPE], w[at.SINE], w[at.COSINE] = slope, math.sin(slope), math.cos(slope)
         w[at.FOOT_Z] = terrain.height_at(0.0)
         w[at.SEGMENT] = float(terrain.segment_at(0.0))
-        w[at.FACE_X], w[at.NORMAL_FORCE] = math.nan, math.inf
+        begin_step(constants, w)
+        if self._robot.knees and q[2] == q[1] and dq[2] == dq[1]:
+            w[at.LOCKED] = at.KNEE_RESTING
         w[at.PAUSE] = w[at.FIRST_STEP] = math.inf
         w[at.NEXT_PUSH], w[at.PUSH_IMPULSE] = following(constants.pushes, 0, 0.0)
         w[at.NEXT_TICK] = 0.0 if isinstance(controller, SampledController) else math.inf
         w[at.NEXT_STEP] = FIRST_STEP * math.sqrt(constants.length / constants.gravity)
-        samples = 1
+        samples, columns = 1, tables_of(type(self._robot))
         if math.isfinite(constants.sample_period):
             samples += (_STALLS if self.compiled else 2) * (int(constants.stall_time / constants.sample_period) + 3)
         return Buffers(
-            y=self._table([*q, *dq, *memory[:own], *[0.0] * at.WORKS]),
+            y=self._table([*q, *dq, *memory[:own], *[0.0] * joints]),
             out=self._table([0.0] * n),
             spare=self._table([0.0] * n),
             k=self._table([0.0] * (n * STAGES_WITH_DENSE)),
             dense=self._table([0.0] * (n * POWERS)),
             w=self._table(w),
             memory=self._table(memory),
-            rows=np.zeros((_ROWS if self.compiled else 1, TOUCHED)),
-            samples=np.zeros((samples, SAMPLED + own)),
+            rows=np.zeros((_ROWS if self.compiled else 1, width(columns.touchdowns))),
+            samples=np.zeros((samples, width(columns.samples) + own)),
         )
 
     @property
@@ -207,9 +209,9 @@ class HybridSimulation:
     def _fault(self) -> str:
         """Which torque was no number where the walk ended, in words; empty if none was."""
         w, own = self.buffers.w, len(self.controller.states)
-        state = [float(value) for value in self.buffers.y]
-        memory = [*state[at.ANGLES_AND_RATES :][:own], *(float(value) for value in self.buffers.memory[own:])]
-        q, dq = (state[0], state[1]), (state[2], state[3])
+        state, angles = [float(value) for value in self.buffers.y], self.constants.angles
+        memory = [*state[2 * angles :][:own], *(float(value) for value in self.buffers.memory[own:])]
+        q, dq = tuple(state[:angles]), tuple(state[angles : 2 * angles])
         t, controller = float(w[at.TIME] - w[at.CLOCK]), self.controller
         if isinstance(controller, SampledController):
             return fault_in(controller.inner, controller.torque(memory, t, q, dq), t, q, dq)
@@ -217,8 +219,9 @@ class HybridSimulation:
 
     @property
     def peak_torque(self) -> NDArray[np.float64]:
-        """Greatest |ankle| and |hip| torque so far, N m."""
-        return np.array([self.buffers.w[at.PEAK_ANKLE], self.buffers.w[at.PEAK_HIP]], dtype=np.float64)
+        """Greatest magnitude of each joint's torque so far, N m."""
+        joints = range(self.constants.joints)
+        return np.array([self.buffers.w[at.PEAK_ANKLE + joint] for joint in joints], dtype=np.float64)
 
     @cached_property
     def code(self) -> MachineCode | None:
@@ -226,7 +229,8 @@ class HybridSimulation:
         if self._law is None:
             return None
         with refused_in_words(self.controller, self._law):
-            return MachineCode(self._law, len(self.controller.states), self.controller.memory_size, contract=True)
+            states, size, joints = len(self.controller.states), self.controller.memory_size, self.constants.joints
+            return MachineCode(self._law, states, size, contract=True, joints=joints)
 
     @property
     def parameters(self) -> Any:
@@ -288,10 +292,10 @@ class HybridSimulation:
         """Record the last state reached, with the torque last computed, and without asking the controller."""
         buffers, own = self.buffers, len(self.controller.states)
         state = [float(value) for value in buffers.y]
-        memory = [*state[at.ANGLES_AND_RATES :][:own], *(float(value) for value in buffers.memory[own:])]
+        memory = [*state[2 * self.constants.angles :][:own], *(float(value) for value in buffers.memory[own:])]
         row, w = np.empty((1, buffers.samples.shape[1])), buffers.w
         estimate = self.controller.slope_estimate(memory)
-        write_state(self.constants, buffers, row[0], w[at.TIME], state, (w[at.ANKLE], w[at.HIP]), estimate)
+        self._write_state(self.constants, buffers, row[0], w[at.TIME], state, estimate)
         recorder.add(buffers.rows[:0], row)
 
 

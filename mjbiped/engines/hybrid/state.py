@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from mjbiped.disturbances.pushes import Pushes
-from mjbiped.robots.compass import Constants
 
+SCALARS = 78
 # indices in the scalars `w`
 (
     CLOCK,  # time of the last support transfer, s
@@ -29,14 +29,24 @@ from mjbiped.robots.compass import Constants
     PRESS,  # force on the face, N
     AFTER,  # the law is asked for times of [AFTER, BEFORE] only: on one side of its breaks
     BEFORE,
-    ANKLE,  # torques last computed, N m
+    ANKLE,  # torques last computed, N m: of all joints, one after the other
     HIP,
+    KNEE,
     STAGE_ANKLE,  # greatest magnitudes at the stages of a step
     STAGE_HIP,
+    STAGE_KNEE,
     WHEN_ANKLE,  # their times since the support transfer, s
     WHEN_HIP,
+    WHEN_KNEE,
+    KEPT_ANKLE,  # both, while the law is asked again for what lies within the step
+    KEPT_HIP,
+    KEPT_KNEE,
+    KEPT_WHEN_ANKLE,
+    KEPT_WHEN_HIP,
+    KEPT_WHEN_KNEE,
     PEAK_ANKLE,  # since the start
     PEAK_HIP,
+    PEAK_KNEE,
     FRICTION,  # greatest |F_t / F_n| of this step
     NORMAL_FORCE,  # least F_n of this step, N; below zero the ground would have to pull
     FACE_IMPACTS,  # 1: one in this step
@@ -66,16 +76,36 @@ from mjbiped.robots.compass import Constants
     STEP_STARTED,  # evaluations at the gait step's beginning
     LOOK,  # so many of them, and the gait step's progress is looked at
     LOOKED,  # time since the support transfer when it was looked at, s
-) = range(54)
-SCALARS = 54
+    LOCKED,  # the swing knee: 0 free, 1 locked since it has struck its stop, 2 straight and resting on the stop
+    STOP_PRESS,  # there: acceleration with which the knee would bend forwards if there were no stop, rad/s^2
+    FLEXION,  # greatest of the swing knee in this step, rad
+    STUBS,  # of the swing foot in this step
+    STRIKE_TIME,  # of the knee strike, since the support transfer, s; NaN without one
+    STRIKE_Q,  # angles and rates just before it, and rates just after it, one after the other
+    STRIKE_Q2,
+    STRIKE_Q3,
+    STRIKE_DQ,
+    STRIKE_DQ2,
+    STRIKE_DQ3,
+    STRUCK_DQ,
+    STRUCK_DQ2,
+    STRUCK_DQ3,
+) = range(SCALARS)
+
+
+KNEE_FREE, KNEE_LOCKED, KNEE_RESTING = 0.0, 1.0, 2.0
+"""Values of `LOCKED`."""
 
 ANGLES_AND_RATES = 4
-WORKS = 2
-"""The state y: q1, q2, dq1, dq2, the controller's integrated states, net work of ankle and hip in this gait step."""
+"""Of the compass biped. The state y: angles, rates, the controller's integrated states, net work of each joint in this
+gait step."""
 
 
 class Laws(NamedTuple):
-    """The functions of a walk: the controller's, and the integrator of states of its size.
+    """The functions of a walk: the controller's, the integrator of states of its size, and the robot's.
+
+    Those of the robot stand in `mjbiped.engines.hybrid.compass` and `mjbiped.engines.hybrid.kneed`. What they call the
+    pose is a tuple of sines and cosines, so that each is taken once.
 
     Attributes:
         torque: See `controllers.Law`.
@@ -83,9 +113,30 @@ class Laws(NamedTuple):
         slope_estimate: The same.
         next_discontinuity: The same.
         tick: The same.
+        knee_strike: The same.
         begin: See `dormand_prince.Integrator`.
         step: The same.
         dense: The same.
+        rates: Of a state, for the integrator.
+        asked: (torque, parameters, memory, t, state) -> torques of all joints.
+        ticked: (tick, parameters, memory, t, state).
+        pose: (buffers, state) -> pose.
+        pose_between: (buffers, share) -> pose within the step, of its dense output.
+        swing_foot: (constants, buffers, pose) -> place x, z, m.
+        foot_speed: (constants, buffers, pose) -> its rates at the step's end, m/s.
+        foot_rush: (constants, buffers, place in k, state) -> bound of its acceleration, m/s^2.
+        hip: (constants, buffers, pose) -> place x, z, m.
+        force_at: (constants, buffers, pose, state, place in k) -> force of the ground, forward and upward, N.
+        force_within: (constants, buffers, pose, share, h) -> the same within the step, the state in `spare`.
+        hit_face: (constants, buffers) -> None. A vertical face stops the swing foot: rates in `y`.
+        lands: (constants, buffers) -> bool. Whether a foot that has come down takes the robot over.
+        transfer: (laws, parameters, constants, buffers, segment, x) -> None. Impact map, new roles, touchdown, row.
+        write_state: (constants, buffers, row, time, state, estimate) -> None, with the torques in `w`.
+        stops: (constants, buffers) -> bool. Whether the swing knee is beyond its stop at the step's end.
+        stop_gap: (buffers) -> flexion and its rate at the step's end.
+        stopped_within: (buffers, share) -> bool. Whether it is beyond the stop there.
+        strike_stop: (laws, parameters, constants, buffers, t) -> None. The knee's impact on its stop.
+        note: (laws, parameters, constants, buffers, t, h) -> None. What the robot's rows tell of an accepted step.
     """
 
     torque: Any
@@ -93,16 +144,39 @@ class Laws(NamedTuple):
     slope_estimate: Any
     next_discontinuity: Any
     tick: Any
+    knee_strike: Any
     begin: Any
     step: Any
     dense: Any
+    rates: Any
+    asked: Any
+    ticked: Any
+    pose: Any
+    pose_between: Any
+    swing_foot: Any
+    foot_speed: Any
+    foot_rush: Any
+    hip: Any
+    force_at: Any
+    force_within: Any
+    hit_face: Any
+    lands: Any
+    transfer: Any
+    write_state: Any
+    stops: Any
+    stop_gap: Any
+    stopped_within: Any
+    strike_stop: Any
+    note: Any
 
 
 class SimulationConstants(NamedTuple):
     """Robot, ground, rules and limits.
 
     Attributes:
-        robot: Lumped constants of the robot that walks.
+        robot: Constants of the robot that walks, as its functions take them.
+        angles: Number of its angles.
+        joints: Number of its joints with motors.
         length: Of a leg, m.
         mass: Of the robot, kg.
         gravity: m/s^2.
@@ -110,6 +184,7 @@ class SimulationConstants(NamedTuple):
         z: Heights there, m.
         gradient: dz/dx.
         angle: Slopes, rad.
+        contact: 1: the swing foot collides from the step's first moment on; 0: the scuffing rule says when.
         reach: Scuffing rule, m.
         delay: Scuffing rule, s.
         stall_time: Longest time without touchdown, s.
@@ -123,7 +198,9 @@ class SimulationConstants(NamedTuple):
         pushes: At the hip.
     """
 
-    robot: Constants
+    robot: Any
+    angles: int
+    joints: int
     length: float
     mass: float
     gravity: float
@@ -131,6 +208,7 @@ class SimulationConstants(NamedTuple):
     z: Any
     gradient: Any
     angle: Any
+    contact: float
     reach: float
     delay: float
     stall_time: float
@@ -155,8 +233,8 @@ class Buffers(NamedTuple):
         dense: Its dense output.
         w: Scalars, at the indices above.
         memory: The controller's.
-        rows: Touchdowns, one row each, in the order of `columns.TOUCHDOWNS`.
-        samples: Samples, one row each: those of `columns.SAMPLES`, then the controller's states.
+        rows: Touchdowns, one row each, in the order of the robot's `columns.tables_of`.
+        samples: Samples, one row each: those of the robot's columns, then the controller's states.
     """
 
     y: Any

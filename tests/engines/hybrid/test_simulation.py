@@ -12,7 +12,8 @@ from scipy.interpolate import CubicSpline
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.control import methods as laws
+from mjbiped.control.methods import LEGS
+from mjbiped.engines.hybrid import compass as compass_model
 from mjbiped.engines.hybrid import state as hybrid_state
 from mjbiped.engines.hybrid.dynamics import HANDED_ON
 from mjbiped.engines.hybrid.gait_step import transfer_support
@@ -256,7 +257,7 @@ def test_face_impact(name: str, controller: AdaptiveController) -> None:
 
 
 def test_face_impact_is_plastic_and_without_friction(controller: AdaptiveController) -> None:
-    from mjbiped.engines.hybrid.dynamics import face_impact_rates
+    from mjbiped.engines.hybrid.compass import face_impact_rates
 
     robot = controller.robot
     q, dq, slope = np.array([0.1, -0.12]), np.array([1.2, 2.5]), 0.03
@@ -384,14 +385,7 @@ def test_a_foot_off_the_ground_is_no_touchdown(height: float) -> None:
     for off, outcome, rows in ((0.0, "walking", 1), (height, "diverged", 0)):
         swing = -math.acos(math.cos(0.2) - off)
         walker = HybridSimulation(Free(), Terrain.level(), robot=mjbiped.Compass(), q=(0.2, swing), dq=(1.0, 1.0))
-        called = Laws(
-            laws.torque,
-            laws.touchdown,
-            laws.slope_estimate,
-            laws.next_discontinuity,
-            laws.tick,
-            *unrolled(6, untested=2, arguments=HANDED_ON),
-        )
+        called = Laws._make((*LEGS, *unrolled(6, untested=2, arguments=HANDED_ON), *compass_model.MODEL))
         transfer_support(called, walker.controller, walker.constants, walker.buffers)
         assert walker.outcome.words == outcome
         assert walker.buffers.w[hybrid_state.ROWS] == rows

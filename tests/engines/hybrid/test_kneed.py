@@ -1,0 +1,223 @@
+"""The hybrid engine with knees: passive walking against SciPy, the gait finder, energy, and the compass biped."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+import mjbiped
+from controllers import PassiveController
+from mjbiped import KneedBiped, Terrain
+from mjbiped.control.unpowered import Unpowered, UnpoweredKnees
+from mjbiped.engines.hybrid import state as at
+from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
+from mjbiped.errors import InputError
+from mjbiped.records import measures
+from mjbiped.records.recorder import Recorder
+from mjbiped.rules.termination import Outcome
+
+Array = NDArray[np.float64]
+ROBOT = KneedBiped()
+SLOPE = math.radians(2.5)
+START = (-0.24, 0.24, 0.24, 1.10, 0.33, 0.33)
+"""Near the gait on 2.5 degrees, and not on it."""
+
+
+class Plain(PassiveController):
+    """As a user's own class would come: without functions to compile."""
+
+    def driving(self, robot: Any) -> UnpoweredKnees:
+        return PlainKnees()
+
+
+class PlainKnees(UnpoweredKnees):
+    def law(self) -> None:  # type: ignore[override]
+        return None
+
+
+def walked(start: Sequence[float], terrain: Terrain, **settings: Any) -> mjbiped.Walk:
+    return mjbiped.walk(Plain(), terrain, robot=ROBOT, engine="hybrid", initial=start, **settings)
+
+
+def phase(n: int, start: Array, end: Callable[[Array], float]) -> tuple[float, Array]:
+    """Duration and end of a free motion of n segments on the slope, by SciPy and the robot's matrices."""
+
+    def law(_: float, y: Array) -> Array:
+        q, dq = y[:n], y[n:]
+        pull = -ROBOT.coriolis_matrix(q, dq) @ dq - ROBOT.gravity_vector(q, SLOPE)
+        return np.concatenate([dq, np.linalg.solve(ROBOT.mass_matrix(q), pull)])
+
+    def event(t: float, y: Array) -> float:
+        return end(y) if t > 0.05 else 1.0  # the knee has bent by then, and the foot is off the ground
+
+    event.terminal, event.direction = True, -1  # type: ignore[attr-defined]
+    motion = solve_ivp(law, (0.0, 2.0), start, "DOP853", rtol=1e-13, atol=1e-14, events=event)
+    return float(motion.t[-1]), motion.y[:, -1]
+
+
+def test_state_after_a_passive_step() -> None:
+    bent, struck = phase(3, np.array(START), lambda y: float(y[2] - y[1]))
+    q, dq = ROBOT.knee_impact(struck[:3], struck[3:])
+    straight, landed = phase(2, np.concatenate([q, dq]), lambda y: float(ROBOT.swing_foot(y[:2])[1]))
+    after = np.concatenate(ROBOT.heel_impact(landed[:2], landed[2:]))[[0, 1, 1, 2, 3, 3]]
+    touched = walked(START, Terrain.incline(2.5), steps=1).touchdowns
+    # the issue's; measured 3e-11
+    assert np.concatenate([touched["q"][0], touched["dq"][0]]) == pytest.approx(after, abs=1e-9)
+    assert touched["time"][0] == pytest.approx(bent + straight, abs=1e-9)
+    assert touched["knee_strike"][0] == pytest.approx(bent, abs=1e-9)
+    assert touched["knee_q"][0] == pytest.approx(struck[:3], abs=1e-9)
+    # rates of 4 rad/s, and accelerations of 1e2 rad/s^2 times the strike's 1e-11 s; measured 1.2e-9
+    assert touched["knee_dq_before"][0] == pytest.approx(struck[3:], abs=4e-9)
+    assert touched["knee_dq"][0] == pytest.approx(dq[[0, 1, 1]], abs=4e-9)
+
+
+@pytest.fixture(scope="module")
+def gait() -> mjbiped.KneedGait:
+    return mjbiped.find_kneed_gait(ROBOT, SLOPE)
+
+
+def test_thirty_steps_on_the_gait(gait: mjbiped.KneedGait, tmp_path: Any) -> None:
+    """The issue's figures, of an earlier program; and the gait finder's, which integrates by itself."""
+    walk = mjbiped.walk(Plain(), Terrain.incline(2.5), robot=ROBOT, engine="hybrid", steps=30)
+    touched = walk.touchdowns
+    assert (walk.outcome, walk.steps, walk.cost_of_transport) == ("finished", 30, 0.0)
+    last = [0.24448, 1.08907, 0.35378, 0.61465, 0.52706]  # half angle, rates, period, knee strike
+    period = measures.step_periods(walk)[-1]
+    found = [touched["q"][-1, 1], *touched["dq"][-1, :2], period, touched["knee_strike"][-1]]
+    assert found == pytest.approx(last, abs=0.6e-5)  # half a unit of the last digit
+    state = np.concatenate([touched["q"], touched["dq"]], axis=1)
+    assert np.abs(state - gait.start).max() < 2e-9  # tolerances of both integrations; measured 5e-10
+    assert touched["flexion"] == pytest.approx(gait.greatest_flexion, abs=1e-6)  # its samples miss the top
+    assert np.abs(measures.impact_errors(walk)).max() < 1e-14
+    assert (touched["normal_force"] > 0.0).all()
+    assert (touched["stubs"] == 0.0).all()
+    # the foot is over the ground in all samples: none was passed through
+    feet = ROBOT.limbs(walk.samples["qpos"])[:, :, -1]
+    assert (feet[..., 1] - walk.terrain.height(feet[..., 0])).min() > -1e-12
+    walk.save(tmp_path / "walk.npz")
+    assert mjbiped.Walk.load(tmp_path / "walk.npz") == walk
+
+
+def test_energy_is_conserved_between_impacts() -> None:
+    samples = walked(START, Terrain.incline(2.5), steps=1, sample_period=1e-3).samples
+    energy = np.array([ROBOT.energy(q, dq, SLOPE) for q, dq in zip(samples["q"], samples["dq"], strict=True)])[:-1]
+    locked = samples["locked"][:-1].astype(bool)
+    # dense output of order 7 at a step's tolerance of 1e-8, times dE/dy of some 1e2 J
+    assert np.ptp(energy[~locked]) < 1e-6
+    assert np.ptp(energy[locked]) < 1e-6
+    assert energy[~locked].min() > energy[locked].max()  # the knee strike takes some
+
+
+def simulation_on(terrain: Terrain, start: Sequence[float], **settings: Any) -> HybridSimulation:
+    controller = PlainKnees() if len(start) == 6 else Unpowered()
+    half = len(start) // 2
+    given = {"robot": ROBOT, "q": start[:half], "dq": start[half:], "compile": False, **settings}
+    return HybridSimulation(controller, terrain, **given)
+
+
+def test_contact_of_the_foot_can_wait_or_not(gait: mjbiped.KneedGait) -> None:
+    """On from lift-off, or ignored for the first 1 or 5 % of each step: the same walk but for rounding."""
+    walks = []
+    for share in (0.0, 0.01, 0.05):
+        simulation = simulation_on(Terrain.incline(2.5), START, steps=3)
+        if share:
+            waits: dict[str, Any] = {"contact": 0.0, "reach": -math.inf, "delay": share * gait.period}
+            simulation.constants = simulation.constants._replace(**waits)
+            simulation.buffers.w[at.CONTACT_ENABLED] = 0.0
+        recorder = Recorder(robot=KneedBiped)
+        assert simulate(simulation, recorder) is Outcome.FINISHED
+        walks.append(recorder.touchdowns())
+    for later in walks[1:]:
+        for name in ("time", "q", "dq", "knee_strike"):
+            # other moments at which the step's events are looked for move them by rounding
+            assert later[name] == pytest.approx(walks[0][name], abs=1e-12)
+
+
+def test_locked_all_the_time_it_walks_as_the_compass() -> None:
+    """Legs of halved rods with straight knees are Table I's, and scuff like them."""
+    start = (-0.19, 0.19, 1.1, 0.81)
+    compass = mjbiped.walk(
+        PassiveController(), Terrain.incline(2.0), engine="hybrid", initial=start, steps=3, sample_period=None
+    )
+    rule = mjbiped.ScuffingRule()
+    q1, q2, dq1, dq2 = start
+    robot = KneedBiped.halved_rods()
+    simulation = simulation_on(Terrain.incline(2.0), (q1, q2, q2, dq1, dq2, dq2), robot=robot, steps=3)
+    scuffs: dict[str, Any] = {"contact": 0.0, "reach": rule.reach, "delay": rule.delay}
+    simulation.constants = simulation.constants._replace(**scuffs)
+    simulation.buffers.w[at.CONTACT_ENABLED] = 0.0
+    recorder = Recorder(robot=KneedBiped)
+    while simulation.outcome is Outcome.WALKING:
+        simulation.buffers.w[at.LOCKED] = at.KNEE_LOCKED  # again after each touchdown
+        simulation.go_on()
+        simulation.take(recorder)
+    touched = recorder.touchdowns()
+    for name in ("time", "x", "z", "friction", "normal_force"):
+        assert touched[name] == pytest.approx(compass.touchdowns[name], abs=1e-9)  # the integrator's tolerance
+    for name in ("q_before", "dq_before", "q", "dq"):
+        assert touched[name][:, :2] == pytest.approx(compass.touchdowns[name], abs=1e-9)
+
+
+def test_a_foot_that_strikes_a_riser_is_stopped_along_it(gait: mjbiped.KneedGait) -> None:
+    """Newton's law with the robot's matrices: the impulse acts along x alone, and brings the foot's speed to zero."""
+    simulation = simulation_on(Terrain.level(), gait.start.tolist())
+    y = simulation.buffers.y
+    for locked in (at.KNEE_FREE, at.KNEE_LOCKED):
+        n = 3 if locked == at.KNEE_FREE else 2
+        before = [0.1, -0.2, -0.2 + 0.3 * (n == 3), 1.0, 2.0, 2.0 - 3.0 * (n == 3)]
+        y[:6] = before
+        simulation.buffers.w[at.LOCKED] = locked
+        simulation.advance.args[0].hit_face(simulation.constants, simulation.buffers)
+        q = np.array(before[:n])
+        reach = ROBOT.chains[n].reach * np.cos(q)
+        after = np.array(y[3 : 3 + n])
+        impulse = ROBOT.mass_matrix(q) @ (after - before[3 : 3 + n])
+        assert reach @ after == pytest.approx(0.0, abs=1e-14)
+        assert np.cross(np.append(impulse, 0.0)[:3], np.append(reach, 0.0)[:3]) == pytest.approx(0.0, abs=1e-14)
+
+
+def test_the_ground_force_is_the_centre_of_masss(gait: mjbiped.KneedGait) -> None:
+    """Least normal force of a step, again from second differences of the recorded places."""
+    walk = walked(gait.start.tolist(), Terrain.incline(2.5), steps=1, sample_period=1e-4)
+    samples = walk.samples
+    centre = ROBOT.centre_of_mass(samples["qpos"])
+    smooth = samples["locked"][2:] == samples["locked"][:-2]
+    force = ROBOT.total_mass * (np.diff(centre, 2, axis=0)[smooth] / 1e-8 + [0.0, ROBOT.gravity])
+    normal = force @ [math.sin(SLOPE), math.cos(SLOPE)]
+    # fourth derivatives of 1e3 m/s^4 times h^2 / 12, rounding of 1e-16 / h^2, and the last sample of another stance
+    assert walk.touchdowns["normal_force"][0] == pytest.approx(np.sort(normal[:-2])[0], abs=2e-3 * ROBOT.weight)
+
+
+def test_starts_and_controllers_that_do_not_fit_are_refused() -> None:
+    with pytest.raises(InputError, match="bent forwards"):
+        walked((-0.2, 0.2, 0.1, 1.0, 0.5, 0.5), Terrain.incline(2.5))
+    with pytest.raises(InputError, match="six finite numbers"):
+        walked((-0.2, 0.2, 1.0, 0.5), Terrain.incline(2.5))
+    with pytest.raises(InputError, match="swing foot would start"):
+        walked((-0.2, 0.1, 0.1, 1.0, 0.5, 0.5), Terrain.incline(2.5))
+    with pytest.raises(InputError, match="robot with knees can be pushed"):
+        walked(START, Terrain.incline(2.5), disturbances=mjbiped.Disturbances(delay=0.01, control_period=0.01))
+    with pytest.raises(InputError, match="does not walk a KneedBiped"):
+        mjbiped.walk(PassiveController(), Terrain.incline(2.5), robot=ROBOT, engine="mujoco")
+
+
+def test_a_heavier_hip_walks_too() -> None:
+    """Another robot than the defaults, on a slope of its own, by its own gait."""
+    robot = replace(ROBOT, hip_mass=7.0)
+    walk = mjbiped.walk(Plain(), Terrain.incline(3.0), robot=robot, engine="hybrid", steps=3)
+    assert (walk.outcome, walk.robot) == ("finished", robot)
+
+
+@pytest.mark.slow
+def test_compiled_walks_are_those_of_plain_python(gait: mjbiped.KneedGait) -> None:
+    plain = mjbiped.walk(Plain(), Terrain.incline(2.5), robot=ROBOT, engine="hybrid", steps=20)
+    fast = mjbiped.walk(PassiveController(), Terrain.incline(2.5), robot=ROBOT, engine="hybrid", steps=20)
+    for name in ("time", "q", "dq", "normal_force", "knee_strike"):
+        # products and sums in one rounding, over 20 steps of a gait that forgets
+        assert fast.touchdowns[name] == pytest.approx(plain.touchdowns[name], abs=1e-10)
+    assert fast == mjbiped.walk(PassiveController(), Terrain.incline(2.5), robot=ROBOT, engine="hybrid", steps=20)
