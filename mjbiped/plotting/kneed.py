@@ -86,7 +86,9 @@ def plot_kneed_reference(gait: OptimisedKneedGait, path: str | Path | None = Non
     torques = np.concatenate([gait.model.course(*branch).torques for branch in branches])
 
     def draw_torques(axes: Axes, step: _Step) -> None:
-        for joint, (label, look) in enumerate((("ankle", ANKLE), ("hip", HIP), ("swing knee", {**SHANK, "color": SHADE}))):
+        for joint, (label, look) in enumerate(
+            (("ankle", ANKLE), ("hip", HIP), ("swing knee", {**SHANK, "color": SHADE}))
+        ):
             axes.plot(step.times, torques[:, joint], label=label, **look)
         axes.axhline(0.0, color=GUIDE, linewidth=0.5, zorder=0)
         axes.set(xlabel="time (s)", ylabel="torque (N\u00a0m)", xlim=(0, step.period))
