@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mjbiped.errors import InputError, shown
-from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.gait import Periodic
 from mjbiped.limit_cycles.basin import rates_around
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS
 from mjbiped.rules.scuffing import ScuffingRule
@@ -181,13 +181,13 @@ def _ground(words: object, steps: int, folder: Path, records: dict[Scalar | None
     }
 
 
-def _imitated(settings: Mapping[str, Scalar], laws: Mapping[str, str]) -> tuple[Gait | None, float]:
+def _imitated(settings: Mapping[str, Scalar], laws: Mapping[str, str]) -> tuple[Periodic | None, float]:
     """The gait that a controller imitates on level ground, and the leg length of its robot, m."""
     cell = Cell(0, None, settings, None, laws.get(str(settings["controller.name"])))
     return cell.controller().gait, cell.robot().leg_length
 
 
-def _first_rates(gait: Gait | None, count: int) -> Iterator[dict[str, Scalar]]:
+def _first_rates(gait: Periodic | None, count: int) -> Iterator[dict[str, Scalar]]:
     """First states of the basin's slice, as a cell takes them; none where there is no gait to be found again."""
     if gait is None or not count:
         return
