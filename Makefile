@@ -16,6 +16,9 @@ setup: $(VENV)/.ready ## install mjbiped and its tools into .venv, and compile
 # Python compiles what it imports when it first does: all at once takes pip half a minute.
 PIP_INSTALL = $(BIN)/python -m pip install --quiet --quiet --no-compile --disable-pip-version-check -c constraints.txt
 
+# Where dm_control's labmaze has no wheel (Python 3.13), the rest of it does without.
+WITHOUT_LABMAZE = dm-control dm-env dm-tree absl-py glfw lxml pyopengl pyparsing
+
 # Where Python comes without ensurepip (Debian's own), virtualenv makes the environment in venv's place.
 $(VENV)/.installed: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -33,6 +36,7 @@ $(VENV)/.installed: pyproject.toml constraints.txt
 $(VENV)/.ready: $(VENV)/.installed
 	@echo "installing the tools and compiling, a minute the first time ..."
 	@$(PIP_INSTALL) -e '.[test]'
+	@$(BIN)/python -c 'import dm_control' 2>/dev/null || $(PIP_INSTALL) --no-deps $(WITHOUT_LABMAZE)
 	@$(BIN)/mjbiped compile
 	@touch $@
 

@@ -32,6 +32,8 @@ def execute(page: str, *, slow: bool) -> None:
     for block in blocks(page):
         if block.file:
             Path(block.file).write_text(block.code, encoding="utf-8")
+    if any("envs.load(" in block.code for block in programs(page)):
+        pytest.importorskip("dm_control", reason="the page needs dm_control, which pip does not install on 3.13")
     for block in programs(page):
         if slow or "slow" not in block.marks:
             # empty lines before it: a traceback names the page's line

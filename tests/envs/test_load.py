@@ -15,6 +15,8 @@ from mjbiped.errors import InputError, MjbipedError
 from mjbiped.rendering.gl import gl_available
 from mjbiped.rules.termination import Outcome
 
+pytest.importorskip("dm_control", reason="mjbiped.envs.load needs dm_control, which pip does not install on 3.13")
+
 
 def random_action(spec: Any, random: np.random.Generator) -> Any:
     return random.uniform(spec.minimum, spec.maximum)

@@ -7,9 +7,8 @@ itself is called by the address of `mj_step`.
 from __future__ import annotations
 
 import ctypes
-import hashlib
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 from mjbiped.engines.mujoco import callbacks
@@ -18,7 +17,7 @@ from mjbiped.engines.mujoco.compiled.callbacks import Native
 from mjbiped.engines.mujoco.compiled.layout import Layout, layout, library
 from mjbiped.engines.mujoco.compiled.memory import memory_access
 from mjbiped.engines.mujoco.compiled.registry import CALLBACKS
-from mjbiped.numerics.jit import c_function, described, options, prepared
+from mjbiped.numerics.jit import c_function, described, from_source, options, prepared
 from mjbiped.numerics.records import WORD
 
 After = Callable[[Any, Any, Any], None]
@@ -108,60 +107,54 @@ def _compile(
         *(events.CONTROLLER_MEMORY, events.RECORD, events.RUNNING, events.OUTCOME, events.NEXT_CONTROL, callbacks.NOW),
         *((kind.__qualname__, getattr(kind, "_fields", ())) for _, kind in classes),
     )
-    name = hashlib.sha256(repr(known).encode()).hexdigest()[:16]
     words = ", ".join(f"word(row + {WORD * index})" for index in range(len(Row._fields)))
-    source = f"""def bind(digest):
-    def advance_{name}(table, following, last, mj_step, stepped, installed):
-        digest  # a cell that Numba's cache looks at
-        if installed != 0:
-            for each in range(CALLBACKS):
-                standing = word(word(installed + {3 * WORD} * each))
-                if standing != 0 and standing != word(installed + {3 * WORD} * each + {WORD}):
-                    return 1
-            for each in range(CALLBACKS + 1):
-                slot = word(installed + {3 * WORD} * each)
-                put_word(installed + {3 * WORD} * each + {2 * WORD}, word(slot))
-                put_word(slot, word(installed + {3 * WORD} * each + {WORD}))
-        while True:
-            index = claimed(following)
-            if index >= last:
-                break
-            row = table + {WORD * len(Row._fields)} * index
-            model, data, place, inputs, now, kept, out = {words}
-            record = record_of(model, data, TOKEN)
-            if record == 0:
-                continue
-            p = numbers(record, SCALARS)
-            constants, _, _ = {made}
-            u = numbers(word(data + AT_USERDATA), MEMORY)
-            clock = numbers(data + AT_TIME, 1)
-            if stepped and u[RUNNING] != 0.0 and u[OUTCOME] == 0.0:
-                given, held = numbers(inputs, INPUTS), numbers(word(data + AT_USERDATA) + {WORD} * place, INPUTS)
-                for i in range(INPUTS):
-                    held[i] = given[i]
-                while True:
-                    call_with(mj_step, model, data)
-                    waits = clock[0] <= u[NEXT_CONTROL] - NOW  # false where it is no number
-                    if not waits or u[RUNNING] == 0.0 or u[OUTCOME] != 0.0:
-                        break
-            told = numbers(now, MEMORY)
-            for i in range(MEMORY):
-                told[i] = u[i]
-            if u[RUNNING] != 0.0 and u[OUTCOME] == 0.0 and clock[0] > u[TIME]:
-                state = State(four(word(data + AT_QPOS)), four(word(data + AT_QVEL)))
-                take_in(constants, told, clock[0], state)
-                if stepped and told[OUTCOME] != 0.0:
-                    call_with(mj_step, model, data)
-            after(told, numbers(kept, KEPT), numbers(out, OUT))
-        if installed != 0:
-            for each in range(CALLBACKS + 1):
-                put_word(word(installed + {3 * WORD} * each), word(installed + {3 * WORD} * each + {2 * WORD}))
-        return 0
-
-    return advance_{name}
+    source = f"""def advance(table, following, last, mj_step, stepped, installed):
+    if installed != 0:
+        for each in range(CALLBACKS):
+            standing = word(word(installed + {3 * WORD} * each))
+            if standing != 0 and standing != word(installed + {3 * WORD} * each + {WORD}):
+                return 1
+        for each in range(CALLBACKS + 1):
+            slot = word(installed + {3 * WORD} * each)
+            put_word(installed + {3 * WORD} * each + {2 * WORD}, word(slot))
+            put_word(slot, word(installed + {3 * WORD} * each + {WORD}))
+    while True:
+        index = claimed(following)
+        if index >= last:
+            break
+        row = table + {WORD * len(Row._fields)} * index
+        model, data, place, inputs, now, kept, out = {words}
+        record = record_of(model, data, TOKEN)
+        if record == 0:
+            continue
+        p = numbers(record, SCALARS)
+        constants, _, _ = {made}
+        u = numbers(word(data + AT_USERDATA), MEMORY)
+        clock = numbers(data + AT_TIME, 1)
+        if stepped and u[RUNNING] != 0.0 and u[OUTCOME] == 0.0:
+            given, held = numbers(inputs, INPUTS), numbers(word(data + AT_USERDATA) + {WORD} * place, INPUTS)
+            for i in range(INPUTS):
+                held[i] = given[i]
+            while True:
+                call_with(mj_step, model, data)
+                waits = clock[0] <= u[NEXT_CONTROL] - NOW  # false where it is no number
+                if not waits or u[RUNNING] == 0.0 or u[OUTCOME] != 0.0:
+                    break
+        told = numbers(now, MEMORY)
+        for i in range(MEMORY):
+            told[i] = u[i]
+        if u[RUNNING] != 0.0 and u[OUTCOME] == 0.0 and clock[0] > u[TIME]:
+            state = State(four(word(data + AT_QPOS)), four(word(data + AT_QVEL)))
+            take_in(constants, told, clock[0], state)
+            if stepped and told[OUTCOME] != 0.0:
+                call_with(mj_step, model, data)
+        after(told, numbers(kept, KEPT), numbers(out, OUT))
+    if installed != 0:
+        for each in range(CALLBACKS + 1):
+            put_word(word(installed + {3 * WORD} * each), word(installed + {3 * WORD} * each + {2 * WORD}))
+    return 0
 """
     space: dict[str, Any] = {
-        "__name__": __name__,
         "TOKEN": token,
         "SCALARS": made.count("p["),
         "MEMORY": events.CONTROLLER_MEMORY,
@@ -184,10 +177,10 @@ def _compile(
         **dict(classes),
         **memory_access(at),
     }
-    exec(compile(source, __file__, "exec"), space)  # the cache lies where this file does
     word = numba.types.int64
     signature = numba.types.int32(*[word] * 6)
-    compiled = c_function(space["bind"](name), signature, **options(contract=False))
+    made_of = partial(c_function, signature=signature, **options(contract=False))
+    compiled = from_source(made_of, "advance", source, space, known)
     _kept.append(compiled)
     return compiled.ctypes
 
