@@ -55,7 +55,8 @@ def plan(path: Path, content: Mapping[str, Any]) -> Plan:
     limits = _table("limits", content, LIMIT_KEYS)
     margins = _table("margins", content, MARGIN_KEYS)
     engines = _texts("engine", content.get("engine", "hybrid"))
-    grounds = _texts("grounds", content.get("grounds", ["treads:deviation=0.03"]))
+    given = content.get("grounds", ["treads:deviation=0.03"])
+    grounds = () if given == [] else _texts("grounds", given)
     chosen = _magnitudes("limits", limits, DISTURBANCES)
     lasting = _magnitudes("margins", margins, MARGINS) if "margins" in content else {}
     rule = ScuffingRule(**_table("scuffing", content, ("reach", "delay")))

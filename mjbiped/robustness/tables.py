@@ -57,7 +57,7 @@ def sheets(robustness: Robustness) -> Iterator[Sheet]:
                     _digits(each.level_cost, ".4f"),
                     _digits(each.level.get("speed_m_per_s"), ".3f"),
                     *(_limit(each, test) for test in plan.disturbances),
-                    *([_digits(each.basin_area, ".1f")] if basin else []),
+                    *([_basin(each)] if basin else []),
                 )
                 for each in findings
             ),
@@ -151,6 +151,10 @@ def _limit(each: Findings, test: str) -> str:
         return f"{'>' if falling else '<'} {limit.magnitudes[0]:g}"
     beyond = "<= " if falling else ">= "
     return f"{'' if limit.reached else beyond}{limit.greatest:g}"
+
+
+def _basin(each: Findings) -> str:
+    return f"{'>= ' if each.basin == 1.0 else ''}{_digits(each.basin_area, '.1f')}"
 
 
 def _count(value: float) -> str:
