@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from dask_cluster import two_workers
 from legible import assert_legible
 
 from mjbiped.cli.main import main
@@ -16,7 +17,7 @@ from mjbiped.robots.compass import Compass
 from mjbiped.robustness.figures import plot_limits, plot_survival
 from mjbiped.robustness.plan import plan
 from mjbiped.robustness.result import Robustness, found
-from mjbiped.robustness.tables import robustness_tables, sheets, write_tables
+from mjbiped.robustness.tables import TABLES, robustness_tables, sheets, write_tables
 from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL, Plan
 
 CONTENT: dict[str, Any] = {
@@ -180,3 +181,25 @@ def test_the_command_walks_goes_on_and_writes(tmp_path: Path, capsys: pytest.Cap
     assert gentle["survival"]["treads:deviation=0.04"]["walks"] == 2
     assert run() == printed  # all rows were there
     assert (out / "study.csv").read_bytes() == table
+
+
+@pytest.mark.slow
+def test_a_cluster_walks_the_same(tmp_path: Path) -> None:
+    """Two worker processes of Dask; the elevation file is on this side alone."""
+    pytest.importorskip("distributed", reason="pip install 'mjbiped[cluster]'")
+    folder, study = tmp_path / "study", tmp_path / "study" / "study.toml"
+    folder.mkdir()
+    (folder / "trail.csv").write_text("x,z\n0,0\n3,0.1\n7,-0.1\n9,0\n")
+    grounds = 'grounds = ["treads:deviation=0.04", "recorded:file=trail.csv"]'
+    study.write_text(STUDY.replace('grounds = ["treads:deviation=0.04"]', grounds))
+
+    def run(out: str, *words: str) -> None:
+        with pytest.raises(SystemExit) as ended:
+            main(["robustness", str(study), "--out", str(tmp_path / out), "--quiet", *words])
+        assert ended.value.code in (0, None)
+
+    with two_workers(tmp_path) as (address, _):
+        run("there", "--scheduler", address)
+    run("here", "--workers", "1")
+    for name in ("study.csv", TABLES):
+        assert (tmp_path / "there" / name).read_bytes() == (tmp_path / "here" / name).read_bytes()
