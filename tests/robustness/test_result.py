@@ -132,7 +132,7 @@ def test_tables_put_controllers_side_by_side(result: Robustness, tmp_path: Path)
     )
     assert level.rows[0][:-1] == ("one", "0.0350", "0.500", "0.02", ">= 0.1")
     assert level.rows[1][-2] == "< 0.1"
-    assert "within 10 N m; basin of 2² first rates" in level.caption
+    assert "survive; basin of 2² first rates of the legs, within 10 N m" in level.caption
     assert [row[:3] for row in random.rows] == [("one", "2", "20"), ("two", "1", "200")]
     assert random.rows[0][4:] == ("", "")
     assert random.rows[1][4] == "10"
