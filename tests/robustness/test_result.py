@@ -100,6 +100,16 @@ def test_findings_of_rows(result: Robustness) -> None:
     assert result.ratios("hybrid", "treads")["two"][0] == pytest.approx(10.0)
 
 
+def test_ground_that_had_to_pull_counts_where_the_foot_is_pinned(wanted: Plan) -> None:
+    several = replace(wanted, engines=("hybrid", "mujoco"))
+    rows = [
+        row("step down", "one", 24, "finished", magnitude=0.1, case=0, steps_that_pull=1, engine=engine)
+        for engine in several.engines
+    ]
+    limits = [each.limits["step down"].greatest for each in found(several, rows).findings if each.controller == "one"]
+    assert limits == [None, 0.1]
+
+
 def test_a_walk_that_an_error_ends_is_not_survived(wanted: Plan) -> None:
     rows = [row("step down", "one", 24, "finished", magnitude=0.1, case=0)]
     blank = dict.fromkeys(("peak_ankle_torque_Nm", "peak_hip_torque_Nm", "steps_that_pull"))
