@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bisect
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,8 @@ import numpy as np
 from mjbiped.control.controller import Controller
 from mjbiped.control.registry import controller_from
 from mjbiped.control.tracking import AdaptiveTracking
+from mjbiped.disturbances.disturbances import DEFAULT_PERIOD, Disturbances
+from mjbiped.disturbances.sampled import SampledController
 from mjbiped.errors import InputError
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
@@ -50,24 +53,34 @@ class StepStart(NamedTuple):
 def replayed(walk: Walk, controller: Controller) -> Iterator[tuple[StepStart, list[float]]]:
     """The controller's memory at each step's beginning; the step that the walk's end cut off is the last.
 
-    What is planned at touchdowns is in it. The integrated states are not carried on through a step: who needs them
+    What is planned at touchdowns is in it: where the sensors differed from the truth, the controller is told what they
+    showed then, as it was in the walk. The integrated states are not carried on through a step: who needs them
     writes those of the step's end into the memory before the next step is asked for.
 
     Args:
         walk: A record.
         controller: The law that walked.
     """
-    memory = [0.0] * controller.memory_size
+    walked = _behind_its_sensors(walk, controller)
+    memory = [0.0] * walked.memory_size  # the controller's own comes first
     initial: list[float] = walk.settings["initial"]
     started = StepStart(0.0, walk.terrain.slope_at(0.0), initial[:2], initial[2:])
-    controller.start(memory, started.q, started.dq)
+    walked.start(memory, started.q, started.dq)
     yield started, memory
     rows = walk.touchdowns
     for time, slope, before, q, dq in zip(
         *(rows[name].tolist() for name in ("time", "slope", "q_before", "q", "dq")), strict=True
     ):
-        controller.on_touchdown(memory, before, q, dq)
+        walked.on_touchdown(memory, before, q, dq)
         yield StepStart(time, slope, q, dq), memory
+
+
+def _behind_its_sensors(walk: Walk, controller: Controller) -> Controller:
+    """The controller with what disturbed its sensors; nothing else of the loop matters at touchdowns."""
+    disturbances = Disturbances.from_dict(walk.settings.get("disturbances", {}))
+    if not disturbances.in_loop:
+        return controller
+    return SampledController(controller, replace(disturbances, delay=0.0), DEFAULT_PERIOD)
 
 
 def transitions(walk: Walk, controller: AdaptiveTracking) -> list[Array]:

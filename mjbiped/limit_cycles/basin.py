@@ -285,19 +285,23 @@ def _empty(
     return Basin(slope, start.copy(), columns, rows, fates, steps, np.zeros(shape), limit, walker)
 
 
-def rates_around(start: Array, count: int) -> tuple[Array, Array]:
+def rates_around(start: Array, count: int, width: float = 1.0) -> tuple[Array, Array]:
     """First rates that a map shows unless others are given.
 
     Args:
         start: The gait's state (q1, q2, dq1, dq2) after an impact, shape (4,).
         count: Of the rates of either leg.
+        width: How many times as far as usual they reach to both sides of their middle.
 
     Returns:
-        Rates of the stance leg, 0.5 to 1.6 times the gait's, and of the swing leg, within 2.2 times the gait's greater
-        rate, rad/s, shape (count,) each, in equal steps.
+        Rates of the stance leg, usually 0.5 to 1.6 times the gait's, and of the swing leg, usually within 2.2 times the
+        gait's greater rate, rad/s, shape (count,) each, in equal steps.
     """
-    greatest = 2.2 * float(np.abs(start[2:]).max())
-    return np.linspace(0.5 * start[2], 1.6 * start[2], count), np.linspace(-greatest, greatest, count)
+    greatest = 2.2 * width * float(np.abs(start[2:]).max())
+    return (
+        np.linspace((1.05 - 0.55 * width) * start[2], (1.05 + 0.55 * width) * start[2], count),
+        np.linspace(-greatest, greatest, count),
+    )
 
 
 def _rates(name: str, given: ArrayLike | None, usual: Array) -> Array:

@@ -13,7 +13,7 @@ from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Disturbance, Margin
 from mjbiped.robustness.walks import BASIN, Plan, walks_of
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.sweeps.plan import Study, check_cells, check_count
-from mjbiped.sweeps.sections import read_controller
+from mjbiped.sweeps.sections import SCUFFING, read_controller
 from mjbiped.sweeps.values import Scalar, check_keys
 from mjbiped.terrain.files import parse_toml, read_text
 from mjbiped.utils import domains
@@ -55,10 +55,11 @@ def plan(path: Path, content: Mapping[str, Any]) -> Plan:
     limits = _table("limits", content, LIMIT_KEYS)
     margins = _table("margins", content, MARGIN_KEYS)
     engines = _texts("engine", content.get("engine", "hybrid"))
-    grounds = _texts("grounds", content.get("grounds", ["treads:deviation=0.03"]))
+    given = content.get("grounds", ["treads:deviation=0.03"])
+    grounds = () if given == [] else _texts("grounds", given)
     chosen = _magnitudes("limits", limits, DISTURBANCES)
     lasting = _magnitudes("margins", margins, MARGINS) if "margins" in content else {}
-    rule = ScuffingRule(**_table("scuffing", content, ("reach", "delay")))
+    rule = ScuffingRule(**_table("scuffing", content, SCUFFING))
     labelled, laws = _controllers(content.get("controller", [{}]), path.parent)
     torque = limits.get("torque")
     wanted = Plan(

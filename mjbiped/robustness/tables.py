@@ -14,6 +14,7 @@ from mjbiped.analysis.survival import Survival
 from mjbiped.errors import RecordError
 from mjbiped.records.tables import bare_table
 from mjbiped.robustness.result import Findings, Robustness
+from mjbiped.robustness.walks import LEVEL_STEPS
 from mjbiped.utils.files import saved
 
 TABLES = "robustness.md"
@@ -43,7 +44,7 @@ def sheets(robustness: Robustness) -> Iterator[Sheet]:
         findings = robustness.of(engine)
         basin = bool(plan.basin)
         yield Sheet(
-            f"Level ground and single disturbances, {engine} engine",
+            f"Level ground{' and single disturbances' if plan.disturbances else ''}, {engine} engine",
             (
                 "controller",
                 "c_mt, level",
@@ -57,7 +58,7 @@ def sheets(robustness: Robustness) -> Iterator[Sheet]:
                     _digits(each.level_cost, ".4f"),
                     _digits(each.level.get("speed_m_per_s"), ".3f"),
                     *(_limit(each, test) for test in plan.disturbances),
-                    *([_digits(each.basin_area, ".1f")] if basin else []),
+                    *([_basin(each)] if basin else []),
                 )
                 for each in findings
             ),
@@ -127,10 +128,14 @@ def scuffing_words(robustness: Robustness) -> str:
 
 def conditions(robustness: Robustness) -> str:
     """What the greatest disturbances are of, in words."""
-    plan = robustness.plan
-    within = "" if plan.torque is None else f", within {plan.torque:g} N m"
-    basin = f"; basin of {plan.basin}² first rates of the legs" if plan.basin else ""
-    return f"greatest disturbances that {plan.share:.0%} of {plan.phases} phases of the step survive{within}{basin}"
+    plan, parts = robustness.plan, []
+    if plan.disturbances:
+        parts.append(f"greatest disturbances that {plan.share:.0%} of {plan.phases} phases of the step survive")
+    if plan.basin:
+        parts.append(f"basin of {plan.basin}² first rates of the legs")
+    if not parts:
+        return f"{LEVEL_STEPS} steps on level ground"
+    return "; ".join(parts) + ("" if plan.torque is None else f", within {plan.torque:g} N m")
 
 
 def _digits(value: float | None, form: str) -> str:
@@ -151,6 +156,10 @@ def _limit(each: Findings, test: str) -> str:
         return f"{'>' if falling else '<'} {limit.magnitudes[0]:g}"
     beyond = "<= " if falling else ">= "
     return f"{'' if limit.reached else beyond}{limit.greatest:g}"
+
+
+def _basin(each: Findings) -> str:
+    return f"{'>= ' if each.basin == 1.0 else ''}{_digits(each.basin_area, '.1f')}"
 
 
 def _count(value: float) -> str:

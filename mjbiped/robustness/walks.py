@@ -26,6 +26,9 @@ LEVEL, SURVIVAL, BASIN = "level", "survival", "basin"
 level ground from other first rates than the gait's."""
 
 LEVEL_STEPS = 40
+BASIN_WIDTH = 3.0
+"""How many times as wide as usual the basin's grid is: from all of the usual one controllers find back."""
+
 _BEFORE = 3  # steps before a disturbance comes
 
 LONGEST_STEP = 0.6
@@ -192,5 +195,5 @@ def _first_rates(gait: Periodic | None, count: int) -> Iterator[dict[str, Scalar
     if gait is None or not count:
         return
     _, _, stance, swing = gait.start.tolist()
-    for rate1, rate2 in itertools.product(*(rates.tolist() for rates in rates_around(gait.start, count))):
+    for rate1, rate2 in itertools.product(*(rates.tolist() for rates in rates_around(gait.start, count, BASIN_WIDTH))):
         yield {"initial.around": "gait", "initial.dq1": rate1 - stance, "initial.dq2": rate2 - swing}

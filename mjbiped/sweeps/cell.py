@@ -115,6 +115,10 @@ class Cell:
             return None
         return Disturbances(**{name: checked(Disturbances, name, value) for name, value in given.items()})
 
+    def scuffing(self) -> ScuffingRule:
+        """When the swing foot may touch the ground."""
+        return ScuffingRule(**self.section("scuffing"))
+
     def engine(self) -> Engine:
         """The physics."""
         options = {key: self.values[key] for key in OPTIONS if key in self.values}
@@ -154,7 +158,7 @@ class Cell:
             engine=self.engine(),
             initial=self.initial(controller, robot, terrain),
             robot=robot,
-            scuffing=ScuffingRule(**self.section("scuffing")),
+            scuffing=self.scuffing(),
             disturbances=self.disturbances(),
             sample_period=sample_period,
             **limits,  # type: ignore[arg-type]  # checked there

@@ -209,6 +209,7 @@ def check_cells(cells: Sequence[Cell], varied: Sequence[str]) -> None:
             (*OF_WALK, "initial"),
             ("disturbances", *OF_WALK),
             ("robot", "model", "controller"),
+            ("scuffing",),
             ("terrain",),
         ):
             mine = {name: value for name, value in cell.values.items() if name.split(".")[0] in part}
@@ -232,6 +233,8 @@ def _is_fine_seed(name: str, value: Scalar) -> bool:
 def _check_part(cell: Cell, first: str, gait: Gait) -> None:
     if first == "terrain":
         cell.terrain()
+    elif first == "scuffing":
+        cell.scuffing()
     elif first == "disturbances":
         disturbances = cell.disturbances()
         if disturbances is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from inspect import signature
 from pathlib import Path
@@ -23,7 +23,9 @@ from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import known_name
 
 OF_WALK = ("engine", *LIMITS, *OPTIONS)
-SECTIONS = ("initial", "controller", "robot", "model", "disturbances", "terrain")
+SECTIONS = ("initial", "controller", "robot", "model", "disturbances", "scuffing", "terrain")
+SCUFFING = ("reach", "delay")
+PARAMETERS = tuple(field.name for field in fields(Compass))
 
 _PARTS_OF_RANGE = ("low", "high", "plus_minus")
 
@@ -53,9 +55,13 @@ def parts_of(content: Mapping[str, Any], folder: Path) -> Iterator[list[Settings
     yield [read_controller(table, folder) for table in _tables("controller", content.get("controller", {}))]
     for key in ("robot", "model"):
         if key in content:
-            yield [_robot(key, table) for table in _tables(key, content[key])]
+            yield [_named(key, f"parameter of the {key}", PARAMETERS, t) for t in _tables(key, content[key])]
     if "disturbances" in content:
-        yield [_disturbances(table) for table in _tables("disturbances", content["disturbances"])]
+        yield [
+            _named("disturbances", "disturbance", SETTINGS, t) for t in _tables("disturbances", content["disturbances"])
+        ]
+    if "scuffing" in content:
+        yield [_named("scuffing", "setting of scuffing", SCUFFING, t) for t in _tables("scuffing", content["scuffing"])]
     yield [_terrain(table) for table in _tables("terrain", content.get("terrain", {}))]
 
 
@@ -104,14 +110,10 @@ def read_controller(table: Mapping[str, Any], folder: Path) -> Settings:
     return settings
 
 
-def _robot(section: str, table: Mapping[str, Any]) -> Settings:
-    check_keys(f"parameter of the {section}", table, [field.name for field in fields(Compass)])
+def _named(section: str, what: str, names: Sequence[str], table: Mapping[str, Any]) -> Settings:
+    """Choices of a section all of whose names are known."""
+    check_keys(what, table, names)
     return {f"{section}.{key}": read_choice(f"{section}.{key}", value) for key, value in table.items()}
-
-
-def _disturbances(table: Mapping[str, Any]) -> Settings:
-    check_keys("disturbance", table, SETTINGS)
-    return {f"disturbances.{key}": read_choice(f"disturbances.{key}", value) for key, value in table.items()}
 
 
 def _terrain(table: Mapping[str, Any]) -> Settings:

@@ -29,22 +29,23 @@ def tables(folder: Path) -> list[str]:
 @click.command(help=__doc__)
 @click.option("--hybrid", type=FOLDER, help="Of scripts/studies/robustness.toml.")
 @click.option("--mujoco", type=FOLDER, help="Of scripts/studies/robustness_mujoco.toml.")
-@click.option(
-    "--margins", type=FOLDER, help="Of scripts/studies/margins.toml; give another one's again for more.", multiple=True
-)
+@click.option("--margins", type=FOLDER, multiple=True, help="Of margins.toml, and of margins_mujoco.toml there.")
+@click.option("--basin", type=FOLDER, help="Of basin.toml there.")
 @click.option("--page", default=PAGE, show_default=True, type=click.Path(exists=True, path_type=Path))
 @click.option("--images", default=IMAGES, show_default=True, type=FOLDER)
-def main(hybrid: Path | None, mujoco: Path | None, margins: tuple[Path, ...], page: Path, images: Path) -> None:
+def main(
+    hybrid: Path | None, mujoco: Path | None, margins: tuple[Path, ...], basin: Path | None, page: Path, images: Path
+) -> None:
     """Fill the places of the studies that are given."""
-    if hybrid is not None:
-        write_block(page, "hybrid", "\n".join(tables(hybrid)))
-        for name in FIGURES:
-            shutil.copy(hybrid / name, images / name)
-    if mujoco is not None:
-        write_block(page, "mujoco", "\n".join(tables(mujoco)))
+    for name, folder in (("hybrid", hybrid), ("mujoco", mujoco), ("basin", basin)):
+        if folder is not None:
+            write_block(page, name, "\n".join(tables(folder)))
     if margins:
         found = [table for folder in margins for table in tables(folder) if table.startswith("**Margins")]
         write_block(page, "margins", "\n".join(found))
+    if hybrid is not None:
+        for name in FIGURES:
+            shutil.copy(hybrid / name, images / name)
 
 
 if __name__ == "__main__":

@@ -35,13 +35,21 @@ class Remembering(AdaptiveController):
         """Python's, not compiled: it could not keep anything."""
 
 
+NOISY = mjbiped.Disturbances(
+    angle_noise=5e-3, rate_noise=0.05, angle_bias=2e-3, angle_resolution=1e-3, delay=2e-3, seed=4
+)
+
+
+@pytest.mark.parametrize("disturbances", [None, NOISY], ids=["undisturbed", "noisy"])
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
-def test_plans_made_again_are_the_plans_that_were_made(controller: AdaptiveController, engine: str) -> None:
-    """Bit by bit: the record holds the states that the controller was given."""
+def test_plans_made_again_are_the_plans_that_were_made(
+    controller: AdaptiveController, engine: str, disturbances: mjbiped.Disturbances | None
+) -> None:
+    """Bit by bit: the record holds the states that the controller was given, and of what its sensors made noise."""
     law = Remembering(controller.robot, controller.gait)
     law.planned.clear()
-    walk = mjbiped.walk(law, GROUND, engine=engine, steps=4, initial="rest")
-    again = [list(memory[2:]) for _, memory in replayed(walk, controller)]
+    walk = mjbiped.walk(law, GROUND, engine=engine, steps=4, initial="rest", disturbances=disturbances)
+    again = [list(memory[2 : law.memory_size]) for _, memory in replayed(walk, controller)]
     tried = 2  # a start and a touchdown, before the walk
     assert again == law.planned[tried:][: walk.steps + 1]
     assert len(again) == 5

@@ -12,6 +12,7 @@ from mjbiped.errors import InputError
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.limit_cycles.basin import Fate, basin_of_control, rates_around
 from mjbiped.robots.compass import Compass
+from mjbiped.robustness import walks
 from mjbiped.robustness.limits import MARGINS
 from mjbiped.robustness.plan import BASIN_RATES, plan, read_plan
 from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL
@@ -55,6 +56,8 @@ def test_unless_a_file_says_otherwise_all_disturbances_are_tried() -> None:
     assert len(plan(Path("x.toml"), {"seeds": 1, "limits": {"phases": 1}}).disturbances) >= 4
     assert plan(Path("x.toml"), {"seeds": 1, "limits": {"phases": 1, "slope up": True}}).disturbances == ("slope up",)
     assert plan(Path("x.toml"), {"seeds": 1, "limits": {"phases": 1, "slope up": False}}).disturbances == ()
+    without = plan(Path("x.toml"), {"grounds": [], "limits": {"step up": False, "basin": False}})
+    assert [cell.values["test"] for cell in without.study.cells] == [LEVEL]
 
 
 def test_all_margins_can_be_walked_in_both_engines() -> None:
@@ -76,7 +79,8 @@ def test_a_basin_is_tried_unless_other_disturbances_are_named(limits: dict[str, 
     assert [cell.values["test"] for cell in wanted.study.cells].count(BASIN) == count**2
 
 
-def test_a_basin_is_that_of_its_own_module() -> None:
+def test_a_basin_is_that_of_its_own_module(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(walks, "BASIN_WIDTH", 1.0)  # from all of the wide one this controller falls
     limits = {"step up": False, "basin": 6, "steps_after": 8}
     wanted = plan(Path("x.toml"), {"seeds": 1, "limits": limits, "controller": [{"name": "passivity"}]})
     cells = [cell for cell in wanted.study.cells if cell.values["test"] == BASIN]

@@ -12,6 +12,7 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, PassivityController
 from mjbiped.errors import InputError
+from mjbiped.sweeps.cell import measured
 from mjbiped.sweeps.plan import MOST_CELLS, Study, plan, read_study
 
 
@@ -130,6 +131,20 @@ def test_file_is_looked_for_beside_the_study(tmp_path: Path) -> None:
     assert planned('terrain = [{ file = "trail.csv" }, { name = "level" }]', tmp_path).digest != study.digest
 
 
+def test_the_scuffing_rule_can_vary() -> None:
+    """A riser of 45 mm, 0.15 leg lengths ahead of a foothold, is met with a short reach and passed with a long one."""
+    study = planned(
+        """
+        steps = 3
+        engine = "hybrid"
+        scuffing = { reach = [0.1, 0.2] }
+        terrain = { name = "stairs", rise = 0.045, first = 0.532, count = 1, tread = 9 }
+        """
+    )
+    assert study.varied == ("scuffing.reach",)
+    assert [measured(cell)["strikes"] for cell in study.cells] == [1, 0]
+
+
 def test_samples_of_a_record(tmp_path: Path) -> None:
     (tmp_path / "trail.csv").write_text("x,z\n0,0\n4,0.2\n30,-1\n")
     study = planned('terrain = { name = "recorded", file = "trail.csv", seed = [3, 8], length = 40 }', tmp_path)
@@ -187,6 +202,8 @@ def test_figures_leave_the_study_as_it_is() -> None:
         ("robot = { hip_mass = -3 }", "hip_mass"),
         ('robot = { hip_mass = "heavy" }', "hip_mass"),
         ("model = { leg_mass = 0 }", "leg_mass"),
+        ("scuffing = { raech = 0.1 }", "reach, delay"),
+        ("scuffing = { reach = [0.1, -1] }", r"cell 1 \(scuffing.reach = -1\).*reach = -1"),
         ('terrain = { name = "moon" }', "unknown terrain 'moon': valid are level, incline"),
         ('terrain = { name = "stairs", slope_deg = 3 }', "tread, rise, first, count"),
         ('terrain = { name = "random", slope_deg = 3 }', r'"low..high"'),

@@ -7,11 +7,11 @@ import random
 import signal
 import subprocess
 import sys
-import textwrap
 import time
 from pathlib import Path
 
 import pytest
+from dask_cluster import two_workers
 
 import mjbiped
 from controllers import AdaptiveController
@@ -250,31 +250,7 @@ def test_on_a_cluster_with_a_worker_killed(tmp_path: Path) -> None:
     pytest.importorskip("distributed", reason="pip install 'mjbiped[cluster]'")
     (tmp_path / "study.toml").write_text(STUDY.format(samples=100).replace("steps = 6", "steps = 40"))
     assert start(tmp_path, "--out", tmp_path / "here").wait(timeout=300) == 0
-    program = tmp_path / "cluster.py"
-    program.write_text(
-        textwrap.dedent("""
-            import sys
-            from distributed import LocalCluster
-
-            if __name__ == "__main__":
-                cluster = LocalCluster(n_workers=2, threads_per_worker=2, processes=True, dashboard_address=None)
-                pids = [worker.process.pid for worker in cluster.workers.values()]
-                print(cluster.scheduler_address, *pids, flush=True)
-                sys.stdin.read()
-                cluster.close()
-        """)
-    )
-    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
-    with subprocess.Popen(
-        [sys.executable, str(program)],
-        env={**os.environ, "PYTHONPATH": path},
-        stdin=subprocess.PIPE,  # closed, it ends the cluster
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,  # full of the killed worker
-        text=True,
-    ) as dask:
-        assert dask.stdout is not None
-        address, first, _ = dask.stdout.readline().split()
+    with two_workers(tmp_path) as (address, (first, _)):
         process = start(tmp_path, "--out", tmp_path / "there", "--scheduler", address)
         table = tmp_path / "there" / "study.sqlite"
         end = time.monotonic() + 120.0
@@ -282,6 +258,6 @@ def test_on_a_cluster_with_a_worker_killed(tmp_path: Path) -> None:
             assert time.monotonic() < end
             assert process.poll() is None, "it ended before a worker was killed"
             time.sleep(0.05)
-        os.kill(int(first), signal.SIGKILL)
+        os.kill(first, signal.SIGKILL)
         assert process.wait(timeout=300) == 0
     assert (tmp_path / "there" / "study.csv").read_bytes() == (tmp_path / "here" / "study.csv").read_bytes()

@@ -357,7 +357,13 @@ def test_nested_blocks_follow_the_window(controller: AdaptiveController) -> None
 def test_pictures_of_a_window_are_those_of_the_whole(
     controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """To and fro through the record; single pixels differ, for MuJoCo moves the earth's mesh into its middle."""
+    """To and fro through the record.
+
+    MuJoCo moves the earth's mesh into its middle, which is another one in a window: its corners round otherwise, by
+    some 1e-7 m, and where an edge runs through the middle of a pixel that shows the other side. How many do is the
+    renderer's affair: one here, seven have been seen. Ground that is a pixel too high or too short differs in a row of
+    160 or a column of 30.
+    """
     walk = mjbiped.walk(controller, LONG["stairs"], steps=26, sample_period=0.02)
     begin, end = float(walk.samples["time"][0]), float(walk.samples["time"][-1])
     times = [begin, end, 0.5 * end, begin]
@@ -373,6 +379,6 @@ def test_pictures_of_a_window_are_those_of_the_whole(
     assert len(built) == 3  # at the start, at the end, and back again
     monkeypatch.setattr(ground_window, "FEW_SEGMENTS", 10**9)
     for frame, whole_frame in zip(frames, render_frames(walk, times, width=160, height=120), strict=True):
-        assert (frame != whole_frame).any(axis=-1).sum() <= 4
+        assert (frame != whole_frame).any(axis=-1).sum() <= 20
     assert len(built) == 4
     assert (frames[0] == frames[3]).all()
