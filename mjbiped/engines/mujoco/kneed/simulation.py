@@ -261,10 +261,14 @@ class KneedSimulation:
         return self._locked and x > self._foot[0]
 
     def _lifted(self, x: float, z: float) -> int | None:
-        """The leg whose foot leaves the ground in the step to come, and does not collide; x, z is the swing foot's place.
+        """The leg whose foot leaves the ground in the step to come, and does not collide.
 
-        The ground cannot pull, but a solver with a convex friction cone drags a foot that leaves it obliquely: the stance
-        foot in the heel strike, and a swing foot that touches the ground and moves away from it.
+        The ground cannot pull, but a solver with a convex friction cone drags a foot that leaves it obliquely: the
+        stance foot in the heel strike, and a swing foot that touches the ground and moves away from it.
+
+        Args:
+            x: Place of the swing foot, m.
+            z: Its height, m.
         """
         profile, swing = self._places.profile, 1 - self._stance
         height = height_over_ground(profile, x, z)
