@@ -107,7 +107,7 @@ def _joints(gait: KneedGait, q: Array) -> Array:
 
 def _draw_cycle(axes: Axes, gait: KneedGait) -> None:
     """Panel (b): rate over angle of all segments, jumps at impacts dotted."""
-    bent = gait.bent
+    bent = gait.bent_samples
     for segment, look in ((0, STANCE), (1, SWING), (2, SHANK)):
         q, dq = gait.states[:, segment], gait.states[:, 3 + segment]
         axes.plot(q[:bent], dq[:bent], **look)
