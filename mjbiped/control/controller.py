@@ -19,9 +19,8 @@ from numbers import Real
 from typing import Any, ClassVar, NamedTuple
 
 from mjbiped.errors import InputError
+from mjbiped.gaits.branches import Branched
 from mjbiped.gaits.gait import Gait, Periodic
-from mjbiped.gaits.kneed import KneedGait
-from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 
@@ -176,7 +175,7 @@ class Controller(ABC):
         if dataclasses.is_dataclass(self):
             for field in dataclasses.fields(self):
                 value = getattr(self, field.name)
-                if isinstance(value, Gait | KneedGait | OptimisedKneedGait):
+                if isinstance(value, Gait | Branched):
                     value = value.describe()
                 elif isinstance(value, Robot):
                     value = value.to_dict()
