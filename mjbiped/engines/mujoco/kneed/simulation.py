@@ -565,6 +565,10 @@ class KneedSimulation:
                 return
             self.advance()
 
+    def warn(self, message: str) -> None:
+        """`mju_user_warning`: the first line says what it is."""
+        self.warnings[message.partition(" at ")[0].strip()] += 1
+
     def take(self, recorder: Recorder) -> int:
         """Hand what was recorded on; returns the number of touchdowns."""
         count, size = len(self._rows), KNEED_SAMPLED + len(self.controller.states)
