@@ -25,7 +25,7 @@ from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_i
 from mjbiped.engines.mujoco.judged import ground_needed, limits_of
 from mjbiped.engines.mujoco.kneed.feet import KNEES, PLACES, THIGHS, Array, Collisions, Felt, X, Z, felt, foot_of
 from mjbiped.engines.mujoco.kneed.lengths import Lengths, approach, sooner
-from mjbiped.engines.mujoco.leapfrog import effective_step, limited
+from mjbiped.engines.mujoco.leapfrog import effective_step, held, limited
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.scene import LOCK_STIFFNESS
 from mjbiped.engines.mujoco.simulation import START_DEPTH, WHOLE_STATE
@@ -293,16 +293,12 @@ class KneedSimulation:
         """Let the velocity stage see rates of now, and the stance foot's velocity in the mean of the step."""
         if self._plain:
             return
-        data, step = self.data, self._planned
-        index = THIGHS[self._stance]
+        data, index = self.data, THIGHS[self._stance]
         leg, rate, lag = float(data.qpos[index]), float(data.qvel[index]), float(self._lag[index])
-        turning = rate + (lag * (1.0 + step / self._before) if self._before > 0.0 else 0.0)
-        sine, cosine, radius = math.sin(leg), math.cos(leg), self.limits.leg_length
-        turned = leg + step * turning
-        mean_x, mean_z = (sine - math.sin(turned)) / step, (cosine - math.cos(turned)) / step
+        shown_x, shown_z = held(self.limits.leg_length, leg, rate, lag, self._planned, self._before)
         data.qvel[:] += self._lag
-        data.qvel[X] += radius * (mean_x + cosine * (turning + lag))
-        data.qvel[Z] += radius * (mean_z - sine * (turning + lag))
+        data.qvel[X] += shown_x
+        data.qvel[Z] += shown_z
 
     def _note_lag(self, length: float) -> None:
         """What the rates will lack, after this step, to be those of its end."""
