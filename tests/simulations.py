@@ -10,7 +10,7 @@ from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.scene import Scene, compose_scene
 from mjbiped.engines.mujoco.simulation import Simulation
-from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
 from mjbiped.terrain.terrain import Terrain
 
 OPTIONS = {field.name for field in fields(Options)}
@@ -23,7 +23,7 @@ def make_simulation(controller: Controller, terrain: Terrain, **settings: Any) -
 
 
 def build_scene(
-    robot: Compass,
+    robot: Robot,
     terrain: Terrain,
     *,
     timestep: float,

@@ -33,13 +33,9 @@ from mjbiped.gaits.kneed import find_kneed_gait
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.kneed import KneedBiped
 from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
 from mjbiped.utils import domains
 from mjbiped.version import __version__
-
-KNEED = {"kneed": KneedBiped, "halved-rods": KneedBiped.halved_rods}
-"""Robots with knees, by their names on the command line."""
 
 
 class _Commands(click.Group):
@@ -217,13 +213,7 @@ def _compare(
 @options.options(
     "Gait",
     ("--slope-deg", domains.SLOPE_DEG, 2.0, "Slope that it walks down."),
-    (
-        "--robot",
-        click.Choice(("compass", *KNEED)),
-        "compass",
-        "'compass' has straight legs; 'kneed' has knees, light shanks and a heavy hip; 'halved-rods' has the legs of "
-        "Table I cut at the knee. The options below are for compass.",
-    ),
+    options.KIND,
 )
 @options.robot_options
 @options.plot_option
@@ -242,9 +232,9 @@ def _gait(ctx: click.Context, /, slope_deg: float, robot: str, plot: Path | None
       mjbiped gait --robot kneed --slope-deg 2.5 --plot knees.png
     """  # noqa: D301 (click reads the backspace)
     files = Files()
-    if robot in KNEED:
+    if robot in options.KNEED:
         refuse(ctx, section(ctx, "Robot"), "--robot compass", robot)
-        kneed = find_kneed_gait(KNEED[robot](), math.radians(slope_deg))
+        kneed = find_kneed_gait(options.KNEED[robot](), math.radians(slope_deg))
         files.plot(plot, "kneed:plot_kneed_gait", kneed)
         summary = tables.kneed_gait_summary(kneed)
         files.end(summary, [tables.kneed_gait_table(summary)], json=json, quiet=False)

@@ -23,6 +23,7 @@ from mjbiped.errors import InputError, shown
 from mjbiped.gaits.optimised import parse_reference
 from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, figure_width
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.files import parse_number
 from mjbiped.utils import domains
@@ -354,6 +355,18 @@ comparison_options = options(
         "the line through both feet; two_point for passivity, local for the others unless given.",
     ),
 )
+
+KNEED = {"kneed": KneedBiped, "halved-rods": KneedBiped.halved_rods}
+"""Robots with knees, by their names on the command line."""
+
+KIND = (
+    "--robot",
+    click.Choice(("compass", *KNEED)),
+    "compass",
+    "'compass' has straight legs; 'kneed' has knees, light shanks and a heavy hip; 'halved-rods' has the legs of Table "
+    "I cut at the knee. The options under Robot are for compass.",
+)
+"""Which robot, for `options`."""
 
 robot_options = options(
     "Robot",

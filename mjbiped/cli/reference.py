@@ -9,7 +9,9 @@ import click
 
 from mjbiped.cli import options
 from mjbiped.cli.files import Files
+from mjbiped.cli.laws import refuse, section
 from mjbiped.gaits.optimised import FRICTION, SPEED, OptimisedGait, find_reference
+from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
 from mjbiped.records.tables import table_of
 from mjbiped.robots.compass import Compass
 from mjbiped.utils import domains
@@ -18,6 +20,7 @@ from mjbiped.utils import domains
 @click.command("reference", cls=options.SectionCommand)
 @options.options(
     "Gait",
+    options.KIND,
     ("--speed", domains.SPEED, SPEED, "Mean speed on level ground, m/s."),
     (
         "--clearance",
@@ -31,13 +34,17 @@ from mjbiped.utils import domains
         True,
         "Let the foot go no further forward from that moment on; without it the same height costs less.",
     ),
-    ("--torque-limit", domains.TORQUE, None, "Greatest torque of ankle and hip, N m; no limit unless given."),
+    ("--torque-limit", domains.TORQUE, None, "Greatest torque of each joint, N m; no limit unless given."),
     ("--friction", domains.NEEDED_FRICTION, FRICTION, "Greatest friction that is asked of the ground."),
 )
 @options.robot_options
 @options.plot_option
 @options.json_option
+@click.pass_context
 def reference(
+    ctx: click.Context,
+    /,
+    robot: str,
     speed: float,
     clearance: float,
     retraction: bool,
@@ -56,10 +63,13 @@ def reference(
     Examples:
       mjbiped reference --clearance 0.06 --plot reference.png
       mjbiped reference --speed 0.6 --clearance 0 --json
+      mjbiped reference --robot kneed --clearance 0.08 --plot knees.png
       mjbiped walk stairs:rise=0.05 --reference clearance=0.06 --gain replanning=additive
     """  # noqa: D301 (click reads the backspace)
+    if robot in options.KNEED:
+        refuse(ctx, section(ctx, "Robot"), "--robot compass", robot)
     gait = find_reference(
-        Compass(**values),
+        options.KNEED[robot]() if robot in options.KNEED else Compass(**values),
         speed=speed,
         clearance=clearance,
         retraction=retraction,
@@ -67,12 +77,13 @@ def reference(
         friction=friction,
     )
     files = Files()
-    files.plot(plot, "reference:plot_reference", gait)
+    kneed = isinstance(gait, OptimisedKneedGait)
+    files.plot(plot, "kneed:plot_kneed_reference" if kneed else "reference:plot_reference", gait)
     files.end(_summary(gait), [_table(gait)], json=json, quiet=False)
 
 
-def _summary(gait: OptimisedGait) -> dict[str, Any]:
-    """The gait in plain JSON types; states are q1, q2 (rad) and dq1, dq2 (rad/s)."""
+def _summary(gait: OptimisedGait | OptimisedKneedGait) -> dict[str, Any]:
+    """The gait in plain JSON types; states are the robot's angles (rad), then their rates (rad/s)."""
     told = gait.measures
     return {
         "speed_m_per_s": gait.speed,
@@ -80,8 +91,7 @@ def _summary(gait: OptimisedGait) -> dict[str, Any]:
         "period_s": gait.period,
         "step_length_m": gait.step_length,
         "half_angle_rad": float(gait.end[0]),
-        "peak_ankle_torque_Nm": told.peak_torque[0],
-        "peak_hip_torque_Nm": told.peak_torque[1],
+        **{f"peak_{joint}_torque_Nm": told.peak_torque[k] for k, joint in enumerate(gait.robot.joints)},
         "least_normal_force_weights": told.normal_force / gait.robot.weight,
         "friction": told.friction,
         "clearance_phase": gait.clearance_phase if gait.goal.clearance else None,
@@ -89,10 +99,11 @@ def _summary(gait: OptimisedGait) -> dict[str, Any]:
         "greatest_clearance_m": told.greatest_clearance,
         "state_after_impact": gait.start.tolist(),
         "state_before_impact": gait.end.tolist(),
+        **({"knee_strike_s": gait.knee_strike} if isinstance(gait, OptimisedKneedGait) else {}),
     }
 
 
-def _table(gait: OptimisedGait) -> Any:
+def _table(gait: OptimisedGait | OptimisedKneedGait) -> Any:
     told = gait.measures
     rows = [
         ("speed", f"{gait.speed:.4f}", "m/s"),
@@ -100,11 +111,12 @@ def _table(gait: OptimisedGait) -> Any:
         ("period", f"{gait.period:.6f}", "s"),
         ("half the angle between the legs at the impact", f"{gait.end[0]:.6f}", "rad"),
         ("step length", f"{gait.step_length:.6f}", "m"),
-        ("peak torque, ankle", f"{told.peak_torque[0]:.2f}", "N m"),
-        ("peak torque, hip", f"{told.peak_torque[1]:.2f}", "N m"),
+        *((f"peak torque, {name}", f"{told.peak_torque[k]:.2f}", "N m") for k, name in enumerate(gait.robot.joints)),
         ("normal force, least", f"{told.normal_force / gait.robot.weight:.3f}", "weights"),
         ("friction used", f"{told.friction:.3f}", ""),
     ]
+    if isinstance(gait, OptimisedKneedGait):
+        rows.append(("knee strike", f"{gait.knee_strike:.6f}", "s"))
     if gait.goal.clearance:
         rows.append((f"clearance at {100 * gait.clearance_phase:.1f} % of the step", f"{told.clearance:.4f}", "m"))
     rows.append(("clearance ahead of the stance foot, greatest", f"{told.greatest_clearance:.4f}", "m"))

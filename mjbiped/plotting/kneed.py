@@ -1,25 +1,44 @@
-"""The figure of a passive gait with knees."""
+"""The figures of passive and of optimised gaits with knees."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from mjbiped.gaits.kneed import KneedGait
+from mjbiped.gaits.kneed import SAMPLES, KneedGait
+from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
 from mjbiped.plotting.panels import head, legend_above, titled, wrapped
-from mjbiped.plotting.style import GROUND, GUIDE, SHADE, STANCE, SWING, VERMILLION, drawn, note_at
+from mjbiped.plotting.style import ANKLE, C_MT, GROUND, GUIDE, HIP, SHADE, STANCE, SWING, VERMILLION, drawn, note_at
 from mjbiped.plotting.width import width
 from mjbiped.robots.chain import Array
+from mjbiped.robots.kneed import KneedBiped
 
 SHANK: Mapping[str, Any] = {"color": VERMILLION, "linestyle": (0, (1.5, 1.2))}
 APART = 0.5  # between two postures of a step, leg lengths
+
+
+class _Step(NamedTuple):
+    """What is drawn of a gait; see `KneedGait` for times, states and bent_samples."""
+
+    robot: KneedBiped
+    slope: float
+    period: float
+    knee_strike: float
+    times: Array
+    states: Array
+    bent_samples: int
+
+    @property
+    def feet(self) -> Array:
+        """The swing foot from the stance foot at `times`, shape (n, 2), m."""
+        return np.array([self.robot.swing_foot(q) for q in self.states[:, :3]])
 
 
 def plot_kneed_gait(gait: KneedGait, path: str | Path | None = None) -> Figure:
@@ -36,28 +55,68 @@ def plot_kneed_gait(gait: KneedGait, path: str | Path | None = None) -> Figure:
         InputError: The path has another suffix; nothing has been drawn then.
         RenderError: The file cannot be written.
     """
+    text = (
+        f"Passive gait with knees on {math.degrees(gait.slope):.3g}°, {'stable' if gait.stable else 'unstable'}: "
+        f"period {gait.period:.4f}\u00a0s, knee strike at {gait.knee_strike:.4f}\u00a0s, "
+        f"step {gait.step_length:.4f}\u00a0m, clearance {100 * gait.clearance:.2f}\u00a0cm, "
+        f"largest |multiplier| {abs(gait.multipliers[0]):.3f}"
+    )
+    step = _Step(gait.robot, gait.slope, gait.period, gait.knee_strike, gait.times, gait.states, gait.bent_samples)
+    return _drawn(step, text, path, [_draw_cycle, _draw_knee, _draw_foot])
+
+
+def plot_kneed_reference(gait: OptimisedKneedGait, path: str | Path | None = None) -> Figure:
+    """Draw an optimised gait with knees: postures, limit cycle, flexion, the foot's height, torques on level ground.
+
+    Arguments, result and errors are those of `plot_kneed_gait`.
+    """
+    told = gait.measures
+    text = (
+        f"Optimised gait with knees: {C_MT} {told.cost_of_transport:.4f}, period {gait.period:.4f}\u00a0s, "
+        f"knee strike at {gait.knee_strike:.4f}\u00a0s, step {gait.step_length:.4f}\u00a0m, "
+        f"speed {gait.speed:.4f}\u00a0m/s, clearance {100 * gait.goal.clearance:.3g}\u00a0cm"
+    )
+    bent = np.linspace(0.0, gait.knee_strike, 1 + round(SAMPLES * gait.knee_strike / gait.period))
+    straight = np.linspace(gait.knee_strike, gait.period, SAMPLES - len(bent))
+    branches = [gait.branch(bent, bent=True), gait.branch(straight, bent=False)]
+    states = [np.concatenate([q, dq], axis=-1) for q, dq, _ in branches]
+    states[1] = states[1][:, [0, 1, 1, 2, 3, 3]]
+    times = np.concatenate([bent, straight])
+    step = _Step(gait.robot, 0.0, gait.period, gait.knee_strike, times, np.concatenate(states), len(bent))
+    torques = np.concatenate([gait.model.course(*branch).torques for branch in branches])
+
+    def draw_torques(axes: Axes, step: _Step) -> None:
+        for joint, (label, look) in enumerate(
+            (("ankle", ANKLE), ("hip", HIP), ("swing knee", {**SHANK, "color": SHADE}))
+        ):
+            axes.plot(step.times, torques[:, joint], label=label, **look)
+        axes.axhline(0.0, color=GUIDE, linewidth=0.5, zorder=0)
+        axes.set(xlabel="time (s)", ylabel="torque (N\u00a0m)", xlim=(0, step.period))
+        titled(axes, "e", "Torques on level ground")
+        legend_above(axes)
+
+    return _drawn(step, text, path, [_draw_cycle, _draw_knee, _draw_foot, draw_torques])
+
+
+def _drawn(step: _Step, text: str, path: str | Path | None, panels: Sequence[Callable[[Axes, _Step], None]]) -> Figure:
+    """Postures across the figure, and panels below them."""
     with drawn(path) as figure:
-        across = width().beside(3)
-        text = wrapped(
-            f"Passive gait with knees on {math.degrees(gait.slope):.3g}°, {'stable' if gait.stable else 'unstable'}: "
-            f"period {gait.period:.4f}\u00a0s, knee strike at {gait.knee_strike:.4f}\u00a0s, "
-            f"step {gait.step_length:.4f}\u00a0m, clearance {100 * gait.clearance:.2f}\u00a0cm, "
-            f"largest |multiplier| {abs(gait.multipliers[0]):.3f}"
-        )
-        lines = math.ceil(3 / across)
-        postures = 8 if across == 3 else 5
+        across = min(width().beside(3), len(panels))
+        if len(panels) == 4 and across == 3:
+            across = 2
+        lines = math.ceil(len(panels) / across)
+        postures = 8 if width().beside(3) == 3 else 5
+        text = wrapped(text)
         top = 1.1 + 1.45 * width().inches / (APART * (postures - 1) + 1.24)
         figure.set_figheight(top + 2.9 * lines + head(figure, text))
         grid = figure.add_gridspec(1 + lines, across, height_ratios=(top, *[2.9] * lines))
-        _draw_postures(figure.add_subplot(grid[0, :]), gait, postures)
-        panels = [figure.add_subplot(grid[1 + k // across, k % across]) for k in range(3)]
-        _draw_cycle(panels[0], gait)
-        _draw_knee(panels[1], gait)
-        _draw_foot(panels[2], gait)
+        _draw_postures(figure.add_subplot(grid[0, :]), step, postures)
+        for k, draw in enumerate(panels):
+            draw(figure.add_subplot(grid[1 + k // across, k % across]), step)
     return figure
 
 
-def _draw_postures(axes: Axes, gait: KneedGait, count: int) -> None:
+def _draw_postures(axes: Axes, gait: _Step, count: int) -> None:
     """Panel (a): the robot on its slope at equal times, and at the knee strike, each beside the one before."""
     leg = gait.robot.leg_length
     times = np.sort([*np.linspace(0, gait.period, count - 1), gait.knee_strike])
@@ -96,7 +155,7 @@ def _draw_postures(axes: Axes, gait: KneedGait, count: int) -> None:
     legend_above(axes, handles=handles)
 
 
-def _joints(gait: KneedGait, q: Array) -> Array:
+def _joints(gait: _Step, q: Array) -> Array:
     """Stance foot, stance knee, hip, swing knee, swing foot: shape (5, 2), m, along the ground and its normal."""
     robot = gait.robot
     turned = np.column_stack([np.sin(q), np.cos(q)])
@@ -105,7 +164,7 @@ def _joints(gait: KneedGait, q: Array) -> Array:
     return np.vstack([np.zeros(2), np.cumsum(links, axis=0)])
 
 
-def _draw_cycle(axes: Axes, gait: KneedGait) -> None:
+def _draw_cycle(axes: Axes, gait: _Step) -> None:
     """Panel (b): rate over angle of all segments, jumps at impacts dotted."""
     bent = gait.bent_samples
     for segment, look in ((0, STANCE), (1, SWING), (2, SHANK)):
@@ -114,14 +173,14 @@ def _draw_cycle(axes: Axes, gait: KneedGait) -> None:
         if segment < 2:  # afterwards thigh and shank are one leg
             axes.plot(q[bent:], dq[bent:], **look)
         axes.plot(q[bent - 1 : bent + 1], dq[bent - 1 : bent + 1], color=GUIDE, linestyle=":")
-    start, end = gait.start, gait.end
+    start, end = gait.states[0], gait.states[-1]
     for before, after in ((0, 1), (1, 0)):
         axes.plot([end[before], start[after]], [end[3 + before], start[3 + after]], color=GUIDE, linestyle=":")
     axes.set(xlabel="angle from the ground's normal (rad)", ylabel="rate (rad/s)")
     titled(axes, "b", "Limit cycle; impacts dotted")
 
 
-def _draw_knee(axes: Axes, gait: KneedGait) -> None:
+def _draw_knee(axes: Axes, gait: _Step) -> None:
     """Panel (c): flexion of the swing knee."""
     axes.plot(gait.times, np.degrees(gait.states[:, 2] - gait.states[:, 1]), **SHANK)
     axes.axvline(gait.knee_strike, color=GUIDE, linewidth=0.8)
@@ -133,15 +192,15 @@ def _draw_knee(axes: Axes, gait: KneedGait) -> None:
     titled(axes, "c", "The knee")
 
 
-def _draw_foot(axes: Axes, gait: KneedGait) -> None:
+def _draw_foot(axes: Axes, gait: _Step) -> None:
     """Panel (d): the swing foot's way over the ground."""
     along, height = gait.feet.T
     axes.plot(along, 100 * height, **SWING)
-    middle = np.flatnonzero(np.abs(along) < gait.step_length / 2)
+    middle = np.flatnonzero(np.abs(along) < along[-1] / 2)
     lowest = int(middle[np.argmin(height[middle])])
     axes.plot(along[lowest], 100 * height[lowest], "o", color=SHADE, markersize=4)
     axes.annotate(
-        f"clearance {100 * gait.clearance:.2f} cm",
+        f"clearance {100 * height[lowest]:.2f} cm",
         (along[lowest], 100 * height[lowest]),
         (0, -6),
         textcoords="offset points",

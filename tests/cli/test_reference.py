@@ -66,3 +66,19 @@ def test_refused(words: tuple[str, ...], message: str) -> None:
     status, text = run("walk", "level", *words)
     assert status == 2
     assert message in " ".join(text.split())
+
+
+def test_with_knees(tmp_path: Path) -> None:
+    plot = tmp_path / "knees.png"
+    status, text = run("reference", "--robot", "kneed", "--clearance", "0", "--json", "--plot", str(plot))
+    assert status == 0, text
+    printed = json.loads(text)
+    gait = mjbiped.find_reference(mjbiped.KneedBiped(), clearance=0.0)
+    assert printed["cost_of_transport"] == gait.cost_of_transport
+    assert printed["knee_strike_s"] == pytest.approx(0.88 * gait.period)
+    assert printed["peak_knee_torque_Nm"] == gait.measures.peak_torque[2]
+    assert len(printed["state_after_impact"]) == 6
+    assert plot.read_bytes().startswith(b"\x89PNG")
+    status, text = run("reference", "--robot", "halved-rods", "--leg-mass", "4")
+    assert status == 2
+    assert "--leg-mass is for --robot compass" in " ".join(text.split())

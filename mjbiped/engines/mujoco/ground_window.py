@@ -16,7 +16,7 @@ from mjbiped.engines.mujoco.callbacks import Places
 from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
 from mjbiped.engines.mujoco.scene import Scene, compose_scene
-from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
 from mjbiped.terrain.profile import Profile
 from mjbiped.terrain.terrain import Terrain
 
@@ -38,7 +38,7 @@ class GroundWindows:
 
     def __init__(
         self,
-        robot: Compass,
+        robot: Robot,
         terrain: Terrain,
         *,
         timestep: float,

@@ -10,7 +10,7 @@ import mjbiped
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS, models_folder
 
-FILES = ("compass.xml", "scene.xml")
+FILES = ("compass.xml", "kneed.xml", "scene.xml", "kneed_scene.xml")
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -36,6 +36,7 @@ def test_everything_is_named(name: str) -> None:
         (model.camera, model.ncam),
         (model.tendon, model.ntendon),
         (model.key, model.nkey),
+        (model.equality, model.neq),
     ):
         assert all(kind(index).name for index in range(count))
 
