@@ -79,6 +79,7 @@ class AdaptiveController(PaperSettings, AdaptiveTracking):
     gait: Gait
 
     memory_size: ClassVar[int] = 15
+    with_knees: ClassVar[str | None] = "controllers.kneed:KneedController"
 
     def check_imitated(self) -> None:
         """Refuse a robot or a gait that is none of the compass biped's."""

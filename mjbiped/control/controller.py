@@ -82,6 +82,7 @@ class Controller(ABC):
         memory_size: Floats needed in all, the integrated states included.
         joints: Names of the joints that the law drives, as `Robot.joints` has them; with knees q, dq and torques have
             three numbers each.
+        with_knees: Where the class of the same law for robots with knees is, as "module:Class"; None: there is none.
         robot: The robot model that the laws use, or None; the walking robot is this one unless told otherwise.
         gait: The gait that is imitated, or None; a walk with `initial="gait"` starts on it.
     """
@@ -89,6 +90,7 @@ class Controller(ABC):
     states: ClassVar[tuple[str, ...]] = ()
     memory_size: ClassVar[int] = 0
     joints: ClassVar[tuple[str, ...]] = Compass.joints
+    with_knees: ClassVar[str | None] = None
     robot: Robot | None = None
     gait: Periodic | None = None
 
