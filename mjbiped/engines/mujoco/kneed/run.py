@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.engines.base import Run, Show
+from mjbiped.engines.mujoco.compiled import registry
 from mjbiped.engines.mujoco.kneed.simulation import KneedSimulation
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
-from mjbiped.records.recorder import Cancellation
+from mjbiped.records.recorder import Cancellation, Recorder
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.rules.termination import Outcome
 
@@ -48,6 +49,11 @@ class KneedRun(Run):
     def walk(self, show: Show) -> Outcome:
         """Step to the end."""
         simulation, recorder = self.simulation, self.recorder
+        with registry.exclusive(), registry.own_callbacks(simulation, {"mju_user_warning": simulation.warn}):
+            return self._walked(simulation, recorder, show)
+
+    @staticmethod
+    def _walked(simulation: KneedSimulation, recorder: Recorder, show: Show) -> Outcome:
         try:
             while simulation.outcome is Outcome.WALKING:
                 recorder.cancellation()
@@ -63,6 +69,4 @@ class KneedRun(Run):
 
     def settings(self) -> dict[str, Any]:
         """The engine's settings, and warnings."""
-        warnings = self.simulation.data.warning.number
-        named = {f"warning {index} of MuJoCo": int(count) for index, count in enumerate(warnings) if count}
-        return {**asdict(self._options), "warnings": {**self.simulation.warnings, **named}}
+        return {**asdict(self._options), "warnings": dict(self.simulation.warnings)}

@@ -25,7 +25,7 @@ from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_i
 from mjbiped.engines.mujoco.judged import ground_needed, limits_of
 from mjbiped.engines.mujoco.kneed.feet import KNEES, PLACES, THIGHS, Array, Collisions, Felt, X, Z, felt, foot_of
 from mjbiped.engines.mujoco.kneed.lengths import Lengths, approach, sooner
-from mjbiped.engines.mujoco.leapfrog import effective_step, limited
+from mjbiped.engines.mujoco.leapfrog import effective_step, held, limited
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.scene import LOCK_STIFFNESS
 from mjbiped.engines.mujoco.simulation import START_DEPTH, WHOLE_STATE
@@ -48,6 +48,7 @@ from mjbiped.terrain.profile import (
 from mjbiped.terrain.terrain import Terrain
 
 OPENED = 1e-4  # rad: a knee that bends less rests against its stop, and does not strike it
+CLEAR = 1e-4  # m: a swing foot that was no higher over the ground has not left it
 STOPPED = 1e-9  # beyond its stop, to which a step leads the knee, rad
 TOUCHING = 4.0  # steps are so many times shorter while the swing foot drags along the ground, ...
 SLIDING = 16.0  # ... or on a riser's face, before which all are contact steps
@@ -187,7 +188,8 @@ class KneedSimulation:
 
     def _begin_step(self) -> None:
         """Forget what is told of one step alone."""
-        self._opened, self._touching = False, False
+        self._opened, self._touching = False, True  # the foot leaves the ground
+        self._clear = 0.0
         self._slip = self._penetration = self._used = self._faces = self._flexion = 0.0
         self._stubs = 0
         self._strike: tuple[float, Array, Array, Array] | None = None
@@ -219,6 +221,7 @@ class KneedSimulation:
         stance, swing = self._stance, 1 - self._stance
         self._softness(effective_step(self._plain, self._before, self._planned))
         x, z = foot_of(self.robot, data.qpos, swing)
+        self._clear = height_over_ground(self._places.profile, x, z)
         lifted = self._lifted(x, z)
         met = segment_met(self._places.profile, x, z)
         if met != self._met or lifted is not None:
@@ -290,16 +293,12 @@ class KneedSimulation:
         """Let the velocity stage see rates of now, and the stance foot's velocity in the mean of the step."""
         if self._plain:
             return
-        data, step = self.data, self._planned
-        index = THIGHS[self._stance]
+        data, index = self.data, THIGHS[self._stance]
         leg, rate, lag = float(data.qpos[index]), float(data.qvel[index]), float(self._lag[index])
-        turning = rate + (lag * (1.0 + step / self._before) if self._before > 0.0 else 0.0)
-        sine, cosine, radius = math.sin(leg), math.cos(leg), self.limits.leg_length
-        turned = leg + step * turning
-        mean_x, mean_z = (sine - math.sin(turned)) / step, (cosine - math.cos(turned)) / step
+        shown_x, shown_z = held(self.limits.leg_length, leg, rate, lag, self._planned, self._before)
         data.qvel[:] += self._lag
-        data.qvel[X] += radius * (mean_x + cosine * (turning + lag))
-        data.qvel[Z] += radius * (mean_z - sine * (turning + lag))
+        data.qvel[X] += shown_x
+        data.qvel[Z] += shown_z
 
     def _note_lag(self, length: float) -> None:
         """What the rates will lack, after this step, to be those of its end."""
@@ -373,14 +372,15 @@ class KneedSimulation:
     def _feel(self, stance: Felt, toe: Felt, may_land: bool) -> None:
         """Take in what the feet feel in the step just resolved."""
         self._landed = may_land and toe.ground
-        touching = toe.ground or toe.face
+        if self._clear > CLEAR:
+            self._touching = False
         if toe.face:
             self._faces = 1.0
         if self._landed:
             self._penetration = max(self._penetration, toe.depth)
-        elif touching and not self._touching and self.data.time - self._transfer_time > self._usual:
+        elif toe.ground and not self._touching:
             self._stubs += 1
-        self._touching = touching
+            self._touching = True
         self._u[events.FORCE] = stance.force
         if stance.ground and not self._landed:
             self._penetration = max(self._penetration, stance.depth)
@@ -564,6 +564,10 @@ class KneedSimulation:
             if self.outcome is not Outcome.WALKING:
                 return
             self.advance()
+
+    def warn(self, message: str) -> None:
+        """`mju_user_warning`: the first line says what it is."""
+        self.warnings[message.partition(" at ")[0].strip()] += 1
 
     def take(self, recorder: Recorder) -> int:
         """Hand what was recorded on; returns the number of touchdowns."""
