@@ -1,10 +1,11 @@
-"""Control laws for the compass biped. No simulator in here: plain functions of a state and a memory."""
+"""Control laws for bipeds without and with knees. No simulator in here: plain functions of a state and a memory."""
 
 from controllers.adaptive import AdaptiveController
 from controllers.comparison.energy_constraint import EnergyConstraintController
 from controllers.comparison.kinetic_energy import KineticEnergyController
 from controllers.comparison.limit_cycle import LimitCycleController
 from controllers.comparison.passivity import PassivityController
+from controllers.kneed import KneedController
 from controllers.library import LibraryController
 from controllers.passive import PassiveController
 from mjbiped.control.controller import Controller, Memory
@@ -14,6 +15,7 @@ __all__ = [
     "Controller",
     "EnergyConstraintController",
     "KineticEnergyController",
+    "KneedController",
     "LibraryController",
     "LimitCycleController",
     "Memory",

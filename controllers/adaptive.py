@@ -10,22 +10,18 @@ from typing import ClassVar, NamedTuple
 
 from controllers.imitation import check_imitation
 from controllers.replanning import transition, transition_at
+from controllers.settings import COS, SIN, PaperSettings
 from controllers.slope_estimator import estimate_rates, slope_of, updated_estimate
 from controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.control.controller import Law, Memory
 from mjbiped.control.tracking import AdaptiveTracking
-from mjbiped.errors import InputError, shown
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.reference import Table, in_arrays, reference_at, reference_discontinuity
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
-from mjbiped.utils import domains
 
 # indices in the memory
-_SIN, _COS, _REPLANNED, _STANCE_CURVE, _SWING_CURVE = 0, 1, 2, 3, 9
-
-REPLANNINGS = ("paper", "additive")
-"""Values of `AdaptiveController.replanning`."""
+_REPLANNED, _STANCE_CURVE, _SWING_CURVE = 2, 3, 9
 
 Motion = tuple[float, float, float, float, float, float]
 """q (rad), its rates and its accelerations, stance leg first in each pair."""
@@ -67,7 +63,7 @@ class Parameters(NamedTuple):
 
 
 @dataclass(frozen=True)
-class AdaptiveController(AdaptiveTracking):
+class AdaptiveController(PaperSettings, AdaptiveTracking):
     """Imitates a passive gait on ground of unknown slope.
 
     The torque is (14): a backstepping law that tracks the reference q_r(t) with the estimates of the slope's sine and
@@ -76,59 +72,18 @@ class AdaptiveController(AdaptiveTracking):
 
     Attributes:
         robot: Robot model of the law; it may differ from the robot that walks.
-        gait: Passive gait that is imitated.
-        position_gain: K1 = diag(k, k), 1/s.
-        velocity_gain: K2 = diag(k, k), 1/s.
-        adaptation_gain: gamma_1 = gamma_2.
-        replanning_delay: zeta in (0, 1], the transition's time in gait periods; None switches re-planning off.
-        replanning: "paper": the curve leads from the measured state to the gait, in its stead. "additive": it leads
-            from the measured state's distance from the gait to zero, and is added to the gait, so that the clearance
-            of the gait's swing foot is not lost.
-        estimate_update: Whether (27) corrects the estimate at touchdown.
-        update_threshold: epsilon of (27), rad. The paper gives no number.
-        replanning_threshold: A step is re-planned when one of its first angles (rad) or rates (rad/s) is further than
-            this from the limit cycle. Above the error of a simulated impact (some 5e-3 rad/s), so that walking on
-            constant ground is never re-planned. A slope change of 1 degree brings 1.3e-2 to 4.7e-2, by where between
-            the feet the corner lies, and always is; one of 0.3 degrees brings 0.4e-2 to 1.4e-2, and mostly is not.
-        initial_slope_estimate: Estimate at the walk's start, rad.
+        gait: Gait that is imitated.
     """
 
     robot: Compass
     gait: Gait
-    position_gain: float = 5.0
-    velocity_gain: float = 12.0
-    adaptation_gain: float = 0.3
-    replanning_delay: float | None = 0.8
-    estimate_update: bool = True
-    update_threshold: float = 2e-3
-    replanning_threshold: float = 1e-2
-    initial_slope_estimate: float = 0.0
-    replanning: str = "paper"
 
-    states: ClassVar[tuple[str, ...]] = ("sin_slope_estimate", "cos_slope_estimate")
     memory_size: ClassVar[int] = 15
+    with_knees: ClassVar[str | None] = "controllers.kneed:KneedController"
 
-    def __post_init__(self) -> None:
-        """Refuse parameters outside their domain.
-
-        Raises:
-            InputError: One is; see `mjbiped.utils.domains`.
-        """
-        domains.check_fields(
-            self,
-            position_gain=domains.GAIN,
-            velocity_gain=domains.GAIN,
-            adaptation_gain=domains.ADAPTATION_GAIN,
-            update_threshold=domains.SLOPE_THRESHOLD,
-            replanning_threshold=domains.STATE_THRESHOLD,
-            initial_slope_estimate=domains.SLOPE,
-        )
-        if self.replanning_delay is not None:
-            domains.check_fields(self, replanning_delay=domains.REPLANNING_DELAY)
-        domains.known_name("replanning", self.replanning, REPLANNINGS)
+    def check_imitated(self) -> None:
+        """Refuse a robot or a gait that is none of the compass biped's."""
         check_imitation(self)
-        if not isinstance(self.estimate_update, bool):
-            raise InputError(f"estimate_update = {shown(self.estimate_update)}: must be True or False")
 
     @cached_property
     def parameters(self) -> Parameters:
@@ -155,8 +110,8 @@ class AdaptiveController(AdaptiveTracking):
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Begin with the initial estimate, and plan the way from the first state to the limit cycle."""
-        memory[_SIN] = math.sin(self.initial_slope_estimate)
-        memory[_COS] = math.cos(self.initial_slope_estimate)
+        memory[SIN] = math.sin(self.initial_slope_estimate)
+        memory[COS] = math.cos(self.initial_slope_estimate)
         _plan(self.parameters_of(memory), memory, q[0], q[1], dq[0], dq[1])
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
@@ -166,10 +121,6 @@ class AdaptiveController(AdaptiveTracking):
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
         """Control law (14) and adaptive law (17); see `Controller.torque`."""
         return torque_law(self.parameters_of(memory), memory, t, q[0], q[1], dq[0], dq[1])
-
-    def slope_estimate(self, memory: Memory) -> float:
-        """Slope estimate arcsin(s), rad."""
-        return slope_of(memory[_SIN])
 
     def reference(self, memory: Memory, t: float) -> Motion:
         """What is tracked at time t of the step: q_r (rad), its rates and accelerations, stance leg first each."""
@@ -210,8 +161,8 @@ def torque_law(
         legs,
         dq1,
         dq2,
-        memory[_SIN],
-        memory[_COS],
+        memory[SIN],
+        memory[COS],
     )
     sin_rate, cos_rate = estimate_rates(constants, parameters.adaptation_gain, legs, errors[4], errors[5])
     return ankle, hip, sin_rate, cos_rate
@@ -229,15 +180,15 @@ def touchdown_law(
 ) -> None:
     """Estimate update (27) and plan of the new step (IV-B)."""
     if parameters.estimate_update:
-        memory[_SIN], memory[_COS] = updated_estimate(
-            memory[_SIN], memory[_COS], parameters.update_threshold, q1_before, q2
+        memory[SIN], memory[COS] = updated_estimate(
+            memory[SIN], memory[COS], parameters.update_threshold, q1_before, q2
         )
     _plan(parameters, memory, q1, q2, dq1, dq2)
 
 
 def slope_estimate_law(parameters: Parameters, memory: Memory) -> float:
     """The slope estimate, rad."""
-    return slope_of(memory[_SIN])
+    return slope_of(memory[SIN])
 
 
 def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> float:

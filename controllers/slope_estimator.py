@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 
+from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.robots import compass
+from mjbiped.robots.chain import Array
 
 
 def estimate_rates(
@@ -29,6 +31,23 @@ def estimate_rates(
     w1, w2 = compass.solve_mass(m11, m12, m22, z2a, z2b)
     gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, legs)
     return adaptation_gain * (w1 * gc1 + w2 * gc2), adaptation_gain * (w1 * gs1 + w2 * gs2)
+
+
+def estimate_rates_of_chain(moments: Array, adaptation_gain: float, q: Array, momentum: Array) -> tuple[float, float]:
+    """The same for a chain of segments (`mjbiped.robots.chain`).
+
+    Args:
+        moments: Of the controller's robot model, shape (n,), N m.
+        adaptation_gain: gamma, the same for both.
+        q: Angles, shape (n,), rad.
+        momentum: M^-1 z2, shape (n,).
+    """
+    on_sine = on_cosine = 0.0
+    for i in range(len(q)):
+        sine, cosine = sine_cosine(q[i])
+        on_sine -= momentum[i] * moments[i] * cosine
+        on_cosine -= momentum[i] * moments[i] * sine
+    return adaptation_gain * on_sine, adaptation_gain * on_cosine
 
 
 def slope_of(sin_slope: float) -> float:

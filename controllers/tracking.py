@@ -28,9 +28,15 @@ def tracking_errors(
     Returns:
         z1 (2, rad), its rate (2, rad/s), z2 (2, rad/s).
     """
-    z1a, z1b = reference[0] - q1, reference[1] - q2
-    dz1a, dz1b = reference[2] - dq1, reference[3] - dq2
-    return z1a, z1b, dz1a, dz1b, dz1a + position_gain * z1a, dz1b + position_gain * z1b
+    z1a, dz1a, z2a = angle_errors(position_gain, reference[0], reference[2], q1, dq1)
+    z1b, dz1b, z2b = angle_errors(position_gain, reference[1], reference[3], q2, dq2)
+    return z1a, z1b, dz1a, dz1b, z2a, z2b
+
+
+def angle_errors(position_gain: float, q_r: float, dq_r: float, q: float, dq: float) -> tuple[float, float, float]:
+    """z1, its rate and z2 of one angle; see `tracking_errors`."""
+    z1, dz1 = q_r - q, dq_r - dq
+    return z1, dz1, dz1 + position_gain * z1
 
 
 def tracking_torque(
@@ -64,9 +70,18 @@ def tracking_torque(
     Returns:
         Ankle and hip torque, N m.
     """
-    on_position = position_gain * velocity_gain + 1.0
-    on_rate = position_gain + velocity_gain
+    on_position, on_rate = feedback_gains(position_gain, velocity_gain)
     return computed_torque(constants, on_position, on_rate, reference, errors, legs, dq1, dq2, sin_slope, cos_slope)
+
+
+def feedback_gains(position_gain: float, velocity_gain: float) -> tuple[float, float]:
+    """K1 K2 + I (1/s²) and K1 + K2 (1/s) of (12), by which z1 and its rate are fed back."""
+    return position_gain * velocity_gain + 1.0, position_gain + velocity_gain
+
+
+def commanded(ddq_r: float, on_position: float, z1: float, on_rate: float, dz1: float) -> float:
+    """The acceleration of one angle that (12) asks for, rad/s²."""
+    return ddq_r + on_position * z1 + on_rate * dz1
 
 
 def computed_torque(
@@ -101,8 +116,8 @@ def computed_torque(
     Returns:
         Ankle and hip torque, N m.
     """
-    a1 = reference[4] + on_position * errors[0] + on_rate * errors[2]
-    a2 = reference[5] + on_position * errors[1] + on_rate * errors[3]
+    a1 = commanded(reference[4], on_position, errors[0], on_rate, errors[2])
+    a2 = commanded(reference[5], on_position, errors[1], on_rate, errors[3])
     m11, m12, m22 = compass.mass_terms(constants, legs)
     c1, c2 = compass.coriolis_terms(constants, legs, dq1, dq2)
     gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, legs)

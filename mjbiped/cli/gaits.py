@@ -38,7 +38,7 @@ _out = sections.options("Results", ("--out", kinds.output(".npz"), None, "Write 
     ("--doublings", domains.DOUBLINGS, 4, "Period doublings to look for."),
 )
 @options.scuffing_option("Diagram")
-@options.robot_options
+@options.leg_options
 @_out
 @options.plot_option
 @sections.options("Results", ("--plot-multipliers", options.PLOT, None, "Write a figure of the multipliers."))
@@ -154,7 +154,7 @@ def bifurcation(
 )
 @options.gain_option("Map")
 @options.scuffing_option("Map")
-@options.robot_options
+@options.leg_options
 @_out
 @options.plot_option
 @options.printed_options

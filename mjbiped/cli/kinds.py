@@ -16,6 +16,7 @@ from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
 from mjbiped.gaits.optimised import parse_reference
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.terrain.files import parse_number
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Count, Domain
@@ -109,11 +110,12 @@ def delay(value: Any) -> float | None:
 
 
 def initial_state(value: str) -> str | tuple[float, ...]:
-    """The name of a walk's first state, or four numbers."""
+    """The name of a walk's first state, or four numbers, or six of a robot with knees."""
     if value in INITIAL_STATES:
         return value
     try:
-        return tuple(domains.check_states("", [parse_number(part) for part in value.split(",")], (4,)).tolist())
+        numbers = [parse_number(part) for part in value.split(",")]
+        return tuple(domains.check_states("", numbers, (6 if len(numbers) == 6 else 4,)).tolist())
     except InputError as error:
         wanted = f"{', '.join(map(repr, INITIAL_STATES))} or four numbers q1,q2,dq1,dq2 (rad, rad/s)"
         raise click.BadParameter(f"{shown(value)}; expected {wanted}.") from error
@@ -139,11 +141,12 @@ def push(value: str) -> tuple[float, float]:
 def model_error(value: str) -> tuple[str, float]:
     """A parameter of the robot and a factor, as "leg_mass=1.2"."""
     name, _, factor = value.partition("=")
+    known = list(dict.fromkeys(field.name for kind in (Compass, KneedBiped) for field in fields(kind)))
     try:
-        domains.known_name("parameter of the robot", name.strip(), [field.name for field in fields(Compass)])
+        domains.known_name("parameter of the robot", name.strip(), known)
         return name.strip(), domains.MODEL_ERROR.check("", parse_number(factor))
     except InputError as error:
-        names = ", ".join(field.name for field in fields(Compass))
+        names = ", ".join(known)
         raise click.BadParameter(
             f"{shown(value)}; expected NAME=FACTOR, as leg_mass=1.2, of {names}, and {domains.MODEL_ERROR.words}."
         ) from error
@@ -168,3 +171,15 @@ def reference(value: Any) -> str:
     except InputError as error:
         raise click.BadParameter(f"{error}.") from error
     return str(value)
+
+
+KNEED = {"kneed": KneedBiped, "halved-rods": KneedBiped.halved_rods}
+"""Robots with knees, by their names on the command line."""
+
+
+def robot_name(value: Any) -> str:
+    """A robot's name, or the path of a file that has one."""
+    text = str(value)
+    if text not in (Compass.kind, *KNEED) and not text.endswith(".toml"):
+        raise click.BadParameter(f"{shown(text)}; expected {', '.join((Compass.kind, *KNEED))}, or a .toml file.")
+    return text

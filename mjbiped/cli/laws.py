@@ -13,11 +13,11 @@ from mjbiped.control.fields import shown_defaults, value_of, why_none
 from mjbiped.control.own import is_reference
 from mjbiped.control.registry import SHARED, controller_class, make_controller, settings_of
 from mjbiped.errors import InputError, shortened
-from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
 from mjbiped.utils.domains import nearest
 
 
-def controller_of(ctx: click.Context, robot: Compass, values: dict[str, Any]) -> Controller:
+def controller_of(ctx: click.Context, robot: Robot, values: dict[str, Any]) -> Controller:
     """The controller of a command, its options taken out of `values`.
 
     Raises:
@@ -27,18 +27,18 @@ def controller_of(ctx: click.Context, robot: Compass, values: dict[str, Any]) ->
     """
     name, gains = values.pop("controller"), dict(values.pop("gain"))
     settings = taken(ctx, values, options.ADAPTIVE, options.COMPARISON)
-    valid = settings_of(name)
+    valid = settings_of(name, robot)
     _refuse_options(ctx, name, valid)
-    fields = options.gains_of(name)
+    fields = options.gains_of(name, robot)
     for unknown in gains.keys() - fields.keys():
         said = f"valid are {shown_defaults(fields)}" if fields else f"it has none{why_none(controller_class(name))}"
         raise click.UsageError(
             f"--gain {shortened(unknown)}: {name} has no such gain; {said}{nearest(unknown, fields) or '.'}"
         )
-    given = {key: value for key, value in settings.items() if key in valid and _is_given(ctx, key)}
+    given = {key: value for key, value in settings.items() if key in valid and is_given(ctx, key)}
     for twice in given.keys() & gains.keys():
         raise click.UsageError(f"--gain {twice} and --{twice.replace('_', '-')} say the same; give one of them.")
-    return make_controller(name, robot, {**given, **_values(name, gains)})
+    return make_controller(name, robot, {**given, **_values(controller_class(name, robot), gains)})
 
 
 def _refuse_options(ctx: click.Context, name: str, valid: Iterable[str]) -> None:
@@ -61,14 +61,14 @@ def _refuse_options(ctx: click.Context, name: str, valid: Iterable[str]) -> None
         refuse(ctx, comparison, f"--controller {', '.join(options.OTHERS)}", name)
 
 
-def _values(name: str, gains: dict[str, str]) -> dict[str, Any]:
+def _values(kind: type[Controller], gains: dict[str, str]) -> dict[str, Any]:
     """The values of gains that are given as texts.
 
     Raises:
         InputError: One is not of its field's type.
     """
     try:
-        return {key: value_of(controller_class(name), key, text) for key, text in gains.items()}
+        return {key: value_of(kind, key, text) for key, text in gains.items()}
     except InputError as error:
         raise InputError(f"--gain {error}") from error
 
@@ -80,7 +80,7 @@ def refuse(ctx: click.Context, parameters: Iterable[click.Parameter], owner: str
         click.UsageError: One of them is given.
     """
     for parameter in parameters:
-        if _is_given(ctx, str(parameter.name)):
+        if is_given(ctx, str(parameter.name)):
             raise click.UsageError(f"{parameter.opts[0]} is for {owner}; {name} has no such thing.")
 
 
@@ -94,6 +94,6 @@ def taken(ctx: click.Context, values: dict[str, Any], *sections: str) -> dict[st
     return {str(parameter.name): values.pop(str(parameter.name)) for parameter in section(ctx, *sections)}
 
 
-def _is_given(ctx: click.Context, name: str) -> bool:
+def is_given(ctx: click.Context, name: str) -> bool:
     """Whether an option stands on the command line."""
     return ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE

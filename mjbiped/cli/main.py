@@ -20,10 +20,11 @@ from mjbiped.cli import options, sections, tables, video_options
 from mjbiped.cli.compile import compile_
 from mjbiped.cli.files import INTERRUPTED, LONGEST_LINE, Files, end, terminable
 from mjbiped.cli.gaits import basin, bifurcation
-from mjbiped.cli.laws import refuse, section, taken
+from mjbiped.cli.laws import taken
 from mjbiped.cli.reference import reference
 from mjbiped.cli.report import report
 from mjbiped.cli.reproduce import reproduce
+from mjbiped.cli.robots import robot_of
 from mjbiped.cli.robustness import robustness
 from mjbiped.cli.sweep import sweep
 from mjbiped.cli.view import view
@@ -32,7 +33,8 @@ from mjbiped.errors import MjbipedError, shortened
 from mjbiped.gaits.kneed import find_kneed_gait
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.records.record import Walk
-from mjbiped.robots.compass import Compass
+from mjbiped.robots.kinds import compass_of
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
 from mjbiped.utils import domains
 from mjbiped.version import __version__
@@ -137,6 +139,7 @@ def _walk(
       mjbiped walk incline:slope_deg=2 --controller passive --distance 20
       mjbiped walk slopes --controller energy-constraint --gain ratio=-2 --gain gain=20
       mjbiped walk trail.csv --steps 200 --plot trail.pdf
+      mjbiped walk stairs:rise=0.04 --robot kneed --engine hybrid --plot knees.png
       mjbiped walk trail.csv --controller spread.py:HipSpread --gain stiffness=25 --initial rest
     """  # noqa: D301 (click reads the backspace)
     pictures = taken(ctx, values, "Video")
@@ -213,13 +216,12 @@ def _compare(
 @sections.options(
     "Gait",
     ("--slope-deg", domains.SLOPE_DEG, 2.0, "Slope that it walks down."),
-    options.KIND,
 )
 @options.robot_options
 @options.plot_option
 @options.json_option
 @click.pass_context
-def _gait(ctx: click.Context, /, slope_deg: float, robot: str, plot: Path | None, json: bool, **values: Any) -> None:
+def _gait(ctx: click.Context, /, slope_deg: float, plot: Path | None, json: bool, **values: Any) -> None:
     """Find the passive gait of a slope, its limit cycle and stability.
 
     With straight legs the swing foot passes through the ground while it is beside the stance foot; with knees it clears
@@ -232,14 +234,14 @@ def _gait(ctx: click.Context, /, slope_deg: float, robot: str, plot: Path | None
       mjbiped gait --robot kneed --slope-deg 2.5 --plot knees.png
     """  # noqa: D301 (click reads the backspace)
     files = Files()
-    if robot in options.KNEED:
-        refuse(ctx, section(ctx, "Robot"), "--robot compass", robot)
-        kneed = find_kneed_gait(options.KNEED[robot](), math.radians(slope_deg))
+    robot = robot_of(ctx, values)
+    if isinstance(robot, KneedBiped):
+        kneed = find_kneed_gait(robot, math.radians(slope_deg))
         files.plot(plot, "kneed:plot_kneed_gait", kneed)
         summary = tables.kneed_gait_summary(kneed)
         files.end(summary, [tables.kneed_gait_table(summary)], json=json, quiet=False)
         return
-    gait = find_passive_gait(Compass(**values), math.radians(slope_deg))
+    gait = find_passive_gait(compass_of(robot, "this gait"), math.radians(slope_deg))
     files.plot(plot, "walk:plot_gait", gait)
     summary = tables.gait_summary(gait)
     files.end(summary, [tables.gait_table(summary)], json=json, quiet=False)

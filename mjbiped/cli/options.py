@@ -10,7 +10,18 @@ import click
 
 from controllers import AdaptiveController
 from controllers.comparison.known_slope import SLOPE_SOURCES
-from mjbiped.cli.kinds import CONTROLLER, Kind, delay, gain, initial_state, model_error, output, push, reference
+from mjbiped.cli.kinds import (
+    CONTROLLER,
+    Kind,
+    delay,
+    gain,
+    initial_state,
+    model_error,
+    output,
+    push,
+    reference,
+    robot_name,
+)
 from mjbiped.cli.sections import Row, SectionOption, options
 from mjbiped.control.fields import shown_defaults
 from mjbiped.control.own import FORMS
@@ -21,7 +32,7 @@ from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES
 from mjbiped.engines.plan import DEFAULT_STEPS
 from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, figure_width
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.utils import domains
 
@@ -33,9 +44,9 @@ COMPARED = ("passivity", "energy-constraint", "kinetic-energy", "limit-cycle")  
 OTHERS = (*COMPARED, *(name for name in controller_names() if name not in ("adaptive", "passive", *COMPARED)))
 
 
-def gains_of(name: str) -> dict[str, Any]:
+def gains_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
     """Names of the settings that `--gain` sets, with their defaults; those left out have options of their own."""
-    return {key: value for key, value in settings_of(name).items() if key not in (*SHARED, "slope_source")}
+    return {key: value for key, value in settings_of(name, robot).items() if key not in (*SHARED, "slope_source")}
 
 
 ADAPTIVE, COMPARISON, MUJOCO = "Adaptive controller", "Comparison controllers", "MuJoCo"
@@ -50,7 +61,7 @@ walk_options = options(
         Kind("STATE", initial_state),
         "gait",
         "First state: 'gait' (on the limit cycle), 'rest' (legs together, at rest), or q1,q2,dq1,dq2 of stance and "
-        "swing leg from the ground's normal, rad and rad/s.",
+        "swing leg from the ground's normal, rad and rad/s; with knees q1,q2,q3,dq1,dq2,dq3.",
     ),
     (
         "--controller",
@@ -151,20 +162,33 @@ comparison_options = options(
     ),
 )
 
-KNEED = {"kneed": KneedBiped, "halved-rods": KneedBiped.halved_rods}
-"""Robots with knees, by their names on the command line."""
-
-KIND = (
+KIND: Row = (
     "--robot",
-    click.Choice(("compass", *KNEED)),
-    "compass",
+    Kind("NAME|FILE", robot_name),
+    Compass.kind,
     "'compass' has straight legs; 'kneed' has knees, light shanks and a heavy hip; 'halved-rods' has the legs of Table "
-    "I cut at the knee. The options under Robot are for compass.",
+    'I cut at the knee; or a .toml file with kind = "kneed" (or "compass") and parameters as in the record. The '
+    "options below change single parameters.",
 )
 """Which robot, for `options`."""
 
-robot_options = options(
-    "Robot",
+LEGS, KNEES = "Robot", "Robot with knees"
+"""Sections of a robot's options."""
+
+knee_options = options(
+    KNEES,
+    ("--thigh-mass", domains.LEG_MASS, None, "Mass of one thigh, kg."),
+    ("--shank-mass", domains.LEG_MASS, None, "Mass of one shank, kg."),
+    ("--thigh-length", domains.LENGTH, None, "From the hip to the knee, m."),
+    ("--shank-length", domains.LENGTH, None, "From the knee to the foot, m."),
+    ("--thigh-centre", domains.LENGTH, None, "From the hip down to the thigh's centre of mass, m."),
+    ("--shank-centre", domains.LENGTH, None, "From the knee down to the shank's centre of mass, m."),
+    ("--thigh-inertia", domains.INERTIA, None, "Of a thigh about its centre of mass, kg m^2; a rod's unless given."),
+    ("--shank-inertia", domains.INERTIA, None, "Of a shank, the same."),
+)
+
+leg_options = options(
+    LEGS,
     ("--leg-mass", domains.LEG_MASS, Compass.leg_mass, "Mass of one leg, kg."),
     ("--hip-mass", domains.HIP_MASS, Compass.hip_mass, "Mass at the hip, kg."),
     ("--lower-length", domains.LENGTH, Compass.lower_length, "From the foot to the leg's centre of mass, m."),
@@ -177,6 +201,12 @@ robot_options = options(
     ),
     ("--gravity", domains.GRAVITY, Compass.gravity, "Acceleration of gravity, m/s^2."),
 )
+
+
+def robot_options(function: _Function) -> _Function:
+    """Which robot, and its parameters."""
+    return options(LEGS, KIND)(leg_options(knee_options(function)))
+
 
 records_option = options(
     "Results",

@@ -9,18 +9,18 @@ import click
 
 from mjbiped.cli import options, sections
 from mjbiped.cli.files import Files
-from mjbiped.cli.laws import refuse, section
+from mjbiped.cli.robots import robot_of
 from mjbiped.gaits.optimised import FRICTION, SPEED, OptimisedGait, find_reference
 from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
 from mjbiped.records.tables import table_of
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.utils import domains
 
 
 @click.command("reference", cls=sections.SectionCommand)
 @sections.options(
     "Gait",
-    options.KIND,
     ("--speed", domains.SPEED, SPEED, "Mean speed on level ground, m/s."),
     (
         "--clearance",
@@ -44,7 +44,6 @@ from mjbiped.utils import domains
 def reference(
     ctx: click.Context,
     /,
-    robot: str,
     speed: float,
     clearance: float,
     retraction: bool,
@@ -66,10 +65,10 @@ def reference(
       mjbiped reference --robot kneed --clearance 0.08 --plot knees.png
       mjbiped walk stairs:rise=0.05 --reference clearance=0.06 --gain replanning=additive
     """  # noqa: D301 (click reads the backspace)
-    if robot in options.KNEED:
-        refuse(ctx, section(ctx, "Robot"), "--robot compass", robot)
+    robot = robot_of(ctx, values)
+    assert isinstance(robot, Compass | KneedBiped)
     gait = find_reference(
-        options.KNEED[robot]() if robot in options.KNEED else Compass(**values),
+        robot,
         speed=speed,
         clearance=clearance,
         retraction=retraction,

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
-from typing import Any
+from dataclasses import fields, replace
+from typing import Any, TypeVar
 
 import click
 
 from mjbiped.cli import options
 from mjbiped.cli.laws import controller_of, refuse, section, taken
+from mjbiped.cli.robots import robot_of
 from mjbiped.control.controller import Controller
 from mjbiped.control.fields import value_of
 from mjbiped.disturbances.disturbances import SETTINGS, Disturbances
@@ -18,12 +19,14 @@ from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.names import ENGINES
 from mjbiped.errors import InputError, shown
-from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.files import parse_parameters
 from mjbiped.terrain.presets import RANDOM
 from mjbiped.terrain.terrain import Terrain, parse_terrain
 from mjbiped.utils.domains import known_name
+
+_Robot = TypeVar("_Robot", bound=Robot)
 
 
 def walker(ctx: click.Context, values: dict[str, Any]) -> tuple[Controller, Terrain]:
@@ -36,7 +39,7 @@ def walker(ctx: click.Context, values: dict[str, Any]) -> tuple[Controller, Terr
         MjbipedError: Terrain, robot or controller cannot be as the options say.
     """
     terrain = terrain_of(values.pop("terrain"), values.pop("seed"))
-    values["robot"] = Compass(**taken(ctx, values, "Robot"))
+    values["robot"] = robot_of(ctx, values)
     values["disturbances"] = disturbances_of(values.pop("disturb"), values.pop("pushes"))
     controller = controller_of(ctx, model_of(values["robot"], values.pop("model_error")), values)
     values["scuffing"] = ScuffingRule(reach=values.pop("scuffing_reach"))
@@ -65,7 +68,7 @@ def disturbances_of(given: Iterable[tuple[str, str]], pushes: Sequence[tuple[flo
     return Disturbances(**values) if values else None
 
 
-def model_of(robot: Compass, errors: Sequence[tuple[str, float]]) -> Compass:
+def model_of(robot: _Robot, errors: Sequence[tuple[str, float]]) -> _Robot:
     """The model that a controller has of a robot.
 
     Args:
@@ -77,7 +80,12 @@ def model_of(robot: Compass, errors: Sequence[tuple[str, float]]) -> Compass:
     """
     if len(dict(errors)) < len(errors):
         raise InputError("--model-error: a name is given twice; give it once")
-    return replace(robot, **{name: factor * getattr(robot, name) for name, factor in errors}) if errors else robot
+    if not errors:
+        return robot
+    for name, _ in errors:
+        known_name("parameter of the robot", name, [field.name for field in fields(robot)])  # type: ignore[arg-type]
+    changed = {name: factor * getattr(robot, name) for name, factor in errors}
+    return replace(robot, **changed)  # type: ignore[type-var]  # every robot is a dataclass
 
 
 def terrain_of(text: str, seed: int | None) -> Terrain:

@@ -19,9 +19,8 @@ from numbers import Real
 from typing import Any, ClassVar, NamedTuple
 
 from mjbiped.errors import InputError
+from mjbiped.gaits.branches import Branched
 from mjbiped.gaits.gait import Gait, Periodic
-from mjbiped.gaits.kneed import KneedGait
-from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 
@@ -83,6 +82,7 @@ class Controller(ABC):
         memory_size: Floats needed in all, the integrated states included.
         joints: Names of the joints that the law drives, as `Robot.joints` has them; with knees q, dq and torques have
             three numbers each.
+        with_knees: Where the class of the same law for robots with knees is, as "module:Class"; None: there is none.
         robot: The robot model that the laws use, or None; the walking robot is this one unless told otherwise.
         gait: The gait that is imitated, or None; a walk with `initial="gait"` starts on it.
     """
@@ -90,6 +90,7 @@ class Controller(ABC):
     states: ClassVar[tuple[str, ...]] = ()
     memory_size: ClassVar[int] = 0
     joints: ClassVar[tuple[str, ...]] = Compass.joints
+    with_knees: ClassVar[str | None] = None
     robot: Robot | None = None
     gait: Periodic | None = None
 
@@ -176,7 +177,7 @@ class Controller(ABC):
         if dataclasses.is_dataclass(self):
             for field in dataclasses.fields(self):
                 value = getattr(self, field.name)
-                if isinstance(value, Gait | KneedGait | OptimisedKneedGait):
+                if isinstance(value, Gait | Branched):
                     value = value.describe()
                 elif isinstance(value, Robot):
                     value = value.to_dict()

@@ -19,6 +19,7 @@ import math
 from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
+from pkgutil import resolve_name
 from types import MappingProxyType
 from typing import Any
 
@@ -27,12 +28,13 @@ from mjbiped.control.controller import Controller
 from mjbiped.control.fields import REQUIRED, checked, default_of, fields_of, shown_defaults, why_none
 from mjbiped.control.own import FORMS, is_reference, own_class, source_of
 from mjbiped.errors import InputError, MjbipedError, shown
-from mjbiped.gaits.described import gait_from
-from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.described import gait_from, passive_gait_of
+from mjbiped.gaits.gait import Periodic
 from mjbiped.gaits.optimised import find_reference, parse_reference
-from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
+from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.robot import Robot
 from mjbiped.utils.domains import SLOPE_DEG, known_name
 from mjbiped.utils.shadows import hidden_laws
 
@@ -47,6 +49,10 @@ SHARED: Mapping[str, Any] = MappingProxyType(
 """Settings of all controllers that imitate a gait, with their defaults: the slope of that passive gait, and the slope
 estimate at the start, degrees; and an optimised reference in the passive gait's stead, as "clearance=0.06" (see
 `mjbiped.gaits.optimised.parse_reference`)."""
+
+KNEED_REFERENCE = "clearance=0.08"
+"""What a robot with knees tracks unless told: its passive gaits clear 2 cm, and not every such robot has one on gentle
+slopes."""
 
 SLOPE_FIELDS = ("initial_slope_estimate", "initial_slope")
 """Names of a field that takes the slope estimate at the start, rad."""
@@ -77,11 +83,12 @@ def controller_names() -> tuple[str, ...]:
     return tuple(registered())
 
 
-def controller_class(name: str) -> type[Controller]:
+def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
     """The class of a name.
 
     Args:
         name: Of a registered controller, or where a class of the user's stands: see `mjbiped.control.own`.
+        robot: That it is to drive: for one with knees a law may have a class of its own.
 
     Raises:
         InputError: The name is unknown, or the class cannot be imported.
@@ -94,6 +101,8 @@ def controller_class(name: str) -> type[Controller]:
         raise InputError(f"{error}; or a class of your own, {FORMS}") from None
     try:
         kind: type[Controller] = entry.load()
+        if robot is not None and robot.knees and kind.with_knees:
+            kind = resolve_name(kind.with_knees)
     except (ImportError, AttributeError) as error:
         hint = f"; {hidden}" if (hidden := hidden_laws()) else ""
         raise InputError(
@@ -102,25 +111,26 @@ def controller_class(name: str) -> type[Controller]:
     return kind
 
 
-def settings_of(name: str) -> dict[str, Any]:
+def settings_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
     """Names of a controller's settings, with their defaults; `REQUIRED` for those that have none.
 
     Raises:
         InputError: As `controller_class`.
     """
-    own = fields_of(controller_class(name))
+    own = fields_of(controller_class(name, robot))
     shared = SHARED if "gait" in own else {}
     return {**shared, **{key: default_of(own[key]) for key in own if key not in _FILLED_IN}}
 
 
-def make_controller(name: str, robot: Compass, settings: Mapping[str, Any], gait: Gait | None = None) -> Controller:
+def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: Periodic | None = None) -> Controller:
     """The controller of a name.
 
     Args:
         name: As for `controller_class`.
         robot: The robot model of the law.
         settings: Values by the names of `settings_of`; what is left out has its default.
-        gait: What is imitated; unless given, it is found by `imitate_slope_deg`, or by `reference`.
+        gait: What is imitated; unless given, it is found by `imitate_slope_deg`, or by `reference`. With knees it is
+            the reference `KNEED_REFERENCE` where neither is given.
 
     Returns:
         An object of `controller_class(name)`.
@@ -129,8 +139,8 @@ def make_controller(name: str, robot: Compass, settings: Mapping[str, Any], gait
         InputError: A name is unknown, or a value is missing or outside its domain.
         GaitError: The slope to be imitated has no passive gait.
     """
-    valid = settings_of(name)
-    kind = controller_class(name)
+    valid = settings_of(name, robot)
+    kind = controller_class(name, robot)
     for key in settings:
         check_setting(name, key, valid)
     own = fields_of(kind)
@@ -149,7 +159,9 @@ def make_controller(name: str, robot: Compass, settings: Mapping[str, Any], gait
             for key in ("imitate_slope_deg", "initial_slope_estimate_deg")
         )
         asked = _asked(values.pop("reference"), settings)
-        values["gait"] = gait or (find_passive_gait(robot, slope) if asked is None else find_reference(robot, **asked))
+        if asked is None and robot.knees and "imitate_slope_deg" not in settings:
+            asked = parse_reference(KNEED_REFERENCE)
+        values["gait"] = gait or _gait(robot, slope, asked)
         values |= {key: estimate for key in SLOPE_FIELDS if key in own}
     try:
         return kind(**values)
@@ -159,6 +171,14 @@ def make_controller(name: str, robot: Compass, settings: Mapping[str, Any], gait
         raise InputError(
             f"{kind.__name__} cannot be made of these settings: {type(error).__name__}: {error}{place_of(error, kind)}"
         ) from error
+
+
+def _gait(robot: Robot, slope: float, asked: Mapping[str, Any] | None) -> Periodic:
+    """The gait that a controller imitates: a passive one, or the optimised one that is asked for."""
+    if asked is None:
+        return passive_gait_of(robot, slope)
+    assert isinstance(robot, Compass | KneedBiped)
+    return find_reference(robot, **asked)
 
 
 def _asked(reference: object, settings: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -213,12 +233,15 @@ def controller_from(description: Mapping[str, Any], source: Mapping[str, str] | 
     described = dict(description)
     wanted = described.pop("name", None)
     classes = {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
+    robot = robot_from(described["robot"]) if isinstance(described.get("robot"), Mapping) else None
+    if robot is not None and robot.knees:
+        classes = {controller_class(name, robot).__name__: name for name in registered()}
     if source is not None:
         kind = controller_class(str(source.get("class")))
         if source_of(kind) != source:
             raise InputError(f"the record's controller is {source.get('class')}, whose source has changed since then")
     elif wanted in classes:
-        kind = controller_class(classes[wanted])
+        kind = controller_class(classes[wanted], robot)
     else:
         raise InputError(
             f"the record's controller is a {shown(wanted)}, and only registered ones are built anew: "

@@ -21,10 +21,9 @@ from mjbiped.control.trial import try_out
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.errors import GaitError, InputError, shown
+from mjbiped.gaits.branches import Branched
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Gait, Periodic
-from mjbiped.gaits.kneed import KneedGait
-from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
@@ -245,7 +244,7 @@ def check_controller(controller: object) -> dict[str, Any]:
     if controller.robot is not None:  # type: ignore[attr-defined]
         check_robot(f"{named}.robot", controller.robot)  # type: ignore[attr-defined]
     gait = controller.gait  # type: ignore[attr-defined]
-    if gait is not None and not isinstance(gait, Gait | KneedGait | OptimisedKneedGait):
+    if gait is not None and not isinstance(gait, Gait | Branched):
         raise InputError(
             f"{named}.gait is of type {type(gait).__name__}; must be a gait that find_passive_gait, "
             "find_kneed_gait or find_reference gives"

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -23,14 +23,15 @@ import scipy
 from numpy.typing import NDArray
 
 from mjbiped.errors import GaitError
+from mjbiped.gaits.branches import FINE, Branched, Branches, free_motion, passive_branches
 from mjbiped.gaits.passive import eigenvalues
-from mjbiped.robots.chain import Array, Chain, machine_code
+from mjbiped.robots.chain import Array
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.utils import domains
 
 FALLEN = math.radians(60)  # a stance leg so far from the normal does not come back
 LONGEST = 10.0  # no phase of a step takes longer, sqrt(l/g); steps take 2
-FINE, COARSE = 1e-11, 1e-6  # tolerances of the integration, relative and absolute: of gaits, and of the grid's starts
+COARSE = 1e-6  # tolerance of the integration of the grid's starts; of gaits it is `FINE`
 STARTS = tuple(product((0.10, 0.16, 0.22, 0.28, 0.34), (1.25, 1.45, 1.65, 1.9), (0.0, 0.4, 0.8, 1.2)))
 """Half angle between the legs, rad, and the rates of stance and swing leg over it, in sqrt(g/l). Gaits of light and
 heavy shanks on 1 to 5 degrees lie between them."""
@@ -39,7 +40,7 @@ SAMPLES = 400  # of a gait's motion
 
 
 @dataclass(frozen=True)
-class KneedGait:
+class KneedGait(Branched):
     """A passive gait of period one of the biped with knees, made by `find_kneed_gait`.
 
     Angles and rates of three segments are those of stance leg, swing thigh and swing shank.
@@ -88,6 +89,34 @@ class KneedGait:
         """Mean speed along the ground, m/s."""
         return self.step_length / self.period
 
+    @cached_property
+    def branches(self) -> Branches:
+        """Both branches of the motion, for controllers that track it."""
+        q, dq = self.robot.knee_impact(self._struck[:3], self.knee_rates)
+        struck = np.concatenate([q, dq])
+        return passive_branches(self.robot, self.slope, self.start, struck, self.knee_strike, self.period)
+
+    @property
+    def _struck(self) -> Array:
+        """State at the knee strike, shape (6,)."""
+        state: Array = self.states[self.bent_samples - 1]
+        return state
+
+    @property
+    def rate(self) -> float:  # type: ignore[override]  # never written
+        """See `mjbiped.gaits.branches.Branches`."""
+        return self.branches.rate
+
+    @property
+    def bent(self) -> Array:  # type: ignore[override]
+        """The same."""
+        return self.branches.bent
+
+    @property
+    def straight(self) -> Array:  # type: ignore[override]
+        """The same."""
+        return self.branches.straight
+
     def describe(self) -> dict[str, Any]:
         """What the gait is found by again, in plain JSON types; `mjbiped.gaits.described.gait_from` reads it."""
         return {"slope": self.slope, "robot": self.robot.to_dict()}
@@ -98,7 +127,7 @@ class KneedGait:
         return bool(abs(self.multipliers[0]) < 1)
 
     @property
-    def bent(self) -> int:
+    def bent_samples(self) -> int:
         """How many of the samples come before the knee strike; the next one is at the same time, after it."""
         return 1 + int(np.searchsorted(self.times, self.knee_strike))
 
@@ -212,20 +241,6 @@ def _start(robot: KneedBiped, scaled: Array) -> Array:
     return np.array([q1, -q1, -q1, dq1, dq2, dq2])
 
 
-def _law(chain: Chain, slope: float) -> Callable[[float, Array], Array]:
-    """The unpowered motion: state -> its rates."""
-    n = len(chain.reach)
-    (even, odd), accelerate = np.empty((2, n, n)), machine_code()
-
-    def rates(_: float, state: Array) -> Array:
-        result = np.zeros(2 * n)
-        result[:n] = state[n:]
-        accelerate(chain.weights, chain.moments, slope, state[:n], state[n:], even, odd, result[n:])
-        return result
-
-    return rates
-
-
 def _phase(
     robot: KneedBiped,
     slope: float,
@@ -251,7 +266,7 @@ def _phase(
     chain, unit = robot.chains[len(start) // 2], _unit(robot)
     with np.errstate(all="ignore"):  # a start that leads nowhere
         solution: Any = scipy.integrate.solve_ivp(
-            _law(chain, slope),
+            free_motion(chain, slope),
             (0.0, LONGEST * unit),
             start,
             method="DOP853",

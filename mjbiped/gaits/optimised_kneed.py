@@ -10,22 +10,21 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from mjbiped.gaits.bezier import NODES, curve, in_pieces, powers_through
+from mjbiped.gaits.branches import Branched
 from mjbiped.gaits.found import Found
 from mjbiped.gaits.hold import acceleration_decays, hold, pieces_of
 from mjbiped.gaits.kneed_step import KNEE_STRIKE, KneedStep, flexion_points
 from mjbiped.gaits.optimisation import Goal, Motion, Solution
 from mjbiped.robots.chain import Array
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.utils import domains
 
 _STEP, _BENT = 25, 22  # pieces of a step, and those of them before the knee strike: KNEE_STRIKE of them
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OptimisedKneedGait(Found):
+class OptimisedKneedGait(Found, Branched):
     """An optimised gait with knees on level ground, made by `find_reference`.
 
     States are the angles of stance leg, swing thigh and swing shank, rad, then their rates, rad/s.
@@ -79,58 +78,6 @@ class OptimisedKneedGait(Found):
     def own(self) -> Array:
         """The flexion's numbers."""
         return self.knee_flexion
-
-    @property
-    def horizon(self) -> float:
-        """Time up to which `reference` moves, s; the period lies before it."""
-        return len(self.straight) / self.rate
-
-    def reference(self, t: ArrayLike) -> tuple[Array, Array, Array]:
-        """The trajectory and its derivatives: the branch of the bent knee until the knee strike, then the other one.
-
-        It goes on beyond the period, for a touchdown that is late, up to the horizon. After that the last posture is
-        held at rest.
-
-        Args:
-            t: Time since the heel strike, s, >= 0; a number or an array of any shape.
-
-        Returns:
-            (q, dq, ddq) in rad, rad/s, rad/s², each of shape t.shape + (3,).
-
-        Raises:
-            InputError: A time is negative or not finite.
-        """
-        times = domains.TIME.array("t", t, None)
-        bent, straight = self.branch(times, bent=True), self.branch(times, bent=False)
-        before = (times < self.knee_strike)[..., None]
-        return tuple(  # type: ignore[return-value]  # three
-            np.where(before, first, second[..., [0, 1, 1]]) for first, second in zip(bent, straight, strict=True)
-        )
-
-    def branch(self, t: ArrayLike, *, bent: bool) -> tuple[Array, Array, Array]:
-        """One branch and its derivatives at any times of the step and beyond.
-
-        Args:
-            t: As of `reference`.
-            bent: Whether with the knee bent.
-
-        Returns:
-            (q, dq, ddq), each of shape t.shape + (3,) with the knee bent, t.shape + (2,) with the knee straight.
-        """
-        times = domains.TIME.array("t", t, None)
-        pieces = self.bent if bent else self.straight
-        late = (times > len(pieces) / self.rate)[..., None]
-        place = np.minimum(times * self.rate, len(pieces))
-        piece = np.minimum(place.astype(int), len(pieces) - 1)
-        s = (place - piece)[..., None]
-        coefficients = np.moveaxis(pieces[piece], -2, 0)
-        values = []
-        for order in range(3):
-            values.append(np.polynomial.polynomial.polyval(s, coefficients, tensor=False) * self.rate**order)
-            powers = np.arange(1, len(coefficients)).reshape(-1, *[1] * (coefficients.ndim - 1))
-            coefficients = coefficients[1:] * powers
-        q, dq, ddq = values
-        return q, np.where(late, 0.0, dq), np.where(late, 0.0, ddq)
 
 
 def kneed_gait(robot: KneedBiped, goal: Goal, solution: Solution) -> OptimisedKneedGait:

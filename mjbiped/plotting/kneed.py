@@ -61,7 +61,7 @@ def plot_kneed_gait(gait: KneedGait, path: str | Path | None = None) -> Figure:
         f"step {gait.step_length:.4f}\u00a0m, clearance {100 * gait.clearance:.2f}\u00a0cm, "
         f"largest |multiplier| {abs(gait.multipliers[0]):.3f}"
     )
-    step = _Step(gait.robot, gait.slope, gait.period, gait.knee_strike, gait.times, gait.states, gait.bent)
+    step = _Step(gait.robot, gait.slope, gait.period, gait.knee_strike, gait.times, gait.states, gait.bent_samples)
     return _drawn(step, text, path, [_draw_cycle, _draw_knee, _draw_foot])
 
 
@@ -166,7 +166,7 @@ def _joints(gait: _Step, q: Array) -> Array:
 
 def _draw_cycle(axes: Axes, gait: _Step) -> None:
     """Panel (b): rate over angle of all segments, jumps at impacts dotted."""
-    bent = gait.bent
+    bent = gait.bent_samples
     for segment, look in ((0, STANCE), (1, SWING), (2, SHANK)):
         q, dq = gait.states[:, segment], gait.states[:, 3 + segment]
         axes.plot(q[:bent], dq[:bent], **look)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from mjbiped.analysis.replay import recorded_controller, transitions
 from mjbiped.errors import MjbipedError, RenderError
+from mjbiped.gaits.branches import Branched
 from mjbiped.gaits.described import gait_from
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.passive import PassiveGait
@@ -26,6 +28,7 @@ from mjbiped.plotting.style import (
     ESTIMATE,
     GUIDE,
     HIP,
+    KNEE,
     ORANGE,
     PLANNED,
     STANCE,
@@ -49,7 +52,8 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
 
     (a) Time lapse over the ground, in rows where it is long, x and z in one scale; slopes and steps are written under
     the ground. (b) Slope estimate and true slope. (c) Torques. (d), (e) Phase portraits of stance and swing leg, with
-    the limit cycle of the gait that the controller imitates and the transitions to it that it re-planned.
+    the limit cycle of the gait that the controller imitates and the transitions to it that it re-planned. With knees
+    two panels more come before these: torque and flexion of the swing knee.
 
     For a journal's column: `with mjbiped.plotting.width.figure_width("single"): plot_walk(walk, "walk.pdf")`.
 
@@ -71,6 +75,8 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
         title = _title(walk)
         narrow = width().beside(2) == 1  # titles stand over legends, labels take two lines, panels are smaller
         margins, histories_height, phases_height = (0.8, 3.0, 2.4) if narrow else (0.45, 3.3, 3.3)
+        knees = walk.robot.knees
+        histories_height *= 2.0 if knees else 1.0
         heights = [sum(row.height + 0.25 for row in rows) + margins, histories_height, phases_height]
         figure.set_figheight(sum(heights) + 0.1 + head(figure, title))
         parts: Any = figure.subfigures(3, 1, height_ratios=heights)
@@ -87,10 +93,15 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
                 Line2D([], [], color=ORANGE, linewidth=1.2, label="swing leg"),
             ],
         )
-        slopes, torques = histories.subplots(2, 1, sharex=True)
-        _draw_slopes(slopes, walk)
-        _draw_torques(torques, walk)
-        _draw_phases(phases, walk)
+        axes = histories.subplots(4 if knees else 2, 1, sharex=True)
+        letters = iter("bcdefg")
+        _draw_slopes(axes[0], walk, next(letters))
+        _draw_torques(axes[1], walk, next(letters), "Joint torque", {0: ("ankle", ANKLE), 1: ("hip", HIP)})
+        if knees:
+            _draw_torques(axes[2], walk, next(letters), "Torque of the swing knee", {2: ("knee", KNEE)})
+            _draw_flexion(axes[3], walk, next(letters))
+        axes[-1].set_xlabel(_axis_label("time", "time"))
+        _draw_phases(phases, walk, next(letters), next(letters))
     return figure
 
 
@@ -134,9 +145,15 @@ def _title(walk: Walk) -> str:
     who = f"{name} on {walk.terrain.caption}, {walk.settings.get('engine', 'unknown')} engine"
     what = (
         f"{walk.outcome} after {steps}, {walk.end[0]:.2f}\u00a0s and {walk.distance:.2f}\u00a0m;  {C_MT}\u00a0{cost};  "
-        f"peak torque {walk.peak_torque[0]:.2f} (ankle), {walk.peak_torque[1]:.2f}\u00a0(hip)\u00a0N\u00a0m"
+        f"peak torque {_peaks(walk)}\u00a0N\u00a0m"
     )
     return f"{plain(wrapped(who, lines=_LINES))}\n{wrapped(what)}"
+
+
+def _peaks(walk: Walk) -> str:
+    """The greatest torques, by joint."""
+    first, *others = zip(walk.peak_torque, walk.robot.joints, strict=True)
+    return ", ".join([f"{first[0]:.2f} ({first[1]})", *(f"{peak:.2f}\u00a0({joint})" for peak, joint in others)])
 
 
 def _axis_label(name: str, column: str) -> str:
@@ -153,8 +170,8 @@ def _prepare_time_axis(axes: Axes, walk: Walk) -> None:
             axes.axvline(moment, color=GUIDE, linewidth=0.4, alpha=0.6, zorder=0)
 
 
-def _draw_slopes(axes: Axes, walk: Walk) -> None:
-    """Panel (b)."""
+def _draw_slopes(axes: Axes, walk: Walk, letter: str) -> None:
+    """The panel of the slope and its estimate."""
     samples = walk.samples
     estimate = np.degrees(samples["slope_estimate"])
     estimated = bool(np.isfinite(estimate).any())
@@ -163,26 +180,39 @@ def _draw_slopes(axes: Axes, walk: Walk) -> None:
         axes.plot(samples["time"], estimate, label="estimate", **ESTIMATE)
     axes.plot(samples["time"], np.degrees(samples["slope"]), label="true, under the stance foot", **TRUTH)
     axes.set(ylabel="slope (°)")
-    titled(axes, "b", "Slope estimate" if estimated else "Slope (the controller makes no estimate)")
+    titled(axes, letter, "Slope estimate" if estimated else "Slope (the controller makes no estimate)")
     axes.margins(y=0.12)
     widen(axes, 1.0)  # rounding is no news
     legend_above(axes)
 
 
-def _draw_torques(axes: Axes, walk: Walk) -> None:
-    """Panel (c)."""
+def _draw_torques(axes: Axes, walk: Walk, letter: str, title: str, joints: Mapping[int, tuple[str, Any]]) -> None:
+    """A panel of torques of some joints, by their places in the record, with their names and looks."""
     samples = walk.samples
     _prepare_time_axis(axes, walk)
-    for joint, (label, style) in enumerate((("ankle", ANKLE), ("hip", HIP))):
+    for joint, (label, style) in joints.items():
         axes.plot(samples["time"], samples["torque"][:, joint], label=label, **style)
     axes.axhline(0.0, color=GUIDE, linewidth=0.5, zorder=0)
-    axes.set(xlabel=_axis_label("time", "time"), ylabel=_axis_label("torque", "torque"))
-    titled(axes, "c", "Joint torque")
+    axes.set(ylabel=_axis_label("torque", "torque"))
+    titled(axes, letter, title)
     legend_above(axes)
 
 
-def _draw_phases(figure: Any, walk: Walk) -> None:
-    """Panels (d) and (e): a line per step, without the jumps between steps, over the re-planned reference if any."""
+def _draw_flexion(axes: Axes, walk: Walk, letter: str) -> None:
+    """The panel of the swing knee's flexion; knee strikes are marked unless they are too many."""
+    time, q = walk.samples["time"], walk.samples["q"]
+    _prepare_time_axis(axes, walk)
+    axes.plot(time, np.degrees(q[:, 2] - q[:, 1]), label="flexion", **KNEE)
+    if walk.steps <= _MOST_TICKED:
+        strikes = np.append(0.0, walk.touchdowns["time"])[:-1] + walk.touchdowns["knee_strike"]
+        axes.plot(strikes, np.zeros_like(strikes), "k|", markersize=5, label="knee strike")
+    axes.set(ylabel="flexion (°)")
+    titled(axes, letter, "Flexion of the swing knee")
+    legend_above(axes)
+
+
+def _draw_phases(figure: Any, walk: Walk, *letters: str) -> None:
+    """Two panels: a line per step, without the jumps between steps, over the re-planned reference if any."""
     samples = walk.samples
     first_of_step = np.flatnonzero(np.diff(samples["stance"])) + 1
     # a sample at a touchdown's own instant has the rates after the impact, but still the old roles
@@ -191,13 +221,13 @@ def _draw_phases(figure: Any, walk: Walk) -> None:
     gait, replanned = _imitated_gait(walk), _transitions(walk)
     grid = figure.subplots(1, 2)
     entries: dict[str, Any] = {}
-    looks = (("d", "stance", STANCE), ("e", "swing", SWING))
-    for leg, (axes, (letter, name, style)) in enumerate(zip(grid, looks, strict=True)):
+    looks = (("stance leg", STANCE), ("swing thigh" if walk.robot.knees else "swing leg", SWING))
+    for leg, (axes, letter, (name, style)) in enumerate(zip(grid, letters, looks, strict=True)):
         q = samples["q"][:, leg].copy()
         q[at_impact] = np.nan
         q = np.insert(q, first_of_step, np.nan)
         dq = np.insert(samples["dq"][:, leg], first_of_step, np.nan)
-        axes.plot(q, dq, color=style["color"], linewidth=0.8, label=f"{name} leg")
+        axes.plot(q, dq, color=style["color"], linewidth=0.8, label=name)
         for number, planned in enumerate(replanned):
             look = {**PLANNED, "label": "re-planned reference" if number == 0 else None}
             axes.plot(planned[:, leg], planned[:, 2 + leg], **look)
@@ -206,21 +236,21 @@ def _draw_phases(figure: Any, walk: Walk) -> None:
             axes.plot(reference[:, leg], rate[:, leg], label="imitated gait", **TRUTH, linewidth=1.4)
         axes.plot(samples["q"][0, leg], samples["dq"][0, leg], "k.", markersize=6, label="start")
         axes.set(xlabel=_axis_label("angle", "q"), ylabel=_axis_label("rate", "dq"))
-        titled(axes, letter, f"Phase portrait, {name} leg")
+        titled(axes, letter, f"Phase portrait, {name}")
         handles, names = axes.get_legend_handles_labels()
         entries |= dict(zip(names, handles, strict=True))
-    order = [*(name for name in entries if name.endswith("leg")), *(n for n in entries if not n.endswith("leg"))]
+    order = sorted(entries, key=lambda name: name not in dict(looks))
     legend_below(figure, [entries[name] for name in order], order)
 
 
-def _imitated_gait(walk: Walk) -> Gait | None:
+def _imitated_gait(walk: Walk) -> Gait | Branched | None:
     """The gait that the controller imitated, found anew from the record; None where there is none."""
     described = walk.settings.get("controller", {}).get("gait")
     try:
         gait = gait_from(described)
     except (TypeError, KeyError, MjbipedError):
         return None
-    return gait if isinstance(gait, Gait) else None
+    return gait if isinstance(gait, Gait | Branched) else None
 
 
 def _transitions(walk: Walk) -> list[NDArray[np.float64]]:

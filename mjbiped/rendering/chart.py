@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from mjbiped.records.record import Walk
-from mjbiped.rendering.marks import ANKLE_COLOUR, ESTIMATE_COLOUR, HIP_COLOUR
+from mjbiped.rendering.marks import ESTIMATE_COLOUR, JOINT_COLOURS
 from mjbiped.rendering.overlay import Pixels
 
 _LONGEST = 20.0  # seconds of a page; a longer walk has several
@@ -57,7 +57,7 @@ class Chart:
         )
         self._time: Values = samples["time"][inside]
         slope, estimate = np.degrees(samples["slope"][inside]), np.degrees(samples["slope_estimate"][inside])
-        ankle, hip = samples["torque"][inside].T
+        torques = zip(walk.robot.joints, samples["torque"][inside].T, strict=True)
         self._panels: list[tuple[str, list[Line], tuple[float, float]]] = []
         for label, least, lines in (
             (
@@ -71,7 +71,7 @@ class Chart:
             (
                 "torque (N m)",
                 0.1 * walk.robot.weight * walk.robot.leg_length * 0.1,
-                [("ankle", ankle, ANKLE_COLOUR, 1.3, "-"), ("hip", hip, HIP_COLOUR, 1.3, "-")],
+                [(joint, torque, JOINT_COLOURS[joint], 1.3, "-") for joint, torque in torques],
             ),
         ):
             known: list[Line] = [line for line in lines if np.isfinite(line[1]).any()]
@@ -128,13 +128,14 @@ class Chart:
                 fontsize=letters,
                 va="center",
             )
+            first, apart = (0.72, 0.44) if len(lines) < 3 else (0.98, 0.42)
             for row, (text, values, colour, thick, style) in enumerate(lines):
                 axes.plot(
                     self._time[inside][::step], values[inside][::step], style, color=colour, linewidth=thick, label=text
                 )
                 axes.text(
                     1.012,
-                    0.72 - 0.44 * row,
+                    first - apart * row,
                     text,
                     transform=axes.transAxes,
                     fontsize=letters,

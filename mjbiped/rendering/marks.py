@@ -24,6 +24,8 @@ Colour = tuple[float, float, float]
 
 ANKLE_COLOUR: Colour = palette.rgb(palette.ANKLE)
 HIP_COLOUR: Colour = palette.rgb(palette.HIP)
+KNEE_COLOUR: Colour = palette.rgb(palette.SKY)
+JOINT_COLOURS = {"ankle": ANKLE_COLOUR, "hip": HIP_COLOUR, "knee": KNEE_COLOUR}
 ESTIMATE_COLOUR: Colour = palette.rgb(palette.ESTIMATE)
 FORCE_COLOUR: Colour = (0.07, 0.07, 0.07)
 GHOST_COLOUR: Colour = (0.35, 0.35, 0.40)
@@ -39,7 +41,7 @@ _BEHIND = 0.12  # where the reference stands, y in leg lengths
 _PALE = 0.35  # share of white in the colour of the least torque
 
 # in leg lengths, where they are lengths
-_ARC_RADIUS = {"ankle": 0.15, "hip": 0.13}
+_ARC_RADIUS = {"ankle": 0.15, "hip": 0.13, "knee": 0.11}
 _ARC_WIDTH = 0.010  # of the greatest torque
 _ARC_SWEEP = math.radians(300.0)  # of the greatest torque
 _ARC_PIECES = 24  # of the greatest torque's
@@ -83,12 +85,13 @@ def draw_marks(scene: Any, moment: Moment, robot: Robot, scales: Scales, element
     """
     length = robot.leg_length
     pen = _Pen(scene, length)
-    hip = moment.qpos[:2]
+    hip = (moment.qpos[0], moment.qpos[1])
     angle = moment.qpos[2 + moment.stance]
-    foot = foot_of(robot, hip, angle)
+    legs: list[list[Pair]] = robot.limbs(moment.qpos).tolist()
+    foot = legs[moment.stance][-1]
     if "shadows" in elements:
         for side, (height, slope) in enumerate(moment.ground):
-            _draw_shadow(pen, foot_of(robot, hip, moment.qpos[2 + side]), height, slope, _SIDES[side], length)
+            _draw_shadow(pen, legs[side][-1], height, slope, _SIDES[side], length)
     if "traces" in elements:
         for side, way in enumerate(moment.traces):
             _draw_trace(pen, way, _SIDES[side], _LEGS[side])
@@ -102,9 +105,10 @@ def draw_marks(scene: Any, moment: Moment, robot: Robot, scales: Scales, element
     if "force" in elements:
         _draw_force(pen, foot, moment.force, scales.force, length)
     if "torque" in elements:
-        ankle, hip_torque = moment.torque
-        _draw_torque(pen, foot, angle, ankle / scales.torque if scales.torque else 0.0, "ankle", ANKLE_COLOUR, length)
-        _draw_torque(pen, hip, 0.0, hip_torque / scales.torque if scales.torque else 0.0, "hip", HIP_COLOUR, length)
+        places = ((foot, angle), (hip, 0.0), (legs[1 - moment.stance][1], 0.0))
+        for joint, torque, (place, middle) in zip(robot.joints, moment.torque, places, strict=False):
+            share = torque / scales.torque if scales.torque else 0.0
+            _draw_torque(pen, place, middle, share, joint, JOINT_COLOURS[joint], length)
 
 
 def arc_sweep(share: float) -> float:

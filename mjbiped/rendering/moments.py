@@ -14,7 +14,7 @@ from mjbiped.errors import MjbipedError
 from mjbiped.records.record import Walk
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.kinds import compass_of
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 
 TRACE = 2.0
@@ -33,11 +33,11 @@ class Moment(NamedTuple):
     Attributes:
         time: Since the walk's start, s.
         step: That is under way, from 1 on; a touchdown belongs to the step that it ends.
-        qpos: Hip x and z (m), left and right leg from the vertical (rad).
+        qpos: Hip x and z (m), left and right leg from the vertical (rad), and what the robot's `places` have beyond.
         stance: 0 left, 1 right.
         slope: Of the ground under the stance foot, rad.
         slope_estimate: The controller's, rad; NaN where it has none.
-        torque: Ankle and hip, N m.
+        torque: Of the robot's joints: ankle, hip, and a swing knee's, N m.
         force: Of the ground on the stance foot, forward and upward, N.
         reference: Stance and swing leg that the controller tracks, from the ground's normal, rad; None where there is
             no reference.
@@ -47,11 +47,11 @@ class Moment(NamedTuple):
 
     time: float
     step: int
-    qpos: tuple[float, float, float, float]
+    qpos: tuple[float, ...]
     stance: int
     slope: float
     slope_estimate: float
-    torque: Pair
+    torque: tuple[float, ...]
     force: Pair
     reference: Pair | None
     ground: tuple[Pair, Pair]
@@ -69,13 +69,12 @@ class Moments:
             ghost: Whether that is wanted.
         """
         self._samples, self._terrain = walk.samples, walk.terrain
-        self._robot = compass_of(walk.robot, "the drawing of a walk in its scene")
+        self._robot = walk.robot
         self._times, self._touchdowns = walk.samples["time"], walk.touchdowns["time"]
         self._reference = _reference(walk) if ghost else None
-        qpos, length = walk.samples["qpos"], self._robot.leg_length
+        length = self._robot.leg_length
         self._ways = []
-        for leg in (2, 3):
-            feet = qpos[:, :2] - length * np.stack([np.sin(qpos[:, leg]), np.cos(qpos[:, leg])], axis=1)
+        for feet in np.moveaxis(self._robot.limbs(walk.samples["qpos"])[:, :, -1], 1, 0):
             way = np.append(0.0, np.cumsum(np.hypot(*np.diff(feet, axis=0).T)))
             marks = np.flatnonzero(np.diff(np.floor(way / (APART * length)), prepend=-1.0))
             self._ways.append((marks, feet[marks]))
@@ -86,7 +85,7 @@ class Moments:
         return self._reference is not None
 
     def greatest_torque(self, start: float, stop: float) -> float:
-        """Greatest finite torque of either joint between two times (s), N m; 0 where there is none."""
+        """Greatest finite torque of all joints between two times (s), N m; 0 where there is none."""
         low, high = np.searchsorted(self._times, (start, stop), side="left")
         torque = np.abs(self._samples["torque"][max(0, low - 1) : high + 1])
         return float(np.max(torque, initial=0.0, where=np.isfinite(torque)))
@@ -102,20 +101,21 @@ class Moments:
         between = times[following] - times[latest]
         share = min(1.0, max(0.0, (time - times[latest]) / between)) if between > 0.0 else 0.0
         before = samples["qpos"][latest]
-        x, z, left, right = (before + share * (samples["qpos"][following] - before)).tolist()
-        feet = [foot_of(self._robot, (x, z), angle) for angle in (left, right)]
+        qpos = before + share * (samples["qpos"][following] - before)
+        feet = [(float(x), float(z)) for x, z in self._robot.limbs(qpos)[:, -1]]
         slope = float(samples["slope"][latest])
-        q, dq, (ankle, hip) = (samples[name][latest].tolist() for name in ("q", "dq", "torque"))
+        q, dq, torque = (samples[name][latest].tolist() for name in ("q", "dq", "torque"))
+        locked = self._robot.knees and bool(samples["locked"][latest])
         reference = None if self._reference is None else self._reference.at(time)
         return Moment(
             time=time,
             step=1 + int(np.searchsorted(self._touchdowns, time - _SAME)),
-            qpos=(x, z, left, right),
+            qpos=tuple(qpos.tolist()),
             stance=int(samples["stance"][latest]),
             slope=slope,
             slope_estimate=float(samples["slope_estimate"][latest]),
-            torque=(ankle, hip),
-            force=ground_force(self._robot, slope, q, dq, (ankle, hip)),
+            torque=tuple(torque),
+            force=ground_force(self._robot, slope, q, dq, torque, locked=locked),
             reference=reference if reference is not None and all(map(math.isfinite, reference)) else None,
             ground=(self._ground(feet[0][0]), self._ground(feet[1][0])),
             traces=(self._trace(0, time, feet[0]), self._trace(1, time, feet[1])),
@@ -132,23 +132,33 @@ class Moments:
         return np.vstack([points[low:high], foot])
 
 
-def foot_of(robot: Robot, hip: Pair, angle: float) -> Pair:
+def foot_of(robot: Robot, hip: Sequence[float], angle: float) -> Pair:
     """Where the foot of a leg is that leans by an angle (rad) from the vertical, x and z in m."""
     return hip[0] - robot.leg_length * math.sin(angle), hip[1] - robot.leg_length * math.cos(angle)
 
 
 def ground_force(
-    robot: Compass, slope: float, q: Sequence[float], dq: Sequence[float], torque: Sequence[float]
+    robot: Robot,
+    slope: float,
+    q: Sequence[float],
+    dq: Sequence[float],
+    torque: Sequence[float],
+    *,
+    locked: bool = False,
 ) -> Pair:
     """Force of the ground on the stance foot in a motion by the equations of motion, forward and upward, N.
 
     Args:
         robot: The robot.
         slope: Of the ground, rad.
-        q: Stance and swing leg from the ground's normal, rad.
+        q: Its angles from the ground's normal, rad.
         dq: Their rates, rad/s.
-        torque: Ankle and hip, N m.
+        torque: Of its joints, N m.
+        locked: Whether the swing knee is, if it has one.
     """
+    if isinstance(robot, KneedBiped):
+        return robot.ground_force(q, dq, torque, slope, locked=locked)
+    assert isinstance(robot, Compass)
     (q1, q2), (dq1, dq2), (ankle, hip) = q, dq, torque
     ddq1, ddq2 = compass.acceleration(
         robot.constants, q1, q2, dq1, dq2, math.sin(slope), math.cos(slope), ankle - hip, hip

@@ -182,8 +182,8 @@ class Stage:
         """The legend's lines."""
         elements = self._look.elements
         if "torque" in elements:
-            yield Sign(marks.ANKLE_COLOUR, "ankle torque", f"{signed(moment.torque[0])} N m")
-            yield Sign(marks.HIP_COLOUR, "hip torque", f"{signed(moment.torque[1])} N m")
+            for joint, torque in zip(self._robot.joints, moment.torque, strict=True):
+                yield Sign(marks.JOINT_COLOURS[joint], f"{joint} torque", f"{signed(torque)} N m")
         if "force" in elements:
             yield Sign(marks.FORCE_COLOUR, "ground force", f"{math.hypot(*moment.force):.0f} N")
         if "estimate" in elements and math.isfinite(moment.slope_estimate):

@@ -89,6 +89,37 @@ def accelerate(
     solve(even, ddq)
 
 
+def inverse_dynamics(
+    moments: Array,
+    sin_slope: float,
+    cos_slope: float,
+    q: Array,
+    dq: Array,
+    even: Array,
+    odd: Array,
+    motion: Array,
+    forces: Array,
+) -> None:
+    """Write the generalised forces that make a motion, M ddq + C dq + g, into `forces`, N m.
+
+    Args:
+        moments: b, shape (n,), N m.
+        sin_slope: Sine of the ground's slope, or what is taken for it.
+        cos_slope: Its cosine, likewise.
+        q: Angles from its normal, shape (n,), rad.
+        dq: Rates, shape (n,), rad/s.
+        even: M, as `weighted` has written it of A and the angles.
+        odd: As `weighted` has written it.
+        motion: Accelerations, shape (n,), rad/s^2.
+        forces: Shape (n,).
+    """
+    for i in range(len(q)):
+        sine, cosine = sine_cosine(q[i])
+        forces[i] = -moments[i] * (cosine * sin_slope + sine * cos_slope)
+        for j in range(len(q)):
+            forces[i] += even[i, j] * motion[j] + odd[i, j] * dq[j] * dq[j]
+
+
 def strike(after: Array, before: Array, q_after: Array, q: Array, dq: Array, even: Array, odd: Array) -> None:
     """Rates after a plastic impact, rad/s: what is left of the rates before it stands in the first places of `dq`.
 

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjbiped.errors import InputError
-from mjbiped.robots.chain import Array, Chain, chain_of
+from mjbiped.robots.chain import Array, Chain, chain_of, ground_force
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
@@ -211,6 +211,30 @@ class KneedBiped(Robot):
         moment = moment + self.thigh_mass * (2 * points[..., 0, 0, :] + self.thigh_centre / self.thigh_length * thighs)
         moment = moment + self.shank_mass * (knees + self.shank_centre / self.shank_length * shanks)
         return np.asarray(moment / self.total_mass)
+
+    def ground_force(
+        self, q: ArrayLike, dq: ArrayLike, torque: ArrayLike, slope: float, *, locked: bool
+    ) -> tuple[float, float]:
+        """Force of the ground on the stance foot, forward and upward, N, by the equations of motion.
+
+        Args:
+            q: stance leg, swing thigh and swing shank, shape (3,), rad.
+            dq: their rates, rad/s.
+            torque: of ankle, hip and swing knee, N m.
+            slope: of the ground, rad.
+            locked: whether the swing knee is.
+        """
+        n = 2 if locked else 3
+        angles, rates = _angles(q), _rates(dq, _angles(q))
+        forces = (self.input_matrix @ np.asarray(torque, dtype=np.float64))[:n]
+        if locked:  # the knee's motor acts within the leg
+            forces[1] += np.asarray(torque)[2]
+        pull = forces - self.coriolis_matrix(angles[:n], rates[:n]) @ rates[:n]
+        ddq: Array = np.linalg.solve(
+            self.mass_matrix(angles[:n]), pull - self.gravity_vector(angles[:n], slope)
+        ).astype(np.float64)
+        chain = self.chains[n]
+        return ground_force(chain.moments, self.total_mass, self.gravity, angles[:n] + slope, rates[:n], ddq)
 
     def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike) -> Array:
         """The heel's impact of a straight leg; see `Robot.rates_after_touchdown`."""

@@ -302,6 +302,8 @@ HIP_WEIGHT = Domain(0.0, 1e6)
 REPLANNING_DELAY = Domain(1e-3, 1.0, "gait periods")
 SLOPE_THRESHOLD = Domain(0.0, 1e3, "rad")
 STATE_THRESHOLD = Domain(0.0, 1e6, "rad and rad/s")
+KNEE_BUMP = Domain(0.0, 3.0, "rad")
+KNEE_BUMP_PER_STEP = Domain(0.0, 1e3, "rad/m")
 MEMORY_SIZE = Count(0, 10_000)
 
 # ---- the ground ------------------------------------------------------------------------------------------------------

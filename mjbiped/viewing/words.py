@@ -37,8 +37,8 @@ def state(player: Player, moment: Moment, elements: Collection[str]) -> Columns:
         mark = f" ({palette.IN_WORDS[palette.ESTIMATE]} line)" if "estimate" in elements else ""
         lines.append((f"slope estimate{mark}", f"{math.degrees(moment.slope_estimate):+.1f} deg"))
     if "torque" in elements:
-        ankle, hip = moment.torque
-        for joint, torque, colour in (("ankle", ankle, palette.ANKLE), ("hip", hip, palette.HIP)):
+        colours = (palette.ANKLE, palette.HIP, palette.SKY)
+        for joint, torque, colour in zip(("ankle", "hip", "knee"), moment.torque, colours, strict=False):
             lines.append((f"{joint} torque ({palette.IN_WORDS[colour]} arc)", f"{torque:+.1f} N m"))
     if "force" in elements:
         lines.append(("ground force (black arrow)", f"{math.hypot(*moment.force):.0f} N"))

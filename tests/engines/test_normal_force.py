@@ -128,7 +128,7 @@ def test_a_hop_is_told_from_a_lost_contact(robot: mjbiped.Compass) -> None:
         for _ in range(10):
             for force in [1.0] * 40 + [0.0] * gap + [1.0 + gap]:
                 u[events.FORCE] = force
-                events._weigh(u, limits)
+                events.weigh(u, limits)
         assert u[events.NORMAL_FORCE] == pytest.approx(expected, abs=1e-12), gap
 
 

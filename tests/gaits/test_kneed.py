@@ -44,7 +44,7 @@ def test_the_gait_of_light_shanks(gait: KneedGait) -> None:
 
 def test_every_part_of_the_step_joins_the_next(gait: KneedGait) -> None:
     """From the samples alone: start, knee strike, end, and the impact that leads back to the start."""
-    robot, at = gait.robot, gait.bent
+    robot, at = gait.robot, gait.bent_samples
     before, after = gait.states[at - 1], gait.states[at]
     assert gait.times[at - 1] == gait.times[at] == pytest.approx(gait.knee_strike, abs=1e-15)
     np.testing.assert_allclose(gait.states[0], gait.start, rtol=0, atol=1e-12)
@@ -106,7 +106,7 @@ def test_an_integration_written_anew_comes_back_and_has_the_same_multipliers(gai
 def test_the_ground_pushes_all_the_time_and_the_foot_clears_it(which: str, request: pytest.FixtureRequest) -> None:
     """What the equations take for granted: the stance foot never has to pull, in motion or at the knee's strike."""
     gait: KneedGait = request.getfixturevalue(which)
-    robot, lowest, at = gait.robot, math.inf, gait.bent
+    robot, lowest, at = gait.robot, math.inf, gait.bent_samples
     for k, state in enumerate(gait.states):
         n = 3 if k < at else 2
         chain, q, dq = robot.chains[n], state[:n], state[3 : 3 + n]

@@ -15,6 +15,7 @@ from PIL import Image
 import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.analysis.replay import recorded_controller, transitions
+from mjbiped.control.unpowered import UnpoweredKnees
 from mjbiped.errors import InputError, RenderError
 from mjbiped.plotting.style import ANKLE, C_MT, ESTIMATE, HIP, HYBRID, MUJOCO, PLANNED, STANCE, SWING, TRUTH
 from mjbiped.plotting.timelapse import outline, rows_of
@@ -229,3 +230,40 @@ def test_a_name_with_a_dollar_sign_is_no_formula(walk: Walk) -> None:
     named = {**walk.settings["terrain"], "name": "trail_$x^"}
     figure = plot_walk(dataclasses.replace(walk, settings={**walk.settings, "terrain": named}))
     assert_nothing_cut_off(figure)
+
+
+class _PlainKnees(UnpoweredKnees):
+    """Without functions to compile."""
+
+    def law(self) -> None:  # type: ignore[override]
+        return None
+
+
+class _Passive(PassiveController):
+    def driving(self, robot: Any) -> UnpoweredKnees:
+        return _PlainKnees()
+
+
+def test_a_walk_on_knees_shows_torque_and_flexion_of_the_knee() -> None:
+    robot, slope = mjbiped.KneedBiped(), Terrain.incline(2.5)
+    start = (-0.24, 0.24, 0.24, 1.10, 0.33, 0.33)
+    done = mjbiped.walk(_Passive(), slope, robot=robot, engine="hybrid", initial=start, steps=2)
+    figure = plot_walk(done)
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    for letter, words in (
+        ("d", "Torque of the swing knee"),
+        ("e", "Flexion of the swing knee"),
+        ("g", "Phase portrait, swing thigh"),
+    ):
+        assert f"({letter}) {words}" in titles
+    flexion = next(axes for axes in figure.axes if "Flexion" in axes.get_title(loc="left"))
+    line, strikes = flexion.get_lines()[-2:]
+    q = done.samples["q"]
+    assert np.asarray(line.get_ydata()) == pytest.approx(np.degrees(q[:, 2] - q[:, 1]))
+    expected = np.append(0.0, done.touchdowns["time"])[:-1] + done.touchdowns["knee_strike"]
+    assert np.asarray(strikes.get_xdata()) == pytest.approx(expected)
+    assert "(knee)" in "".join(text.get_text() for text in figure.texts)
+    # the knee stands out of the line from hip to foot in some posture of the time lapse
+    lapse = figure.axes[0]
+    widths = {len(path) for each in lapse.collections for path in getattr(each, "get_segments", list)()}
+    assert 3 in widths

@@ -8,8 +8,10 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
+from mjbiped.control.unpowered import UnpoweredKnees
 from mjbiped.records.record import Walk
 from mjbiped.rendering.moments import Moments, foot_of
+from mjbiped.robots.robot import Robot
 from mjbiped.terrain.terrain import Terrain
 
 
@@ -98,3 +100,62 @@ def test_the_greatest_torque_of_a_part(walk: Walk) -> None:
     assert moments.greatest_torque(0.0, 0.0) <= torque[:2].max()
     bad = {**walk.samples, "torque": np.full_like(torque, math.nan)}
     assert Moments(dataclasses.replace(walk, samples=bad)).greatest_torque(0.0, 1.0) == 0.0
+
+
+class _PlainKnees(UnpoweredKnees):
+    """Without functions to compile."""
+
+    def law(self) -> None:  # type: ignore[override]
+        return None
+
+
+class _Passive(PassiveController):
+    def driving(self, robot: Robot) -> UnpoweredKnees:
+        return _PlainKnees()
+
+
+@pytest.fixture(scope="module")
+def kneed() -> Walk:
+    start = (-0.24, 0.24, 0.24, 1.10, 0.33, 0.33)
+    return mjbiped.walk(
+        _Passive(),
+        Terrain.incline(2.5),
+        robot=mjbiped.KneedBiped(),
+        engine="hybrid",
+        initial=start,
+        steps=2,
+        sample_period=1e-3,
+    )
+
+
+def test_the_ground_force_on_knees_accelerates_the_centre_of_mass(kneed: Walk) -> None:
+    """As without knees: by second differences, on both sides of the knee strike."""
+    robot, samples, moments = kneed.robot, kneed.samples, Moments(kneed)
+    centre = robot.centre_of_mass(samples["qpos"])
+    strike = kneed.touchdowns["knee_strike"][0]
+    for time in (0.2, strike - 0.05, strike + 0.03):
+        k = int(np.searchsorted(samples["time"], time))
+        pull = (centre[k + 1] - 2.0 * centre[k] + centre[k - 1]) / 1e-6
+        expected = robot.total_mass * (pull + np.array([0.0, robot.gravity]))
+        force = moments.at(float(samples["time"][k])).force
+        # fourth derivatives of 1e4 m/s^4 times h^2 / 12, and rounding of 1e-16 / h^2
+        assert force == pytest.approx(expected, abs=0.02)
+
+
+def test_a_moment_on_knees_has_all_numbers(kneed: Walk) -> None:
+    moment = Moments(kneed).at(0.3)
+    assert (len(moment.qpos), len(moment.torque)) == (6, 3)
+    assert moment.qpos[4 + (1 - moment.stance)] > 0.3
+    foot = kneed.robot.limbs(moment.qpos)[1 - moment.stance, -1]
+    assert moment.traces[1 - moment.stance][-1] == pytest.approx(foot)
+
+
+def test_frames_show_the_robot_with_knees(kneed: Walk) -> None:
+    """A leg that is bent looks another way than a straight one; the picture is not empty."""
+    frame = mjbiped.render_frame(kneed, 0.3, width=320, height=180)
+    assert frame.shape == (180, 320, 3)
+    assert np.unique(frame.reshape(-1, 3), axis=0).shape[0] > 100
+    blue = (frame[..., 2].astype(int) - frame[..., 0] > 60).sum()
+    orange = (frame[..., 0].astype(int) - frame[..., 2] > 100).sum()
+    assert blue > 30
+    assert orange > 30

@@ -385,7 +385,7 @@ def refuses(constants: SimulationConstants, u: Sequence[float], centres: Any, fi
     contact_enabled = bool(u[events.CONTACT_ENABLED])
     if swing in (first, second):
         other = second if first == swing else first
-        return not contact_enabled or not _meets(places, centres[swing, 0], centres[swing, 2], other)
+        return not contact_enabled or not meets(places, centres[swing, 0], centres[swing, 2], other)
     if stance not in (first, second):
         return False
     if (
@@ -393,10 +393,10 @@ def refuses(constants: SimulationConstants, u: Sequence[float], centres: Any, fi
         and -constants.deepest < height_over_ground(places.profile, centres[swing, 0], centres[swing, 2]) < 0.0
     ):
         return True
-    return _beside(places, centres[stance, 0], centres[stance, 2], second if first == stance else first)
+    return beside(places, centres[stance, 0], centres[stance, 2], second if first == stance else first)
 
 
-def _meets(places: Places, x: float, z: float, geom: int) -> bool:
+def meets(places: Places, x: float, z: float, geom: int) -> bool:
     """Whether a foot at x, z can meet a geom of the ground."""
     segment = segment_met(places.profile, x, z)
     riser = int(places.risers[geom])
@@ -405,7 +405,7 @@ def _meets(places: Places, x: float, z: float, geom: int) -> bool:
     return bool(places.first[geom] <= segment <= places.last[geom])
 
 
-def _beside(places: Places, x: float, z: float, geom: int) -> bool:
+def beside(places: Places, x: float, z: float, geom: int) -> bool:
     """Whether a standing foot at x, z, which may have sunk a little, has a geom of the ground beside it."""
     if places.risers[geom] >= 0.0:
         return True

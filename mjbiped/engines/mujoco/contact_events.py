@@ -164,7 +164,7 @@ def observe(u: MutableSequence[float], limits: Limits, profile: Profile, time: f
     if u[NOTED]:
         _transfer_support(u, limits, profile, time, state)
     else:
-        _weigh(u, limits)
+        weigh(u, limits)
     u[TIME] = time
     u[LEFT], u[RIGHT], u[LEFT_RATE], u[RIGHT_RATE] = left, right, left_rate, right_rate
 
@@ -225,7 +225,7 @@ def count_work(
     u[WORK_POSITIVE] += (0.0 if ankle < 0.0 else ankle) + (0.0 if hip < 0.0 else hip)
 
 
-def _weigh(u: MutableSequence[float], limits: Limits) -> None:
+def weigh(u: MutableSequence[float], limits: Limits) -> None:
     """Take the stance foot's normal force in the physics step before into its averages.
 
     A standing foot loses contact for single physics steps, a sliding one for some milliseconds, and the force of the
@@ -245,7 +245,7 @@ def _weigh(u: MutableSequence[float], limits: Limits) -> None:
         u[IMPULSE] = u[STRETCH] = 0.0
 
 
-def _least_normal_force(u: Sequence[float]) -> float:
+def least_normal_force(u: Sequence[float]) -> float:
     """Of the step that ends, N; that of a step too short for an average is the mean of what there was, or NaN."""
     if u[NORMAL_FORCE] < math.inf:
         return u[NORMAL_FORCE]
@@ -298,7 +298,7 @@ def _transfer_support(u: MutableSequence[float], limits: Limits, profile: Profil
         strikes=u[FACE_IMPACTS],
         slope_estimate_before=math.nan,
         slope_estimate=math.nan,
-        normal_force=_least_normal_force(u),
+        normal_force=least_normal_force(u),
     )
     u[SLOPE] = slope
     u[TRANSFER_TIME] = time

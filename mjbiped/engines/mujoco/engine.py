@@ -8,13 +8,17 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from mjbiped.disturbances.disturbances import Disturbances
-from mjbiped.engines.base import Engine
+from mjbiped.engines.base import Engine, Run
 from mjbiped.engines.mujoco.compiled.registry import exclusive, require_no_callbacks, walking
+from mjbiped.engines.mujoco.kneed.run import KneedRun
 from mjbiped.engines.mujoco.options import ROOM, Options
 from mjbiped.engines.mujoco.run import MujocoRun, ticking
 from mjbiped.engines.plan import Plan
-from mjbiped.errors import MjbipedError
+from mjbiped.errors import InputError, MjbipedError
 from mjbiped.records.recorder import Cancellation, never_cancelled
+from mjbiped.robots.compass import Compass
+from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
 
@@ -43,13 +47,21 @@ class Mujoco(Options, Engine):
     """
 
     name: ClassVar[str] = "mujoco"
+    robots: ClassVar[tuple[type[Robot], ...]] = (Compass, KneedBiped)
 
     def check(self, plan: Plan) -> None:
-        """Refuse legs of a length for which contacts are not resolved.
+        """Refuse legs of a length for which contacts are not resolved, and what a robot with knees cannot do yet.
 
         Raises:
-            InputError: They are too short or too long.
+            InputError: They are too short or too long, or it is asked for.
         """
+        if plan.robot.knees:
+            if plan.disturbances.in_loop or plan.disturbances.pushed:
+                raise InputError(
+                    "in MuJoCo a robot with knees takes friction alone of all disturbances; the compass biped takes all"
+                )
+            if not self.lands:
+                raise InputError("lands = False is there for the compass biped alone; leave it out")
         domains.MUJOCO_LEG.check("leg length in MuJoCo (engine='hybrid' takes any)", plan.robot.leg_length)
 
     def check_disturbances(self, disturbances: Disturbances) -> None:
@@ -67,8 +79,10 @@ class Mujoco(Options, Engine):
         """One machine code serves all controllers with up to eight states; see `Engine.room`."""
         return max(states, ROOM)
 
-    def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> MujocoRun:
+    def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> Run:
         """Build the scene; see `Engine.start`."""
+        if plan.robot.knees:
+            return KneedRun(plan, self, summarised=summarised, cancellation=cancellation)
         return MujocoRun(plan, self, summarised=summarised, cancellation=cancellation)
 
     @contextmanager

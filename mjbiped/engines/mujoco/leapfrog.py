@@ -146,17 +146,32 @@ def show(
     if step.plain:
         return
     leg, rate, lag = (qpos[3], qvel[3], step.right_lag) if step.right else (qpos[2], qvel[2], step.left_lag)
-    turning = rate
-    if step.before > 0.0:
-        turning += lag * (1.0 + step.length / step.before)  # in the middle of this step, by the acceleration before it
-    sine, cosine, radius = math.sin(leg), math.cos(leg), constants.limits.leg_length
-    turned = leg + step.length * turning
-    # what turning makes of the foot's velocity: in the mean of the step, less what it seems to make at its beginning
-    mean_x, mean_z = (sine - math.sin(turned)) / step.length, (cosine - math.cos(turned)) / step.length
-    qvel[0] += radius * (mean_x + cosine * (turning + lag))
-    qvel[1] += radius * (mean_z - sine * (turning + lag))
+    shown_x, shown_z = held(constants.limits.leg_length, leg, rate, lag, step.length, step.before)
+    qvel[0] += shown_x
+    qvel[1] += shown_z
     qvel[2] += step.left_lag
     qvel[3] += step.right_lag
+
+
+def held(radius: float, leg: float, rate: float, lag: float, length: float, before: float) -> tuple[float, float]:
+    """What is added to the hip's velocity, so that the stance foot ends the step where it was: along x and z, m/s.
+
+    Args:
+        radius: Of the leg that stands, m.
+        leg: Its angle, rad.
+        rate: Its rate in `qvel`, rad/s.
+        lag: What that lacks to be the rate of now, rad/s.
+        length: Of the step, s.
+        before: Length of the step that led to it, s; 0 where the motion begins anew.
+    """
+    turning = rate
+    if before > 0.0:
+        turning += lag * (1.0 + length / before)  # in the middle of this step, by the acceleration before it
+    sine, cosine = math.sin(leg), math.cos(leg)
+    turned = leg + length * turning
+    # what turning makes of the foot's velocity: in the mean of the step, less what it seems to make at its beginning
+    mean_x, mean_z = (sine - math.sin(turned)) / length, (cosine - math.cos(turned)) / length
+    return radius * (mean_x + cosine * (turning + lag)), radius * (mean_z - sine * (turning + lag))
 
 
 def put_back(u: MutableSequence[float], qvel: MutableSequence[float]) -> None:

@@ -33,18 +33,16 @@ from mjbiped.engines.mujoco.compiled import registry
 from mjbiped.engines.mujoco.compiled.callbacks import Functions, Native, attached, check_offsets, native
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
 from mjbiped.engines.mujoco.contact_events import State
-from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
+from mjbiped.engines.mujoco.judged import ground_needed, limits_of
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.records.recorder import Recorder
 from mjbiped.records.rows import SAMPLED, TOUCHED
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule, chosen
-from mjbiped.rules.termination import STALL_TIME, Limits, Outcome
+from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
-from mjbiped.utils import domains
 
-LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how far the ground is built
 START_DEPTH = 1e-6  # a foot set exactly on the surface may find a heightfield's inner edge instead, m
 _POSITION, _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_POS), int(mujoco.mjtStage.mjSTAGE_ACC)
 _METHODS = Laws(methods.torque, methods.touchdown, methods.slope_estimate, methods.tick)
@@ -124,10 +122,6 @@ class Simulation:
         shortest = min(contact_timestep, timestep) if lands else timestep
         rule = chosen(scuffing)
         length = robot.leg_length
-        pendulum = math.sqrt(length / robot.gravity)
-        ways = [steps * LONGEST_STEP * length] if steps is not None else []
-        ways += [distance] if distance is not None else []
-        reach = 2.0 * length + min(ways, default=domains.PLACE.high)  # no geom can be infinite
         states = len(controller.states)
         size = events.CONTROLLER_MEMORY + controller.memory_size + states
         self._terrain = terrain
@@ -136,7 +130,7 @@ class Simulation:
             robot,
             terrain,
             timestep=shortest,
-            reach=reach,
+            reach=ground_needed(robot, steps, distance),
             ground=options.ground,
             userdata=size,
             scenery=scenery,
@@ -149,20 +143,8 @@ class Simulation:
         self.data = mujoco.MjData(scene.model)
         self.controller = controller
         self.options = options
-        self.limits = Limits(
-            leg_length=length,
-            foot_radius=FOOT_RADIUS,
-            weight=robot.weight,
-            reach=rule.reach * length,
-            delay=rule.delay,
-            stall_time=STALL_TIME * pendulum,
-            averaged=max(events.AVERAGED * pendulum, events.FEWEST_AVERAGED * timestep),
-            airborne=events.AIRBORNE * pendulum,
-            start=self._windows.start,
-            end=self._windows.end,
-            steps=math.inf if steps is None else float(steps),
-            distance=math.inf if distance is None else float(distance),
-        )
+        whole = (self._windows.start, self._windows.end)
+        self.limits = limits_of(robot, rule, timestep, whole, steps, distance)
         self._constants = SimulationConstants(
             limits=self.limits._replace(start=scene.start, end=scene.end),
             places=places_in(scene, terrain),

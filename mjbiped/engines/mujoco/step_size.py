@@ -41,9 +41,9 @@ STIFFNESS = 1e3
 DEPTH = 1e-6  # under the ground to which a step leads the swing foot, m; single precision of a heightfield is 3e-7
 SHORTER = 4.0  # factor between the steps of the approach
 MARGIN = 1e-3  # about a riser's face, m
-_HALVINGS = 50  # of a step, until only rounding is left
-_SHORTEST = 1e-9  # no step is shorter, s
-_LOOK_AHEAD = 1.5
+HALVINGS = 50  # of a step, until only rounding is left
+SHORTEST = 1e-9  # no step is shorter, s
+LOOK_AHEAD = 1.5
 """Times the distance to the ground that a step and its approach may take: it is foreseen a step earlier."""
 
 
@@ -74,7 +74,7 @@ def step_length(
     # an impact is not cut in two; the tick waits for its end
     if constants.control_period > 0.0 and not u[events.NOTED]:
         due = u[events.NEXT_CONTROL] - time
-        if due < length - _SHORTEST:
+        if due < length - SHORTEST:
             length, following, plain = due, u[events.PLANNED], 0.0
     collides = constants.stepped and u[events.CONTACT_ENABLED] and not u[events.NOTED]
     if collides and length > constants.contact_timestep and _reaches_face(constants, u, length, state, qacc):
@@ -108,22 +108,22 @@ def _approach(
         rest += part
     above, below = 0.0, length
     if _clearance(constants, u, below, state, qacc) > -DEPTH:
-        below = _LOOK_AHEAD * (length + rest)  # which may be behind an edge already
+        below = LOOK_AHEAD * (length + rest)  # which may be behind an edge already
         if _clearance(constants, u, below, state, qacc) > -DEPTH:
             return length, constants.timestep, 0.0
-    for _ in range(_HALVINGS):
+    for _ in range(HALVINGS):
         middle = 0.5 * (above + below)
         if _clearance(constants, u, middle, state, qacc) > -DEPTH:
             above = middle
         else:
             below = middle
     if rest == 0.0:
-        return max(below, _SHORTEST), shortest, 1.0  # it lands; the next step is the contact step
+        return max(below, SHORTEST), shortest, 1.0  # it lands; the next step is the contact step
     if below > length + rest:
         return length, length, 0.0
     if below > rest:
-        return max(below - rest, _SHORTEST), shorter, 0.0
-    return max(0.5 * below, _SHORTEST), shorter, 0.0  # seen late, behind an edge
+        return max(below - rest, SHORTEST), shorter, 0.0
+    return max(0.5 * below, SHORTEST), shorter, 0.0  # seen late, behind an edge
 
 
 def _foot(

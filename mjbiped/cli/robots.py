@@ -1,0 +1,54 @@
+"""The robot of a command, of its options."""
+
+from __future__ import annotations
+
+import dataclasses
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import click
+
+from mjbiped.cli import kinds, options
+from mjbiped.cli.laws import is_given, refuse, section, taken
+from mjbiped.errors import InputError, shown
+from mjbiped.robots.compass import Compass
+from mjbiped.robots.kinds import KINDS
+from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.robot import Robot
+from mjbiped.utils.domains import known_name
+
+
+def robot_of(ctx: click.Context, values: dict[str, Any]) -> Robot:
+    """The robot of a command, its options taken out of `values`.
+
+    Raises:
+        click.UsageError: An option is given that the robot does not have.
+        InputError: The file cannot be read, or a number is outside its domain.
+    """
+    numbers = taken(ctx, values, options.LEGS, options.KNEES)
+    name = numbers.pop("robot")
+    kind, parameters = _named(name)
+    own = {field.name for field in dataclasses.fields(kind)}  # type: ignore[arg-type]  # every robot is a dataclass
+    others = [each for each in section(ctx, options.LEGS, options.KNEES) if each.name not in (*own, "robot")]
+    refuse(ctx, others, "robots with knees" if kind is Compass else "--robot compass", name)
+    given = {key: value for key, value in numbers.items() if key in own and is_given(ctx, key)}
+    return kind(**{**parameters, **given})
+
+
+def _named(name: str) -> tuple[type[Robot], dict[str, Any]]:
+    """Kind and parameters of a robot by its name or file; inertias of rods are left to follow masses and lengths."""
+    if name == Compass.kind:
+        return Compass, {}
+    if name in kinds.KNEED:
+        parameters = dataclasses.asdict(kinds.KNEED[name]())
+        return KneedBiped, {key: value for key, value in parameters.items() if not key.endswith("_inertia")}
+    try:
+        written = tomllib.loads(Path(name).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"--robot {name}: {getattr(error, 'strerror', None) or error}") from error
+    kind = KINDS[known_name(f"kind of robot in {name}", written.pop("kind", Compass.kind), KINDS)]
+    own = [field.name for field in dataclasses.fields(kind)]  # type: ignore[arg-type]
+    for key in written:
+        known_name(f"parameter of the robot in {shown(name)}", key, own)
+    return kind, written

@@ -1,0 +1,49 @@
+"""What a walk in MuJoCo is judged by."""
+
+from __future__ import annotations
+
+import math
+
+from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.ground import FOOT_RADIUS
+from mjbiped.robots.robot import Robot
+from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.rules.termination import STALL_TIME, Limits
+from mjbiped.utils import domains
+
+LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how far the ground is built
+
+
+def limits_of(
+    robot: Robot,
+    rule: ScuffingRule,
+    timestep: float,
+    ground: tuple[float, float],
+    steps: int | None,
+    distance: float | None,
+) -> Limits:
+    """The limits of a walk; the ground's start and end are places x in m."""
+    length = robot.leg_length
+    pendulum = math.sqrt(length / robot.gravity)
+    return Limits(
+        leg_length=length,
+        foot_radius=FOOT_RADIUS,
+        weight=robot.weight,
+        reach=rule.reach * length,
+        delay=rule.delay,
+        stall_time=STALL_TIME * pendulum,
+        averaged=max(events.AVERAGED * pendulum, events.FEWEST_AVERAGED * timestep),
+        airborne=events.AIRBORNE * pendulum,
+        start=ground[0],
+        end=ground[1],
+        steps=math.inf if steps is None else float(steps),
+        distance=math.inf if distance is None else float(distance),
+    )
+
+
+def ground_needed(robot: Robot, steps: int | None, distance: float | None) -> float:
+    """How far ahead of x = 0 a walk can come, m."""
+    length = robot.leg_length
+    ways = [steps * LONGEST_STEP * length] if steps is not None else []
+    ways += [distance] if distance is not None else []
+    return 2.0 * length + min(ways, default=domains.PLACE.high)  # no geom can be infinite

@@ -1,0 +1,1 @@
+"""The biped with knees in MuJoCo."""

@@ -1,0 +1,72 @@
+"""Walks the biped with knees in MuJoCo to its end."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.engines.base import Run, Show
+from mjbiped.engines.mujoco.compiled import registry
+from mjbiped.engines.mujoco.kneed.simulation import KneedSimulation
+from mjbiped.engines.mujoco.options import Options
+from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
+from mjbiped.records.recorder import Cancellation, Recorder
+from mjbiped.robots.kneed import KneedBiped
+from mjbiped.rules.termination import Outcome
+
+_BLOCK = 100  # steps between two looks at the progress bar
+
+
+class KneedRun(Run):
+    """A walk of the biped with knees in MuJoCo.
+
+    Attributes:
+        simulation: Model and state.
+    """
+
+    def __init__(self, plan: Plan, options: Options, *, summarised: bool, cancellation: Cancellation) -> None:
+        """Build the scene; see `Engine.start`."""
+        super().__init__(plan, summarised=summarised, cancellation=cancellation)
+        period = plan.terms.sample_period
+        self._options = options
+        assert isinstance(plan.robot, KneedBiped)
+        self.simulation = KneedSimulation(
+            plan.controller.driving(plan.robot),
+            plan.terrain,
+            robot=plan.robot,
+            q=plan.q,
+            dq=plan.dq,
+            steps=plan.terms.steps,
+            distance=plan.terms.distance,
+            sample_period=DEFAULT_SAMPLE_PERIOD if period is None else period,
+            friction=plan.disturbances.friction,
+            options=options,
+        )
+
+    def walk(self, show: Show) -> Outcome:
+        """Step to the end."""
+        simulation, recorder = self.simulation, self.recorder
+        with registry.exclusive(), registry.own_callbacks(simulation, {"mju_user_warning": simulation.warn}):
+            return self._walked(simulation, recorder, show)
+
+    @staticmethod
+    def _walked(simulation: KneedSimulation, recorder: Recorder, show: Show) -> Outcome:
+        try:
+            while simulation.outcome is Outcome.WALKING:
+                recorder.cancellation()
+                simulation.block(_BLOCK)
+                show(simulation.take(recorder), simulation.place)
+        finally:
+            simulation.take(recorder)
+        return simulation.outcome
+
+    def peak_torque(self) -> NDArray[np.float64]:
+        """Greatest magnitude of each joint's torque so far, N m."""
+        return self.simulation.peak_torque
+
+    def settings(self) -> dict[str, Any]:
+        """The engine's settings, and warnings."""
+        return {**asdict(self._options), "warnings": dict(self.simulation.warnings)}

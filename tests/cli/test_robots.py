@@ -1,0 +1,99 @@
+"""Robots on the command line: by name, by file, by single parameters; and what does not fit, told in one line."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from command_line import run
+
+import mjbiped
+from controllers import AdaptiveController, KneedController
+from mjbiped.control.registry import controller_from, make_controller
+from mjbiped.errors import InputError
+from mjbiped.robots.robot import Robot
+
+KNEED = mjbiped.KneedBiped()
+
+
+@pytest.fixture
+def walks(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, Robot]]:
+    """Controller and robot of each walk that a command would make; none is made."""
+    asked: list[tuple[Any, Robot]] = []
+
+    def walk(controller: Any, terrain: Any, *, robot: Robot, **_: Any) -> None:
+        asked.append((controller, robot))
+        raise InputError("not walked")
+
+    monkeypatch.setattr("mjbiped.cli.main.walk", walk)
+    return asked
+
+
+def asked(walks: list[tuple[Any, Robot]], *words: object) -> Robot:
+    result = run("walk", "level", "--engine", "hybrid", "--controller", "passive", *words)
+    assert "not walked" in result.output
+    return walks[-1][1]
+
+
+def test_robots_by_name_and_parameter(walks: list[tuple[Any, Robot]]) -> None:
+    assert asked(walks) == mjbiped.Compass()
+    assert asked(walks, "--robot", "kneed") == KNEED
+    assert asked(walks, "--robot", "halved-rods") == mjbiped.KneedBiped.halved_rods()
+    heavy = asked(walks, "--robot", "kneed", "--hip-mass", 7, "--thigh-mass", 4)
+    assert heavy == mjbiped.KneedBiped(hip_mass=7.0, thigh_mass=4.0)
+    rods = asked(walks, "--robot", "halved-rods", "--shank-mass", 2)
+    # a rod's inertia follows its mass
+    assert rods == replace(mjbiped.KneedBiped.halved_rods(), shank_mass=2.0, shank_inertia=2.0 * 0.25 / 12)
+    assert asked(walks, "--leg-mass", 4) == mjbiped.Compass(leg_mass=4.0)
+
+
+def test_robots_by_file(walks: list[tuple[Any, Robot]], tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text('kind = "kneed"\nthigh_mass = 3.5\nshank_centre = 0.1\n', encoding="utf-8")
+    mine = mjbiped.KneedBiped(thigh_mass=3.5, shank_centre=0.1)
+    assert asked(walks, "--robot", path) == mine
+    assert asked(walks, "--robot", path, "--gravity", 3.7) == replace(mine, gravity=3.7)
+    path.write_text("leg_mass = 3.5\n", encoding="utf-8")
+    assert asked(walks, "--robot", path) == mjbiped.Compass(leg_mass=3.5)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--robot", "knee"), "expected compass, kneed, halved-rods, or a .toml file"),
+        (("--robot", "none.toml"), "No such file"),
+        (("--robot", "kneed", "--leg-mass", 4), "--leg-mass is for --robot compass; kneed has no such thing"),
+        (("--thigh-mass", 4), "--thigh-mass is for robots with knees; compass has no such thing"),
+        (("--robot", "kneed", "--thigh-centre", 0.6), "thigh_centre = 0.6: must lie on the link"),
+        (("--robot", "odd.toml"), "unknown parameter of the robot in 'odd.toml'"),
+        (("--robot", "kneed", "--model-error", "leg_mass=1.2"), "unknown parameter of the robot 'leg_mass'"),
+    ],
+)
+def test_what_does_not_fit_is_refused(
+    words: tuple[object, ...], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("odd.toml").write_text('kind = "kneed"\nthigh = 3.5\n', encoding="utf-8")
+    result = run("walk", "level", "--engine", "hybrid", "--controller", "passive", *words)
+    assert result.exit_code == 2
+    assert said in " ".join(result.output.split())
+
+
+def test_the_adaptive_law_has_a_class_for_knees() -> None:
+    slope = {"imitate_slope_deg": 2.5}
+    law = make_controller("adaptive", KNEED, {**slope, "knee_bump": 0.4, "position_gain": 6.0})
+    assert isinstance(law, KneedController)
+    assert (law.knee_bump, law.position_gain, law.robot) == (0.4, 6.0, KNEED)
+    assert controller_from(law.describe()) == law
+    assert isinstance(make_controller("adaptive", mjbiped.Compass(), slope), AdaptiveController)
+    with pytest.raises(InputError, match="knee_bump"):
+        make_controller("adaptive", mjbiped.Compass(), {"knee_bump": 0.4})
+
+
+@pytest.mark.slow
+def test_the_issues_command_walks(tmp_path: Path) -> None:
+    plot = tmp_path / "knees.png"
+    result = run("walk", "stairs:rise=0.04", "--robot", "kneed", "--engine", "hybrid", "--steps", 20, "--plot", plot)
+    assert result.exit_code == 0, result.output
+    assert "finished" in result.output
+    assert plot.stat().st_size > 1e5

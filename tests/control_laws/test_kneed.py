@@ -1,0 +1,197 @@
+"""The adaptive law with knees: against the robot's matrices, the compass biped's law, and its references' shape."""
+
+import json
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import mjbiped
+from controllers import AdaptiveController, KneedController, PassiveController
+from controllers.tracking import tracking_errors, tracking_torque
+from mjbiped.errors import InputError
+from mjbiped.gaits.described import gait_from
+from mjbiped.robots import compass
+from mjbiped.terrain.terrain import Terrain
+
+ROBOT = mjbiped.KneedBiped()
+GAIT = mjbiped.find_kneed_gait(ROBOT, math.radians(2.5))
+LAW = KneedController(ROBOT, GAIT)
+NEAR = st.floats(-0.3, 0.3)
+STATES = st.tuples(*[NEAR] * 6)
+
+
+class Plain(KneedController):
+    """As a user's own class would come: without functions to compile."""
+
+    def law(self) -> None:  # type: ignore[override]
+        return None
+
+
+def memory_at(law: KneedController, start: Any = GAIT.start, slope: float = 0.03) -> list[float]:
+    """The memory of a step that begins in a state, with an estimate of the slope."""
+    memory = [0.0] * law.memory_size
+    law.start(memory, tuple(start[:3]), tuple(start[3:]))
+    memory[0], memory[1] = math.sin(slope), math.cos(slope)
+    return memory
+
+
+@given(STATES, st.floats(0.0, 1.0), st.booleans())
+@settings(deadline=None)
+def test_errors_obey_linear_equations_where_model_and_slope_are_true(
+    away: tuple[float, ...], share: float, locked: bool
+) -> None:
+    """What (14) is for: ddz1 + (K1 + K2) dz1 + (K1 K2 + 1) z1 = 0, by the robot's own matrices, in both phases."""
+    slope, t = 0.03, share * GAIT.period
+    memory = memory_at(LAW, slope=slope)
+    wanted = np.array(LAW.reference(memory, t))
+    if locked:
+        q, dq = wanted[:2, 0] + away[:2], wanted[:2, 1] + away[3:5]
+        whole = [0, 1, 1]
+        LAW.on_knee_strike(memory, t, tuple(q[whole]), tuple(dq[whole]))
+        wanted = np.array(LAW.reference(memory, t))[:2]
+    else:
+        q, dq, whole = wanted[:, 0] + away[:3], wanted[:, 1] + away[3:], [0, 1, 2]
+    n = len(q)
+    torque = np.array(LAW.torque(memory, t, tuple(q[whole]), tuple(dq[whole])))
+    assert n == 3 or torque[2] == 0.0
+    forces = ROBOT.input_matrix[:n, :n] @ torque[:n]
+    pull = forces - ROBOT.coriolis_matrix(q, dq) @ dq - ROBOT.gravity_vector(q, slope)
+    ddq = np.linalg.solve(ROBOT.mass_matrix(q), pull)
+    z, dz = wanted[:, 0] - q, wanted[:, 1] - dq
+    expected = wanted[:, 2] + (5.0 * 12.0 + 1.0) * z + (5.0 + 12.0) * dz
+    assert ddq == pytest.approx(expected, abs=1e-9)  # of some 1e2 rad/s^2, with a mass matrix of condition 1e3
+    # (17): gamma z2' M^-1 of gravity's parts, which are its vector on level ground and on a wall
+    z2 = np.linalg.solve(ROBOT.mass_matrix(q), dz + 5.0 * z)
+    parts = [z2 @ ROBOT.gravity_vector(q, angle) for angle in (math.pi / 2, 0.0)]
+    assert torque[3:] == pytest.approx(0.3 * np.array(parts), abs=1e-10)
+
+
+@given(STATES)
+@settings(deadline=None)
+def test_a_locked_knee_is_driven_by_the_compass_bipeds_law(away: tuple[float, ...]) -> None:
+    robot, table_one = mjbiped.KneedBiped.halved_rods(), mjbiped.Compass()
+    law = KneedController(robot, GAIT)
+    memory, t = memory_at(law), 0.4
+    law.on_knee_strike(memory, t, (0.0,) * 3, (0.0,) * 3)
+    stance, swing, _ = law.reference(memory, t)
+    q1, q2, dq1, dq2 = away[:4]
+    reference = (stance[0], swing[0], stance[1], swing[1], stance[2], swing[2])
+    errors = tracking_errors(5.0, reference, q1, q2, dq1, dq2)
+    legs = compass.legs_of(q1, q2)
+    expected = tracking_torque(table_one.constants, 5.0, 12.0, reference, errors, legs, dq1, dq2, memory[0], memory[1])
+    found = law.torque(memory, t, (q1, q2, q2), (dq1, dq2, dq2))
+    assert found[:2] == pytest.approx(expected, abs=1e-10)  # the same sums in another order, of 1e2 N m
+
+
+@pytest.mark.parametrize("replanning", ["paper", "additive"])
+def test_references_are_smooth_and_begin_where_the_robot_is(replanning: str) -> None:
+    law = replace(LAW, replanning=replanning)
+    start = GAIT.start + np.array([0.03, -0.02, -0.02, 0.1, -0.2, -0.2])
+    memory = memory_at(law, start)
+    begun = np.array(law.reference(memory, 0.0))
+    assert np.concatenate([begun[:, 0], begun[:, 1]]) == pytest.approx(start, abs=1e-9)
+    end = 0.8 * GAIT.period
+    h = 1e-5
+    for t in np.linspace(2 * h, end - 2 * h, 30):
+        before, here, after = (np.array(law.reference(memory, t + k * h)) for k in (-1, 0, 1))
+        # central differences: third and fourth derivatives of 1e5 times h^2, and rounding over h
+        assert (after[:, 0] - before[:, 0]) / (2 * h) == pytest.approx(here[:, 1], abs=1e-6)
+        assert (after[:, 1] - before[:, 1]) / (2 * h) == pytest.approx(here[:, 2], abs=1e-5)
+    there = np.array(law.reference(memory, end + 1e-12)).T
+    for found, expected in zip(there, GAIT.branch(end, bent=True), strict=True):
+        assert found == pytest.approx(expected, abs=1e-8)
+    almost = np.array(law.reference(memory, end - 1e-9)).T
+    assert almost[:2] == pytest.approx(there[:2], abs=1e-6)
+
+
+def test_a_step_that_was_felt_lifts_the_knee() -> None:
+    """5 rad per metre beside the half radian of a re-planned curve, at the bump's top in its middle."""
+    q_before = GAIT.end[:3]
+    t = 0.4 * GAIT.period
+    shanks = []
+    for height in (0.0, 0.04):
+        memory = memory_at(LAW)
+        swing = -math.acos(math.cos(q_before[0]) - height)
+        LAW.on_touchdown(memory, (q_before[0], swing, swing), tuple(GAIT.start[:3] + 0.05), tuple(GAIT.start[3:]))
+        shanks.append(LAW.reference(memory, t)[2][0])
+    assert shanks[1] - shanks[0] == pytest.approx(5.0 * 0.04, abs=1e-12)
+
+
+def test_the_branches_are_the_gait() -> None:
+    """Both branches at the gait's samples; each goes on past the knee strike as the robot's equations have it."""
+    n = GAIT.bent_samples
+    for bent, part, width in ((True, slice(None, n), 3), (False, slice(n, None), 2)):
+        q, dq, _ = GAIT.branch(GAIT.times[part], bent=bent)
+        # polynomials of degree 9 in pieces of 47 ms; measured 1e-11 and 3e-9
+        assert np.abs(q - GAIT.states[part, :width]).max() < 1e-10
+        assert np.abs(dq - GAIT.states[part, 3 : 3 + width]).max() < 1e-8
+    for t, bent in ((GAIT.knee_strike + 0.03, True), (GAIT.knee_strike - 0.1, False)):
+        q, dq, ddq = GAIT.branch(t, bent=bent)
+        asked = ROBOT.mass_matrix(q) @ ddq + ROBOT.coriolis_matrix(q, dq) @ dq + ROBOT.gravity_vector(q, GAIT.slope)
+        assert np.abs(asked).max() < 1e-5  # N m: no torque; the second derivative of 1e-11 over (4 ms)^2
+    flexion = np.diff(GAIT.branch(GAIT.period, bent=True)[0][1:])
+    assert flexion < -0.1  # driven on past the stop
+
+
+def test_level_ground_costs_the_sine_of_the_slope() -> None:
+    """Exact tracking, as without knees; the prototype's 0.0439 is of all sixty steps."""
+    walk = mjbiped.walk(Plain(ROBOT, GAIT), Terrain.level(), engine="hybrid", steps=12, sample_period=None)
+    assert walk.outcome == "finished"
+    work, x = (np.diff(walk.touchdowns[name][[6, 11]])[0] for name in ("work_net", "x"))
+    # the estimator's error of the first steps is forgotten by a factor of some 0.1 per step
+    assert work / (ROBOT.weight * x) == pytest.approx(math.sin(GAIT.slope), rel=1e-6)
+    assert walk.peak_torque == pytest.approx([5.03, 0.70, 0.02], abs=0.01)
+    assert np.abs(walk.touchdowns["slope_estimate"][-1]) < 1e-6
+
+
+def test_no_torque_on_the_gaits_own_slope() -> None:
+    law = Plain(ROBOT, GAIT, initial_slope_estimate=GAIT.slope)
+    walk = mjbiped.walk(law, Terrain.incline(2.5), engine="hybrid", steps=3, sample_period=None)
+    assert walk.peak_torque.max() < 1e-4  # N m: of the branches' 1e-6 rad/s^2 times 15 kg m^2, and the strike's 1e-10 s
+
+
+def test_it_walks_on_stairs_and_slopes() -> None:
+    stairs = Terrain.stairs(rise=0.02, first=1.1, tread=1.3, count=3)
+    walk = mjbiped.walk(Plain(ROBOT, GAIT), stairs, engine="hybrid", steps=8, sample_period=None)
+    assert (walk.outcome, walk.steps) == ("finished", 8)
+    assert walk.touchdowns["z"][-1] == pytest.approx(0.04, abs=0.021)
+    change = Terrain.from_segments([(1.0, 0.0), (9.0, 4.0)])
+    walk = mjbiped.walk(Plain(ROBOT, GAIT), change, engine="hybrid", steps=8, sample_period=None)
+    assert (walk.outcome, walk.steps) == ("finished", 8)
+    assert walk.touchdowns["slope_estimate"][-1] == pytest.approx(math.radians(4.0), abs=2e-3)
+
+
+def test_what_does_not_fit_is_refused(gait: mjbiped.Gait) -> None:
+    with pytest.raises(InputError, match="KneedController needs a"):
+        KneedController(ROBOT, gait)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="knee_bump"):
+        KneedController(ROBOT, GAIT, knee_bump=-1.0)
+    with pytest.raises(InputError, match="drives ankle, hip, knee; Compass has ankle, hip"):
+        mjbiped.walk(LAW, Terrain.level(), robot=mjbiped.Compass(), engine="hybrid")
+    compass_law = AdaptiveController(mjbiped.Compass(), gait)
+    with pytest.raises(InputError, match="choose a controller for that robot, such as KneedController"):
+        mjbiped.walk(compass_law, Terrain.level(), robot=ROBOT, engine="hybrid")
+    assert PassiveController().driving(ROBOT).joints == ROBOT.joints
+
+
+def test_its_description_gives_robot_and_gait_again() -> None:
+    described = json.loads(json.dumps(LAW.describe()))
+    assert described["robot"] == ROBOT.to_dict()
+    assert gait_from(described["gait"]) == GAIT
+    assert (described["knee_bump"], described["knee_bump_per_step"]) == (0.5, 5.0)
+
+
+@pytest.mark.slow
+def test_compiled_walks_are_those_of_plain_python() -> None:
+    terrain = Terrain.stairs(rise=0.02)
+    plain = mjbiped.walk(Plain(ROBOT, GAIT), terrain, engine="hybrid", steps=20)
+    fast = mjbiped.walk(LAW, terrain, engine="hybrid", steps=20)
+    for name in ("time", "q", "dq", "work_absolute"):
+        # products and sums in one rounding, over steps whose errors are forgotten
+        assert fast.touchdowns[name] == pytest.approx(plain.touchdowns[name], abs=1e-7)
+    assert fast == mjbiped.walk(LAW, terrain, engine="hybrid", steps=20)

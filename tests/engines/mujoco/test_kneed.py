@@ -1,0 +1,143 @@
+"""The biped with knees in MuJoCo: both impacts against the maps, the hybrid engine, and what it does at a step."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import PassiveController
+from mjbiped.engines.mujoco.kneed.lengths import Lengths, approach, sooner
+from mjbiped.errors import InputError
+from mjbiped.records import measures
+from mjbiped.robots.kneed import SWING_LOCKED
+
+ROBOT = mjbiped.KneedBiped()
+
+
+def walked(steps: int, terrain: mjbiped.Terrain | None = None, **settings: Any) -> mjbiped.Walk:
+    engine = settings.pop("engine", mjbiped.Mujoco())
+    ground = mjbiped.Terrain.incline(2.5) if terrain is None else terrain
+    return mjbiped.walk(PassiveController(), ground, robot=ROBOT, engine=engine, steps=steps, **settings)
+
+
+def knee_errors(walk: mjbiped.Walk) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Rates after each knee strike against the impact map of the state before it, relative."""
+    touched, found = walk.touchdowns, []
+    for q, before, after in zip(touched["knee_q"], touched["knee_dq_before"], touched["knee_dq"], strict=True):
+        mapped = ROBOT.chains[3].joints_lock(SWING_LOCKED, q[[0, 1, 1]], before)
+        found.append(after[:2] / mapped - 1.0)
+    return np.array(found)
+
+
+@pytest.fixture(scope="module")
+def walk() -> mjbiped.Walk:
+    return walked(4)
+
+
+def test_passive_walking_is_the_gait_finders(walk: mjbiped.Walk) -> None:
+    """SciPy integrates the gait with both impact maps; the hybrid engine is checked against it too."""
+    gait = mjbiped.find_kneed_gait(ROBOT, math.radians(2.5))
+    touched = walk.touchdowns
+    assert (walk.outcome, walk.steps, walk.cost_of_transport) == ("finished", 4, 0.0)
+    # contacts err by some 0.05 % of the rates in each impact, and positions by what that makes in a step
+    np.testing.assert_allclose(touched["q"], np.tile(gait.start[:3], (4, 1)), rtol=0, atol=1e-4)
+    np.testing.assert_allclose(touched["dq"], np.tile(gait.start[3:], (4, 1)), rtol=0, atol=1e-3)
+    np.testing.assert_allclose(measures.step_periods(walk), gait.period, rtol=0, atol=1e-4)
+    np.testing.assert_allclose(touched["knee_strike"], gait.knee_strike, rtol=0, atol=1e-4)
+    np.testing.assert_allclose(touched["knee_dq_before"][-1], gait.knee_rates, rtol=0, atol=3e-3)
+    np.testing.assert_allclose(touched["flexion"], gait.greatest_flexion, rtol=0, atol=1e-3)
+
+
+def test_impacts_are_the_maps(walk: mjbiped.Walk) -> None:
+    # what issue 16 asks for; measured 2e-4 and 9e-4, of which 4e-4 is the new swing knee's rate after the impact
+    assert np.abs(knee_errors(walk)).max() < 1e-3
+    assert np.abs(measures.impact_errors(walk)).max() < 1.5e-3
+
+
+def test_no_foot_was_passed_through_the_ground(walk: mjbiped.Walk) -> None:
+    feet = ROBOT.limbs(walk.samples["qpos"])[:, :, -1]
+    # contacts rest at 1 um, and the first step of one reaches 3 um; see models/README.md
+    assert (feet[..., 1] - walk.terrain.height(feet[..., 0])).min() > -5e-6
+    assert walk.touchdowns["slip"].max() < 1e-5
+    assert (walk.touchdowns["stubs"] == 0).all()
+    assert walk.settings["warnings"] == {}
+
+
+def test_it_is_the_same_bit_by_bit_each_time() -> None:
+    assert walked(1) == walked(1)
+
+
+def test_locked_and_free_as_it_should_be(walk: mjbiped.Walk) -> None:
+    samples = walk.samples
+    flexion = samples["q"][:, 2] - samples["q"][:, 1]
+    locked = samples["locked"].astype(bool)
+    assert locked.any()
+    assert np.abs(flexion[locked]).max() < 1e-5  # a lock gives by 1e-6; see `LOCK_STIFFNESS`
+    assert flexion[~locked].min() > -1e-5  # its stop gives as much
+    standing = np.where(samples["stance"] == 0, samples["qpos"][:, 4], samples["qpos"][:, 5])
+    assert np.abs(standing).max() < 1e-5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("steps", [(1e-3, 1e-5), (2e-4, 1e-5)])
+def test_thirty_steps(steps: tuple[float, float]) -> None:
+    """The issue's figures: half angle, rates, period and knee strike of the passive gait on 2.5 degrees."""
+    found = walked(30, engine=mjbiped.Mujoco(timestep=steps[0], contact_timestep=steps[1]))
+    touched = found.touchdowns
+    assert (found.outcome, found.steps) == ("finished", 30)
+    assert touched["q"][-1, 1] == pytest.approx(0.24448, abs=5e-5)
+    assert touched["dq"][-1, :2] == pytest.approx([1.08907, 0.35378], abs=5e-4)
+    assert measures.step_periods(found)[-1] == pytest.approx(0.61465, abs=5e-5)
+    assert touched["knee_strike"][-1] == pytest.approx(0.52706, abs=5e-5)
+    assert np.abs(knee_errors(found)).max() < 1e-3
+    assert np.abs(measures.impact_errors(found)).max() < 1.5e-3
+
+
+def test_a_stubbed_toe_is_physics() -> None:
+    """A low step under the swing foot's way: it is struck and slides, and the walk goes on to some end of its own."""
+    ground = mjbiped.Terrain.from_segments([(0.7, 2.5, 0.0), (20.0, 2.5, 0.035)])
+    found = walked(3, ground)
+    touched = found.touchdowns
+    assert found.outcome in ("finished", "fell", "stalled")
+    feet = ROBOT.limbs(found.samples["qpos"])[:, :, -1]
+    inside = ground.height(feet[..., 0]) - feet[..., 1]
+    # nothing passed through the step, but the last 1e-3 m beside its face, where a foot is on the lower ground
+    edge = np.abs(feet[..., 0] - ground.x[1]) < 2e-3
+    assert inside[~edge].max() < 1e-4
+    assert len(touched["stubs"]) == 0 or touched["stubs"].max() >= 0
+
+
+def test_what_it_cannot_do_is_refused() -> None:
+    with pytest.raises(InputError, match="takes friction alone"):
+        walked(1, disturbances=mjbiped.Disturbances(pushes=((0.1, 1.0),)))
+    with pytest.raises(InputError, match="lands = False is there for the compass biped"):
+        walked(1, engine=mjbiped.Mujoco(lands=False))
+
+
+def test_friction_is_the_feets() -> None:
+    assert walked(2, disturbances=mjbiped.Disturbances(friction=0.05)).outcome == "slipped"
+
+
+def test_steps_that_lead_to_a_gap() -> None:
+    """A gap that closes at an even rate is reached exactly, by steps that become shorter, whatever is left of it."""
+    for start in (0.01, 0.0123, 0.5e-3, 3e-6):
+        left, planned, steps = start, 1e-3, 0
+        while True:
+            lengths = approach(lambda t, left=left: left - t, planned, 1e-5, 1e-3)  # type: ignore[misc]
+            left -= lengths.length
+            steps += 1
+            assert left > -1e-12
+            if lengths.reached:
+                break
+            planned = lengths.following
+        assert left == pytest.approx(0.0, abs=1e-9)  # the shortest step
+        assert lengths.following == 1e-5
+        assert steps < 20
+
+
+def test_the_sooner_gap_decides() -> None:
+    short, long = Lengths(1e-4, 1e-5, True), Lengths(3e-4, 1e-3, True)
+    assert sooner(long, short) == sooner(short, long) == short
+    assert sooner(Lengths(1e-3, 1e-4), Lengths(2e-4, 1e-3)) == Lengths(2e-4, 1e-4)
