@@ -233,7 +233,11 @@ def controller_from(description: Mapping[str, Any], source: Mapping[str, str] | 
     described = dict(description)
     wanted = described.pop("name", None)
     classes = {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
-    robot = robot_from(described["robot"]) if isinstance(described.get("robot"), Mapping) else None
+    untold = "the record does not tell its controller's robot and gait"
+    try:
+        robot = robot_from(described["robot"]) if isinstance(described.get("robot"), Mapping) else None
+    except TypeError as error:
+        raise InputError(f"{untold}: {shown(error)}") from error
     if robot is not None and robot.knees:
         classes = {controller_class(name, robot).__name__: name for name in registered()}
     if source is not None:
@@ -257,8 +261,8 @@ def controller_from(description: Mapping[str, Any], source: Mapping[str, str] | 
     try:
         gaits = {key: gait_from(value) for key, value in described.items() if _is_gait(value)}
         described |= gaits
-        if "robot" in described:
-            described["robot"] = robot_from(described["robot"])
+        if robot is not None:
+            described["robot"] = robot
         return kind(**described)
     except (KeyError, TypeError) as error:
-        raise InputError(f"the record does not tell its controller's robot and gait: {shown(error)}") from error
+        raise InputError(f"{untold}: {shown(error)}") from error

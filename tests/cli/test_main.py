@@ -154,12 +154,13 @@ def test_help_of_a_command_explains_every_option(command: str) -> None:
 def test_help_groups_options_and_shows_defaults() -> None:
     text = run("walk", "--help").stdout
     sections = re.findall(r"^(\w[\w ]*):$", text, re.MULTILINE)
-    assert sections[-9:] == [
+    assert sections[-10:] == [
         "Walk",
         "MuJoCo",
         "Adaptive controller",
         "Comparison controllers",
         "Robot",
+        "Robot with knees",
         "Disturbances",
         "Results",
         "Video",
@@ -175,9 +176,10 @@ def test_version() -> None:
 
 def test_options_agree_with_what_they_set() -> None:
     options = {parameter.name: parameter for parameter in cli.main.commands["walk"].params}
-    assert {field.name for field in dataclasses.fields(mjbiped.Compass)} == {
-        name for name, parameter in options.items() if getattr(parameter, "section", "") == "Robot"
-    }
+    sections = {name: getattr(parameter, "section", "") for name, parameter in options.items()}
+    legs, knees = ({name for name in sections if sections[name] == each} for each in ("Robot", "Robot with knees"))
+    assert legs == {"robot", *(field.name for field in dataclasses.fields(mjbiped.Compass))}
+    assert knees == {field.name for field in dataclasses.fields(mjbiped.KneedBiped)} - legs
     for suffix in plot_style.SUFFIXES:
         assert options["plot"].type(f"walk{suffix}", options["plot"], None) == Path(f"walk{suffix}")
     model = mujoco.MjModel.from_xml_path(str(scene.models_folder() / "scene.xml"))
