@@ -31,7 +31,7 @@ def test_a_power_far_from_zero_does_not_turn(least: float, lean: float) -> None:
     assert not _turns(rates(power), 1, 0, 0.1)
 
 
-@pytest.mark.parametrize("clearance", [0.04, 0.07])
+@pytest.mark.parametrize("clearance", [0.04, pytest.param(0.07, marks=pytest.mark.slow)])
 def test_absolute_work_is_that_of_a_fine_quadrature(clearance: float) -> None:
     # in the first step of either an integration step of some 0.1 s holds a dip of the ankle's power that lasts 0.01 s
     robot = mjbiped.Compass()
