@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 from scipy.integrate import DOP853
 
-from mjbiped.numerics.dormand_prince import POWERS, STAGES, STAGES_WITH_DENSE, dense_at, dense_rate_at, unrolled
+from mjbiped.numerics.dormand_prince import (
+    POWERS,
+    STAGE_PLACES,
+    STAGES,
+    STAGES_WITH_DENSE,
+    dense_at,
+    dense_rate_at,
+    unrolled,
+)
 
 Numbers = list[float]
 
@@ -107,3 +115,7 @@ def test_source_can_be_read() -> None:
     scheme = unrolled(2, untested=0, arguments=("a", "b"))
     assert inspect.getsource(scheme.step).startswith("def step(rates, a, b, t, h, y, k, out, tolerance):")
     assert inspect.getsource(scheme.step).count("rates(") == STAGES
+
+
+def test_the_places_of_the_stages_are_scipys() -> None:
+    assert (*DOP853.C[:STAGES], 1.0) == STAGE_PLACES
