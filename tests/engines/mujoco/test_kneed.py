@@ -10,6 +10,7 @@ from scipy.interpolate import CubicSpline
 import mjbiped
 from controllers import KneedController, PassiveController
 from mjbiped.engines.mujoco.kneed.lengths import Lengths, approach, sooner
+from mjbiped.engines.mujoco.kneed.simulation import KneedSimulation
 from mjbiped.errors import InputError
 from mjbiped.records import measures
 from mjbiped.robots.kneed import SWING_LOCKED
@@ -171,3 +172,23 @@ def test_closed_loop_as_in_the_hybrid_engine(robot: mjbiped.KneedBiped, cost: fl
     assert mine.cost_of_transport == pytest.approx(its.cost_of_transport, abs=3e-4)
     np.testing.assert_allclose(mine.peak_torque, its.peak_torque, rtol=0.02, atol=0.05)
     assert (mine.touchdowns["stubs"] == 0).all()
+
+
+def test_a_long_terrain_is_built_as_it_is_walked(walk: mjbiped.Walk) -> None:
+    """The same slope in pieces of 0.05 m, of which only those about the robot are built."""
+    pieces = mjbiped.Terrain.from_segments([(0.05, 2.5, 0.0)] * 300)
+    simulations = []
+    build = KneedSimulation._build
+
+    def counted(simulation: KneedSimulation, x: float, before: Any) -> None:
+        simulations.append(x)
+        build(simulation, x, before)
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(KneedSimulation, "_build", counted)
+        found = walked(14, pieces)
+    assert len(simulations) > 1
+    assert found.outcome == "finished"
+    gait = mjbiped.find_kneed_gait(ROBOT, math.radians(2.5))
+    # as above; and a foot between two pieces stands on both, within 1e-6 m
+    np.testing.assert_allclose(measures.step_periods(found), gait.period, rtol=0, atol=2e-4)
