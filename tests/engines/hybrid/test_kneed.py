@@ -19,6 +19,7 @@ from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
 from mjbiped.errors import InputError
 from mjbiped.records import measures
 from mjbiped.records.recorder import Recorder
+from mjbiped.reports.repeat import command_of, python_of
 from mjbiped.rules.termination import Outcome
 
 Array = NDArray[np.float64]
@@ -101,6 +102,10 @@ def test_thirty_steps_on_the_gait(gait: mjbiped.KneedGait, tmp_path: Any) -> Non
     assert (feet[..., 1] - walk.terrain.height(feet[..., 0])).min() > -1e-12
     walk.save(tmp_path / "walk.npz")
     assert mjbiped.Walk.load(tmp_path / "walk.npz") == walk
+    program = python_of(walk, "walk.npz")
+    assert program is not None
+    assert "scuffing=None" in program
+    assert command_of(walk) is None  # of a class of these tests
 
 
 def test_energy_is_conserved_between_impacts() -> None:
@@ -202,8 +207,8 @@ def test_starts_and_controllers_that_do_not_fit_are_refused() -> None:
         walked((-0.2, 0.1, 0.1, 1.0, 0.5, 0.5), Terrain.incline(2.5))
     with pytest.raises(InputError, match="robot with knees can be pushed"):
         walked(START, Terrain.incline(2.5), disturbances=mjbiped.Disturbances(delay=0.01, control_period=0.01))
-    with pytest.raises(InputError, match="does not walk a KneedBiped"):
-        mjbiped.walk(PassiveController(), Terrain.incline(2.5), robot=ROBOT, engine="mujoco")
+    with pytest.raises(InputError, match="contact is on from lift-off"):
+        walked(START, Terrain.incline(2.5), scuffing=mjbiped.ScuffingRule(reach=0.1))
 
 
 def test_a_heavier_hip_walks_too() -> None:
