@@ -29,6 +29,7 @@ class CompassStep:
     joints: int = 2
     own: tuple[tuple[float, float], ...] = ()
     intervals: tuple[int, ...] = (48, 32)
+    starts: tuple[tuple[float, float], ...] = ((0.15, 0.86), (0.22, 0.80))
     lifted: float = 0.0
 
     @property

@@ -48,6 +48,7 @@ class KneedStep:
     joints: int = 2
     own: tuple[tuple[float, float], ...] = ((0.0, GREATEST_FLEXION),) * 5
     intervals: tuple[int, ...] = (40, 16, 16)
+    starts: tuple[tuple[float, float], ...] = ((0.22, 0.80), (0.15, 0.60))
     lifted: float = 0.005
 
     @property

@@ -28,7 +28,6 @@ ANGLES = (0.02, 0.7)  # between which half the angle between the legs lies, rad
 CLEARANCE_PHASES = (0.5, 0.95)  # between which the swing foot has its clearance
 
 _FINER = 20  # times as many intervals as the optimiser's are checked and told at the end
-_STARTS = ((0.15, 0.86), (0.22, 0.80))  # half angles (rad) and phases of clearance to begin from
 _STAIRS = 0.04  # leg lengths by which the clearance is raised from solution to solution
 _SMOOTHING = (1e-2, 3e-3, 1e-3, 2e-4)  # of the absolute power, in weights times speed
 _TORQUE_WEIGHT = 1e-3  # of the mean square torque in (weight x leg length)², beside the cost of transport
@@ -84,6 +83,7 @@ class StepModel(Protocol):
         own: Bounds of the numbers that the robot adds, each of the kind (least, greatest).
         intervals: Of the quadrature between the moments at which something changes abruptly: the clearance's phase and
             those of `breaks`. All even.
+        starts: Half angles (rad) and phases of clearance from which searches begin.
         lifted: Leg lengths by which the foot is lifted even where no clearance is asked for; 0: it may scuff.
         length: Of a leg, m.
         weight: N.
@@ -96,6 +96,8 @@ class StepModel(Protocol):
     def own(self) -> Sequence[tuple[float, float]]: ...  # noqa: D102
     @property
     def intervals(self) -> tuple[int, ...]: ...  # noqa: D102
+    @property
+    def starts(self) -> Sequence[tuple[float, float]]: ...  # noqa: D102
     @property
     def lifted(self) -> float: ...  # noqa: D102
     @property
@@ -209,7 +211,7 @@ def optimise(model: StepModel, goal: Goal) -> Solution:
 
 def _best(model: StepModel, goal: Goal) -> tuple[Solution | None, Mapping[str, float]]:
     """The cheapest solution that keeps the constraints, if any; and by how much the least bad one breaks them."""
-    found = [solution for start in _STARTS for solution in _search(model, goal, *start)]
+    found = [solution for start in model.starts for solution in _search(model, goal, *start)]
     told = [tell(model, goal, solution) for solution in found]
     kept = [k for k, each in enumerate(told) if max(each.broken.values()) < TOLERANCE]
     best = found[min(kept, key=lambda k: told[k].cost_of_transport)] if kept else None

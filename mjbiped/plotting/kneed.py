@@ -25,7 +25,7 @@ APART = 0.5  # between two postures of a step, leg lengths
 
 
 class _Step(NamedTuple):
-    """What is drawn of a gait; see `KneedGait` for times, states and bent_samples."""
+    """What is drawn of a gait; see `KneedGait` for times, states and bent."""
 
     robot: KneedBiped
     slope: float
@@ -33,7 +33,7 @@ class _Step(NamedTuple):
     knee_strike: float
     times: Array
     states: Array
-    bent_samples: int
+    bent: int
 
     @property
     def feet(self) -> Array:
