@@ -62,8 +62,6 @@ _WHY = {
 _TOE = (
     "the swing foot struck the ground with its knee bent, or beside the stance foot: such a touchdown has no impact map"
 )
-    "the swing foot struck the ground with its knee bent, or beside the stance foot: such a touchdown has no impact map"
-)
 
 
 class HybridSimulation:
