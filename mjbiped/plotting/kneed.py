@@ -166,7 +166,7 @@ def _joints(gait: _Step, q: Array) -> Array:
 
 def _draw_cycle(axes: Axes, gait: _Step) -> None:
     """Panel (b): rate over angle of all segments, jumps at impacts dotted."""
-    bent = gait.bent_samples
+    bent = gait.bent
     for segment, look in ((0, STANCE), (1, SWING), (2, SHANK)):
         q, dq = gait.states[:, segment], gait.states[:, 3 + segment]
         axes.plot(q[:bent], dq[:bent], **look)
