@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mjbiped
-from controllers import PassiveController
+from controllers import KneedController, PassiveController
 from mjbiped.engines.mujoco.kneed.lengths import Lengths, approach, sooner
 from mjbiped.errors import InputError
 from mjbiped.records import measures
@@ -81,7 +81,7 @@ def test_locked_and_free_as_it_should_be(walk: mjbiped.Walk) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("steps", [(1e-3, 1e-5), (2e-4, 1e-5)])
+@pytest.mark.parametrize("steps", [(1e-3, 1e-5), (2e-4, 1e-5)], ids=str)
 def test_thirty_steps(steps: tuple[float, float]) -> None:
     """The issue's figures: half angle, rates, period and knee strike of the passive gait on 2.5 degrees."""
     found = walked(30, engine=mjbiped.Mujoco(timestep=steps[0], contact_timestep=steps[1]))
@@ -141,3 +141,21 @@ def test_the_sooner_gap_decides() -> None:
     short, long = Lengths(1e-4, 1e-5, True), Lengths(3e-4, 1e-3, True)
     assert sooner(long, short) == sooner(short, long) == short
     assert sooner(Lengths(1e-3, 1e-4), Lengths(2e-4, 1e-3)) == Lengths(2e-4, 1e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("robot", "cost"), [(ROBOT, 0.0410), (mjbiped.KneedBiped.halved_rods(), 0.1143)], ids=["light", "halved"]
+)
+def test_closed_loop_as_in_the_hybrid_engine(robot: mjbiped.KneedBiped, cost: float) -> None:
+    """The adaptive law on a reference of 8 cm: on level ground at the reference's own cost, and up stairs of 6 cm."""
+    law = KneedController(robot, mjbiped.find_reference(robot, clearance=0.08))
+    level = mjbiped.walk(law, mjbiped.Terrain.level(), engine="mujoco", steps=20)
+    assert level.outcome == "finished"
+    assert level.cost_of_transport == pytest.approx(cost, abs=3e-4)  # the issue's, of one engine against the other
+    stairs = mjbiped.Terrain.stairs(rise=0.06)
+    mine, its = (mjbiped.walk(law, stairs, engine=engine, steps=20) for engine in ("mujoco", "hybrid"))
+    assert mine.outcome == its.outcome == "finished"
+    assert mine.cost_of_transport == pytest.approx(its.cost_of_transport, abs=3e-4)
+    np.testing.assert_allclose(mine.peak_torque, its.peak_torque, rtol=0.02, atol=0.05)
+    assert (mine.touchdowns["stubs"] == 0).all()
