@@ -14,6 +14,7 @@ import mjbiped
 from controllers import PassiveController
 from mjbiped import KneedBiped, Terrain
 from mjbiped.control.unpowered import Unpowered, UnpoweredKnees
+from mjbiped.engines.hybrid import kneed
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
 from mjbiped.errors import InputError
@@ -184,6 +185,27 @@ def test_a_foot_that_strikes_a_riser_is_stopped_along_it(gait: mjbiped.KneedGait
         impulse = ROBOT.mass_matrix(q) @ (after - before[3 : 3 + n])
         assert reach @ after == pytest.approx(0.0, abs=1e-14)
         assert np.cross(np.append(impulse, 0.0)[:3], np.append(reach, 0.0)[:3]) == pytest.approx(0.0, abs=1e-14)
+
+
+@pytest.mark.parametrize("locked", [at.KNEE_FREE, at.KNEE_LOCKED])
+def test_a_foot_on_a_face_stays_on_it(locked: float) -> None:
+    """Newton's law with the robot's matrices: a force along x at the foot, which is not accelerated along x."""
+    slope, force = 0.05, np.array([3.0, -2.0, 0.5])
+    n = 3 if locked == at.KNEE_FREE else 2
+    w = [0.0] * at.SCALARS
+    w[at.SLOPE], w[at.FACE], w[at.LOCKED] = slope, 1.0, locked
+    q, dq = np.array([0.1, -0.2, 0.1 if n == 3 else -0.2]), np.array([1.0, 2.0, -1.5 if n == 3 else 2.0])
+    force[2] *= n == 3
+    state: tuple[Any, ...] = (*q, *dq, force[0], force[1] + force[2], force[2])
+    found = kneed.accelerations(kneed.constants_of(ROBOT), w, *state)
+    ddq, q, dq = np.array(found)[:n], q[:n], dq[:n]
+    reach = ROBOT.chains[n].reach
+    row = reach * np.cos(q + slope)
+    assert row @ ddq - (reach * np.sin(q + slope)) @ dq**2 == pytest.approx(0.0, abs=1e-12)
+    residual = ROBOT.mass_matrix(q) @ ddq + ROBOT.coriolis_matrix(q, dq) @ dq + ROBOT.gravity_vector(q, slope)
+    residual -= force[:n] if n == 3 else [force[0], force[1]]
+    assert residual == pytest.approx(row * (residual @ row) / (row @ row), abs=1e-10)
+    assert w[at.PRESS] == pytest.approx(-(residual @ row) / (row @ row), abs=1e-10)
 
 
 def test_the_ground_force_is_the_centre_of_masss(gait: mjbiped.KneedGait) -> None:
