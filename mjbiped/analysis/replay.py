@@ -59,7 +59,8 @@ def replayed(walk: Walk, controller: Controller) -> Iterator[tuple[StepStart, li
     """
     memory = [0.0] * controller.memory_size
     initial: list[float] = walk.settings["initial"]
-    started = StepStart(0.0, walk.terrain.slope_at(0.0), initial[:2], initial[2:])
+    half = len(initial) // 2
+    started = StepStart(0.0, walk.terrain.slope_at(0.0), initial[:half], initial[half:])
     controller.start(memory, started.q, started.dq)
     yield started, memory
     rows = walk.touchdowns

@@ -183,6 +183,11 @@ def make_plan(
     disturbed = UNDISTURBED if disturbances is None else check_kind("disturbances", disturbances, Disturbances)
     plan = Plan(terms, controller, terrain, robot, q, dq, description, disturbed)
     driver = controller.driving(robot)
+    if robot.knees and terms.scuffing != ScuffingRule():
+        raise InputError(
+            f"scuffing rule: a {type(robot).__name__} has knees, and its swing foot's contact is on from lift-off; "
+            "leave the rule out"
+        )
     if not isinstance(robot, terms.engine.robots):
         raise InputError(
             f"the engine {terms.engine.name} does not walk a {type(robot).__name__}; it walks "

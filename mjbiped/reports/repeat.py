@@ -41,6 +41,7 @@ def python_of(walk: Walk, record: str) -> str | None:
     if engine is None:
         return None
     set_here = {each.name: settings[each.name] for each in fields(engine) if each.name in settings}
+    rule = "None" if settings["scuffing"] is None else 'mjbiped.ScuffingRule(**settings["scuffing"])'
     of_engine = ", ".join(f"{name}={value!r}" for name, value in set_here.items())
     return f"""import mjbiped
 from mjbiped.control.registry import controller_from
@@ -56,7 +57,7 @@ again = mjbiped.walk(
     steps=settings["steps"],
     distance=settings["distance"],
     sample_period=settings["sample_period"],
-    scuffing=mjbiped.ScuffingRule(**settings["scuffing"]),
+    scuffing={rule},
     disturbances=mjbiped.Disturbances.from_dict(settings.get("disturbances", {{}})),
 )
 print(again.summary())

@@ -5,6 +5,7 @@ their rule. Stairs and slope changes begin at twelve places over one step length
 minutes for the references. The result stands in `docs/knees.md`.
 
     python -m scripts.studies.kneed_study --page docs/knees.md
+    python -m scripts.studies.kneed_study --images docs/images
 """
 
 import math
@@ -20,6 +21,7 @@ from tqdm.auto import tqdm
 import mjbiped
 from controllers import AdaptiveController, Controller, KneedController
 from mjbiped import Terrain
+from mjbiped.plotting.style import make_small
 from scripts.pages import write_table
 
 PLACES = 12  # of the first change of the ground, over one step length
@@ -75,11 +77,30 @@ def cells(walks: Sequence[mjbiped.Walk]) -> tuple[str, str]:
     return f"{share}, {cost:.4f}", ", ".join(f"{peak:.1f}" for peak in peaks)
 
 
+def draw(folder: Path) -> None:
+    """A figure and a GIF of light shanks on stairs up and down and on a slope."""
+    law = walkers()["light shanks, reference of 8 cm"]()
+    ground = Terrain.from_segments(
+        [(1.2, 0.0), (0.9, 0.0, 0.06), (0.9, 0.0, 0.06), (0.9, 0.0, -0.06), (0.9, 0.0, -0.06), (9.0, 4.0)],
+        name="stairs of 6 cm",
+    )
+    walk = mjbiped.walk(law, ground, engine="hybrid", steps=13)
+    walk.plot(folder / "knees_walk.png")
+    make_small(folder / "knees_walk.png")
+    walk.video(folder / "knees_walk.gif", width=400, height=225, fps=10, hide=("chart", "labels"), stop=7.0)
+
+
 @click.command(help=__doc__)
 @click.option("--steps", default=60, show_default=True, type=click.IntRange(min=1), help="Steps per walk.")
-@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the table into.")
-def main(steps: int, page: Path | None) -> None:
-    """Walk everything and print the table."""
+@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the tables into.")
+@click.option(
+    "--images", type=click.Path(exists=True, path_type=Path), help="Folder for a figure and a GIF; no tables."
+)
+def main(steps: int, page: Path | None, images: Path | None) -> None:
+    """Walk everything and print the tables, or draw one walk."""
+    if images is not None:
+        draw(images)
+        return
     walked, torques = {}, {}
     for name, make in tqdm(walkers().items(), desc="walkers", disable=None):
         law = make()

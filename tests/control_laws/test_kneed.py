@@ -166,6 +166,14 @@ def test_it_walks_on_stairs_and_slopes() -> None:
     assert walk.touchdowns["slope_estimate"][-1] == pytest.approx(math.radians(4.0), abs=2e-3)
 
 
+def test_a_toe_that_strikes_a_riser_ends_the_walk_in_words() -> None:
+    """The passive gait clears 2.6 cm; what ended the walk stands in the record."""
+    stairs = Terrain.stairs(rise=0.05, first=0.9, count=1)
+    walk = mjbiped.walk(Plain(ROBOT, GAIT), stairs, engine="hybrid", steps=4, sample_period=None)
+    assert walk.fell
+    assert any("with its knee bent" in text for text in walk.warnings)
+
+
 def test_what_does_not_fit_is_refused(gait: mjbiped.Gait) -> None:
     with pytest.raises(InputError, match="KneedController needs a"):
         KneedController(ROBOT, gait)  # type: ignore[arg-type]

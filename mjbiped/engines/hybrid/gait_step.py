@@ -167,7 +167,7 @@ def gait_step(laws: Laws, parameters: Any, constants: SimulationConstants, b: Bu
             return False
         if event == TOUCHDOWN:
             if not laws.lands(constants, b):
-                w[at.OUTCOME] = FELL
+                w[at.OUTCOME], w[at.TOE] = FELL, 1.0
                 return False
             w[at.UNDER_WAY] = 0.0
             return True

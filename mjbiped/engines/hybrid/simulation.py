@@ -59,6 +59,11 @@ _WHY = {
 }
 
 
+_TOE = (
+    "the swing foot struck the ground with its knee bent, or beside the stance foot: such a touchdown has no impact map"
+)
+
+
 class HybridSimulation:
     """A robot, a controller and a terrain in the hybrid model.
 
@@ -201,6 +206,8 @@ class HybridSimulation:
     @property
     def warnings(self) -> dict[str, int]:
         """Why the walk ended, where its outcome does not say it: sentences, and how often each is meant."""
+        if self.buffers.w[at.TOE]:
+            return {_TOE: 1}
         if self.outcome not in _WHY:
             return {}
         fault = self._fault() if self.outcome is Outcome.DIVERGED else ""

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from mjbiped.disturbances.pushes import Pushes
 
-SCALARS = 78
+SCALARS = 79
 # indices in the scalars `w`
 (
     CLOCK,  # time of the last support transfer, s
@@ -80,6 +80,7 @@ SCALARS = 78
     STOP_PRESS,  # there: acceleration with which the knee would bend forwards if there were no stop, rad/s^2
     FLEXION,  # greatest of the swing knee in this step, rad
     STUBS,  # of the swing foot in this step
+    TOE,  # 1: the walk ended with a foot that came down, and could not take the robot over
     STRIKE_TIME,  # of the knee strike, since the support transfer, s; NaN without one
     STRIKE_Q,  # angles and rates just before it, and rates just after it, one after the other
     STRIKE_Q2,

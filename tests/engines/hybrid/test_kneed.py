@@ -14,11 +14,13 @@ import mjbiped
 from controllers import PassiveController
 from mjbiped import KneedBiped, Terrain
 from mjbiped.control.unpowered import Unpowered, UnpoweredKnees
+from mjbiped.engines.hybrid import kneed
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
 from mjbiped.errors import InputError
 from mjbiped.records import measures
 from mjbiped.records.recorder import Recorder
+from mjbiped.reports.repeat import command_of, python_of
 from mjbiped.rules.termination import Outcome
 
 Array = NDArray[np.float64]
@@ -101,6 +103,10 @@ def test_thirty_steps_on_the_gait(gait: mjbiped.KneedGait, tmp_path: Any) -> Non
     assert (feet[..., 1] - walk.terrain.height(feet[..., 0])).min() > -1e-12
     walk.save(tmp_path / "walk.npz")
     assert mjbiped.Walk.load(tmp_path / "walk.npz") == walk
+    program = python_of(walk, "walk.npz")
+    assert program is not None
+    assert "scuffing=None" in program
+    assert command_of(walk) is None  # of a class of these tests
 
 
 def test_energy_is_conserved_between_impacts() -> None:
@@ -181,6 +187,27 @@ def test_a_foot_that_strikes_a_riser_is_stopped_along_it(gait: mjbiped.KneedGait
         assert np.cross(np.append(impulse, 0.0)[:3], np.append(reach, 0.0)[:3]) == pytest.approx(0.0, abs=1e-14)
 
 
+@pytest.mark.parametrize("locked", [at.KNEE_FREE, at.KNEE_LOCKED])
+def test_a_foot_on_a_face_stays_on_it(locked: float) -> None:
+    """Newton's law with the robot's matrices: a force along x at the foot, which is not accelerated along x."""
+    slope, force = 0.05, np.array([3.0, -2.0, 0.5])
+    n = 3 if locked == at.KNEE_FREE else 2
+    w = [0.0] * at.SCALARS
+    w[at.SLOPE], w[at.FACE], w[at.LOCKED] = slope, 1.0, locked
+    q, dq = np.array([0.1, -0.2, 0.1 if n == 3 else -0.2]), np.array([1.0, 2.0, -1.5 if n == 3 else 2.0])
+    force[2] *= n == 3
+    state: tuple[Any, ...] = (*q, *dq, force[0], force[1] + force[2], force[2])
+    found = kneed.accelerations(kneed.constants_of(ROBOT), w, *state)
+    ddq, q, dq = np.array(found)[:n], q[:n], dq[:n]
+    reach = ROBOT.chains[n].reach
+    row = reach * np.cos(q + slope)
+    assert row @ ddq - (reach * np.sin(q + slope)) @ dq**2 == pytest.approx(0.0, abs=1e-12)
+    residual = ROBOT.mass_matrix(q) @ ddq + ROBOT.coriolis_matrix(q, dq) @ dq + ROBOT.gravity_vector(q, slope)
+    residual -= force[:n] if n == 3 else [force[0], force[1]]
+    assert residual == pytest.approx(row * (residual @ row) / (row @ row), abs=1e-10)
+    assert w[at.PRESS] == pytest.approx(-(residual @ row) / (row @ row), abs=1e-10)
+
+
 def test_the_ground_force_is_the_centre_of_masss(gait: mjbiped.KneedGait) -> None:
     """Least normal force of a step, again from second differences of the recorded places."""
     walk = walked(gait.start.tolist(), Terrain.incline(2.5), steps=1, sample_period=1e-4)
@@ -202,8 +229,8 @@ def test_starts_and_controllers_that_do_not_fit_are_refused() -> None:
         walked((-0.2, 0.1, 0.1, 1.0, 0.5, 0.5), Terrain.incline(2.5))
     with pytest.raises(InputError, match="robot with knees can be pushed"):
         walked(START, Terrain.incline(2.5), disturbances=mjbiped.Disturbances(delay=0.01, control_period=0.01))
-    with pytest.raises(InputError, match="does not walk a KneedBiped"):
-        mjbiped.walk(PassiveController(), Terrain.incline(2.5), robot=ROBOT, engine="mujoco")
+    with pytest.raises(InputError, match="contact is on from lift-off"):
+        walked(START, Terrain.incline(2.5), scuffing=mjbiped.ScuffingRule(reach=0.1))
 
 
 def test_a_heavier_hip_walks_too() -> None:
