@@ -26,7 +26,7 @@ from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.errors import InputError
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
-from mjbiped.robots.compass import Array, Compass
+from mjbiped.robots.robot import Array, Robot
 from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
@@ -108,7 +108,7 @@ def compare(
     steps: int | None = None,
     distance: float | None = None,
     initial: str | Sequence[float] = "gait",
-    robot: Compass | None = None,
+    robot: Robot | None = None,
     mujoco: Mujoco | None = None,
     hybrid: Hybrid | None = None,
     sample_period: float = DEFAULT_SAMPLE_PERIOD,
@@ -176,7 +176,7 @@ def torque_differences(comparison: Comparison) -> tuple[Array, Array]:
     At the same time since the start, a step that began 0.1 ms later would show as a spike at each touchdown.
 
     Returns:
-        Times of MuJoCo's samples (s) and differences of ankle and hip (N m), shapes (n,) and (n, 2); NaN beyond the
+        Times of MuJoCo's samples (s) and differences of all joints (N m), shapes (n,) and (n, joints); NaN beyond the
         end of the shorter of two steps.
     """
     there, here = comparison.mujoco, comparison.hybrid
@@ -191,7 +191,7 @@ def torque_differences(comparison: Comparison) -> tuple[Array, Array]:
         own = (others > other_start) & (others < other_end)
         if own.sum() < 2:
             continue
-        for joint in range(2):
+        for joint in range(torque.shape[1]):
             difference[inside, joint] = torque[inside, joint] - np.interp(
                 time[inside] - start + other_start,
                 others[own],

@@ -94,7 +94,7 @@ def differences(there: Walk, here: Walk) -> dict[str, Array]:
     one, two = there.touchdowns, here.touchdowns
 
     def greater(name: str) -> Array:
-        difference = (one[name][:n] - two[name][:n]).reshape(n, 2)
+        difference = one[name][:n] - two[name][:n]
         return np.take_along_axis(difference, np.abs(difference).argmax(axis=1)[:, None], axis=1)[:, 0]
 
     steps_work = [np.diff(np.append(0.0, walk.touchdowns["work_absolute"]))[:n] for walk in (there, here)]
@@ -220,8 +220,7 @@ def _grazing(there: Walk, here: Walk, k: int) -> Iterator[str]:
     time = second.samples["time"]
     inside = (time > begin) & (time < second.touchdowns["time"][k])
     qpos, stance = second.samples["qpos"][inside], second.samples["stance"][inside]
-    swing = qpos[np.arange(len(qpos)), 3 - stance]
-    x, z = qpos[:, 0] - length * np.sin(swing), qpos[:, 1] - length * np.cos(swing)
+    x, z = second.robot.limbs(qpos)[np.arange(len(qpos)), 1 - stance, -1].T
     clearance = np.abs(z - second.terrain.height(x))
     near = np.abs(x - place) < 0.02 * length
     elsewhere = abs(float(second.touchdowns["x"][k]) - place) > 0.02 * length

@@ -64,7 +64,8 @@ def replayed(walk: Walk, controller: Controller) -> Iterator[tuple[StepStart, li
     walked = _behind_its_sensors(walk, controller)
     memory = [0.0] * walked.memory_size  # the controller's own comes first
     initial: list[float] = walk.settings["initial"]
-    started = StepStart(0.0, walk.terrain.slope_at(0.0), initial[:2], initial[2:])
+    half = len(initial) // 2
+    started = StepStart(0.0, walk.terrain.slope_at(0.0), initial[:half], initial[half:])
     walked.start(memory, started.q, started.dq)
     yield started, memory
     rows = walk.touchdowns
