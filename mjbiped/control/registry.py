@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pkgutil import resolve_name
@@ -233,7 +234,10 @@ def controller_from(description: Mapping[str, Any], source: Mapping[str, str] | 
     described = dict(description)
     wanted = described.pop("name", None)
     classes = {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
-    robot = robot_from(described["robot"]) if isinstance(described.get("robot"), Mapping) else None
+    robot = None
+    if isinstance(described.get("robot"), Mapping):
+        with suppress(TypeError):  # parameters that no robot has are told of where the controller is made
+            robot = robot_from(described["robot"])
     if robot is not None and robot.knees:
         classes = {controller_class(name, robot).__name__: name for name in registered()}
     if source is not None:
