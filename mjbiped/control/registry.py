@@ -235,7 +235,7 @@ def controller_from(description: Mapping[str, Any], source: Mapping[str, str] | 
     classes = {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
     untold = "the record does not tell its controller's robot and gait"
     try:
-        robot = robot_from(described["robot"]) if isinstance(described.get("robot"), Mapping) else None
+        robot = robot_from(described["robot"]) if "robot" in described else None
     except TypeError as error:
         raise InputError(f"{untold}: {shown(error)}") from error
     if robot is not None and robot.knees:
