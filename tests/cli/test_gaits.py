@@ -41,6 +41,7 @@ def test_bifurcation_as_json() -> None:
     assert printed["files"] == {}
 
 
+@pytest.mark.slow
 def test_basin_tells_the_shares_and_writes_its_files(tmp_path: Path) -> None:
     paths = [tmp_path / name for name in ("data.npz", "basin.png")]
     result = run("basin", "--grid", 12, "--out", paths[0], "--plot", paths[1], "--threads", 1)

@@ -68,6 +68,7 @@ def test_refused(words: tuple[str, ...], message: str) -> None:
     assert message in " ".join(text.split())
 
 
+@pytest.mark.slow
 def test_with_knees(tmp_path: Path) -> None:
     plot = tmp_path / "knees.png"
     status, text = run("reference", "--robot", "kneed", "--clearance", "0", "--json", "--plot", str(plot))

@@ -133,7 +133,7 @@ def test_random_pushes_are_those_that_are_told(engine: str) -> None:
     np.testing.assert_array_equal(first.samples["q"], second.samples["q"])
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", [pytest.param("mujoco", marks=pytest.mark.slow), "hybrid"])
 def test_pushed_walks_repeat_bit_by_bit(engine: str, tmp_path: Any) -> None:
     law = AdaptiveController(ROBOT, gait())
     given = Disturbances(pushes=((0.5, 2.0),), angle_noise=0.002, seed=2)
