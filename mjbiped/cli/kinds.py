@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -141,7 +140,7 @@ def push(value: str) -> tuple[float, float]:
 def model_error(value: str) -> tuple[str, float]:
     """A parameter of the robot and a factor, as "leg_mass=1.2"."""
     name, _, factor = value.partition("=")
-    known = list(dict.fromkeys(field.name for kind in (Compass, KneedBiped) for field in fields(kind)))
+    known = list(dict.fromkeys((*Compass.parameters(), *KneedBiped.parameters())))
     try:
         domains.known_name("parameter of the robot", name.strip(), known)
         return name.strip(), domains.MODEL_ERROR.check("", parse_number(factor))

@@ -29,7 +29,7 @@ def robot_of(ctx: click.Context, values: dict[str, Any]) -> Robot:
     numbers = taken(ctx, values, options.LEGS, options.KNEES)
     name = numbers.pop("robot")
     kind, parameters = _named(name)
-    own = {field.name for field in dataclasses.fields(kind)}  # type: ignore[arg-type]  # every robot is a dataclass
+    own = kind.parameters()
     others = [each for each in section(ctx, options.LEGS, options.KNEES) if each.name not in (*own, "robot")]
     refuse(ctx, others, "robots with knees" if kind is Compass else "--robot compass", name)
     given = {key: value for key, value in numbers.items() if key in own and is_given(ctx, key)}
@@ -48,7 +48,6 @@ def _named(name: str) -> tuple[type[Robot], dict[str, Any]]:
     except (OSError, ValueError) as error:
         raise InputError(f"--robot {name}: {getattr(error, 'strerror', None) or error}") from error
     kind = KINDS[known_name(f"kind of robot in {name}", written.pop("kind", Compass.kind), KINDS)]
-    own = [field.name for field in dataclasses.fields(kind)]  # type: ignore[arg-type]
     for key in written:
-        known_name(f"parameter of the robot in {shown(name)}", key, own)
+        known_name(f"parameter of the robot in {shown(name)}", key, kind.parameters())
     return kind, written

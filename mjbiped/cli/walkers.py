@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import click
@@ -83,7 +83,7 @@ def model_of(robot: _Robot, errors: Sequence[tuple[str, float]]) -> _Robot:
     if not errors:
         return robot
     for name, _ in errors:
-        known_name("parameter of the robot", name, [field.name for field in fields(robot)])  # type: ignore[arg-type]
+        known_name("parameter of the robot", name, robot.parameters())
     changed = {name: factor * getattr(robot, name) for name, factor in errors}
     return replace(robot, **changed)  # type: ignore[type-var]  # every robot is a dataclass
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from mjbiped.gaits.bezier import DEGREE, Numbers, curve
 from mjbiped.gaits.optimisation import Course, Goal, Motion
+from mjbiped.gaits.straight_legs import StraightLegs
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Array, Compass
 
@@ -19,7 +20,7 @@ _CORNER = 1e-3  # leg lengths: how much the corner of "above the ground or not y
 
 
 @dataclass(frozen=True)
-class CompassStep:
+class CompassStep(StraightLegs):
     """A `mjbiped.gaits.optimisation.StepModel` of the compass biped on level ground.
 
     The laws are those of `mjbiped.robots.compass`, whose functions of plain numbers take arrays as well.
@@ -31,29 +32,6 @@ class CompassStep:
     intervals: tuple[int, ...] = (48, 32)
     starts: tuple[tuple[float, float], ...] = ((0.15, 0.86), (0.22, 0.80))
     lifted: float = 0.0
-
-    @property
-    def length(self) -> float:
-        """Of a leg, m."""
-        return self.robot.leg_length
-
-    @property
-    def weight(self) -> float:
-        """Of the robot, N."""
-        return self.robot.weight
-
-    @property
-    def gravity(self) -> float:
-        """m/s²."""
-        return self.robot.gravity
-
-    def postures(self, half: Numbers) -> tuple[Numbers, Numbers]:
-        """Angles after and before the impact: both feet on the ground, the legs `half` from the vertical."""
-        return np.stack([-half, half], axis=-1), np.stack([half, -half], axis=-1)
-
-    def step_length(self, half: Numbers) -> Numbers:
-        """Between the feet, m."""
-        return 2.0 * self.length * np.sin(half)
 
     def rates_after_impact(self, half: Numbers, rates: Numbers) -> Numbers:
         """Rates after the impact of rates before it (eq. 2), rad/s."""

@@ -18,6 +18,7 @@ import numpy as np
 from mjbiped.gaits.bezier import DEGREE, Numbers, curve
 from mjbiped.gaits.compass_step import straight_guess
 from mjbiped.gaits.optimisation import Course, Goal, Motion
+from mjbiped.gaits.straight_legs import StraightLegs
 from mjbiped.robots.chain import Array
 from mjbiped.robots.kneed import SWING_LOCKED, KneedBiped
 
@@ -38,7 +39,7 @@ class Moved(NamedTuple):
 
 
 @dataclass(frozen=True)
-class KneedStep:
+class KneedStep(StraightLegs):
     """A `mjbiped.gaits.optimisation.StepModel` of the biped with knees on level ground.
 
     Its own numbers are the five control points of the flexion that are not zero.
@@ -50,29 +51,6 @@ class KneedStep:
     intervals: tuple[int, ...] = (40, 16, 16)
     starts: tuple[tuple[float, float], ...] = ((0.22, 0.80), (0.15, 0.60))
     lifted: float = 0.005
-
-    @property
-    def length(self) -> float:
-        """Of a leg, m."""
-        return self.robot.leg_length
-
-    @property
-    def weight(self) -> float:
-        """Of the robot, N."""
-        return self.robot.weight
-
-    @property
-    def gravity(self) -> float:
-        """m/s²."""
-        return self.robot.gravity
-
-    def postures(self, half: Numbers) -> tuple[Numbers, Numbers]:
-        """Angles of the straight legs after and before the heel strike, each `half` from the vertical."""
-        return np.stack([-half, half], axis=-1), np.stack([half, -half], axis=-1)
-
-    def step_length(self, half: Numbers) -> Numbers:
-        """Between the feet, m."""
-        return 2.0 * self.length * np.sin(half)
 
     def rates_after_impact(self, half: Numbers, rates: Numbers) -> Numbers:
         """Rates of stance and swing leg after the heel strike, of rates before it, rad/s."""

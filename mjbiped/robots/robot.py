@@ -111,6 +111,11 @@ class Robot(ABC):
             dq: Their rates, rad/s.
         """
 
+    @classmethod
+    def parameters(cls) -> tuple[str, ...]:
+        """Names of the parameters, which are the dataclass's fields."""
+        return tuple(field.name for field in dataclasses.fields(cls))  # type: ignore[arg-type]  # subclasses are ones
+
     def to_dict(self) -> dict[str, Any]:
         """Kind and parameters in plain JSON types; `mjbiped.robots.kinds.robot_from` reads it."""
         return {"kind": self.kind, **dataclasses.asdict(self)}  # type: ignore[call-overload]  # subclasses are ones

@@ -360,9 +360,8 @@ def test_pictures_of_a_window_are_those_of_the_whole(
     """To and fro through the record.
 
     MuJoCo moves the earth's mesh into its middle, which is another one in a window: its corners round otherwise, by
-    some 1e-7 m, and where an edge runs through the middle of a pixel that shows the other side. How many do is the
-    renderer's affair: one here, seven have been seen. Ground that is a pixel too high or too short differs in a row of
-    160 or a column of 30.
+    some 1e-7 m, and where an edge runs through the middle of a pixel that shows the other side: one in these pictures.
+    Seven were once seen, when marks took their `objtype` from what was in their memory; see `mjbiped.rendering.geoms`.
     """
     walk = mjbiped.walk(controller, LONG["stairs"], steps=26, sample_period=0.02)
     begin, end = float(walk.samples["time"][0]), float(walk.samples["time"][-1])
@@ -379,6 +378,6 @@ def test_pictures_of_a_window_are_those_of_the_whole(
     assert len(built) == 3  # at the start, at the end, and back again
     monkeypatch.setattr(ground_window, "FEW_SEGMENTS", 10**9)
     for frame, whole_frame in zip(frames, render_frames(walk, times, width=160, height=120), strict=True):
-        assert (frame != whole_frame).any(axis=-1).sum() <= 20
+        assert (frame != whole_frame).any(axis=-1).sum() <= 4
     assert len(built) == 4
     assert (frames[0] == frames[3]).all()
