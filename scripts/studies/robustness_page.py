@@ -30,11 +30,18 @@ def tables(folder: Path) -> list[str]:
 @click.option("--hybrid", type=FOLDER, help="Of scripts/studies/robustness.toml.")
 @click.option("--mujoco", type=FOLDER, help="Of scripts/studies/robustness_mujoco.toml.")
 @click.option("--margins", type=FOLDER, multiple=True, help="Of margins.toml, and of margins_mujoco.toml there.")
+@click.option("--slopes", type=FOLDER, help="Of robustness_slopes_mujoco.toml there.")
 @click.option("--basin", type=FOLDER, help="Of basin.toml there.")
 @click.option("--page", default=PAGE, show_default=True, type=click.Path(exists=True, path_type=Path))
 @click.option("--images", default=IMAGES, show_default=True, type=FOLDER)
 def main(
-    hybrid: Path | None, mujoco: Path | None, margins: tuple[Path, ...], basin: Path | None, page: Path, images: Path
+    hybrid: Path | None,
+    mujoco: Path | None,
+    margins: tuple[Path, ...],
+    slopes: Path | None,
+    basin: Path | None,
+    page: Path,
+    images: Path,
 ) -> None:
     """Fill the places of the studies that are given."""
     for name, folder in (("hybrid", hybrid), ("mujoco", mujoco), ("basin", basin)):
@@ -43,6 +50,8 @@ def main(
     if margins:
         found = [table for folder in margins for table in tables(folder) if table.startswith("**Margins")]
         write_block(page, "margins", "\n".join(found))
+    if slopes is not None:
+        write_block(page, "slopes", tables(slopes)[1])
     if hybrid is not None:
         for name in FIGURES:
             shutil.copy(hybrid / name, images / name)
