@@ -33,6 +33,24 @@ SWING_LOCKED = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
 STRAIGHT = 1e-6  # rad; integrators find the stop more exactly than that
 
 
+def bent_leg(upper: float, lower: float, flexion: float) -> tuple[float, float]:
+    """A leg whose knee is bent: its length from foot to hip, and how far its shank leans forward of that line.
+
+    A leg that stands bent is told by the angle of the line from its foot to the hip. Its shank's angle is that plus the
+    lean, its thigh's that plus the lean less the flexion.
+
+    Args:
+        upper: Length of the thigh, m.
+        lower: Length of the shank, m.
+        flexion: Of the knee, rad.
+
+    Returns:
+        Length, m, and lean, rad.
+    """
+    along, across = lower + upper * math.cos(flexion), upper * math.sin(flexion)
+    return math.hypot(along, across), math.atan2(across, along)
+
+
 @dataclass(frozen=True)
 class KneedBiped(Robot):
     """A planar biped of two equal legs with knees and point feet.
