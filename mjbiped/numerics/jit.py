@@ -30,6 +30,8 @@ def compiled(
     functions: tuple[Function, ...],
     inlined: tuple[Function, ...],
     apart: tuple[Function, ...] = (),
+    *,
+    contract: bool = True,
 ) -> Function:
     """`function` with its first argument fixed to a group of functions, as machine code that lets other threads run.
 
@@ -39,13 +41,14 @@ def compiled(
         functions: Its members; what this function has made before is called as the machine code that it is.
         inlined: Functions that become part of their caller, with all that they call: those of the innermost loop.
         apart: Those that do not, though these call them, nor what they call.
+        contract: See `options`.
 
     Returns:
         A function of the arguments that are left.
     """
     digest = prepared((function, *functions), inlined, apart)
-    entry = _bound(function, group, functions, digest)
-    result: Function = jitted(entry, nogil=True, **options(contract=True))
+    entry = _bound(function, group, functions, digest if contract else f"exact_{digest}")
+    result: Function = jitted(entry, nogil=True, **options(contract))
     return result
 
 
@@ -102,7 +105,7 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function], apart: Sequ
     hot = {part for root in inlined for part in _called(root, set(apart))}
     for part in parts:
         if part not in _registered:
-            register_jitable(forceinline=part in hot)(part)
+            register_jitable(forceinline=part in hot, no_cfunc_wrapper=True)(part)
             _registered.add(part)
     made = [root.__name__ for root in roots if not isinstance(root, FunctionType)]  # with a digest in it
     made.append(_addresses())

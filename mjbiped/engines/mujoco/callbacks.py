@@ -11,6 +11,8 @@ import math
 from collections.abc import Callable, MutableSequence, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from mjbiped.disturbances.pushes import Pushes, following
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco import leapfrog, step_size
@@ -62,6 +64,17 @@ class Places(NamedTuple):
     risers: Floats
     first: Floats
     last: Floats
+
+
+def in_arrays(places: Places) -> Places:
+    """The same as compiled code reads it; plain Python reads tuples faster."""
+    return places._replace(
+        profile=Profile(*(np.array(values, dtype=np.float64) for values in places.profile)),
+        rises=np.array(places.rises),
+        risers=np.array(places.risers),
+        first=np.array(places.first),
+        last=np.array(places.last),
+    )
 
 
 class SimulationConstants(NamedTuple):

@@ -178,7 +178,32 @@ def observe(u: MutableSequence[float], limits: Limits, profile: Profile, time: f
             clearance = hip_z - length * math.cos(swing) - height_over(profile, swing_x)
             if swing_foot_collides(limits.reach, limits.delay, time - u[TRANSFER_TIME], ahead, clearance):
                 u[CONTACT_ENABLED] = 1.0
-    slope = u[SLOPE]  # a foot that sinks into the ground, or rolls on its radius, does not slip
+    judge(u, limits, profile, time, (hip_x, hip_z), (foot_x, foot_z), stance)
+
+
+def judge(
+    u: MutableSequence[float],
+    limits: Limits,
+    profile: Profile,
+    time: float,
+    hip: tuple[float, float],
+    foot: tuple[float, float],
+    stance: float,
+) -> None:
+    """Note how far the stance foot has slid, and whether the walk is over.
+
+    Args:
+        u: Userdata.
+        limits: What the walk is judged by.
+        profile: The ground.
+        time: Now, s.
+        hip: Its place, x and z in m.
+        foot: Place of the stance foot, m.
+        stance: What stands on it, from the vertical, rad: the foot rolls with that.
+    """
+    hip_x, hip_z = hip
+    foot_x, foot_z = foot
+    length, slope = limits.leg_length, u[SLOPE]  # a foot that sinks into the ground, or rolls, does not slip
     distance = (foot_x - u[FOOT_X]) * math.cos(slope) - (foot_z - u[FOOT_Z]) * math.sin(slope)
     slip = abs(distance - limits.foot_radius * (stance - u[FOOT_ANGLE]))
     up = (foot_x - u[FOOT_X]) * math.sin(slope) + (foot_z - u[FOOT_Z]) * math.cos(slope)
@@ -306,9 +331,19 @@ def _transfer_support(u: MutableSequence[float], limits: Limits, profile: Profil
     u[NOTED] = u[CONTACT_ENABLED] = 0.0
     # until the controller ticks: the lifted leg's ankle is off, the hip's motor goes on
     u[ANKLE], u[HIP] = 0.0, -u[HIP]
+    forget_step(u)
+    judge_touchdown(u, limits)
+
+
+def forget_step(u: MutableSequence[float]) -> None:
+    """Begin anew what is told of one step alone."""
     u[SLIP] = u[PENETRATION] = u[FRICTION] = u[FACE_IMPACTS] = 0.0
     u[IMPULSE] = u[STRETCH] = u[WITHOUT_CONTACT] = 0.0
     u[NORMAL_FORCE] = math.inf
+
+
+def judge_touchdown(u: MutableSequence[float], limits: Limits) -> None:
+    """Note whether the walk is over with the touchdown just counted."""
     if not u[OUTCOME]:
         if u[COUNT] >= limits.steps or u[FOOT_X] >= limits.distance:
             u[OUTCOME] = _FINISHED
@@ -318,7 +353,7 @@ def _transfer_support(u: MutableSequence[float], limits: Limits, profile: Profil
 
 READING = 11
 """Floats of one slot of a contact sensor: found, force (3), distance, position (3), normal (3)."""
-_FOUND, _FORCE, _DISTANCE, _NORMAL = 0, 1, 4, 8
+FOUND, FORCE_SHOWN, DISTANCE, NORMAL = 0, 1, 4, 8
 
 
 def read_contacts(u: MutableSequence[float], limits: Limits, stance: Sequence[float], swing: Sequence[float]) -> None:
@@ -334,28 +369,28 @@ def read_contacts(u: MutableSequence[float], limits: Limits, stance: Sequence[fl
     noted = 0.0
     if u[CONTACT_ENABLED]:
         for slot in range(0, len(swing), READING):
-            if swing[slot + _FOUND] > 0.0:
-                upward = -swing[slot + _NORMAL + 2]
+            if swing[slot + FOUND] > 0.0:
+                upward = -swing[slot + NORMAL + 2]
                 if upward < SMALLEST_UPWARD_NORMAL:
                     u[FACE_IMPACTS] = 1.0
                 elif not noted:
                     noted = 1.0
-                    if -swing[slot + _DISTANCE] > u[PENETRATION]:
-                        u[PENETRATION] = -swing[slot + _DISTANCE]
+                    if -swing[slot + DISTANCE] > u[PENETRATION]:
+                        u[PENETRATION] = -swing[slot + DISTANCE]
     u[NOTED] = noted
     force = bearing = across = along = 0.0
     # on a joint of the ground both sides bear the foot, each with a part of the force; their frames all but agree
     for slot in range(0, len(stance), READING):
-        if stance[slot + _FOUND] > 0.0:
-            force += stance[slot + _FORCE]
-            if -stance[slot + _NORMAL + 2] >= SMALLEST_UPWARD_NORMAL:
-                bearing += stance[slot + _FORCE]
-                across += stance[slot + _FORCE + 1]
-                along += stance[slot + _FORCE + 2]
+        if stance[slot + FOUND] > 0.0:
+            force += stance[slot + FORCE_SHOWN]
+            if -stance[slot + NORMAL + 2] >= SMALLEST_UPWARD_NORMAL:
+                bearing += stance[slot + FORCE_SHOWN]
+                across += stance[slot + FORCE_SHOWN + 1]
+                along += stance[slot + FORCE_SHOWN + 2]
     u[FORCE] = force
-    if stance[_FOUND] > 0.0 and not noted and -stance[_NORMAL + 2] >= SMALLEST_UPWARD_NORMAL:
-        if -stance[_DISTANCE] > u[PENETRATION]:
-            u[PENETRATION] = -stance[_DISTANCE]
+    if stance[FOUND] > 0.0 and not noted and -stance[NORMAL + 2] >= SMALLEST_UPWARD_NORMAL:
+        if -stance[DISTANCE] > u[PENETRATION]:
+            u[PENETRATION] = -stance[DISTANCE]
         if bearing > LIGHT_CONTACT * limits.weight:
             used = math.sqrt(across * across + along * along) / bearing  # hypot has other last bits compiled
             if used > u[FRICTION]:

@@ -94,14 +94,7 @@ class MujocoRun(Run):
 
     def message(self, error: Exception) -> str:
         """What went wrong, and when: in the controller, or in MuJoCo itself."""
-        if not isinstance(error, mujoco.FatalError):
-            return super().message(error)
-        at, reason = self.recorder, " ".join(str(error).split())
-        return (
-            f"MuJoCo gave up at {at.end[0]:.3f} s, after {at.steps} steps, for no fault of the controller: {reason}. "
-            f"Its scene has {self.simulation.model.ngeom} geoms; a ground of fewer, longer segments needs fewer, and "
-            "the hybrid engine has none"
-        )
+        return gave_up(error, self.recorder, self.simulation.model) or super().message(error)
 
     def peak_torque(self) -> NDArray[np.float64]:
         """Greatest |ankle| and |hip| torque so far, N m."""
@@ -111,6 +104,18 @@ class MujocoRun(Run):
     def settings(self) -> dict[str, Any]:
         """The engine's settings, and MuJoCo's warnings."""
         return {**asdict(self.simulation.options), "warnings": dict(self.simulation.warnings)}
+
+
+def gave_up(error: Exception, recorder: Recorder, model: mujoco.MjModel) -> str:
+    """What to say of a walk in which MuJoCo itself failed; empty where it did not."""
+    if not isinstance(error, mujoco.FatalError):
+        return ""
+    (time, _), reason = recorder.end, " ".join(str(error).split())
+    return (
+        f"MuJoCo gave up at {time:.3f} s, after {recorder.steps} steps, for no fault of the controller: {reason}. "
+        f"Its scene has {model.ngeom} geoms; a ground of fewer, longer segments needs fewer, and the hybrid engine has "
+        "none"
+    )
 
 
 def ticking(options: Options, disturbances: Disturbances) -> Options:

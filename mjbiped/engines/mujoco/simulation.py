@@ -363,7 +363,7 @@ class Simulation:
             with refused_in_words(controller, law):
                 return native(law, self._constants, self.recording)
         except UnknownLayoutError as error:
-            _warn_once(str(error))
+            warn_once(str(error))
             return None
 
     def _on_control(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -413,5 +413,6 @@ class Simulation:
 
 
 @lru_cache(maxsize=1)
-def _warn_once(reason: str) -> None:
+def warn_once(reason: str) -> None:
+    """Say why walks are not made in compiled code."""
     warnings.warn(f"{reason}; walks run with callbacks in Python, which gives the same, only slower", stacklevel=4)

@@ -33,7 +33,7 @@ from mjbiped.engines.mujoco.leapfrog import effective_step, note_lag, planned
 from mjbiped.terrain.profile import height_over_ground, segment_under
 
 if TYPE_CHECKING:
-    from mjbiped.engines.mujoco.callbacks import SimulationConstants
+    from mjbiped.engines.mujoco.callbacks import Places, SimulationConstants
 
 STIFFNESS = 1e3
 """Of a contact over the mass it meets, 1/s². `solimp` leaves 1e-4 of the load unborne, so a standing foot sinks by
@@ -155,7 +155,7 @@ def _near_face(
     x, z = _foot(constants, u, t, state, qacc)
     further, _ = _foot(constants, u, t + 2.0 * constants.timestep, state, qacc)
     margin = MARGIN + abs(further - x)
-    return _face_between(constants, x, z, x - margin, x + margin, margin)
+    return face_between(constants.places, x, z, x - margin, x + margin, margin)
 
 
 def _reaches_face(
@@ -164,12 +164,12 @@ def _reaches_face(
     """Whether the swing foot comes to a riser within this step of length t."""
     here, _ = _foot(constants, u, 0.0, state, qacc)
     x, z = _foot(constants, u, t, state, qacc)
-    return _face_between(constants, x, z, min(here, x) - MARGIN, max(here, x) + MARGIN, MARGIN)
+    return face_between(constants.places, x, z, min(here, x) - MARGIN, max(here, x) + MARGIN, MARGIN)
 
 
-def _face_between(constants: SimulationConstants, x: float, z: float, low: float, high: float, margin: float) -> bool:
+def face_between(places: Places, x: float, z: float, low: float, high: float, margin: float) -> bool:
     """Whether the face behind or ahead of a foot at x, z lies between two places, and the foot no higher than that."""
-    profile, rises = constants.places.profile, constants.places.rises
+    profile, rises = places.profile, places.rises
     segment = segment_under(profile, x)
     for index in range(segment, min(segment + 2, len(profile.x))):
         rise, top = rises[index], profile.z[index]

@@ -9,8 +9,13 @@ from scipy.interpolate import CubicSpline
 
 import mjbiped
 from controllers import KneedController, PassiveController
+from mjbiped.control.controller import Law
+from mjbiped.control.unpowered import UnpoweredKnees
+from mjbiped.engines.mujoco import scene
+from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
 from mjbiped.engines.mujoco.kneed.lengths import Lengths, approach, sooner
 from mjbiped.engines.mujoco.kneed.simulation import KneedSimulation
+from mjbiped.engines.mujoco.simulation import warn_once
 from mjbiped.errors import InputError
 from mjbiped.records import measures
 from mjbiped.robots.kneed import SWING_LOCKED
@@ -82,6 +87,72 @@ def test_it_is_the_same_bit_by_bit_each_time() -> None:
     assert walked(1) == walked(1)
 
 
+class InPython(KneedController):
+    """The same law, of which no machine code is made."""
+
+    def law(self) -> None:  # type: ignore[override]
+        """None."""
+
+
+def test_compiled_and_in_python_bit_by_bit_the_same() -> None:
+    """Neither contracts products and sums; over a change of slope, a riser, a knee strike and its touchdown."""
+    gait = mjbiped.find_kneed_gait(ROBOT, math.radians(2.5))
+    ground = mjbiped.Terrain.from_segments([(0.2, 1.0, 0.0), (20.0, 0.0, -0.02)])
+    own = {"engine": "mujoco", "steps": 2, "sample_period": 0.02}
+    found, plain = (mjbiped.walk(kind(ROBOT, gait), ground, **own) for kind in (KneedController, InPython))
+    assert found.outcome == "finished"
+    assert found.samples.keys() == plain.samples.keys()
+    for mine, its in ((found.samples, plain.samples), (found.touchdowns, plain.touchdowns)):
+        for name, values in mine.items():
+            np.testing.assert_array_equal(values, its[name], err_msg=name)
+    np.testing.assert_array_equal(found.peak_torque, plain.peak_torque)
+
+
+def test_an_unknown_mujoco_is_stepped_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    def unknown() -> None:
+        raise UnknownLayoutError("MuJoCo 9.9 is not understood")
+
+    expected = walked(1)
+    monkeypatch.setattr("mjbiped.engines.mujoco.kneed.simulation.layout", unknown)
+    warn_once.cache_clear()
+    with pytest.warns(UserWarning, match="MuJoCo 9.9 is not understood; walks run with callbacks in Python"):
+        assert walked(1) == expected
+
+
+def out_of_range(parameters: Any, memory: Any, *state: float) -> tuple[float, float, float]:
+    return 0.0, 0.0, memory[10**6]
+
+
+def test_an_exception_in_compiled_code_stops_the_walk() -> None:
+    class Short(UnpoweredKnees):
+        def law(self) -> Law:
+            return super().law()._replace(torque=out_of_range)  # type: ignore[union-attr]
+
+    with pytest.raises(mjbiped.WalkStopped, match=r"Short failed at .* a compiled law raised an exception") as stopped:
+        mjbiped.walk(Short(), mjbiped.Terrain.incline(2.5), robot=ROBOT, engine="mujoco", steps=1)
+    assert stopped.value.walk.outcome == "interrupted"
+
+
+def test_many_walks_share_threads(walk: mjbiped.Walk) -> None:
+    ground = mjbiped.Terrain.incline(2.5)
+    controllers = [PassiveController()] * 3
+    found = mjbiped.walk_many(controllers, ground, robot=ROBOT, engine="mujoco", steps=4, workers=2)
+    assert all(each == walk for each in found)
+
+
+def test_what_mujoco_itself_fails_of_is_not_called_the_controllers_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A failure in what is called by address would end the process."""
+
+    def with_little_memory(spec: Any, *rest: Any) -> None:
+        set_robot(spec, *rest)
+        spec.memory = 6000  # bytes: too few for a single step
+
+    set_robot = scene._set_robot
+    monkeypatch.setattr(scene, "_set_robot", with_little_memory)
+    with pytest.raises(mjbiped.WalkStopped, match=r"MuJoCo gave up at .* out of memory.* geoms; a ground"):
+        walked(1)
+
+
 def test_locked_and_free_as_it_should_be(walk: mjbiped.Walk) -> None:
     samples = walk.samples
     flexion = samples["q"][:, 2] - samples["q"][:, 1]
@@ -93,7 +164,6 @@ def test_locked_and_free_as_it_should_be(walk: mjbiped.Walk) -> None:
     assert np.abs(standing).max() < 1e-5
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("steps", [(1e-3, 1e-5), (2e-4, 1e-5)], ids=str)
 def test_thirty_steps(steps: tuple[float, float]) -> None:
     """The issue's figures: half angle, rates, period and knee strike of the passive gait on 2.5 degrees."""
@@ -108,7 +178,6 @@ def test_thirty_steps(steps: tuple[float, float]) -> None:
     assert np.abs(measures.impact_errors(found)).max() < 1.5e-3
 
 
-@pytest.mark.slow
 def test_a_stubbed_toe_is_physics() -> None:
     """A riser in the swing foot's way stops it: the robot, without motors, falls; nothing passes through the step."""
     ground = mjbiped.Terrain.from_segments([(0.7, 2.5, 0.0), (20.0, 2.5, 0.035)])
@@ -146,7 +215,7 @@ def test_steps_that_lead_to_a_gap() -> None:
     for start in (0.01, 0.0123, 0.5e-3, 3e-6):
         left, planned, steps = start, 1e-3, 0
         while True:
-            lengths = approach(lambda t, left=left: left - t, planned, 1e-5, 1e-3)  # type: ignore[misc]
+            lengths = approach(lambda gap, _, t: gap - t, left, (), planned, 1e-5, 1e-3)
             left -= lengths.length
             steps += 1
             assert left > -1e-12
@@ -161,7 +230,7 @@ def test_steps_that_lead_to_a_gap() -> None:
 def test_the_sooner_gap_decides() -> None:
     short, long = Lengths(1e-4, 1e-5, True), Lengths(3e-4, 1e-3, True)
     assert sooner(long, short) == sooner(short, long) == short
-    assert sooner(Lengths(1e-3, 1e-4), Lengths(2e-4, 1e-3)) == Lengths(2e-4, 1e-4)
+    assert sooner(Lengths(1e-3, 1e-4, False), Lengths(2e-4, 1e-3, False)) == Lengths(2e-4, 1e-4, False)
 
 
 @pytest.mark.slow

@@ -37,7 +37,6 @@ from mjbiped.engines.mujoco.scene import RECORDS_SIZE
 from mjbiped.numerics.jit import c_function, described, options, prepared
 from mjbiped.numerics.records import Packer, Shared
 from mjbiped.rules.termination import Outcome
-from mjbiped.terrain.profile import Profile
 
 if TYPE_CHECKING:
     from mjbiped.control.controller import Law
@@ -95,16 +94,7 @@ class Native:
             NotPackableError: The law's parameters cannot be put into a record.
             NumbaError: The laws cannot be compiled.
         """
-        places = constants.places
-        packed = constants._replace(
-            places=places._replace(
-                profile=Profile(*(np.array(values, dtype=np.float64) for values in places.profile)),
-                rises=np.array(places.rises),
-                risers=np.array(places.risers),
-                first=np.array(places.first),
-                last=np.array(places.last),
-            )
-        )
+        packed = constants._replace(places=callbacks.in_arrays(constants.places))
         shared = recording._replace(samples=Shared(recording.samples), rows=Shared(recording.rows))
         packer = Packer()
         self._law = law

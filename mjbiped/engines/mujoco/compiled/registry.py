@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -16,6 +17,8 @@ from mjbiped.engines.mujoco.compiled.layout import library
 from mjbiped.errors import MjbipedError
 
 CALLBACKS = ("mjcb_control", "mjcb_sensor", "mjcb_contactfilter")
+NO_CALLBACKS = Functions(None, None, None, math.nan)
+"""Of compiled walks that need none: they call the stages of MuJoCo's step themselves."""
 _ONE_THREAD = threading.RLock()  # whose callbacks are installed
 _walking: list[object] = []  # those who installed callbacks of their own, the last one innermost
 _shared: Functions | None = None  # compiled callbacks that are installed for walks in any thread

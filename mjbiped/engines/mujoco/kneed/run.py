@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import asdict
 from typing import Any
 
@@ -10,14 +11,14 @@ from numpy.typing import NDArray
 
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.mujoco.compiled import registry
+from mjbiped.engines.mujoco.compiled.registry import NO_CALLBACKS
 from mjbiped.engines.mujoco.kneed.simulation import KneedSimulation
 from mjbiped.engines.mujoco.options import Options
+from mjbiped.engines.mujoco.run import gave_up
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
 from mjbiped.records.recorder import Cancellation, Recorder
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.rules.termination import Outcome
-
-_BLOCK = 100  # steps between two looks at the progress bar
 
 
 class KneedRun(Run):
@@ -46,10 +47,31 @@ class KneedRun(Run):
             options=options,
         )
 
+    def compile(self) -> bool:
+        """Whether the stepping is compiled."""
+        return self.simulation.compile()
+
+    def sharing(self) -> AbstractContextManager[None]:
+        """Compiled stepping needs no callbacks but that for warnings."""
+        return registry.shared_callbacks(NO_CALLBACKS)
+
+    def shares_with(self, other: Run) -> bool:
+        """Whether both are compiled walks with knees."""
+        return isinstance(other, KneedRun) and self.simulation.compiled
+
+    def message(self, error: Exception) -> str:
+        """What went wrong, and when: in the controller, or in MuJoCo itself."""
+        return gave_up(error, self.recorder, self.simulation.model) or super().message(error)
+
     def walk(self, show: Show) -> Outcome:
         """Step to the end."""
         simulation, recorder = self.simulation, self.recorder
-        with registry.exclusive(), registry.own_callbacks(simulation, {"mju_user_warning": simulation.warn}):
+        with ExitStack() as stack:
+            if registry.shared() is NO_CALLBACKS and simulation.compiled:
+                stack.enter_context(registry.stepped_under_shared(simulation.warn))
+            else:
+                stack.enter_context(registry.exclusive())
+                stack.enter_context(registry.own_callbacks(simulation, {"mju_user_warning": simulation.warn}))
             return self._walked(simulation, recorder, show)
 
     @staticmethod
@@ -57,7 +79,7 @@ class KneedRun(Run):
         try:
             while simulation.outcome is Outcome.WALKING:
                 recorder.cancellation()
-                simulation.block(_BLOCK)
+                simulation.block()
                 show(simulation.take(recorder), simulation.place)
         finally:
             simulation.take(recorder)

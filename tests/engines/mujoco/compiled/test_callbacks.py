@@ -324,7 +324,7 @@ def test_unknown_mujoco_warns_once_and_walks(monkeypatch: pytest.MonkeyPatch, co
         raise UnknownLayoutError("MuJoCo 9.9 is not understood")
 
     monkeypatch.setattr("mjbiped.engines.mujoco.compiled.callbacks.layout", unknown)
-    physics._warn_once.cache_clear()
+    physics.warn_once.cache_clear()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         for _ in range(2):

@@ -1,0 +1,97 @@
+"""The controller's ticks for a biped with knees in MuJoCo: torques that are held, their work, and the samples."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.callbacks import NOW
+from mjbiped.engines.mujoco.kneed import state as at
+from mjbiped.engines.mujoco.kneed.state import JOINTS, Buffers, Constants, Parts, angles_of, stance_of
+from mjbiped.records.rows import KNEED_SAMPLED, write_kneed_sample
+
+
+def tick(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) -> None:
+    """The controller's tick, where it is due; its torques are held until the next one. And the work of the step before.
+
+    A leapfrog step's work is that of the mean of the torques at its ends; see `contact_events.count_work`.
+    """
+    u, motors, ctrl = buffers.u, constants.motors, buffers.scene.ctrl
+    stance = stance_of(u)
+    ankle_before, hip_before, knee_before = u[events.ANKLE], u[events.HIP], u[at.KNEE]
+    if u[events.TIME] > u[events.NEXT_CONTROL] - NOW:
+        u[events.NEXT_CONTROL] += constants.control_period
+        _ask(parts, parameters, constants, buffers)
+    ankle, hip, knee = u[events.ANKLE], u[events.HIP], u[at.KNEE]
+    for index in range(len(ctrl)):
+        ctrl[index] = 0.0
+    ctrl[motors.ankles[stance]] = ankle
+    ctrl[motors.hip] = hip if stance == 0 else -hip
+    ctrl[motors.knees[1 - stance]] = knee
+    if u[at.TURNS] != 0.0:
+        old1, old2, old3 = angles_of(u, at.OLD_Q, stance, 0.0)
+        new1, new2, new3 = angles_of(u, at.Q, stance, 0.0)
+        turned1, turned2, turned3 = new1 - old1, new2 - old2, new3 - old3
+        _count_work(
+            u,
+            0.5 * (ankle_before + ankle) * turned1,
+            0.5 * (hip_before + hip) * (turned2 - turned1),
+            0.5 * (knee_before + knee) * (turned3 - turned2),
+        )
+
+
+def _ask(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) -> None:
+    """Ask the controller's law; a locked knee's motor does nothing."""
+    u = buffers.u
+    stance = stance_of(u)
+    q1, q2, q3 = angles_of(u, at.Q, stance, u[events.SLOPE])
+    dq1, dq2, dq3 = angles_of(u, at.RATES, stance, 0.0)
+    t = u[events.TIME] - u[events.TRANSFER_TIME]
+    values = parts.torque(parameters, buffers.memory, t, q1, q2, q3, dq1, dq2, dq3)
+    for index in range(constants.states):
+        buffers.rates[index] = values[JOINTS + index]
+    ankle, hip, knee = float(values[0]), float(values[1]), float(values[2])
+    if u[at.LOCKED] != 0.0:
+        knee = 0.0
+    u[events.ANKLE], u[events.HIP], u[at.KNEE] = ankle, hip, knee
+    if u[events.OUTCOME] == 0.0:
+        if abs(ankle) > u[events.PEAK_ANKLE]:
+            u[events.PEAK_ANKLE] = abs(ankle)
+        if abs(hip) > u[events.PEAK_HIP]:
+            u[events.PEAK_HIP] = abs(hip)
+        if abs(knee) > u[at.PEAK_KNEE]:
+            u[at.PEAK_KNEE] = abs(knee)
+
+
+def _count_work(u: Any, ankle: float, hip: float, knee: float) -> None:
+    """Work of the joints in the step before, J."""
+    u[events.WORK_ABSOLUTE] += abs(ankle) + abs(hip) + abs(knee)
+    u[events.WORK_NET] += ankle + hip + knee
+    u[events.WORK_POSITIVE] += max(ankle, 0.0) + max(hip, 0.0) + max(knee, 0.0)
+
+
+def take_sample(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) -> None:
+    """Write the state down, where it is time to, with the torque that is held from now on."""
+    u, period = buffers.u, constants.sample_period
+    time = u[events.TIME]
+    if not (time > u[events.NEXT_SAMPLE] - NOW or u[events.OUTCOME] != 0.0):
+        return
+    u[events.NEXT_SAMPLE] = (math.floor(time / period + NOW) + 1.0) * period
+    stance, row = stance_of(u), buffers.samples[int(u[events.SAMPLES])]
+    write_kneed_sample(
+        row,
+        0,
+        time=time,
+        q=angles_of(u, at.Q, stance, u[events.SLOPE]),
+        dq=angles_of(u, at.RATES, stance, 0.0),
+        torque=(u[events.ANKLE], u[events.HIP], u[at.KNEE]),
+        slope=u[events.SLOPE],
+        slope_estimate=parts.slope_estimate(parameters, buffers.memory),
+        stance=float(stance),
+        qpos=(u[at.Q], u[at.Q + 1], u[at.Q + 2], u[at.Q + 4], u[at.Q + 3], u[at.Q + 5]),
+        locked=u[at.LOCKED],
+    )
+    for index in range(constants.states):
+        row[KNEED_SAMPLED + index] = buffers.memory[index]
+    u[events.SAMPLES] += 1.0

@@ -1,0 +1,196 @@
+"""Physics steps of the biped with knees in MuJoCo: they end where foot or knee strikes, and one makes the impact.
+
+Nothing of the impact maps is used. A knee that comes to its stop is locked by an equality constraint, one contact step
+long plastic, as the feet's contacts are; a foot's contact makes the heel strike. The swing foot collides from the first
+step after lift-off on, wherever it is.
+
+A step consists of MuJoCo's own stages, one after the other, so that no callback is needed: what a step's constraints
+are made of (locks, what the feet can meet, damping) is decided before the position stage. Rates of now, the effective
+step and the held foot are those of `mjbiped.engines.mujoco.leapfrog`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import MutableSequence, Sequence
+from typing import Any
+
+from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.kneed import feet
+from mjbiped.engines.mujoco.kneed import state as at
+from mjbiped.engines.mujoco.kneed.feet import Felt, felt, write_collisions
+from mjbiped.engines.mujoco.kneed.lengths import step_lengths
+from mjbiped.engines.mujoco.kneed.motors import take_sample, tick
+from mjbiped.engines.mujoco.kneed.observation import look, observe
+from mjbiped.engines.mujoco.kneed.state import (
+    COORDINATES,
+    KNEES,
+    THIGHS,
+    Buffers,
+    Constants,
+    Parts,
+    Scene,
+    X,
+    Z,
+    end_of_leg,
+    foot_of,
+    stance_of,
+)
+from mjbiped.engines.mujoco.leapfrog import effective_step, held, limited
+from mjbiped.engines.mujoco.scene import LOCK_STIFFNESS
+from mjbiped.engines.mujoco.step_size import SHORTEST, STIFFNESS
+from mjbiped.rules.termination import LIGHT_CONTACT, Outcome
+from mjbiped.terrain.profile import height_over_ground, segment_met
+
+CLEAR = 1e-4  # m: a swing foot that was no higher over the ground has not left it
+NOBODY = -1  # leg whose foot passes through the ground
+_DIVERGED = float(Outcome.DIVERGED)
+
+
+def advance(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) -> None:
+    """Make `u[STEPS]` physics steps, or fewer where the walk ends."""
+    u, scene, machine = buffers.u, buffers.scene, buffers.machine
+    for _ in range(int(u[at.STEPS])):
+        if not look(u, scene):
+            u[events.OUTCOME] = _DIVERGED
+            return
+        observe(parts, parameters, constants, buffers)
+        if u[events.OUTCOME] == _DIVERGED:
+            return
+        tick(parts, parameters, constants, buffers)
+        take_sample(parts, parameters, constants, buffers)
+        if u[events.OUTCOME] != 0.0:
+            return
+        _prepare(constants, u, scene)
+        parts.position(machine)
+        _show(constants, u, scene)
+        parts.velocity(machine)
+        for index in range(COORDINATES):
+            scene.qvel[index] = u[at.QVEL + index]
+        parts.forces(machine)
+        for index in range(COORDINATES):
+            u[at.QACC + index] = float(scene.qacc[index])
+        parts.move(machine, _resolved(constants, u, scene))
+
+
+def _prepare(constants: Constants, u: MutableSequence[float], scene: Scene) -> None:
+    """Say what the constraints of the step to come are: how soft, and what the feet can meet."""
+    profile = constants.places.profile
+    _soften(constants, scene, effective_step(u[events.PLAIN], u[events.LAST_STEP], u[events.PLANNED]))
+    swing = 1 - stance_of(u)
+    x, z = foot_of(constants.links, at.Q, u, swing)
+    u[at.CLEAR] = height_over_ground(profile, x, z)
+    lifted = _lifted(constants, u, x)
+    met = float(segment_met(profile, x, z))
+    if met != u[at.MET] or lifted != NOBODY:
+        feet.swing(constants.places, scene, swing, x, z)
+        write_collisions(scene, lifted)
+        u[at.MET] = met if lifted == NOBODY else -1.0
+
+
+def _soften(constants: Constants, scene: Scene, effective: float) -> None:
+    """Contacts, stops and locks are plastic within the step to come."""
+    motors, damping = constants.motors, -1.0 / effective
+    for leg in range(2):
+        foot, joint, lock = constants.places.feet[leg], motors.joints[leg], motors.locks[leg]
+        scene.geom_solref[foot, 0], scene.geom_solref[foot, 1] = -STIFFNESS, damping
+        scene.jnt_solref[joint, 0], scene.jnt_solref[joint, 1] = -LOCK_STIFFNESS, damping
+        scene.eq_solref[lock, 0], scene.eq_solref[lock, 1] = -LOCK_STIFFNESS, damping
+
+
+def _may_land(u: Sequence[float], x: float) -> bool:
+    """Whether a swing foot at x takes the robot over if it comes down: its leg is straight, and ahead."""
+    return bool(u[at.LOCKED] != 0.0 and x > u[events.FOOT_X])
+
+
+def _lifted(constants: Constants, u: Sequence[float], x: float) -> int:
+    """The leg whose foot leaves the ground in the step to come, and does not collide.
+
+    The ground cannot pull, but a solver with a convex friction cone drags a foot that leaves it obliquely: the
+    stance foot in the heel strike, and a swing foot that touches the ground and moves away from it.
+
+    Args:
+        constants: The walk's.
+        u: Its memory, with the height of the swing foot.
+        x: Place of the swing foot, m.
+    """
+    stance, height = stance_of(u), u[at.CLEAR]
+    if not -constants.deepest < height < 0.0:
+        return NOBODY
+    thigh, knee = THIGHS[1 - stance], KNEES[1 - stance]
+    later_x, later_z = end_of_leg(constants.links, _later(u, X), _later(u, Z), _later(u, thigh), _later(u, knee))
+    if height_over_ground(constants.places.profile, later_x, later_z) > height:
+        return 1 - stance
+    return stance if _may_land(u, x) else NOBODY
+
+
+def _later(u: Sequence[float], index: int) -> float:
+    return u[at.Q + index] + SHORTEST * u[at.RATES + index]
+
+
+def _show(constants: Constants, u: Sequence[float], scene: Scene) -> None:
+    """Let the velocity stage see rates of now, and the stance foot's velocity in the mean of the step."""
+    if u[events.PLAIN] != 0.0:
+        return
+    index = THIGHS[stance_of(u)]
+    leg, rate, lag = u[at.Q + index], u[at.QVEL + index], u[at.LAG + index]
+    shown_x, shown_z = held(constants.limits.leg_length, leg, rate, lag, u[events.PLANNED], u[events.LAST_STEP])
+    for place in range(COORDINATES):
+        scene.qvel[place] = u[at.QVEL + place] + u[at.LAG + place]
+    scene.qvel[X] += shown_x
+    scene.qvel[Z] += shown_z
+
+
+def _resolved(constants: Constants, u: MutableSequence[float], scene: Scene) -> float:
+    """Take in what the step's forces are; returns its length, s, for which its accelerations are made to act."""
+    stance = stance_of(u)
+    u[at.STRUCK], u[at.STRIKES_NEXT] = u[at.STRIKES_NEXT], 0.0
+    slots, contacts = constants.places.slots, constants.places.contacts
+    toe = felt(scene.sensordata, contacts[1 - stance], slots)
+    x, _ = foot_of(constants.links, at.Q, u, 1 - stance)
+    _feel(constants, u, felt(scene.sensordata, contacts[stance], slots), toe, _may_land(u, x))
+    lengths = step_lengths(constants, u, toe)
+    length = lengths.length
+    effective = effective_step(u[events.PLAIN], u[events.LAST_STEP], length)
+    u[events.EFFECTIVE_STEP] = effective
+    _note_lag(constants, u, length)
+    for index in range(COORDINATES):
+        scene.qacc[index] *= effective / length
+    u[events.PLANNED], u[events.PLAIN] = lengths.following, 1.0 if lengths.reached else 0.0
+    u[at.CLOCK] += length
+    if u[at.STRIKES_NEXT] != 0.0:
+        scene.eq_active[constants.motors.locks[1 - stance]] = True
+        u[at.LOCKED] = 1.0
+    return length
+
+
+def _feel(constants: Constants, u: MutableSequence[float], stance: Felt, toe: Felt, may_land: bool) -> None:
+    """Take in what the feet feel in the step just resolved."""
+    landed = may_land and toe.ground
+    u[events.NOTED] = 1.0 if landed else 0.0
+    if u[at.CLEAR] > CLEAR:
+        u[at.TOUCHING] = 0.0
+    if toe.face:
+        u[events.FACE_IMPACTS] = 1.0
+    if landed:
+        u[events.PENETRATION] = max(u[events.PENETRATION], toe.depth)
+    elif toe.ground and u[at.TOUCHING] == 0.0:
+        u[at.STUBS] += 1.0
+        u[at.TOUCHING] = 1.0
+    u[events.FORCE] = stance.force
+    if stance.ground and not landed:
+        u[events.PENETRATION] = max(u[events.PENETRATION], stance.depth)
+        if stance.bearing > LIGHT_CONTACT * constants.limits.weight:
+            u[events.FRICTION] = max(u[events.FRICTION], stance.tangential / stance.bearing)
+
+
+def _note_lag(constants: Constants, u: MutableSequence[float], length: float) -> None:
+    """What the rates will lack, after this step, to be those of its end."""
+    impact = u[events.NOTED] != 0.0 or u[at.STRUCK] != 0.0 or u[events.PLAIN] != 0.0
+    least = constants.gravity / constants.limits.leg_length
+    for index in range(COORDINATES):
+        value = u[at.QACC + index]
+        if u[events.SMOOTH] != 0.0:
+            value = limited(value, u[at.ACCELERATION + index], least)
+        u[at.LAG + index] = 0.0 if impact or index < 2 else 0.5 * length * value  # the hip's is not shown
+        u[at.ACCELERATION + index] = u[at.QACC + index]
+    u[events.SMOOTH] = 0.0 if impact else 1.0
