@@ -98,8 +98,10 @@ def test_compiled_and_in_python_bit_by_bit_the_same() -> None:
     """Neither contracts products and sums; over a change of slope, a riser, a knee strike and its touchdown."""
     gait = mjbiped.find_kneed_gait(ROBOT, math.radians(2.5))
     ground = mjbiped.Terrain.from_segments([(0.2, 1.0, 0.0), (20.0, 0.0, -0.02)])
-    own = {"engine": "mujoco", "steps": 2, "sample_period": 0.02}
-    found, plain = (mjbiped.walk(kind(ROBOT, gait), ground, **own) for kind in (KneedController, InPython))
+    found, plain = (
+        mjbiped.walk(kind(ROBOT, gait), ground, engine="mujoco", steps=2, sample_period=0.02)
+        for kind in (KneedController, InPython)
+    )
     assert found.outcome == "finished"
     assert found.samples.keys() == plain.samples.keys()
     for mine, its in ((found.samples, plain.samples), (found.touchdowns, plain.touchdowns)):
@@ -126,7 +128,7 @@ def out_of_range(parameters: Any, memory: Any, *state: float) -> tuple[float, fl
 def test_an_exception_in_compiled_code_stops_the_walk() -> None:
     class Short(UnpoweredKnees):
         def law(self) -> Law:
-            return super().law()._replace(torque=out_of_range)  # type: ignore[union-attr]
+            return super().law()._replace(torque=out_of_range)
 
     with pytest.raises(mjbiped.WalkStopped, match=r"Short failed at .* a compiled law raised an exception") as stopped:
         mjbiped.walk(Short(), mjbiped.Terrain.incline(2.5), robot=ROBOT, engine="mujoco", steps=1)
