@@ -48,7 +48,8 @@ def bent_leg(upper: float, lower: float, flexion: float) -> tuple[float, float]:
         Length, m, and lean, rad.
     """
     along, across = lower + upper * math.cos(flexion), upper * math.sin(flexion)
-    return math.hypot(along, across), math.atan2(across, along)
+    # hypot has other last bits compiled
+    return math.sqrt(along * along + across * across), math.atan2(across, along)
 
 
 @dataclass(frozen=True)

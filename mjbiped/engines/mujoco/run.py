@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Generator
 from contextlib import AbstractContextManager
 from dataclasses import asdict, replace
@@ -183,11 +184,20 @@ def stepped(simulation: Simulation, recorder: Recorder, *, most: int = BLOCK) ->
     if u[contact_events.OUTCOME] == Outcome.INTERRUPTED:
         raise MjbipedError("a compiled law raised an exception; let law() return None to see where")
     if simulation.outcome is Outcome.DIVERGED:
-        fault = _fault(simulation)
-        if fault:
-            simulation.warnings[fault] += 1
-        elif not simulation.warnings:
-            simulation.warnings[_MISSED] += 1
+        explain(simulation.warnings, _fault(simulation))
+
+
+def explain(warnings: Counter[str], fault: str) -> None:
+    """Note why a walk has diverged.
+
+    Args:
+        warnings: So far; changed.
+        fault: Which torque was no number, in words; empty if none was.
+    """
+    if fault:
+        warnings[fault] += 1
+    elif not warnings:
+        warnings[_MISSED] += 1
 
 
 def _fault(simulation: Simulation) -> str:

@@ -80,10 +80,18 @@ def approach(
     return Lengths(max(0.5 * below, SHORTEST), shorter, False)
 
 
-def sooner(first: Lengths, second: Lengths) -> Lengths:
-    """What two gaps ask for together: nothing closes in the step but what is reached at its end."""
+def sooner(first: Lengths, second: Lengths, planned: float) -> Lengths:
+    """What two gaps ask for together: nothing closes in the step but what is reached at its end.
+
+    Args:
+        first: What one asks for.
+        second: What the other does.
+        planned: Length of the step as planned, s: a gap that asks for no less stays open for half as long again.
+    """
     if first.length > second.length:
         first, second = second, first
+    if second.reached and not first.reached and first.length >= planned:
+        return second
     reached = first.reached or (second.reached and second.length == first.length)
     return Lengths(first.length, min(first.following, second.following), reached)
 
@@ -112,8 +120,8 @@ def step_lengths(constants: Constants, u: MutableSequence[float], toe: Felt) -> 
             stop = approach(stop_gap, constants, u, planned, shortest, usual)
         else:
             stop = Lengths(planned, shortest, True)
-        u[at.STRIKES_NEXT] = 1.0 if stop.reached and stop.length <= found.length else 0.0
-        found = sooner(found, stop)
+        found = sooner(found, stop, planned)
+        u[at.STRIKES_NEXT] = 1.0 if stop.reached and stop.length == found.length else 0.0
     if constants.control_period > 0.0:
         due = u[events.NEXT_CONTROL] - u[events.TIME]
         if due < found.length - SHORTEST:

@@ -8,8 +8,11 @@ from typing import Any
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.callbacks import NOW
 from mjbiped.engines.mujoco.kneed import state as at
-from mjbiped.engines.mujoco.kneed.state import JOINTS, Buffers, Constants, Parts, angles_of, stance_of
+from mjbiped.engines.mujoco.kneed.state import JOINTS, Buffers, Constants, Parts, angles_of, rates_of, stance_of
 from mjbiped.records.rows import KNEED_SAMPLED, write_kneed_sample
+from mjbiped.rules.termination import Outcome
+
+DIVERGED = float(Outcome.DIVERGED)
 
 
 def tick(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) -> None:
@@ -23,6 +26,8 @@ def tick(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) 
     if u[events.TIME] > u[events.NEXT_CONTROL] - NOW:
         u[events.NEXT_CONTROL] += constants.control_period
         _ask(parts, parameters, constants, buffers)
+    if u[at.LOCKED] != 0.0:
+        u[at.KNEE] = 0.0  # the motor of a locked knee does nothing
     ankle, hip, knee = u[events.ANKLE], u[events.HIP], u[at.KNEE]
     for index in range(len(ctrl)):
         ctrl[index] = 0.0
@@ -42,11 +47,11 @@ def tick(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) 
 
 
 def _ask(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) -> None:
-    """Ask the controller's law; a locked knee's motor does nothing."""
+    """Ask the controller's law."""
     u = buffers.u
     stance = stance_of(u)
     q1, q2, q3 = angles_of(u, at.Q, stance, u[events.SLOPE])
-    dq1, dq2, dq3 = angles_of(u, at.RATES, stance, 0.0)
+    dq1, dq2, dq3 = rates_of(u, at.RATES, stance)
     t = u[events.TIME] - u[events.TRANSFER_TIME]
     values = parts.torque(parameters, buffers.memory, t, q1, q2, q3, dq1, dq2, dq3)
     for index in range(constants.states):
@@ -55,7 +60,9 @@ def _ask(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) 
     if u[at.LOCKED] != 0.0:
         knee = 0.0
     u[events.ANKLE], u[events.HIP], u[at.KNEE] = ankle, hip, knee
-    if u[events.OUTCOME] == 0.0:
+    if not (math.isfinite(ankle) and math.isfinite(hip) and math.isfinite(knee)):
+        u[events.OUTCOME] = DIVERGED  # MuJoCo would take it for 0
+    elif u[events.OUTCOME] == 0.0:
         if abs(ankle) > u[events.PEAK_ANKLE]:
             u[events.PEAK_ANKLE] = abs(ankle)
         if abs(hip) > u[events.PEAK_HIP]:
@@ -84,7 +91,7 @@ def take_sample(parts: Parts, parameters: Any, constants: Constants, buffers: Bu
         0,
         time=time,
         q=angles_of(u, at.Q, stance, u[events.SLOPE]),
-        dq=angles_of(u, at.RATES, stance, 0.0),
+        dq=rates_of(u, at.RATES, stance),
         torque=(u[events.ANKLE], u[events.HIP], u[at.KNEE]),
         slope=u[events.SLOPE],
         slope_estimate=parts.slope_estimate(parameters, buffers.memory),

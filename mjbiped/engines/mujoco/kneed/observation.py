@@ -21,9 +21,11 @@ from mjbiped.engines.mujoco.kneed.state import (
     Z,
     angles_of,
     foot_of,
+    rates_of,
     stance_of,
 )
 from mjbiped.records.rows import write_kneed_touchdown
+from mjbiped.robots.kneed import bent_leg
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.profile import height_of, segment_stood_on
 
@@ -77,7 +79,7 @@ def observe(parts: Parts, parameters: Any, constants: Constants, buffers: Buffer
 def begin_step(constants: Constants, u: MutableSequence[float], scene: Scene) -> None:
     """Begin anew what is told of one step alone; the new swing foot leaves the ground."""
     events.forget_step(u)
-    u[at.LOCKED] = u[at.OPENED] = u[at.CLEAR] = u[at.FLEXION] = u[at.STUBS] = 0.0
+    u[at.LOCKED] = u[at.BENT] = u[at.OPENED] = u[at.CLEAR] = u[at.FLEXION] = u[at.STUBS] = 0.0
     u[at.TOUCHING] = 1.0
     for index in range(at.STRIKE_TIME, at.SCALARS):
         u[index] = math.nan
@@ -98,10 +100,10 @@ def _note_strike(parts: Parts, parameters: Any, buffers: Buffers) -> None:
     stance, slope = stance_of(u), u[events.SLOPE]
     t = u[events.TIME] - u[events.TRANSFER_TIME]
     q1, q2, q3 = angles_of(u, at.Q, stance, slope)
-    dq1, dq2, dq3 = angles_of(u, at.RATES, stance, 0.0)
+    dq1, dq2, dq3 = rates_of(u, at.RATES, stance)
     u[at.STRIKE_TIME] = t
     _put(u, at.STRIKE_Q, angles_of(u, at.OLD_Q, stance, slope))
-    _put(u, at.STRIKE_RATES, angles_of(u, at.OLD_RATES, stance, 0.0))
+    _put(u, at.STRIKE_RATES, rates_of(u, at.OLD_RATES, stance))
     _put(u, at.STRUCK_RATES, (dq1, dq2, dq3))
     parts.knee_strike(parameters, buffers.memory, t, q1, q2, q3, dq1, dq2, dq3)
 
@@ -117,13 +119,15 @@ def _three(u: Sequence[float], first: int) -> tuple[float, float, float]:
 def _transfer(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) -> None:
     """Exchange the legs' roles; the knee of the new swing leg is free, and the controller is told.
 
+    The new stance knee stays locked as it is, straight or bent.
+
     No row tells of a foot that is not on the ground: the walk has then diverged.
     """
     u, memory, scene = buffers.u, buffers.memory, buffers.scene
     limits, profile = constants.limits, constants.places.profile
     old = stance_of(u)
     old1, old2, old3 = q_before = angles_of(u, at.OLD_Q, old, u[events.SLOPE])
-    dq_before = angles_of(u, at.OLD_RATES, old, 0.0)
+    dq_before = rates_of(u, at.OLD_RATES, old)
     leg = 1 - old
     x, z = foot_of(constants.links, at.Q, u, leg)
     segment = segment_stood_on(profile, x, z)
@@ -132,8 +136,13 @@ def _transfer(parts: Parts, parameters: Any, constants: Constants, buffers: Buff
             u[events.OUTCOME] = _DIVERGED
         return
     slope = -math.atan(profile.gradient[segment])
+    if u[at.BENT] != 0.0:
+        u[at.REACH], lean = bent_leg(constants.links.thigh_length, constants.links.shank_length, u[at.BEND])
+        u[at.TILT] = u[at.BEND] - lean
+    else:
+        u[at.REACH], u[at.TILT] = limits.leg_length, 0.0
     q1, q2, q3 = angles_of(u, at.Q, leg, slope)
-    dq1, dq2, dq3 = angles_of(u, at.RATES, leg, 0.0)
+    dq1, dq2, dq3 = rates_of(u, at.RATES, leg)
     before = parts.slope_estimate(parameters, memory)
     parts.touchdown(parameters, memory, old1, old2, old3, q1, q2, q3, dq1, dq2, dq3)
     write_kneed_touchdown(
@@ -170,6 +179,9 @@ def _transfer(parts: Parts, parameters: Any, constants: Constants, buffers: Buff
     u[events.STANCE], u[events.SLOPE], u[events.TRANSFER_TIME] = float(leg), slope, u[events.TIME]
     u[events.FOOT_X], u[events.FOOT_Z], u[events.FOOT_ANGLE] = x, z, u[at.Q + THIGHS[leg]]
     u[events.COUNT] += 1.0
+    # until the controller ticks: the motors that drive other joints now are off, the hip's goes on
+    u[events.ANKLE], u[events.HIP], u[at.KNEE] = 0.0, -u[events.HIP], 0.0
     scene.eq_active[constants.motors.locks[old]] = False
+    scene.eq_data[constants.motors.locks[old], 0] = 0.0  # where its stop is
     begin_step(constants, u, scene)
     events.judge_touchdown(u, limits)

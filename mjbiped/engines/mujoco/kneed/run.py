@@ -14,7 +14,7 @@ from mjbiped.engines.mujoco.compiled import registry
 from mjbiped.engines.mujoco.compiled.registry import NO_CALLBACKS
 from mjbiped.engines.mujoco.kneed.simulation import KneedSimulation
 from mjbiped.engines.mujoco.options import Options
-from mjbiped.engines.mujoco.run import gave_up
+from mjbiped.engines.mujoco.run import explain, gave_up
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
 from mjbiped.records.recorder import Cancellation, Recorder
 from mjbiped.robots.kneed import KneedBiped
@@ -83,6 +83,8 @@ class KneedRun(Run):
                 show(simulation.take(recorder), simulation.place)
         finally:
             simulation.take(recorder)
+        if simulation.outcome is Outcome.DIVERGED:
+            explain(simulation.warnings, simulation.fault())
         return simulation.outcome
 
     def peak_torque(self) -> NDArray[np.float64]:

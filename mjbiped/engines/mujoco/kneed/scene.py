@@ -19,6 +19,7 @@ def shown(model: mujoco.MjModel, data: mujoco.MjData) -> Scene:
         ctrl=data.ctrl,
         sensordata=data.sensordata,
         eq_active=data.eq_active,
+        eq_data=model.eq_data,
         eq_solref=model.eq_solref,
         jnt_solref=model.jnt_solref,
         geom_solref=model.geom_solref,

@@ -20,6 +20,7 @@ from mjbiped.control.check import refused_in_words
 from mjbiped.control.compilation import MachineCode, can_be_compiled
 from mjbiped.control.controller import Controller
 from mjbiped.control.methods import KNEES, gives_its_law
+from mjbiped.control.trial import fault_in
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.callbacks import in_arrays
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError, layout, library
@@ -201,6 +202,7 @@ class KneedSimulation:
         self.buffers.memory[:] = memory
         u[events.TIME], u[events.PLANNED] = -1.0, self.constants.timestep
         u[events.SLOPE], u[events.FOOT_Z], u[events.FOOT_ANGLE] = slope, height, leg
+        u[at.REACH] = length
         look(u, self.buffers.scene)
         begin_step(self.constants, u, self.buffers.scene)
         u[at.OPENED] = 1.0 if shank - thigh > OPENED else 0.0
@@ -271,6 +273,8 @@ class KneedSimulation:
         self._advance(self.controller if self.code is None else self.code.law, self.constants, self.buffers)
         if self.code is not None and self.code.failed:
             raise MjbipedError("a compiled law raised an exception; let law() return None to see where")
+        if self.data.warning.number.any() and self.outcome is Outcome.WALKING:
+            self._u[events.OUTCOME] = float(Outcome.DIVERGED)
 
     def _try(self) -> None:
         """Let MuJoCo find the forces in a scene once: what fails there, such as a lack of memory, is an exception.
@@ -285,6 +289,13 @@ class KneedSimulation:
     def warn(self, message: str) -> None:
         """`mju_user_warning`: the first line says what it is."""
         self.warnings[message.partition(" at ")[0].strip()] += 1
+
+    def fault(self) -> str:
+        """Which torque was no number at the controller's last tick, in words; empty if none was."""
+        u, stance = [float(number) for number in self._u], at.stance_of(self._u)
+        torque, t = (u[events.ANKLE], u[events.HIP], u[at.KNEE]), u[events.TIME] - u[events.TRANSFER_TIME]
+        q, dq = at.angles_of(u, at.Q, stance, u[events.SLOPE]), at.rates_of(u, at.RATES, stance)
+        return fault_in(self.controller, torque, t, q, dq)
 
     def take(self, recorder: Recorder) -> int:
         """Hand what was recorded on; returns the number of touchdowns."""

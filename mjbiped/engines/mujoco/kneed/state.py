@@ -34,8 +34,12 @@ _FIRST = events.LAST_TOUCHDOWN  # the compass biped's last row stands from here 
     CLEAR,  # its height over the ground, m
     STUBS,  # in this step
     MET,  # segment for which it is written what the swing foot meets; -1: not yet
+    BENT,  # 1: the swing knee is locked as it is, for a touchdown in the step to come
+    BEND,  # flexion at which it is, rad
+    TILT,  # of the line from stance foot to hip, from the stance thigh, rad: 0 where that knee is straight
+    REACH,  # length of that line, m
     TURNS,  # 1: the joints have turned by motors' work since the last observation
-) = range(_FIRST, _FIRST + 15)
+) = range(_FIRST, _FIRST + 19)
 
 (
     Q,  # qpos at the last observation
@@ -132,6 +136,7 @@ class Scene(NamedTuple):
         ctrl: Torques of the motors.
         sensordata: The feet's contacts.
         eq_active: Which knees are locked.
+        eq_data: Of the locks, the flexion first at which they hold.
         eq_solref: Softness of the locks.
         jnt_solref: Of the stops.
         geom_solref: Of the feet.
@@ -146,6 +151,7 @@ class Scene(NamedTuple):
     ctrl: Any
     sensordata: Any
     eq_active: Any
+    eq_data: Any
     eq_solref: Any
     jnt_solref: Any
     geom_solref: Any
@@ -212,10 +218,17 @@ def stance_of(u: Sequence[float]) -> int:
 def angles_of(u: Sequence[float], first: int, stance: int, slope: float) -> tuple[float, float, float]:
     """Stance leg, swing thigh and swing shank, of six coordinates from an index on, from a slope's normal, rad.
 
-    With a slope of 0 the same of rates.
+    A stance leg whose knee is bent has the angle of the line from its foot to the hip.
     """
     thigh, knee = THIGHS[1 - stance], KNEES[1 - stance]
-    return u[first + THIGHS[stance]] - slope, u[first + thigh] - slope, u[first + thigh] + u[first + knee] - slope
+    leg = u[first + THIGHS[stance]] + u[TILT]
+    return leg - slope, u[first + thigh] - slope, u[first + thigh] + u[first + knee] - slope
+
+
+def rates_of(u: Sequence[float], first: int, stance: int) -> tuple[float, float, float]:
+    """Their rates, of six from an index on, rad/s; a leg turns as its thigh does while its knee is locked."""
+    thigh, knee = THIGHS[1 - stance], KNEES[1 - stance]
+    return u[first + THIGHS[stance]], u[first + thigh], u[first + thigh] + u[first + knee]
 
 
 def foot_of(links: Any, first: int, q: Any, leg: int) -> tuple[float, float]:

@@ -19,7 +19,7 @@ from mjbiped.engines.mujoco.kneed import feet
 from mjbiped.engines.mujoco.kneed import state as at
 from mjbiped.engines.mujoco.kneed.feet import Felt, felt, write_collisions
 from mjbiped.engines.mujoco.kneed.lengths import step_lengths
-from mjbiped.engines.mujoco.kneed.motors import take_sample, tick
+from mjbiped.engines.mujoco.kneed.motors import DIVERGED, take_sample, tick
 from mjbiped.engines.mujoco.kneed.observation import look, observe
 from mjbiped.engines.mujoco.kneed.state import (
     COORDINATES,
@@ -38,12 +38,11 @@ from mjbiped.engines.mujoco.kneed.state import (
 from mjbiped.engines.mujoco.leapfrog import effective_step, held, limited
 from mjbiped.engines.mujoco.scene import LOCK_STIFFNESS
 from mjbiped.engines.mujoco.step_size import SHORTEST, STIFFNESS
-from mjbiped.rules.termination import LIGHT_CONTACT, Outcome
+from mjbiped.rules.termination import LIGHT_CONTACT
 from mjbiped.terrain.profile import height_over_ground, segment_met
 
 CLEAR = 1e-4  # m: a swing foot that was no higher over the ground has not left it
 NOBODY = -1  # leg whose foot passes through the ground
-_DIVERGED = float(Outcome.DIVERGED)
 
 
 def advance(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) -> None:
@@ -51,18 +50,20 @@ def advance(parts: Parts, parameters: Any, constants: Constants, buffers: Buffer
     u, scene, machine = buffers.u, buffers.scene, buffers.machine
     for _ in range(int(u[at.STEPS])):
         if not look(u, scene):
-            u[events.OUTCOME] = _DIVERGED
+            u[events.OUTCOME] = DIVERGED
             return
         observe(parts, parameters, constants, buffers)
-        if u[events.OUTCOME] == _DIVERGED:
+        if u[events.OUTCOME] == DIVERGED:
             return
         tick(parts, parameters, constants, buffers)
+        if u[events.OUTCOME] == DIVERGED:
+            return
         take_sample(parts, parameters, constants, buffers)
         if u[events.OUTCOME] != 0.0:
             return
         _prepare(constants, u, scene)
         parts.position(machine)
-        _show(constants, u, scene)
+        _show(u, scene)
         parts.velocity(machine)
         for index in range(COORDINATES):
             scene.qvel[index] = u[at.QVEL + index]
@@ -80,6 +81,8 @@ def _prepare(constants: Constants, u: MutableSequence[float], scene: Scene) -> N
     x, z = foot_of(constants.links, at.Q, u, swing)
     u[at.CLEAR] = height_over_ground(profile, x, z)
     lifted = _lifted(constants, u, x)
+    if lifted == 1 - swing and u[at.LOCKED] == 0.0:
+        _lock_bent(constants, u, scene)
     met = float(segment_met(profile, x, z))
     if met != u[at.MET] or lifted != NOBODY:
         feet.swing(constants.places, scene, swing, x, z)
@@ -98,8 +101,27 @@ def _soften(constants: Constants, scene: Scene, effective: float) -> None:
 
 
 def _may_land(u: Sequence[float], x: float) -> bool:
-    """Whether a swing foot at x takes the robot over if it comes down: its leg is straight, and ahead."""
-    return bool(u[at.LOCKED] != 0.0 and x > u[events.FOOT_X])
+    """Whether a swing foot at x takes the robot over if it comes down in the step to come.
+
+    It does ahead of the stance foot, with its leg straight, or bent if it has been off the ground: a foot that drags
+    along with its knee bent goes on so.
+    """
+    return bool(x > u[events.FOOT_X] and (u[at.LOCKED] != 0.0 or u[at.TOUCHING] == 0.0))
+
+
+def _lock_bent(constants: Constants, u: MutableSequence[float], scene: Scene) -> None:
+    """Lock the swing knee as it is: with the touchdown, the leg becomes one body."""
+    swing = 1 - stance_of(u)
+    lock, flexion = constants.motors.locks[swing], u[at.Q + KNEES[swing]]
+    u[at.LOCKED], u[at.BENT], u[at.BEND] = 1.0, 1.0, flexion
+    scene.eq_data[lock, 0], scene.eq_active[lock] = flexion, True
+
+
+def _let_go(constants: Constants, u: MutableSequence[float], scene: Scene) -> None:
+    """Free it again: the foot has not come down."""
+    lock = constants.motors.locks[1 - stance_of(u)]
+    u[at.LOCKED] = u[at.BENT] = 0.0
+    scene.eq_data[lock, 0], scene.eq_active[lock] = 0.0, False
 
 
 def _lifted(constants: Constants, u: Sequence[float], x: float) -> int:
@@ -127,13 +149,13 @@ def _later(u: Sequence[float], index: int) -> float:
     return u[at.Q + index] + SHORTEST * u[at.RATES + index]
 
 
-def _show(constants: Constants, u: Sequence[float], scene: Scene) -> None:
+def _show(u: Sequence[float], scene: Scene) -> None:
     """Let the velocity stage see rates of now, and the stance foot's velocity in the mean of the step."""
     if u[events.PLAIN] != 0.0:
         return
     index = THIGHS[stance_of(u)]
-    leg, rate, lag = u[at.Q + index], u[at.QVEL + index], u[at.LAG + index]
-    shown_x, shown_z = held(constants.limits.leg_length, leg, rate, lag, u[events.PLANNED], u[events.LAST_STEP])
+    leg, rate, lag = u[at.Q + index] + u[at.TILT], u[at.QVEL + index], u[at.LAG + index]
+    shown_x, shown_z = held(u[at.REACH], leg, rate, lag, u[events.PLANNED], u[events.LAST_STEP])
     for place in range(COORDINATES):
         scene.qvel[place] = u[at.QVEL + place] + u[at.LAG + place]
     scene.qvel[X] += shown_x
@@ -147,7 +169,11 @@ def _resolved(constants: Constants, u: MutableSequence[float], scene: Scene) -> 
     slots, contacts = constants.places.slots, constants.places.contacts
     toe = felt(scene.sensordata, contacts[1 - stance], slots)
     x, _ = foot_of(constants.links, at.Q, u, 1 - stance)
-    _feel(constants, u, felt(scene.sensordata, contacts[stance], slots), toe, _may_land(u, x))
+    _feel(
+        constants, u, felt(scene.sensordata, contacts[stance], slots), toe, u[at.LOCKED] != 0.0 and x > u[events.FOOT_X]
+    )
+    if u[at.BENT] != 0.0 and u[events.NOTED] == 0.0:
+        _let_go(constants, u, scene)
     lengths = step_lengths(constants, u, toe)
     length = lengths.length
     effective = effective_step(u[events.PLAIN], u[events.LAST_STEP], length)
