@@ -108,6 +108,21 @@ def knees_touchdown(
     call_for_nothing(law.touchdown, law.record, memory, (q1_before, q2_before, q3_before, q1, q2, q3, dq1, dq2, dq3))
 
 
+def knees_tick(
+    law: CompiledLaw,
+    memory: Memory,
+    t: float,
+    q1: float,
+    q2: float,
+    q3: float,
+    dq1: float,
+    dq2: float,
+    dq3: float,
+) -> None:
+    """As `tick`, for a robot with knees."""
+    call_for_nothing(law.tick, law.record, memory, (t, q1, q2, q3, dq1, dq2, dq3))
+
+
 def knee_strike(
     law: CompiledLaw,
     memory: Memory,
@@ -126,5 +141,5 @@ def knee_strike(
 LEGS = (torque, touchdown, slope_estimate, next_discontinuity, tick, knee_strike)
 """As `mjbiped.control.methods.LEGS`."""
 
-KNEES = (knees_torque, knees_touchdown, slope_estimate, next_discontinuity, tick, knee_strike)
+KNEES = (knees_torque, knees_touchdown, slope_estimate, next_discontinuity, knees_tick, knee_strike)
 """As `mjbiped.control.methods.KNEES`."""

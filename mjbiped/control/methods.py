@@ -140,6 +140,21 @@ def knees_touchdown(
     controller.on_touchdown(memory, (q1_before, q2_before, q3_before), (q1, q2, q3), (dq1, dq2, dq3))
 
 
+def knees_tick(
+    controller: Any,
+    memory: Memory,
+    t: float,
+    q1: float,
+    q2: float,
+    q3: float,
+    dq1: float,
+    dq2: float,
+    dq3: float,
+) -> None:
+    """As `tick`, for a robot with knees."""
+    controller.tick(memory, t, (q1, q2, q3), (dq1, dq2, dq3))
+
+
 def knee_strike(
     controller: Controller,
     memory: Memory,
@@ -158,5 +173,5 @@ def knee_strike(
 LEGS = (torque, touchdown, slope_estimate, next_discontinuity, tick, knee_strike)
 """What an engine calls of a controller, in the order of `Law`'s functions: for straight legs, ..."""
 
-KNEES = (knees_torque, knees_touchdown, slope_estimate, next_discontinuity, tick, knee_strike)
+KNEES = (knees_torque, knees_touchdown, slope_estimate, next_discontinuity, knees_tick, knee_strike)
 """... and for a robot with knees."""

@@ -34,21 +34,22 @@ class Disturbances:
     With anything given but pushes and friction, the controller is a digital one in either engine: it reads its sensors
     once in every `control_period`, and its motors hold their torques until the next tick.
 
-    Sensors are the encoders and rate sensors of both joints: the ankle's measure the stance leg against the ground's
-    normal, the hip's the angle from the left to the right leg. An encoder reads `angle + angle_bias + noise`, rounded
-    to `angle_resolution`; the posture that the controller is told at a touchdown is read by the same encoders.
+    Sensors are the encoders and rate sensors of all joints: the ankle's measure the stance leg against the ground's
+    normal, the hip's the angle from the left to the right leg or thigh, a knee's its flexion. An encoder reads
+    `angle + angle_bias + noise`, rounded to `angle_resolution`; the posture that the controller is told at a touchdown
+    is read by the same encoders.
 
     Attributes:
-        angle_noise: Standard deviation of the noise of either joint's angle, new in each tick, rad.
-        rate_noise: The same of either joint's rate, rad/s.
-        angle_bias: Constant error of either joint's angle, rad.
-        rate_bias: Constant error of either joint's rate, rad/s.
+        angle_noise: Standard deviation of the noise of each joint's angle, new in each tick, rad.
+        rate_noise: The same of each joint's rate, rad/s.
+        angle_bias: Constant error of each joint's angle, rad.
+        rate_bias: Constant error of each joint's rate, rad/s.
         angle_resolution: Step of the encoders, rad; 0: none.
         control_period: Time between two ticks of the controller, s; in MuJoCo a multiple of the timestep. Unless given,
             that of the engine `Mujoco`, if that has one, else 1 ms, or MuJoCo's timestep where that is longer.
         delay: Time from reading the sensors until the torque acts, s; a multiple of the control period, and at most
             256 of them.
-        torque_limit: Greatest torque of either motor, N m; None: any.
+        torque_limit: Greatest torque of each motor, N m; None: any.
         motor_bandwidth: Frequency at which a motor gives 1/sqrt(2) of a torque's amplitude (a lag of first order), Hz;
             None: motors follow at once. The delayed torque is limited, then lagged.
         pushes: Horizontal pushes at the hip: pairs of the time at which one begins (s) and its impulse (N s, forward

@@ -16,19 +16,21 @@ from mjbiped.disturbances.chance import Seed, normal
     TICKS,  # so far
     TOUCHDOWNS,  # so far
     SIDE,  # 1: the left leg stands, -1: the right one
-    ANKLE_BEGUN,  # torques that the motors have at the tick's beginning, N m
-    HIP_BEGUN,
-    ANKLE,  # torques held until the next tick, N m
-    HIP,
-    RATES,  # first of the held rates of the controller's states, as many as it has
-) = range(8)
+    BEGUN,  # first of the torques that the motors have at the tick's beginning, N m, one for each joint
+) = range(4)
 
 _ANKLE_ANGLE, _HIP_ANGLE, _ANKLE_RATE, _HIP_RATE = 0, 1, 2, 3  # channels of noise, at ticks
 _AT_TOUCHDOWN = 4  # and as many from here on at touchdowns
 _NEW_ANKLE = 8  # the encoder of the ankle that stands from then on
+_KNEE_ANGLE = 9  # of the swing knee at ticks; the next one is its rate's
+_OLD_KNEE, _NEW_KNEE, _NEW_KNEE_RATE = 11, 12, 13  # at touchdowns, of the knee that swung and of the one that swings
+_AT_STRIKE, _KNEE_AT_STRIKE = 14, 18  # as at ticks, where the knee strikes its stop
 
 Reading = tuple[float, float, float, float]
-"""Stance and swing leg from the ground's normal, rad, and their rates, rad/s."""
+"""Stance leg and swing leg, or swing thigh, from the ground's normal, rad, and their rates, rad/s."""
+
+KneesReading = tuple[float, float, float, float, float, float]
+"""Stance leg, swing thigh and swing shank from the ground's normal, rad, and their rates, rad/s."""
 
 
 class Loop(NamedTuple):
@@ -36,9 +38,12 @@ class Loop(NamedTuple):
 
     Attributes:
         size: Floats of the controller's memory; the loop's memory begins behind them.
-        states: Number of its integrated states.
-        ring: Index in the loop's memory of the torques that wait, ankle and hip in turn.
-        room: So many pairs have room there.
+        joints: Number of motors: ankle, hip and, with knees, the swing knee.
+        held: Index in the loop's memory of the torques held until the next tick, N m; right behind them are ...
+        rates: ... the held rates of the controller's integrated states.
+        states: Number of these.
+        ring: Index in the loop's memory of the torques that wait, those of all joints in turn.
+        room: For so many ticks there is room.
         delay: Ticks until a torque acts.
         senses: Whether the sensors differ from the truth.
         angle_noise: See `Disturbances`, as for what follows.
@@ -54,6 +59,9 @@ class Loop(NamedTuple):
     """
 
     size: int
+    joints: int
+    held: int
+    rates: int
     states: int
     ring: int
     room: int
@@ -94,32 +102,61 @@ def tick(
         dq1: Their rates, rad/s.
         dq2: The same.
     """
+    if loop.senses:
+        number = int(memory[loop.size + TICKS])
+        q1, q2, dq1, dq2 = _legs(loop, memory, number, _ANKLE_ANGLE, _ANKLE_ANGLE, q1, q2, dq1, dq2)
+    values = ask(law, memory, t, q1, q2, dq1, dq2)
+    _drive(loop, memory, 0, values[0])
+    _drive(loop, memory, 1, values[1])
+    _end(loop, memory, values)
+
+
+def knees_tick(
+    ask: Callable[..., Any],
+    law: Any,
+    loop: Loop,
+    memory: MutableSequence[float],
+    t: float,
+    q1: float,
+    q2: float,
+    q3: float,
+    dq1: float,
+    dq2: float,
+    dq3: float,
+) -> None:
+    """As `tick`, for a robot with knees."""
+    if loop.senses:
+        number = int(memory[loop.size + TICKS])
+        q1, q2, q3, dq1, dq2, dq3 = _limbs(loop, memory, number, _ANKLE_ANGLE, _KNEE_ANGLE, q1, q2, q3, dq1, dq2, dq3)
+    values = ask(law, memory, t, q1, q2, q3, dq1, dq2, dq3)
+    _drive(loop, memory, 0, values[0])
+    _drive(loop, memory, 1, values[1])
+    _drive(loop, memory, 2, values[2])
+    _end(loop, memory, values)
+
+
+def _drive(loop: Loop, memory: MutableSequence[float], joint: int, torque: float) -> None:
+    """Give a motor what the law asks of it, through limit, delay and lag."""
     at = loop.size
     number = int(memory[at + TICKS])
-    if loop.senses:
-        side = memory[at + SIDE]
-        ankle_angle = read_angle(loop, q1, number, _ANKLE_ANGLE)
-        hip_angle = side * read_angle(loop, side * (q2 - q1), number, _HIP_ANGLE)
-        ankle_rate = read_rate(loop, dq1, number, _ANKLE_RATE)
-        hip_rate = side * read_rate(loop, side * (dq2 - dq1), number, _HIP_RATE)
-        q1, q2, dq1, dq2 = ankle_angle, ankle_angle + hip_angle, ankle_rate, ankle_rate + hip_rate
-    values = ask(law, memory, t, q1, q2, dq1, dq2)
-    for index in range(loop.states):
-        memory[at + RATES + index] = values[2 + index]
-    ankle, hip = limited(loop, values[0]), limited(loop, values[1])
+    asked, begun, held = limited(loop, torque), at + BEGUN + joint, at + loop.held + joint
     if loop.delay > 0:
-        slot = at + loop.ring + 2 * (number % loop.room)
-        memory[slot], memory[slot + 1] = ankle, hip
-        slot = at + loop.ring + 2 * ((number - loop.delay) % loop.room)  # zeros at the beginning
-        ankle, hip = memory[slot], memory[slot + 1]
+        first = at + loop.ring + joint
+        memory[first + loop.joints * (number % loop.room)] = asked
+        asked = memory[first + loop.joints * ((number - loop.delay) % loop.room)]  # zeros at the beginning
     if loop.remaining > 0.0:
-        memory[at + ANKLE] = limited(loop, ankle + (memory[at + ANKLE_BEGUN] - ankle) * loop.mean)
-        memory[at + HIP] = limited(loop, hip + (memory[at + HIP_BEGUN] - hip) * loop.mean)
-        memory[at + ANKLE_BEGUN] = ankle + (memory[at + ANKLE_BEGUN] - ankle) * loop.remaining
-        memory[at + HIP_BEGUN] = hip + (memory[at + HIP_BEGUN] - hip) * loop.remaining
+        memory[held] = limited(loop, asked + (memory[begun] - asked) * loop.mean)
+        memory[begun] = asked + (memory[begun] - asked) * loop.remaining
     else:
-        memory[at + ANKLE], memory[at + HIP] = ankle, hip
-    memory[at + TICKS] = number + 1.0
+        memory[held] = asked
+
+
+def _end(loop: Loop, memory: MutableSequence[float], values: Any) -> None:
+    """Keep the rates that the law gives beside its torques, and end the tick."""
+    at = loop.size
+    for index in range(loop.states):
+        memory[at + loop.rates + index] = values[loop.joints + index]
+    memory[at + TICKS] += 1.0
 
 
 def touchdown(
@@ -134,29 +171,153 @@ def touchdown(
 ) -> tuple[float, float, float, float, float, float]:
     """Take notice of a support transfer, and read the posture that the controller is told of it.
 
-    The motors are those of the left ankle, the right ankle and the hip: what still waits for the ankle that leaves the
-    ground moves nothing, and a torque between the legs has the other sign in their new roles.
-
     Returns:
         The posture in the old roles, in the new ones, and the rates.
     """
-    at = loop.size
-    memory[at + SIDE] = -memory[at + SIDE]
-    memory[at + ANKLE], memory[at + HIP] = 0.0, -memory[at + HIP]
-    memory[at + ANKLE_BEGUN], memory[at + HIP_BEGUN] = 0.0, -memory[at + HIP_BEGUN]
-    for slot in range(at + loop.ring, at + loop.ring + 2 * loop.room, 2):
-        memory[slot], memory[slot + 1] = 0.0, -memory[slot + 1]
-    number = int(memory[at + TOUCHDOWNS])
-    memory[at + TOUCHDOWNS] = number + 1.0
+    number = _exchanged(loop, memory)
     if not loop.senses:
         return q1_before, q2_before, q1, q2, dq1, dq2
-    side = memory[at + SIDE]
     old_ankle = read_angle(loop, q1_before, number, _AT_TOUCHDOWN + _ANKLE_ANGLE)
-    new_ankle = read_angle(loop, q1, number, _NEW_ANKLE)
-    hip_angle = side * read_angle(loop, side * (q2 - q1), number, _AT_TOUCHDOWN + _HIP_ANGLE)  # of the same posture
-    ankle_rate = read_rate(loop, dq1, number, _AT_TOUCHDOWN + _ANKLE_RATE)
-    hip_rate = side * read_rate(loop, side * (dq2 - dq1), number, _AT_TOUCHDOWN + _HIP_RATE)
-    return old_ankle, old_ankle - hip_angle, new_ankle, new_ankle + hip_angle, ankle_rate, ankle_rate + hip_rate
+    hip_angle, _ = _hip(loop, memory, number, _AT_TOUCHDOWN, q2 - q1, dq2 - dq1)  # of the same posture
+    ankle, leg, ankle_rate, leg_rate = _legs(loop, memory, number, _AT_TOUCHDOWN, _NEW_ANKLE, q1, q2, dq1, dq2)
+    return old_ankle, old_ankle - hip_angle, ankle, leg, ankle_rate, leg_rate
+
+
+def knees_touchdown(
+    loop: Loop,
+    memory: MutableSequence[float],
+    q1_before: float,
+    q2_before: float,
+    q3_before: float,
+    q1: float,
+    q2: float,
+    q3: float,
+    dq1: float,
+    dq2: float,
+    dq3: float,
+) -> tuple[float, float, float, float, float, float, float, float, float]:
+    """As `touchdown`, for a robot with knees."""
+    old_ankle, old_thigh, ankle, thigh, ankle_rate, thigh_rate = touchdown(
+        loop, memory, q1_before, q2_before, q1, q2, dq1, dq2
+    )
+    if not loop.senses:
+        return old_ankle, old_thigh, q3_before, ankle, thigh, q3, ankle_rate, thigh_rate, dq3
+    number = int(memory[loop.size + TOUCHDOWNS]) - 1
+    old_knee = read_angle(loop, q3_before - q2_before, number, _OLD_KNEE)
+    knee = read_angle(loop, q3 - q2, number, _NEW_KNEE)
+    knee_rate = read_rate(loop, dq3 - dq2, number, _NEW_KNEE_RATE)
+    return (
+        old_ankle,
+        old_thigh,
+        old_thigh + old_knee,
+        ankle,
+        thigh,
+        thigh + knee,
+        ankle_rate,
+        thigh_rate,
+        thigh_rate + knee_rate,
+    )
+
+
+def knee_strike(
+    loop: Loop,
+    memory: MutableSequence[float],
+    q1: float,
+    q2: float,
+    q3: float,
+    dq1: float,
+    dq2: float,
+    dq3: float,
+) -> KneesReading:
+    """Read what the controller is told when the swing knee strikes its stop; the motors hold what they have."""
+    if not loop.senses:
+        return q1, q2, q3, dq1, dq2, dq3
+    number = int(memory[loop.size + TOUCHDOWNS])
+    return _limbs(loop, memory, number, _AT_STRIKE, _KNEE_AT_STRIKE, q1, q2, q3, dq1, dq2, dq3)
+
+
+def _exchanged(loop: Loop, memory: MutableSequence[float]) -> int:
+    """Give the legs their new roles; returns the number of the touchdown.
+
+    The motors are those of the hip and of each leg's ankle and knee: what still waits for the ankle that leaves the
+    ground, or for the knee that is locked now, moves nothing, and a torque between the legs has the other sign in
+    their new roles.
+    """
+    at = loop.size
+    memory[at + SIDE] = -memory[at + SIDE]
+    for first in (at + BEGUN, at + loop.held):
+        _reassign(loop, memory, first)
+    for tick in range(loop.room):
+        _reassign(loop, memory, at + loop.ring + loop.joints * tick)
+    number = int(memory[at + TOUCHDOWNS])
+    memory[at + TOUCHDOWNS] = number + 1.0
+    return number
+
+
+def _reassign(loop: Loop, memory: MutableSequence[float], first: int) -> None:
+    """Torques of ankle, hip and, with knees, swing knee in the new roles; the first one's index is given."""
+    memory[first], memory[first + 1] = 0.0, -memory[first + 1]
+    if loop.joints > 2:
+        memory[first + 2] = 0.0
+
+
+def _legs(
+    loop: Loop,
+    memory: MutableSequence[float],
+    number: int,
+    channel: int,
+    ankle_channel: int,
+    q1: float,
+    q2: float,
+    dq1: float,
+    dq2: float,
+) -> Reading:
+    """Stance and swing leg as the sensors of ankle and hip show them.
+
+    Args:
+        loop: The loop's parameters.
+        memory: Tells which leg stands.
+        number: Of the reading.
+        channel: The first of the four channels of noise, but
+        ankle_channel: for the ankle's angle.
+        q1: Stance leg, rad.
+        q2: Swing leg, rad.
+        dq1: Their rates, rad/s.
+        dq2: The same.
+    """
+    ankle_angle = read_angle(loop, q1, number, ankle_channel)
+    ankle_rate = read_rate(loop, dq1, number, channel + _ANKLE_RATE)
+    hip_angle, hip_rate = _hip(loop, memory, number, channel, q2 - q1, dq2 - dq1)
+    return ankle_angle, ankle_angle + hip_angle, ankle_rate, ankle_rate + hip_rate
+
+
+def _hip(
+    loop: Loop, memory: MutableSequence[float], number: int, channel: int, angle: float, rate: float
+) -> tuple[float, float]:
+    """What the hip's sensors, from the left to the right leg, show of the angle from stance to swing leg."""
+    side = memory[loop.size + SIDE]
+    hip_angle = side * read_angle(loop, side * angle, number, channel + _HIP_ANGLE)
+    return hip_angle, side * read_rate(loop, side * rate, number, channel + _HIP_RATE)
+
+
+def _limbs(
+    loop: Loop,
+    memory: MutableSequence[float],
+    number: int,
+    channel: int,
+    knee_channel: int,
+    q1: float,
+    q2: float,
+    q3: float,
+    dq1: float,
+    dq2: float,
+    dq3: float,
+) -> KneesReading:
+    """Stance leg, swing thigh and swing shank as the sensors of ankle, hip and swing knee show them."""
+    leg, thigh, leg_rate, thigh_rate = _legs(loop, memory, number, channel, channel, q1, q2, dq1, dq2)
+    knee = read_angle(loop, q3 - q2, number, knee_channel)
+    knee_rate = read_rate(loop, dq3 - dq2, number, knee_channel + 1)
+    return leg, thigh, thigh + knee, leg_rate, thigh_rate, thigh_rate + knee_rate
 
 
 def read_angle(loop: Loop, angle: float, number: int, channel: int) -> float:

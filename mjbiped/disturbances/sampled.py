@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 from mjbiped.control import methods
@@ -31,24 +31,29 @@ class SampledController(Controller):
         """Put the disturbances around a controller.
 
         Args:
-            inner: Drives stance ankle and hip.
+            inner: Drives stance ankle and hip, and a swing knee.
             disturbances: What acts.
             period: Time between two ticks, s.
 
         Raises:
             InputError: The delay does not fit the period.
         """
-        given, states = disturbances, len(inner.states)
+        given, states, joints = disturbances, len(inner.states), len(inner.joints)
         delay = given.delay_ticks(period)
         lag = 0.0 if given.motor_bandwidth is None else 2.0 * math.pi * given.motor_bandwidth * period
         self.inner = inner
         self.states = inner.states  # type: ignore[misc]  # of this object's class there is one for each controller
+        self.joints = inner.joints  # type: ignore[misc]
         self.robot, self.gait = inner.robot, inner.gait
         room = LONGEST_DELAY + 1 if delay else 0
-        ring = laws.RATES + states
-        self.memory_size = inner.memory_size + ring + 2 * room  # type: ignore[misc]
+        held = laws.BEGUN + joints
+        ring = held + joints + states
+        self.memory_size = inner.memory_size + ring + joints * room  # type: ignore[misc]
         self.loop = Loop(
             size=inner.memory_size,
+            joints=joints,
+            held=held,
+            rates=held + joints,
             states=states,
             ring=ring,
             room=room,
@@ -76,26 +81,40 @@ class SampledController(Controller):
 
     def tick(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
         """Read the sensors, ask the controller, and set the torques that are held."""
-        laws.tick(self._ask, self.inner, self.loop, memory, t, *q, *dq)
+        read_and_ask: Callable[..., None] = laws.knees_tick if self._knees else laws.tick
+        read_and_ask(self._ask, self.inner, self.loop, memory, t, *q, *dq)
 
     def _ask(self, inner: Controller, memory: Memory, *state: float) -> Sequence[float]:
-        return methods.torque(inner, memory[: self.loop.size], *state)
+        ask: Callable[..., Sequence[float]] = methods.knees_torque if self._knees else methods.torque
+        return ask(inner, memory[: self.loop.size], *state)
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
         """What is held since the last tick."""
-        first = self.loop.size + laws.ANKLE
-        return tuple(memory[first : first + 2 + self.loop.states])
+        first = self.loop.size + self.loop.held
+        return tuple(memory[first : first + self.loop.joints + self.loop.states])
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
         """Exchange the motors, and tell the controller what its sensors show."""
-        told = laws.touchdown(self.loop, memory, *q_before, *q, *dq)
+        read: Callable[..., tuple[float, ...]] = laws.knees_touchdown if self._knees else laws.touchdown
+        told, n = read(self.loop, memory, *q_before, *q, *dq), len(q)
         own = list(memory[: self.loop.size])
-        self.inner.on_touchdown(own, told[:2], told[2:4], told[4:])
+        self.inner.on_touchdown(own, told[:n], told[n : 2 * n], told[2 * n :])
+        memory[: self.loop.size] = own
+
+    def on_knee_strike(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
+        """Tell the controller what its sensors show."""
+        told = laws.knee_strike(self.loop, memory, *q, *dq)
+        own = list(memory[: self.loop.size])
+        self.inner.on_knee_strike(own, t, told[:3], told[3:])
         memory[: self.loop.size] = own
 
     def slope_estimate(self, memory: Memory) -> float:
         """The controller's."""
         return self.inner.slope_estimate(memory[: self.loop.size])
+
+    @property
+    def _knees(self) -> bool:
+        return self.loop.joints > 2
 
     @cached_property
     def _code(self) -> MachineCode | None:
@@ -104,7 +123,7 @@ class SampledController(Controller):
         if law is None or not can_be_compiled(law):
             return None
         with refused_in_words(self.inner, law):
-            return MachineCode(law, self.loop.states, self.loop.size, contract=False)
+            return MachineCode(law, self.loop.states, self.loop.size, contract=False, joints=self.loop.joints)
 
     def law(self) -> Law | None:
         """The loop's laws, around the machine code of the controller's."""
@@ -112,4 +131,4 @@ class SampledController(Controller):
             return None
         from mjbiped.disturbances import compiled
 
-        return compiled.law_of(self._code.law, self.loop)
+        return compiled.law_of(self._code.law, self.loop, knees=self._knees)

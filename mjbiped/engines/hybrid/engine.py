@@ -44,18 +44,6 @@ class Hybrid(Engine):
         """Check the value."""
         domains.check_fields(self, tolerance=domains.TOLERANCE)
 
-    def check(self, plan: Plan) -> None:
-        """Refuse a loop that ticks for a robot with knees.
-
-        Raises:
-            InputError: It is asked for.
-        """
-        if plan.robot.knees and plan.disturbances.in_loop:
-            raise InputError(
-                "noise, delay, weak motors and a control period are there for the compass biped alone; a robot with "
-                "knees can be pushed"
-            )
-
     def check_disturbances(self, disturbances: Disturbances) -> None:
         """Refuse a delay that does not fit the control period, and friction.
 

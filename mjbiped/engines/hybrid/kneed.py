@@ -201,7 +201,8 @@ def asked(
 
 
 def ticked(tick: Callable[..., None], parameters: Any, memory: Any, t: float, state: Sequence[float]) -> None:
-    """No law of a robot with knees ticks: the engine refuses what would make it."""
+    """The law ticks."""
+    tick(parameters, memory, t, state[0], state[1], state[2], state[3], state[4], state[5])
 
 
 def pose_at(b: Buffers, q1: float, q2: float, q3: float) -> Pose:
