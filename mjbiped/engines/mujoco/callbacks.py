@@ -185,7 +185,7 @@ def control(
     legs, torque = (u[events.LEFT], u[events.RIGHT]), (u[events.ANKLE], u[events.HIP])
     take_in(constants, u, time, state)
     if u[events.PUSHING] or time > u[events.NEXT_PUSH] - NOW:
-        _push(constants.pushes, u, time)
+        push(constants.pushes, u, time)
         applied[0] = u[events.PUSH]
     due = time > u[events.NEXT_CONTROL] - NOW
     if due:
@@ -204,7 +204,7 @@ def control(
     return True
 
 
-def _push(pushes: Pushes, u: MutableSequence[float], time: float) -> None:
+def push(pushes: Pushes, u: MutableSequence[float], time: float) -> None:
     """The force of a push in the step from now on: constant, until its impulse has been given to the last bit.
 
     A force of a time acts from the middle of the step before to the middle of the step after (`leapfrog`): so the first

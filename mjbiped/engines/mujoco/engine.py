@@ -55,13 +55,8 @@ class Mujoco(Options, Engine):
         Raises:
             InputError: They are too short or too long, or it is asked for.
         """
-        if plan.robot.knees:
-            if plan.disturbances.in_loop or plan.disturbances.pushed:
-                raise InputError(
-                    "in MuJoCo a robot with knees takes friction alone of all disturbances; the compass biped takes all"
-                )
-            if not self.lands:
-                raise InputError("lands = False is there for the compass biped alone; leave it out")
+        if plan.robot.knees and not self.lands:
+            raise InputError("lands = False is there for the compass biped alone; leave it out")
         domains.MUJOCO_LEG.check("leg length in MuJoCo (engine='hybrid' takes any)", plan.robot.leg_length)
 
     def check_disturbances(self, disturbances: Disturbances) -> None:

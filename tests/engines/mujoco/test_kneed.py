@@ -286,8 +286,6 @@ def test_stairs_as_high_as_the_clearance_are_climbed() -> None:
 
 
 def test_what_it_cannot_do_is_refused() -> None:
-    with pytest.raises(InputError, match="takes friction alone"):
-        walked(1, disturbances=mjbiped.Disturbances(pushes=((0.1, 1.0),)))
     with pytest.raises(InputError, match="lands = False is there for the compass biped"):
         walked(1, engine=mjbiped.Mujoco(lands=False))
 

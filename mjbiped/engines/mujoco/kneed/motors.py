@@ -18,7 +18,8 @@ DIVERGED = float(Outcome.DIVERGED)
 def tick(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) -> None:
     """The controller's tick, where it is due; its torques are held until the next one. And the work of the step before.
 
-    A leapfrog step's work is that of the mean of the torques at its ends; see `contact_events.count_work`.
+    A leapfrog step's work is that of the mean of the torques at its ends, or of the torque that motors hold; see
+    `contact_events.count_work`.
     """
     u, motors, ctrl = buffers.u, constants.motors, buffers.scene.ctrl
     stance = stance_of(u)
@@ -38,12 +39,10 @@ def tick(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) 
         old1, old2, old3 = angles_of(u, at.OLD_Q, stance, 0.0)
         new1, new2, new3 = angles_of(u, at.Q, stance, 0.0)
         turned1, turned2, turned3 = new1 - old1, new2 - old2, new3 - old3
-        _count_work(
-            u,
-            0.5 * (ankle_before + ankle) * turned1,
-            0.5 * (hip_before + hip) * (turned2 - turned1),
-            0.5 * (knee_before + knee) * (turned3 - turned2),
-        )
+        if not constants.sampled:
+            ankle_before = 0.5 * (ankle_before + ankle)
+            hip_before, knee_before = 0.5 * (hip_before + hip), 0.5 * (knee_before + knee)
+        _count_work(u, ankle_before * turned1, hip_before * (turned2 - turned1), knee_before * (turned3 - turned2))
 
 
 def _ask(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) -> None:
@@ -53,6 +52,8 @@ def _ask(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) 
     q1, q2, q3 = angles_of(u, at.Q, stance, u[events.SLOPE])
     dq1, dq2, dq3 = rates_of(u, at.RATES, stance)
     t = u[events.TIME] - u[events.TRANSFER_TIME]
+    if constants.sampled:
+        parts.tick(parameters, buffers.memory, t, q1, q2, q3, dq1, dq2, dq3)
     values = parts.torque(parameters, buffers.memory, t, q1, q2, q3, dq1, dq2, dq3)
     for index in range(constants.states):
         buffers.rates[index] = values[JOINTS + index]

@@ -14,10 +14,9 @@ from mjbiped.engines.mujoco.compiled import registry
 from mjbiped.engines.mujoco.compiled.registry import NO_CALLBACKS
 from mjbiped.engines.mujoco.kneed.simulation import KneedSimulation
 from mjbiped.engines.mujoco.options import Options
-from mjbiped.engines.mujoco.run import explain, gave_up
+from mjbiped.engines.mujoco.run import explain, gave_up, ticking
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
 from mjbiped.records.recorder import Cancellation, Recorder
-from mjbiped.robots.kneed import KneedBiped
 from mjbiped.rules.termination import Outcome
 
 
@@ -32,16 +31,15 @@ class KneedRun(Run):
         """Build the scene; see `Engine.start`."""
         super().__init__(plan, summarised=summarised, cancellation=cancellation)
         period = plan.terms.sample_period
+        if plan.disturbances.in_loop:
+            options = ticking(options, plan.disturbances)
         self._options = options
-        assert isinstance(plan.robot, KneedBiped)
+        arguments = plan.arguments()
+        del arguments["scuffing"]  # knees need no such rule
         self.simulation = KneedSimulation(
-            plan.controller.driving(plan.robot),
+            plan.driven(options.control_period or 0.0),
             plan.terrain,
-            robot=plan.robot,
-            q=plan.q,
-            dq=plan.dq,
-            steps=plan.terms.steps,
-            distance=plan.terms.distance,
+            **arguments,
             sample_period=DEFAULT_SAMPLE_PERIOD if period is None else period,
             friction=plan.disturbances.friction,
             options=options,

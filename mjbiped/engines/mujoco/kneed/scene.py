@@ -17,6 +17,7 @@ def shown(model: mujoco.MjModel, data: mujoco.MjData) -> Scene:
         qvel=data.qvel,
         qacc=data.qacc,
         ctrl=data.ctrl,
+        qfrc_applied=data.qfrc_applied,
         sensordata=data.sensordata,
         eq_active=data.eq_active,
         eq_data=model.eq_data,

@@ -21,6 +21,8 @@ from mjbiped.control.compilation import MachineCode, can_be_compiled
 from mjbiped.control.controller import Controller
 from mjbiped.control.methods import KNEES, gives_its_law
 from mjbiped.control.trial import fault_in
+from mjbiped.disturbances.pushes import Pushes, following
+from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.callbacks import in_arrays
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError, layout, library
@@ -68,6 +70,7 @@ class KneedSimulation:
         steps: int | None,
         distance: float | None,
         sample_period: float,
+        pushes: Pushes,
         friction: float | None,
         options: Options,
         compile: bool = True,
@@ -83,6 +86,7 @@ class KneedSimulation:
             steps: Touchdowns after which the walk is finished.
             distance: Place at which it is, m.
             sample_period: Time between samples, s.
+            pushes: At the hip.
             friction: Of the feet; None: as in the file.
             options: The engine's settings.
             compile: Whether laws that can be compiled are, and the stepping with them.
@@ -113,6 +117,8 @@ class KneedSimulation:
             control_period=options.control_period or 0.0,
             sample_period=sample_period,
             states=len(controller.states),
+            sampled=isinstance(controller, SampledController),
+            pushes=pushes,
         )
         self.warnings: Counter[str] = Counter()
         self.model: mujoco.MjModel
@@ -203,6 +209,7 @@ class KneedSimulation:
         u[events.TIME], u[events.PLANNED] = -1.0, self.constants.timestep
         u[events.SLOPE], u[events.FOOT_Z], u[events.FOOT_ANGLE] = slope, height, leg
         u[at.REACH] = length
+        u[events.NEXT_PUSH], u[events.PUSH_IMPULSE] = following(self.constants.pushes, 0, 0.0)
         look(u, self.buffers.scene)
         begin_step(self.constants, u, self.buffers.scene)
         u[at.OPENED] = 1.0 if shank - thigh > OPENED else 0.0
@@ -295,7 +302,8 @@ class KneedSimulation:
         u, stance = [float(number) for number in self._u], at.stance_of(self._u)
         torque, t = (u[events.ANKLE], u[events.HIP], u[at.KNEE]), u[events.TIME] - u[events.TRANSFER_TIME]
         q, dq = at.angles_of(u, at.Q, stance, u[events.SLOPE]), at.rates_of(u, at.RATES, stance)
-        return fault_in(self.controller, torque, t, q, dq)
+        own = self.controller.inner if isinstance(self.controller, SampledController) else self.controller
+        return fault_in(own, torque, t, q, dq)
 
     def take(self, recorder: Recorder) -> int:
         """Hand what was recorded on; returns the number of touchdowns."""

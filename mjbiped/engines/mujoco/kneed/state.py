@@ -10,6 +10,7 @@ import math
 from collections.abc import MutableSequence, Sequence
 from typing import Any, NamedTuple
 
+from mjbiped.disturbances.pushes import Pushes
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.callbacks import Places
 from mjbiped.rules.termination import Limits
@@ -110,6 +111,8 @@ class Constants(NamedTuple):
         control_period: Time between two ticks of the controller, s; 0: it ticks at every physics step.
         sample_period: Time between samples, s.
         states: Number of the controller's integrated states.
+        sampled: Whether its law has a tick.
+        pushes: At the hip.
     """
 
     limits: Limits
@@ -124,6 +127,8 @@ class Constants(NamedTuple):
     control_period: float
     sample_period: float
     states: int
+    sampled: bool
+    pushes: Pushes
 
 
 class Scene(NamedTuple):
@@ -134,6 +139,7 @@ class Scene(NamedTuple):
         qvel: Their rates.
         qacc: Accelerations.
         ctrl: Torques of the motors.
+        qfrc_applied: Forces from outside.
         sensordata: The feet's contacts.
         eq_active: Which knees are locked.
         eq_data: Of the locks, the flexion first at which they hold.
@@ -149,6 +155,7 @@ class Scene(NamedTuple):
     qvel: Any
     qacc: Any
     ctrl: Any
+    qfrc_applied: Any
     sensordata: Any
     eq_active: Any
     eq_data: Any

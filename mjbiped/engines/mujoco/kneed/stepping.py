@@ -15,6 +15,7 @@ from collections.abc import MutableSequence, Sequence
 from typing import Any
 
 from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.callbacks import NOW, push
 from mjbiped.engines.mujoco.kneed import feet
 from mjbiped.engines.mujoco.kneed import state as at
 from mjbiped.engines.mujoco.kneed.feet import Felt, felt, write_collisions
@@ -55,6 +56,9 @@ def advance(parts: Parts, parameters: Any, constants: Constants, buffers: Buffer
         observe(parts, parameters, constants, buffers)
         if u[events.OUTCOME] == DIVERGED:
             return
+        if u[events.PUSHING] != 0.0 or u[events.TIME] > u[events.NEXT_PUSH] - NOW:
+            push(constants.pushes, u, u[events.TIME])
+            scene.qfrc_applied[X] = u[events.PUSH]
         tick(parts, parameters, constants, buffers)
         if u[events.OUTCOME] == DIVERGED:
             return

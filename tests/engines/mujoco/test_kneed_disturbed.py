@@ -1,0 +1,162 @@
+"""Sensors, loop, motors and pushes of the biped with knees in MuJoCo; tests/disturbances has the loop's own law."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import Controller, KneedController, PassiveController
+from mjbiped import Disturbances, KneedBiped, Terrain, Walk
+from mjbiped.control.controller import Memory
+
+ROBOT = KneedBiped()
+SLOPE = math.radians(2.5)
+NOISY = Disturbances(
+    angle_noise=0.002,
+    rate_noise=0.02,
+    angle_bias=0.003,
+    rate_bias=-0.01,
+    angle_resolution=0.001,
+    delay=0.004,
+    torque_limit=20.0,
+    motor_bandwidth=30.0,
+    pushes=((1.0, 2.0),),
+    seed=5,
+)
+
+
+@cache
+def gait() -> mjbiped.KneedGait:
+    return mjbiped.find_kneed_gait(ROBOT, SLOPE)
+
+
+class InPython(KneedController):
+    """The same law, of which no machine code is made."""
+
+    def law(self) -> None:  # type: ignore[override]
+        """None."""
+
+
+@dataclass(frozen=True)
+class Clock(Controller):
+    """Torques too small to matter, which tell when they were asked for."""
+
+    joints: ClassVar[tuple[str, ...]] = KneedBiped.joints
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        return 0.0, 1e-7 * (1.0 + t), 2e-7 * (1.0 + t)
+
+
+def walked(disturbances: Disturbances | None, steps: int = 3, **given: Any) -> Walk:
+    controller = given.pop("controller", None) or KneedController(ROBOT, gait())
+    ground = given.pop("ground", Terrain.slopes(change_deg=-0.5))
+    given = {"engine": "mujoco", **given}
+    return mjbiped.walk(controller, ground, steps=steps, disturbances=disturbances, **given)
+
+
+def passive(disturbances: Disturbances | None, controller: Controller | None = None, steps: int = 1) -> Walk:
+    start = gait().start.tolist()
+    own = {"ground": Terrain.incline(2.5), "controller": controller or PassiveController(), "robot": ROBOT}
+    return walked(disturbances, steps, **own, sample_period=1e-3, initial=start)
+
+
+def test_a_seed_gives_a_walk_bit_by_bit_in_python_compiled_and_in_threads() -> None:
+    found = walked(NOISY)
+    assert found.outcome == "finished"
+    assert found.settings["control_period"] == 1e-3
+    plain = walked(NOISY, controller=InPython(ROBOT, gait()))
+    for name in ("q", "dq", "torque", "controller_states"):
+        np.testing.assert_array_equal(found.samples[name], plain.samples[name], err_msg=name)
+    each = [NOISY, Disturbances.from_dict({**NOISY.to_dict(), "seed": 6})]
+    law, ground = KneedController(ROBOT, gait()), Terrain.slopes(change_deg=-0.5)
+    together = mjbiped.walk_many(law, ground, engine="mujoco", steps=3, disturbances=each, workers=2)
+    assert together[0] == found
+    assert together[1] == walked(each[1])
+    assert together[1] != found
+
+
+@pytest.mark.parametrize("ticks", [1, 20])
+def test_a_delay_shifts_torques_by_whole_ticks(ticks: int) -> None:
+    period = 0.005
+    each = (Disturbances(control_period=period, delay=late) for late in (0.0, ticks * period))
+    prompt, late = (passive(disturbances, Clock()).samples for disturbances in each)
+    time, shift = np.arange(0.0025, 0.5, period), ticks * period  # in the middle of ticks, before the knee strike
+    expected = np.interp(time, prompt["time"], prompt["torque"][:, 1])
+    found = np.interp(time + shift, late["time"], late["torque"][:, 1])
+    inside = time + shift < 0.5
+    # the torques are numbers that the walk does not feel: they differ by rounding of the times alone
+    np.testing.assert_allclose(found[inside], expected[inside], rtol=1e-9)
+    assert not late["torque"][late["time"] < shift - 1e-6].any()
+
+
+def test_what_waits_goes_to_the_motor_that_it_was_meant_for() -> None:
+    """The hip's torque acts after the touchdown with the other sign; the knee that it was for is locked by then."""
+    walk = passive(Disturbances(control_period=0.005, delay=0.1), Clock(), steps=2)
+    touched = walk.touchdowns["time"][0]
+    time, (hip, knee) = walk.samples["time"], walk.samples["torque"][:, 1:].T
+    before, after = (time > touched - 0.08) & (time < touched - 1e-9), (time > touched) & (time < touched + 0.09)
+    later = (time > touched + 0.106) & (time < walk.touchdowns["time"][1] - 1e-9) & (walk.samples["locked"] == 0)
+    assert (hip[before] > 0.9e-7).all()
+    assert (hip[after] < -0.9e-7).all()
+    assert not knee[before].any()  # it is locked
+    assert not knee[after].any()
+    assert (hip[later] > 0.9e-7).all()
+    assert (knee[later] > 1.9e-7).all()
+
+
+def test_no_torque_is_greater_than_the_limit() -> None:
+    free, bound = (walked(Disturbances(torque_limit=limit, motor_bandwidth=50.0), 5) for limit in (100.0, 6.0))
+    assert free.peak_torque.max() > 8.0
+    assert np.abs(bound.samples["torque"]).max() <= 6.0
+    assert bound.peak_torque.max() <= 6.0
+
+
+def test_walks_converge_to_a_controller_that_never_pauses() -> None:
+    """A torque that is held is late by half a period, less half a physics step of 1 ms: so early a leapfrog has it."""
+    plain = walked(None, 5).end[0]
+    periods = np.array([8e-3, 4e-3, 2e-3, 1e-3])
+    errors = np.array([walked(Disturbances(control_period=period), 5).end[0] - plain for period in periods])
+    late = 0.5 * (periods - 1e-3)
+    assert 1e-3 < errors[0] < 3e-3
+    # of first order: measured within 6 %, and 1 % at 1 ms
+    np.testing.assert_allclose(errors, late * (errors[0] / late[0]), rtol=0.15, atol=0.05 * errors[2])
+
+
+@pytest.mark.parametrize("impulse", [0.05, -0.05])
+def test_a_short_push_is_an_impulse_through_the_mass_matrix(impulse: float) -> None:
+    """Of the change of rates, a push of 1 ms differs from M^-1 J' P by what the motion goes on in it, some 1 %."""
+    start = 0.2
+    given = Disturbances(pushes=((start, impulse),), push_duration=1e-3)
+    free, after = (passive(each).samples for each in (None, given))
+    at, later = (int(np.argmin(np.abs(free["time"] - time))) for time in (start, start + 3e-3))
+    q = free["q"][at]
+    lever = np.array([ROBOT.leg_length * math.cos(q[0] + SLOPE), 0.0, 0.0])
+    expected = np.linalg.solve(ROBOT.mass_matrix(q), lever * impulse)
+    change = after["dq"][later] - free["dq"][later]
+    np.testing.assert_allclose(change, expected, rtol=0.03, atol=0.01 * np.abs(expected).max())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("disturbances", "close"),
+    [
+        (Disturbances(delay=0.004), 5e-3),
+        (Disturbances(motor_bandwidth=30.0), 5e-3),
+        (Disturbances(angle_bias=0.003, rate_bias=-0.01), 3e-3),
+        (Disturbances(angle_noise=0.002, rate_noise=0.02, seed=3), 1e-2),
+        (Disturbances(pushes=((1.0, 2.0), (3.0, -1.0))), 1e-3),
+    ],
+    ids=["delay", "bandwidth", "bias", "noise", "pushes"],
+)
+def test_engines_agree_about_what_a_disturbance_costs(disturbances: Disturbances, close: float) -> None:
+    """Torques that are held act half a physics step earlier in MuJoCo; noise differs, for the ticks come elsewhere."""
+    found, hybrid = (walked(disturbances, 20, engine=engine) for engine in ("mujoco", "hybrid"))
+    assert found.outcome == hybrid.outcome == "finished"
+    assert found.cost_of_transport == pytest.approx(hybrid.cost_of_transport, rel=close)
