@@ -57,9 +57,11 @@ def felt(readings: Any, first: int, slots: int) -> Felt:
 
 
 def stand(places: Places, scene: Scene, leg: int, x: float, z: float) -> None:
-    """A foot stands at x, z: it meets all ground but what stands beside it."""
+    """A foot stands at x, z: it meets all ground but what stands beside it, and risers as any foot does."""
     for index in range(len(scene.ground)):
-        scene.bits[leg, index] = 0 if beside(places, x, z, int(scene.ground[index])) else 1
+        geom = int(scene.ground[index])
+        met = meets(places, x, z, geom) if places.risers[geom] >= 0.0 else not beside(places, x, z, geom)
+        scene.bits[leg, index] = 1 if met else 0
 
 
 def swing(places: Places, scene: Scene, leg: int, x: float, z: float) -> None:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from mjbiped.engines.mujoco.callbacks import Places
 from mjbiped.engines.mujoco.kneed.state import Motors, Scene
 
 
-def shown(model: mujoco.MjModel, data: mujoco.MjData) -> Scene:
+def shown(model: mujoco.MjModel, data: mujoco.MjData, places: Places) -> Scene:
     """The arrays of a model with knees, whose feet collide by a bit each from now on; see `Scene`."""
     model.body_conaffinity[0] = 3
     ground = [geom for geom in range(model.ngeom) if model.geom_bodyid[geom] == 0 and model.geom_conaffinity[geom]]
@@ -26,6 +27,7 @@ def shown(model: mujoco.MjModel, data: mujoco.MjData) -> Scene:
         geom_solref=model.geom_solref,
         geom_conaffinity=model.geom_conaffinity,
         ground=np.array(ground, dtype=np.int64),
+        risers=np.array([geom for geom in ground if places.risers[geom] >= 0.0], dtype=np.int64),
         bits=np.zeros((2, len(ground)), dtype=np.int32),
     )
 

@@ -172,7 +172,7 @@ class KneedSimulation:
             places=in_arrays(places) if self.compiled else places,
             motors=motors_of(model),
         )
-        self.buffers = Buffers(self._u, *self._own, *self._records, shown(model, data), self._machine())
+        self.buffers = Buffers(self._u, *self._own, *self._records, shown(model, data, places), self._machine())
 
     def _machine(self) -> Any:
         """What the stages of a step are called with."""

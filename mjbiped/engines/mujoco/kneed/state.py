@@ -145,9 +145,10 @@ class Scene(NamedTuple):
         eq_data: Of the locks, the flexion first at which they hold.
         eq_solref: Softness of the locks.
         jnt_solref: Of the stops.
-        geom_solref: Of the feet.
+        geom_solref: Of the feet and of the risers.
         geom_conaffinity: Bits of the feet that a geom can meet.
-        ground: The geoms of the ground.
+        ground: The geoms of the ground, ...
+        risers: ... and those of them that are risers.
         bits: For each foot and each of these whether they can meet, shape (2, geoms).
     """
 
@@ -164,6 +165,7 @@ class Scene(NamedTuple):
     geom_solref: Any
     geom_conaffinity: Any
     ground: Any
+    risers: Any
     bits: Any
 
 

@@ -37,7 +37,7 @@ from mjbiped.engines.mujoco.kneed.state import (
     stance_of,
 )
 from mjbiped.engines.mujoco.leapfrog import effective_step, held, limited
-from mjbiped.engines.mujoco.scene import LOCK_STIFFNESS
+from mjbiped.engines.mujoco.scene import LOCK_STIFFNESS, PUSHED_OUT
 from mjbiped.engines.mujoco.step_size import SHORTEST, STIFFNESS
 from mjbiped.rules.termination import LIGHT_CONTACT
 from mjbiped.terrain.profile import height_over_ground, segment_met
@@ -97,6 +97,9 @@ def _prepare(constants: Constants, u: MutableSequence[float], scene: Scene) -> N
 def _soften(constants: Constants, scene: Scene, effective: float) -> None:
     """Contacts, stops and locks are plastic within the step to come."""
     motors, damping = constants.motors, -1.0 / effective
+    for index in range(len(scene.risers)):  # they decide about their contacts
+        riser = scene.risers[index]
+        scene.geom_solref[riser, 0], scene.geom_solref[riser, 1] = PUSHED_OUT * damping, damping
     for leg in range(2):
         foot, joint, lock = constants.places.feet[leg], motors.joints[leg], motors.locks[leg]
         scene.geom_solref[foot, 0], scene.geom_solref[foot, 1] = -STIFFNESS, damping
