@@ -10,13 +10,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from command_line import run
 
 import mjbiped
 from controllers import Controller, KneedController
 from mjbiped import Disturbances, KneedBiped, Terrain, Walk
 from mjbiped.control.controller import Law, Memory
 from mjbiped.disturbances.sampled import SampledController
-from tests.command_line import run
 
 ROBOT = KneedBiped()
 SLOPE = 2.5
