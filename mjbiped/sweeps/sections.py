@@ -45,7 +45,7 @@ def parts_of(content: Mapping[str, Any], folder: Path) -> Iterator[list[Settings
     Raises:
         InputError: A part holds an unknown name or no choice.
     """
-    robots = [_robot(table) for table in _tables("robot", content.get("robot", {}))]
+    robots = [read_robot(table) for table in _tables("robot", content.get("robot", {}))]
     kinds = kinds_of(robots)
     for key in OF_WALK:
         if key in content or key == "engine":
@@ -83,7 +83,7 @@ def _tables(key: str, value: object) -> list[Mapping[str, Any]]:
     return tables
 
 
-def _robot(table: Mapping[str, Any]) -> Settings:
+def read_robot(table: Mapping[str, Any]) -> Settings:
     """The robot that walks: its name, and parameters that are not as usual.
 
     Raises:
