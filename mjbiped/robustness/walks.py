@@ -197,7 +197,7 @@ def _first_rates(gait: Periodic | None, count: int) -> Iterator[dict[str, Scalar
         return
     half = len(gait.start) // 2
     stance, swing = gait.start[half : half + 2].tolist()
-    around = rates_around(gait.start[[0, 1, half, half + 1]], count, BASIN_WIDTH)
+    around = rates_around(gait.start, count, BASIN_WIDTH)
     for rate1, rate2 in itertools.product(*(rates.tolist() for rates in around)):
         told = {"initial.around": "gait", "initial.dq1": rate1 - stance, "initial.dq2": rate2 - swing}
         yield told if half == 2 else {**told, "initial.dq3": rate2 - swing}  # the knee is straight after a touchdown
