@@ -177,7 +177,8 @@ class KneedController(PaperSettings):
         """Begin with the initial estimate, and plan the way from the first state to the limit cycle."""
         memory[SIN] = math.sin(self.initial_slope_estimate)
         memory[COS] = math.cos(self.initial_slope_estimate)
-        _plan(self.parameters, memory, 0.0, q[0], q[1], q[2], dq[0], dq[1], dq[2])
+        own = self.parameters._replace(free=_segments(self.robot, ANGLES))  # walks in threads begin at the same time
+        _plan(own, memory, 0.0, q[0], q[1], q[2], dq[0], dq[1], dq[2])
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
         """Update the estimate (27), then plan the new step (IV-B)."""

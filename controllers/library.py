@@ -69,6 +69,7 @@ class LibraryController(AdaptiveController):
     climbing_gait: Gait | None = None
 
     memory_size: ClassVar[int] = 16
+    with_knees: ClassVar[str | None] = None
 
     def __post_init__(self) -> None:
         """Refuse parameters outside their domain, and find the climbing gait.

@@ -12,9 +12,11 @@ import numpy as np
 
 from mjbiped.cli import kinds, options, sections, tables
 from mjbiped.cli.files import INTERRUPTED, Files
-from mjbiped.cli.laws import controller_of, taken
+from mjbiped.cli.laws import controller_of
+from mjbiped.cli.robots import robot_of
 from mjbiped.control.own import FORMS
 from mjbiped.control.registry import SHARED
+from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.numerics.jit import announced
 from mjbiped.records.tables import bare_table
@@ -154,7 +156,7 @@ def bifurcation(
 )
 @options.gain_option("Map")
 @options.scuffing_option("Map")
-@options.leg_options
+@options.robot_options
 @_out
 @options.plot_option
 @options.printed_options
@@ -184,17 +186,19 @@ def basin(
     Examples:
       mjbiped basin --slope-deg 2 --plot basin.png --out basin.npz
       mjbiped basin --controller adaptive --stance-rates=-2..12 --swing-rates=-30..30 --plot controlled.png
+      mjbiped basin --robot kneed --slope-deg 2.5
       mjbiped basin --controller my_law.py:MyLaw --gain stiffness=25 --grid 20
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.limit_cycles.basin import BasinInterrupted, BasinStopped, Fate, basin_of_attraction, basin_of_control
 
-    robot = Compass(**taken(ctx, values, "Robot"))
+    robot = robot_of(ctx, values)
     controlled = values["controller"] != "passive"
     law = controller_of(ctx, robot, values)
     slope = math.radians(slope_deg if slope_deg is not None else (0.0 if controlled else 2.0))
     count = grid or (100 if controlled else 300)
-    gait = law.gait if controlled else find_passive_gait(robot, slope)
-    greatest = float(np.abs(gait.start[2:]).max()) if gait is not None else 0.0  # which is refused
+    gait = law.gait if controlled else passive_gait_of(robot, slope)
+    rates = gait.start[len(gait.start) // 2 :] if gait is not None else np.zeros(1)  # which is refused
+    greatest = float(np.abs(rates).max())
     around = ((-2.0, 11.0), (-25.0, 25.0)) if controlled else ((0.7, 1.45), (-1.5, 2.2))
     sides = []
     for wanted, (low, high) in zip((stance_rates, swing_rates), around, strict=True):

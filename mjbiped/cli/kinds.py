@@ -15,6 +15,7 @@ from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
 from mjbiped.gaits.optimised import parse_reference
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kinds import NAMED
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.terrain.files import parse_number
 from mjbiped.utils import domains
@@ -172,13 +173,9 @@ def reference(value: Any) -> str:
     return str(value)
 
 
-KNEED = {"kneed": KneedBiped, "halved-rods": KneedBiped.halved_rods}
-"""Robots with knees, by their names on the command line."""
-
-
 def robot_name(value: Any) -> str:
     """A robot's name, or the path of a file that has one."""
     text = str(value)
-    if text not in (Compass.kind, *KNEED) and not text.endswith(".toml"):
-        raise click.BadParameter(f"{shown(text)}; expected {', '.join((Compass.kind, *KNEED))}, or a .toml file.")
+    if text not in NAMED and not text.endswith(".toml"):
+        raise click.BadParameter(f"{shown(text)}; expected {', '.join(NAMED)}, or a .toml file.")
     return text

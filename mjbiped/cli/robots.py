@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import dataclasses
 import tomllib
 from pathlib import Path
 from typing import Any
 
 import click
 
-from mjbiped.cli import kinds, options
+from mjbiped.cli import options
 from mjbiped.cli.laws import is_given, refuse, section, taken
 from mjbiped.errors import InputError, shown
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.kinds import KINDS
-from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.kinds import KINDS, NAMED, named
 from mjbiped.robots.robot import Robot
 from mjbiped.utils.domains import known_name
 
@@ -37,12 +35,9 @@ def robot_of(ctx: click.Context, values: dict[str, Any]) -> Robot:
 
 
 def _named(name: str) -> tuple[type[Robot], dict[str, Any]]:
-    """Kind and parameters of a robot by its name or file; inertias of rods are left to follow masses and lengths."""
-    if name == Compass.kind:
-        return Compass, {}
-    if name in kinds.KNEED:
-        parameters = dataclasses.asdict(kinds.KNEED[name]())
-        return KneedBiped, {key: value for key, value in parameters.items() if not key.endswith("_inertia")}
+    """Kind and parameters of a robot by its name or file."""
+    if name in NAMED:
+        return named(name)
     try:
         written = tomllib.loads(Path(name).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:

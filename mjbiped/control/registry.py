@@ -111,6 +111,13 @@ def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
     return kind
 
 
+def names_by_class(robot: Robot | None = None) -> dict[str, str]:
+    """Names of registered controllers by the names of their classes, those for a robot with knees where it has them."""
+    if robot is not None and robot.knees:
+        return {controller_class(name, robot).__name__: name for name in registered()}
+    return {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
+
+
 def settings_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
     """Names of a controller's settings, with their defaults; `REQUIRED` for those that have none.
 
@@ -232,14 +239,12 @@ def controller_from(description: Mapping[str, Any], source: Mapping[str, str] | 
     """
     described = dict(description)
     wanted = described.pop("name", None)
-    classes = {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
     untold = "the record does not tell its controller's robot and gait"
     try:
         robot = robot_from(described["robot"]) if "robot" in described else None
     except TypeError as error:
         raise InputError(f"{untold}: {shown(error)}") from error
-    if robot is not None and robot.knees:
-        classes = {controller_class(name, robot).__name__: name for name in registered()}
+    classes = names_by_class(robot)
     if source is not None:
         kind = controller_class(str(source.get("class")))
         if source_of(kind) != source:

@@ -22,14 +22,15 @@ from mjbiped.control.controller import Controller
 from mjbiped.control.trial import try_out
 from mjbiped.engines.hybrid.simulation import HybridSimulation
 from mjbiped.engines.hybrid.state import ROWS, SAMPLES
-from mjbiped.engines.plan import check_controller
+from mjbiped.engines.plan import check_controller, check_robot
 from mjbiped.errors import InputError, MjbipedError
-from mjbiped.gaits.gait import Gait
-from mjbiped.gaits.passive import find_passive_gait
+from mjbiped.gaits.branches import Branched
+from mjbiped.gaits.described import passive_gait_of
+from mjbiped.gaits.gait import Gait, Periodic
 from mjbiped.limit_cycles import return_map
-from mjbiped.limit_cycles.return_map import KICK, ReturnMap, plane_of, walk_all
-from mjbiped.records.columns import TOUCHDOWNS, index_of
-from mjbiped.robots.compass import Array, Compass
+from mjbiped.limit_cycles.return_map import ReturnMap, check_rule, kicked, plane_of, walk_all
+from mjbiped.records.columns import index_of, tables_of
+from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule, check_landing, chosen
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
@@ -70,12 +71,12 @@ class Basin:
 
     Attributes:
         slope: Of the plane, rad.
-        start: The state (q1, q2, dq1, dq2) in whose slice the starts lie, shape (4,): the gait's after an impact.
+        start: The state in whose slice the starts lie, shape (4,), or (6,) with knees: the gait's after an impact.
         stance_rates: dq1 of the starts, shape (columns,), rad/s.
-        swing_rates: dq2 of the starts, shape (rows,), rad/s.
+        swing_rates: dq2 of the starts, shape (rows,), rad/s; with knees the swing leg is straight, and dq3 the same.
         fates: `Fate` of each start, shape (rows, columns).
         steps: Steps walked until the walk had settled or ended, shape (rows, columns).
-        peak_torque: Greatest torque of ankle or hip in each walk, shape (rows, columns), N m; 0 without a controller.
+        peak_torque: Greatest torque of any joint in each walk, shape (rows, columns), N m; 0 without a controller.
             Most walks were followed for two steps, those undecided by then up to the limit.
         limit: Steps after which a walk that has done neither is undecided.
         walker: Who walks, in words.
@@ -129,7 +130,7 @@ class BasinStopped(MjbipedError):  # noqa: N818 (as its sister)
 
 
 def basin_of_attraction(
-    robot: Compass,
+    robot: Robot,
     slope: float,
     *,
     stance_rates: ArrayLike | None = None,
@@ -146,7 +147,7 @@ def basin_of_attraction(
     settles.
 
     Args:
-        robot: Any compass biped.
+        robot: Any robot.
         slope: Of the plane, rad.
         stance_rates: dq1 of the starts, rad/s, ascending; 300 from 0.5 to 1.6 times the gait's unless given.
         swing_rates: dq2 of the starts, rad/s, ascending; 300 within 2.2 times the gait's greater rate unless given.
@@ -156,25 +157,27 @@ def basin_of_attraction(
         progress: Whether to show a progress bar (never where the output is not a terminal).
 
     Raises:
-        InputError: An argument is outside its domain, or the scuffing rule would never let the gait land.
+        InputError: An argument is outside its domain, or the scuffing rule would never let the gait land, or is given
+            for a robot with knees.
         GaitError: The robot has no gait on that slope.
         BasinInterrupted: Ctrl-C; the exception holds the rows computed so far.
     """
-    gait = find_passive_gait(robot, slope)
+    check_robot("robot", robot)
+    gait = passive_gait_of(robot, slope)
     rule = chosen(scuffing)
-    check_landing(gait, gait.slope, rule)
+    _check_scuffing(gait, gait.slope, rule)
     basin = _empty(gait.slope, gait.start, stance_rates, swing_rates, limit, "passive")
     threads = domains.WORKERS.check("threads", cores() if threads is None else threads)
     plane = plane_of(robot, gait.slope, rule)
-    walked = ReturnMap(robot, gait.slope, rule).walk(gait.start + KICK, _TRANSIENT)
+    walked = ReturnMap(robot, gait.slope, rule).walk(kicked(gait.start), _TRANSIENT)
     goals = np.unique(np.round(walked.states[-_ATTRACTOR:], 6), axis=0)
     if walked.outcome != "walking":
-        goals = np.empty((0, 4))
+        goals = np.empty((0, len(gait.start)))
     near = _nearness(robot)
 
     def row(number: int) -> None:
-        starts = np.tile(gait.start, (len(basin.stance_rates), 1))
-        starts[:, 2], starts[:, 3] = basin.stance_rates, basin.swing_rates[number]
+        starts, half = np.tile(gait.start, (len(basin.stance_rates), 1)), len(gait.start) // 2
+        starts[:, half], starts[:, half + 1 :] = basin.stance_rates, basin.swing_rates[number]
         batch = walk_all(plane, starts, basin.limit, goals=goals, near=near)
         basin.steps[number] = batch.counts
         basin.fates[number] = [_FATES[outcome] for outcome in batch.outcomes.tolist()]
@@ -186,7 +189,7 @@ def basin_of_control(
     controller: Controller,
     slope: float = 0.0,
     *,
-    robot: Compass | None = None,
+    robot: Robot | None = None,
     stance_rates: ArrayLike | None = None,
     swing_rates: ArrayLike | None = None,
     limit: int = 10,
@@ -216,17 +219,21 @@ def basin_of_control(
         BasinStopped: The controller raised an exception; likewise.
     """
     check_controller(controller)
-    gait, walker = controller.gait, controller.robot if robot is None else domains.check_kind("robot", robot, Compass)
-    if not isinstance(gait, Gait) or not isinstance(walker, Compass):
+    if robot is not None:
+        check_robot("robot", robot)
+    gait, walker = controller.gait, robot or controller.robot
+    if not isinstance(gait, Gait | Branched) or not isinstance(walker, Robot):
         raise InputError(
             f"{type(controller).__name__} imitates no gait: there is nothing to settle on; a dataclass gets one in a "
             "field gait: mjbiped.Gait, and the robot's model in a field robot: mjbiped.Compass"
         )
-    check_landing(gait, domains.SLOPE.check("slope", slope), chosen(scuffing))
+    controller = controller.driving(walker)
+    _check_scuffing(gait, domains.SLOPE.check("slope", slope), chosen(scuffing))
     terrain = Terrain.incline(math.degrees(slope))
     started = partial(HybridSimulation, controller, terrain, robot=walker, sample_period=math.inf, scuffing=scuffing)
-    q1, q2, dq1, dq2 = gait.start.tolist()
-    try_out(controller, (q1, q2), (dq1, dq2))
+    start, half = gait.start.tolist(), len(walker.angles)
+    q = tuple(start[:half])
+    try_out(controller, q, tuple(start[half:]))
     near = _nearness(walker)
     basin = _empty(slope, gait.start, stance_rates, swing_rates, limit, type(controller).__name__)
     threads = domains.WORKERS.check("threads", cores() if threads is None else threads)
@@ -236,8 +243,8 @@ def basin_of_control(
         for column, rate1 in enumerate(basin.stance_rates.tolist()):
             try:
                 for steps in sorted({min(_FIRST_LOOK, limit), limit}):
-                    simulation = started(q=(q1, q2), dq=(rate1, rate2), steps=steps)
-                    walked, fate = _walk_controlled(simulation, gait.start, near)
+                    simulation = started(q=q, dq=(rate1, *(rate2,) * (half - 1)), steps=steps)
+                    walked, fate = _walk_controlled(simulation, walker, gait.start, near)
                     if fate is not Fate.UNDECIDED:
                         break
             except LawError:
@@ -254,9 +261,17 @@ def basin_of_control(
     return _filled(basin, row, threads, progress)
 
 
-def _walk_controlled(simulation: HybridSimulation, goal: Array, near: Array) -> tuple[int, Fate]:
+def _check_scuffing(gait: Periodic, slope: float, rule: ScuffingRule) -> None:
+    """Refuse a scuffing rule that would never let a gait land, or for a robot that needs none."""
+    check_rule(gait.robot, rule)
+    if isinstance(gait, Gait):
+        check_landing(gait, slope, rule)
+
+
+def _walk_controlled(simulation: HybridSimulation, robot: Robot, goal: Array, near: Array) -> tuple[int, Fate]:
     """Walk until a state after an impact is near the goal, or the walk ends; the number of steps, and the fate."""
-    first, last = index_of(TOUCHDOWNS, "q"), index_of(TOUCHDOWNS, "dq") + 2
+    columns = tables_of(type(robot)).touchdowns
+    first, last = index_of(columns, "q"), index_of(columns, "dq") + len(robot.angles)
     walked, buffers = 0, simulation.buffers
     while simulation.outcome is Outcome.WALKING:
         simulation.go_on()
@@ -289,7 +304,7 @@ def rates_around(start: Array, count: int, width: float = 1.0) -> tuple[Array, A
     """First rates that a map shows unless others are given.
 
     Args:
-        start: The gait's state (q1, q2, dq1, dq2) after an impact, shape (4,).
+        start: The gait's state after an impact, shape (4,), or (6,) with knees.
         count: Of the rates of either leg.
         width: How many times as far as usual they reach to both sides of their middle.
 
@@ -297,9 +312,10 @@ def rates_around(start: Array, count: int, width: float = 1.0) -> tuple[Array, A
         Rates of the stance leg, usually 0.5 to 1.6 times the gait's, and of the swing leg, usually within 2.2 times the
         gait's greater rate, rad/s, shape (count,) each, in equal steps.
     """
-    greatest = 2.2 * width * float(np.abs(start[2:]).max())
+    rates = start[len(start) // 2 :]
+    greatest = 2.2 * width * float(np.abs(rates).max())
     return (
-        np.linspace((1.05 - 0.55 * width) * start[2], (1.05 + 0.55 * width) * start[2], count),
+        np.linspace((1.05 - 0.55 * width) * rates[0], (1.05 + 0.55 * width) * rates[0], count),
         np.linspace(-greatest, greatest, count),
     )
 
@@ -312,10 +328,10 @@ def _rates(name: str, given: ArrayLike | None, usual: Array) -> Array:
     return rates
 
 
-def _nearness(robot: Compass) -> Array:
+def _nearness(robot: Robot) -> Array:
     """`SETTLED` for each component of a state."""
-    frequency = math.sqrt(robot.gravity / robot.leg_length)
-    return SETTLED * np.array([1.0, 1.0, frequency, frequency])
+    frequency, angles = math.sqrt(robot.gravity / robot.leg_length), len(robot.angles)
+    return SETTLED * np.repeat([1.0, frequency], angles)
 
 
 def _filled(basin: Basin, row: Callable[[int], None], threads: int, progress: bool) -> Basin:

@@ -13,7 +13,7 @@ from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.limit_cycles import periodic
 from mjbiped.limit_cycles.periodic import PeriodicGait
-from mjbiped.limit_cycles.return_map import KICK, TOUCHDOWN, ReturnMap, plane_of, walk_all
+from mjbiped.limit_cycles.return_map import TOUCHDOWN, ReturnMap, kicked, plane_of, walk_all
 from mjbiped.robots.compass import Array, Compass
 from mjbiped.rules.scuffing import ScuffingRule, check_landing, chosen
 from mjbiped.rules.termination import Outcome
@@ -156,7 +156,7 @@ def _doubled(robot: Compass, parent: PeriodicGait, slope: float) -> PeriodicGait
         GaitError: There is none.
     """
     count = 2 * len(parent.states)
-    steps = ReturnMap(robot, slope, periodic.GUARD).walk(parent.states[0] + KICK, _SETTLING * count)
+    steps = ReturnMap(robot, slope, periodic.GUARD).walk(kicked(parent.states[0]), _SETTLING * count)
     if steps.outcome != "walking":
         raise GaitError(f"it {steps.outcome} after {len(steps.states)} steps")
     return periodic.find_periodic_gait(robot, slope, steps.states[-count:])
@@ -252,7 +252,7 @@ def bifurcation_diagram(
     domains.KEPT.check("keep times the number of slopes", keep * len(planes))
     rule = chosen(scuffing)
     check_landing(find_passive_gait(robot, float(planes[0])), float(planes[0]), rule)
-    start = periodic.first_gait(robot, float(planes[0])).states[0] + KICK
+    start = kicked(periodic.first_gait(robot, float(planes[0])).states[0])
     kept = np.full((len(planes), keep, 4), np.nan)
     times = np.full((len(planes), keep), np.nan)
     outcomes = []

@@ -19,10 +19,13 @@ from numpy.typing import ArrayLike
 from mjbiped.control.compilation import MachineCode
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.hybrid import state as indices
+from mjbiped.engines.hybrid.models import model_of
 from mjbiped.engines.hybrid.simulation import HybridSimulation
-from mjbiped.engines.hybrid.state import ANGLES_AND_RATES, Buffers, SimulationConstants
+from mjbiped.engines.hybrid.state import Buffers, SimulationConstants
+from mjbiped.engines.plan import check_robot
+from mjbiped.errors import InputError
 from mjbiped.numerics.jit import compiled
-from mjbiped.robots.compass import Array, Compass, legs_of, mass_terms
+from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
@@ -34,13 +37,21 @@ STEP = 0.24
 TOLERANCE = 1e-9
 """Of an integration step. One of full length is better than that near a gait; only wild motions take shorter ones."""
 
-KICK = np.array([1e-4, -1e-4, 0.0, 0.0])
+KICK = 1e-4
 """What pushes the robot off a gait that may be unstable, so that it walks to a stable one: rad."""
 
 SETTLED = -1  # beside the engines' outcomes
 TOUCHDOWN, FELL, STALLED, DIVERGED, UNRESOLVED = (
     int(outcome) for outcome in (Outcome.WALKING, Outcome.FELL, Outcome.STALLED, Outcome.DIVERGED, Outcome.UNRESOLVED)
 )
+
+
+def kicked(state: Array) -> Array:
+    """A state whose legs are both a little ahead of where they were to each other."""
+    pushed, half = state.copy(), len(state) // 2
+    pushed[0] += KICK
+    pushed[1:half] -= KICK
+    return pushed
 
 
 class EngineCode(NamedTuple):
@@ -57,12 +68,14 @@ class Plane(NamedTuple):
     """A robot on a plane, as the hybrid engine takes it.
 
     Attributes:
+        robot: The robot.
         code: What walks it.
         law: The machine code of no torque.
         constants: Robot, plane and rules.
         buffers: Of a walk just after an impact, with room for one touchdown; to be copied for each batch.
     """
 
+    robot: Robot
     code: EngineCode
     law: MachineCode
     constants: SimulationConstants
@@ -74,12 +87,12 @@ class Batch(NamedTuple):
 
     Attributes:
         law: Of the unpowered robot.
-        starts: First states, shape (walks, 4).
+        starts: First states, shape (walks, m), of m = 4 numbers, or 6 with knees.
         limit: Steps at most.
-        goals: States near which a walk is settled and ends, shape (n, 4); n may be 0.
-        near: How near to one of them, shape (4,).
+        goals: States near which a walk is settled and ends, shape (n, m); n may be 0.
+        near: How near to one of them, shape (m,).
         scalars: The engine's, just after an impact.
-        states: Last states after impacts, shape (walks, room, 4): step n stands in row n % room.
+        states: Last states after impacts, shape (walks, room, m): step n stands in row n % room.
         periods: Of the same steps, shape (walks, room), s.
         counts: Steps walked, shape (walks,).
         outcomes: `SETTLED`, `TOUCHDOWN` for a walk that reached the limit, or what became of the robot, shape (walks,).
@@ -97,15 +110,25 @@ class Batch(NamedTuple):
     outcomes: Any
 
 
+def check_rule(robot: Robot, scuffing: ScuffingRule) -> None:
+    """Refuse a scuffing rule for a robot that needs none.
+
+    Raises:
+        InputError: There is one.
+    """
+    if robot.knees and scuffing != ScuffingRule():
+        raise InputError("scuffing is for straight legs: with knees the swing foot collides from lift-off on")
+
+
 def walk_batch(code: EngineCode, constants: SimulationConstants, b: Buffers, batch: Batch) -> None:
     """Walk each walk of a batch, and fill in the rest of it.
 
     Place and time begin at zero after each impact, so that a step depends on its first state alone.
     """
-    room = batch.states.shape[1]
+    room, numbers = batch.states.shape[1], batch.states.shape[2]
     for walk in range(len(batch.starts)):
         for c in range(len(b.y)):
-            b.y[c] = batch.starts[walk, c] if c < ANGLES_AND_RATES else 0.0
+            b.y[c] = batch.starts[walk, c] if c < numbers else 0.0
         n, outcome = 0, TOUCHDOWN
         while True:
             if is_near(b.y, batch.goals, batch.near):
@@ -118,7 +141,7 @@ def walk_batch(code: EngineCode, constants: SimulationConstants, b: Buffers, bat
             outcome = int(b.w[indices.OUTCOME])
             if outcome == TOUCHDOWN:
                 batch.periods[walk, n % room] = b.w[indices.TIME]
-                for c in range(ANGLES_AND_RATES):
+                for c in range(numbers):
                     batch.states[walk, n % room, c] = b.y[c]
                 n += 1
             elif outcome == UNRESOLVED:  # without torques only a motion beyond all bounds is
@@ -130,7 +153,7 @@ def is_near(y: Any, goals: Any, near: Any) -> bool:
     """Whether a state is near a goal in every component."""
     for goal in range(len(goals)):
         inside = True
-        for c in range(4):
+        for c in range(len(near)):
             inside = inside and abs(y[c] - goals[goal, c]) < near[c]
         if inside:
             return True
@@ -141,38 +164,39 @@ def walk_all(
     plane: Plane, starts: Array, limit: int, room: int = 1, goals: Array | None = None, near: Array | None = None
 ) -> Batch:
     """Walk from many states by compiled code, which lets other threads run; see `Batch`."""
-    walks = len(starts)
+    walks, numbers = starts.shape
     batch = Batch(
         law=plane.law.law,
         starts=starts,
         limit=limit,
-        goals=np.empty((0, 4)) if goals is None else goals,
-        near=np.zeros(4) if near is None else near,
+        goals=np.empty((0, numbers)) if goals is None else goals,
+        near=np.zeros(numbers) if near is None else near,
         scalars=plane.buffers.w,
-        states=np.empty((walks, room, 4)),
+        states=np.empty((walks, room, numbers)),
         periods=np.empty((walks, room)),
         counts=np.empty(walks, dtype=np.int64),
         outcomes=np.empty(walks, dtype=np.int64),
     )
     walk = compiled(walk_batch, EngineCode, plane.code, inlined=())
-    walk(plane.constants, Buffers(*(buffer.copy() for buffer in plane.buffers)), batch)
+    # a robot's constants may have room to compute in, which is of one thread alone
+    constants = plane.constants._replace(robot=model_of(plane.robot).constants(plane.robot))
+    walk(constants, Buffers(*(buffer.copy() for buffer in plane.buffers)), batch)
     return batch
 
 
 @lru_cache(maxsize=4096)
-def plane_of(robot: Compass, slope: float, scuffing: ScuffingRule) -> Plane:
+def plane_of(robot: Robot, slope: float, scuffing: ScuffingRule) -> Plane:
     """What the compiled functions take for a robot on a plane under a rule."""
-    m11, m12, m22 = mass_terms(robot.constants, legs_of(0.0, 0.0))
-    fastest = scipy.linalg.eigvalsh(
-        np.diag([-robot.constants[3], robot.constants[4]]), np.array([[m11, m12], [m12, m22]])
-    )
+    angles = len(robot.angles)
+    pull = robot.gravity_vector(np.full(angles, 0.5 * math.pi), 0.0)  # at right angles to gravity: the whole moments
+    fastest = scipy.linalg.eigvalsh(np.diag(pull), robot.mass_matrix(np.zeros(angles)))
     step = STEP / math.sqrt(float(np.abs(fastest).max()))
     simulation = HybridSimulation(
-        Unpowered(),
+        Unpowered().driving(robot),
         Terrain.level(),
         robot=robot,
-        q=(0.0, 0.0),
-        dq=(0.0, 0.0),
+        q=(0.0,) * angles,
+        dq=(0.0,) * angles,
         sample_period=math.inf,
         scuffing=scuffing,
         tolerance=TOLERANCE,
@@ -188,7 +212,7 @@ def plane_of(robot: Compass, slope: float, scuffing: ScuffingRule) -> Plane:
     buffers.w[indices.SINE], buffers.w[indices.COSINE] = math.sin(slope), math.cos(slope)
     buffers.w[indices.NEXT_STEP], buffers.w[indices.PAUSE] = step, math.inf
     assert simulation.code is not None
-    return Plane(EngineCode(simulation.advance), simulation.code, constants, buffers)
+    return Plane(robot, EngineCode(simulation.advance), simulation.code, constants, buffers)
 
 
 @dataclass(frozen=True)
@@ -196,7 +220,8 @@ class Steps:
     """Steps of the return map.
 
     Attributes:
-        states: (q1, q2, dq1, dq2) just after each impact, shape (steps, 4), rad and rad/s.
+        states: (q1, q2, dq1, dq2) just after each impact, with knees (q1, q2, q3, dq1, dq2, dq3), shape (steps, 4) or
+            (steps, 6), rad and rad/s.
         periods: Time of each step, shape (steps,), s.
         outcome: "walking", or what became of the robot after these steps: "fell", "stalled" or "diverged".
     """
@@ -215,23 +240,24 @@ class ReturnMap:
     """The unpowered robot on a plane, from just after one impact to just after the next.
 
     Attributes:
-        robot: Any compass biped.
+        robot: Any robot.
         slope: Of the plane, rad, positive downhill.
-        scuffing: When the swing foot may touch the ground; the engines' rule unless given.
+        scuffing: When the swing foot of straight legs may touch the ground; the engines' rule unless given.
 
     Raises:
-        InputError: The slope is no finite number within 90 degrees.
+        InputError: The slope is no finite number within 90 degrees, or a scuffing rule is given for a robot with knees.
     """
 
-    robot: Compass
+    robot: Robot
     slope: float
     scuffing: ScuffingRule = ScuffingRule()  # noqa: RUF009 (frozen)
 
     def __post_init__(self) -> None:
         """Refuse a slope on which nothing stands."""
-        domains.check_kind("robot", self.robot, Compass)
+        check_robot("robot", self.robot)
         object.__setattr__(self, "slope", domains.SLOPE.check("slope", self.slope))
         domains.check_kind("scuffing", self.scuffing, ScuffingRule)
+        check_rule(self.robot, self.scuffing)
 
     @cached_property
     def plane(self) -> Plane:
@@ -242,13 +268,16 @@ class ReturnMap:
         """Walk from a state, by rule one just after an impact: both feet on the plane.
 
         Args:
-            state: (q1, q2, dq1, dq2), rad and rad/s.
+            state: (q1, q2, dq1, dq2), rad and rad/s; with knees (q1, q2, q3, dq1, dq2, dq3), the swing leg straight.
             steps: How many.
 
         Raises:
-            InputError: The state is not four finite numbers, or steps is below 1.
+            InputError: The state is not so many finite numbers, its swing knee is bent, or steps is below 1.
         """
-        start = domains.check_states("state", state, (4,))
+        angles = len(self.robot.angles)
+        start = domains.check_states("state", state, (2 * angles,))
+        if self.robot.knees and (start[2] != start[1] or start[5] != start[4]):
+            raise InputError("state: just after an impact the swing leg is straight: q3 = q2 and dq3 = dq2")
         steps = domains.MAP_STEPS.check("steps", steps)
         batch = walk_all(self.plane, start[None], steps, room=steps)
         done = int(batch.counts[0])

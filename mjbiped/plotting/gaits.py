@@ -208,7 +208,8 @@ def _draw_basin(figure: Figure, axes: Axes, basin: Basin, letter: str) -> None:
         axes.pcolormesh(
             x, y, np.where(other, 1.0, np.nan), cmap=ListedColormap([VERMILLION]), vmin=0, vmax=1, rasterized=True
         )
-    axes.plot(basin.start[2], basin.start[3], "o", color="white", markeredgecolor="black", markersize=6)
+    half = len(basin.start) // 2
+    axes.plot(basin.start[half], basin.start[half + 1], "o", color="white", markeredgecolor="black", markersize=6)
     axes.set(xlabel="rate of the stance leg after the impact (rad/s)", ylabel="rate of the swing leg (rad/s)")
     ground = f"{math.degrees(basin.slope):.3g}° down" if basin.slope else "level ground"
     titled(axes, letter, plain(f"{basin.walker} on {ground}: {100 * basin.share(Fate.SETTLED):.1f} %\u00a0settle"))

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from typing import Any
 
-from mjbiped.control.registry import SHARED, SLOPE_FIELDS, make_controller, registered, settings_of
+from mjbiped.control.registry import SHARED, SLOPE_FIELDS, make_controller, names_by_class, settings_of
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
@@ -17,13 +17,16 @@ from mjbiped.gaits.optimisation import Goal
 from mjbiped.gaits.optimised import words_of
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.kinds import compass_of
+from mjbiped.robots.kinds import NAMED
+from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import parse_terrain
 
 _ENGINES: Mapping[str, type[Mujoco] | type[Hybrid]] = {"mujoco": Mujoco, "hybrid": Hybrid}
 _OWN_OPTIONS = ("position_gain", "velocity_gain", "adaptation_gain", "replanning_delay", "estimate_update")
 """Settings of the adaptive controller that have options of their own; `--gain` sets all others."""
+
+_PASSIVE = "imitate_slope_deg"  # the setting that means a passive gait
 
 
 def python_of(walk: Walk, record: str) -> str | None:
@@ -85,21 +88,32 @@ def _words(walk: Walk) -> Iterator[str]:
     yield "--initial=" + ",".join(map(repr, settings["initial"]))  # numbers: a name would depend on the controller
     yield from _controller(walk)
     yield from _engine(settings)
-    robot = compass_of(walk.robot, "the command of a walk")
-    for field in fields(Compass):
-        value, usual = getattr(robot, field.name), getattr(Compass(), field.name)
-        if value != usual:
-            yield from (_option(field.name), repr(value))
+    yield from _robot(walk.robot)
     for name, value in settings.get("disturbances", {}).items():
         if name == "pushes":
             yield from (f"--push={time!r}:{impulse!r}" for time, impulse in value)
         else:
             yield from ("--disturb", f"{name}={value!r}")
-    rule = ScuffingRule(**settings["scuffing"])
+    rule = ScuffingRule(**(settings["scuffing"] or {}))
     if rule != ScuffingRule(reach=rule.reach):
         raise _NotSayableError
     if rule != ScuffingRule():
         yield from ("--scuffing-reach", repr(rule.reach))
+
+
+def _robot(robot: Robot) -> Iterator[str]:
+    """The name of the robot that it is most like, and the parameters in which it differs from that."""
+    alike = (each for each in NAMED if isinstance(NAMED[each](), type(robot)))
+    name = min(alike, key=lambda each: len(_odd(robot, NAMED[each]())))
+    yield from ("--robot", name) if name != Compass.kind else ()
+    for parameter, value in _odd(robot, NAMED[name]()).items():
+        yield from (_option(parameter), repr(value))
+
+
+def _odd(robot: Robot, usual: Robot) -> dict[str, float]:
+    """Parameters of a robot that are not the usual ones."""
+    values = {name: getattr(robot, name) for name in robot.parameters()}
+    return {name: value for name, value in values.items() if value != getattr(usual, name)}
 
 
 def _option(name: str) -> str:
@@ -134,12 +148,12 @@ def _controller(walk: Walk) -> Iterator[str]:
     Raises:
         _NotSayableError: It is not registered, or these words would make another one.
     """
-    described = walk.settings["controller"]
-    names = {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
+    described, robot = walk.settings["controller"], walk.robot
+    names = names_by_class(robot)
     if "controller_source" in walk.settings or described["name"] not in names:
         raise _NotSayableError
     name = names[described["name"]]
-    usual = settings_of(name)
+    usual = settings_of(name, robot)
     chosen = {key: described[key] for key in usual if key in described and described[key] != usual[key]}
     shared: dict[str, Any] = {}
     if "gait" in described:
@@ -147,8 +161,9 @@ def _controller(walk: Walk) -> Iterator[str]:
         shared["initial_slope_estimate_deg"] = _degrees(
             next(described[key] for key in SLOPE_FIELDS if key in described)
         )
-    chosen |= {key: value for key, value in shared.items() if value != SHARED[key]}
-    if make_controller(name, compass_of(walk.robot, "the command of a walk"), chosen).describe() != described:
+    # of a robot with knees the usual gait is no passive one
+    chosen |= {key: value for key, value in shared.items() if value != SHARED[key] or (robot.knees and key == _PASSIVE)}
+    if make_controller(name, robot, chosen).describe() != described:
         raise _NotSayableError
     yield from ("--controller", name) if name != "adaptive" else ()
     for key, value in chosen.items():
@@ -164,7 +179,7 @@ def _gait(described: Mapping[str, Any]) -> dict[str, Any]:
     """The setting that means a gait."""
     if "goal" in described:
         return {"reference": words_of(Goal(**described["goal"]))}
-    return {"imitate_slope_deg": _degrees(described["slope"])}
+    return {_PASSIVE: _degrees(described["slope"])}
 
 
 def _degrees(angle: float) -> float:

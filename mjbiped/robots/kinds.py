@@ -1,8 +1,9 @@
-"""The kinds of robots, as records name them."""
+"""The kinds of robots, as records name them, and robots by their names on the command line and in study files."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import dataclasses
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from mjbiped.errors import InputError
@@ -12,6 +13,36 @@ from mjbiped.robots.robot import Robot
 from mjbiped.utils.domains import known_name
 
 KINDS: Mapping[str, type[Robot]] = {kind.kind: kind for kind in (Compass, KneedBiped)}
+
+NAMED: Mapping[str, Callable[[], Compass | KneedBiped]] = {
+    Compass.kind: Compass,
+    KneedBiped.kind: KneedBiped,
+    "halved-rods": KneedBiped.halved_rods,
+}
+"""Robots by their names, with the parameters that they have unless others are given."""
+
+
+def named(name: str) -> tuple[type[Robot], dict[str, Any]]:
+    """Kind and parameters of a robot by its name; inertias of rods are left to follow masses and lengths.
+
+    Raises:
+        InputError: There is no such robot.
+    """
+    robot = NAMED[known_name("robot", name, NAMED)]()
+    parameters = dataclasses.asdict(robot)
+    return type(robot), {key: value for key, value in parameters.items() if not key.endswith("_inertia")}
+
+
+def robot_named(name: str, given: Mapping[str, Any]) -> Robot:
+    """The robot of a name, with other parameters than its own where they are given.
+
+    Raises:
+        InputError: There is no such robot, or it has no such parameter, or a number is outside its domain.
+    """
+    kind, parameters = named(name)
+    for key in given:
+        known_name(f"parameter of the robot {name}", key, kind.parameters())
+    return kind(**{**parameters, **given})
 
 
 def robot_from(described: Mapping[str, Any]) -> Robot:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
 from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.values import Scalar
 
@@ -71,19 +71,19 @@ class Margin:
     Attributes:
         unit: Of its magnitudes; none for plain numbers.
         magnitudes: Those that are tried unless a study says otherwise, the gentlest first.
-        values: What a study's cell says of the walk, of a magnitude.
+        values: What a study's cell says of the walk, of a magnitude and of the robot that walks.
         asked: Column of what a walk asks for, of a disturbance that the hybrid engine does not know: it survives those
             magnitudes there that are no less.
     """
 
     unit: str
     magnitudes: tuple[float, ...]
-    values: Callable[[float], Mapping[str, Scalar]]
+    values: Callable[[float, Robot], Mapping[str, Scalar]]
     asked: str | None = None
 
-    def told(self, magnitude: float, engine: str) -> Mapping[str, Scalar]:
-        """What a study's cell says of a walk in an engine."""
-        return {} if self.asked is not None and engine == "hybrid" else self.values(magnitude)
+    def told(self, magnitude: float, engine: str, robot: Robot) -> Mapping[str, Scalar]:
+        """What a study's cell says of a robot's walk in an engine."""
+        return {} if self.asked is not None and engine == "hybrid" else self.values(magnitude, robot)
 
     def borne(self, row: Row) -> bool:
         """Whether a walk of an engine that does not know the disturbance asks for no more than there is."""
@@ -93,28 +93,28 @@ class Margin:
         return asked is not None and bool(asked <= row["magnitude"])
 
 
-def _of(field: str, **others: Scalar) -> Callable[[float], Mapping[str, Scalar]]:
+def _of(field: str, **others: Scalar) -> Callable[[float, Robot], Mapping[str, Scalar]]:
     told = {f"disturbances.{name}": value for name, value in others.items()}
-    return lambda magnitude: {f"disturbances.{field}": magnitude, **told}
+    return lambda magnitude, _: {f"disturbances.{field}": magnitude, **told}
 
 
-def _believed(sign: float, *parameters: str) -> Callable[[float], Mapping[str, Scalar]]:
-    """What the controller believes of the usual robot's parameters: wrong by so many percent."""
+def _believed(sign: float, *endings: str) -> Callable[[float, Robot], Mapping[str, Scalar]]:
+    """What the controller believes of the parameters of its robot's legs: wrong by so many percent."""
 
-    def values(percent: float) -> Mapping[str, Scalar]:
+    def values(percent: float, robot: Robot) -> Mapping[str, Scalar]:
         factor = 1.0 + sign * percent / 100.0
-        return {f"model.{name}": round(getattr(_USUAL, name) * factor, 12) for name in parameters}
+        wrong = [name for name in robot.parameters() if name.endswith(endings) and name != "hip_mass"]
+        return {f"model.{name}": round(getattr(robot, name) * factor, 12) for name in wrong}
 
     return values
 
 
-_USUAL = Compass()
 PUSH_INTERVAL = 4.0
 """Mean time between random pushes, s: five steps."""
 
 _MORE = (5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0, 150.0, 200.0, 300.0, 400.0, 600.0, 900.0, 1500.0, 2500.0)
 _LESS = (5.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 90.0, 95.0)
-_LENGTHS = ("lower_length", "upper_length")
+_LENGTHS = ("_length", "_centre")
 
 MARGINS: Mapping[str, Margin] = {
     "delay": Margin(
@@ -133,10 +133,10 @@ MARGINS: Mapping[str, Margin] = {
     "friction": Margin(
         "", (0.8, 0.7, 0.6, 0.55, 0.5, 0.45, 0.4, 0.35, 0.3, 0.25, 0.2, 0.1), _of("friction"), "largest_stance_friction"
     ),
-    "mass too great": Margin("%", _MORE, _believed(1.0, "leg_mass")),
-    "mass too small": Margin("%", _LESS, _believed(-1.0, "leg_mass")),
-    "inertia too great": Margin("%", _MORE, _believed(1.0, "leg_inertia")),
-    "inertia too small": Margin("%", (*_LESS, 100.0), _believed(-1.0, "leg_inertia")),
+    "mass too great": Margin("%", _MORE, _believed(1.0, "_mass")),
+    "mass too small": Margin("%", _LESS, _believed(-1.0, "_mass")),
+    "inertia too great": Margin("%", _MORE, _believed(1.0, "_inertia")),
+    "inertia too small": Margin("%", (*_LESS, 100.0), _believed(-1.0, "_inertia")),
     "legs too long": Margin("%", _MORE, _believed(1.0, *_LENGTHS)),
     "legs too short": Margin("%", _LESS, _believed(-1.0, *_LENGTHS)),
 }

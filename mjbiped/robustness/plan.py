@@ -12,14 +12,15 @@ from mjbiped.errors import InputError, shortened, shown
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Disturbance, Margin
 from mjbiped.robustness.walks import BASIN, Plan, walks_of
 from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.sweeps.cell import Cell
 from mjbiped.sweeps.plan import Study, check_cells, check_count
-from mjbiped.sweeps.sections import SCUFFING, read_controller
+from mjbiped.sweeps.sections import SCUFFING, kinds_of, read_controller, read_robot
 from mjbiped.sweeps.values import Scalar, check_keys
 from mjbiped.terrain.files import parse_toml, read_text
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain
 
-KEYS = ("engine", "steps", "seeds", "grounds", "controller", "limits", "margins", "scuffing")
+KEYS = ("engine", "steps", "seeds", "grounds", "controller", "limits", "margins", "scuffing", "robot")
 LIMIT_KEYS = ("share", "phases", "steps_after", "torque", BASIN, *DISTURBANCES)
 MARGIN_KEYS = ("share", "ground", "steps", *MARGINS)
 VARIED = ("engine", "test", "controller", "ground", "magnitude", "case")
@@ -60,7 +61,9 @@ def plan(path: Path, content: Mapping[str, Any]) -> Plan:
     chosen = _magnitudes("limits", limits, DISTURBANCES)
     lasting = _magnitudes("margins", margins, MARGINS) if "margins" in content else {}
     rule = ScuffingRule(**_table("scuffing", content, SCUFFING))
-    labelled, laws = _controllers(content.get("controller", [{}]), path.parent)
+    labelled, laws = _controllers(content.get("controller", [{}]), content.get("robot", {}), path.parent)
+    if "scuffing" in content and all(Cell(0, None, settings).knees for settings in labelled.values()):
+        raise InputError("scuffing is for straight legs: with knees the swing foot collides from lift-off on")
     torque = limits.get("torque")
     wanted = Plan(
         Study(path, (), VARIED, False, frozenset(), dict(content), laws=laws),
@@ -137,15 +140,20 @@ def _basin(limits: Mapping[str, Any], named: bool) -> int:
     return domains.GRID.check(f"limits.{BASIN}", given)
 
 
-def _controllers(tables: object, folder: Path) -> tuple[dict[str, dict[str, Scalar]], dict[str, str]]:
-    """Settings by label, and where the user's own controllers are."""
+def _controllers(tables: object, usual: object, folder: Path) -> tuple[dict[str, dict[str, Scalar]], dict[str, str]]:
+    """Settings of controllers and their robots by label, and where the user's own controllers are."""
     if not isinstance(tables, list) or not all(isinstance(table, Mapping) for table in tables):
         raise InputError(f"controller must be tables [[controller]], got {shown(tables)}")
     labelled: dict[str, dict[str, Scalar]] = {}
     laws: dict[str, str] = {}
     for number, table in enumerate(tables, start=1):
+        given = table.get("robot", usual)
+        if not isinstance(given, Mapping):
+            raise InputError(f'robot must be a table, as {{ kind = "kneed" }}, got {shown(given)}')
+        robot = read_robot(given)
+        law = {key: value for key, value in table.items() if key not in ("label", "robot")}
         settings: dict[str, Scalar] = {}
-        for name, choice in read_controller({k: v for k, v in table.items() if k != "label"}, folder).items():
+        for name, choice in {**robot, **read_controller(law, folder, kinds_of([robot]))}.items():
             if not isinstance(choice, tuple) or len(choice) != 1:
                 raise InputError(f"controller {number}: {name} must be one value; give each variant a [[controller]]")
             settings[name] = choice[0]

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from mjbiped.analysis.survival import CONFIDENCE, SURVIVED, Survival, ratio
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Limit, limit_of
 from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL, Plan
 from mjbiped.sweeps.cell import FAILED, Row
 
 PULLING = "steps_that_pull"
-TORQUES = ("peak_ankle_torque_Nm", "peak_hip_torque_Nm")
+TORQUES = tuple(f"peak_{joint}_torque_Nm" for joint in KneedBiped.joints)
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,7 @@ def _survived(row: Row, torque: float | None) -> bool:
     """
     if row["outcome"] not in SURVIVED or (row["engine"] == "hybrid" and row[PULLING]):
         return False
-    return torque is None or all(row[name] <= torque for name in TORQUES)
+    return torque is None or all(row[name] <= torque for name in TORQUES if row.get(name) is not None)
 
 
 def _number(row: Row, name: str) -> float:

@@ -122,8 +122,11 @@ def write_tables(robustness: Robustness, path: Path) -> Path:
 
 def scuffing_words(robustness: Robustness) -> str:
     """The scuffing rule in words: results on ascending steps depend on it."""
-    rule = robustness.plan.scuffing
-    return f"scuffing rule: the swing foot collides from {rule.reach:g} leg lengths ahead and {rule.delay:g} s on"
+    rule, knees = robustness.plan.scuffing, {cell.knees for cell in robustness.plan.study.cells}
+    if knees == {True}:
+        return "the swing foot collides from lift-off on"
+    words = f"scuffing rule: the swing foot collides from {rule.reach:g} leg lengths ahead and {rule.delay:g} s on"
+    return f"{words}, with knees from lift-off on" if True in knees else words
 
 
 def conditions(robustness: Robustness) -> str:

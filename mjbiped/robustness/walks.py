@@ -91,7 +91,7 @@ def walks_of(
 
     Args:
         wanted: The plan, whose study is not read.
-        labelled: Settings of the controllers by their labels.
+        labelled: Settings of the controllers and of their robots by the controllers' labels.
         chosen: Magnitudes by disturbance.
         lasting: Magnitudes by disturbance of whole walks.
         laws: Where the user's own controllers are.
@@ -101,12 +101,13 @@ def walks_of(
     """
     count = itertools.count()
     rule = {"scuffing.reach": wanted.scuffing.reach, "scuffing.delay": wanted.scuffing.delay}
+    robots = {label: Cell(0, None, settings).robot() for label, settings in labelled.items()}
     records: dict[Scalar | None, Terrain] = {}
     folder = wanted.study.path.parent
     grounds = {words: _ground(words, wanted.steps, folder, records) for words in wanted.grounds}
 
     def cell(engine: str, test: str, label: str, steps: int, told: Mapping[str, Scalar], **columns: Scalar) -> Cell:
-        settings = labelled[label]
+        settings, straight = labelled[label], not robots[label].knees
         values = {
             "engine": engine,
             "test": test,
@@ -114,7 +115,7 @@ def walks_of(
             **columns,
             "steps": steps,
             **({} if test == BASIN else {"initial": "gait"}),
-            **rule,
+            **(rule if straight else {}),
             **settings,
             **told,
         }
@@ -138,7 +139,7 @@ def walks_of(
         rough = _ground(wanted.margin_ground, wanted.margin_steps, folder, records)
         for label, (test, magnitudes) in itertools.product(wanted.controllers, lasting.items()):
             for magnitude, seed in itertools.product(magnitudes, range(wanted.seeds)):
-                told = {**rough, "terrain.seed": seed, **MARGINS[test].told(magnitude, engine)}
+                told = {**rough, "terrain.seed": seed, **MARGINS[test].told(magnitude, engine, robots[label])}
                 if any(name.startswith("disturbances.") for name in told):
                     told["disturbances.seed"] = seed
                 steps = wanted.margin_steps
@@ -194,6 +195,9 @@ def _first_rates(gait: Periodic | None, count: int) -> Iterator[dict[str, Scalar
     """First states of the basin's slice, as a cell takes them; none where there is no gait to be found again."""
     if gait is None or not count:
         return
-    _, _, stance, swing = gait.start.tolist()
-    for rate1, rate2 in itertools.product(*(rates.tolist() for rates in rates_around(gait.start, count, BASIN_WIDTH))):
-        yield {"initial.around": "gait", "initial.dq1": rate1 - stance, "initial.dq2": rate2 - swing}
+    half = len(gait.start) // 2
+    stance, swing = gait.start[half : half + 2].tolist()
+    around = rates_around(gait.start, count, BASIN_WIDTH)
+    for rate1, rate2 in itertools.product(*(rates.tolist() for rates in around)):
+        told = {"initial.around": "gait", "initial.dq1": rate1 - stance, "initial.dq2": rate2 - swing}
+        yield told if half == 2 else {**told, "initial.dq3": rate2 - swing}  # the knee is straight after a touchdown

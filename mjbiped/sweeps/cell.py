@@ -18,12 +18,15 @@ from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.errors import InputError
-from mjbiped.gaits.gait import Gait
-from mjbiped.gaits.passive import find_passive_gait
+from mjbiped.gaits.described import passive_gait_of
+from mjbiped.gaits.gait import Periodic
 from mjbiped.records import measures
 from mjbiped.records.frames import flat_samples
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kinds import named, robot_named
+from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.robot import Robot
 from mjbiped.rollout.walk import WalkStopped, walk
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.sweeps.values import Scalar
@@ -35,11 +38,16 @@ from mjbiped.utils.domains import Count, Domain
 Row = dict[str, Any]
 """A row of the table: values by the names of columns."""
 
-MEASURES = (*(key for _, key, *_ in measures.MEASURES), "ended_at_time_s", "ended_at_x_m")
+_ENDS = ("ended_at_time_s", "ended_at_x_m")
+
+MEASURES = (*(key for _, key, *_ in measures.MEASURES), *_ENDS)
 """Columns of a walk's measures, named as in `mjbiped.records.measures.summary`."""
 
-STATE = {"q1": domains.ANGLE, "q2": domains.ANGLE, "dq1": domains.RATE, "dq2": domains.RATE}
-"""Domains of a first state: angles of stance and swing leg from the ground's normal, rad, and their rates, rad/s."""
+KNEES_MEASURES = (*(key for _, key, *_ in measures.measures_of(KneedBiped)), *_ENDS)
+"""The same in studies with robots with knees; other robots have nothing in the columns that are added."""
+
+ROBOT = Compass.kind
+"""The robot that walks unless a study names another, by its name in `mjbiped.robots.kinds.NAMED`."""
 
 LIMITS: Mapping[str, Count | Domain] = {"steps": domains.STEPS, "distance": domains.DISTANCE}
 """Domains of what `walk` takes as it is."""
@@ -93,20 +101,28 @@ class Cell:
                     found[outer] = value
         return found
 
-    def robot(self) -> Compass:
+    def robot(self) -> Robot:
         """The robot that walks."""
-        return Compass(**self.section("robot"))
+        return self._robot({})
 
-    def controller(self, gait: Gait | None = None) -> Controller:
+    def _robot(self, model: Mapping[str, Any]) -> Robot:
+        parameters = {**self.section("robot"), **model}
+        return robot_named(str(parameters.pop("kind", ROBOT)), parameters)
+
+    @property
+    def knees(self) -> bool:
+        """Whether the robot has knees."""
+        return named(str(self.values.get("robot.kind", ROBOT)))[0].knees
+
+    def controller(self, gait: Periodic | None = None) -> Controller:
         """The law; its robot model is the robot that walks, except where the section `model` says otherwise.
 
         Args:
             gait: A stand-in for the gait that is imitated, to check the settings without looking for one.
         """
         settings = self.section("controller")
-        model = Compass(**{**self.section("robot"), **self.section("model")})
         name = settings.pop("name")
-        return make_controller(self.law or name, model, settings, gait)
+        return make_controller(self.law or name, self._robot(self.section("model")), settings, gait)
 
     def disturbances(self) -> Disturbances | None:
         """Noise, delay, weak motors and pushes; None where the file says nothing of them."""
@@ -116,7 +132,7 @@ class Cell:
         return Disturbances(**{name: checked(Disturbances, name, value) for name, value in given.items()})
 
     def scuffing(self) -> ScuffingRule:
-        """When the swing foot may touch the ground."""
+        """When a straight swing leg's foot may touch the ground."""
         return ScuffingRule(**self.section("scuffing"))
 
     def engine(self) -> Engine:
@@ -133,15 +149,15 @@ class Cell:
         parameters = {key: _range(f"terrain.{key}", value) for key, value in settings.items() if key != FILE_KEY}
         return Terrain.preset(name, **({} if self.ground is None else {FILE_KEY: self.ground}), **parameters)
 
-    def initial(self, controller: Controller, robot: Compass, terrain: Terrain) -> str | tuple[float, ...]:
+    def initial(self, controller: Controller, robot: Robot, terrain: Terrain) -> str | tuple[float, ...]:
         """The first state."""
         if "initial" in self.values:
             return str(self.values["initial"])
-        state = self.section("initial")
-        base = [0.0] * 4  # at rest, or of the numbers alone
+        domain, state = state_of(type(robot)), self.section("initial")
+        base = [0.0] * len(domain)  # at rest, or of the numbers alone
         if state.get("around") == "gait":  # as in `walk`
-            base = (controller.gait or find_passive_gait(robot, terrain.slope_at(0.0))).start.tolist()
-        added = [STATE[key].check(f"initial.{key}", state.get(key, 0.0)) for key in STATE]
+            base = (controller.gait or passive_gait_of(robot, terrain.slope_at(0.0))).start.tolist()
+        added = [domain[key].check(f"initial.{key}", state.get(key, 0.0)) for key in domain]
         return tuple(start + change for start, change in zip(base, added, strict=True))
 
     def walk(self, sample_period: float = SPARSE) -> Walk:
@@ -165,6 +181,12 @@ class Cell:
         )
 
 
+def state_of(robot: type[Robot]) -> dict[str, Domain]:
+    """Domains of a first state: angles q1, q2, ... from the ground's normal, rad, and their rates dq1, ..., rad/s."""
+    count = range(1, 1 + len(robot.angles))
+    return {**{f"q{k}": domains.ANGLE for k in count}, **{f"dq{k}": domains.RATE for k in count}}
+
+
 def measured(cell: Cell, *, trajectory: bool = False) -> Row:
     """Let a cell walk.
 
@@ -186,7 +208,7 @@ def measured(cell: Cell, *, trajectory: bool = False) -> Row:
     except (MemoryError, OSError):
         raise
     except Exception as error:
-        return {**dict.fromkeys(MEASURES), "outcome": FAILED, "error": f"{type(error).__name__}: {error}"}
+        return {**dict.fromkeys(KNEES_MEASURES), "outcome": FAILED, "error": f"{type(error).__name__}: {error}"}
     return {**_measures(done), **_samples(done, trajectory), "outcome": done.outcome, "error": None}
 
 
@@ -197,7 +219,7 @@ def _samples(done: Walk, wanted: bool) -> Row:
 def _measures(done: Walk) -> Row:
     summary = measures.summary(done)
     # friction is unbounded where the ground would have to pull
-    return {name: None if summary[name] == math.inf else summary[name] for name in MEASURES}
+    return {name: None if summary.get(name) == math.inf else summary.get(name) for name in KNEES_MEASURES}
 
 
 def _range(where: str, value: Any) -> Any:

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from typing import Any
 
-from mjbiped.records.measures import MEASURES
+from mjbiped.records.measures import measures_of
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.sweeps.plan import FINISHED
 
 _WITH_UNIT = {
     "m": ("lower_length", "upper_length", "distance", "length", "tread", "rise", "first", "segment_length", "roughness",
-          "spacing"),
+          "spacing", "thigh_length", "shank_length", "thigh_centre", "shank_centre"),
     "s": ("timestep", "contact_timestep", "control_period", "delay", "push_interval", "push_duration"),
-    "rad": ("q1", "q2", "angle_noise", "angle_bias", "angle_resolution"),
-    "rad/s": ("dq1", "dq2", "rate_noise", "rate_bias"),
+    "rad": ("q1", "q2", "q3", "angle_noise", "angle_bias", "angle_resolution"),
+    "rad/s": ("dq1", "dq2", "dq3", "rate_noise", "rate_bias"),
     "N m": ("torque_limit",),
     "N s": ("push_impulse",),
     "Hz": ("motor_bandwidth",),
-    "kg": ("leg_mass", "hip_mass"),
-    "kg m²": ("leg_inertia",),
+    "kg": ("leg_mass", "hip_mass", "thigh_mass", "shank_mass"),
+    "kg m²": ("leg_inertia", "thigh_inertia", "shank_inertia"),
     "m/s²": ("gravity",),
     "1/s": ("position_gain", "velocity_gain"),
 }  # fmt: skip
@@ -25,7 +26,7 @@ _IN_WORDS = {".plus_minus": ", ±", ".low": ", low end", ".high": ", high end", 
 """Parts of a dotted name, in the order in which they are replaced."""
 
 _UNITS = {name: unit for unit, names in _WITH_UNIT.items() for name in names}
-_MEASURES = {key: (label, factor, unit) for label, key, factor, _, unit in MEASURES}
+_MEASURES = {key: (label, factor, unit) for label, key, factor, _, unit in measures_of(KneedBiped)}
 
 
 def parameter_label(name: str) -> str:
@@ -50,6 +51,6 @@ def measure_label(name: str) -> str:
 
 def value_label(name: str, value: Any) -> str:
     """A value that tells groups apart: names speak for themselves, others come with what they are of."""
-    if name == "engine" or name.endswith((".name", ".file")):
+    if name == "engine" or name.endswith((".name", ".file", ".kind")):
         return str(value)
     return f"{name.rpartition('.')[2].replace('_', ' ')} {value}"

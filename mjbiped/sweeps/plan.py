@@ -8,18 +8,23 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from mjbiped.control.own import is_reference, located
 from mjbiped.control.trial import try_out
+from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.names import ENGINES
-from mjbiped.engines.plan import INITIAL_STATES, check_controller
+from mjbiped.engines.plan import INITIAL_STATES, Terms, check_controller, make_plan
 from mjbiped.errors import InputError, shortened, shown
-from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.gait import Periodic
+from mjbiped.gaits.optimised import find_reference
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.robots.compass import Compass
-from mjbiped.sweeps.cell import LIMITS, MEASURES, OPTIONS, STATE, Cell
+from mjbiped.robots.kneed import KneedBiped
+from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.sweeps.cell import KNEES_MEASURES, LIMITS, MEASURES, OPTIONS, Cell, state_of
 from mjbiped.sweeps.sections import OF_WALK, SECTIONS, Settings, parts_of
 from mjbiped.sweeps.values import Draw, Scalar, check_keys
 from mjbiped.terrain.files import FILE_SUFFIXES, parse_toml, read_text
@@ -65,6 +70,11 @@ class Study:
     plot_parameters: tuple[str, ...] = ()
     plot_measures: tuple[str, ...] = ()
     laws: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def measures(self) -> tuple[str, ...]:
+        """Columns of the walks' measures."""
+        return KNEES_MEASURES if any(cell.knees for cell in self.cells) else MEASURES
 
     @property
     def digest(self) -> str:
@@ -202,14 +212,13 @@ def check_cells(cells: Sequence[Cell], varied: Sequence[str]) -> None:
     Raises:
         InputError: One has.
     """
-    gait = find_passive_gait(Compass(), _STAND_IN_SLOPE)
     seen: set[tuple[object, ...]] = set()
     for cell in cells:
         for part in (
-            (*OF_WALK, "initial"),
-            ("disturbances", *OF_WALK),
+            (*OF_WALK, "initial", "robot"),
+            ("disturbances", "robot", *OF_WALK),
             ("robot", "model", "controller"),
-            ("scuffing",),
+            ("scuffing", "robot"),
             ("terrain",),
         ):
             mine = {name: value for name, value in cell.values.items() if name.split(".")[0] in part}
@@ -219,7 +228,7 @@ def check_cells(cells: Sequence[Cell], varied: Sequence[str]) -> None:
                 continue
             seen.add(key)
             try:
-                _check_part(cell, part[0], gait)
+                _check_part(cell, part[0])
             except (InputError, TypeError) as error:
                 named = ", ".join(f"{name} = {shown(value)}" for name, value in mine.items() if name in varied)
                 place = f"cell {cell.index} ({named}): " if named else ""
@@ -230,27 +239,55 @@ def _is_fine_seed(name: str, value: Scalar) -> bool:
     return name in ("terrain.seed", "disturbances.seed") and type(value) is int and 0 <= value < 2**64
 
 
-def _check_part(cell: Cell, first: str, gait: Gait) -> None:
+@cache
+def _stand_in(*, knees: bool) -> Periodic:
+    """A gait that settings are checked with."""
+    return find_reference(KneedBiped(), clearance=0.08) if knees else find_passive_gait(Compass(), _STAND_IN_SLOPE)
+
+
+def _check_part(cell: Cell, first: str) -> None:
     if first == "terrain":
         cell.terrain()
     elif first == "scuffing":
-        cell.scuffing()
+        if cell.scuffing() != ScuffingRule() and cell.knees:
+            raise InputError("scuffing is for straight legs: with knees the swing foot collides from lift-off on")
     elif first == "disturbances":
-        disturbances = cell.disturbances()
-        if disturbances is not None:
-            cell.engine().check_disturbances(disturbances)
+        _check_disturbances(cell)
     elif first == "robot":
         cell.robot()
+        gait = _stand_in(knees=cell.knees)
         controller = cell.controller(gait)
         if cell.law is not None:
-            q1, q2, dq1, dq2 = gait.start.tolist()
+            state = gait.start.tolist()
+            half = len(state) // 2
             check_controller(controller)
-            try_out(controller, (q1, q2), (dq1, dq2))
+            try_out(controller, tuple(state[:half]), tuple(state[half:]))
     else:
         _check_limits(cell.values)
-        for name, value in cell.section("initial").items():
-            if name in STATE:
-                STATE[name].check(f"initial.{name}", value)
+        _check_initial(cell)
+
+
+def _check_disturbances(cell: Cell) -> None:
+    """Refuse disturbances, and a robot, that the engine does not have."""
+    disturbances = cell.disturbances()
+    if cell.knees:
+        terms = Terms(cell.engine(), None, None, cell.robot(), None, ScuffingRule())
+        make_plan(terms, Unpowered(), Terrain.level(), "rest", disturbances=disturbances)
+    elif disturbances is not None:
+        cell.engine().check_disturbances(disturbances)
+
+
+def _check_initial(cell: Cell) -> None:
+    """Refuse a first state that is none of the robot's."""
+    given = cell.section("initial")
+    valid = state_of(type(cell.robot())) if given else {}
+    for name, value in given.items():
+        if name != "around":
+            known_name("number of the first state", name, valid)
+            valid[name].check(f"initial.{name}", value)
+    missing = [name for name in valid if name not in given]
+    if missing and "around" not in given:
+        raise InputError(f"initial needs {', '.join(missing)} as well, or around")
 
 
 def _check_limits(values: Mapping[str, Scalar]) -> None:
@@ -274,7 +311,7 @@ def _plot(table: object, varied: Sequence[str]) -> tuple[tuple[str, ...], tuple[
         raise InputError(f"plot must be a table [plot], got {shown(table)}")
     check_keys("key of plot", table, ("parameters", "measures"))
     found = []
-    for key, valid, most in (("parameters", varied, 3), ("measures", (*MEASURES, FINISHED), 6)):
+    for key, valid, most in (("parameters", varied, 3), ("measures", (*KNEES_MEASURES, FINISHED), 6)):
         names = table.get(key, [])
         if not isinstance(names, list) or len(names) > most:
             raise InputError(f"plot.{key} must be a list of up to {most} names, got {shown(names)}")

@@ -18,7 +18,7 @@ from mjbiped.control.own import digest_of
 from mjbiped.engines.plan import versions
 from mjbiped.errors import MjbipedError
 from mjbiped.records.schema import OUTCOMES
-from mjbiped.sweeps.cell import FAILED, MEASURES, Cell, Row, measured
+from mjbiped.sweeps.cell import FAILED, KNEES_MEASURES, Cell, Row, measured
 from mjbiped.sweeps.plan import Study
 from mjbiped.sweeps.provenance import sources
 from mjbiped.sweeps.store import Layout, Store, opened
@@ -35,7 +35,7 @@ AnyCell = TypeVar("AnyCell")
 
 def layout_of(study: Study) -> Layout:
     """What a study's table holds."""
-    columns = ("cell", *(("sample",) if study.drawn else ()), *study.varied, "outcome", "error", *MEASURES)
+    columns = ("cell", *(("sample",) if study.drawn else ()), *study.varied, "outcome", "error", *study.measures)
 
     def fits(name: str, value: Any) -> bool:
         if name == "cell":
@@ -44,7 +44,7 @@ def layout_of(study: Study) -> Layout:
             return value in (*OUTCOMES, FAILED)
         if name == "error":
             return isinstance(value, str | None)
-        return isinstance(value, float | int | None) or (name not in MEASURES and isinstance(value, str))
+        return isinstance(value, float | int | None) or (name not in KNEES_MEASURES and isinstance(value, str))
 
     return Layout("study", columns, fits)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields
 from inspect import signature
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -15,7 +14,9 @@ from mjbiped.engines.names import DEFAULT_ENGINE
 from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
 from mjbiped.robots.compass import Compass
-from mjbiped.sweeps.cell import LIMITS, OPTIONS, STATE
+from mjbiped.robots.kinds import NAMED, named
+from mjbiped.robots.robot import Robot
+from mjbiped.sweeps.cell import LIMITS, OPTIONS, ROBOT, state_of
 from mjbiped.sweeps.values import Choice, Draw, check_keys, read_choice
 from mjbiped.terrain.files import FILE_KEY
 from mjbiped.terrain.presets import PRESETS
@@ -25,7 +26,8 @@ from mjbiped.utils.domains import known_name
 OF_WALK = ("engine", *LIMITS, *OPTIONS)
 SECTIONS = ("initial", "controller", "robot", "model", "disturbances", "scuffing", "terrain")
 SCUFFING = ("reach", "delay")
-PARAMETERS = tuple(field.name for field in fields(Compass))
+KIND = "kind"
+"""Key of a section `robot` that names one of `NAMED`; `ROBOT` unless given."""
 
 _PARTS_OF_RANGE = ("low", "high", "plus_minus")
 
@@ -43,19 +45,23 @@ def parts_of(content: Mapping[str, Any], folder: Path) -> Iterator[list[Settings
     Raises:
         InputError: A part holds an unknown name or no choice.
     """
+    robots = [read_robot(table) for table in _tables("robot", content.get("robot", {}))]
+    kinds = kinds_of(robots)
     for key in OF_WALK:
         if key in content or key == "engine":
             yield [{key: read_choice(key, content.get(key, DEFAULT_ENGINE))}]
     initial = content.get("initial", INITIAL_STATES[0])
     alternatives = initial if isinstance(initial, list) else [initial]
     if not isinstance(initial, str | list) or any(isinstance(each, Mapping) for each in alternatives):
-        yield [_initial(table) for table in _tables("initial", initial)]
+        yield [_initial(table, kinds) for table in _tables("initial", initial)]
     else:
         yield [{"initial": read_choice("initial", initial)}]
-    yield [read_controller(table, folder) for table in _tables("controller", content.get("controller", {}))]
-    for key in ("robot", "model"):
-        if key in content:
-            yield [_named(key, f"parameter of the {key}", PARAMETERS, t) for t in _tables(key, content[key])]
+    yield [read_controller(table, folder, kinds) for table in _tables("controller", content.get("controller", {}))]
+    if "robot" in content:
+        yield robots
+    if "model" in content:
+        parameters = list(dict.fromkeys(name for kind in kinds for name in kind.parameters()))
+        yield [_named("model", "parameter of the model", parameters, t) for t in _tables("model", content["model"])]
     if "disturbances" in content:
         yield [
             _named("disturbances", "disturbance", SETTINGS, t) for t in _tables("disturbances", content["disturbances"])
@@ -77,24 +83,50 @@ def _tables(key: str, value: object) -> list[Mapping[str, Any]]:
     return tables
 
 
-def _initial(table: Mapping[str, Any]) -> Settings:
-    check_keys("key of initial", table, ("around", *STATE))
-    if "around" not in table and any(key not in table for key in STATE):
+def read_robot(table: Mapping[str, Any]) -> Settings:
+    """The robot that walks: its name, and parameters that are not as usual.
+
+    Raises:
+        InputError: There is no such robot or parameter.
+    """
+    chosen = {KIND: read_choice(f"robot.{KIND}", table[KIND])} if KIND in table else {}
+    names = _names("robot", f"robot.{KIND}", chosen.get(KIND, (ROBOT,)), NAMED)
+    parameters = {name: named(name)[0].parameters() for name in names}
+    settings = {f"robot.{key}": choice for key, choice in chosen.items()}
+    for key, value in table.items():
+        if key != KIND:
+            _known_to_all("robot", key, parameters, KIND)
+            settings[f"robot.{key}"] = read_choice(f"robot.{key}", value)
+    return settings
+
+
+def kinds_of(robots: Iterable[Settings]) -> tuple[type[Robot], ...]:
+    """The kinds of robots that a study's sections `robot` name."""
+    names = [str(name) for settings in robots for name in _texts("robot", settings.get(f"robot.{KIND}", (ROBOT,)))]
+    return tuple(dict.fromkeys(named(name)[0] for name in names))
+
+
+def _initial(table: Mapping[str, Any], kinds: Sequence[type[Robot]]) -> Settings:
+    states = [state_of(kind) for kind in kinds]
+    check_keys("key of initial", table, tuple(dict.fromkeys(["around", *(key for each in states for key in each)])))
+    if "around" not in table and all(any(key not in table for key in each) for each in states):
+        wanted = " or ".join(", ".join(each) for each in states)
         raise InputError(
-            f"initial needs all of {', '.join(STATE)} (rad, rad/s), or around = one of {', '.join(INITIAL_STATES)} and "
-            "the deviations from it"
+            f"initial needs all of {wanted} (rad, rad/s), or around = one of {', '.join(INITIAL_STATES)} and the "
+            "deviations from it"
         )
     settings = {f"initial.{key}": read_choice(f"initial.{key}", value) for key, value in table.items()}
     _names("initial.around", "initial.around", settings.get("initial.around", ()), INITIAL_STATES)
     return settings
 
 
-def read_controller(table: Mapping[str, Any], folder: Path) -> Settings:
+def read_controller(table: Mapping[str, Any], folder: Path, kinds: Sequence[type[Robot]] = (Compass,)) -> Settings:
     """A controller's name and settings.
 
     Args:
         table: Of the file.
         folder: Where the file stands, and the files of controllers that it names.
+        kinds: Of the robots that it drives; a setting may be one for some of them.
 
     Raises:
         InputError: There is no such controller or setting.
@@ -103,9 +135,14 @@ def read_controller(table: Mapping[str, Any], folder: Path) -> Settings:
     names = {name: located(name, folder) for name in _texts("controller.name", settings["controller.name"])}
     for place in names.values():
         controller_class(place)
+    robots = {kind.knees: kind() for kind in kinds}.values()
     for key, value in table.items():
         if key != "name":
-            _known_to_all("controller", key, {name: settings_of(place) for name, place in names.items()})
+            valid = {
+                name: {key: None for robot in robots for key in settings_of(place, robot)}
+                for name, place in names.items()
+            }
+            _known_to_all("controller", key, valid, "name")
             settings[f"controller.{key}"] = read_choice(f"controller.{key}", value)
     return settings
 
@@ -126,7 +163,7 @@ def _terrain(table: Mapping[str, Any]) -> Settings:
     for key, value in table.items():
         if key == "name":
             continue
-        _known_to_all("terrain", key, parameters, "file")
+        _known_to_all("terrain", key, parameters, "name", "file")
         where = f"terrain.{key}"
         ranges = {isinstance(parameters[name][key].default, tuple) for name in names}
         if ranges == {False}:
@@ -196,4 +233,4 @@ def _known_to_all(section: str, key: str, valid: Mapping[str, Any], *others: str
     for name, keys in valid.items():
         if key not in keys and len(valid) > 1 and any(key in each for each in valid.values()):
             raise InputError(f"{section} {name} has no {key}: give {name} its own [[{section}]], without it")
-        known_name(f"setting of the {section} {name}", key, (*keys, *(() if key in keys else ("name", *others))))
+        known_name(f"setting of the {section} {name}", key, (*keys, *(() if key in keys else others)))

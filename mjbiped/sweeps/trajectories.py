@@ -14,8 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from mjbiped.records.columns import SAMPLES
+from mjbiped.records.columns import tables_of
 from mjbiped.records.frames import units_of
+from mjbiped.robots.kinds import KINDS
 from mjbiped.sweeps.cell import TRAJECTORY, Row
 from mjbiped.utils.extras import needed
 from mjbiped.utils.files import saved
@@ -79,9 +80,10 @@ class Trajectories:
         if self._whole.is_file():
             return
         pieces = [self._pieces / f"{cell}{_SUFFIX}" for cell in range(self._count)]
-        # controllers differ in the number of their states: a walk without one has none in its column
+        # controllers differ in the number of their states, robots in that of their angles: what one has not is null
         schema = self._arrow.unify_schemas([self._parquet.read_schema(piece) for piece in pieces])
-        units = {name: unit for name, unit in units_of(SAMPLES).items() if name in schema.names}
+        known = {name: unit for kind in KINDS.values() for name, unit in units_of(tables_of(kind).samples).items()}
+        units = {name: unit for name, unit in known.items() if name in schema.names}
         schema = schema.with_metadata({"PANDAS_ATTRS": json.dumps({"units": units})})  # pandas' own name for `attrs`
         with saved(self._whole) as unfinished, self._parquet.ParquetWriter(unfinished, schema) as writer:
             for piece in pieces:

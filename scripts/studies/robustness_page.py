@@ -1,8 +1,9 @@
-"""Writes the tables and figures of finished robustness studies into docs/robustness.md and docs/images.
+"""Writes the tables and figures of finished robustness studies into docs/robustness.md, docs/knees.md and docs/images.
 
 A study is walked by `mjbiped robustness`; what it has written into its folder stands on the page as it is.
 
     python -m scripts.studies.robustness_page --hybrid out/robustness --margins out/margins
+    python -m scripts.studies.robustness_page --knees out/robustness_kneed --knees out/margins_kneed
 """
 
 import shutil
@@ -14,6 +15,7 @@ from mjbiped.robustness.tables import TABLES
 from scripts.pages import write_block
 
 PAGE, IMAGES = Path("docs/robustness.md"), Path("docs/images")
+KNEES_PAGE = Path("docs/knees.md")
 FIGURES = ("survival.png", "limits.png")
 """Of the study in the hybrid engine alone."""
 
@@ -32,7 +34,9 @@ def tables(folder: Path) -> list[str]:
 @click.option("--margins", type=FOLDER, multiple=True, help="Of margins.toml, and of margins_mujoco.toml there.")
 @click.option("--slopes", type=FOLDER, help="Of robustness_slopes_mujoco.toml there.")
 @click.option("--basin", type=FOLDER, help="Of basin.toml there.")
+@click.option("--knees", type=FOLDER, multiple=True, help="Of robustness_kneed.toml and margins_kneed.toml there.")
 @click.option("--page", default=PAGE, show_default=True, type=click.Path(exists=True, path_type=Path))
+@click.option("--knees-page", default=KNEES_PAGE, show_default=True, type=click.Path(exists=True, path_type=Path))
 @click.option("--images", default=IMAGES, show_default=True, type=FOLDER)
 def main(
     hybrid: Path | None,
@@ -40,7 +44,9 @@ def main(
     margins: tuple[Path, ...],
     slopes: Path | None,
     basin: Path | None,
+    knees: tuple[Path, ...],
     page: Path,
+    knees_page: Path,
     images: Path,
 ) -> None:
     """Fill the places of the studies that are given."""
@@ -50,6 +56,10 @@ def main(
     if margins:
         found = [table for folder in margins for table in tables(folder) if table.startswith("**Margins")]
         write_block(page, "margins", "\n".join(found))
+    if knees:
+        # level ground alone, of the study of margins, stands in the other study's first table
+        new = [table for folder in knees for table in tables(folder) if not table.startswith("**Level ground,")]
+        write_block(knees_page, "robustness", "\n".join(new))
     if slopes is not None:
         write_block(page, "slopes", tables(slopes)[1])
     if hybrid is not None:

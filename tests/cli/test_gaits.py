@@ -53,6 +53,16 @@ def test_basin_tells_the_shares_and_writes_its_files(tmp_path: Path) -> None:
         assert data["fate_names"][0] == "settled"
 
 
+def test_basin_with_knees(tmp_path: Path) -> None:
+    words = ("--slope-deg", 2.5, "--grid", 6, "--threads", 1, "--json", "--plot", tmp_path / "basin.png")
+    printed = json.loads(run("basin", "--robot", "kneed", *words).stdout)
+    assert (printed["walker"], printed["starts"]) == ("passive", 36)
+    assert 0.0 < printed["shares"]["settled"] < 1.0
+    refused = run("basin", "--robot", "kneed", "--scuffing-reach", 0.3)
+    assert refused.exit_code == 2
+    assert "scuffing is for straight legs" in refused.stderr
+
+
 def test_controlled_basin_as_json() -> None:
     words = ("--stance-rates", "0..2", "--swing-rates=-1..1", "--grid", 3)
     printed = json.loads(run("basin", "--controller", "adaptive", *words, "--json").stdout)

@@ -203,3 +203,16 @@ def test_compiled_walks_are_those_of_plain_python() -> None:
         # products and sums in one rounding, over steps whose errors are forgotten
         assert fast.touchdowns[name] == pytest.approx(plain.touchdowns[name], abs=1e-7)
     assert fast == mjbiped.walk(LAW, terrain, engine="hybrid", steps=20)
+
+
+def test_a_walks_beginning_leaves_the_shared_room_alone() -> None:
+    """Walks in threads begin at the same time with the same controller: what it computes in must be of one alone."""
+    gait = mjbiped.find_kneed_gait(mjbiped.KneedBiped(), math.radians(2.5))
+    law = KneedController(mjbiped.KneedBiped(), gait)
+    rooms = [room for room in law.parameters.free[2:] if isinstance(room, np.ndarray)]
+    for room in rooms:
+        room[...] = math.nan
+    memory = [0.0] * law.memory_size
+    law.start(memory, (0.0, 0.1, 0.1), (1.0, 0.0, 0.0))  # off the gait: a way to it is planned
+    assert all(np.isnan(room).all() for room in rooms)
+    assert np.isfinite(memory).all()

@@ -12,7 +12,7 @@ import pytest
 from command_line import run
 
 import mjbiped
-from controllers import AdaptiveController, PassiveController
+from controllers import AdaptiveController, KneedController, PassiveController
 from mjbiped.control.registry import make_controller
 from mjbiped.reports.repeat import command_of, python_of
 
@@ -51,6 +51,29 @@ def walks() -> dict[str, mjbiped.Walk]:
             steps=2,
         ),
     }
+
+
+def walks_with_knees() -> dict[str, mjbiped.Walk]:
+    robot, rods, heavy = mjbiped.KneedBiped(), mjbiped.KneedBiped.halved_rods(), mjbiped.KneedBiped(hip_mass=7.0)
+    gait = mjbiped.find_kneed_gait(robot, math.radians(2.0))
+    usual, passive = make_controller("adaptive", rods, {}), KneedController(robot, gait)
+    late = mjbiped.Disturbances(delay=0.002, pushes=((0.3, 1.0),))
+    level = mjbiped.Terrain.level()
+    return {
+        "knees": mjbiped.walk(passive, level, engine=HYBRID, steps=2, disturbances=late),
+        "halved rods": mjbiped.walk(usual, level, engine=HYBRID, steps=2),
+        "heavy": mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(3.0), robot=heavy, engine=HYBRID, steps=2),
+    }
+
+
+@pytest.mark.parametrize("which", ["knees", "halved rods", "heavy"])
+def test_the_command_makes_the_same_record_with_knees(which: str, tmp_path: Path) -> None:
+    walk = walks_with_knees()[which]
+    command = command_of(walk)
+    assert command is not None
+    result = run(*shlex.split(command)[1:], "--out", tmp_path / "again.npz", "--quiet")
+    assert result.exit_code == 0, result.stderr
+    assert mjbiped.Walk.load(tmp_path / "again.npz") == walk, command
 
 
 @pytest.mark.parametrize("which", ["adaptive", "settings", "passive", "compared"])

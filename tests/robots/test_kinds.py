@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import mjbiped
 from mjbiped.errors import InputError
 from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, tables_of, width
-from mjbiped.robots.kinds import KINDS, compass_of, robot_from
+from mjbiped.robots.kinds import KINDS, NAMED, compass_of, robot_from, robot_named
 from mjbiped.robots.robot import Robot
 
 ROBOTS = (mjbiped.Compass(hip_mass=3.0), mjbiped.KneedBiped(), mjbiped.KneedBiped.halved_rods())
@@ -80,3 +80,14 @@ def test_joints_do_the_work_of_the_forces(robot: Robot) -> None:
     draw = np.random.default_rng(0)
     torque, dq = draw.normal(size=(2, len(robot.joints)))
     assert torque @ robot.joint_rates(dq) == pytest.approx(robot.input_matrix @ torque @ dq, rel=1e-14)
+
+
+def test_a_name_is_a_robot_whose_parameters_can_be_others() -> None:
+    """Inertias of uniform rods follow masses and lengths unless they are given."""
+    assert [robot_named(name, {}) for name in NAMED] == [mjbiped.Compass(), *ROBOTS[1:]]
+    assert robot_named("halved-rods", {"thigh_mass": 3.0}).to_dict()["thigh_inertia"] == 3.0 * 0.5**2 / 12
+    assert robot_named("kneed", {"thigh_mass": 3.0, "thigh_inertia": 0.2}).to_dict()["thigh_inertia"] == 0.2
+    with pytest.raises(InputError, match=r"parameter of the robot kneed 'leg_mass'.*thigh_mass"):
+        robot_named("kneed", {"leg_mass": 3.0})
+    with pytest.raises(InputError, match="unknown robot 'knead'"):
+        robot_named("knead", {})

@@ -6,7 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mjbiped.gaits.kneed import find_kneed_gait
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS, limit_of
 from mjbiped.sweeps.cell import Cell
 
@@ -67,17 +69,43 @@ def test_level_ground_is_disturbed_once_and_where_it_is_said(
     ],
 )
 def test_what_a_controller_believes_wrongly(name: str, factors: dict[str, float]) -> None:
-    told = MARGINS[name].told(20.0, "hybrid")
+    told = MARGINS[name].told(20.0, "hybrid", Compass())
     believed, usual = Compass(**Cell(0, None, told).section("model")), Compass()
     for parameter in ("leg_mass", "hip_mass", "lower_length", "upper_length", "leg_inertia", "gravity"):
         wanted = factors.get(parameter, 1.0) * getattr(usual, parameter)
         assert getattr(believed, parameter) == pytest.approx(wanted, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("name", "factors"),
+    [
+        # uniform rods of the same shape; the point mass at the hip is none of the legs'
+        ("mass too great", dict.fromkeys(("thigh_mass", "shank_mass", "thigh_inertia", "shank_inertia"), 1.2)),
+        ("inertia too small", dict.fromkeys(("thigh_inertia", "shank_inertia"), 0.8)),
+        (
+            "legs too short",
+            {
+                **dict.fromkeys(("thigh_length", "shank_length", "thigh_centre", "shank_centre"), 0.8),
+                **dict.fromkeys(("thigh_inertia", "shank_inertia"), 0.64),
+            },
+        ),
+    ],
+)
+def test_what_a_controller_believes_wrongly_of_knees(name: str, factors: dict[str, float]) -> None:
+    robot = KneedBiped(hip_mass=4.0)
+    told = MARGINS[name].told(20.0, "hybrid", robot)
+    cell = Cell(0, None, {"robot.kind": "kneed", "robot.hip_mass": 4.0, "controller.name": "adaptive", **told})
+    believed = cell.controller(find_kneed_gait(KneedBiped(), math.radians(2.5))).robot
+    assert cell.robot() == robot
+    for parameter in KneedBiped.parameters():
+        wanted = factors.get(parameter, 1.0) * getattr(robot, parameter)
+        assert getattr(believed, parameter) == pytest.approx(wanted, rel=1e-12)
+
+
 def test_friction_is_set_in_mujoco_and_asked_for_in_the_hybrid_engine() -> None:
     friction = MARGINS["friction"]
-    assert friction.told(0.5, "mujoco") == {"disturbances.friction": 0.5}
-    assert friction.told(0.5, "hybrid") == {}
+    assert friction.told(0.5, "mujoco", Compass()) == {"disturbances.friction": 0.5}
+    assert friction.told(0.5, "hybrid", Compass()) == {}
     row = {"engine": "hybrid", "magnitude": 0.5}
     assert friction.borne({**row, "largest_stance_friction": 0.49})
     assert not friction.borne({**row, "largest_stance_friction": 0.51})
