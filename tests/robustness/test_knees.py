@@ -65,10 +65,6 @@ def test_a_basins_first_states_have_a_straight_swing_leg() -> None:
         ({"robot": {"kind": ["kneed", "compass"]}}, "robot.kind must be one value"),
         ({"robot": "kneed"}, "robot must be a table"),
         ({"controller": [{"robot": {"kind": "kneed"}, "name": "passivity"}]}, "needs a mjbiped.Compass"),
-        (
-            {"engine": "mujoco", "robot": {"kind": "kneed"}, "margins": {"delay": [0.01]}},
-            "in MuJoCo a robot with knees",
-        ),
     ],
 )
 def test_what_no_study_with_knees_can_have_is_refused(content: dict[str, Any], said: str) -> None:

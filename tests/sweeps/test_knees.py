@@ -86,10 +86,6 @@ def test_each_kind_of_robot_has_its_own_controllers_settings() -> None:
             'robot = { kind = ["compass", "kneed"] }\nmodel = { thigh_mass = 3 }',
             "robot.kind = 'compass'.*parameter of the robot compass 'thigh_mass'",
         ),
-        (
-            'engine = "mujoco"\nrobot = { kind = "kneed" }\ndisturbances = { delay = 0.01 }',
-            "in MuJoCo a robot with knees",
-        ),
     ],
 )  # fmt: skip
 def test_what_no_robot_can_do_is_refused_before_anything_walks(text: str, said: str) -> None:
