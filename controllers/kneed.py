@@ -5,6 +5,8 @@ Law (14), adaptive law (17), update (27) and re-planning are those of `controlle
 - The reference has a branch for the bent and one for the straight knee, and the law follows the one of the knee that
   the robot has, not of the clock (reference spreading). The bent branch drives on past the stop, so that a knee that is
   late still strikes.
+- After a touchdown with a bent knee the stance leg stays bent, and its thigh is not where its line is: (27) compares
+  thighs. The law itself takes the leg for a straight one.
 - A re-planned curve would lead a straight leg straight on. So a bump is added to the shank's curve, higher where the
   robot has felt a step at its touchdown.
 """
@@ -27,12 +29,13 @@ from mjbiped.control.controller import Law, Memory
 from mjbiped.errors import InputError
 from mjbiped.gaits.branches import Branched
 from mjbiped.gaits.reference import Table, in_arrays, reference_at, reference_discontinuity, table_of
+from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.chain import Array, accelerate, inverse_dynamics, solve, weighted
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.utils import domains
 
 # indices in the memory
-_REPLANNED, _LOCKED, _BUMP, _CURVES = 2, 3, 4, 5
+_REPLANNED, _LOCKED, _BUMP, _FLEXION, _CURVES = 2, 3, 4, 5, 6
 _POINTS = 6  # of a curve
 
 ANGLES = 3
@@ -279,12 +282,15 @@ def touchdown_law(
     dq3: float,
 ) -> None:
     """Estimate update (27) and plan of the new step (IV-B)."""
+    reach, thigh = parameters.reach, q1_before
+    length, flexion = reach[0], memory[_FLEXION]
+    if flexion != 0.0:  # it stood on a bent leg, whose angle is that of the line from foot to hip
+        length, lean = bent_leg(-reach[1], -reach[2], flexion)
+        thigh = q1_before + lean - flexion
+    memory[_FLEXION] = 0.0 if memory[_LOCKED] != 0.0 else max(0.0, q3_before - q2_before)
     if parameters.estimate_update:
-        memory[SIN], memory[COS] = updated_estimate(
-            memory[SIN], memory[COS], parameters.update_threshold, q1_before, q2
-        )
-    reach = parameters.reach
-    felt = reach[0] * math.cos(q1_before) + reach[1] * math.cos(q2_before) + reach[2] * math.cos(q3_before)
+        memory[SIN], memory[COS] = updated_estimate(memory[SIN], memory[COS], parameters.update_threshold, thigh, q2)
+    felt = length * math.cos(q1_before) + reach[1] * math.cos(q2_before) + reach[2] * math.cos(q3_before)
     _plan(parameters, memory, abs(felt), q1, q2, q3, dq1, dq2, dq3)
 
 

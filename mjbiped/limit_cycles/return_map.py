@@ -123,13 +123,14 @@ def check_rule(robot: Robot, scuffing: ScuffingRule) -> None:
 def walk_batch(code: EngineCode, constants: SimulationConstants, b: Buffers, batch: Batch) -> None:
     """Walk each walk of a batch, and fill in the rest of it.
 
-    Place and time begin at zero after each impact, so that a step depends on its first state alone.
+    Place and time begin at zero after each impact, so that a step depends on its first state alone, and on the flexion
+    of the stance knee after a touchdown with a bent one.
     """
     room, numbers = batch.states.shape[1], batch.states.shape[2]
     for walk in range(len(batch.starts)):
         for c in range(len(b.y)):
             b.y[c] = batch.starts[walk, c] if c < numbers else 0.0
-        n, outcome = 0, TOUCHDOWN
+        n, outcome, flexion, knee = 0, TOUCHDOWN, 0.0, batch.scalars[indices.LOCKED]
         while True:
             if is_near(b.y, batch.goals, batch.near):
                 outcome = SETTLED
@@ -137,12 +138,14 @@ def walk_batch(code: EngineCode, constants: SimulationConstants, b: Buffers, bat
                 break
             for place in range(len(b.w)):
                 b.w[place] = batch.scalars[place]
+            b.w[indices.STANCE_FLEXION], b.w[indices.LOCKED] = flexion, knee
             code.advance(batch.law, constants, b)
             outcome = int(b.w[indices.OUTCOME])
             if outcome == TOUCHDOWN:
                 batch.periods[walk, n % room] = b.w[indices.TIME]
                 for c in range(numbers):
                     batch.states[walk, n % room, c] = b.y[c]
+                flexion, knee = b.w[indices.STANCE_FLEXION], b.w[indices.LOCKED]
                 n += 1
             elif outcome == UNRESOLVED:  # without torques only a motion beyond all bounds is
                 outcome = DIVERGED

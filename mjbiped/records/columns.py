@@ -50,7 +50,8 @@ class Tables(NamedTuple):
 def tables_of(robot: type[Robot]) -> Tables:
     """The columns that walks of a kind of robot have."""
     angles, joints, places = robot.angles, robot.joints, robot.places
-    legs = "stance leg, swing thigh and swing shank" if robot.knees else "stance and swing leg"
+    bent = "stance leg (from its foot to the hip), swing thigh and swing shank"
+    legs = bent if robot.knees else "stance and swing leg"
     motors, both = ("ankle, hip and swing knee", "all") if robot.knees else ("ankle and hip", "both")
     units = ", ".join(["m", "m", *["rad"] * (len(places) - 2)])
     posture = "hip x, hip z, left and right leg from the vertical"

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, shown
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.terrain import Terrain
 
@@ -117,8 +118,11 @@ def impact_errors(walk: Walk) -> NDArray[np.float64]:
 
 
 def _impact_errors(touchdowns: Touchdowns, robot: Robot) -> NDArray[np.float64]:
-    pairs = zip(touchdowns["q_before"], touchdowns["dq_before"], strict=True)
-    mapped = np.reshape([robot.rates_after_touchdown(q, dq) for q, dq in pairs], touchdowns["dq"].shape)
+    before = [touchdowns["q_before"], touchdowns["dq_before"]]
+    if isinstance(robot, KneedBiped):  # the leg that leaves the ground may have stood on a bent knee
+        before.append(robot.flexion(touchdowns["qpos"], 1 - touchdowns["stance"]))
+    rates = [robot.rates_after_touchdown(*row) for row in zip(*before, strict=True)]
+    mapped = np.reshape(rates, touchdowns["dq"].shape)
     return np.asarray(touchdowns["dq"] / mapped - 1.0, dtype=np.float64)
 
 

@@ -105,7 +105,10 @@ class Moments:
         feet = [(float(x), float(z)) for x, z in self._robot.limbs(qpos)[:, -1]]
         slope = float(samples["slope"][latest])
         q, dq, torque = (samples[name][latest].tolist() for name in ("q", "dq", "torque"))
-        locked = self._robot.knees and bool(samples["locked"][latest])
+        locked, bent = False, 0.0
+        if isinstance(self._robot, KneedBiped):
+            locked = bool(samples["locked"][latest])
+            bent = float(self._robot.flexion(samples["qpos"][latest], samples["stance"][latest]))
         reference = None if self._reference is None else self._reference.at(time)
         return Moment(
             time=time,
@@ -115,7 +118,7 @@ class Moments:
             slope=slope,
             slope_estimate=float(samples["slope_estimate"][latest]),
             torque=tuple(torque),
-            force=ground_force(self._robot, slope, q, dq, torque, locked=locked),
+            force=ground_force(self._robot, slope, q, dq, torque, locked=locked, stance_flexion=bent),
             reference=reference if reference is not None and all(map(math.isfinite, reference)) else None,
             ground=(self._ground(feet[0][0]), self._ground(feet[1][0])),
             traces=(self._trace(0, time, feet[0]), self._trace(1, time, feet[1])),
@@ -145,6 +148,7 @@ def ground_force(
     torque: Sequence[float],
     *,
     locked: bool = False,
+    stance_flexion: float = 0.0,
 ) -> Pair:
     """Force of the ground on the stance foot in a motion by the equations of motion, forward and upward, N.
 
@@ -155,9 +159,10 @@ def ground_force(
         dq: Their rates, rad/s.
         torque: Of its joints, N m.
         locked: Whether the swing knee is, if it has one.
+        stance_flexion: Of the stance knee, rad.
     """
     if isinstance(robot, KneedBiped):
-        return robot.ground_force(q, dq, torque, slope, locked=locked)
+        return robot.ground_force(q, dq, torque, slope, locked=locked, stance_flexion=stance_flexion)
     assert isinstance(robot, Compass)
     (q1, q2), (dq1, dq2), (ankle, hip) = q, dq, torque
     ddq1, ddq2 = compass.acceleration(

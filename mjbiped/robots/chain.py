@@ -144,6 +144,39 @@ def strike(after: Array, before: Array, q_after: Array, q: Array, dq: Array, eve
     solve(even[:k, :k], dq[:k])
 
 
+def strike_stiff(
+    after: Array, before: Array, body: NDArray[np.int64], q: Array, dq: Array, even: Array, odd: Array
+) -> None:
+    """As `strike`, of segments that an impact makes rigid bodies, bent as they are.
+
+    Args:
+        after: Weights of F about the struck point, shape (n, n), kg m^2.
+        before: Those of F from the rates before it, shape (n, n).
+        body: Of each segment, the number of the body that it is part of: 0 and on, ascending, integers, shape (n,).
+        q: Angles, shape (n,), rad.
+        dq: Rates before, shape (n,); afterwards those of the bodies stand in the first places.
+        even: Room of shape (n, n).
+        odd: The same.
+    """
+    n, k = len(q), body[-1] + 1
+    weighted(before, q, q, even, odd)
+    for j in range(n):
+        odd[0, j] = 0.0
+    for i in range(n):
+        for j in range(n):
+            odd[0, body[i]] += even[i, j] * dq[j]
+    for i in range(n):
+        dq[i] = odd[0, i]
+    weighted(after, q, q, even, odd)
+    for i in range(n):
+        for j in range(n):
+            odd[i, j] = 0.0
+    for i in range(n):
+        for j in range(n):
+            odd[body[i], body[j]] += even[i, j]
+    solve(odd[:k, :k], dq[:k])
+
+
 def constrain(
     weights: Array, q: Array, row: Array, rest: float, even: Array, odd: Array, push: Array, motion: Array
 ) -> float:
@@ -272,6 +305,13 @@ class Chain(NamedTuple):
     def end_strikes(self, q: Array, dq: Array) -> Array:
         """Rates after the far end's plastic impact, by which the foot leaves the ground: shape (n,), rad/s."""
         return _struck(self.about_end, self.onto_end, q, q, dq)
+
+    def end_strikes_stiff(self, body: ArrayLike, q: Array, dq: Array) -> Array:
+        """The same where segments become rigid bodies, bent as they are, shape (k,), rad/s; see `strike_stiff`."""
+        rates, numbers = np.array(dq, dtype=np.float64), np.asarray(body, dtype=np.int64)
+        even, odd = np.empty((2, len(q), len(q)))
+        strike_stiff(self.about_end, self.onto_end, numbers, q, rates, even, odd)
+        return rates[: numbers[-1] + 1]
 
     def joints_lock(self, groups: ArrayLike, q: Array, dq: Array) -> Array:
         """Rates after joints have locked at once, shape (k,), rad/s: of segments as `locked` groups them.

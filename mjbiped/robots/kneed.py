@@ -24,32 +24,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjbiped.errors import InputError
+from mjbiped.robots.bent_leg import bent_leg, force_beside, stand_bent
 from mjbiped.robots.chain import Array, Chain, chain_of, ground_force
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
 STANCE_LOCKED = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+LEGS = np.array([0, 0, 1, 1])  # of four segments
 SWING_LOCKED = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
 STRAIGHT = 1e-6  # rad; integrators find the stop more exactly than that
-
-
-def bent_leg(upper: float, lower: float, flexion: float) -> tuple[float, float]:
-    """A leg whose knee is bent: its length from foot to hip, and how far its shank leans forward of that line.
-
-    A leg that stands bent is told by the angle of the line from its foot to the hip. Its shank's angle is that plus the
-    lean, its thigh's that plus the lean less the flexion.
-
-    Args:
-        upper: Length of the thigh, m.
-        lower: Length of the shank, m.
-        flexion: Of the knee, rad.
-
-    Returns:
-        Length, m, and lean, rad.
-    """
-    along, across = lower + upper * math.cos(flexion), upper * math.sin(flexion)
-    # hypot has other last bits compiled
-    return math.sqrt(along * along + across * across), math.atan2(across, along)
 
 
 @dataclass(frozen=True)
@@ -150,6 +133,19 @@ class KneedBiped(Robot):
         three = four.locked(STANCE_LOCKED)
         return {4: four, 3: three, 2: three.locked(SWING_LOCKED)}
 
+    def chains_on(self, flexion: float) -> tuple[Mapping[int, Chain], float]:
+        """The chains of two and of three segments on a stance leg whose knee is locked at a flexion, rad.
+
+        Also the moment of its weight beside its line, N m, which no `Chain` has; see `mjbiped.robots.bent_leg`.
+        """
+        four, three, two = (self.chains[n] for n in (4, 3, 2))
+        three, two = (
+            chain._replace(weights=chain.weights.copy(), moments=chain.moments.copy(), reach=chain.reach.copy())
+            for chain in (three, two)
+        )
+        across = stand_bent(four.weights, four.moments, flexion, *three[:3], *two[:3], np.zeros((2, 3)))
+        return {3: three, 2: two}, across
+
     def mass_matrix(self, q: ArrayLike) -> Array:
         """M(q), shape (n, n), kg m^2, for q of shape (n,) in rad with n = 2, 3 or 4."""
         return self._chain(angles := _angles(q)).mass_matrix(angles)
@@ -212,6 +208,26 @@ class KneedBiped(Robot):
         rates = self.chains[2].end_strikes(angles, _rates(dq, angles))
         return angles[::-1].copy(), rates[::-1].copy()
 
+    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
+        """The heel's impact, with bent knees too; see `Robot.rates_after_touchdown`.
+
+        The knee of the swing leg locks in the same instant; that of the other leg stays locked through the impact.
+
+        Args:
+            q: stance leg (the line from its foot to the hip), swing thigh and swing shank, shape (3,), rad.
+            dq: their rates, rad/s.
+            stance_flexion: flexion at which the stance knee is locked, rad.
+        """
+        (leg, thigh, shank), rates = np.asarray(q).tolist(), np.asarray(dq, dtype=np.float64)[[0, 0, 1, 2]]
+        _, lean = bent_leg(self.thigh_length, self.shank_length, stance_flexion)
+        angles = np.array([leg + lean, leg + lean - stance_flexion, thigh, shank])
+        return self.chains[4].end_strikes_stiff(LEGS, angles, rates)[[1, 0, 0]]
+
+    def flexion(self, qpos: ArrayLike, leg: ArrayLike) -> Array:
+        """Flexion of the knee of a leg (0 left, 1 right) in postures `qpos`, shape (..., 6): shape (...,), rad."""
+        places, legs = np.asarray(qpos, dtype=np.float64), np.asarray(leg)
+        return np.where(legs == 0, places[..., 4], places[..., 5])
+
     def limbs(self, qpos: ArrayLike) -> Array:
         """Hip, knee and foot of either leg, shape (..., 2, 3, 2); see `Robot.limbs`."""
         places = np.asarray(qpos, dtype=np.float64)
@@ -232,7 +248,14 @@ class KneedBiped(Robot):
         return np.asarray(moment / self.total_mass)
 
     def ground_force(
-        self, q: ArrayLike, dq: ArrayLike, torque: ArrayLike, slope: float, *, locked: bool
+        self,
+        q: ArrayLike,
+        dq: ArrayLike,
+        torque: ArrayLike,
+        slope: float,
+        *,
+        locked: bool,
+        stance_flexion: float = 0.0,
     ) -> tuple[float, float]:
         """Force of the ground on the stance foot, forward and upward, N, by the equations of motion.
 
@@ -242,22 +265,21 @@ class KneedBiped(Robot):
             torque: of ankle, hip and swing knee, N m.
             slope: of the ground, rad.
             locked: whether the swing knee is.
+            stance_flexion: flexion at which the stance knee is locked, rad.
         """
         n = 2 if locked else 3
-        angles, rates = _angles(q), _rates(dq, _angles(q))
+        angles, rates = _angles(q)[:n], _rates(dq, _angles(q))[:n]
+        chains, across = self.chains_on(stance_flexion)
         forces = (self.input_matrix @ np.asarray(torque, dtype=np.float64))[:n]
+        forces[0] += across * math.cos(angles[0] + slope)
         if locked:  # the knee's motor acts within the leg
             forces[1] += np.asarray(torque)[2]
-        pull = forces - self.coriolis_matrix(angles[:n], rates[:n]) @ rates[:n]
-        ddq: Array = np.linalg.solve(
-            self.mass_matrix(angles[:n]), pull - self.gravity_vector(angles[:n], slope)
-        ).astype(np.float64)
-        chain = self.chains[n]
-        return ground_force(chain.moments, self.total_mass, self.gravity, angles[:n] + slope, rates[:n], ddq)
-
-    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike) -> Array:
-        """The heel's impact of a straight leg; see `Robot.rates_after_touchdown`."""
-        return self.heel_impact(np.asarray(q)[:2], np.asarray(dq)[:2])[1][[0, 1, 1]]
+        chain = chains[n]
+        pull = forces - chain.coriolis_matrix(angles, rates) @ rates - chain.gravity_vector(angles, slope)
+        ddq: Array = np.linalg.solve(chain.mass_matrix(angles), pull).astype(np.float64)
+        forward, upward = ground_force(chain.moments, self.total_mass, self.gravity, angles + slope, rates, ddq)
+        beside = force_beside(across, self.gravity, angles[0] + slope, rates[0], ddq[0])
+        return forward + beside[0], upward + beside[1]
 
     def _chain(self, angles: Array) -> Chain:
         return self.chains[len(angles)]

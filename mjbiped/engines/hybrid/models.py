@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from mjbiped.engines.hybrid import compass, kneed
+from mjbiped.engines.hybrid import compass, kneed, kneed_posture
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
@@ -37,7 +37,7 @@ _MODELS: Mapping[type[Robot], Model] = {
         hot=(compass.rates,),
         apart=(compass.on_face, compass.push_torque),
     ),
-    KneedBiped: Model(kneed.MODEL, kneed.constants_of, kneed.write_state),
+    KneedBiped: Model(kneed.MODEL, kneed_posture.constants_of, kneed.write_state),
 }
 
 

@@ -60,7 +60,8 @@ _WHY = {
 
 
 _TOE = (
-    "the swing foot struck the ground with its knee bent, or beside the stance foot: such a touchdown has no impact map"
+    "the swing foot struck the ground beside or behind the stance foot, or so that the other foot could not leave it: "
+    "such an impact has no map"
 )
 
 

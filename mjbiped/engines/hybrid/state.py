@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from mjbiped.disturbances.pushes import Pushes
 
-SCALARS = 79
+SCALARS = 80
 # indices in the scalars `w`
 (
     CLOCK,  # time of the last support transfer, s
@@ -91,6 +91,7 @@ SCALARS = 79
     STRUCK_DQ,
     STRUCK_DQ2,
     STRUCK_DQ3,
+    STANCE_FLEXION,  # of the stance knee, at which it is locked, rad
 ) = range(SCALARS)
 
 

@@ -14,13 +14,14 @@ import mjbiped
 from controllers import PassiveController
 from mjbiped import KneedBiped, Terrain
 from mjbiped.control.unpowered import Unpowered, UnpoweredKnees
-from mjbiped.engines.hybrid import kneed
+from mjbiped.engines.hybrid import kneed, kneed_posture
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
 from mjbiped.errors import InputError
 from mjbiped.records import measures
 from mjbiped.records.recorder import Recorder
 from mjbiped.reports.repeat import command_of, python_of
+from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.rules.termination import Outcome
 
 Array = NDArray[np.float64]
@@ -197,7 +198,7 @@ def test_a_foot_on_a_face_stays_on_it(locked: float) -> None:
     q, dq = np.array([0.1, -0.2, 0.1 if n == 3 else -0.2]), np.array([1.0, 2.0, -1.5 if n == 3 else 2.0])
     force[2] *= n == 3
     state: tuple[Any, ...] = (*q, *dq, force[0], force[1] + force[2], force[2])
-    found = kneed.accelerations(kneed.constants_of(ROBOT), w, *state)
+    found = kneed.accelerations(kneed_posture.constants_of(ROBOT), w, *state)
     ddq, q, dq = np.array(found)[:n], q[:n], dq[:n]
     reach = ROBOT.chains[n].reach
     row = reach * np.cos(q + slope)
@@ -246,3 +247,21 @@ def test_compiled_walks_are_those_of_plain_python(gait: mjbiped.KneedGait) -> No
         # products and sums in one rounding, over 20 steps of a gait that forgets
         assert fast.touchdowns[name] == pytest.approx(plain.touchdowns[name], abs=1e-10)
     assert fast == mjbiped.walk(PassiveController(), Terrain.incline(2.5), robot=ROBOT, engine="hybrid", steps=20)
+
+
+def test_energy_is_conserved_over_a_leg_that_stands_bent() -> None:
+    """That of the chain of four segments; the lock of a knee does no work."""
+    flexion, recorder = 0.4, Recorder(robot=KneedBiped)
+    simulation = simulation_on(Terrain.level(), (-0.1, 0.1, 0.6, 1.2, 0.5, 0.0), sample_period=1e-3)
+    simulation.buffers.w[at.STANCE_FLEXION] = flexion
+    simulate(simulation, recorder)
+    samples = recorder.samples()
+    free = ~samples["locked"].astype(bool) & (samples["time"] < 0.2)
+    assert np.count_nonzero(free) > 100
+    _, lean = bent_leg(ROBOT.thigh_length, ROBOT.shank_length, flexion)
+    energies = []
+    for q, dq in zip(samples["q"][free], samples["dq"][free], strict=True):
+        four = np.array([q[0] + lean, q[0] + lean - flexion, q[1], q[2]])
+        energies.append(ROBOT.energy(four, dq[[0, 0, 1, 2]], 0.0))
+    assert np.ptp(energies) < 1e-6  # as above
+    np.testing.assert_array_equal(samples["qpos"][free][:, 4], flexion)

@@ -25,7 +25,7 @@ from mjbiped.engines.mujoco.kneed.state import (
     stance_of,
 )
 from mjbiped.records.rows import write_kneed_touchdown
-from mjbiped.robots.kneed import bent_leg
+from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.profile import height_of, segment_stood_on
 

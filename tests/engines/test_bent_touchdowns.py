@@ -1,0 +1,64 @@
+"""Touchdowns with a bent knee: both engines make them the same, and the controller goes on."""
+
+import math
+
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import KneedController
+from mjbiped.records import measures
+
+ROBOT = mjbiped.KneedBiped()
+GROUND = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)])
+"""The passive gait clears 2.6 cm: three feet in a row come down on or after the riser before their knee is straight."""
+
+
+@pytest.fixture(scope="module")
+def law() -> KneedController:
+    return KneedController(ROBOT, mjbiped.find_kneed_gait(ROBOT, math.radians(2.5)))
+
+
+@pytest.fixture(scope="module")
+def hybrid(law: KneedController) -> mjbiped.Walk:
+    return mjbiped.walk(law, GROUND, engine="hybrid", steps=8, sample_period=1e-3)
+
+
+def test_the_engines_agree(law: KneedController, hybrid: mjbiped.Walk) -> None:
+    grip = mjbiped.Disturbances(friction=5.0)  # these impacts ask for more than the usual 0.8
+    mujoco = mjbiped.walk(law, GROUND, engine="mujoco", steps=8, disturbances=grip)
+    here, there = hybrid.touchdowns, mujoco.touchdowns
+    assert (hybrid.outcome, mujoco.outcome) == ("finished", "finished")
+    flexions = ROBOT.flexion(here["qpos"], here["stance"])
+    assert (flexions > 0.4).tolist() == [False, True, True, True] + [False] * 4
+    # MuJoCo's errors of 1e-4 of an impact, which the steps after it enlarge: measured 1.7e-3, 4.7e-3 and 3.5e-3
+    np.testing.assert_allclose(there["time"], here["time"], rtol=0, atol=4e-3)
+    np.testing.assert_allclose(there["qpos"], here["qpos"], rtol=0, atol=6e-3)
+    np.testing.assert_allclose(there["dq"], here["dq"], rtol=0, atol=6e-3)
+    assert mujoco.cost_of_transport == pytest.approx(hybrid.cost_of_transport, rel=5e-3)  # measured 4e-3
+
+
+def test_the_impact_is_the_map_of_the_state_before(hybrid: mjbiped.Walk) -> None:
+    assert np.abs(measures.impact_errors(hybrid)).max() < 1e-12  # rounding; the map is checked in test_bent_leg.py
+
+
+def test_the_update_compares_thighs(hybrid: mjbiped.Walk) -> None:
+    """All of this ground is level; the line of a bent leg is 0.2 rad from its thigh."""
+    touched = hybrid.touchdowns
+    np.testing.assert_allclose(touched["slope_estimate"], touched["slope_estimate_before"], rtol=0, atol=1e-12)
+
+
+def test_samples_hold_the_bent_stance_leg(hybrid: mjbiped.Walk) -> None:
+    """Its foot stays where it is, its knee as it was; q is the line's angle, and after its step the knee is free."""
+    touched, samples = hybrid.touchdowns, hybrid.samples
+    for index in (1, 2, 3):
+        leg, x = int(touched["stance"][index]), touched["x"][index]
+        during = (samples["time"] > touched["time"][index]) & (samples["time"] < touched["time"][index + 1])
+        qpos = samples["qpos"][during]
+        feet = ROBOT.limbs(qpos)[:, leg, -1]
+        np.testing.assert_allclose(feet, [[x, touched["z"][index]]] * len(feet), rtol=0, atol=1e-12)
+        line = np.arctan2(*(qpos[:, :2] - feet).T)
+        np.testing.assert_allclose(samples["q"][during, 0], line, rtol=0, atol=1e-12)
+        first = np.flatnonzero(samples["time"] > touched["time"][index + 1])[0]
+        assert ROBOT.flexion(samples["qpos"][first], leg) == pytest.approx(ROBOT.flexion(qpos[0], leg), abs=0.02)
+        assert not samples["locked"][first]
