@@ -36,8 +36,8 @@ class KneedConstants(NamedTuple):
         about_end: Weights of J'FJ of an impact of that foot.
         onto_end: Of its J'F.
         legs: Which leg each of the four is part of.
-        stance: Of the stance leg as it stands, at the indices above: flexion and lean of its shank from its line (rad), and
-            the moment of its weight beside that line (N m); see `mjbiped.robots.bent_leg`.
+        stance: Of the stance leg as it stands, at the indices above: flexion and lean of its shank from its line, rad,
+            and the moment of its weight beside that line, N m; see `mjbiped.robots.bent_leg`.
         free_weights: A of three segments.
         free_moments: b.
         reach: Levers of the swing foot, m.
