@@ -59,7 +59,7 @@ def accumulate(
         w[at.WORK_NET] += net
         w[at.WORK_POSITIVE] += 0.5 * (variation + net)
     note_ground_force(laws, constants, b, pose, b.out, STAGES * n)
-    if w[at.NORMAL_FORCE] < HARDLY * constants.mass * constants.gravity and w[at.FACE] == 0.0:
+    if w[at.NORMAL_FORCE] < HARDLY * constants.mass * constants.gravity and w[at.FACE] == w[at.GROUND] == 0.0:
         ensure_dense(laws, parameters, constants, b, t, h)
         _normal_force_within(laws, constants, b, h)
     laws.note(laws, parameters, constants, b, t, h)
@@ -195,10 +195,10 @@ def note_ground_force(
     is that of the state's rates in `k`.
     """
     along, normal = _turned(b, laws.force_at(constants, b, pose, state, place))
-    if b.w[at.FACE] != 0.0:  # the face's push at the swing foot is none of the ground's
-        push = b.w[at.FACE] * b.w[at.PRESS]
-        along += push * b.w[at.COSINE]
-        normal += push * b.w[at.SINE]
+    if b.w[at.FACE] != 0.0 or b.w[at.GROUND] != 0.0:  # what pushes at the swing foot does not at the stance foot
+        push, x, z = b.w[at.PRESS], b.w[at.PUSHED_X], b.w[at.PUSHED_Z]
+        along -= push * (x * b.w[at.COSINE] - z * b.w[at.SINE])
+        normal -= push * (x * b.w[at.SINE] + z * b.w[at.COSINE])
     b.w[at.NORMAL_FORCE] = min(b.w[at.NORMAL_FORCE], normal)
     if normal > LIGHT_CONTACT * constants.mass * constants.gravity:
         b.w[at.FRICTION] = max(b.w[at.FRICTION], abs(along) / normal)

@@ -190,6 +190,11 @@ def lands(constants: SimulationConstants, b: Buffers) -> bool:  # noqa: ARG001 (
     return True
 
 
+def stub(constants: SimulationConstants, b: Buffers) -> bool:  # noqa: ARG001 (robots with knees do)
+    """Straight legs always take over."""
+    return False
+
+
 def transfer(
     laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, segment: int, foot_x: float
 ) -> None:
@@ -301,6 +306,7 @@ MODEL = (
     force_within,
     hit_face,
     lands,
+    stub,
     transfer,
     write_state,
     stops,

@@ -26,6 +26,7 @@ NOTHING, TOUCHDOWN, FACE_IMPACT, OVER_THE_TOP, KNEE_STRIKE = 0, 1, 2, 3, 4
 SHORTEST = 5e-4  # intervals are not halved below this, s: the foot's sag in it is some 1e-6 m
 RESOLVED = 1e-8  # a crossing is first located so closely, s
 ROOM = 2.0
+GROUND_WIDTH = 1e-8  # ground that a foot has slid on is left, or met again, so far below its height, m
 FACE_WIDTH = 1e-8  # a foot so close to the face that it struck stays on its own side of it, m
 CORNER = 1e-6  # a foot that meets a face so close below its edge has landed on top, m
 
@@ -52,7 +53,10 @@ def foot_over_ground(laws: Laws, constants: SimulationConstants, b: Buffers, pos
     """Distance ahead of the stance foot (m), clearance (m) and segment of the swing foot."""
     foot_x, foot_z = laws.swing_foot(constants, b, pose)
     segment = int(b.w[at.FACE_SEGMENT]) if b.w[at.FACE] != 0.0 else segment_under(constants, b, foot_x)
-    return foot_x - b.w[at.FOOT_X], foot_z - height_of(constants, segment, foot_x), segment
+    clearance = foot_z - height_of(constants, segment, foot_x)
+    if segment == b.w[at.GROUND_SEGMENT]:
+        clearance += GROUND_WIDTH
+    return foot_x - b.w[at.FOOT_X], clearance, segment
 
 
 def foot_acceleration(laws: Laws, constants: SimulationConstants, b: Buffers) -> float:
@@ -87,7 +91,7 @@ def decided_by_ends(
 ) -> bool:
     """Whether the step's ends alone tell that the swing foot meets nothing in it; arms the foot where that is safe."""
     w = b.w
-    if w[at.CONTACT_ENABLED] == 0.0 and t + h <= constants.delay:
+    if w[at.GROUND] != 0.0 or (w[at.CONTACT_ENABLED] == 0.0 and t + h <= constants.delay):
         return True
     if w[at.FACE] != 0.0:
         return False
@@ -126,7 +130,7 @@ def first_event(
     x = 0.0
     if w[at.CONTACT_ENABLED] == 0.0:
         x = max(0.0, (constants.delay - t) / h)
-    if x >= until:
+    if x >= until or w[at.GROUND] != 0.0:
         return NOTHING, until
     here = foot_over_ground(laws, constants, b, pose_within(laws, b, x))
     while x < until:

@@ -12,7 +12,7 @@ from typing import Any
 
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.dynamics import WILDEST_ANGLE, ensure_dense
-from mjbiped.engines.hybrid.kneed_impacts import held, hit_face, lands, strike_stop, transfer
+from mjbiped.engines.hybrid.kneed_impacts import held, hit_face, lands, strike_stop, stub, transfer
 from mjbiped.engines.hybrid.kneed_posture import (
     ACROSS,
     ANGLES,
@@ -85,24 +85,24 @@ def accelerations(
     knee: float,
 ) -> tuple[float, float, float]:
     """Accelerations of the segments, rad/s^2: of three, or of two where the knee is locked or rests on its stop."""
-    slope = w[at.SLOPE]
+    slope, x, z = w[at.SLOPE], w[at.PUSHED_X], w[at.PUSHED_Z]
+    touches = w[at.FACE] != 0.0 or w[at.GROUND] != 0.0
     if w[at.LOCKED] != KNEE_LOCKED:
         c.q[0], c.q[1], c.q[2], c.dq[0], c.dq[1], c.dq[2] = q1, q2, q3, dq1, dq2, dq3
         c.ddq[0], c.ddq[1], c.ddq[2] = stance, hip_torque - knee, knee
         accelerate(c.free_weights, c.free_moments, slope, c.q, c.dq, c.even, c.odd, c.ddq)
-        if w[at.FACE] != 0.0:
-            force = held(c.free_weights, c.reach, slope, c.q, c.dq, c.ddq, c.row, c.push, c.even, c.odd)
-            w[at.PRESS] = -w[at.FACE] * force
+        if touches:
+            row, push = c.row, c.push
+            w[at.PRESS] = held(c.free_weights, c.reach, slope, x, z, c.q, c.dq, c.ddq, row, push, c.even, c.odd)
         if w[at.LOCKED] == KNEE_FREE:
             return c.ddq[0], c.ddq[1], c.ddq[2]
         w[at.STOP_PRESS] = c.ddq[1] - c.ddq[2]
     q, dq, ddq = c.locked_q, c.locked_dq, c.locked_ddq
     q[0], q[1], dq[0], dq[1], ddq[0], ddq[1] = q1, q2, dq1, dq2, stance, hip_torque
     accelerate(c.locked_weights, c.locked_moments, slope, q, dq, c.locked_even, c.locked_odd, ddq)
-    if w[at.FACE] != 0.0:
-        row, push = c.locked_row, c.locked_push
-        force = held(c.locked_weights, c.locked_reach, slope, q, dq, ddq, row, push, c.locked_even, c.locked_odd)
-        w[at.PRESS] = -w[at.FACE] * force
+    if touches:
+        row, push, even, odd = c.locked_row, c.locked_push, c.locked_even, c.locked_odd
+        w[at.PRESS] = held(c.locked_weights, c.locked_reach, slope, x, z, q, dq, ddq, row, push, even, odd)
     return ddq[0], ddq[1], ddq[1]
 
 
@@ -246,6 +246,7 @@ MODEL = (
     force_within,
     hit_face,
     lands,
+    stub,
     transfer,
     write_state,
     stops,

@@ -60,8 +60,8 @@ _WHY = {
 
 
 _TOE = (
-    "the swing foot struck the ground beside or behind the stance foot, or so that the other foot could not leave it: "
-    "such an impact has no map"
+    "the swing foot struck the ground ahead of the stance foot so that the other foot could not leave it, or slid "
+    "into a riser: such an impact has no map"
 )
 
 

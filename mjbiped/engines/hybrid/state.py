@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from mjbiped.disturbances.pushes import Pushes
 
-SCALARS = 80
+SCALARS = 84
 # indices in the scalars `w`
 (
     CLOCK,  # time of the last support transfer, s
@@ -26,7 +26,11 @@ SCALARS = 80
     FACE_TOP,  # its upper edge, m
     FACE_SEGMENT,  # terrain segment on the foot's side of it
     LANDING,  # terrain segment of the touchdown last found
-    PRESS,  # force on the face, N
+    GROUND,  # 1: the swing foot, which could not take the robot over where it came down, slides on the ground
+    GROUND_SEGMENT,  # of the terrain where it last did in this step; -1: nowhere
+    PUSHED_X,  # direction in which the face or that ground pushes the foot
+    PUSHED_Z,
+    PRESS,  # force with which it does, N
     AFTER,  # the law is asked for times of [AFTER, BEFORE] only: on one side of its breaks
     BEFORE,
     ANKLE,  # torques last computed, N m: of all joints, one after the other
@@ -132,6 +136,7 @@ class Laws(NamedTuple):
         force_within: (constants, buffers, pose, share, h) -> the same within the step, the state in `spare`.
         hit_face: (constants, buffers) -> None. A vertical face stops the swing foot: rates in `y`.
         lands: (constants, buffers) -> bool. Whether a foot that has come down takes the robot over.
+        stub: (constants, buffers) -> bool. It does not: the ground stops it, and it slides; False: no map says how.
         transfer: (laws, parameters, constants, buffers, segment, x) -> None. Impact map, new roles, touchdown, row.
         write_state: (constants, buffers, row, time, state, estimate) -> None, with the torques in `w`.
         stops: (constants, buffers) -> bool. Whether the swing knee is beyond its stop at the step's end.
@@ -163,6 +168,7 @@ class Laws(NamedTuple):
     force_within: Any
     hit_face: Any
     lands: Any
+    stub: Any
     transfer: Any
     write_state: Any
     stops: Any

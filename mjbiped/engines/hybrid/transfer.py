@@ -22,5 +22,6 @@ def stand_on(constants: SimulationConstants, w: Any, segment: int, foot_x: float
 def begin_step(constants: SimulationConstants, w: Any) -> None:
     """Forget what is told of one step alone."""
     w[at.CONTACT_ENABLED] = constants.contact
-    w[at.FACE] = w[at.FRICTION] = w[at.FACE_IMPACTS] = w[at.STUBS] = w[at.FLEXION] = 0.0
+    w[at.FACE] = w[at.GROUND] = w[at.FRICTION] = w[at.FACE_IMPACTS] = w[at.STUBS] = w[at.FLEXION] = 0.0
+    w[at.GROUND_SEGMENT] = -1.0
     w[at.FACE_X], w[at.NORMAL_FORCE], w[at.STRIKE_TIME] = math.nan, math.inf, math.nan

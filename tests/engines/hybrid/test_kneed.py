@@ -170,43 +170,74 @@ def test_locked_all_the_time_it_walks_as_the_compass() -> None:
         assert touched[name][:, :2] == pytest.approx(compass.touchdowns[name], abs=1e-9)
 
 
-def test_a_foot_that_strikes_a_riser_is_stopped_along_it(gait: mjbiped.KneedGait) -> None:
-    """Newton's law with the robot's matrices: the impulse acts along x alone, and brings the foot's speed to zero."""
+NORMALS = [(-1.0, 0.0), (math.sin(0.03), math.cos(0.03))]
+"""Of a riser ahead, and of ground on a slope."""
+
+
+@pytest.mark.parametrize("normal", NORMALS)
+def test_a_foot_that_strikes_is_stopped_along_the_normal(gait: mjbiped.KneedGait, normal: tuple[float, float]) -> None:
+    """Newton's law with the robot's matrices: the impulse acts along the normal, and brings that speed to zero."""
     simulation = simulation_on(Terrain.level(), gait.start.tolist())
-    y = simulation.buffers.y
+    w, y = simulation.buffers.w, simulation.buffers.y
     for locked in (at.KNEE_FREE, at.KNEE_LOCKED):
         n = 3 if locked == at.KNEE_FREE else 2
         before = [0.1, -0.2, -0.2 + 0.3 * (n == 3), 1.0, 2.0, 2.0 - 3.0 * (n == 3)]
         y[:6] = before
-        simulation.buffers.w[at.LOCKED] = locked
+        w[at.LOCKED], w[at.PUSHED_X], w[at.PUSHED_Z] = locked, *normal
         simulation.advance.args[0].hit_face(simulation.constants, simulation.buffers)
         q = np.array(before[:n])
-        reach = ROBOT.chains[n].reach * np.cos(q)
+        row = ROBOT.chains[n].reach * (np.cos(q) * normal[0] - np.sin(q) * normal[1])
         after = np.array(y[3 : 3 + n])
         impulse = ROBOT.mass_matrix(q) @ (after - before[3 : 3 + n])
-        assert reach @ after == pytest.approx(0.0, abs=1e-14)
-        assert np.cross(np.append(impulse, 0.0)[:3], np.append(reach, 0.0)[:3]) == pytest.approx(0.0, abs=1e-14)
+        assert row @ after == pytest.approx(0.0, abs=1e-14)
+        assert impulse == pytest.approx(row * (impulse @ row) / (row @ row), abs=1e-13)
 
 
+@pytest.mark.parametrize("normal", NORMALS)
 @pytest.mark.parametrize("locked", [at.KNEE_FREE, at.KNEE_LOCKED])
-def test_a_foot_on_a_face_stays_on_it(locked: float) -> None:
-    """Newton's law with the robot's matrices: a force along x at the foot, which is not accelerated along x."""
+def test_a_foot_in_contact_stays_in_it(locked: float, normal: tuple[float, float]) -> None:
+    """Newton's law with the robot's matrices: a force along the normal; the foot is not accelerated along it."""
     slope, force = 0.05, np.array([3.0, -2.0, 0.5])
     n = 3 if locked == at.KNEE_FREE else 2
     w = [0.0] * at.SCALARS
-    w[at.SLOPE], w[at.FACE], w[at.LOCKED] = slope, 1.0, locked
+    w[at.SLOPE], w[at.FACE if normal[1] == 0.0 else at.GROUND], w[at.LOCKED] = slope, 1.0, locked
+    w[at.PUSHED_X], w[at.PUSHED_Z] = normal
     q, dq = np.array([0.1, -0.2, 0.1 if n == 3 else -0.2]), np.array([1.0, 2.0, -1.5 if n == 3 else 2.0])
     force[2] *= n == 3
     state: tuple[Any, ...] = (*q, *dq, force[0], force[1] + force[2], force[2])
     found = kneed.accelerations(kneed_posture.constants_of(ROBOT), w, *state)
     ddq, q, dq = np.array(found)[:n], q[:n], dq[:n]
     reach = ROBOT.chains[n].reach
-    row = reach * np.cos(q + slope)
-    assert row @ ddq - (reach * np.sin(q + slope)) @ dq**2 == pytest.approx(0.0, abs=1e-12)
+    row = reach * (np.cos(q + slope) * normal[0] - np.sin(q + slope) * normal[1])
+    bend = reach * (np.sin(q + slope) * normal[0] + np.cos(q + slope) * normal[1])
+    assert row @ ddq - bend @ dq**2 == pytest.approx(0.0, abs=1e-12)
     residual = ROBOT.mass_matrix(q) @ ddq + ROBOT.coriolis_matrix(q, dq) @ dq + ROBOT.gravity_vector(q, slope)
     residual -= force[:n] if n == 3 else [force[0], force[1]]
     assert residual == pytest.approx(row * (residual @ row) / (row @ row), abs=1e-10)
-    assert w[at.PRESS] == pytest.approx(-(residual @ row) / (row @ row), abs=1e-10)
+    assert w[at.PRESS] == pytest.approx((residual @ row) / (row @ row), abs=1e-10)
+
+
+def test_a_foot_that_cannot_leave_the_ground_slides_until_it_is_lifted() -> None:
+    """A stub behind the stance foot is no end: one impact, then contact without friction or work, then a step."""
+    rising, falling = (Terrain((-5.0, -0.39), (0.0, 0.0), (0.0, math.radians(angle))) for angle in (-1.0, 1.0))
+    for ground, stubs, slid in ((Terrain.level(), 1, 20), (rising, 2, 20), (falling, 1, 1)):  # slides on, or off
+        start = (-0.2, 0.201, 0.201, 1.0, -1.5, -1.5)
+        simulation = simulation_on(ground, start, sample_period=1e-3, steps=1)
+        recorder = Recorder(robot=KneedBiped)
+        assert simulate(simulation, recorder) is Outcome.FINISHED
+        samples = recorder.samples()
+        foot = ROBOT.limbs(samples["qpos"])[:-1, 1, -1]
+        height = foot[:, 1] - [ground.height_at(x) for x in foot[:, 0]]
+        slides = np.flatnonzero(height < 1e-9)
+        assert len(slides) >= slid
+        assert (np.diff(slides) == 1).all()
+        assert np.abs(height[slides]).max() < 1e-10  # 8th order in steps of 2 ms, which hold accelerations
+        assert recorder.touchdowns()["stubs"][0] == stubs
+        slope = ground.slope_at(0.0)
+        energy = [ROBOT.energy(q, dq, slope) for q, dq in zip(samples["q"], samples["dq"], strict=True)]
+        assert energy[slides[0]] < energy[0] - 1e-4
+        if stubs == 1 and slid > 1:
+            assert np.ptp(energy[slides[0] : slides[-1]]) < 1e-8
 
 
 def test_the_ground_force_is_the_centre_of_masss(gait: mjbiped.KneedGait) -> None:
