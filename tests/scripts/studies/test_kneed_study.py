@@ -1,0 +1,69 @@
+"""The study of robots with knees: what its cells count."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, PassiveController
+from mjbiped import Terrain
+from mjbiped.records.record import Walk
+from scripts.studies import kneed_study as study
+
+CLIFF = Terrain.stairs(rise=0.2, first=1.5)
+"""A riser too high for straight legs of a passive gait."""
+
+
+@pytest.fixture(scope="module")
+def walks(adaptive: AdaptiveController) -> list[Walk]:
+    return [mjbiped.walk(adaptive, ground, engine="hybrid", steps=8) for ground in (Terrain.level(), CLIFF)]
+
+
+@pytest.fixture(scope="module")
+def adaptive() -> AdaptiveController:
+    robot = mjbiped.Compass()
+    return AdaptiveController(robot, mjbiped.find_passive_gait(robot, np.deg2rad(2.0)))
+
+
+def test_a_cell_counts_walks_that_come_through(walks: list[Walk]) -> None:
+    assert [walk.outcome for walk in walks] == ["finished", "fell"]
+    cost, torque = walks[0].cost_of_transport, walks[0].peak_torque
+    assert study.share_and_cost(walks) == f"1 of 2, {cost:.4f}"
+    assert study.torques(walks) == f"{torque[0]:.1f}, {torque[1]:.1f}"
+    assert study.share_and_cost(walks[:1]) == f"yes, {cost:.4f}"
+    assert study.share_and_cost(walks[1:]) == "no"
+    assert study.torques(walks[1:]) == "-"
+
+
+def test_a_walk_of_tiny_steps_has_not_come_through() -> None:
+    # the passive gait of 0.05° steps 0.107 m, docs/gaits.md
+    walk = mjbiped.walk(
+        PassiveController(),
+        Terrain.incline(0.05),
+        engine="hybrid",
+        steps=4,
+        scuffing=mjbiped.ScuffingRule(reach=0.05),
+    )
+    assert walk.outcome == "finished"
+    assert study.came_through([walk]) == []
+
+
+def test_costs_are_compared_where_both_come_through(adaptive: AdaptiveController, walks: list[Walk]) -> None:
+    level, cliff = walks
+    down = mjbiped.walk(adaptive, Terrain.incline(1.0), engine="hybrid", steps=8)
+    difference = down.cost_of_transport - level.cost_of_transport
+    assert difference < 0.0
+    expected = f"2 of 2, {(down.cost_of_transport + level.cost_of_transport) / 2:.4f} (−{-difference:.5f}); "
+    assert study.beside([down, level], [level, cliff]).startswith(expected)
+    assert "(" not in study.beside([level], [cliff])
+    assert study.beside([cliff], [level]) == "no"
+    assert "(+0.00000)" in study.beside([level], [level])
+
+
+def test_grounds_begin_at_places_over_one_step_and_bear_their_names() -> None:
+    grounds = dict(study.grounds(0.4))
+    firsts = [terrain.x[1] for terrain in grounds["stairs −4 cm"]]
+    np.testing.assert_allclose(np.diff(firsts), 0.4 / study.PLACES, rtol=0, atol=1e-12)  # rounding
+    assert all(terrain.rises[1] == pytest.approx(-0.04) for terrain in grounds["stairs −4 cm"])
+    assert all(terrain.slope(3.0) == pytest.approx(np.deg2rad(5.0)) for terrain in grounds["level, then +5°"])
