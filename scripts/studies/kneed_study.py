@@ -99,17 +99,21 @@ def torques(walks: Sequence[mjbiped.Walk]) -> str:
     return ", ".join(f"{peak:.1f}" for peak in np.max([walk.peak_torque for walk in done], axis=0)) if done else "-"
 
 
+def with_torques(told: str, walks: Sequence[mjbiped.Walk]) -> str:
+    """What is told of walks, and their greatest torques if any came through."""
+    return f"{told}; {torques(walks)}" if came_through(walks) else told
+
+
 def beside(walks: Sequence[mjbiped.Walk], others: Sequence[mjbiped.Walk]) -> str:
-    """Share, cost and torques of walks, and how far their mean cost is from that of other walks on the same grounds.
+    """Share and cost of walks, and how far their mean cost is from that of other walks on the same grounds.
 
     Only grounds that both came through are compared.
     """
     pairs = [pair for pair in zip(walks, others, strict=True) if len(came_through(pair)) == len(pair)]
-    told = share_and_cost(walks)
-    if pairs:
-        difference = float(np.mean([walk.cost_of_transport - other.cost_of_transport for walk, other in pairs]))
-        told += f" ({signed(round(difference, 5) + 0.0, '.5f')})"
-    return f"{told}; {torques(walks)}" if came_through(walks) else told
+    if not pairs:
+        return share_and_cost(walks)
+    difference = float(np.mean([walk.cost_of_transport - other.cost_of_transport for walk, other in pairs]))
+    return f"{share_and_cost(walks)} ({signed(round(difference, 5) + 0.0, '.5f')})"
 
 
 def draw(folder: Path) -> None:
@@ -149,7 +153,10 @@ def main(steps: int, page: Path | None, images: Path | None) -> None:
             rows = [[ground, *(cell(hybrid[name][ground]) for name in laws)] for ground in kinds]
             show_table(title, ["ground", *laws], rows, page, place)
         mujoco = {name: dict(walk_everywhere(laws[name], "mujoco", **settings)) for name in kneed}
-    rows = [[ground, *(beside(mujoco[name][ground], hybrid[name][ground]) for name in kneed)] for ground in kinds]
+    rows = []
+    for ground in kinds:
+        both = [(mujoco[name][ground], hybrid[name][ground]) for name in kneed]
+        rows.append([ground, *(with_torques(beside(walks, others), walks) for walks, others in both)])
     title = f"MuJoCo: came through {steps} steps; c_mt (less that of the hybrid engine); greatest torques, N m"
     show_table(title, ["ground", *kneed], rows, page, "mujoco")
 

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from tqdm.auto import tqdm
 
 import mjbiped
-from mjbiped import ScuffingRule
+from mjbiped import ScuffingRule, Terrain
 from mjbiped.records.frames import flat_samples
 from mjbiped.terrain.profile import height_over_ground
 from scripts.pages import show_table
-from scripts.studies.kneed_study import grounds, share_and_cost, torques, walk_everywhere, walkers
+from scripts.studies.kneed_study import grounds, share_and_cost, walk_everywhere, walkers, with_torques
 
 RULE = ScuffingRule()
 EARLY = ScuffingRule(reach=0.05, delay=0.0, name="as early as all grounds bear")
@@ -75,7 +75,8 @@ def passed_through(walk: mjbiped.Walk) -> Passed:
 def passes(walks: Sequence[mjbiped.Walk]) -> str:
     """In how many steps of walks the swing foot passed through the ground, and deeper than 1 cm; the greatest depth."""
     depth = np.concatenate([passed_through(walk).depth for walk in walks])
-    return f"{np.mean(depth > TOUCHED):.0%}, {np.mean(depth > THROUGH):.0%}; {100 * depth.max():.2f}"
+    touched, through = 100 * np.mean(depth > TOUCHED), 100 * np.mean(depth > THROUGH)
+    return f"{touched:.0f} %, {through:.0f} %; {100 * depth.max():.2f}"
 
 
 @click.command(help=__doc__)
@@ -92,7 +93,7 @@ def main(steps: int, page: Path | None) -> None:
             settings: Mapping[str, Any] = {"scuffing": rule, "sample_period": SAMPLE_PERIOD}
             outcomes[name], depths[name] = [], []
             for _, walks in walk_everywhere(makers[walker](), "mujoco", steps, progress, **settings):
-                outcomes[name].append(f"{share_and_cost(walks)}; {torques(walks)}")
+                outcomes[name].append(with_torques(share_and_cost(walks), walks))
                 depths[name].append(passes(walks))
     for place, title, cells in (
         ("scuffing", f"came through {steps} steps; c_mt; greatest torques, N m", outcomes),
@@ -100,6 +101,10 @@ def main(steps: int, page: Path | None) -> None:
     ):
         rows = [[ground, *(cells[name][k] for name in LEGS)] for k, ground in enumerate(kinds)]
         show_table(title, ["ground", *LEGS], rows, page, place)
+    walker, rule = next(iter(LEGS.values()))
+    level = mjbiped.walk(makers[walker](), Terrain.level(), steps=steps, scuffing=rule, sample_period=SAMPLE_PERIOD)
+    begin, end = passed_through(level).part
+    click.echo(f"on level ground straight legs scuff from {begin:.1%} to {end:.1%} of the step")
 
 
 if __name__ == "__main__":

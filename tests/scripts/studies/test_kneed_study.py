@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
@@ -34,6 +37,8 @@ def test_a_cell_counts_walks_that_come_through(walks: list[Walk]) -> None:
     assert study.share_and_cost(walks[:1]) == f"yes, {cost:.4f}"
     assert study.share_and_cost(walks[1:]) == "no"
     assert study.torques(walks[1:]) == "-"
+    assert study.with_torques("told", walks[1:]) == "told"
+    assert study.with_torques("told", walks) == f"told; {study.torques(walks)}"
 
 
 def test_a_walk_of_tiny_steps_has_not_come_through() -> None:
@@ -54,8 +59,8 @@ def test_costs_are_compared_where_both_come_through(adaptive: AdaptiveController
     down = mjbiped.walk(adaptive, Terrain.incline(1.0), engine="hybrid", steps=8)
     difference = down.cost_of_transport - level.cost_of_transport
     assert difference < 0.0
-    expected = f"2 of 2, {(down.cost_of_transport + level.cost_of_transport) / 2:.4f} (−{-difference:.5f}); "
-    assert study.beside([down, level], [level, cliff]).startswith(expected)
+    expected = f"2 of 2, {(down.cost_of_transport + level.cost_of_transport) / 2:.4f} (−{-difference:.5f})"
+    assert study.beside([down, level], [level, cliff]) == expected
     assert "(" not in study.beside([level], [cliff])
     assert study.beside([cliff], [level]) == "no"
     assert "(+0.00000)" in study.beside([level], [level])
@@ -67,3 +72,20 @@ def test_grounds_begin_at_places_over_one_step_and_bear_their_names() -> None:
     np.testing.assert_allclose(np.diff(firsts), 0.4 / study.PLACES, rtol=0, atol=1e-12)  # rounding
     assert all(terrain.rises[1] == pytest.approx(-0.04) for terrain in grounds["stairs −4 cm"])
     assert all(terrain.slope(3.0) == pytest.approx(np.deg2rad(5.0)) for terrain in grounds["level, then +5°"])
+
+
+def test_the_study_writes_its_tables_of_both_engines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    passive = {name: make for name, make in study.walkers().items() if "passive" in name}
+    monkeypatch.setattr(study, "walkers", lambda: passive)
+    monkeypatch.setattr(study, "HEIGHTS_CM", (-2,))
+    monkeypatch.setattr(study, "PLACES", 1)
+    page = tmp_path / "page.md"
+    page.write_text("".join(f"<!-- {place} -->\n<!-- end {place} -->\n" for place in ("walks", "torques", "mujoco")))
+    told = CliRunner().invoke(study.main, ["--steps", "6", "--page", str(page)], catch_exceptions=False)
+    assert told.exit_code == 0
+    walks, _, mujoco = page.read_text().split("<!-- end ")[:3]
+    assert "straight legs" in walks
+    assert "straight legs" not in mujoco
+    # both engines walk the passive gait at c_mt within 0.0001: tests/engines/mujoco/test_kneed.py holds them together
+    level = next(line for line in mujoco.splitlines() if line.startswith("| level |"))
+    assert "(+0.0000" in level or "(−0.0000" in level
