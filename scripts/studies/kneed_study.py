@@ -94,9 +94,11 @@ def share_and_cost(walks: Sequence[mjbiped.Walk]) -> str:
 
 
 def torques(walks: Sequence[mjbiped.Walk]) -> str:
-    """The greatest torques of the walks that came through."""
+    """The greatest torques of the walks that came through, with spaces at which no cell of a page breaks."""
     done = came_through(walks)
-    return ", ".join(f"{peak:.1f}" for peak in np.max([walk.peak_torque for walk in done], axis=0)) if done else "-"
+    return (
+        ",\u00a0".join(f"{peak:.1f}" for peak in np.max([walk.peak_torque for walk in done], axis=0)) if done else "-"
+    )
 
 
 def with_torques(told: str, walks: Sequence[mjbiped.Walk]) -> str:

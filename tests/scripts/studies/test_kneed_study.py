@@ -33,7 +33,7 @@ def test_a_cell_counts_walks_that_come_through(walks: list[Walk]) -> None:
     assert [walk.outcome for walk in walks] == ["finished", "fell"]
     cost, torque = walks[0].cost_of_transport, walks[0].peak_torque
     assert study.share_and_cost(walks) == f"1 of 2, {cost:.4f}"
-    assert study.torques(walks) == f"{torque[0]:.1f}, {torque[1]:.1f}"
+    assert study.torques(walks) == f"{torque[0]:.1f},\u00a0{torque[1]:.1f}"
     assert study.share_and_cost(walks[:1]) == f"yes, {cost:.4f}"
     assert study.share_and_cost(walks[1:]) == "no"
     assert study.torques(walks[1:]) == "-"
