@@ -3,6 +3,34 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from rich.console import Console
+from rich.table import Table
+
+
+def show_table(
+    title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], page: Path | None, name: str
+) -> None:
+    """Print a table, and write it into a page, if there is one; see `write_table`.
+
+    Args:
+        title: Printed above it.
+        headings: Of the columns.
+        rows: Of cells.
+        page: The page.
+        name: Of the place in it.
+
+    Raises:
+        ValueError: The page has no such place.
+    """
+    table = Table(title=title)
+    for heading in headings:
+        table.add_column(heading, justify="right")
+    for cells in rows:
+        table.add_row(*cells)
+    Console(width=160).print(table)
+    if page is not None:
+        write_table(page, name, headings, rows)
+
 
 def write_table(page: Path, name: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Replace what stands between `<!-- NAME -->` and `<!-- end NAME -->` in a Markdown page by a table.

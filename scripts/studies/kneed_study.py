@@ -1,8 +1,8 @@
 """How the biped with knees walks on slopes, slope changes, stairs and random ground, beside straight legs.
 
-The hybrid engine, sixty steps. With knees the swing foot's contact is on from lift-off; straight legs scuff, under
-their rule. Stairs and slope changes begin at twelve places over one step length. A minute and a half, and once two
-minutes for the references. The result stands in `docs/knees.md`.
+Sixty steps, robots with knees in both engines. With knees the swing foot's contact is on from lift-off; straight legs
+scuff, under their rule. Stairs and slope changes begin at twelve places over one step length. Ten minutes, and once two
+for the references. The result stands in `docs/knees.md`.
 
     python -m scripts.studies.kneed_study --page docs/knees.md
     python -m scripts.studies.kneed_study --images docs/images
@@ -11,21 +11,21 @@ minutes for the references. The result stands in `docs/knees.md`.
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import click
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, Controller, KneedController
 from mjbiped import Terrain
 from mjbiped.plotting.style import make_small
-from scripts.pages import write_table
+from scripts.pages import show_table
 
 PLACES = 12  # of the first change of the ground, over one step length
 CLEARANCE = 0.08  # of the optimised references, m
+FORWARD = 0.2  # m, of the mean step: half of one on level ground; who steps on the spot before a riser is stuck
 HEIGHTS_CM = (2, -2, 4, -4, 6, -6, 8, -8, 10, -10)
 
 
@@ -51,30 +51,71 @@ def walkers() -> Mapping[str, Callable[[], Controller]]:
     }
 
 
+def signed(number: float, form: str = "g") -> str:
+    """A number with its sign, as a page shows it."""
+    return f"{number:+{form}}".replace("-", "−")
+
+
 def grounds(step: float) -> Iterator[tuple[str, Sequence[Terrain]]]:
     """Grounds of each kind; the first change moves over one step length, m."""
     first = [1.5 + k * step / PLACES for k in range(PLACES)]
     yield "level", [Terrain.level()]
     for slope in (3.0, -3.0):
-        yield f"{slope:+g}° all along", [Terrain.incline(slope)]
+        yield f"{signed(slope)}° all along", [Terrain.incline(slope)]
     for slope in (3.0, 5.0, -3.0, -5.0):
-        yield f"level, then {slope:+g}°", [Terrain.from_segments([(x, 0.0), (90.0, slope)]) for x in first]
+        yield f"level, then {signed(slope)}°", [Terrain.from_segments([(x, 0.0), (90.0, slope)]) for x in first]
     for height in HEIGHTS_CM:
-        yield f"stairs {height:+d} cm", [Terrain.stairs(rise=0.01 * height, first=x, tread=1.8) for x in first]
+        yield f"stairs {signed(height)} cm", [Terrain.stairs(rise=0.01 * height, first=x, tread=1.8) for x in first]
     seeds = range(PLACES)
     rough = [Terrain.random(seed=seed, length=60.0, slope_deg=(-3.0, 3.0), rise=(-0.04, 0.04)) for seed in seeds]
     yield "random, ±4 cm and ±3°", rough
 
 
-def cells(walks: Sequence[mjbiped.Walk]) -> tuple[str, str]:
-    """What came of walks: how many came through at which mean cost, and the greatest torques of those."""
-    done = [walk for walk in walks if walk.outcome == "finished"]
+def walk_everywhere(
+    law: Controller, engine: str, steps: int, progress: "tqdm[Any]", **settings: Any
+) -> Iterator[tuple[str, list[mjbiped.Walk]]]:
+    """Walks of a controller on all grounds, ground after ground; the settings are those of `mjbiped.walk`."""
+    assert law.gait is not None
+    for ground, terrains in grounds(law.gait.step_length):
+        yield ground, [mjbiped.walk(law, each, engine=engine, steps=steps, **settings) for each in terrains]
+        progress.update()
+
+
+def came_through(walks: Sequence[mjbiped.Walk]) -> list[mjbiped.Walk]:
+    """The walks that made all their steps, and did not step on the spot."""
+    return [walk for walk in walks if walk.outcome == "finished" and walk.distance > FORWARD * walk.steps]
+
+
+def share_and_cost(walks: Sequence[mjbiped.Walk]) -> str:
+    """How many walks came through, at which mean cost."""
+    done = came_through(walks)
     share = f"{len(done)} of {len(walks)}" if len(walks) > 1 else ("yes" if done else "no")
-    if not done:
-        return share, "-"
-    cost = float(np.mean([walk.cost_of_transport for walk in done]))
-    peaks = np.max([walk.peak_torque for walk in done], axis=0).tolist()
-    return f"{share}, {cost:.4f}", ", ".join(f"{peak:.1f}" for peak in peaks)
+    return f"{share}, {np.mean([walk.cost_of_transport for walk in done]):.4f}" if done else share
+
+
+def torques(walks: Sequence[mjbiped.Walk]) -> str:
+    """The greatest torques of the walks that came through, with spaces at which no cell of a page breaks."""
+    done = came_through(walks)
+    return (
+        ",\u00a0".join(f"{peak:.1f}" for peak in np.max([walk.peak_torque for walk in done], axis=0)) if done else "-"
+    )
+
+
+def with_torques(told: str, walks: Sequence[mjbiped.Walk]) -> str:
+    """What is told of walks, and their greatest torques if any came through."""
+    return f"{told}; {torques(walks)}" if came_through(walks) else told
+
+
+def beside(walks: Sequence[mjbiped.Walk], others: Sequence[mjbiped.Walk]) -> str:
+    """Share and cost of walks, and how far their mean cost is from that of other walks on the same grounds.
+
+    Only grounds that both came through are compared.
+    """
+    pairs = [pair for pair in zip(walks, others, strict=True) if len(came_through(pair)) == len(pair)]
+    if not pairs:
+        return share_and_cost(walks)
+    difference = float(np.mean([walk.cost_of_transport - other.cost_of_transport for walk, other in pairs]))
+    return f"{share_and_cost(walks)} ({signed(round(difference, 5) + 0.0, '.5f')})"
 
 
 def draw(folder: Path) -> None:
@@ -101,28 +142,25 @@ def main(steps: int, page: Path | None, images: Path | None) -> None:
     if images is not None:
         draw(images)
         return
-    walked, torques = {}, {}
-    for name, make in tqdm(walkers().items(), desc="walkers", disable=None):
-        law = make()
-        assert law.gait is not None
-        for ground, terrains in grounds(law.gait.step_length):
-            walks = [mjbiped.walk(law, each, engine="hybrid", steps=steps, sample_period=None) for each in terrains]
-            walked[ground, name], torques[ground, name] = cells(walks)
-    names = list(walkers())
-    kinds = list(dict.fromkeys(ground for ground, _ in walked))
-    for place, title, found in (
-        ("walks", f"came through {steps} steps; c_mt", walked),
-        ("torques", "greatest torques of ankle, hip and swing knee, N m", torques),
-    ):
-        rows = [[ground.replace("-", "−"), *(found[ground, name] for name in names)] for ground in kinds]
-        table = Table(title=title)
-        for heading in ("ground", *names):
-            table.add_column(heading, justify="right")
-        for line in rows:
-            table.add_row(*line)
-        Console(width=140).print(table)
-        if page is not None:
-            write_table(page, place, ["ground", *names], rows)
+    laws = {name: make() for name, make in walkers().items()}
+    kneed = [name for name, law in laws.items() if isinstance(law, KneedController)]
+    kinds = [ground for ground, _ in grounds(1.0)]
+    with tqdm(total=len(kinds) * (len(laws) + len(kneed)), desc="grounds", disable=None) as progress:
+        settings: Mapping[str, Any] = {"steps": steps, "progress": progress, "sample_period": None}
+        hybrid = {name: dict(walk_everywhere(law, "hybrid", **settings)) for name, law in laws.items()}
+        for place, title, cell in (
+            ("walks", f"came through {steps} steps; c_mt", share_and_cost),
+            ("torques", "greatest torques of ankle, hip and swing knee, N m", torques),
+        ):
+            rows = [[ground, *(cell(hybrid[name][ground]) for name in laws)] for ground in kinds]
+            show_table(title, ["ground", *laws], rows, page, place)
+        mujoco = {name: dict(walk_everywhere(laws[name], "mujoco", **settings)) for name in kneed}
+    rows = []
+    for ground in kinds:
+        both = [(mujoco[name][ground], hybrid[name][ground]) for name in kneed]
+        rows.append([ground, *(with_torques(beside(walks, others), walks) for walks, others in both)])
+    title = f"MuJoCo: came through {steps} steps; c_mt (less that of the hybrid engine); greatest torques, N m"
+    show_table(title, ["ground", *kneed], rows, page, "mujoco")
 
 
 if __name__ == "__main__":

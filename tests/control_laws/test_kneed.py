@@ -169,7 +169,7 @@ def test_it_walks_on_stairs_and_slopes() -> None:
 def test_a_toe_that_strikes_a_riser_ends_the_walk_in_words() -> None:
     """The passive gait clears 2.6 cm: its foot slides into the riser; what ended the walk stands in the record."""
     stairs = Terrain.stairs(rise=0.06, first=1.0, count=1)
-    walk = mjbiped.walk(Plain(ROBOT, GAIT), stairs, engine="hybrid", steps=4, sample_period=None)
+    walk = mjbiped.walk(Plain(ROBOT, GAIT), stairs, engine="hybrid", steps=6, sample_period=None)
     assert walk.fell
     assert any("such an impact has no map" in text for text in walk.warnings)
 
