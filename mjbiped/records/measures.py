@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, shown
+from mjbiped.records import stance_knee
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
@@ -17,6 +18,8 @@ from mjbiped.terrain.terrain import Terrain
 
 if TYPE_CHECKING:
     from mjbiped.records.record import Walk
+
+_STANCE_KNEE = "peak_stance_knee_torque_Nm"
 
 Touchdowns: TypeAlias = Mapping[str, NDArray[Any]]
 """The table of a walk's touchdowns, or a part of it; see `mjbiped.records.columns.TOUCHDOWNS`."""
@@ -147,7 +150,8 @@ def friction_asked(touchdowns: Touchdowns) -> NDArray[np.float64]:
 def summary(walk: Walk) -> dict[str, Any]:
     """All measures of a walk in plain JSON types; angles here are in degrees, as the names say.
 
-    A measure that does not exist (a cost without a distance, an estimate of a controller that makes none) is None.
+    A measure that does not exist (a cost without a distance, an estimate of a controller that makes none, the torque of
+    a locked stance knee in a walk without samples) is None.
     """
     gathered = Summary(walk.robot, walk.terrain)
     gathered.take(walk.touchdowns)
@@ -156,6 +160,7 @@ def summary(walk: Walk) -> dict[str, Any]:
         end=walk.end,
         peak_torque=walk.peak_torque,
         warnings=walk.warnings,
+        stance_knee=stance_knee.peak_torque(walk) if walk.robot.knees else math.nan,
     )
 
 
@@ -223,8 +228,12 @@ class Summary:
         end: tuple[float, float],
         peak_torque: Sequence[float] | NDArray[np.float64],
         warnings: Mapping[str, int],
+        stance_knee: float = math.nan,
     ) -> dict[str, Any]:
-        """The measures, as `summary` gives them; the arguments are what touchdowns do not tell, as in `Walk`."""
+        """The measures, as `summary` gives them; the arguments are what touchdowns do not tell, as in `Walk`.
+
+        `stance_knee` is the greatest torque that a locked stance knee asks for, N m; only samples tell of it.
+        """
         last, steps = self._last, self.steps
 
         def largest(name: str) -> float:
@@ -244,6 +253,7 @@ class Summary:
             "cost_of_transport_net": cost("net"),
             "cost_of_transport_positive": cost("positive"),
             **{f"peak_{joint}_torque_Nm": float(peak_torque[k]) for k, joint in enumerate(self._robot.joints)},
+            **({_STANCE_KNEE: stance_knee} if self._robot.knees else {}),
             "estimate_error_at_touchdown_deg": math.degrees(largest("estimate_error_at_touchdown")),
             "estimate_error_at_step_end_deg": math.degrees(largest("estimate_error_at_step_end")),
             "final_estimate_error_deg": math.degrees(self._last_error),
@@ -295,12 +305,19 @@ MEASURES: tuple[Shown, ...] = (
 )
 """Of a compass biped's summary, as they are shown: label, key, factor to the unit shown, format, and that unit."""
 
+OF_SAMPLES = (_STANCE_KNEE,)
+"""Keys of measures that are told by samples, and not by touchdowns."""
+
 
 def measures_of(robot: type[Robot]) -> tuple[Shown, ...]:
     """The same for a kind of robot."""
     last = 1 + MEASURES.index(_PEAKS[-1])
     others = [joint for joint in robot.joints if joint not in Compass.joints]
-    more = ((f"peak torque, swing {joint}", f"peak_{joint}_torque_Nm", 1, ".2f", "N m") for joint in others)
+    more: list[Shown] = [
+        (f"peak torque, swing {joint}", f"peak_{joint}_torque_Nm", 1, ".2f", "N m") for joint in others
+    ]
+    if robot.knees:
+        more.append(("peak torque, stance knee", _STANCE_KNEE, 1, ".2f", "N m"))
     return (*MEASURES[:last], *more, *MEASURES[last:])
 
 
