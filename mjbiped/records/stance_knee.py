@@ -33,14 +33,18 @@ def flexion(walk: Walk) -> NDArray[np.float64]:
 def torque(walk: Walk) -> NDArray[np.float64]:
     """Torque that holds the stance knee at each sample, shape (samples,), N m.
 
-    A locked knee's is what a motor in place of the lock would have to give, by the equations of motion; see
-    `mjbiped.robots.stance_knee`. It is positive where the motor must keep the knee from bending, and negative where the
-    load straightens it, which a straight knee's stop bears without a motor. NaN where the walk has diverged.
+    A motor's is the one recorded. A locked knee's is what a motor in place of the lock would have to give, by the
+    equations of motion; see `mjbiped.robots.stance_knee`. It is positive where the motor must keep the knee from
+    bending, and negative where the load straightens it, which a straight knee's stop bears without a motor. NaN where
+    the walk has diverged.
 
     Raises:
         InputError: The robot has no knees.
     """
     robot, samples, bent = _kneed(walk), walk.samples, flexion(walk)
+    recorded = samples["stance_knee_torque"]
+    if np.isfinite(recorded).any():
+        return np.asarray(recorded, dtype=np.float64)
     q, dq = samples["q"], samples["dq"]
     # a walk that diverged ends with a state that no equation takes
     sound = (np.abs(q) <= domains.ANGLE.high).all(axis=1) & (np.abs(dq) <= domains.RATE.high).all(axis=1)
@@ -58,9 +62,9 @@ def torque(walk: Walk) -> NDArray[np.float64]:
 
 
 def peak_torque(walk: Walk) -> float:
-    """Greatest torque of a motor that holds the stance knee, of all samples, N m; NaN without samples.
+    """Greatest torque of a motor that holds a locked stance knee, of all samples, N m; NaN without samples.
 
-    What the stop of a straight knee bears is left out.
+    What the stop of a straight knee bears is left out. A motor's own is in the touchdowns.
 
     Raises:
         InputError: The robot has no knees.
