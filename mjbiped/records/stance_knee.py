@@ -25,9 +25,7 @@ def flexion(walk: Walk) -> NDArray[np.float64]:
     Raises:
         InputError: The robot has no knees.
     """
-    _kneed(walk)
-    samples = walk.samples
-    return np.asarray(samples["qpos"][np.arange(len(samples["time"])), 4 + samples["stance"]], dtype=np.float64)
+    return _kneed(walk).flexion(walk.samples["qpos"], walk.samples["stance"])
 
 
 def torque(walk: Walk) -> NDArray[np.float64]:

@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike
 
 from mjbiped.errors import InputError
 from mjbiped.numerics import jit
+from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.chain import Array, add_gravity, solve, weighted
-from mjbiped.robots.kneed import KneedBiped, bent_leg
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.utils import domains
 
 

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 import mjbiped
 from mjbiped.errors import InputError
-from mjbiped.robots.kneed import KneedBiped, bent_leg
+from mjbiped.robots.bent_leg import bent_leg
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.stance_knee import stance_knee_torque
 
 ROBOTS = [

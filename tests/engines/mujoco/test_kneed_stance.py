@@ -254,3 +254,14 @@ def test_a_servo_is_refused_where_there_is_none_and_where_steps_are_too_long() -
     slow = mjbiped.Mujoco(stance_knee="motor", timestep=2e-3)
     with pytest.raises(InputError, match=r"timestep = 0.002 s: steps of at most 0.0012 s follow the servo"):
         mjbiped.walk(LAW, ground, engine=slow, steps=1)
+
+
+def test_both_engines_ask_the_same_of_a_stance_knee_straight_and_bent() -> None:
+    grip = mjbiped.Disturbances(friction=5.0)  # as in the hybrid engine, whose foot cannot slide
+    here = mjbiped.walk(LAW, ONTO_BENT_KNEES, engine="mujoco", steps=4, disturbances=grip)
+    there = mjbiped.walk(LAW, ONTO_BENT_KNEES, engine="hybrid", steps=4)
+    assert (here.outcome, there.outcome) == ("finished", "finished")
+    assert stance_knee.flexion(there).max() > 0.4
+    # contacts leave 1e-4 of an impact; the law answers with some 1e3 N m per rad
+    assert stance_knee.peak_torque(here) == pytest.approx(stance_knee.peak_torque(there), rel=0.01)
+    assert stance_knee.torque(here).min() == pytest.approx(stance_knee.torque(there).min(), rel=0.02)

@@ -13,8 +13,9 @@ import numpy as np
 
 from mjbiped.engines.mujoco.kneed import state as at
 from mjbiped.engines.mujoco.kneed.state import KNEES, Constants, stance_of
+from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.chain import chain_of
-from mjbiped.robots.kneed import KneedBiped, bent_leg
+from mjbiped.robots.kneed import KneedBiped
 
 STIFFNESS = 30.0
 """In weights times leg lengths per rad: 0.3 of those, twice what stairs of 4 cm ask for, bend the knee by 10 mrad."""
