@@ -27,7 +27,7 @@ from mjbiped.control.fields import shown_defaults
 from mjbiped.control.own import FORMS
 from mjbiped.control.registry import DEFAULT_CONTROLLER, SHARED, controller_names, settings_of
 from mjbiped.disturbances.disturbances import Disturbances
-from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
+from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP, LOCKED, STANCE_KNEES
 from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES
 from mjbiped.engines.plan import DEFAULT_STEPS
 from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, figure_width
@@ -96,6 +96,12 @@ mujoco_options = options(
         bool,
         False,
         "Steps of the one length --timestep (0.1 ms or less): none ends at a touchdown, and contacts alone tell of it.",
+    ),
+    (
+        "--stance-knee",
+        click.Choice(STANCE_KNEES),
+        LOCKED,
+        "What holds the stance knee of a robot with knees: a lock, or a motor, whose torque and work are told.",
     ),
 )
 

@@ -36,6 +36,7 @@ TRUTH: Mapping[str, Any] = {"color": BLACK, "linestyle": (0, (1.5, 1.2))}
 ANKLE: Mapping[str, Any] = {"color": palette.ANKLE, "linestyle": "-"}
 HIP: Mapping[str, Any] = {"color": palette.HIP, "linestyle": (0, (4, 1.2))}
 KNEE: Mapping[str, Any] = {"color": SKY, "linestyle": "-"}
+STANCE_KNEE: Mapping[str, Any] = {"color": BLUE, "linestyle": (0, (1.5, 1.0))}
 """Legs, slope under the stance foot (estimated and true) and torques have one look each in all figures of walks; lines
 differ in style as well as in colour. Where other things are told apart (gains, grounds), colours mean nothing else."""
 

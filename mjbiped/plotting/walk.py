@@ -32,6 +32,7 @@ from mjbiped.plotting.style import (
     ORANGE,
     PLANNED,
     STANCE,
+    STANCE_KNEE,
     SWING,
     TRUTH,
     drawn,
@@ -40,6 +41,7 @@ from mjbiped.plotting.style import (
 )
 from mjbiped.plotting.timelapse import draw_row, rows_of
 from mjbiped.plotting.width import width
+from mjbiped.records import stance_knee
 from mjbiped.records.columns import SAMPLES
 from mjbiped.records.record import Walk
 
@@ -53,7 +55,8 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
     (a) Time lapse over the ground, in rows where it is long, x and z in one scale; slopes and steps are written under
     the ground. (b) Slope estimate and true slope. (c) Torques. (d), (e) Phase portraits of stance and swing leg, with
     the limit cycle of the gait that the controller imitates and the transitions to it that it re-planned. With knees
-    two panels more come before these: torque and flexion of the swing knee.
+    two panels more come before these, torque and flexion of the swing knee; and (c) has the torque that holds the
+    stance knee, negative where its stop bears it.
 
     For a journal's column: `with mjbiped.plotting.width.figure_width("single"): plot_walk(walk, "walk.pdf")`.
 
@@ -96,9 +99,14 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
         axes = histories.subplots(4 if knees else 2, 1, sharex=True)
         letters = iter("bcdefg")
         _draw_slopes(axes[0], walk, next(letters))
-        _draw_torques(axes[1], walk, next(letters), "Joint torque", {0: ("ankle", ANKLE), 1: ("hip", HIP)})
+        torque = walk.samples["torque"]
+        drawn_torques = {"ankle": (torque[:, 0], ANKLE), "hip": (torque[:, 1], HIP)}
         if knees:
-            _draw_torques(axes[2], walk, next(letters), "Torque of the swing knee", {2: ("knee", KNEE)})
+            drawn_torques["stance knee"] = (stance_knee.torque(walk), STANCE_KNEE)
+        _draw_torques(axes[1], walk, next(letters), "Joint torque", drawn_torques)
+        if knees:
+            swing_knee = {"knee": (torque[:, 2], KNEE)}
+            _draw_torques(axes[2], walk, next(letters), "Torque of the swing knee", swing_knee)
             _draw_flexion(axes[3], walk, next(letters))
         axes[-1].set_xlabel(_axis_label("time", "time"))
         _draw_phases(phases, walk, next(letters), next(letters))
@@ -186,12 +194,13 @@ def _draw_slopes(axes: Axes, walk: Walk, letter: str) -> None:
     legend_above(axes)
 
 
-def _draw_torques(axes: Axes, walk: Walk, letter: str, title: str, joints: Mapping[int, tuple[str, Any]]) -> None:
-    """A panel of torques of some joints, by their places in the record, with their names and looks."""
-    samples = walk.samples
+def _draw_torques(
+    axes: Axes, walk: Walk, letter: str, title: str, joints: Mapping[str, tuple[NDArray[np.float64], Any]]
+) -> None:
+    """A panel of torques of some joints by name, one number a sample, with their looks."""
     _prepare_time_axis(axes, walk)
-    for joint, (label, style) in joints.items():
-        axes.plot(samples["time"], samples["torque"][:, joint], label=label, **style)
+    for joint, (torque, style) in joints.items():
+        axes.plot(walk.samples["time"], torque, label=joint, **style)
     axes.axhline(0.0, color=GUIDE, linewidth=0.5, zorder=0)
     axes.set(ylabel=_axis_label("torque", "torque"))
     titled(axes, letter, title)

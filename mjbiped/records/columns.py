@@ -24,6 +24,7 @@ class Column(NamedTuple):
             it, need not be: a walk with such a torque diverges, and its record says by which.
         since: Version of the record's format in which it came; NaN in records of earlier ones.
         parts: What each number of a row is, where there are several: flat tables have a column `name_part` for each.
+        optional: Whether an engine may leave it out of a row, where NaN then stands.
     """
 
     width: int
@@ -32,6 +33,7 @@ class Column(NamedTuple):
     finite: bool = True
     since: int = 1
     parts: tuple[str, ...] = ()
+    optional: bool = False
 
 
 class Tables(NamedTuple):
@@ -104,7 +106,11 @@ def tables_of(robot: type[Robot]) -> Tables:
         ),
     }
     if robot.knees:
+        own: dict[str, Any] = {"finite": False, "since": 3, "optional": True}  # of a motor at the stance knee
         samples["locked"] = Column(1, "", "1 where the swing knee has struck its stop and is locked")
+        samples["stance_knee_torque"] = Column(
+            1, "N m", "of the motor that keeps the stance knee from bending; NaN where it is locked", **own
+        )
         strike = "just {} the knee strike; NaN without one"
         touchdowns |= {
             "knee_strike": Column(
@@ -115,6 +121,12 @@ def tables_of(robot: type[Robot]) -> Tables:
             "knee_dq": of_angles("rad/s", f"their rates {strike.format('after')}", finite=False),
             "flexion": Column(1, "rad", "greatest flexion of the swing knee in the step that ends"),
             "stubs": Column(1, "", "how often the swing foot struck the ground in it, and did not come to stand"),
+            "stance_knee_torque": Column(
+                1, "N m", "greatest of the stance knee's motor in it; NaN where the knee is locked", **own
+            ),
+            "stance_knee_work": Column(
+                1, "J", "since the start, absolute, of the stance knees' motor; NaN where they are locked", **own
+            ),
         }
     return Tables(samples, touchdowns)
 

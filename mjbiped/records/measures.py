@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, shown
+from mjbiped.records import stance_knee
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
@@ -17,6 +18,9 @@ from mjbiped.terrain.terrain import Terrain
 
 if TYPE_CHECKING:
     from mjbiped.records.record import Walk
+
+OF_STANCE_KNEE = ("peak_stance_knee_torque_Nm", "cost_of_transport_stance_knee")
+"""Keys of measures that tell, of a robot with knees, what holds its stance knee: of a lock from samples alone."""
 
 Touchdowns: TypeAlias = Mapping[str, NDArray[Any]]
 """The table of a walk's touchdowns, or a part of it; see `mjbiped.records.columns.TOUCHDOWNS`."""
@@ -147,7 +151,8 @@ def friction_asked(touchdowns: Touchdowns) -> NDArray[np.float64]:
 def summary(walk: Walk) -> dict[str, Any]:
     """All measures of a walk in plain JSON types; angles here are in degrees, as the names say.
 
-    A measure that does not exist (a cost without a distance, an estimate of a controller that makes none) is None.
+    A measure that does not exist (a cost without a distance, an estimate of a controller that makes none, the torque of
+    a locked stance knee in a walk without samples) is None.
     """
     gathered = Summary(walk.robot, walk.terrain)
     gathered.take(walk.touchdowns)
@@ -156,6 +161,7 @@ def summary(walk: Walk) -> dict[str, Any]:
         end=walk.end,
         peak_torque=walk.peak_torque,
         warnings=walk.warnings,
+        stance_knee=stance_knee.peak_torque(walk) if walk.robot.knees else math.nan,
     )
 
 
@@ -179,6 +185,8 @@ class Summary:
         self._robot = robot
         start = {"x": 0.0, "z": terrain.height_at(0.0), "slope": terrain.slope_at(0.0), "time": 0.0}
         self._last = {**start, **{f"work_{kind}": 0.0 for kind in WORK_KINDS}}
+        if robot.knees:
+            self._last["stance_knee_work"] = 0.0
         self._length = 0.0  # sum of the steps', m
         self._strikes = 0
         self._largest: dict[str, float] = {}
@@ -197,14 +205,16 @@ class Summary:
             return
         last = self._last
         started, ended = _errors(touchdowns, last["slope"])
-        for name, values in (
-            ("estimate_error_at_touchdown", started),
-            ("estimate_error_at_step_end", ended),
-            ("impact_error", _impact_errors(touchdowns, self._robot)),
-            ("slip", touchdowns["slip"]),
-            ("penetration", touchdowns["penetration"]),
-            ("friction", friction_asked(touchdowns)),
-        ):
+        named = {
+            "estimate_error_at_touchdown": started,
+            "estimate_error_at_step_end": ended,
+            "impact_error": _impact_errors(touchdowns, self._robot),
+            "friction": friction_asked(touchdowns),
+            **{name: touchdowns[name] for name in ("slip", "penetration")},
+        }
+        if self._robot.knees:
+            named["stance_knee_torque"] = touchdowns["stance_knee_torque"]
+        for name, values in named.items():
             largest = float(np.max(np.abs(values)))
             self._largest[name] = float(np.maximum(self._largest.get(name, largest), largest))  # NaN stays
         # one after another, which NumPy's sum would not do
@@ -223,8 +233,12 @@ class Summary:
         end: tuple[float, float],
         peak_torque: Sequence[float] | NDArray[np.float64],
         warnings: Mapping[str, int],
+        stance_knee: float = math.nan,
     ) -> dict[str, Any]:
-        """The measures, as `summary` gives them; the arguments are what touchdowns do not tell, as in `Walk`."""
+        """The measures, as `summary` gives them; the arguments are what touchdowns do not tell, as in `Walk`.
+
+        `stance_knee` is the greatest torque of the stance knee in the samples, N m; of a locked knee, they alone tell.
+        """
         last, steps = self._last, self.steps
 
         def largest(name: str) -> float:
@@ -244,6 +258,7 @@ class Summary:
             "cost_of_transport_net": cost("net"),
             "cost_of_transport_positive": cost("positive"),
             **{f"peak_{joint}_torque_Nm": float(peak_torque[k]) for k, joint in enumerate(self._robot.joints)},
+            **self._of_stance_knee(stance_knee),
             "estimate_error_at_touchdown_deg": math.degrees(largest("estimate_error_at_touchdown")),
             "estimate_error_at_step_end_deg": math.degrees(largest("estimate_error_at_step_end")),
             "final_estimate_error_deg": math.degrees(self._last_error),
@@ -255,7 +270,7 @@ class Summary:
             "steps_that_pull": None if math.isnan(self._least_force) else self._pulls,
             "strikes": self._strikes,
         }
-        plain = {
+        plain: dict[str, Any] = {
             name: None if isinstance(value, float) and math.isnan(value) else value for name, value in measured.items()
         }
         return {
@@ -265,6 +280,14 @@ class Summary:
             **plain,
             "warnings": dict(warnings),
         }
+
+    def _of_stance_knee(self, sampled: float) -> dict[str, float]:
+        """Greatest torque of the stance knee, N m, given that of the samples, and the share of its motor in c_mt."""
+        if not self._robot.knees:
+            return {}
+        peak = np.fmax(sampled, self._largest.get("stance_knee_torque", math.nan))
+        cost = _transport(self._last["stance_knee_work"], self._robot, self._last["x"])
+        return dict(zip(OF_STANCE_KNEE, (float(peak), cost), strict=True))
 
 
 Shown: TypeAlias = tuple[str, str, float, str, str]
@@ -300,7 +323,15 @@ def measures_of(robot: type[Robot]) -> tuple[Shown, ...]:
     """The same for a kind of robot."""
     last = 1 + MEASURES.index(_PEAKS[-1])
     others = [joint for joint in robot.joints if joint not in Compass.joints]
-    more = ((f"peak torque, swing {joint}", f"peak_{joint}_torque_Nm", 1, ".2f", "N m") for joint in others)
+    more: list[Shown] = [
+        (f"peak torque, swing {joint}", f"peak_{joint}_torque_Nm", 1, ".2f", "N m") for joint in others
+    ]
+    if robot.knees:
+        peak, cost = OF_STANCE_KNEE
+        more += [
+            ("peak torque, stance knee", peak, 1, ".2f", "N m"),
+            ("cost of transport, stance knee's part", cost, 1, ".4f", ""),
+        ]
     return (*MEASURES[:last], *more, *MEASURES[last:])
 
 

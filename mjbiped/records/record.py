@@ -51,7 +51,8 @@ class Walk:
             | `controller_states` | (n, k) | | the controller's integrated states |
 
             A robot with knees has three angles (stance leg, swing thigh, swing shank) and torques (ankle, hip, swing
-            knee), `qpos` with the flexion of both knees behind it, and `locked`, 1 where the swing knee is.
+            knee), `qpos` with the flexion of both knees behind it, `locked`, 1 where the swing knee is, and
+            `stance_knee_torque`, N m, where a motor holds the stance knee.
 
         touchdowns: Arrays with a row per support transfer; `mjbiped.records.columns.TOUCHDOWNS` lists all with units.
             The posture (`q_before`, `q`) is that of the touchdown, in the old and the new roles; the rates `dq_before`

@@ -1,11 +1,12 @@
 """Writes the rows of a walk's record, for every engine: in plain Python, or as part of compiled code.
 
 The arguments are the columns of `mjbiped.records.columns` by their names; what several numbers of a row hold is a
-tuple of them.
+tuple of them. Optional columns may be left out.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -27,11 +28,12 @@ def _writer(name: str, columns: Mapping[str, Column]) -> Callable[..., None]:
     numbers = [
         f"{column}[{place}]" if of.width > 1 else column for column, of in columns.items() for place in range(of.width)
     ]
+    arguments = [f"{column}=nan" if of.optional else column for column, of in columns.items()]
     source = [
-        f"def {name}(row, first, {', '.join(columns)}):",
+        f"def {name}(row, first, {', '.join(arguments)}):",
         *(f"    row[first + {index}] = {number}" for index, number in enumerate(numbers)),
     ]
-    space: dict[str, Any] = {"__name__": __name__}
+    space: dict[str, Any] = {"__name__": __name__, "nan": math.nan}
     exec("\n".join(source), space)
     writer: Callable[..., None] = space[name]
     return writer

@@ -19,8 +19,8 @@ from mjbiped.rules.termination import STALL_TIME, Outcome
 from mjbiped.terrain.terrain import Terrain
 
 FORMAT = "mjbiped walk"
-FORMAT_VERSION = 2
-"""2: touchdowns have `normal_force`; in a record of version 1 it is NaN."""
+FORMAT_VERSION = 3
+"""2: touchdowns have `normal_force`. 3: walks with knees tell of a motor at the stance knee. NaN in older records."""
 
 FARTHEST = 1e10
 """Greatest place (m) or angle (rad): MuJoCo takes a state beyond it as diverged."""

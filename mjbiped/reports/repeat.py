@@ -201,6 +201,8 @@ def _engine(settings: Mapping[str, Any]) -> Iterator[str]:
             continue
         if field.name == "lands":
             yield "--plain-steps"
+        elif field.name == "stance_knee":
+            yield from (_option(field.name), value)
         elif field.name in ("timestep", "contact_timestep", "control_period"):
             yield from (_option(field.name), repr(value))
         else:

@@ -43,8 +43,12 @@ _ENDS = ("ended_at_time_s", "ended_at_x_m")
 MEASURES = (*(key for _, key, *_ in measures.MEASURES), *_ENDS)
 """Columns of a walk's measures, named as in `mjbiped.records.measures.summary`."""
 
-KNEES_MEASURES = (*(key for _, key, *_ in measures.measures_of(KneedBiped)), *_ENDS)
-"""The same in studies with robots with knees; other robots have nothing in the columns that are added."""
+KNEES_MEASURES = (
+    *(key for _, key, *_ in measures.measures_of(KneedBiped) if key not in measures.OF_STANCE_KNEE),
+    *_ENDS,
+)
+"""The same in studies with robots with knees; other robots have nothing in the columns that are added. A study's walks
+have locked stance knees and, mostly, no samples."""
 
 ROBOT = Compass.kind
 """The robot that walks unless a study names another, by its name in `mjbiped.robots.kinds.NAMED`."""

@@ -63,10 +63,17 @@ def walks_with_knees() -> dict[str, mjbiped.Walk]:
         "knees": mjbiped.walk(passive, level, engine=HYBRID, steps=2, disturbances=late),
         "halved rods": mjbiped.walk(usual, level, engine=HYBRID, steps=2),
         "heavy": mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(3.0), robot=heavy, engine=HYBRID, steps=2),
+        "held": mjbiped.walk(
+            PassiveController(),
+            mjbiped.Terrain.incline(2.5),
+            robot=robot,
+            engine=mjbiped.Mujoco(stance_knee="motor"),
+            steps=1,
+        ),
     }
 
 
-@pytest.mark.parametrize("which", ["knees", "halved rods", "heavy"])
+@pytest.mark.parametrize("which", ["knees", "halved rods", "heavy", "held"])
 def test_the_command_makes_the_same_record_with_knees(which: str, tmp_path: Path) -> None:
     walk = walks_with_knees()[which]
     command = command_of(walk)

@@ -11,7 +11,8 @@ from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine, Run
 from mjbiped.engines.mujoco.compiled.registry import exclusive, require_no_callbacks, walking
 from mjbiped.engines.mujoco.kneed.run import KneedRun
-from mjbiped.engines.mujoco.options import ROOM, Options
+from mjbiped.engines.mujoco.kneed.servo import LONGEST, frequency_of
+from mjbiped.engines.mujoco.options import MOTOR, ROOM, Options
 from mjbiped.engines.mujoco.run import MujocoRun, ticking
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError, MjbipedError
@@ -41,6 +42,8 @@ class Mujoco(Options, Engine):
             when the contact sensors say so: nothing but plain `mj_step`, and nothing is taken from the analytic
             profile to time an impact. That is the stricter test of the contact model; it needs steps of 0.1 ms and
             less (docs/convergence.md).
+        stance_knee: Of a robot with knees, "locked" or "motor": then a servo at the stance knee holds it, whose torque
+            is recorded and whose work is counted (docs/knees.md).
 
     Raises:
         InputError: A value is outside its domain.
@@ -57,7 +60,24 @@ class Mujoco(Options, Engine):
         """
         if plan.robot.knees and not self.lands:
             raise InputError("lands = False is there for the compass biped alone; leave it out")
+        if self.stance_knee == MOTOR:
+            self._check_servo(plan.robot)
         domains.MUJOCO_LEG.check("leg length in MuJoCo (engine='hybrid' takes any)", plan.robot.leg_length)
+
+    def _check_servo(self, robot: Robot) -> None:
+        """Refuse a servo at a knee that is not there, or with steps that cannot follow it.
+
+        Raises:
+            InputError: It is so.
+        """
+        if not isinstance(robot, KneedBiped):
+            raise InputError('stance_knee = "motor" needs a robot with knees; leave it out, or take a KneedBiped')
+        longest = LONGEST / frequency_of(robot)
+        if self.timestep > longest:
+            raise InputError(
+                f"timestep = {self.timestep:g} s: steps of at most {longest:.2g} s follow the servo of "
+                'stance_knee = "motor" at the knees of this robot'
+            )
 
     def check_disturbances(self, disturbances: Disturbances) -> None:
         """Refuse a control period that is no multiple of the timestep, and a delay that is none of the control period.

@@ -14,6 +14,8 @@ from mjbiped.utils.domains import known_name
 DEFAULT_TIMESTEP = 1e-3  # s
 DEFAULT_CONTACT_TIMESTEP = 1e-5  # s
 ROOM = 8  # integrated states of a controller that one machine code has room for
+LOCKED, MOTOR = STANCE_KNEES = ("locked", "motor")
+"""What holds the stance knee of a robot with knees."""
 LONGEST_TIMESTEP = domains.TIMESTEP.high  # at 5 ms c_mt errs by 0.05 %, at 8 ms by 0.7 %, s
 
 
@@ -30,11 +32,13 @@ class Options:
     control_period: float | None = None
     ground: str = "auto"
     lands: bool = True
+    stance_knee: str = LOCKED
 
     def __post_init__(self) -> None:
         """Check what does not depend on a walk."""
         domains.check_fields(self, timestep=domains.TIMESTEP, contact_timestep=domains.CONTACT_TIMESTEP)
         known_name("ground", self.ground, GROUND_KINDS)
+        known_name("stance_knee", self.stance_knee, STANCE_KNEES)
         if not isinstance(self.lands, bool):
             raise InputError(f"lands = {shown(self.lands)}: must be True or False")
         if self.control_period is not None:

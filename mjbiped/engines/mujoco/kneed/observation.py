@@ -9,6 +9,7 @@ from typing import Any
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.kneed import feet
 from mjbiped.engines.mujoco.kneed import state as at
+from mjbiped.engines.mujoco.kneed.servo import lean_on
 from mjbiped.engines.mujoco.kneed.state import (
     COORDINATES,
     KNEES,
@@ -43,12 +44,15 @@ def look(u: MutableSequence[float], scene: Scene) -> bool:
         u[at.OLD_Q + index], u[at.OLD_RATES + index] = u[at.Q + index], u[at.RATES + index]
         u[at.Q + index], u[at.QVEL + index] = place, rate
         u[at.RATES + index] = rate + u[at.LAG + index]
+    u[at.OLD_TILT], u[at.OLD_SHARE] = u[at.TILT], u[at.SHARE]
     return sound
 
 
 def observe(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) -> None:
     """Take in the state at a new time, after `look`."""
     u, limits, profile = buffers.u, constants.limits, constants.places.profile
+    if constants.servo.stiffness > 0.0:
+        lean_on(constants, u, stance_of(u))
     time = u[at.CLOCK]
     step = time - u[events.TIME]
     begun = u[events.TIME] < 0.0
@@ -80,7 +84,7 @@ def begin_step(constants: Constants, u: MutableSequence[float], scene: Scene) ->
     """Begin anew what is told of one step alone; the new swing foot leaves the ground."""
     events.forget_step(u)
     u[at.LOCKED] = u[at.BENT] = u[at.OPENED] = u[at.CLEAR] = u[at.FLEXION] = u[at.STUBS] = 0.0
-    u[at.TOUCHING] = 1.0
+    u[at.TOUCHING], u[at.PEAK_HOLD] = 1.0, 0.0
     for index in range(at.STRIKE_TIME, at.SCALARS):
         u[index] = math.nan
     stand(constants, u, scene)
@@ -119,7 +123,7 @@ def _three(u: Sequence[float], first: int) -> tuple[float, float, float]:
 def _transfer(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) -> None:
     """Exchange the legs' roles; the knee of the new swing leg is free, and the controller is told.
 
-    The new stance knee stays locked as it is, straight or bent.
+    The new stance knee stays locked as it is, straight or bent, or is held so by its servo from now on.
 
     No row tells of a foot that is not on the ground: the walk has then diverged.
     """
@@ -136,13 +140,18 @@ def _transfer(parts: Parts, parameters: Any, constants: Constants, buffers: Buff
             u[events.OUTCOME] = _DIVERGED
         return
     slope = -math.atan(profile.gradient[segment])
-    if u[at.BENT] != 0.0:
+    servo = constants.servo.stiffness > 0.0
+    if servo:
+        lean_on(constants, u, leg)
+        u[at.REST] = u[at.BEND] if u[at.BENT] != 0.0 else 0.0
+    elif u[at.BENT] != 0.0:
         u[at.REACH], lean = bent_leg(constants.links.thigh_length, constants.links.shank_length, u[at.BEND])
         u[at.TILT] = u[at.BEND] - lean
     else:
         u[at.REACH], u[at.TILT] = limits.leg_length, 0.0
     q1, q2, q3 = angles_of(u, at.Q, leg, slope)
     dq1, dq2, dq3 = rates_of(u, at.RATES, leg)
+    hold, hold_work = (u[at.PEAK_HOLD], u[at.WORK_HOLD]) if servo else (math.nan, math.nan)
     before = parts.slope_estimate(parameters, memory)
     parts.touchdown(parameters, memory, old1, old2, old3, q1, q2, q3, dq1, dq2, dq3)
     write_kneed_touchdown(
@@ -174,6 +183,8 @@ def _transfer(parts: Parts, parameters: Any, constants: Constants, buffers: Buff
         knee_dq=_three(u, at.STRUCK_RATES),
         flexion=u[at.FLEXION],
         stubs=u[at.STUBS],
+        stance_knee_torque=hold,
+        stance_knee_work=hold_work,
     )
     u[events.ROWS] += 1.0
     u[events.STANCE], u[events.SLOPE], u[events.TRANSFER_TIME] = float(leg), slope, u[events.TIME]
@@ -182,6 +193,9 @@ def _transfer(parts: Parts, parameters: Any, constants: Constants, buffers: Buff
     # until the controller ticks: the motors that drive other joints now are off, the hip's goes on
     u[events.ANKLE], u[events.HIP], u[at.KNEE] = 0.0, -u[events.HIP], 0.0
     scene.eq_active[constants.motors.locks[old]] = False
+    if servo:
+        scene.eq_active[constants.motors.locks[leg]] = False
+        scene.eq_data[constants.motors.locks[leg], 0] = 0.0
     scene.eq_data[constants.motors.locks[old], 0] = 0.0  # where its stop is
     begin_step(constants, u, scene)
     events.judge_touchdown(u, limits)

@@ -32,9 +32,10 @@ from mjbiped.engines.mujoco.kneed import stages
 from mjbiped.engines.mujoco.kneed import state as at
 from mjbiped.engines.mujoco.kneed.observation import OPENED, begin_step, look, stand
 from mjbiped.engines.mujoco.kneed.scene import motors_of, shown
+from mjbiped.engines.mujoco.kneed.servo import NONE, servo_of
 from mjbiped.engines.mujoco.kneed.state import Buffers, Constants, Links, Parts
 from mjbiped.engines.mujoco.kneed.stepping import advance
-from mjbiped.engines.mujoco.options import ROOM, Options
+from mjbiped.engines.mujoco.options import MOTOR, ROOM, Options
 from mjbiped.engines.mujoco.simulation import BLOCK, START_DEPTH, WHOLE_STATE, warn_once
 from mjbiped.errors import MjbipedError
 from mjbiped.numerics.jit import compiled
@@ -103,6 +104,7 @@ class KneedSimulation:
             margin=MARGIN * robot.leg_length + block,
         )
         whole = (self._windows.start, self._windows.end)
+        self._servo = options.stance_knee == MOTOR
         self._limits = limits_of(robot, chosen(None), options.timestep, whole, steps, distance)
         self._law = self._law_to_compile() if compile else None
         self._constants = partial(
@@ -119,6 +121,7 @@ class KneedSimulation:
             states=len(controller.states),
             sampled=isinstance(controller, SampledController),
             pushes=pushes,
+            servo=servo_of(robot) if self._servo else NONE,
         )
         self.warnings: Counter[str] = Counter()
         self.model: mujoco.MjModel
@@ -162,6 +165,7 @@ class KneedSimulation:
             state = np.empty(mujoco.mj_stateSize(self.model, WHOLE_STATE))
             mujoco.mj_getState(self.model, before, state, WHOLE_STATE)
             mujoco.mj_setState(model, data, state, WHOLE_STATE)
+            model.eq_data[:] = self.model.eq_data  # the flexion of a knee that is locked bent
         places = places_in(scene, self._terrain)
         if self._friction is not None:
             model.geom_friction[list(places.feet), 0] = self._friction
@@ -202,7 +206,7 @@ class KneedSimulation:
             *(length * math.cos(leg) * dq[0], -length * math.sin(leg) * dq[0]),
             *(dq[0], 0.0, dq[1], dq[2] - dq[1]),
         ]
-        data.eq_active[list(self.constants.motors.locks)] = [1, 0]
+        data.eq_active[list(self.constants.motors.locks)] = [0 if self._servo else 1, 0]
         memory = [0.0] * self.controller.memory_size
         self.controller.start(memory, tuple(q), tuple(dq))
         self.buffers.memory[:] = memory

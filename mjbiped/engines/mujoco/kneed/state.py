@@ -39,8 +39,15 @@ _FIRST = events.LAST_TOUCHDOWN  # the compass biped's last row stands from here 
     BEND,  # flexion at which it is, rad
     TILT,  # of the line from stance foot to hip, from the stance thigh, rad: 0 where that knee is straight
     REACH,  # length of that line, m
+    SHARE,  # of the stance knee's rate in the rate of that line, beside the thigh's: 0 where the knee is locked
+    OLD_TILT,  # the same at the observation before
+    OLD_SHARE,
+    REST,  # flexion at which a servo holds the stance knee, rad
+    HOLD,  # its torque, N m
+    PEAK_HOLD,  # the greatest in this step, N m
+    WORK_HOLD,  # its absolute work since the start, J
     TURNS,  # 1: the joints have turned by motors' work since the last observation
-) = range(_FIRST, _FIRST + 19)
+) = range(_FIRST, _FIRST + 26)
 
 (
     Q,  # qpos at the last observation
@@ -113,6 +120,7 @@ class Constants(NamedTuple):
         states: Number of the controller's integrated states.
         sampled: Whether its law has a tick.
         pushes: At the hip.
+        servo: At the stance knee; without stiffness the knee is locked.
     """
 
     limits: Limits
@@ -129,6 +137,7 @@ class Constants(NamedTuple):
     states: int
     sampled: bool
     pushes: Pushes
+    servo: Any  # `servo.Servo`
 
 
 class Scene(NamedTuple):
@@ -230,14 +239,16 @@ def angles_of(u: Sequence[float], first: int, stance: int, slope: float) -> tupl
     A stance leg whose knee is bent has the angle of the line from its foot to the hip.
     """
     thigh, knee = THIGHS[1 - stance], KNEES[1 - stance]
-    leg = u[first + THIGHS[stance]] + u[TILT]
+    leg = u[first + THIGHS[stance]] + (u[OLD_TILT] if first == OLD_Q else u[TILT])
     return leg - slope, u[first + thigh] - slope, u[first + thigh] + u[first + knee] - slope
 
 
 def rates_of(u: Sequence[float], first: int, stance: int) -> tuple[float, float, float]:
     """Their rates, of six from an index on, rad/s; a leg turns as its thigh does while its knee is locked."""
     thigh, knee = THIGHS[1 - stance], KNEES[1 - stance]
-    return u[first + THIGHS[stance]], u[first + thigh], u[first + thigh] + u[first + knee]
+    share = u[OLD_SHARE] if first == OLD_RATES else u[SHARE]
+    leg = u[first + THIGHS[stance]] + share * u[first + KNEES[stance]]
+    return leg, u[first + thigh], u[first + thigh] + u[first + knee]
 
 
 def foot_of(links: Any, first: int, q: Any, leg: int) -> tuple[float, float]:

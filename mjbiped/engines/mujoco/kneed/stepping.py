@@ -85,8 +85,11 @@ def _prepare(constants: Constants, u: MutableSequence[float], scene: Scene) -> N
     x, z = foot_of(constants.links, at.Q, u, swing)
     u[at.CLEAR] = height_over_ground(profile, x, z)
     lifted = _lifted(constants, u, x)
-    if lifted == 1 - swing and u[at.LOCKED] == 0.0:
-        _lock_bent(constants, u, scene)
+    if lifted == 1 - swing:
+        if u[at.LOCKED] == 0.0:
+            _lock_bent(constants, u, scene)
+        if constants.servo.stiffness > 0.0:
+            _lock_for_impact(constants, u, scene, lifted)
     met = float(segment_met(profile, x, z))
     if met != u[at.MET] or lifted != NOBODY:
         feet.swing(constants.places, scene, swing, x, z)
@@ -122,6 +125,12 @@ def _lock_bent(constants: Constants, u: MutableSequence[float], scene: Scene) ->
     lock, flexion = constants.motors.locks[swing], u[at.Q + KNEES[swing]]
     u[at.LOCKED], u[at.BENT], u[at.BEND] = 1.0, 1.0, flexion
     scene.eq_data[lock, 0], scene.eq_active[lock] = flexion, True
+
+
+def _lock_for_impact(constants: Constants, u: Sequence[float], scene: Scene, leg: int) -> None:
+    """Lock the stance knee, which a servo holds, as it is: for the heel strike alone."""
+    lock = constants.motors.locks[leg]
+    scene.eq_data[lock, 0], scene.eq_active[lock] = u[at.Q + KNEES[leg]], True
 
 
 def _let_go(constants: Constants, u: MutableSequence[float], scene: Scene) -> None:
@@ -160,8 +169,10 @@ def _show(u: Sequence[float], scene: Scene) -> None:
     """Let the velocity stage see rates of now, and the stance foot's velocity in the mean of the step."""
     if u[events.PLAIN] != 0.0:
         return
-    index = THIGHS[stance_of(u)]
-    leg, rate, lag = u[at.Q + index] + u[at.TILT], u[at.QVEL + index], u[at.LAG + index]
+    stance = stance_of(u)
+    index, knee, share = THIGHS[stance], KNEES[stance], u[at.SHARE]
+    leg = u[at.Q + index] + u[at.TILT]
+    rate, lag = u[at.QVEL + index] + share * u[at.QVEL + knee], u[at.LAG + index] + share * u[at.LAG + knee]
     shown_x, shown_z = held(u[at.REACH], leg, rate, lag, u[events.PLANNED], u[events.LAST_STEP])
     for place in range(COORDINATES):
         scene.qvel[place] = u[at.QVEL + place] + u[at.LAG + place]
@@ -179,8 +190,11 @@ def _resolved(constants: Constants, u: MutableSequence[float], scene: Scene) -> 
     _feel(
         constants, u, felt(scene.sensordata, contacts[stance], slots), toe, u[at.LOCKED] != 0.0 and x > u[events.FOOT_X]
     )
-    if u[at.BENT] != 0.0 and u[events.NOTED] == 0.0:
-        _let_go(constants, u, scene)
+    if u[events.NOTED] == 0.0:
+        if u[at.BENT] != 0.0:
+            _let_go(constants, u, scene)
+        if constants.servo.stiffness > 0.0:
+            scene.eq_active[constants.motors.locks[stance]] = False
     lengths = step_lengths(constants, u, toe)
     length = lengths.length
     effective = effective_step(u[events.PLAIN], u[events.LAST_STEP], length)
@@ -227,3 +241,6 @@ def _note_lag(constants: Constants, u: MutableSequence[float], length: float) ->
         u[at.LAG + index] = 0.0 if impact or index < 2 else 0.5 * length * value  # the hip's is not shown
         u[at.ACCELERATION + index] = u[at.QACC + index]
     u[events.SMOOTH] = 0.0 if impact else 1.0
+    if constants.servo.stiffness > 0.0:
+        # a stop that is shown a rate of now leaves a knee that lies against it swinging, and off it now and then
+        u[at.LAG + KNEES[stance_of(u)]] = 0.0

@@ -1,0 +1,267 @@
+"""The stance knee in MuJoCo: what its lock bears, by MuJoCo's own forces, and a motor that holds it instead."""
+
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from simulations import build_scene
+
+import mjbiped
+from controllers import KneedController, PassiveController
+from mjbiped.disturbances.pushes import NONE
+from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.kneed import servo
+from mjbiped.engines.mujoco.kneed import state as at
+from mjbiped.engines.mujoco.kneed.simulation import KneedSimulation
+from mjbiped.errors import InputError
+from mjbiped.records import measures, stance_knee
+from mjbiped.robots.stance_knee import stance_knee_torque
+from mjbiped.rules.termination import Outcome
+
+ROBOT = mjbiped.KneedBiped()
+LAW = KneedController(ROBOT, mjbiped.find_kneed_gait(ROBOT, math.radians(2.5)))
+ONTO_BENT_KNEES = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)])
+
+
+def simulated(ground: mjbiped.Terrain, steps: int, **settings: Any) -> KneedSimulation:
+    """A walk to be stepped, on feet that hold."""
+    assert LAW.gait is not None
+    start = LAW.gait.start.tolist()
+    return KneedSimulation(
+        LAW,
+        ground,
+        robot=ROBOT,
+        q=start[:3],
+        dq=start[3:],
+        steps=steps,
+        distance=None,
+        sample_period=1.0,
+        pushes=NONE,
+        friction=5.0,
+        options=mjbiped.Mujoco(**settings),
+    )
+
+
+def borne(simulation: KneedSimulation, leg: int) -> float:
+    """What MuJoCo's lock and stop of a leg's knee give against its flexion in the step last made, N m."""
+    model, data, motors = simulation.model, simulation.data, simulation.constants.motors
+    joint = motors.joints[leg]
+    jacobian = data.efc_J.reshape(-1, model.nv)[:, model.jnt_dofadr[joint]]
+    mine = (data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY) & (data.efc_id == motors.locks[leg])
+    mine |= (data.efc_type == mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT) & (data.efc_id == joint)
+    return -float(jacobian[mine] @ data.efc_force[mine])
+
+
+def test_the_torque_of_the_lock_is_mujocos_constraint_force() -> None:
+    """Of straight and of bent stance knees, at every 37th physics step.
+
+    MuJoCo's ankle acts on the thigh, through the hip's slides; so its lock does not bear the ankle's torque as well.
+    """
+    simulation, found = simulated(ONTO_BENT_KNEES, 3, timestep=2e-4), []
+    u = simulation._u
+    while simulation.outcome is Outcome.WALKING:
+        simulation.block(37)
+        simulation.buffers.u[events.ROWS] = simulation.buffers.u[events.SAMPLES] = 0.0
+        if u[events.LAST_STEP] == 0.0 or u[events.PLAIN] != 0.0 or u[events.FORCE] == 0.0:
+            continue  # an impact, or a single step without contact
+        stance, slope = at.stance_of(u), u[events.SLOPE]
+        ankle, bent = u[events.ANKLE], u[at.Q + at.KNEES[stance]]
+        torque = stance_knee_torque(
+            ROBOT,
+            at.angles_of(u, at.Q, stance, slope),
+            at.rates_of(u, at.RATES, stance),
+            (ankle, u[events.HIP], u[at.KNEE]),
+            slope,
+            locked=u[at.LOCKED] != 0.0,
+            stance_flexion=bent,
+        )
+        found.append((bent, ankle, float(torque), borne(simulation, stance) + ankle))
+    bends, ankles, expected, measured = np.array(found).T
+    assert simulation.outcome is Outcome.FINISHED
+    assert np.sum(bends > 0.4) > 50
+    assert np.ptp(ankles) > 20.0
+    assert np.ptp(expected) > 20.0
+    # the lock gives by 1e-6 rad, which it takes back at its own time, and steps are of a second order
+    np.testing.assert_allclose(measured, expected, rtol=0, atol=0.05)  # measured 0.03
+
+
+@pytest.mark.parametrize("robot", [ROBOT, mjbiped.KneedBiped.halved_rods()], ids=["light shanks", "halved rods"])
+def test_the_servo_moves_what_hangs_on_the_knee_in_the_air(robot: mjbiped.KneedBiped) -> None:
+    model = build_scene(robot, mjbiped.Terrain.level(), timestep=1e-3, reach=2.0).model
+    data, M = mujoco.MjData(model), np.empty((6, 6))
+    mujoco.mj_forward(model, data)  # upright, with straight legs
+    mujoco.mj_fullM(model, data, M)
+    inertia = 1.0 / np.linalg.inv(M)[3, 3]
+    # a massless hip is not quite massless there: 1e-5 of the robot
+    assert servo.free_inertia(robot) == pytest.approx(inertia, rel=1e-4)
+    stiffness, damping = servo.servo_of(robot)
+    assert stiffness == pytest.approx(30.0 * robot.weight * robot.leg_length)
+    assert damping == pytest.approx(2.0 * math.sqrt(stiffness * inertia), rel=1e-4)  # critical
+    assert servo.frequency_of(robot) == pytest.approx(math.sqrt(stiffness / inertia), rel=1e-4)
+
+
+STAIRS = mjbiped.Terrain.stairs(rise=0.02, first=0.7)
+
+
+def walked(stance_knee: str, **settings: Any) -> mjbiped.Walk:
+    return mjbiped.walk(LAW, STAIRS, engine=mjbiped.Mujoco(stance_knee=stance_knee), steps=6, **settings)
+
+
+@pytest.fixture(scope="module")
+def held() -> mjbiped.Walk:
+    return walked("motor", sample_period=1e-3)
+
+
+def test_the_servo_gives_what_the_lock_bore(held: mjbiped.Walk) -> None:
+    """Its torque against the equations of the locked knee, at each sample but those of 0.1 s after each impact."""
+    samples, touched = held.samples, held.touchdowns
+    assert held.outcome == "finished"
+    needed = stance_knee_torque(
+        ROBOT,
+        *(samples[name] for name in ("q", "dq", "torque", "slope")),
+        locked=samples["locked"],
+        stance_flexion=(bent := stance_knee.flexion(held)),
+    )
+    events_at = np.concatenate([[0.0], touched["time"], np.append(0.0, touched["time"][:-1]) + touched["knee_strike"]])
+    since = samples["time"][:, None] - events_at
+    quiet = ~((since >= -1e-9) & (since < 0.1)).any(axis=1)
+    assert np.sum(quiet & (needed > 1.0)) > 500
+    # what the stop bears is not the servo's, and when the knee leaves it or comes to it the servo swings for a while
+    errors = np.abs(samples["stance_knee_torque"] - np.maximum(needed, 0.0))[quiet]
+    assert np.quantile(errors, 0.95) < 0.05  # measured 0.02
+    assert errors.max() < 1.0
+    assert needed.max() > 10.0
+    assert 1e-3 < bent.max() < 0.01  # the sag that its stiffness is chosen for
+    assert bent.min() > -1e-4  # the stop
+
+
+def test_the_same_walk_as_with_a_lock(held: mjbiped.Walk) -> None:
+    locked = walked("locked", sample_period=None)
+    # half of the sag turns the line of the leg, by some 1e-3 rad; costs differ by that and by the servo's own work
+    np.testing.assert_allclose(held.touchdowns["q"], locked.touchdowns["q"], rtol=0, atol=2e-3)
+    assert held.cost_of_transport == pytest.approx(locked.cost_of_transport, rel=0.01)
+    assert np.isnan(locked.touchdowns["stance_knee_torque"]).all()
+    assert np.isnan(locked.touchdowns["stance_knee_work"]).all()
+    assert held.settings["stance_knee"] == "motor"
+
+
+def test_its_work_is_that_of_its_torque_and_counts(held: mjbiped.Walk) -> None:
+    samples, touched = held.samples, held.touchdowns
+    peaks = np.abs(samples["stance_knee_torque"]).max()
+    assert touched["stance_knee_torque"].max() == pytest.approx(peaks, rel=0.02)  # of all steps, of samples
+    work = np.abs(0.5 * (samples["stance_knee_torque"][1:] + samples["stance_knee_torque"][:-1])
+                  * np.diff(stance_knee.flexion(held)))[np.diff(samples["stance"]) == 0].sum()  # fmt: skip
+    assert touched["stance_knee_work"][-1] == pytest.approx(work, rel=0.02)
+    summary = measures.summary(held)
+    assert summary["peak_stance_knee_torque_Nm"] == pytest.approx(peaks, rel=0.02)
+    part = touched["stance_knee_work"][-1] / (ROBOT.weight * held.distance)
+    assert summary["cost_of_transport_stance_knee"] == part > 0.0
+    bare = walked("motor", sample_period=None)
+    told = ("peak_stance_knee_torque_Nm", "cost_of_transport_stance_knee")
+    assert [measures.summary(bare)[key] for key in told] == [summary[key] for key in told]
+
+
+def test_energy_is_what_motors_put_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Over the free swing of a step: ankle on the shank, hip on the thigh, and a soft servo between them."""
+    monkeypatch.setattr(servo, "STIFFNESS", 3.0)
+    simulation = simulated(STAIRS, 2, stance_knee="motor", timestep=5e-5)
+    u, found = simulation._u, []
+    while simulation.outcome is Outcome.WALKING:
+        simulation.block(10)
+        simulation.buffers.u[events.ROWS] = simulation.buffers.u[events.SAMPLES] = 0.0
+        if u[events.COUNT] != 1.0 or u[at.LOCKED] != 0.0:
+            continue
+        stance = at.stance_of(u)
+        chain = [part[leg] for leg in (stance, 1 - stance) for part in (at.THIGHS, at.KNEES)]
+        thigh, bent, swing, below = (u[at.Q + index] for index in chain)
+        turning, bending, swinging, closing = (u[at.RATES + index] for index in chain)
+        q, dq = (thigh + bent, thigh, swing, swing + below), (turning + bending, turning, swinging, swinging + closing)
+        found.append((u[events.WORK_NET], u[at.WORK_HOLD], ROBOT.energy(q, dq, 0.0)))
+    net, own, energy = np.array(found).T
+    assert np.ptp(energy) > 1.0
+    assert np.ptp(own) > 0.05
+    # steps are of a second order, but for the knee's rate, which is told of the middle of a step: half of a step's
+    # length of the servo's swinging after the landing; measured 6e-3
+    assert np.ptp(energy - net) < 8e-3
+
+
+class InPython(KneedController):
+    """The same law, of which no machine code is made."""
+
+    def law(self) -> None:  # type: ignore[override]
+        """None."""
+
+
+def test_a_knee_that_lands_bent_is_held_so_compiled_and_in_python() -> None:
+    engine, grip = mjbiped.Mujoco(stance_knee="motor"), mjbiped.Disturbances(friction=5.0)
+    found, plain = (
+        mjbiped.walk(kind(ROBOT, LAW.gait), ONTO_BENT_KNEES, engine=engine, steps=3, disturbances=grip)
+        for kind in (KneedController, InPython)
+    )
+    assert found.outcome == "finished"
+    landed, stands = found.touchdowns["qpos"][:, 4:], found.touchdowns["stance"].astype(int)
+    bends = landed[np.arange(3), stands]
+    assert (bends > 0.4).tolist() == [False, True, True]
+    time, flexion = found.samples["time"], stance_knee.flexion(found)
+    during = (time > found.touchdowns["time"][1] + 1e-9) & (time < found.touchdowns["time"][2] - 1e-9)
+    assert np.abs(flexion[during] - bends[1]).max() < 0.01
+    hip, foot = found.samples["qpos"][:, :2], ROBOT.limbs(found.samples["qpos"])
+    line = np.arctan2(*(hip - foot[np.arange(len(time)), found.samples["stance"], -1]).T)
+    np.testing.assert_allclose(found.samples["q"][:, 0], line, rtol=0, atol=1e-12)  # whatever the sag; level ground
+    for mine, its in ((found.samples, plain.samples), (found.touchdowns, plain.touchdowns)):
+        for name, values in mine.items():
+            np.testing.assert_array_equal(values, its[name], err_msg=name)
+
+
+def test_the_knee_is_locked_in_the_heel_strike_alone() -> None:
+    simulation = simulated(STAIRS, 2, stance_knee="motor")
+    u, locks = simulation._u, simulation.constants.motors.locks
+    assert simulation.data.eq_active.tolist() == [0, 0]
+    struck = 0
+    while simulation.outcome is Outcome.WALKING:
+        simulation.block(1)
+        simulation.buffers.u[events.ROWS] = simulation.buffers.u[events.SAMPLES] = 0.0
+        stance = at.stance_of(u)
+        if simulation.outcome is not Outcome.WALKING:
+            break
+        impact = u[events.NOTED] != 0.0
+        assert simulation.data.eq_active[locks[stance]] == impact
+        struck += impact
+    assert struck == 2
+
+
+def test_a_lock_stays_as_bent_as_it_is_where_the_ground_is_built_anew() -> None:
+    simulation = simulated(ONTO_BENT_KNEES, 3)
+    u = simulation._u
+    while u[events.COUNT] < 2.0:
+        simulation.block(1)
+        simulation.buffers.u[events.ROWS] = simulation.buffers.u[events.SAMPLES] = 0.0
+    lock = simulation.constants.motors.locks[at.stance_of(u)]
+    bend = float(simulation.model.eq_data[lock, 0])
+    assert bend > 0.4
+    simulation._build(float(simulation.data.qpos[0]), simulation.data)
+    assert simulation.model.eq_data[lock, 0] == bend
+
+
+def test_a_servo_is_refused_where_there_is_none_and_where_steps_are_too_long() -> None:
+    with pytest.raises(InputError, match=r"unknown stance_knee 'free': valid are locked, motor"):
+        mjbiped.Mujoco(stance_knee="free")
+    ground, motor = mjbiped.Terrain.incline(2.0), mjbiped.Mujoco(stance_knee="motor")
+    with pytest.raises(InputError, match=r'stance_knee = "motor" needs a robot with knees'):
+        mjbiped.walk(PassiveController(), ground, engine=motor, steps=1)
+    slow = mjbiped.Mujoco(stance_knee="motor", timestep=2e-3)
+    with pytest.raises(InputError, match=r"timestep = 0.002 s: steps of at most 0.0012 s follow the servo"):
+        mjbiped.walk(LAW, ground, engine=slow, steps=1)
+
+
+def test_both_engines_ask_the_same_of_a_stance_knee_straight_and_bent() -> None:
+    grip = mjbiped.Disturbances(friction=5.0)  # as in the hybrid engine, whose foot cannot slide
+    here = mjbiped.walk(LAW, ONTO_BENT_KNEES, engine="mujoco", steps=4, disturbances=grip)
+    there = mjbiped.walk(LAW, ONTO_BENT_KNEES, engine="hybrid", steps=4)
+    assert (here.outcome, there.outcome) == ("finished", "finished")
+    assert stance_knee.flexion(there).max() > 0.4
+    # contacts leave 1e-4 of an impact; the law answers with some 1e3 N m per rad
+    assert stance_knee.peak_torque(here) == pytest.approx(stance_knee.peak_torque(there), rel=0.01)
+    assert stance_knee.torque(here).min() == pytest.approx(stance_knee.torque(there).min(), rel=0.02)
