@@ -1,4 +1,4 @@
-"""Writes the tables and figures of finished robustness studies into docs/robustness.md, docs/knees.md and docs/images.
+"""Writes the tables and figures of finished robustness studies into docs/robustness.md, docs/kneed_walks.md and docs/images.
 
 A study is walked by `mjbiped robustness`; what it has written into its folder stands on the page as it is.
 
@@ -15,7 +15,7 @@ from mjbiped.robustness.tables import TABLES
 from scripts.pages import write_block
 
 PAGE, IMAGES = Path("docs/robustness.md"), Path("docs/images")
-KNEES_PAGE = Path("docs/knees.md")
+KNEES_PAGE = Path("docs/kneed_walks.md")
 FIGURES = ("survival.png", "limits.png")
 """Of the study in the hybrid engine alone."""
 

@@ -43,7 +43,7 @@ class Mujoco(Options, Engine):
             profile to time an impact. That is the stricter test of the contact model; it needs steps of 0.1 ms and
             less (docs/convergence.md).
         stance_knee: Of a robot with knees, "locked" or "motor": then a servo at the stance knee holds it, whose torque
-            is recorded and whose work is counted (docs/knees.md).
+            is recorded and whose work is counted (docs/kneed_walks.md).
 
     Raises:
         InputError: A value is outside its domain.
