@@ -182,6 +182,9 @@ def gait_step(laws: Laws, parameters: Any, constants: SimulationConstants, b: Bu
             _begin(laws, parameters, constants, b, t)
         elif event == KNEE_STRIKE:
             laws.strike_stop(laws, parameters, constants, b, t)
+            if w[at.GROUND] != 0.0 and laws.lands(constants, b):  # a straight leg that stands on the ground ahead
+                w[at.UNDER_WAY] = 0.0
+                return True
             limit = _look_ahead(laws, parameters, constants, b, t)
             _begin(laws, parameters, constants, b, t)
         elif event == OVER_THE_TOP or released:

@@ -296,3 +296,17 @@ def test_energy_is_conserved_over_a_leg_that_stands_bent() -> None:
         energies.append(ROBOT.energy(four, dq[[0, 0, 1, 2]], 0.0))
     assert np.ptp(energies) < 1e-6  # as above
     np.testing.assert_array_equal(samples["qpos"][free][:, 4], flexion)
+
+
+def test_a_sliding_foot_ahead_whose_knee_strikes_takes_the_robot_over() -> None:
+    q = np.array([0.0, -0.3, -0.2995])
+    q[0] = math.acos(0.5 * (math.cos(q[1]) + math.cos(q[2])))  # both feet are on the ground
+    row = -ROBOT.chains[3].reach * np.sin(q)  # upward
+    thigh = -(row[0] * -0.5 + row[2] * -1.0) / (row[1] + row[2])
+    simulation = simulation_on(Terrain.level(), (*q, -0.5, thigh, thigh - 1.0), steps=1)
+    w = simulation.buffers.w
+    w[at.GROUND], w[at.GROUND_SEGMENT], w[at.PUSHED_Z] = 1.0, 0.0, 1.0
+    recorder = Recorder(robot=KneedBiped)
+    assert simulate(simulation, recorder) is Outcome.FINISHED
+    touched = recorder.touchdowns()
+    assert 0.0 < touched["knee_strike"][0] == touched["time"][0] < 1e-3
