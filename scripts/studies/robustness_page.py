@@ -1,4 +1,4 @@
-"""Writes the tables and figures of finished robustness studies into docs/robustness.md, docs/kneed_walks.md and docs/images.
+"""Writes the tables and figures of finished robustness studies into the pages robustness and kneed_walks of docs.
 
 A study is walked by `mjbiped robustness`; what it has written into its folder stands on the page as it is.
 
