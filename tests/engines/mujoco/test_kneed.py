@@ -12,8 +12,11 @@ import mjbiped
 from controllers import KneedController, PassiveController
 from mjbiped.control.controller import Law
 from mjbiped.control.unpowered import UnpoweredKnees
+from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco import scene
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
+from mjbiped.engines.mujoco.kneed import state as at
+from mjbiped.engines.mujoco.kneed import stepping
 from mjbiped.engines.mujoco.kneed.lengths import Lengths, approach, sooner
 from mjbiped.engines.mujoco.kneed.simulation import KneedSimulation
 from mjbiped.engines.mujoco.simulation import warn_once
@@ -229,6 +232,40 @@ def test_a_stubbed_toe_is_physics() -> None:
 
 
 LAW = KneedController(ROBOT, mjbiped.find_kneed_gait(ROBOT, math.radians(2.5)))
+
+
+class PlainKnees(UnpoweredKnees):
+    def law(self) -> None:  # type: ignore[override]
+        return None
+
+
+class Plain(PassiveController):
+    def driving(self, robot: Any) -> UnpoweredKnees:
+        return PlainKnees()
+
+
+def test_contact_of_the_foot_can_wait_or_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On from lift-off, or the swing foot passes through all ground for 1 or 5 % of each step: the same walk."""
+    prepare, walks = stepping._prepare, []
+    for share in (0.0, 0.01, 0.05):
+        ignored = []
+
+        def waiting(constants: Any, u: Any, scene: Any, share: float = share, ignored: list[int] = ignored) -> None:
+            prepare(constants, u, scene)
+            if u[events.TIME] - u[events.TRANSFER_TIME] < share * 0.6146:
+                swing = 1 - int(u[events.STANCE])
+                scene.geom_conaffinity[scene.ground] &= ~(1 << swing)
+                u[at.MET] = -1.0  # and say it anew in the next step
+                ignored.append(swing)
+
+        monkeypatch.setattr(stepping, "_prepare", waiting)
+        ground = mjbiped.Terrain.incline(2.5)
+        walks.append(mjbiped.walk(Plain(), ground, robot=ROBOT, engine="mujoco", steps=2, sample_period=None))
+        assert bool(ignored) == (share > 0.0)
+    assert walks[0].steps == 2
+    for later in walks[1:]:
+        for name in ("time", "q", "dq", "knee_strike"):
+            np.testing.assert_array_equal(later.touchdowns[name], walks[0].touchdowns[name])
 
 
 def test_a_walk_goes_on_after_a_stub() -> None:
