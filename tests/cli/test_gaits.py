@@ -53,6 +53,7 @@ def test_basin_tells_the_shares_and_writes_its_files(tmp_path: Path) -> None:
         assert data["fate_names"][0] == "settled"
 
 
+@pytest.mark.slow
 def test_basin_with_knees(tmp_path: Path) -> None:
     words = ("--slope-deg", 2.5, "--grid", 6, "--threads", 1, "--json", "--plot", tmp_path / "basin.png")
     printed = json.loads(run("basin", "--robot", "kneed", *words).stdout)

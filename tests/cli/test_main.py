@@ -265,12 +265,16 @@ def test_plain_steps_reach_the_engine(tmp_path: Path) -> None:
     assert Walk.load(out).settings["lands"] is False
 
 
+@pytest.mark.slow
 def test_a_motor_at_the_stance_knee_reaches_the_engine(tmp_path: Path) -> None:
     out = tmp_path / "walk.npz"
     words = ("walk", "incline:slope_deg=2.5", "--robot", "kneed", "--controller", "passive", "--stance-knee", "motor")
     assert run(*words, "--steps", 1, "--out", out, "--quiet").exit_code == 0
     assert Walk.load(out).settings["stance_knee"] == "motor"
     assert Walk.load(out).summary()["peak_stance_knee_torque_Nm"] > 0.0
+
+
+def test_a_motor_at_the_stance_knee_needs_one() -> None:
     straight = run("walk", "level", "--stance-knee", "motor", "--steps", 1)
     assert straight.exit_code == 2
     assert 'stance_knee = "motor" needs a robot with knees' in complaints(straight)

@@ -72,6 +72,7 @@ def clocked(disturbances: Disturbances, reading: bool = False, steps: int = 1) -
     return walked(disturbances, steps, ground=ground, controller=controller, sample_period=0.001, initial=initial)
 
 
+@pytest.mark.slow
 def test_a_seed_gives_a_walk_bit_by_bit_also_in_threads() -> None:
     each = [NOISY, Disturbances.from_dict({**NOISY.to_dict(), "seed": 6})]
     ground = Terrain.slopes(change_deg=-0.5)
@@ -82,6 +83,7 @@ def test_a_seed_gives_a_walk_bit_by_bit_also_in_threads() -> None:
     assert together[0] != together[1]
 
 
+@pytest.mark.slow
 def test_plain_python_walks_as_compiled() -> None:
     class InPython(KneedController):
         def law(self) -> Law | None:  # type: ignore[override]  # as a controller may
@@ -174,6 +176,7 @@ def test_what_a_controller_is_told_is_each_joints_encoder() -> None:
         np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_no_torque_is_greater_than_the_limit() -> None:
     """4 N m bind: without a limit this walk asks for more."""
     free, bound = walked(None), walked(Disturbances(torque_limit=4.0, motor_bandwidth=50.0))
@@ -182,6 +185,7 @@ def test_no_torque_is_greater_than_the_limit() -> None:
     assert bound.peak_torque.max() <= 4.0
 
 
+@pytest.mark.slow
 def test_walks_converge_to_a_controller_that_never_pauses() -> None:
     """A torque that is held is late by half a period: the error is of first order in it."""
     plain = walked(None, steps=3).end[0]
@@ -191,6 +195,7 @@ def test_walks_converge_to_a_controller_that_never_pauses() -> None:
     assert 1.5 < errors[1] / errors[2] < 2.7
 
 
+@pytest.mark.slow
 def test_the_command_line_disturbs_robots_with_knees(tmp_path: Any) -> None:
     out = tmp_path / "walk.npz"
     options = ["--engine", "hybrid", "--imitate-slope-deg", "2.5", "--disturb", "delay=0.004", "--push", "1:2"]

@@ -26,6 +26,7 @@ def gait() -> mjbiped.KneedGait:
     return mjbiped.find_kneed_gait(ROBOT, SLOPE)
 
 
+@pytest.mark.slow
 def test_the_map_is_the_hybrid_engines_walk(gait: mjbiped.KneedGait) -> None:
     """Off the gait, where the walk nears it by 0.71 a step; both integrate to 1e-8 and better."""
     start = gait.start + np.array([0.0, 0.0, 0.0, 0.01, -0.02, -0.02])
@@ -37,6 +38,7 @@ def test_the_map_is_the_hybrid_engines_walk(gait: mjbiped.KneedGait) -> None:
     np.testing.assert_allclose(np.cumsum(steps.periods), walk.touchdowns["time"], rtol=0.0, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_the_gaits_multipliers_are_the_maps(gait: mjbiped.KneedGait) -> None:
     """A pair a ± bi: each deviation is 2 a times the one before it, less a² + b² times the one before that."""
     start = gait.start + 1e-4 * np.array([0.0, 0.0, 0.0, 1.0, 0.5, 0.5])
@@ -47,6 +49,7 @@ def test_the_gaits_multipliers_are_the_maps(gait: mjbiped.KneedGait) -> None:
     assert np.abs(left).max() < 1e-3 * np.abs(away[5:]).max()
 
 
+@pytest.mark.slow
 def test_each_start_of_a_passive_basin_is_a_walk(gait: mjbiped.KneedGait) -> None:
     found = basin_of_attraction(ROBOT, SLOPE, stance_rates=STANCE, swing_rates=SWING, threads=2)
     for row, column in np.ndindex(found.fates.shape):
@@ -65,6 +68,7 @@ def test_each_start_of_a_passive_basin_is_a_walk(gait: mjbiped.KneedGait) -> Non
     assert alone.steps.tobytes() == found.steps.tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rates", [(1.1, 0.8), (2.5, -2.0), (12.0, -6.0)])
 def test_a_controlled_start_is_a_walk(rates: tuple[float, float], gait: mjbiped.KneedGait) -> None:
     controller = KneedController(ROBOT, gait)

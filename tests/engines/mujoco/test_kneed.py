@@ -248,7 +248,7 @@ def test_contact_of_the_foot_can_wait_or_not(monkeypatch: pytest.MonkeyPatch) ->
     """On from lift-off, or the swing foot passes through all ground for 1 or 5 % of each step: the same walk."""
     prepare, walks = stepping._prepare, []
     for share in (0.0, 0.01, 0.05):
-        ignored = []
+        ignored: list[int] = []
 
         def waiting(constants: Any, u: Any, scene: Any, share: float = share, ignored: list[int] = ignored) -> None:
             prepare(constants, u, scene)

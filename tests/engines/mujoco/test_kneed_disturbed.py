@@ -67,6 +67,7 @@ def passive(disturbances: Disturbances | None, controller: Controller | None = N
     return walked(disturbances, steps, **own, sample_period=1e-3, initial=start)
 
 
+@pytest.mark.slow
 def test_a_seed_gives_a_walk_bit_by_bit_in_python_compiled_and_in_threads() -> None:
     found = walked(NOISY)
     assert found.outcome == "finished"
