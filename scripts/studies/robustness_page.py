@@ -3,7 +3,7 @@
 A study is walked by `mjbiped robustness`; what it has written into its folder stands on the page as it is.
 
     python -m scripts.studies.robustness_page --hybrid out/robustness --margins out/margins
-    python -m scripts.studies.robustness_page --knees out/robustness_kneed --knees out/margins_kneed
+    python -m scripts.studies.robustness_page --knees out/robustness_kneed --knees out/robustness_kneed_mujoco --knees out/margins_kneed
 """
 
 import shutil
@@ -34,7 +34,7 @@ def tables(folder: Path) -> list[str]:
 @click.option("--margins", type=FOLDER, multiple=True, help="Of margins.toml, and of margins_mujoco.toml there.")
 @click.option("--slopes", type=FOLDER, help="Of robustness_slopes_mujoco.toml there.")
 @click.option("--basin", type=FOLDER, help="Of basin.toml there.")
-@click.option("--knees", type=FOLDER, multiple=True, help="Of robustness_kneed.toml and margins_kneed.toml there.")
+@click.option("--knees", type=FOLDER, multiple=True, help="Of the studies with knees there.")
 @click.option("--page", default=PAGE, show_default=True, type=click.Path(exists=True, path_type=Path))
 @click.option("--knees-page", default=KNEES_PAGE, show_default=True, type=click.Path(exists=True, path_type=Path))
 @click.option("--images", default=IMAGES, show_default=True, type=FOLDER)
