@@ -3,7 +3,7 @@
 A study is walked by `mjbiped robustness`; what it has written into its folder stands on the page as it is.
 
     python -m scripts.studies.robustness_page --hybrid out/robustness --margins out/margins
-    python -m scripts.studies.robustness_page --knees out/robustness_kneed --knees out/robustness_kneed_mujoco --knees out/margins_kneed
+    python -m scripts.studies.robustness_page --knees out/robustness_kneed --knees out/margins_kneed
 """
 
 import shutil
