@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from mjbiped.control.controller import Law
 from mjbiped.numerics.jit import c_function, called_within, from_source, jitted, kept_apart, options, raises
-from mjbiped.numerics.records import NotPackableError, Packer
+from mjbiped.numerics.records import WORD, NotPackableError, Packer
 
 if TYPE_CHECKING:
     from mjbiped.control.machine_code import CompiledLaw
@@ -29,7 +29,15 @@ class MachineCode:
     law: CompiledLaw
 
     def __init__(
-        self, law: Law, states: int, memory_size: int, *, contract: bool, room: int = 0, joints: int = 2
+        self,
+        law: Law,
+        states: int,
+        memory_size: int,
+        *,
+        contract: bool,
+        room: int = 0,
+        joints: int = 2,
+        idle: int = 0,
     ) -> None:
         """Compile the law, or take it from the cache.
 
@@ -41,6 +49,8 @@ class MachineCode:
                 what plain Python computes.
             joints: Number of torques, and of angles.
             room: So many rates `values` has room for at least, that one engine may serve laws with fewer.
+            idle: So many numbers stand before the law's own in the memory that an engine hands over, states that the
+                law knows nothing of: `torque` gives zeros for their rates, before those of its own states.
 
         Raises:
             NotPackableError: `can_be_compiled` says no.
@@ -52,12 +62,12 @@ class MachineCode:
         packer.add(0.0)  # _FAILED
         made = packer.add(law.parameters)
         self._record = packer.record()
-        kind = (made, tuple(packer.classes.items()), joints, states, memory_size, contract)
+        kind = (made, tuple(packer.classes.items()), joints, states, memory_size, contract, idle)
         self._functions = {name: _function(name, each, *kind) for name, each in law.functions.items()}
         self.law = CompiledLaw(
             **{name: function.address for name, function in self._functions.items()},
             record=self._record.ctypes.data,
-            values=(0.0,) * (joints + max(states, room)),
+            values=(0.0,) * (joints + max(idle + states, room)),
         )
 
     @property
@@ -89,6 +99,7 @@ def _function(
     states: int,
     memory_size: int,
     contract: bool,
+    idle: int,
 ) -> Any:
     """One of the C functions, for one kind of law and parameters. What did not change is not compiled again."""
     import numba
@@ -97,29 +108,32 @@ def _function(
 
     values, state, postures = joints + states, _STATES[joints], _POSTURES[joints]
     values_of = ", ".join(f"value_{index}" for index in range(values))  # unpacked: their number is looked at
-    written = "; ".join(f"o[{index}] = float(value_{index})" for index in range(values))
+    given = [f"value_{index}" for index in range(values)]
+    given[joints:joints] = ["0.0"] * idle
+    written = "; ".join(f"o[{index}] = float({value})" for index, value in enumerate(given))
+    memory = f"numbers(m + {WORD * idle}, {memory_size})" if idle else f"numbers(m, {memory_size})"
     # once a law has failed, be it at a touchdown, no torque is a number: the walk goes no further
     lost = f"if numbers(record, 1)[{_FAILED}] != 0.0: o[:] = NAN"
     arguments, before, call, after = {
         "torque": (
             f"{state}, out",
-            f"o = numbers(out, {values})",
-            f"{values_of} = law(parameters(record), numbers(m, {memory_size}), {state}); {written}",
+            f"o = numbers(out, {len(given)})",
+            f"{values_of} = law(parameters(record), {memory}, {state}); {written}",
             lost,
         ),
-        "tick": (state, "pass", f"law(parameters(record), numbers(m, {memory_size}), {state})", "pass"),
-        "knee_strike": (state, "pass", f"law(parameters(record), numbers(m, {memory_size}), {state})", "pass"),
-        "touchdown": (postures, "pass", f"law(parameters(record), numbers(m, {memory_size}), {postures})", "pass"),
+        "tick": (state, "pass", f"law(parameters(record), {memory}, {state})", "pass"),
+        "knee_strike": (state, "pass", f"law(parameters(record), {memory}, {state})", "pass"),
+        "touchdown": (postures, "pass", f"law(parameters(record), {memory}, {postures})", "pass"),
         "slope_estimate": (
             "t",
             "x = NAN",
-            f"x = float(law(parameters(record), numbers(m, {memory_size})))",
+            f"x = float(law(parameters(record), {memory}))",
             "return x",
         ),
         "next_discontinuity": (
             "t",
             "x = NAN",
-            f"x = float(law(parameters(record), numbers(m, {memory_size}), t))",
+            f"x = float(law(parameters(record), {memory}, t))",
             "return x",
         ),
     }[name]

@@ -182,7 +182,7 @@ def walk_all(
     )
     walk = compiled(walk_batch, EngineCode, plane.code, inlined=())
     # a robot's constants may have room to compute in, which is of one thread alone
-    constants = plane.constants._replace(robot=model_of(plane.robot).constants(plane.robot))
+    constants = plane.constants._replace(robot=model_of(plane.robot).constants(plane.robot, True))
     walk(constants, Buffers(*(buffer.copy() for buffer in plane.buffers)), batch)
     return batch
 

@@ -33,6 +33,19 @@ class Shared:
         self.array = array
 
 
+def in_one_block(arrays: Any) -> Any:
+    """A NamedTuple's arrays as the fields of one NumPy record, which compiled code reads and writes by the same names.
+
+    To compiled code an array is ten arguments and the record is one, so that functions that hand many of them on are
+    compiled in two thirds of the time. Plain Python reads a record slower than the NamedTuple.
+    """
+    fields = arrays._asdict()
+    block = np.zeros(1, np.dtype([(name, array.dtype, array.shape) for name, array in fields.items()], align=True))
+    for name, array in fields.items():
+        block[name] = array
+    return block.view(np.recarray)[0]
+
+
 class Packer:
     """Turns a value into numbers, and into the expression that makes the value of them again in compiled code.
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import ctypes
+import math
 from typing import ClassVar
 
+import numba
 import numpy as np
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController, PassiveController, PassivityController
+from controllers import AdaptiveController, KneedController, PassiveController, PassivityController
 from mjbiped.control.compilation import MachineCode, can_be_compiled
 from mjbiped.control.controller import Controller, Law, Memory
 from mjbiped.control.registry import controller_names, make_controller
@@ -47,6 +49,26 @@ def test_machine_code_computes_what_the_law_does(name: str, robot: mjbiped.Compa
     estimate = at(code.law.slope_estimate)(code.law.record, memory.ctypes.data, 0.0)
     np.testing.assert_equal(estimate, law.slope_estimate(law.parameters, plain))
     assert not code.failed
+
+
+def test_idle_states_stand_before_the_laws_own(robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
+    """They stay as they are, and the law does not see them."""
+    controller = make_controller("adaptive", robot, {}, gait)
+    law = controller.law()
+    assert law is not None
+    begun, state = [0.0] * controller.memory_size, (-0.17, 0.21, 1.05, 0.4)
+    controller.start(begun, state[:2], state[2:])
+    memory, behind, found = np.array(begun), np.array([math.pi, math.e, *begun]), []
+    for idle, given in ((0, memory), (2, behind)):
+        code = MachineCode(law, len(controller.states), controller.memory_size, contract=False, idle=idle)
+        torque = ctypes.CFUNCTYPE(None, ADDRESS, ADDRESS, *[NUMBER] * 5, ADDRESS)(code.law.torque)
+        touchdown = ctypes.CFUNCTYPE(None, ADDRESS, ADDRESS, *[NUMBER] * 6)(code.law.touchdown)
+        out = np.full(len(code.law.values), math.nan)
+        touchdown(code.law.record, given.ctypes.data, 0.22, -0.19, *state)
+        torque(code.law.record, given.ctypes.data, 0.2, *state, out.ctypes.data)
+        found.append(out.tolist())
+    assert behind.tolist() == [math.pi, math.e, *memory]
+    assert found[1] == [*found[0][:2], 0.0, 0.0, *found[0][2:]]
 
 
 def out_of_range(
@@ -131,3 +153,16 @@ def test_one_machine_code_of_an_engine_serves_all_laws_with_as_many_states(
         Simulation(each, mjbiped.Terrain.level(), robot=robot, q=(0.0, 0.0), dq=(0.0, 0.0), steps=1) for each in alike
     ]
     assert len({id(simulation.functions) for simulation in made}) == 1
+
+
+def test_one_machine_code_of_the_hybrid_engine_serves_nearly_all_with_knees() -> None:
+    """Controllers without states of their own have idle ones."""
+    robot = mjbiped.KneedBiped()
+    gait = mjbiped.find_kneed_gait(robot, slope=math.radians(2.5))
+    passive, adaptive = (
+        HybridSimulation(each, mjbiped.Terrain.level(), robot=robot, q=tuple(gait.start[:3]), dq=tuple(gait.start[3:]))
+        for each in (PassiveController().driving(robot), KneedController(robot, gait))
+    )
+    assert passive.advance is adaptive.advance
+    types = [tuple(map(numba.typeof, (each.parameters, each.constants, each.buffers))) for each in (passive, adaptive)]
+    assert types[0] == types[1]

@@ -72,6 +72,7 @@ class HybridRun(Run):
     def __init__(self, plan: Plan, tolerance: float, *, summarised: bool, cancellation: Cancellation) -> None:
         """Set the robot on the ground; see `Engine.start`."""
         super().__init__(plan, summarised=summarised, cancellation=cancellation)
+        self._tolerance = tolerance
         period, control_period = plan.terms.sample_period, plan.disturbances.period(None, 0.0)
         self.simulation = HybridSimulation(
             plan.driven(control_period),
@@ -98,5 +99,5 @@ class HybridRun(Run):
     def settings(self) -> dict[str, Any]:
         """The tolerance, and why the walk ended where its outcome does not say it."""
         simulation = self.simulation
-        settings = {"tolerance": simulation.constants.tolerance, "compiled": simulation.compiled}
+        settings = {"tolerance": self._tolerance, "compiled": simulation.compiled}
         return {**settings, "warnings": simulation.warnings} if simulation.warnings else settings

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.state import Buffers, SimulationConstants
 from mjbiped.numerics.dormand_prince import dense_at
+from mjbiped.numerics.records import in_one_block
 from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.robots.bent_leg import bent_leg, stand_bent
 from mjbiped.robots.chain import Array
@@ -103,10 +104,15 @@ class KneedConstants(NamedTuple):
     all_odd: Array
 
 
-def constants_of(robot: KneedBiped) -> KneedConstants:
-    """What the functions below take of a robot; the room is of one walk alone."""
+def constants_of(robot: KneedBiped, compiled: bool = False) -> Any:
+    """What the functions below take of a robot; the room is of one walk alone.
+
+    Args:
+        robot: The robot.
+        compiled: Whether they are compiled; what they take is then a record with the fields of `KneedConstants`.
+    """
     four, free, locked = (robot.chains[n] for n in (4, 3, 2))
-    return KneedConstants(
+    constants = KneedConstants(
         four.weights,
         four.moments,
         four.reach,
@@ -130,6 +136,7 @@ def constants_of(robot: KneedBiped) -> KneedConstants:
         *np.zeros((2, 4)),
         *np.zeros((2, 4, 4)),
     )
+    return in_one_block(constants) if compiled else constants
 
 
 def stand(c: KneedConstants, flexion: float) -> None:

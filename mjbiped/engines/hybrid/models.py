@@ -16,14 +16,14 @@ class Model(NamedTuple):
 
     Attributes:
         functions: Those of `mjbiped.engines.hybrid.state.Laws` that are the robot's, in its order.
-        constants: Makes of a robot what they take.
+        constants: (robot, compiled) -> what they take of it, for compiled functions or in plain Python.
         write_state: The one of them that writes a sample.
         hot: Those that become part of the integrator's step where compiled.
         apart: What they call, and does not.
     """
 
     functions: tuple[Callable[..., Any], ...]
-    constants: Callable[[Any], Any]
+    constants: Callable[[Any, bool], Any]
     write_state: Callable[..., None]
     hot: tuple[Callable[..., Any], ...] = ()
     apart: tuple[Callable[..., Any], ...] = ()
@@ -32,7 +32,7 @@ class Model(NamedTuple):
 _MODELS: Mapping[type[Robot], Model] = {
     Compass: Model(
         compass.MODEL,
-        lambda robot: robot.constants,
+        lambda robot, _: robot.constants,
         compass.write_state,
         hot=(compass.rates,),
         apart=(compass.on_face, compass.push_torque),

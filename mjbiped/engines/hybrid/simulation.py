@@ -51,6 +51,7 @@ FIRST_STEP = 0.1  # the first one tried, in the same units
 _ROWS = 1024  # touchdowns between two looks at the progress bar, some 20 ms
 _FIRST_STINT = 24_000  # evaluations of the law until Python first has its turn, some 2 ms
 _SHORT, _LONG = 0.02, 0.08  # s: a stint shall take a time between these
+_IDLE = 2  # states for a controller that has none, for the biped with knees: one machine code serves nearly all
 _STALLS = 10  # longest gait steps of which the buffer holds the samples
 _WHY = {
     Outcome.UNRESOLVED: "the torque switches, or changes, faster than the integrator can follow: name the times of its "
@@ -121,7 +122,8 @@ class HybridSimulation:
         self.controller = controller
         self.compiled = self._law is not None
         model, angles, joints = model_of(robot), len(robot.angles), len(robot.joints)
-        size = 2 * angles + len(controller.states) + joints
+        self._idle = _IDLE if self.compiled and robot.knees and not controller.states else 0
+        size = 2 * angles + self._own + joints
         integrator = unrolled(size, untested=joints, arguments=HANDED_ON)
         if self.compiled:
             from mjbiped.control import machine_code as law_code
@@ -134,7 +136,7 @@ class HybridSimulation:
             self.advance = partial(advance, Laws._make((*methods, *integrator, *model.functions)))
         self._robot, self._write_state = robot, model.write_state
         self.constants = SimulationConstants(
-            robot=model.constants(robot),
+            robot=model.constants(robot, self.compiled),
             angles=angles,
             joints=joints,
             length=robot.leg_length,
@@ -151,7 +153,8 @@ class HybridSimulation:
             end=terrain.end,
             steps=math.inf if steps is None else float(steps),
             distance=math.inf if distance is None else float(distance),
-            tolerance=tolerance,
+            tolerance=tolerance
+            * math.sqrt(1.0 - self._idle / (size - joints)),  # of a mean, to which idle ones add none
             longest_step=LONGEST_STEP * math.sqrt(robot.leg_length / robot.gravity),
             sample_period=float(sample_period),
             control_period=control_period,
@@ -160,6 +163,17 @@ class HybridSimulation:
         self.buffers = self._begin(terrain, q, dq)
         self._stint = _FIRST_STINT
 
+    @property
+    def _own(self) -> int:
+        """How many of the controller's states are integrated with the robot's, idle ones included."""
+        return self._idle + len(self.controller.states)
+
+    def _memory(self) -> list[float]:
+        """The controller's memory, with the states last reached."""
+        buffers, own, first = self.buffers, self._own, 2 * self.constants.angles
+        memory = [*buffers.y[first : first + own], *buffers.memory[own:]]
+        return [float(value) for value in memory[self._idle :]]
+
     def _table(self, values: Sequence[float]) -> Any:
         """Numbers as the engine reads them: an array for compiled code, which plain Python reads slower than a list."""
         return np.array(values, dtype=np.float64) if self.compiled else list(values)
@@ -167,11 +181,12 @@ class HybridSimulation:
     def _begin(self, terrain: Terrain, q: Sequence[float], dq: Sequence[float]) -> Buffers:
         """Buffers of a walk that starts with the left foot at x = 0."""
         controller, constants = self.controller, self.constants
-        own = len(controller.states)
+        own = self._own
         angles, joints = constants.angles, constants.joints
         n = 2 * angles + own + joints
         memory = [0.0] * controller.memory_size
         controller.start(memory, tuple(map(float, q)), tuple(map(float, dq)))
+        memory = [0.0] * self._idle + memory
         w = [0.0] * at.SCALARS
         slope = terrain.slope_at(0.0)
         w[at.SLOPE], w[at.SINE], w[at.COSINE] = slope, math.sin(slope), math.cos(slope)
@@ -216,9 +231,8 @@ class HybridSimulation:
 
     def _fault(self) -> str:
         """Which torque was no number where the walk ended, in words; empty if none was."""
-        w, own = self.buffers.w, len(self.controller.states)
+        w, memory = self.buffers.w, self._memory()
         state, angles = [float(value) for value in self.buffers.y], self.constants.angles
-        memory = [*state[2 * angles :][:own], *(float(value) for value in self.buffers.memory[own:])]
         q, dq = tuple(state[:angles]), tuple(state[angles : 2 * angles])
         t, controller = float(w[at.TIME] - w[at.CLOCK]), self.controller
         if isinstance(controller, SampledController):
@@ -238,7 +252,7 @@ class HybridSimulation:
             return None
         with refused_in_words(self.controller, self._law):
             states, size, joints = len(self.controller.states), self.controller.memory_size, self.constants.joints
-            return MachineCode(self._law, states, size, contract=True, joints=joints)
+            return MachineCode(self._law, states, size, contract=True, joints=joints, idle=self._idle)
 
     @property
     def parameters(self) -> Any:
@@ -292,19 +306,22 @@ class HybridSimulation:
         """Hand what the buffers hold on, and empty them; returns the number of touchdowns."""
         buffers = self.buffers
         rows, samples = int(buffers.w[at.ROWS]), int(buffers.w[at.SAMPLES])
-        recorder.add(buffers.rows[:rows], buffers.samples[:samples])
+        recorder.add(buffers.rows[:rows], self._recorded(buffers.samples[:samples]))
         buffers.w[at.ROWS] = buffers.w[at.SAMPLES] = 0.0
         return rows
 
     def sample(self, recorder: Recorder) -> None:
         """Record the last state reached, with the torque last computed, and without asking the controller."""
-        buffers, own = self.buffers, len(self.controller.states)
+        buffers, w = self.buffers, self.buffers.w
         state = [float(value) for value in buffers.y]
-        memory = [*state[2 * self.constants.angles :][:own], *(float(value) for value in buffers.memory[own:])]
-        row, w = np.empty((1, buffers.samples.shape[1])), buffers.w
-        estimate = self.controller.slope_estimate(memory)
+        row = np.empty((1, buffers.samples.shape[1]))
+        estimate = self.controller.slope_estimate(self._memory())
         self._write_state(self.constants, buffers, row[0], w[at.TIME], state, estimate)
-        recorder.add(buffers.rows[:0], row)
+        recorder.add(buffers.rows[:0], self._recorded(row))
+
+    def _recorded(self, samples: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Samples without the idle states, which stand behind the robot's columns, where the controller has none."""
+        return samples[:, : samples.shape[1] - self._idle]
 
 
 def simulate(simulation: HybridSimulation, recorder: Recorder, show: Show | None = None) -> Outcome:
