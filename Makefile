@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 OUT := out
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk reproduce learn test test-slow test-viewer test-browser notebooks bench docs check format lock clean
+.PHONY: help setup walk reproduce learn test tests test-slow test-viewer test-browser notebooks bench docs check format lock clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
@@ -34,7 +34,7 @@ $(VENV)/.installed: pyproject.toml constraints.txt
 	@touch $@
 
 $(VENV)/.ready: $(VENV)/.installed
-	@echo "installing the tools and compiling, a minute the first time ..."
+	@echo "installing the tools and compiling, two minutes the first time ..."
 	@$(PIP_INSTALL) -e '.[test]'
 	@$(BIN)/python -c 'import dm_control' 2>/dev/null || $(PIP_INSTALL) --no-deps $(WITHOUT_LABMAZE)
 	@$(BIN)/mjbiped compile
@@ -52,7 +52,10 @@ learn: setup ## train policies for twenty minutes and lay them beside the adapti
 	$(BIN)/python -m scripts.learning.train --task free
 	$(BIN)/python -m scripts.learning.evaluate
 
-test: setup check ## set-up, lint, types and tests
+test: setup ## set-up, lint, types and tests
+	@$(MAKE) --no-print-directory --jobs 2 check tests # types take one core for half a minute
+
+tests: setup
 	$(BIN)/python -m pytest -n 2
 
 test-slow: setup ## the long checks

@@ -5,8 +5,8 @@ Law (14), adaptive law (17), update (27) and re-planning are those of `controlle
 - The reference has a branch for the bent and one for the straight knee, and the law follows the one of the knee that
   the robot has, not of the clock (reference spreading). The bent branch drives on past the stop, so that a knee that is
   late still strikes.
-- After a touchdown with a bent knee the stance leg stays bent, and its thigh is not where its line is: (27) compares
-  thighs. The law itself takes the leg for a straight one.
+- After a touchdown with a bent knee the stance leg stays bent. The law takes it for what it is (`bent_leg`), and (27)
+  compares thighs, which are then not where the leg's line is.
 - A re-planned curve would lead a straight leg straight on. So a bump is added to the shank's curve, higher where the
   robot has felt a step at its touchdown.
 """
@@ -29,7 +29,7 @@ from mjbiped.control.controller import Law, Memory
 from mjbiped.errors import InputError
 from mjbiped.gaits.branches import Branched
 from mjbiped.gaits.reference import Table, in_arrays, reference_at, reference_discontinuity, table_of
-from mjbiped.robots.bent_leg import bent_leg
+from mjbiped.robots.bent_leg import ACROSS, FLEXION, LEAN, gravity_beside, stand
 from mjbiped.robots.chain import Array, accelerate, inverse_dynamics, solve, weighted
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.utils import domains
@@ -75,8 +75,12 @@ class Parameters(NamedTuple):
 
     Attributes:
         free: Of three segments, and
-        locked: of two.
+        locked: of two, both of the stance leg as it stands.
         reach: Levers of the swing foot, shape (3,), m.
+        locked_reach: The same of two segments.
+        weights: Of four segments.
+        moments: The same.
+        standing: How the stance leg stands; see `mjbiped.robots.bent_leg.stand`.
         position_gain: K1, 1/s.
         velocity_gain: K2, 1/s.
         adaptation_gain: gamma.
@@ -97,6 +101,10 @@ class Parameters(NamedTuple):
     free: Segments
     locked: Segments
     reach: Array
+    locked_reach: Array
+    weights: Array
+    moments: Array
+    standing: Array
     position_gain: float
     velocity_gain: float
     adaptation_gain: float
@@ -154,11 +162,15 @@ class KneedController(PaperSettings):
     @cached_property
     def parameters(self) -> Parameters:
         """The attributes in plain numbers, as the laws take them."""
-        gait = self.gait
+        gait, four = self.gait, self.robot.chains[4]
         return Parameters(
             free=_segments(self.robot, 3),
             locked=_segments(self.robot, 2),
-            reach=self.robot.chains[3].reach,
+            reach=self.robot.chains[3].reach.copy(),
+            locked_reach=self.robot.chains[2].reach.copy(),
+            weights=four.weights,
+            moments=four.moments,
+            standing=np.zeros(3),
             position_gain=self.position_gain,
             velocity_gain=self.velocity_gain,
             adaptation_gain=self.adaptation_gain,
@@ -180,7 +192,8 @@ class KneedController(PaperSettings):
         """Begin with the initial estimate, and plan the way from the first state to the limit cycle."""
         memory[SIN] = math.sin(self.initial_slope_estimate)
         memory[COS] = math.cos(self.initial_slope_estimate)
-        own = self.parameters._replace(free=_segments(self.robot, ANGLES))  # walks in threads begin at the same time
+        # walks in threads begin at the same time
+        own = self.parameters._replace(free=_segments(self.robot, ANGLES), standing=np.zeros(3))
         _plan(own, memory, 0.0, q[0], q[1], q[2], dq[0], dq[1], dq[2])
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
@@ -225,7 +238,7 @@ class KneedController(PaperSettings):
 
 def _segments(robot: KneedBiped, n: int) -> Segments:
     chain = robot.chains[n]
-    return Segments(chain.weights, chain.moments, *np.zeros((5, n)), *np.zeros((2, n, n)))
+    return Segments(chain.weights.copy(), chain.moments.copy(), *np.zeros((5, n)), *np.zeros((2, n, n)))
 
 
 def torque_law(
@@ -250,14 +263,37 @@ def torque_law(
         _aim(parameters, segments, 2, shank, q3, dq3)
     _aim(parameters, segments, 0, stance, q1, dq1)
     _aim(parameters, segments, 1, thigh, q2, dq2)
+    _stand(parameters, memory[_FLEXION])
+    across = parameters.standing[ACROSS]
     weights, moments, q, dq, motion, forces, errors, even, odd = segments
     weighted(weights, q, q, even, odd)
     inverse_dynamics(moments, memory[SIN], memory[COS], q, dq, even, odd, motion, forces)
+    if across != 0.0:
+        forces[0] += gravity_beside(across, q1, memory[SIN], memory[COS])
     solve(even, errors)
-    sin_rate, cos_rate = estimate_rates_of_chain(moments, parameters.adaptation_gain, q, errors)
+    sin_rate, cos_rate = estimate_rates_of_chain(moments, across, parameters.adaptation_gain, q, errors)
     knee = forces[2] if three else 0.0
     hip = forces[1] + knee
     return forces[0] + hip, hip, knee, sin_rate, cos_rate
+
+
+def _stand(parameters: Parameters, flexion: float) -> None:
+    """Let the model be that of a stance leg whose knee is locked at a flexion, rad."""
+    if flexion == parameters.standing[FLEXION]:
+        return
+    three, two = parameters.free, parameters.locked
+    stand(
+        parameters.standing,
+        flexion,
+        parameters.weights,
+        parameters.moments,
+        three.weights,
+        three.moments,
+        parameters.reach,
+        two.weights,
+        two.moments,
+        parameters.locked_reach,
+    )
 
 
 def _aim(parameters: Parameters, segments: Segments, index: int, wanted: Angle, q: float, dq: float) -> None:
@@ -282,15 +318,13 @@ def touchdown_law(
     dq3: float,
 ) -> None:
     """Estimate update (27) and plan of the new step (IV-B)."""
-    reach, thigh = parameters.reach, q1_before
-    length, flexion = reach[0], memory[_FLEXION]
-    if flexion != 0.0:  # it stood on a bent leg, whose angle is that of the line from foot to hip
-        length, lean = bent_leg(-reach[1], -reach[2], flexion)
-        thigh = q1_before + lean - flexion
+    _stand(parameters, memory[_FLEXION])
+    standing, reach = parameters.standing, parameters.reach
+    thigh = q1_before + standing[LEAN] - standing[FLEXION]  # q1 is the angle of the line from foot to hip
+    felt = reach[0] * math.cos(q1_before) + reach[1] * math.cos(q2_before) + reach[2] * math.cos(q3_before)
     memory[_FLEXION] = 0.0 if memory[_LOCKED] != 0.0 else max(0.0, q3_before - q2_before)
     if parameters.estimate_update:
         memory[SIN], memory[COS] = updated_estimate(memory[SIN], memory[COS], parameters.update_threshold, thigh, q2)
-    felt = length * math.cos(q1_before) + reach[1] * math.cos(q2_before) + reach[2] * math.cos(q3_before)
     _plan(parameters, memory, abs(felt), q1, q2, q3, dq1, dq2, dq3)
 
 
@@ -399,9 +433,11 @@ def _plan(
         return
     memory[_BUMP] += parameters.bump
     # the curve leaves the measured state with the acceleration that the imitated passive walker would have there
+    _stand(parameters, memory[_FLEXION])
     weights, moments, q, dq, motion, _, _, even, odd = parameters.free
     q[0], q[1], q[2], dq[0], dq[1], dq[2] = q1, q2, q3, dq1, dq2, dq3
-    motion[0] = motion[1] = motion[2] = 0.0
+    sine, cosine = math.sin(parameters.imitated_slope), math.cos(parameters.imitated_slope)
+    motion[0], motion[1], motion[2] = -gravity_beside(parameters.standing[ACROSS], q1, sine, cosine), 0.0, 0.0
     accelerate(weights, moments, parameters.imitated_slope, q, dq, even, odd, motion)
     legs, shank = reference_at(parameters.legs, duration), reference_at(parameters.shank, duration)
     _lay(memory, 0, transition(duration, q1, dq1, motion[0], legs[0], legs[2], legs[4]))

@@ -6,6 +6,7 @@ import math
 
 from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.robots import compass
+from mjbiped.robots.bent_leg import gravity_beside
 from mjbiped.robots.chain import Array
 
 
@@ -33,11 +34,14 @@ def estimate_rates(
     return adaptation_gain * (w1 * gc1 + w2 * gc2), adaptation_gain * (w1 * gs1 + w2 * gs2)
 
 
-def estimate_rates_of_chain(moments: Array, adaptation_gain: float, q: Array, momentum: Array) -> tuple[float, float]:
-    """The same for a chain of segments (`mjbiped.robots.chain`).
+def estimate_rates_of_chain(
+    moments: Array, across: float, adaptation_gain: float, q: Array, momentum: Array
+) -> tuple[float, float]:
+    """The same for a chain of segments (`mjbiped.robots.chain`), whose stance leg may be bent.
 
     Args:
         moments: Of the controller's robot model, shape (n,), N m.
+        across: Moment of the stance leg's weight beside its line (`mjbiped.robots.bent_leg`), N m; 0: it is straight.
         adaptation_gain: gamma, the same for both.
         q: Angles, shape (n,), rad.
         momentum: M^-1 z2, shape (n,).
@@ -47,6 +51,9 @@ def estimate_rates_of_chain(moments: Array, adaptation_gain: float, q: Array, mo
         sine, cosine = sine_cosine(q[i])
         on_sine -= momentum[i] * moments[i] * cosine
         on_cosine -= momentum[i] * moments[i] * sine
+    if across != 0.0:
+        on_sine += momentum[0] * gravity_beside(across, q[0], 1.0, 0.0)
+        on_cosine += momentum[0] * gravity_beside(across, q[0], 0.0, 1.0)
     return adaptation_gain * on_sine, adaptation_gain * on_cosine
 
 

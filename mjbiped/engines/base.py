@@ -58,7 +58,7 @@ class Engine(ABC):
         if disturbances != UNDISTURBED:
             raise InputError(f"the engine {self.name} knows no disturbances; mujoco and hybrid do")
 
-    def room(self, states: int) -> int:
+    def room(self, states: int, robot: Robot) -> int:
         """Number of integrated states that the machine code has room for which serves a controller with so many."""
         return states
 

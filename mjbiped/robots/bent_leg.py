@@ -11,6 +11,8 @@ import math
 from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.robots.chain import Array
 
+FLEXION, LEAN, ACROSS = 0, 1, 2  # indices of what tells how a leg stands
+
 
 def bent_leg(upper: float, lower: float, flexion: float) -> tuple[float, float]:
     """A leg whose knee is bent: its length from foot to hip, and how far its shank leans forward of that line.
@@ -31,39 +33,39 @@ def bent_leg(upper: float, lower: float, flexion: float) -> tuple[float, float]:
     return math.sqrt(along * along + across * across), math.atan2(across, along)
 
 
-def stand_bent(
+def stand(
+    standing: Array,
+    flexion: float,
     weights: Array,
     moments: Array,
-    flexion: float,
     free_weights: Array,
     free_moments: Array,
     reach: Array,
     locked_weights: Array,
     locked_moments: Array,
     locked_reach: Array,
-    knee_before: Array,
-) -> float:
+) -> None:
     """Write what the flexion of the locked stance knee changes in the chains of three and of two segments.
 
     Args:
-        weights: A of four segments.
+        standing: Flexion and lean of the shank (rad), and the moment of the leg's weight beside its line (N m), at the
+            indices above; changed, as all from `free_weights` on.
+        flexion: Of the stance knee from now on, rad.
+        weights: A of four segments; see `mjbiped.robots.chain.Chain`.
         moments: b of four.
-        flexion: Of the stance knee, rad.
-        free_weights: A of three; changed, as all that follows.
+        free_weights: A of three.
         free_moments: b of three.
         reach: Levers of the swing foot of three, whose last two are those of its thigh and shank, m.
         locked_weights: A of two.
         locked_moments: b of two.
         locked_reach: Levers of two.
-        knee_before: Weights of J'F of the knee strike.
-
-    Returns:
-        Moment of the stance leg's weight beside its line, N m: it turns the leg forward by that times cos(q_1 + slope).
     """
     length, lean = bent_leg(-reach[1], -reach[2], flexion)
     shank_sine, shank_cosine = math.sin(lean), math.cos(lean)
     thigh_sine, thigh_cosine = math.sin(lean - flexion), math.cos(lean - flexion)
     knee = math.cos(flexion)
+    standing[FLEXION], standing[LEAN] = flexion, lean
+    standing[ACROSS] = moments[0] * shank_sine + moments[1] * thigh_sine
     free_weights[0, 0] = (weights[0, 0] + weights[1, 0] * knee) + (weights[0, 1] * knee + weights[1, 1])
     for j in range(1, 3):
         free_weights[0, j] = weights[0, j + 1] * shank_cosine + weights[1, j + 1] * thigh_cosine
@@ -72,17 +74,28 @@ def stand_bent(
     reach[0] = locked_reach[0] = length
     locked_weights[0, 0], locked_moments[0] = free_weights[0, 0], free_moments[0]
     locked_weights[0, 1] = locked_weights[1, 0] = free_weights[0, 1] + free_weights[0, 2]
-    for j in range(3):
-        knee_before[0, j] = free_weights[0, j]
-    knee_before[1, 0] = free_weights[1, 0] + free_weights[2, 0]
-    return float(moments[0] * shank_sine + moments[1] * thigh_sine)
+
+
+def gravity_beside(across: float, angle: float, sin_slope: float, cos_slope: float) -> float:
+    r"""What the mass of a bent stance leg beside its line adds to that leg's generalised gravity, N m.
+
+    .. math:: -a \cos(q_1 + \varphi)
+
+    Args:
+        across: Moment of the leg's weight beside its line, a, N m.
+        angle: Of the line from the ground's normal, q_1, rad.
+        sin_slope: Sine of the ground's slope, or what is taken for it.
+        cos_slope: Its cosine, likewise.
+    """
+    sine, cosine = sine_cosine(angle)
+    return across * (sine * sin_slope - cosine * cos_slope)
 
 
 def force_beside(across: float, gravity: float, angle: float, rate: float, acceleration: float) -> tuple[float, float]:
     """What the mass of a bent stance leg beside its line adds to the force of the ground, forward and upward, N.
 
     Args:
-        across: Of `stand_bent`, N m.
+        across: Moment of the leg's weight beside its line, N m.
         gravity: m/s^2.
         angle: Of the line, from the vertical, rad.
         rate: rad/s.

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjbiped.errors import InputError
-from mjbiped.robots.bent_leg import bent_leg, force_beside, stand_bent
+from mjbiped.robots.bent_leg import ACROSS, bent_leg, force_beside, stand
 from mjbiped.robots.chain import Array, Chain, chain_of, ground_force
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
@@ -143,8 +143,9 @@ class KneedBiped(Robot):
             chain._replace(weights=chain.weights.copy(), moments=chain.moments.copy(), reach=chain.reach.copy())
             for chain in (three, two)
         )
-        across = stand_bent(four.weights, four.moments, flexion, *three[:3], *two[:3], np.zeros((2, 3)))
-        return {3: three, 2: two}, across
+        standing = np.zeros(3)
+        stand(standing, flexion, four.weights, four.moments, *three[:3], *two[:3])
+        return {3: three, 2: two}, float(standing[ACROSS])
 
     def mass_matrix(self, q: ArrayLike) -> Array:
         """M(q), shape (n, n), kg m^2, for q of shape (n,) in rad with n = 2, 3 or 4."""

@@ -9,18 +9,23 @@ from tqdm.auto import tqdm
 
 from mjbiped.control.controller import Controller
 from mjbiped.control.own import is_reference
-from mjbiped.control.registry import controller_class, controller_names, make_controller
+from mjbiped.control.registry import controller_class, controller_names, make_controller, settings_of
+from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.names import ENGINES
 from mjbiped.errors import InputError
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.robot import Robot
 from mjbiped.rollout.walk import walk
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import known_name
 from mjbiped.utils.parallel import cores, processes
 from mjbiped.utils.progress import hidden
 
-Unit = tuple[str, str]
-"""Names of an engine and of a controller."""
+Unit = tuple[str, str, Robot]
+"""Names of an engine and of a controller, and a robot of the kind that is walked."""
+
+_ROBOTS: tuple[Robot, ...] = (KneedBiped(), Compass())  # what takes longest first
 
 
 def precompile(
@@ -32,7 +37,7 @@ def precompile(
 ) -> dict[str, list[str]]:
     """Compile what walks of controllers need, in processes side by side; what is on disk already costs a second or two.
 
-    Machine code depends on the kinds of a controller's settings, not on their values, and on neither robot nor terrain.
+    Machine code depends on the kinds of robot and of a controller's settings, not on their values, nor on the terrain.
 
     Args:
         controllers: Names of controllers, registered or a user's own; unless given, all that are registered.
@@ -55,25 +60,28 @@ def precompile(
             )
     chosen = [known_name("engine", name, ENGINES) for name in engines or sorted(ENGINES)]
     # an engine's machine code serves many controllers: one of them makes it, then the others come
-    waiting: dict[tuple[str, int], list[Unit]] = {}
-    for name in names:
-        states = len(controller_class(name).states)
+    waiting: dict[tuple[str, str, int], list[Unit]] = {}
+    for robot in _ROBOTS:
         for engine in chosen:
-            waiting.setdefault((engine, ENGINES[engine].room(states)), []).append((engine, name))
+            for name in names:
+                made = controller_class(name, robot)
+                if made.joints == robot.joints or issubclass(made, Unpowered):
+                    room = ENGINES[engine].room(len(made.states), robot)
+                    waiting.setdefault((robot.kind, engine, room), []).append((engine, name, robot))
     failures: list[InputError] = []
-    total = len(names) * len(chosen)
+    total = sum(map(len, waiting.values()))
     with (
         processes(min(workers or cores(), total)) as pool,
         tqdm(total=total, desc="compiling", unit="law", disable=hidden(progress)) as bar,
     ):
-        running: dict[Future[None], tuple[str, int] | None] = {
-            pool.submit(_walk_a_step, group.pop(0)): kind for kind, group in sorted(waiting.items())
+        running: dict[Future[None], tuple[str, str, int] | None] = {
+            pool.submit(_walk_a_step, group.pop(0)): kind for kind, group in waiting.items()
         }
         while running:
             for done in wait(running, return_when=FIRST_COMPLETED).done:
                 kind = running.pop(done)
                 bar.update()
-                for unit in waiting.pop(kind) if kind is not None else ():
+                for unit in waiting.pop(kind, ()) if kind else ():
                     running[pool.submit(_walk_a_step, unit)] = None
                 try:
                     done.result()
@@ -86,5 +94,6 @@ def precompile(
 
 def _walk_a_step(unit: Unit) -> None:
     """In a process of its own: a walk of one step compiles all that it needs, and shows that it works."""
-    engine, name = unit
-    walk(make_controller(name, Compass(), {}), Terrain.incline(2.0), engine=engine, steps=1, progress=False)
+    engine, name, robot = unit
+    given = {"imitate_slope_deg": 2.5} if robot.knees and "imitate_slope_deg" in settings_of(name, robot) else {}
+    walk(make_controller(name, robot, given), Terrain.incline(2.5), engine=engine, robot=robot, steps=1, progress=False)

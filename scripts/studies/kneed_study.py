@@ -26,6 +26,7 @@ from scripts.pages import show_table
 PLACES = 12  # of the first change of the ground, over one step length
 CLEARANCE = 0.08  # of the optimised references, m
 FORWARD = 0.2  # m, of the mean step: half of one on level ground; who steps on the spot before a riser is stuck
+STAIRS = 150  # of any tread, drawn by chance
 HEIGHTS_CM = (2, -2, 4, -4, 6, -6, 8, -8, 10, -10)
 
 
@@ -79,6 +80,33 @@ def walk_everywhere(
     for ground, terrains in grounds(law.gait.step_length):
         yield ground, [mjbiped.walk(law, each, engine=engine, steps=steps, **settings) for each in terrains]
         progress.update()
+
+
+def any_stairs(rise: float) -> list[Terrain]:
+    """Stairs whose first riser and whose treads, in m, are drawn by chance, the same for every rise."""
+    chance = np.random.default_rng(7)
+    drawn = [(chance.uniform(0.5, 1.5), chance.uniform(1.2, 2.6)) for _ in range(STAIRS)]
+    return [Terrain.stairs(rise=rise, first=first, tread=tread, count=40) for first, tread in drawn]
+
+
+def climbers() -> Mapping[str, Controller]:
+    """Who climbs those, by name: the numbers are the clearances of the references."""
+    light, rods = mjbiped.KneedBiped(), mjbiped.KneedBiped.halved_rods()
+    return {
+        "light shanks, 8 cm": KneedController(light, mjbiped.find_reference(light, clearance=0.08)),
+        "light shanks, 12 cm": KneedController(light, mjbiped.find_reference(light, clearance=0.12)),
+        "halved rods, 8 cm": KneedController(rods, mjbiped.find_reference(rods, clearance=0.08)),
+    }
+
+
+def walk_on_any_stairs(steps: int, page: Path | None) -> None:
+    """How many walks come through on stairs of any tread, in the hybrid engine."""
+    laws, rows = climbers(), []
+    for height in tqdm((6, 7, 8, 9, 10, 11, -10), desc="stairs", disable=None):
+        grounds = any_stairs(0.01 * height)
+        walks = [[mjbiped.walk(law, each, engine="hybrid", steps=steps) for each in grounds] for law in laws.values()]
+        rows.append([f"{signed(height)} cm", *map(share_and_cost, walks)])
+    show_table(f"came through {steps} steps on stairs of any tread; c_mt", ["stairs", *laws], rows, page, "any stairs")
 
 
 def came_through(walks: Sequence[mjbiped.Walk]) -> list[mjbiped.Walk]:
@@ -154,6 +182,7 @@ def main(steps: int, page: Path | None, images: Path | None) -> None:
         ):
             rows = [[ground, *(cell(hybrid[name][ground]) for name in laws)] for ground in kinds]
             show_table(title, ["ground", *laws], rows, page, place)
+        walk_on_any_stairs(steps, page)
         mujoco = {name: dict(walk_everywhere(laws[name], "mujoco", **settings)) for name in kneed}
     rows = []
     for ground in kinds:

@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +17,8 @@ from controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.errors import InputError
 from mjbiped.gaits.described import gait_from
 from mjbiped.robots import compass
+from mjbiped.robots.bent_leg import bent_leg
+from mjbiped.robots.chain import Array
 from mjbiped.terrain.terrain import Terrain
 
 ROBOT = mjbiped.KneedBiped()
@@ -40,14 +43,45 @@ def memory_at(law: KneedController, start: Any = GAIT.start, slope: float = 0.03
     return memory
 
 
-@given(STATES, st.floats(0.0, 1.0), st.booleans())
+def moved_by(
+    q: Array, dq: Array, torque: Array, slope: float, flexion: float
+) -> tuple[Array, tuple[Array, Callable[[float], Array]]]:
+    """Accelerations of a robot that stands on a leg bent by `flexion`, and M^-1 and gravity of a slope.
+
+    By the chain of four segments, of which stance shank and thigh are one body, and swing thigh and shank two, or one.
+    """
+    n = len(q)
+    E = (
+        np.array([[1.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+        if n == 3
+        else np.array([[1.0, 0], [1, 0], [0, 1], [0, 1]])
+    )
+    _, lean = bent_leg(ROBOT.thigh_length, ROBOT.shank_length, flexion)
+    four, turning = np.array([q[0] + lean, q[0] + lean - flexion, q[1], q[-1]]), E @ dq
+
+    def gravity(angle: float) -> Array:
+        return np.asarray(E.T @ ROBOT.gravity_vector(four, angle))
+
+    mass = E.T @ ROBOT.mass_matrix(four) @ E
+    pull = ROBOT.input_matrix[:n, :n] @ torque[:n] - E.T @ ROBOT.coriolis_matrix(four, turning) @ turning
+    return np.linalg.solve(mass, pull - gravity(slope)), (np.linalg.inv(mass), gravity)
+
+
+@given(STATES, st.floats(0.0, 1.0), st.booleans(), st.one_of(st.just(0.0), st.floats(0.05, 1.0)))
 @settings(deadline=None)
 def test_errors_obey_linear_equations_where_model_and_slope_are_true(
-    away: tuple[float, ...], share: float, locked: bool
+    away: tuple[float, ...], share: float, locked: bool, flexion: float
 ) -> None:
-    """What (14) is for: ddz1 + (K1 + K2) dz1 + (K1 K2 + 1) z1 = 0, by the robot's own matrices, in both phases."""
+    """What (14) is for: ddz1 + (K1 + K2) dz1 + (K1 K2 + 1) z1 = 0, by the robot's own matrices, in both phases.
+
+    So it is on a leg that stands bent since the last touchdown, too.
+    """
     slope, t = 0.03, share * GAIT.period
     memory = memory_at(LAW, slope=slope)
+    if flexion:
+        bent = (*GAIT.end[:2], GAIT.end[1] + flexion)
+        LAW.on_touchdown(memory, bent, tuple(GAIT.start[:3] + 0.02), tuple(GAIT.start[3:]))
+        memory[0], memory[1] = math.sin(slope), math.cos(slope)
     wanted = np.array(LAW.reference(memory, t))
     if locked:
         q, dq = wanted[:2, 0] + away[:2], wanted[:2, 1] + away[3:5]
@@ -59,15 +93,13 @@ def test_errors_obey_linear_equations_where_model_and_slope_are_true(
     n = len(q)
     torque = np.array(LAW.torque(memory, t, tuple(q[whole]), tuple(dq[whole])))
     assert n == 3 or torque[2] == 0.0
-    forces = ROBOT.input_matrix[:n, :n] @ torque[:n]
-    pull = forces - ROBOT.coriolis_matrix(q, dq) @ dq - ROBOT.gravity_vector(q, slope)
-    ddq = np.linalg.solve(ROBOT.mass_matrix(q), pull)
+    ddq, (inverse, gravity) = moved_by(q, dq, torque, slope, flexion)
     z, dz = wanted[:, 0] - q, wanted[:, 1] - dq
     expected = wanted[:, 2] + (5.0 * 12.0 + 1.0) * z + (5.0 + 12.0) * dz
     assert ddq == pytest.approx(expected, abs=1e-9)  # of some 1e2 rad/s^2, with a mass matrix of condition 1e3
     # (17): gamma z2' M^-1 of gravity's parts, which are its vector on level ground and on a wall
-    z2 = np.linalg.solve(ROBOT.mass_matrix(q), dz + 5.0 * z)
-    parts = [z2 @ ROBOT.gravity_vector(q, angle) for angle in (math.pi / 2, 0.0)]
+    z2 = inverse @ (dz + 5.0 * z)
+    parts = [z2 @ gravity(angle) for angle in (math.pi / 2, 0.0)]
     assert torque[3:] == pytest.approx(0.3 * np.array(parts), abs=1e-10)
 
 

@@ -11,7 +11,7 @@ from mjbiped.records import measures
 
 ROBOT = mjbiped.KneedBiped()
 GROUND = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)])
-"""The passive gait clears 2.6 cm: three feet in a row come down on or after the riser before their knee is straight."""
+"""The passive gait clears 2.6 cm: two feet in a row come down on or after the riser before their knee is straight."""
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def test_the_engines_agree(law: KneedController, hybrid: mjbiped.Walk) -> None:
     here, there = hybrid.touchdowns, mujoco.touchdowns
     assert (hybrid.outcome, mujoco.outcome) == ("finished", "finished")
     flexions = ROBOT.flexion(here["qpos"], here["stance"])
-    assert (flexions > 0.4).tolist() == [False, True, True, True] + [False] * 4
+    assert (flexions > 0.4).tolist() == [False, True, True] + [False] * 5
     # MuJoCo's errors of 1e-4 of an impact, which the steps after it enlarge: measured 1.7e-3, 4.7e-3 and 3.5e-3
     np.testing.assert_allclose(there["time"], here["time"], rtol=0, atol=4e-3)
     np.testing.assert_allclose(there["qpos"], here["qpos"], rtol=0, atol=6e-3)
@@ -48,10 +48,18 @@ def test_the_update_compares_thighs(hybrid: mjbiped.Walk) -> None:
     np.testing.assert_allclose(touched["slope_estimate"], touched["slope_estimate_before"], rtol=0, atol=1e-12)
 
 
+def test_a_leg_that_stands_bent_is_not_taken_for_a_slope(hybrid: mjbiped.Walk) -> None:
+    """A toe on the riser drives the estimate astray once; it decays on bent legs as on straight ones."""
+    estimate = np.abs(hybrid.touchdowns["slope_estimate_before"])
+    assert estimate[1] == pytest.approx(math.radians(3.5), abs=math.radians(0.1))
+    assert estimate[2:].max() < math.radians(0.6)  # measured 0.48; 2.9 with a leg that is taken for a straight one
+    assert estimate[-1] < 1e-5
+
+
 def test_samples_hold_the_bent_stance_leg(hybrid: mjbiped.Walk) -> None:
     """Its foot stays where it is, its knee as it was; q is the line's angle, and after its step the knee is free."""
     touched, samples = hybrid.touchdowns, hybrid.samples
-    for index in (1, 2, 3):
+    for index in (1, 2):
         leg, x = int(touched["stance"][index]), touched["x"][index]
         during = (samples["time"] > touched["time"][index]) & (samples["time"] < touched["time"][index + 1])
         qpos = samples["qpos"][during]

@@ -10,7 +10,7 @@ from walk_cases import faults, some_walk
 LONGEST = 60.0
 """Processor time of one case, s: 4 s were measured, and a controller of a new kind compiles for up to 30."""
 
-FAST = range(24)
+FAST = range(12)
 SLOW = {"hybrid": range(len(FAST), 1000), "mujoco": range(len(FAST), 700)}
 ENGINES = pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 

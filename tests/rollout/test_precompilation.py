@@ -22,7 +22,8 @@ class Compiling(event.Listener):
 
 event.register("numba:compile", Compiling())
 from mjbiped.rollout.precompilation import _walk_a_step
-_walk_a_step((sys.argv[1], "kinetic-energy"))
+from mjbiped.robots.kinds import NAMED
+_walk_a_step((sys.argv[1], sys.argv[2], NAMED[sys.argv[3]]()))
 print("walked")
 """
 
@@ -37,12 +38,26 @@ def test_a_walk_after_it_compiles_nothing(tmp_path: Path) -> None:
         assert done.returncode == 0, done.stderr
         return done
 
-    assert "compiled torque" in run("-c", WALK, "mujoco").stdout  # the test can fail
+    walked = ("-c", WALK, "mujoco", "kinetic-energy", "compass")
+    assert "compiled torque" in run(*walked).stdout  # the test can fail
     printed = run("-m", "mjbiped", "compile", "kinetic-energy", "--engine", "mujoco").stdout
     assert printed.split() == ["compiled", "for", "the", "mujoco", "engine:", "kinetic-energy"]
-    assert run("-c", WALK, "mujoco").stdout == "walked\n"
+    assert run(*walked).stdout == "walked\n"
     walk = ("walk", "random:seed=3", "--controller", "kinetic-energy", "--gain", "gain=21", "--steps", "2")
     assert "compiling" not in run("-m", "mjbiped", *walk).stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+def test_nor_does_one_with_knees(engine: str, tmp_path: Path) -> None:
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    made = [sys.executable, "-m", "mjbiped", "compile", "adaptive", "--engine", engine]
+    subprocess.run(made, env=environment, check=True, capture_output=True, timeout=300)
+    for name in ("adaptive", "passive"):  # the engine's code is there, and the passive controller has next to none
+        walk = [sys.executable, "-c", WALK, engine, name, "kneed"]
+        done = subprocess.run(walk, env=environment, check=True, capture_output=True, text=True, timeout=300)
+        assert ("entry" in done.stdout, "walked" in done.stdout) == (False, True)
+        assert name == "passive" or done.stdout == "walked\n"
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine, Run, Show
-from mjbiped.engines.hybrid.simulation import TOLERANCE, HybridSimulation, simulate
+from mjbiped.engines.hybrid.simulation import TOLERANCE, HybridSimulation, idle_states, simulate
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError
 from mjbiped.records.recorder import Cancellation, never_cancelled
@@ -56,6 +56,10 @@ class Hybrid(Engine):
                 "or see in the record how much friction is asked for"
             )
         disturbances.delay_ticks(disturbances.period(None, 0.0))
+
+    def room(self, states: int, robot: Robot) -> int:
+        """With knees, controllers without states have idle ones; see `Engine.room`."""
+        return states + idle_states(states, robot)
 
     def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> HybridRun:
         """Set the robot on the ground; see `Engine.start`."""

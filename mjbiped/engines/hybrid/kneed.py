@@ -14,7 +14,6 @@ from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.dynamics import WILDEST_ANGLE, ensure_dense
 from mjbiped.engines.hybrid.kneed_impacts import held, hit_face, lands, strike_stop, stub, transfer
 from mjbiped.engines.hybrid.kneed_posture import (
-    ACROSS,
     ANGLES,
     JOINTS,
     KneedConstants,
@@ -30,7 +29,7 @@ from mjbiped.engines.hybrid.kneed_posture import (
 from mjbiped.engines.hybrid.state import KNEE_FREE, KNEE_LOCKED, Buffers, Laws, SimulationConstants
 from mjbiped.numerics.dormand_prince import dense_at, dense_rate_at
 from mjbiped.records.rows import KNEED_SAMPLED, write_kneed_sample
-from mjbiped.robots.bent_leg import force_beside
+from mjbiped.robots.bent_leg import ACROSS, force_beside
 from mjbiped.robots.chain import accelerate, ground_force
 
 

@@ -8,9 +8,7 @@ from typing import Any
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.kneed_posture import (
     ANGLES,
-    FLEXION,
     JOINTS,
-    LEAN,
     KneedConstants,
     hip,
     pose,
@@ -22,6 +20,7 @@ from mjbiped.engines.hybrid.state import KNEE_FREE, KNEE_LOCKED, KNEE_RESTING, B
 from mjbiped.engines.hybrid.transfer import stand_on
 from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.records.rows import write_kneed_touchdown
+from mjbiped.robots.bent_leg import FLEXION, LEAN
 from mjbiped.robots.chain import Array, constrain, strike, strike_stiff
 
 

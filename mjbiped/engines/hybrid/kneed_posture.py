@@ -13,13 +13,12 @@ from mjbiped.engines.hybrid.state import Buffers, SimulationConstants
 from mjbiped.numerics.dormand_prince import dense_at
 from mjbiped.numerics.records import in_one_block
 from mjbiped.numerics.trigonometry import sine_cosine
-from mjbiped.robots.bent_leg import bent_leg, stand_bent
+from mjbiped.robots import bent_leg
+from mjbiped.robots.bent_leg import FLEXION, LEAN
 from mjbiped.robots.chain import Array
 from mjbiped.robots.kneed import LEGS, SWING_LOCKED, KneedBiped
 
 ANGLES = JOINTS = 3
-
-FLEXION, LEAN, ACROSS = 0, 1, 2  # indices in the constants' `stance`
 
 Pose: TypeAlias = tuple[float, float, float, float, float, float]
 """Sine and cosine of stance leg, swing thigh and swing shank from the vertical."""
@@ -37,8 +36,7 @@ class KneedConstants(NamedTuple):
         about_end: Weights of J'FJ of an impact of that foot.
         onto_end: Of its J'F.
         legs: Which leg each of the four is part of.
-        stance: Of the stance leg as it stands, at the indices above: flexion and lean of its shank from its line, rad,
-            and the moment of its weight beside that line, N m; see `mjbiped.robots.bent_leg`.
+        stance: How the stance leg stands; see `mjbiped.robots.bent_leg.stand`.
         free_weights: A of three segments.
         free_moments: b.
         reach: Levers of the swing foot, m.
@@ -143,20 +141,21 @@ def stand(c: KneedConstants, flexion: float) -> None:
     """Let the constants be those of a stance leg whose knee is locked at a flexion, rad."""
     if flexion == c.stance[FLEXION]:
         return
-    _, c.stance[LEAN] = bent_leg(-c.reach[1], -c.reach[2], flexion)
-    c.stance[FLEXION] = flexion
-    c.stance[ACROSS] = stand_bent(
+    bent_leg.stand(
+        c.stance,
+        flexion,
         c.weights,
         c.moments,
-        flexion,
         c.free_weights,
         c.free_moments,
         c.reach,
         c.locked_weights,
         c.locked_moments,
         c.locked_reach,
-        c.knee_before,
     )
+    for j in range(3):
+        c.knee_before[0, j] = c.free_weights[0, j]
+    c.knee_before[1, 0] = c.free_weights[1, 0] + c.free_weights[2, 0]
 
 
 def pose_at(b: Buffers, q1: float, q2: float, q3: float) -> Pose:

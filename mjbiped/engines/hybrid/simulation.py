@@ -51,7 +51,6 @@ FIRST_STEP = 0.1  # the first one tried, in the same units
 _ROWS = 1024  # touchdowns between two looks at the progress bar, some 20 ms
 _FIRST_STINT = 24_000  # evaluations of the law until Python first has its turn, some 2 ms
 _SHORT, _LONG = 0.02, 0.08  # s: a stint shall take a time between these
-_IDLE = 2  # states for a controller that has none, for the biped with knees: one machine code serves nearly all
 _STALLS = 10  # longest gait steps of which the buffer holds the samples
 _WHY = {
     Outcome.UNRESOLVED: "the torque switches, or changes, faster than the integrator can follow: name the times of its "
@@ -122,7 +121,7 @@ class HybridSimulation:
         self.controller = controller
         self.compiled = self._law is not None
         model, angles, joints = model_of(robot), len(robot.angles), len(robot.joints)
-        self._idle = _IDLE if self.compiled and robot.knees and not controller.states else 0
+        self._idle = idle_states(len(controller.states), robot) if self.compiled else 0
         size = 2 * angles + self._own + joints
         integrator = unrolled(size, untested=joints, arguments=HANDED_ON)
         if self.compiled:
@@ -322,6 +321,15 @@ class HybridSimulation:
     def _recorded(self, samples: NDArray[np.float64]) -> NDArray[np.float64]:
         """Samples without the idle states, which stand behind the robot's columns, where the controller has none."""
         return samples[:, : samples.shape[1] - self._idle]
+
+
+def idle_states(states: int, robot: Robot) -> int:
+    """How many idle states compiled code has for a controller with so many of its own.
+
+    Machine code is for one length of the state, and takes long with knees: a controller without states has as many as
+    the adaptive law.
+    """
+    return 2 if robot.knees and states == 0 else 0
 
 
 def simulate(simulation: HybridSimulation, recorder: Recorder, show: Show | None = None) -> Outcome:

@@ -90,7 +90,7 @@ class Mujoco(Options, Engine):
             assert period is not None
             disturbances.delay_ticks(period)
 
-    def room(self, states: int) -> int:
+    def room(self, states: int, robot: Robot) -> int:
         """One machine code serves all controllers with up to eight states; see `Engine.room`."""
         return max(states, ROOM)
 

@@ -79,11 +79,14 @@ def test_the_study_writes_its_tables_of_both_engines(tmp_path: Path, monkeypatch
     monkeypatch.setattr(study, "walkers", lambda: passive)
     monkeypatch.setattr(study, "HEIGHTS_CM", (-2,))
     monkeypatch.setattr(study, "PLACES", 1)
-    page = tmp_path / "page.md"
-    page.write_text("".join(f"<!-- {place} -->\n<!-- end {place} -->\n" for place in ("walks", "torques", "mujoco")))
+    monkeypatch.setattr(study, "STAIRS", 1)
+    monkeypatch.setattr(study, "climbers", lambda: {"climbs nothing": next(iter(passive.values()))()})
+    page, places = tmp_path / "page.md", ("walks", "torques", "any stairs", "mujoco")
+    page.write_text("".join(f"<!-- {place} -->\n<!-- end {place} -->\n" for place in places))
     told = CliRunner().invoke(study.main, ["--steps", "6", "--page", str(page)], catch_exceptions=False)
     assert told.exit_code == 0
-    walks, _, mujoco = page.read_text().split("<!-- end ")[:3]
+    walks, _, stairs, mujoco = page.read_text().split("<!-- end ")[:4]
+    assert "| +6 cm | no |" in stairs
     assert "straight legs" in walks
     assert "straight legs" not in mujoco
     # both engines walk the passive gait at c_mt within 0.0001: tests/engines/mujoco/test_kneed.py holds them together
