@@ -30,6 +30,7 @@ from mjbiped.engines.hybrid.events import (
     pose_within,
 )
 from mjbiped.engines.hybrid.progress import is_tame, lags, watch
+from mjbiped.engines.hybrid.sliding import end_at_edge, end_of_contact, hit_face, on_its_segment, slides_on
 from mjbiped.engines.hybrid.state import KNEE_FREE, KNEE_RESTING, Buffers, Laws, SimulationConstants
 from mjbiped.engines.hybrid.transfer import begin_step
 from mjbiped.numerics.dormand_prince import STAGES
@@ -53,7 +54,6 @@ JUST_BESIDE = 2.3e-16  # next to a break's time, relative
 SLIDING_STEP = 2e-3  # longest integration step while the foot slides on a face or on the ground, s
 SHORTEST_STEP = 1e-12  # s; below it the motion is none
 MISSED = 1e-6  # of the leg's length: a foot that lands so far off the ground has not been followed
-SLID_INTO = 1e-3  # of the leg's length: a sliding foot that is so far below the next segment has met a riser
 NOW = 1e-9  # times so close are the same, s
 POLISHED = 1e-7  # a touchdown found so closely is brought home by one term of its Taylor series, s
 
@@ -148,15 +148,15 @@ def gait_step(laws: Laws, parameters: Any, constants: SimulationConstants, b: Bu
             if not is_motion(constants, b.out):  # a torque that is none between the times at which it was asked before
                 w[at.OUTCOME], w[at.TIME] = DIVERGED, w[at.CLOCK] + t
                 return False
-        slid = w[at.GROUND] != 0.0 and not _on_its_segment(laws, constants, b, b.out)
+        slid = w[at.GROUND] != 0.0 and not on_its_segment(laws, constants, b, b.out)
         if slid:
-            h = _end_at_edge(laws, parameters, constants, b, t, h)
+            h = end_at_edge(laws, parameters, constants, b, t, h)
         released = (w[at.FACE] != 0.0 or w[at.GROUND] != 0.0) and w[at.PRESS] < 0.0
         if released:  # and what the foot in contact would have met later in the step, it does not
-            h = _end_of_contact(laws, parameters, constants, b, t, h, at.PRESS)
+            h = end_of_contact(laws, parameters, constants, b, t, h, at.PRESS)
             event, ended, slid = NOTHING, 0, False
         elif w[at.LOCKED] == KNEE_RESTING and w[at.STOP_PRESS] < 0.0:
-            h = _end_of_contact(laws, parameters, constants, b, t, h, at.STOP_PRESS)
+            h = end_of_contact(laws, parameters, constants, b, t, h, at.STOP_PRESS)
             w[at.LOCKED], event, ended, released, slid = KNEE_FREE, NOTHING, 0, True, False
         if released or slid or event != NOTHING or ended:
             pose = laws.pose(b, b.out)
@@ -178,7 +178,7 @@ def gait_step(laws: Laws, parameters: Any, constants: SimulationConstants, b: Bu
                 return False
             _begin(laws, parameters, constants, b, t)
         elif event == FACE_IMPACT:
-            _hit_face(laws, constants, b)
+            hit_face(laws, constants, b)
             _begin(laws, parameters, constants, b, t)
         elif event == KNEE_STRIKE:
             laws.strike_stop(laws, parameters, constants, b, t)
@@ -192,7 +192,7 @@ def gait_step(laws: Laws, parameters: Any, constants: SimulationConstants, b: Bu
             w[at.GROUND] = 0.0 if w[at.PRESS] < 0.0 else w[at.GROUND]
             _begin(laws, parameters, constants, b, t)
         elif slid:
-            if not _slides_on(laws, constants, b):
+            if not slides_on(laws, constants, b):
                 w[at.OUTCOME], w[at.TOE] = FELL, 1.0
                 return False
             _begin(laws, parameters, constants, b, t)
@@ -321,68 +321,6 @@ def _end_on(
             break
         h += change
     return h
-
-
-def _end_of_contact(
-    laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float, h: float, press: int
-) -> float:
-    """Take the step again so that it ends when the foot no longer presses on the face, or the knee on its stop.
-
-    `press` is the index of that in `w`. Returns the step's length.
-    """
-    low, high = 0.0, h
-    while high - low > 1e-9:
-        middle = 0.5 * (low + high)
-        attempt(laws, parameters, constants, b, t, middle)
-        if b.w[press] < 0.0:
-            high = middle
-        else:
-            low = middle
-    attempt(laws, parameters, constants, b, t, high)
-    return high
-
-
-def _hit_face(laws: Laws, constants: SimulationConstants, b: Buffers) -> None:
-    """The swing foot meets a vertical face: plastic and without friction; the stance foot stays."""
-    w = b.w
-    w[at.FACE] = 1.0 if constants.x[int(w[at.LANDING])] == w[at.FACE_X] else -1.0
-    w[at.PUSHED_X], w[at.PUSHED_Z] = -w[at.FACE], 0.0
-    laws.hit_face(constants, b)
-    w[at.FACE_IMPACTS] = 1.0
-
-
-def _end_at_edge(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float, h: float) -> float:
-    """Take the step again so that it ends just beyond the segment that the foot slides on; returns its length."""
-    low, high = 0.0, h
-    while high - low > 1e-10:
-        middle = 0.5 * (low + high)
-        attempt(laws, parameters, constants, b, t, middle)
-        if _on_its_segment(laws, constants, b, b.out):
-            low = middle
-        else:
-            high = middle
-    attempt(laws, parameters, constants, b, t, high)
-    return high
-
-
-def _on_its_segment(laws: Laws, constants: SimulationConstants, b: Buffers, state: Any) -> bool:
-    """Whether a foot that slides on the ground is, in a state, still on the segment where it came down."""
-    segment, (x, _) = int(b.w[at.GROUND_SEGMENT]), laws.swing_foot(constants, b, laws.pose(b, state))
-    begun = segment == 0 or constants.x[segment] <= x
-    return bool(begun and (segment + 1 == len(constants.x) or x <= constants.x[segment + 1]))
-
-
-def _slides_on(laws: Laws, constants: SimulationConstants, b: Buffers) -> bool:
-    """A sliding foot comes to another segment: off a step down, on along a change of slope, or, False, into a riser."""
-    w = b.w
-    x, z = laws.swing_foot(constants, b, laws.pose(b, b.y))
-    segment = int(w[at.GROUND_SEGMENT])
-    segment += 1 if x > constants.x[segment] else -1
-    w[at.GROUND], w[at.GROUND_SEGMENT], w[at.LANDING] = 0.0, -1.0, segment
-    above = z - height_of(constants, segment, x)
-    if above > 0.0:
-        return True
-    return bool(above > -SLID_INTO * constants.length and laws.stub(constants, b))
 
 
 def transfer_support(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers) -> None:
