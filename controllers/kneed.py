@@ -26,6 +26,7 @@ from controllers.kneed_laws import (
     CURVES,
     LOCKED,
     POINTS,
+    REPLANNED,
     Angle,
     Parameters,
     Segments,
@@ -40,6 +41,7 @@ from controllers.kneed_laws import (
 )
 from controllers.settings import COS, SIN, PaperSettings
 from mjbiped.control.controller import Law, Memory
+from mjbiped.control.tracking import Tracking
 from mjbiped.errors import InputError
 from mjbiped.gaits.branches import Branched
 from mjbiped.gaits.reference import in_arrays, table_of
@@ -48,7 +50,7 @@ from mjbiped.utils import domains
 
 
 @dataclass(frozen=True)
-class KneedController(PaperSettings):
+class KneedController(PaperSettings, Tracking):
     """Imitates a gait with knees on ground of unknown slope, as `AdaptiveController` does without knees.
 
     Attributes:
@@ -142,6 +144,15 @@ class KneedController(PaperSettings):
             stance, swing = straight_branch(self.parameters, memory, t)
             return stance, swing, swing
         return bent_branch(self.parameters, memory, t)
+
+    def tracked(self, memory: Memory, t: float) -> tuple[Sequence[float], Sequence[float]]:
+        """Angles and rates of `reference`."""
+        angles, rates, _ = zip(*self.reference(memory, t), strict=True)
+        return angles, rates
+
+    def transition_end(self, memory: Memory) -> float:
+        """Until when a re-planned transition is tracked in the step, s; 0 where the step was not re-planned."""
+        return self.parameters.transition_time if memory[REPLANNED] else 0.0
 
     def next_discontinuity(self, memory: Memory, t: float) -> float:
         """The transition's end, then the end of the gait's trajectory; see `Controller.next_discontinuity`."""

@@ -19,7 +19,7 @@ from mjbiped.robots.bent_leg import ACROSS, FLEXION, LEAN, gravity_beside, stand
 from mjbiped.robots.chain import Array, accelerate, inverse_dynamics, solve, weighted
 
 # indices in the memory
-_REPLANNED, LOCKED, _BUMP, _FLEXION, CURVES = 2, 3, 4, 5, 6
+REPLANNED, LOCKED, _BUMP, _FLEXION, CURVES = 2, 3, 4, 5, 6
 POINTS = 6  # of a curve
 
 ANGLES = 3
@@ -215,7 +215,7 @@ def slope_estimate_law(parameters: Parameters, memory: Memory) -> float:
 
 def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> float:
     """The transition's end, then the end of the gait's trajectory, s."""
-    if memory[_REPLANNED] and t < parameters.transition_time:
+    if memory[REPLANNED] and t < parameters.transition_time:
         return parameters.transition_time
     return reference_discontinuity(parameters.straight if memory[LOCKED] else parameters.legs, t)
 
@@ -223,7 +223,7 @@ def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> 
 def bent_branch(parameters: Parameters, memory: Memory, t: float) -> tuple[Angle, Angle, Angle]:
     """What stance leg, swing thigh and swing shank are to do while the knee is free."""
     duration = parameters.transition_time
-    planned = memory[_REPLANNED] != 0.0 and t < duration
+    planned = memory[REPLANNED] != 0.0 and t < duration
     if planned and not parameters.additive:
         return _curve(memory, 0, duration, t), _curve(memory, 1, duration, t), _bumped(memory, duration, t)
     legs, shanks = reference_at(parameters.legs, t), reference_at(parameters.shank, t)
@@ -241,7 +241,7 @@ def bent_branch(parameters: Parameters, memory: Memory, t: float) -> tuple[Angle
 def straight_branch(parameters: Parameters, memory: Memory, t: float) -> tuple[Angle, Angle]:
     """What stance and swing leg are to do while the knee is locked."""
     duration = parameters.transition_time
-    planned = memory[_REPLANNED] != 0.0 and t < duration
+    planned = memory[REPLANNED] != 0.0 and t < duration
     if planned and not parameters.additive:
         return _curve(memory, 0, duration, t), _curve(memory, 1, duration, t)
     legs = reference_at(parameters.straight, t)
@@ -286,10 +286,10 @@ def plan(
     cycle, duration = parameters.cycle, parameters.transition_time
     off = max(abs(q1 - cycle[0]), abs(q2 - cycle[1]), abs(q3 - cycle[2]))
     off = max(off, abs(dq1 - cycle[3]), abs(dq2 - cycle[4]), abs(dq3 - cycle[5]))
-    memory[_REPLANNED] = memory[LOCKED] = 0.0
+    memory[REPLANNED] = memory[LOCKED] = 0.0
     if duration == 0.0 or off <= parameters.replanning_threshold:
         return
-    memory[_REPLANNED] = 1.0
+    memory[REPLANNED] = 1.0
     memory[_BUMP] = parameters.bump_per_step * felt
     if parameters.additive:
         _lay(memory, 0, transition(duration, q1 - cycle[0], dq1 - cycle[3], 0.0, 0.0, 0.0, 0.0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bisect
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
@@ -11,7 +12,7 @@ import numpy as np
 
 from mjbiped.control.controller import Controller
 from mjbiped.control.registry import controller_from
-from mjbiped.control.tracking import AdaptiveTracking
+from mjbiped.control.tracking import AdaptiveTracking, Tracking
 from mjbiped.disturbances.disturbances import DEFAULT_PERIOD, Disturbances
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.errors import InputError
@@ -28,10 +29,27 @@ def recorded_controller(walk: Walk) -> AdaptiveTracking:
         InputError: Another controller walked.
         GaitError: The gait that it imitated is not found.
     """
-    controller = controller_from(walk.settings["controller"], walk.settings.get("controller_source"))
+    controller = _controller_of(walk)
     if not isinstance(controller, AdaptiveTracking):
         raise InputError(f"this needs an adaptive controller, and this walk's is {type(controller).__name__}")
     return controller
+
+
+def recorded_tracking(walk: Walk) -> Tracking:
+    """The controller of a walk, built anew from the record, if it tracks a reference.
+
+    Raises:
+        InputError: It does not.
+        GaitError: The gait that it imitated is not found.
+    """
+    controller = _controller_of(walk)
+    if not isinstance(controller, Tracking):
+        raise InputError(f"this needs a controller that tracks a reference: {type(controller).__name__} does not")
+    return controller
+
+
+def _controller_of(walk: Walk) -> Controller:
+    return controller_from(walk.settings["controller"], walk.settings.get("controller_source"))
 
 
 class StepStart(NamedTuple):
@@ -40,7 +58,7 @@ class StepStart(NamedTuple):
     Attributes:
         time: Since the walk's start, s.
         slope: Of the ground under its stance foot, rad.
-        q: Stance and swing leg, rad.
+        q: Angles of the robot from the ground's normal, stance leg first, rad.
         dq: Their rates, rad/s.
     """
 
@@ -69,11 +87,20 @@ def replayed(walk: Walk, controller: Controller) -> Iterator[tuple[StepStart, li
     walked.start(memory, started.q, started.dq)
     yield started, memory
     rows = walk.touchdowns
-    for time, slope, before, q, dq in zip(
-        *(rows[name].tolist() for name in ("time", "slope", "q_before", "q", "dq")), strict=True
+    for time, slope, before, q, dq, strike in zip(
+        *(rows[name].tolist() for name in ("time", "slope", "q_before", "q", "dq")), knee_strikes(walk), strict=True
     ):
+        if strike < math.inf:
+            walked.on_knee_strike(memory, strike, before, before)  # whatever the state, the knee is locked from then on
         walked.on_touchdown(memory, before, q, dq)
         yield StepStart(time, slope, q, dq), memory
+
+
+def knee_strikes(walk: Walk) -> list[float]:
+    """When the swing knee struck its stop in each step that ended, since the step's beginning, s; infinity: never."""
+    if not walk.robot.knees:
+        return [math.inf] * len(walk.touchdowns["time"])
+    return [strike if math.isfinite(strike) else math.inf for strike in walk.touchdowns["knee_strike"].tolist()]
 
 
 def _behind_its_sensors(walk: Walk, controller: Controller) -> Controller:
@@ -84,30 +111,32 @@ def _behind_its_sensors(walk: Walk, controller: Controller) -> Controller:
     return SampledController(controller, replace(disturbances, delay=0.0), DEFAULT_PERIOD)
 
 
-def transitions(walk: Walk, controller: AdaptiveTracking) -> list[Array]:
-    """The re-planned trajectories of a walk (section IV-B), each as far as it was walked.
+def transitions(walk: Walk, controller: Tracking) -> list[Array]:
+    """The re-planned trajectories of a walk (section IV-B), each as far as it was walked with the swing knee free.
 
     Args:
         walk: A record.
         controller: The law that walked.
 
     Returns:
-        One per step that was re-planned: angles (rad) and rates (rad/s) of stance and swing leg, shape (n, 4).
+        One per step that was re-planned: the robot's angles (rad), then their rates (rad/s), shape (n, 2 angles).
     """
     ends = [*walk.touchdowns["time"].tolist(), walk.end[0]]
     found = []
-    for (started, memory), end in zip(replayed(walk, controller), ends, strict=True):
-        duration = min(controller.transition_end(memory), end - started.time)
+    for (started, memory), end, strike in zip(
+        replayed(walk, controller), ends, [*knee_strikes(walk), math.inf], strict=True
+    ):
+        duration = min(controller.transition_end(memory), end - started.time, strike)
         if duration > 0.0:
             time = np.linspace(0.0, duration, _POINTS).tolist()
-            found.append(np.array([controller.reference(memory, t)[:4] for t in time]))
+            found.append(np.array([np.concatenate(controller.tracked(memory, t)) for t in time]))
     return found
 
 
 class TrackedReference:
     """What a walk's controller tracked, at any time of the record."""
 
-    def __init__(self, walk: Walk, controller: AdaptiveTracking) -> None:
+    def __init__(self, walk: Walk, controller: Tracking) -> None:
         """Make all plans of a walk again.
 
         Args:
@@ -115,6 +144,7 @@ class TrackedReference:
             controller: The law that walked.
         """
         self._controller = controller
+        self._nothing = (0.0,) * len(walk.robot.angles)
         self._starts: list[float] = []
         self._memories: list[list[float]] = []
         time, states = walk.samples["time"], walk.samples["controller_states"]
@@ -126,7 +156,16 @@ class TrackedReference:
             if last >= 0:  # the integrated states at the step's end, as near as samples are
                 memory[: states.shape[1]] = states[last].tolist()
 
-    def at(self, time: float) -> tuple[float, float]:
-        """Stance and swing leg from the ground's normal, rad, at a time (s) of the record."""
+    def at(self, time: float, *, locked: bool = False) -> tuple[float, ...]:
+        """The angles from the ground's normal, stance leg first, rad.
+
+        Args:
+            time: Of the record, s.
+            locked: Whether the swing knee is, if there is one.
+        """
         step = max(0, bisect.bisect_right(self._starts, time + 1e-9) - 1)
-        return self._controller.reference(self._memories[step], time - self._starts[step])[:2]
+        memory, t = self._memories[step], time - self._starts[step]
+        if locked:
+            memory = list(memory)
+            self._controller.on_knee_strike(memory, t, self._nothing, self._nothing)
+        return tuple(self._controller.tracked(memory, t)[0])

@@ -1,4 +1,4 @@
-"""What the analysis of Theorem 1 needs of a controller beyond the contract: gains, reference and tracking errors."""
+"""What figures, videos and the analysis of Theorem 1 need of a controller beyond the contract: what it tracks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,22 @@ from mjbiped.gaits.gait import Gait
 from mjbiped.robots.compass import Compass
 
 
-class AdaptiveTracking(Controller):
+class Tracking(Controller):
+    """A controller that tracks a reference, to which it may lead each step by a transition of its own.
+
+    What it tracks stands in the figures and videos of its walks.
+    """
+
+    @abstractmethod
+    def tracked(self, memory: Memory, t: float) -> tuple[Sequence[float], Sequence[float]]:
+        """What is tracked at time t of the step: the angles (rad) and their rates (rad/s), in the robot's order."""
+
+    @abstractmethod
+    def transition_end(self, memory: Memory) -> float:
+        """Until when a re-planned transition is tracked in the step, s; 0 where the step was not re-planned."""
+
+
+class AdaptiveTracking(Tracking):
     """A controller that tracks a reference by the paper's law (14) and adapts its slope estimate by (17).
 
     The first two states of its memory are the estimates of the slope's sine and cosine. A law of your own that derives
@@ -42,6 +57,7 @@ class AdaptiveTracking(Controller):
     ) -> tuple[float, float, float, float, float, float]:
         """z1 of (5) (rad), its rate, and z2 of (9) (rad/s) at time t of the step, stance leg first each."""
 
-    @abstractmethod
-    def transition_end(self, memory: Memory) -> float:
-        """Until when a re-planned transition is tracked in the step, s; 0 where the step was not re-planned."""
+    def tracked(self, memory: Memory, t: float) -> tuple[Sequence[float], Sequence[float]]:
+        """Angles and rates of `reference`."""
+        reference = self.reference(memory, t)
+        return reference[:2], reference[2:4]

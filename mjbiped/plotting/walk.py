@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from mjbiped.analysis.replay import recorded_controller, transitions
+from mjbiped.analysis.replay import recorded_tracking, transitions
 from mjbiped.errors import MjbipedError, RenderError
 from mjbiped.gaits.branches import Branched
 from mjbiped.gaits.described import gait_from
@@ -239,7 +239,7 @@ def _draw_phases(figure: Any, walk: Walk, *letters: str) -> None:
         axes.plot(q, dq, color=style["color"], linewidth=0.8, label=name)
         for number, planned in enumerate(replanned):
             look = {**PLANNED, "label": "re-planned reference" if number == 0 else None}
-            axes.plot(planned[:, leg], planned[:, 2 + leg], **look)
+            axes.plot(planned[:, leg], planned[:, len(walk.robot.angles) + leg], **look)
         if gait is not None:
             reference, rate, _ = gait.reference(np.linspace(0.0, gait.period, 200))
             axes.plot(reference[:, leg], rate[:, leg], label="imitated gait", **TRUTH, linewidth=1.4)
@@ -265,7 +265,7 @@ def _imitated_gait(walk: Walk) -> Gait | Branched | None:
 def _transitions(walk: Walk) -> list[NDArray[np.float64]]:
     """The re-planned references of a controller that plans, made again from the record; none of any other."""
     try:
-        return transitions(walk, recorded_controller(walk))
+        return transitions(walk, recorded_tracking(walk))
     except (TypeError, KeyError, MjbipedError):
         return []
 

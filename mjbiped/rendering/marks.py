@@ -7,7 +7,7 @@ same as a video.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from mjbiped.engines.mujoco.scenery import CUT
 from mjbiped.rendering.geoms import add_geom
-from mjbiped.rendering.moments import Moment, Pair, Points, foot_of
+from mjbiped.rendering.moments import Moment, Pair, Points
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import palette
 
@@ -96,7 +96,7 @@ def draw_marks(scene: Any, moment: Moment, robot: Robot, scales: Scales, element
         for side, way in enumerate(moment.traces):
             _draw_trace(pen, way, _SIDES[side], _LEGS[side])
     if "ghost" in elements and moment.reference is not None:
-        _draw_ghost(pen, foot, moment, robot)
+        _draw_ghost(pen, moment.reference, robot)
     if "estimate" in elements and math.isfinite(moment.slope_estimate):
         along = (math.cos(moment.slope_estimate), -math.sin(moment.slope_estimate))
         reach = _ESTIMATE_REACH * length
@@ -160,15 +160,12 @@ def _draw_force(pen: _Pen, foot: Pair, force: Pair, scale: float, length: float)
         pen.bar(foot, barb, _FRONT, _FORCE_WIDTH * length, rgba)
 
 
-def _draw_ghost(pen: _Pen, foot: Pair, moment: Moment, robot: Robot) -> None:
-    """The tracked posture on the stance foot: both legs and the hip, translucent."""
-    assert moment.reference is not None
-    length, rgba = robot.leg_length, (*GHOST_COLOUR, _GHOST_OPACITY)
-    stance, swing = (angle + moment.slope for angle in moment.reference)
-    hip = (foot[0] + length * math.sin(stance), foot[1] + length * math.cos(stance))
-    width = _GHOST_WIDTH * length
-    pen.connect(mujoco.mjtGeom.mjGEOM_CAPSULE, hip, foot, _BEHIND, width, rgba)
-    pen.connect(mujoco.mjtGeom.mjGEOM_CAPSULE, hip, foot_of(robot, hip, swing), _BEHIND, width, rgba)
+def _draw_ghost(pen: _Pen, posture: Sequence[float], robot: Robot) -> None:
+    """A posture: both legs from hip to foot, translucent."""
+    rgba, width = (*GHOST_COLOUR, _GHOST_OPACITY), _GHOST_WIDTH * robot.leg_length
+    for points in robot.limbs(posture).tolist():
+        for upper, lower in pairwise(points):
+            pen.connect(mujoco.mjtGeom.mjGEOM_CAPSULE, upper, lower, _BEHIND, width, rgba)
 
 
 def _draw_shadow(pen: _Pen, foot: Pair, height: float, slope: float, y: float, length: float) -> None:

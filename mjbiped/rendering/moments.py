@@ -9,10 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.analysis.replay import TrackedReference, recorded_controller
+from mjbiped.analysis.replay import TrackedReference, recorded_tracking
 from mjbiped.errors import MjbipedError
 from mjbiped.records.record import Walk
 from mjbiped.robots import compass
+from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
@@ -39,8 +40,7 @@ class Moment(NamedTuple):
         slope_estimate: The controller's, rad; NaN where it has none.
         torque: Of the robot's joints: ankle, hip, and a swing knee's, N m.
         force: Of the ground on the stance foot, forward and upward, N.
-        reference: Stance and swing leg that the controller tracks, from the ground's normal, rad; None where there is
-            no reference.
+        reference: Posture that the controller tracks on the stance foot, as `qpos`; None where there is no reference.
         ground: Height (m) and slope (rad) of the ground under left and right foot.
         traces: The ways that left and right foot have come, points x, z in m, each of shape (n, 2).
     """
@@ -53,7 +53,7 @@ class Moment(NamedTuple):
     slope_estimate: float
     torque: tuple[float, ...]
     force: Pair
-    reference: Pair | None
+    reference: tuple[float, ...] | None
     ground: tuple[Pair, Pair]
     traces: tuple[Points, Points]
 
@@ -109,12 +109,16 @@ class Moments:
         if isinstance(self._robot, KneedBiped):
             locked = bool(samples["locked"][latest])
             bent = float(self._robot.flexion(samples["qpos"][latest], samples["stance"][latest]))
-        reference = None if self._reference is None else self._reference.at(time)
+        stance = int(samples["stance"][latest])
+        reference = None
+        if self._reference is not None:
+            tracked = self._reference.at(time, locked=locked)
+            reference = tracked_posture(self._robot, feet[stance], stance, slope, tracked, bent)
         return Moment(
             time=time,
             step=1 + int(np.searchsorted(self._touchdowns, time - _SAME)),
             qpos=tuple(qpos.tolist()),
-            stance=int(samples["stance"][latest]),
+            stance=stance,
             slope=slope,
             slope_estimate=float(samples["slope_estimate"][latest]),
             torque=tuple(torque),
@@ -138,6 +142,29 @@ class Moments:
 def foot_of(robot: Robot, hip: Sequence[float], angle: float) -> Pair:
     """Where the foot of a leg is that leans by an angle (rad) from the vertical, x and z in m."""
     return hip[0] - robot.leg_length * math.sin(angle), hip[1] - robot.leg_length * math.cos(angle)
+
+
+def tracked_posture(
+    robot: Robot, foot: Pair, stance: int, slope: float, tracked: Sequence[float], bent: float
+) -> tuple[float, ...]:
+    """The posture `qpos` of angles that are tracked.
+
+    Args:
+        robot: The robot.
+        foot: Where its stance foot is, x and z in m.
+        stance: 0 left, 1 right.
+        slope: Of the ground, rad.
+        tracked: Angles from its normal, stance leg first, rad.
+        bent: Flexion of the stance knee, rad.
+    """
+    line, swing = tracked[0] + slope, tracked[1] + slope
+    length, thigh, knees = robot.leg_length, line, []
+    if isinstance(robot, KneedBiped):
+        length, lean = bent_leg(robot.thigh_length, robot.shank_length, bent)
+        thigh = line + lean - bent
+        knees = [bent, tracked[2] - tracked[1]][:: -1 if stance else 1]
+    hip = (foot[0] + length * math.sin(line), foot[1] + length * math.cos(line))
+    return (*hip, *((swing, thigh) if stance else (thigh, swing)), *knees)
 
 
 def ground_force(
@@ -175,6 +202,6 @@ def ground_force(
 def _reference(walk: Walk) -> TrackedReference | None:
     """What the walk's controller tracked; None where it is none that tracks, or cannot be built anew."""
     try:
-        return TrackedReference(walk, recorded_controller(walk))
+        return TrackedReference(walk, recorded_tracking(walk))
     except (TypeError, KeyError, MjbipedError):
         return None

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.analysis.replay import recorded_controller, transitions
+from mjbiped.analysis.replay import recorded_tracking, transitions
 from mjbiped.errors import MjbipedError
 from mjbiped.gaits.described import gait_from
 from mjbiped.gaits.gait import Gait
@@ -206,10 +206,11 @@ def _phases(graphs: Any, walk: Walk, keep: NDArray[np.int64]) -> Shown:
     for leg, name in enumerate(("stance", "swing")):
         place = {"xaxis": f"x{leg + 1}" if leg else "x", "yaxis": f"y{leg + 1}" if leg else "y"}
         if planned:
-            gap = np.full((1, 4), np.nan)
+            gap = np.full((1, 2 * len(walk.robot.angles)), np.nan)
             curves = np.concatenate([part for curve in planned for part in (curve, gap)])
             figure.add_scatter(
-                x=small(curves[:, leg]), y=small(curves[:, 2 + leg]), mode="lines", name="re-planned reference",
+                x=small(curves[:, leg]), y=small(curves[:, len(walk.robot.angles) + leg]), mode="lines",
+                name="re-planned reference",
                 line={"color": PLANNED["color"], "width": 5}, legendgroup="planned", showlegend=not leg,
                 hoverinfo="skip", **place,
             )  # fmt: skip
@@ -269,6 +270,6 @@ def _imitated(walk: Walk) -> Array | None:
 def _planned(walk: Walk) -> Sequence[Array]:
     """The transitions that were planned to it; none for a controller that plans none."""
     try:
-        return transitions(walk, recorded_controller(walk))
+        return transitions(walk, recorded_tracking(walk))
     except (KeyError, TypeError, MjbipedError):
         return []

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from mjbiped.control.check import LawError
-from mjbiped.control.tracking import AdaptiveTracking
+from mjbiped.control.tracking import Tracking
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.run import MujocoRun, stepped
@@ -21,7 +21,7 @@ from mjbiped.numerics.jit import announced
 from mjbiped.records.recorder import never_cancelled
 from mjbiped.rendering.camera import fit_cameras
 from mjbiped.rendering.marks import Scales
-from mjbiped.rendering.moments import APART, TRACE, Moment, Pair, Points, foot_of
+from mjbiped.rendering.moments import APART, TRACE, Moment, Pair, Points, foot_of, tracked_posture
 from mjbiped.rendering.posed import place
 from mjbiped.rollout.walk import WalkStopped, is_interrupt
 from mjbiped.viewing.source import Source
@@ -181,17 +181,18 @@ class LiveWalk(Source):
             self._span, self._impulse = 0.0, np.zeros(2)
         x, z, left, right = data.qpos.tolist()
         memory = u[events.CONTROLLER_MEMORY : events.CONTROLLER_MEMORY + plan.controller.memory_size]
-        reference = None
-        if isinstance(plan.controller, AdaptiveTracking):
-            reference = plan.controller.reference(memory, data.time - u[events.TRANSFER_TIME])[:2]
         feet = [foot_of(self.robot, (x, z), leg) for leg in (left, right)]
+        reference, stance = None, int(u[events.STANCE])
+        if isinstance(plan.controller, Tracking):
+            tracked, _ = plan.controller.tracked(memory, data.time - u[events.TRANSFER_TIME])
+            reference = tracked_posture(self.robot, feet[stance], stance, u[events.SLOPE], tracked, 0.0)
         left_way, right_way = (self._way(leg, foot) for leg, foot in enumerate(feet))
         left_ground, right_ground = ((self.terrain.height_at(at), self.terrain.slope_at(at)) for at, _ in feet)
         return Moment(
             time=self.time,
             step=self.steps + 1,
             qpos=(x, z, left, right),
-            stance=int(u[events.STANCE]),
+            stance=stance,
             slope=u[events.SLOPE],
             slope_estimate=plan.controller.slope_estimate(memory),
             torque=(u[events.ANKLE], u[events.HIP]),

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
 
 import mjbiped
-from controllers import AdaptiveController, Memory, PassiveController
-from mjbiped.analysis.replay import recorded_controller, replayed, transitions
+from controllers import AdaptiveController, KneedController, Memory, PassiveController
+from mjbiped.analysis.replay import recorded_controller, recorded_tracking, replayed, transitions
 from mjbiped.errors import InputError
 
+BEFORE_A_STEP = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)])
 GROUND = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (3.0, 2.0, -0.02)])
+
+
+@pytest.fixture(scope="module")
+def kneed() -> KneedController:
+    robot = mjbiped.KneedBiped()
+    return KneedController(robot, mjbiped.find_kneed_gait(robot, math.radians(2.5)))
 
 
 @dataclass(frozen=True)
@@ -35,6 +44,24 @@ class Remembering(AdaptiveController):
         """Python's, not compiled: it could not keep anything."""
 
 
+@dataclass(frozen=True)
+class RememberingKnees(KneedController):
+    """The same with knees."""
+
+    planned: ClassVar[list[list[float]]] = []
+
+    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+        super().start(memory, q, dq)
+        self.planned.append([*memory][2:])
+
+    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
+        super().on_touchdown(memory, q_before, q, dq)
+        self.planned.append([*memory][2:])
+
+    def law(self) -> None:  # type: ignore[override]
+        """As above."""
+
+
 NOISY = mjbiped.Disturbances(
     angle_noise=5e-3, rate_noise=0.05, angle_bias=2e-3, angle_resolution=1e-3, delay=2e-3, seed=4
 )
@@ -53,6 +80,37 @@ def test_plans_made_again_are_the_plans_that_were_made(
     tried = 2  # a start and a touchdown, before the walk
     assert again == law.planned[tried:][: walk.steps + 1]
     assert len(again) == 5
+
+
+@pytest.mark.parametrize("disturbances", [None, NOISY], ids=["undisturbed", "noisy"])
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+def test_so_they_are_with_knees(kneed: KneedController, engine: str, disturbances: mjbiped.Disturbances | None) -> None:
+    """Some knees strike before the touchdown, and others come down bent, which plans and estimates depend on."""
+    law = RememberingKnees(kneed.robot, kneed.gait)
+    law.planned.clear()
+    walk = mjbiped.walk(law, BEFORE_A_STEP, engine=engine, steps=3, disturbances=disturbances)
+    again = [list(memory[2 : law.memory_size]) for _, memory in replayed(walk, kneed)]
+    tried = law.planned.index(again[0], 1)  # before the walk the law is tried
+    assert again == law.planned[tried:][: walk.steps + 1]
+    assert np.isfinite(walk.touchdowns["knee_strike"]).tolist() == [True, False, False]
+
+
+def test_with_knees_the_robot_follows_its_transitions_until_its_knee_strikes(kneed: KneedController) -> None:
+    walk = mjbiped.walk(kneed, mjbiped.Terrain.stairs(rise=0.02), engine="hybrid", steps=5, sample_period=1e-3)
+    law = recorded_tracking(walk)
+    assert law == kneed
+    found, samples, ends = transitions(walk, law), walk.samples, [0.0, *walk.touchdowns["time"]]
+    starts = np.vstack([kneed.gait.start, np.hstack([walk.touchdowns["q"], walk.touchdowns["dq"]])])
+    assert 1 <= len(found) < 5
+    for curve in found:
+        (step,) = np.flatnonzero(np.abs(starts - curve[0]).max(axis=1) < 1e-9)
+        strike = ends[step] + walk.touchdowns["knee_strike"][step]
+        duration = min(0.8 * kneed.gait.period, ends[step + 1] - ends[step], strike - ends[step])
+        inside = (samples["time"] > ends[step] + 1e-9) & (samples["time"] < ends[step] + duration)
+        times = np.linspace(0.0, duration, len(curve)) + ends[step]
+        drawn = CubicHermiteSpline(times, curve[:, :3], curve[:, 3:])(samples["time"][inside])
+        # between 60 points, h^4/384 of a fourth derivative of some 1e4 rad/s^4
+        np.testing.assert_allclose(samples["q"][inside], drawn, rtol=0, atol=1e-6)
 
 
 def test_the_robot_follows_the_transitions(controller: AdaptiveController) -> None:

@@ -23,7 +23,7 @@ from mjbiped.rendering.marks import (
     arc_sweep,
     draw_marks,
 )
-from mjbiped.rendering.moments import Moment, Pair, foot_of
+from mjbiped.rendering.moments import Moment, Pair, foot_of, tracked_posture
 
 ROBOT = mjbiped.Compass()
 SCALES = Scales(torque=10.0, force=ROBOT.weight)
@@ -48,7 +48,7 @@ def moment(**values: object) -> Moment:
         slope_estimate=slope,
         torque=(2.0, -1.0),
         force=(10.0, 95.0),
-        reference=(0.05 - slope, -0.2 - slope),
+        reference=(*hip, 0.05, -0.2),
         ground=((feet[0][1], slope), (feet[1][1] - 0.05, slope)),
         traces=(way, way),
     )
@@ -134,9 +134,9 @@ def test_the_estimate_is_a_line_through_the_foot() -> None:
 
 
 def test_the_ghost_stands_on_the_foot_in_the_reference() -> None:
-    at = moment(reference=(0.1, -0.3))
+    foot = np.array(foot_of(ROBOT, moment().qpos[:2], moment().qpos[2]))
+    at = moment(reference=tracked_posture(ROBOT, tuple(foot), 0, moment().slope, (0.1, -0.3), 0.0))
     stance, swing = of_colour(marks(at, "ghost"), GHOST_COLOUR)
-    foot = np.array(foot_of(ROBOT, at.qpos[:2], at.qpos[2]))
     hip = foot + np.array((math.sin(0.1 + at.slope), math.cos(0.1 + at.slope)))
     for leg, angle in ((stance, 0.1), (swing, -0.3)):
         there = sorted(map(tuple, ends(leg)), key=lambda place: -place[1])

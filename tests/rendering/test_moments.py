@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController, PassiveController
+from controllers import AdaptiveController, KneedController, PassiveController
 from mjbiped.control.unpowered import UnpoweredKnees
 from mjbiped.records.record import Walk
 from mjbiped.rendering.moments import Moments, foot_of
@@ -67,10 +67,27 @@ def test_the_reference_is_what_the_controller_tracked(walk: Walk) -> None:
     for time in np.linspace(0.1, walk.samples["time"][-1], 60).tolist():
         moment = moments.at(time)
         assert moment.reference is not None
-        stance, swing = (moment.qpos[2 + leg] - moment.slope for leg in (moment.stance, 1 - moment.stance))
-        off.append(max(abs(moment.reference[0] - stance), abs(moment.reference[1] - swing)))
+        off.append(max(abs(moment.reference[place] - moment.qpos[place]) for place in (2, 3)))
     assert np.median(off) < 2e-3  # rad
     assert max(off) < 0.2
+
+
+def test_with_knees_it_is_a_posture_too() -> None:
+    """Also of a leg that stands bent, and after the knee strike."""
+    robot = mjbiped.KneedBiped()
+    law = KneedController(robot, mjbiped.find_kneed_gait(robot, math.radians(2.5)))
+    ground = Terrain.from_segments([(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)])
+    walk = mjbiped.walk(law, ground, engine="hybrid", steps=8, sample_period=2e-3)
+    moments, off, locked = Moments(walk), [], 0
+    for time in np.linspace(0.1, walk.samples["time"][-1], 90).tolist():
+        moment = moments.at(time)
+        assert moment.reference is not None
+        feet = robot.limbs(moment.reference)[:, -1], robot.limbs(moment.qpos)[:, -1]
+        assert feet[0][moment.stance] == pytest.approx(feet[1][moment.stance], abs=1e-6)
+        off.append(np.abs(np.subtract(moment.reference, moment.qpos)).max())
+        locked += moment.reference[5 - moment.stance] == 0.0
+    assert np.median(off) < 0.02  # rad
+    assert 5 < locked < 60
 
 
 def test_no_ghost_where_nothing_is_tracked() -> None:
