@@ -68,6 +68,11 @@ def precompile(
                 if made.joints == robot.joints or issubclass(made, Unpowered):
                     room = ENGINES[engine].room(len(made.states), robot)
                     waiting.setdefault((robot.kind, engine, room), []).append((engine, name, robot))
+    driven = {name for group in waiting.values() for _, name, _ in group}
+    for name in names:
+        if name not in driven:
+            joints = ", or ".join(" and ".join(robot.joints) for robot in _ROBOTS)
+            raise InputError(f"{name} drives {' and '.join(controller_class(name).joints)}: robots have {joints}")
     failures: list[InputError] = []
     total = sum(map(len, waiting.values()))
     with (

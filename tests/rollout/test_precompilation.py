@@ -66,3 +66,12 @@ def test_nor_does_one_with_knees(engine: str, tmp_path: Path) -> None:
 def test_unknown_names_are_refused_with_those_there_are(given: dict[str, list[str]], word: str) -> None:
     with pytest.raises(InputError, match=word):
         precompile(**given)  # type: ignore[arg-type]
+
+
+def test_a_controller_of_no_robot_is_refused(tmp_path: Path) -> None:
+    own = tmp_path / "toes.py"
+    own.write_text(
+        "from controllers import PassivityController\n\n\nclass Toes(PassivityController):\n    joints = ('toe',)\n"
+    )
+    with pytest.raises(InputError, match="drives toe: robots have ankle and hip and knee, or ankle and hip"):
+        precompile([f"{own}:Toes"])
