@@ -49,9 +49,11 @@ def robot_from(described: Mapping[str, Any]) -> Robot:
     """The robot that `Robot.to_dict` described; one without a kind is a compass biped, as in records of old.
 
     Raises:
-        TypeError: A parameter is missing or unknown.
+        TypeError: A parameter is missing or unknown, or it is no mapping.
         InputError: The kind is unknown, or a number is outside its domain.
     """
+    if not isinstance(described, Mapping):
+        raise TypeError(f"a robot is described by names and numbers, not by a {type(described).__name__}")
     parameters = dict(described)
     kind = KINDS[known_name("kind of robot", parameters.pop("kind", Compass.kind), KINDS)]
     return kind(**parameters)

@@ -143,7 +143,7 @@ def walk_cells(
     def submit(cells: Iterable[AnyCell], most: int) -> None:
         rest = iter(cells)
         while batch := list(islice(rest, most)):
-            future = pool.submit(walk_batch, walked, batch, machinery, laws)
+            future = pool.submit(walk_batch, walked, batch, machinery, dict(laws))  # a mapping's proxy is not picklable
             pending[future] = batch
             future.add_done_callback(back.put)
 

@@ -26,6 +26,8 @@ def test_a_description_without_a_kind_is_a_compass() -> None:
     assert robot_from({"leg_mass": 4.0}) == mjbiped.Compass(leg_mass=4.0)
     with pytest.raises(InputError, match="kind of robot"):
         robot_from({"kind": "centipede"})
+    with pytest.raises(TypeError, match="not by a list"):  # as damaged records have it
+        robot_from(["a", "a"])  # type: ignore[arg-type]
     with pytest.raises(InputError, match="compass biped alone"):
         compass_of(mjbiped.KneedBiped(), "a test")
 
