@@ -19,7 +19,7 @@ from mjbiped.robots.bent_leg import ACROSS, FLEXION, LEAN, gravity_beside, stand
 from mjbiped.robots.chain import Array, accelerate, inverse_dynamics, solve, weighted
 
 # indices in the memory
-REPLANNED, LOCKED, _BUMP, _FLEXION, CURVES = 2, 3, 4, 5, 6
+REPLANNED, LOCKED, _BUMP, BENT, CURVES = 2, 3, 4, 5, 6
 POINTS = 6  # of a curve
 
 ANGLES = 3
@@ -128,7 +128,7 @@ def torque_law(
         _aim(parameters, segments, 2, shank, q3, dq3)
     _aim(parameters, segments, 0, stance, q1, dq1)
     _aim(parameters, segments, 1, thigh, q2, dq2)
-    _stand(parameters, memory[_FLEXION])
+    _stand(parameters, memory[BENT])
     across = parameters.standing[ACROSS]
     weights, moments, q, dq, motion, forces, errors, even, odd = segments
     weighted(weights, q, q, even, odd)
@@ -183,11 +183,11 @@ def touchdown_law(
     dq3: float,
 ) -> None:
     """Estimate update (27) and plan of the new step (IV-B)."""
-    _stand(parameters, memory[_FLEXION])
+    _stand(parameters, memory[BENT])
     standing, reach = parameters.standing, parameters.reach
     thigh = q1_before + standing[LEAN] - standing[FLEXION]  # q1 is the angle of the line from foot to hip
     felt = reach[0] * math.cos(q1_before) + reach[1] * math.cos(q2_before) + reach[2] * math.cos(q3_before)
-    memory[_FLEXION] = 0.0 if memory[LOCKED] != 0.0 else max(0.0, q3_before - q2_before)
+    memory[BENT] = 0.0 if memory[LOCKED] != 0.0 else max(0.0, q3_before - q2_before)
     if parameters.estimate_update:
         memory[SIN], memory[COS] = updated_estimate(memory[SIN], memory[COS], parameters.update_threshold, thigh, q2)
     plan(parameters, memory, abs(felt), q1, q2, q3, dq1, dq2, dq3)
@@ -298,7 +298,7 @@ def plan(
         return
     memory[_BUMP] += parameters.bump
     # the curve leaves the measured state with the acceleration that the imitated passive walker would have there
-    _stand(parameters, memory[_FLEXION])
+    _stand(parameters, memory[BENT])
     weights, moments, q, dq, motion, _, _, even, odd = parameters.free
     q[0], q[1], q[2], dq[0], dq[1], dq[2] = q1, q2, q3, dq1, dq2, dq3
     sine, cosine = math.sin(parameters.imitated_slope), math.cos(parameters.imitated_slope)

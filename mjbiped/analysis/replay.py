@@ -29,9 +29,11 @@ def recorded_controller(walk: Walk) -> AdaptiveTracking:
         InputError: Another controller walked.
         GaitError: The gait that it imitated is not found.
     """
-    controller = _controller_of(walk)
+    controller = recorded_tracking(walk)
     if not isinstance(controller, AdaptiveTracking):
-        raise InputError(f"this needs an adaptive controller, and this walk's is {type(controller).__name__}")
+        raise InputError(
+            f"this needs an adaptive controller for straight legs, and this walk's is {type(controller).__name__}"
+        )
     return controller
 
 
@@ -42,14 +44,12 @@ def recorded_tracking(walk: Walk) -> Tracking:
         InputError: It does not.
         GaitError: The gait that it imitated is not found.
     """
-    controller = _controller_of(walk)
+    controller = controller_from(walk.settings["controller"], walk.settings.get("controller_source"))
     if not isinstance(controller, Tracking):
-        raise InputError(f"this needs a controller that tracks a reference: {type(controller).__name__} does not")
+        raise InputError(
+            f"this needs a controller that tracks a reference, and this walk's is {type(controller).__name__}"
+        )
     return controller
-
-
-def _controller_of(walk: Walk) -> Controller:
-    return controller_from(walk.settings["controller"], walk.settings.get("controller_source"))
 
 
 class StepStart(NamedTuple):

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjbiped.errors import InputError
-from mjbiped.robots.bent_leg import ACROSS, bent_leg, force_beside, stand
+from mjbiped.robots.bent_leg import ACROSS, bent_leg, force_beside, gravity_beside, stand
 from mjbiped.robots.chain import Array, Chain, chain_of, ground_force
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
@@ -272,7 +272,7 @@ class KneedBiped(Robot):
         angles, rates = _angles(q)[:n], _rates(dq, _angles(q))[:n]
         chains, across = self.chains_on(stance_flexion)
         forces = (self.input_matrix @ np.asarray(torque, dtype=np.float64))[:n]
-        forces[0] += across * math.cos(angles[0] + slope)
+        forces[0] -= gravity_beside(across, angles[0] + slope, 0.0, 1.0)
         if locked:  # the knee's motor acts within the leg
             forces[1] += np.asarray(torque)[2]
         chain = chains[n]

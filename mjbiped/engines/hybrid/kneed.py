@@ -29,7 +29,7 @@ from mjbiped.engines.hybrid.kneed_posture import (
 from mjbiped.engines.hybrid.state import KNEE_FREE, KNEE_LOCKED, Buffers, Laws, SimulationConstants
 from mjbiped.numerics.dormand_prince import dense_at, dense_rate_at
 from mjbiped.records.rows import KNEED_SAMPLED, write_kneed_sample
-from mjbiped.robots.bent_leg import ACROSS, force_beside
+from mjbiped.robots.bent_leg import ACROSS, force_beside, gravity_beside
 from mjbiped.robots.chain import accelerate, ground_force
 
 
@@ -56,8 +56,8 @@ def rates(
     stand(constants, w[at.STANCE_FLEXION])
     if w[at.PUSH] != 0.0:  # a horizontal force at the hip
         stance += w[at.PUSH] * constants.reach[0] * math.cos(q1 + w[at.SLOPE])
-    if constants.stance[ACROSS] != 0.0:  # the weight of a bent stance leg
-        stance += constants.stance[ACROSS] * math.cos(q1 + w[at.SLOPE])
+    if constants.stance[ACROSS] != 0.0:
+        stance -= gravity_beside(constants.stance[ACROSS], q1 + w[at.SLOPE], 0.0, 1.0)  # of the angle from the vertical
     ddq1, ddq2, ddq3 = accelerations(constants, w, q1, q2, q3, dq1, dq2, dq3, stance, hip_torque, knee)
     if wild:
         ddq1 = math.nan
