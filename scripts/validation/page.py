@@ -1,0 +1,167 @@
+"""Computes what others have published about passive walkers; writes the tables and the figure of docs/validation.md.
+
+A minute on one core.
+
+    python -m scripts.validation.page --page docs/validation.md --image docs/images/validation.png
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import click
+import numpy as np
+
+import mjbiped
+from mjbiped.analysis.published import BHOUNSULE, DRAKE, GARCIA, GOSWAMI, HSU_CHEN, Published
+from scripts.pages import show_table
+from scripts.validation import compass_gait, drake_invariants, figure, rimless_wheel, simplest_walker
+from scripts.validation.compass_gait import GOSWAMIS
+from scripts.validation.computed import Computations, Computed
+from scripts.validation.kneed_walker import HSU_CHENS
+from scripts.validation.simplest_walker import BHOUNSULES, GARCIAS
+
+MORE = 3
+"""Digits of ours beyond the published ones, where they are known."""
+
+RECOMPUTED = 9
+"""Digits at most of a number that comes of the published calculation."""
+
+HEADINGS = ("quantity", "published", "ours", "ours − published", "stands in", "what is wrong with it")
+
+SOURCES: Mapping[str, tuple[str, Mapping[str, Published], Computations]] = {
+    "garcia": ("Garcia et al. 1998", GARCIA, GARCIAS),
+    "bhounsule": ("Bhounsule 2014", BHOUNSULE, BHOUNSULES),
+    "goswami": ("Goswami et al. 1996", GOSWAMI, GOSWAMIS),
+    "hsu chen": ("Hsu Chen 2007", HSU_CHEN, HSU_CHENS),
+}
+"""By the names of their places on the page."""
+
+
+def minus(text: str) -> str:
+    """A number's text with the sign that pages have."""
+    return text.replace("-", "−")
+
+
+def shown(value: complex, decimals: int) -> str:
+    """A number, or a pair of conjugate ones, with so many digits after the point."""
+    if abs(value.imag) < 0.5 * 10.0**-decimals:
+        return minus(f"{value.real:.{decimals}f}")
+    return minus(f"{value.real:.{decimals}f} ± {abs(value.imag):.{decimals}f}i")
+
+
+def difference(ours: complex, published: complex) -> str:
+    """How far ours is from it, with its sign where that has one."""
+    apart = complex(ours) - published
+    return minus(f"{abs(apart):.1e}" if published.imag else f"{apart.real:+.1e}")
+
+
+def cells(published: Published, computed: Computed) -> list[str]:
+    """The row of a published number."""
+    decimals = min(math.ceil(-math.log10(computed.error)), published.decimals + MORE)
+    wrong = published.fault
+    if computed.as_published is not None:
+        wrong += f"; recomputed: {shown(complex(computed.as_published), min(published.decimals, RECOMPUTED))}"
+    return [
+        published.quantity,
+        minus(published.printed.replace("+", "±")),
+        shown(complex(computed.value), decimals),
+        difference(computed.value, published.value),
+        published.place,
+        wrong,
+    ]
+
+
+def _write_sources(page: Path | None) -> None:
+    for place, (title, numbers, ours) in SOURCES.items():
+        rows = [cells(number, ours[name]()) for name, number in numbers.items()]
+        show_table(title, HEADINGS, rows, page, place)
+
+
+def _write_convergence(page: Path | None) -> None:
+    ratios = np.array([1e-2, 1e-3, 1e-4, 1e-5])
+    exact = simplest_walker.long_gait()
+    limit = np.array([-exact.start[0], -exact.start[2], exact.period, abs(exact.multipliers[0])])
+    values = simplest_walker.convergence(ratios)
+    better = simplest_walker.without_first_order(ratios, values)
+    rows = [
+        [f"{ratio:.0e}", *(minus(f"{apart:+.1e}") for apart in row - limit)]
+        for ratio, row in zip(ratios.tolist(), values, strict=True)
+    ]
+    rows += [
+        [f"extrapolated from {coarse:.0e} and {fine:.0e}", *(minus(f"{apart:+.1e}") for apart in row - limit)]
+        for coarse, fine, row in zip(ratios[:-1].tolist(), ratios[1:].tolist(), better, strict=True)
+    ]
+    headings = ("leg's mass over hip's", "θ", "θ̇", "period", "modulus of the multipliers")
+    show_table("distance from the limit", headings, rows, page, "convergence")
+
+
+def _write_mujoco(page: Path | None) -> None:
+    names = ("period", "angle", "stance rate", "swing rate")
+    rows = [
+        [GOSWAMI[name].quantity, GOSWAMI[name].printed, shown(GOSWAMIS[name]().value, 6), f"{found:.6f}"]
+        for name, found in zip(names, compass_gait.in_mujoco().tolist(), strict=True)
+    ]
+    headings = ("quantity", "published", "the model", f"MuJoCo, after {compass_gait.MUJOCO_STEPS} steps")
+    show_table("the gait on 3 degrees in MuJoCo", headings, rows, page, "mujoco")
+
+
+def _write_drake(page: Path | None) -> None:
+    rows = [
+        [name, minus(f"{DRAKE[key]:.0e}"), minus(f"{left():.1e}")]
+        for key, (name, left) in drake_invariants.INVARIANTS.items()
+    ]
+    for name, engine in drake_invariants.ENGINES.items():
+        drift = drake_invariants.energy_drift(engine)
+        rows.append(
+            [f"change of the energy within a step, over the greatest kinetic energy: {name}", "", minus(f"{drift:.1e}")]
+        )
+    show_table("invariants", ("invariant", "Drake's tolerance", "ours"), rows, page, "drake")
+
+
+def _wheel_rows() -> Sequence[tuple[str, Callable[[], float]]]:
+    expected = math.cos(2 * rimless_wheel.ALPHA)
+
+    def engine(mass_ratio: float, engine: mjbiped.Engine) -> Callable[[], float]:
+        def apart() -> float:
+            found, closed = rimless_wheel.roll(mass_ratio, engine)
+            return float(np.abs(found - closed).max())
+
+        return apart
+
+    return (
+        (
+            "impact map: rate after over rate before, cos 2α",
+            lambda: rimless_wheel.strike_coefficients(1e-12)[0] - expected,
+        ),
+        ("the same of the robot with knees", lambda: rimless_wheel.strike_coefficients(1e-12)[1] - expected),
+        ("rate of the long gait of Garcia's walker", lambda: simplest_walker.wheel_rate("long")),
+        ("rate of the short gait", lambda: simplest_walker.wheel_rate("short")),
+        ("hybrid engine, legs of 1e-12 of the hip's mass", engine(1e-12, mjbiped.Hybrid())),
+        ("hybrid engine, 1e-9", engine(1e-9, mjbiped.Hybrid())),
+        ("hybrid engine, 1e-6", engine(1e-6, mjbiped.Hybrid())),
+        ("hybrid engine, 1e-3", engine(1e-3, mjbiped.Hybrid())),
+        ("MuJoCo, 1e-3", engine(1e-3, mjbiped.Mujoco())),
+    )
+
+
+def _write_wheel(page: Path | None) -> None:
+    rows = [[name, minus(f"{abs(apart()):.1e}")] for name, apart in _wheel_rows()]
+    show_table("the rimless wheel", ("what", "distance from the closed form"), rows, page, "wheel")
+
+
+@click.command(help=__doc__)
+@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the tables into.")
+@click.option("--image", type=click.Path(dir_okay=False, path_type=Path), help="PNG file for the figure.")
+def main(page: Path | None, image: Path | None) -> None:
+    """Compute everything and print the tables."""
+    for write in (_write_sources, _write_convergence, _write_mujoco, _write_drake, _write_wheel):
+        write(page)
+    if image is not None:
+        figure.draw(image)
+
+
+if __name__ == "__main__":
+    main()
