@@ -15,6 +15,7 @@ from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError
 from mjbiped.numerics.jit import announced
 from mjbiped.records.measures import Summary
+from mjbiped.records.pressure import unknown
 from mjbiped.records.record import Walk
 from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
 from mjbiped.robots.compass import Compass
@@ -134,6 +135,10 @@ class Run(ABC):
     def peak_torque(self) -> NDArray[np.float64]:
         """Greatest magnitude of each joint's torque so far, N m, shape (joints,)."""
 
+    def pressure_times(self) -> NDArray[np.float64]:
+        """How long the centre of pressure was where so far, s; see `mjbiped.records.pressure`. By default not known."""
+        return unknown()
+
     @abstractmethod
     def settings(self) -> dict[str, Any]:
         """What the engine adds to the plan's settings in the record; "warnings" counts what was warned of."""
@@ -175,6 +180,7 @@ class Run(ABC):
             outcome=self.outcome.words,
             end=self.recorder.end,
             peak_torque=self.peak_torque(),
+            pressure_times=self.pressure_times(),
             settings={**self.plan.settings(), **self.settings()},
         )
 
@@ -184,6 +190,7 @@ class Run(ABC):
             outcome=self.outcome.words,
             end=self.recorder.end,
             peak_torque=self.peak_torque(),
+            pressure_times=self.pressure_times(),
             warnings=self.settings().get("warnings", {}),
         )
 

@@ -89,9 +89,7 @@ def tables_of(robot: type[Robot]) -> Tables:
         "work_absolute": Column(1, "J", f"since the start, the absolute work of {both} joints", finite=False),
         "work_net": Column(1, "J", "the same, with its sign", finite=False),
         "work_positive": Column(1, "J", "the same, positive work alone", finite=False),
-        "slip": Column(
-            1, "m", "greatest distance that the old stance foot slid along the ground (rolling on its radius is none)"
-        ),
+        "slip": Column(1, "m", "greatest distance that the old stance foot slid along the ground"),
         "penetration": Column(1, "m", "deepest contact of the step that ends"),
         "friction": Column(1, "", "greatest |F_t| / F_n of the old stance foot"),
         "strikes": Column(1, "", "1 where the swing foot struck a vertical face"),
@@ -104,6 +102,15 @@ def tables_of(robot: type[Robot]) -> Tables:
             finite=False,
             since=2,
         ),
+        "pressure_ahead": Column(
+            1,
+            "m",
+            "where the ankle's torque asks for the centre of pressure at most, ahead of the old stance foot; minus "
+            "infinity where it hardly bore anything",
+            finite=False,
+            since=4,
+        ),
+        "pressure_behind": Column(1, "m", "the same behind it", finite=False, since=4),
     }
     if robot.knees:
         own: dict[str, Any] = {"finite": False, "since": 3, "optional": True}  # of a motor at the stance knee

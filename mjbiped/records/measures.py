@@ -11,9 +11,12 @@ from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, shown
 from mjbiped.records import stance_knee
+from mjbiped.records.pressure import USUAL, Sole
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
+from mjbiped.rules.termination import Outcome
+from mjbiped.terrain.segments import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain
 
 if TYPE_CHECKING:
@@ -24,6 +27,12 @@ OF_STANCE_KNEE = ("peak_stance_knee_torque_Nm", "cost_of_transport_stance_knee")
 
 Touchdowns: TypeAlias = Mapping[str, NDArray[Any]]
 """The table of a walk's touchdowns, or a part of it; see `mjbiped.records.columns.TOUCHDOWNS`."""
+
+SLIDING = 1.0 - 1e-3
+"""Share of the friction coefficient from which on a foot slides: MuJoCo's solver keeps to the cone within 1e-4."""
+
+THROUGH, THROUGH_VIOLATING = "through", "through, contact violated"
+"""Verdicts of finished walks; see `violations`."""
 
 WORK_KINDS = ("absolute", "net", "positive")
 
@@ -148,6 +157,31 @@ def friction_asked(touchdowns: Touchdowns) -> NDArray[np.float64]:
     return np.where(touchdowns["normal_force"] < 0.0, np.inf, touchdowns["friction"])
 
 
+def foot_length(walk: Walk, share: float = USUAL) -> float:
+    """Length of a flat foot that holds the centre of pressure for a share of the time, m.
+
+    See `mjbiped.records.pressure`; infinite where no foot does, NaN for records that do not tell.
+    """
+    ahead, behind = (np.max(walk.touchdowns[f"pressure_{side}"], initial=-math.inf) for side in ("ahead", "behind"))
+    return Sole(walk.pressure_times, walk.end[0], float(ahead), float(behind), walk.robot.leg_length).length(share)
+
+
+def violations(touchdowns: Touchdowns) -> NDArray[np.bool_]:
+    """Whether the step that ends asks for ground that no foot has, shape (steps,): it pulls, or has friction over 0.8.
+
+    The hybrid engine's stance foot stands all the same. MuJoCo's hops or slides, and the walk may go on. Where the
+    ground in MuJoCo was given less friction, a foot that slides on it violates nothing.
+    """
+    return pulls(touchdowns) | (friction_asked(touchdowns) > SLIDING * GROUND_FRICTION)
+
+
+def verdict(outcome: str, violated: int | None) -> str:
+    """The outcome of a walk, where a finished one is told apart by how many of its steps violate the contact."""
+    if outcome != Outcome.FINISHED.words:
+        return outcome
+    return THROUGH_VIOLATING if violated else THROUGH
+
+
 def summary(walk: Walk) -> dict[str, Any]:
     """All measures of a walk in plain JSON types; angles here are in degrees, as the names say.
 
@@ -161,6 +195,7 @@ def summary(walk: Walk) -> dict[str, Any]:
         end=walk.end,
         peak_torque=walk.peak_torque,
         warnings=walk.warnings,
+        pressure_times=walk.pressure_times,
         stance_knee=stance_knee.peak_torque(walk) if walk.robot.knees else math.nan,
     )
 
@@ -191,7 +226,7 @@ class Summary:
         self._strikes = 0
         self._largest: dict[str, float] = {}
         self._least_force = math.inf  # N
-        self._pulls = 0
+        self._pulls = self._violations = 0
         self._last_error = math.nan
 
     def take(self, touchdowns: Touchdowns) -> None:
@@ -212,15 +247,17 @@ class Summary:
             "friction": friction_asked(touchdowns),
             **{name: touchdowns[name] for name in ("slip", "penetration")},
         }
+        signed = {name: touchdowns[name] for name in ("pressure_ahead", "pressure_behind")}
         if self._robot.knees:
             named["stance_knee_torque"] = touchdowns["stance_knee_torque"]
-        for name, values in named.items():
-            largest = float(np.max(np.abs(values)))
+        for name, values in {**{name: np.abs(values) for name, values in named.items()}, **signed}.items():
+            largest = float(np.max(values))
             self._largest[name] = float(np.maximum(self._largest.get(name, largest), largest))  # NaN stays
         # one after another, which NumPy's sum would not do
         self._length = float(np.cumsum(np.append(self._length, _lengths(touchdowns, last["x"], last["z"])))[-1])
         self._least_force = float(np.minimum(self._least_force, np.min(touchdowns["normal_force"])))  # NaN stays
         self._pulls += int(np.sum(pulls(touchdowns)))
+        self._violations += int(np.sum(violations(touchdowns)))
         self._strikes += int(np.sum(touchdowns["strikes"]))
         self._last = {name: float(touchdowns[name][-1]) for name in last}
         self._last_error = float(ended[-1])
@@ -233,6 +270,7 @@ class Summary:
         end: tuple[float, float],
         peak_torque: Sequence[float] | NDArray[np.float64],
         warnings: Mapping[str, int],
+        pressure_times: NDArray[np.float64],
         stance_knee: float = math.nan,
     ) -> dict[str, Any]:
         """The measures, as `summary` gives them; the arguments are what touchdowns do not tell, as in `Walk`.
@@ -247,6 +285,9 @@ class Summary:
         def cost(kind: str) -> float:
             return _transport(last[f"work_{kind}"], self._robot, last["x"])
 
+        violated = None if math.isnan(self._least_force) else self._violations
+        ahead, behind = largest("pressure_ahead"), largest("pressure_behind")
+        sole = Sole(pressure_times, end[0], ahead, behind, self._robot.leg_length)
         measured = {
             "steps": steps,
             "distance_m": last["x"],
@@ -268,6 +309,10 @@ class Summary:
             "largest_stance_friction": largest("friction"),
             "least_normal_force_weights": self._least_force / self._robot.weight if steps else math.nan,
             "steps_that_pull": None if math.isnan(self._least_force) else self._pulls,
+            "steps_violating_contact": violated,
+            "pressure_ahead_m": sole.ahead,
+            "pressure_behind_m": sole.behind,
+            "foot_length_99_percent_m": sole.length(),
             "strikes": self._strikes,
         }
         plain: dict[str, Any] = {
@@ -275,6 +320,7 @@ class Summary:
         }
         return {
             "outcome": outcome,
+            "verdict": verdict(outcome, violated),
             "ended_at_time_s": end[0],
             "ended_at_x_m": end[1],
             **plain,
@@ -314,6 +360,10 @@ MEASURES: tuple[Shown, ...] = (
     ("stance friction used, largest", "largest_stance_friction", 1, ".3f", ""),
     ("normal force on the stance foot, least", "least_normal_force_weights", 1, ".3f", "weights"),
     ("steps in which the ground would have to pull", "steps_that_pull", 1, "d", ""),
+    ("steps that violate the contact (pull, or friction over 0.8)", "steps_violating_contact", 1, "d", ""),
+    ("centre of pressure, ahead of the ankle at most", "pressure_ahead_m", 1e2, ".2f", "cm"),
+    ("centre of pressure, behind it at most", "pressure_behind_m", 1e2, ".2f", "cm"),
+    ("foot that holds it 99 % of the time, length", "foot_length_99_percent_m", 1e2, ".1f", "cm"),
     ("impacts on vertical faces", "strikes", 1, "d", ""),
 )
 """Of a compass biped's summary, as they are shown: label, key, factor to the unit shown, format, and that unit."""

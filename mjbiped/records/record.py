@@ -6,7 +6,7 @@ import json
 import textwrap
 from base64 import b64encode
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from mjbiped.errors import LONGEST_SHOWN, MjbipedError, RecordError, shown
 from mjbiped.records import measures, views
 from mjbiped.records.arrays import read_arrays, write_arrays
 from mjbiped.records.frames import Frames, frames
+from mjbiped.records.pressure import unknown
 from mjbiped.records.schema import FORMAT as FORMAT
 from mjbiped.records.schema import FORMAT_VERSION as FORMAT_VERSION
 from mjbiped.records.schema import checked_fields
@@ -61,6 +62,8 @@ class Walk:
             engine could not follow the torques) or "interrupted".
         end: Time (s) and hip x (m) when it ended.
         peak_torque: Greatest `|ankle|` and `|hip|` torque, and a swing knee's, of all control ticks, N m.
+        pressure_times: For how long the ankle's torque asked for a centre of pressure where, s, shape (130,); see
+            `mjbiped.records.pressure`. NaN in records of earlier versions.
         settings: All that is needed to repeat the walk, in plain JSON types: robot, controller, terrain, engine and its
             parameters, initial state, limits, versions.
     """
@@ -71,6 +74,7 @@ class Walk:
     end: tuple[float, float]
     peak_torque: NDArray[np.float64]
     settings: Mapping[str, Any]
+    pressure_times: NDArray[np.float64] = field(default_factory=unknown)
 
     @property
     def robot(self) -> Robot:
@@ -105,6 +109,19 @@ class Walk:
         `touchdowns["normal_force"]` has the least force; see `mjbiped.records.measures.pulls`.
         """
         return measures.pulls(self.touchdowns)
+
+    @property
+    def contact_violations(self) -> NDArray[np.bool_]:
+        """For each touchdown, whether the step that it ends asks for ground that no foot has, shape (steps,).
+
+        The ground would have to pull, or to have friction over 0.8; see `mjbiped.records.measures.violations`.
+        """
+        return measures.violations(self.touchdowns)
+
+    @property
+    def verdict(self) -> str:
+        """The outcome, where "finished" is "through", or "through, contact violated"; see `contact_violations`."""
+        return measures.verdict(self.outcome, int(self.contact_violations.sum()))
 
     @property
     def distance(self) -> float:
@@ -202,7 +219,7 @@ class Walk:
             for name, array in sorted(table.items())
         ]
         plain = json.dumps(dict(self.settings), sort_keys=True)
-        return [*tables, self.outcome, self.end, self.peak_torque.tobytes(), plain]
+        return [*tables, self.outcome, self.end, self.peak_torque.tobytes(), self.pressure_times.tobytes(), plain]
 
     def save(self, path: str | Path) -> None:
         """Write the record as `.npz`; the file appears whole or not at all.
@@ -226,6 +243,7 @@ class Walk:
         arrays = {
             "header": np.array(json.dumps(header)),
             "peak_torque": self.peak_torque,
+            "pressure_times": self.pressure_times,
             **{f"samples/{name}": array for name, array in self.samples.items()},
             **{f"touchdowns/{name}": array for name, array in self.touchdowns.items()},
         }

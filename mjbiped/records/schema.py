@@ -13,14 +13,16 @@ from numpy.typing import NDArray
 
 from mjbiped.errors import MjbipedError, RecordError, shown
 from mjbiped.records.columns import WHOLE_NUMBERS, Column, tables_of
+from mjbiped.records.pressure import BINS, unknown
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import STALL_TIME, Outcome
 from mjbiped.terrain.terrain import Terrain
 
 FORMAT = "mjbiped walk"
-FORMAT_VERSION = 3
-"""2: touchdowns have `normal_force`. 3: walks with knees tell of a motor at the stance knee. NaN in older records."""
+FORMAT_VERSION = 4
+"""2: touchdowns have `normal_force`. 3: walks with knees tell of a motor at the stance knee. 4: where the centre of
+pressure was, in touchdowns and as times. NaN in older records."""
 
 FARTHEST = 1e10
 """Greatest place (m) or angle (rad): MuJoCo takes a state beyond it as diverged."""
@@ -59,6 +61,9 @@ def checked_fields(arrays: Arrays) -> dict[str, Any]:
     peak = arrays.get("peak_torque")
     if peak is None or peak.dtype != np.float64 or peak.shape != (len(robot.joints),):
         raise RecordError(f"is an incomplete record: it lacks peak_torque, numbers for {', '.join(robot.joints)}")
+    times = arrays.get("pressure_times", unknown()) if header["version"] >= 4 else unknown()
+    if times.dtype != np.float64 or times.shape != (BINS,) or (times < 0.0).any() or np.isinf(times).any():
+        raise _damaged(f"pressure_times is {_described(times)}; expected {BINS} times")
     _check_times(robot, [samples["time"], touchdowns["time"], np.array(end[:1])], len(touchdowns["time"]))
     return {
         "samples": samples,
@@ -66,6 +71,7 @@ def checked_fields(arrays: Arrays) -> dict[str, Any]:
         "outcome": header["outcome"],
         "end": end,
         "peak_torque": peak,
+        "pressure_times": times,
         "settings": settings,
     }
 

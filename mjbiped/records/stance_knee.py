@@ -28,6 +28,12 @@ def flexion(walk: Walk) -> NDArray[np.float64]:
     return _kneed(walk).flexion(walk.samples["qpos"], walk.samples["stance"])
 
 
+def is_sound(walk: Walk) -> NDArray[np.bool_]:
+    """For each sample whether equations take its state: a walk that diverged ends with one that none does."""
+    q, dq = walk.samples["q"], walk.samples["dq"]
+    return np.asarray((np.abs(q) <= domains.ANGLE.high).all(axis=1) & (np.abs(dq) <= domains.RATE.high).all(axis=1))
+
+
 def torque(walk: Walk) -> NDArray[np.float64]:
     """Torque that holds the stance knee at each sample, shape (samples,), N m.
 
@@ -43,9 +49,7 @@ def torque(walk: Walk) -> NDArray[np.float64]:
     recorded = samples["stance_knee_torque"]
     if np.isfinite(recorded).any():
         return np.asarray(recorded, dtype=np.float64)
-    q, dq = samples["q"], samples["dq"]
-    # a walk that diverged ends with a state that no equation takes
-    sound = (np.abs(q) <= domains.ANGLE.high).all(axis=1) & (np.abs(dq) <= domains.RATE.high).all(axis=1)
+    q, dq, sound = samples["q"], samples["dq"], is_sound(walk)
     found = np.full(len(sound), np.nan)
     found[sound] = stance_knee_torque(
         robot,

@@ -256,6 +256,33 @@ class Compass(Robot):
         """Potential energy about the stance foot, J, for q of shape (2,) and the slope in rad."""
         return potential_energy(self.constants, *_angles(q), _slope(slope))
 
+    def ground_force(
+        self,
+        q: ArrayLike,
+        dq: ArrayLike,
+        torque: ArrayLike,
+        slope: float,
+        *,
+        locked: bool = True,
+        stance_flexion: float = 0.0,
+    ) -> tuple[float, float]:
+        """Force of the ground on the stance foot, forward and upward, N, by the equations of motion.
+
+        Args:
+            q: stance and swing leg from the ground's normal, shape (2,), rad.
+            dq: their rates, rad/s.
+            torque: of ankle and hip, N m.
+            slope: of the ground, rad.
+            locked: the legs are straight, always.
+            stance_flexion: likewise.
+        """
+        (q1, q2), (dq1, dq2), angle = _angles(q), _rates(dq), _slope(slope)
+        ankle, hip = np.asarray(torque, dtype=np.float64).tolist()
+        turn = math.sin(angle), math.cos(angle)
+        ddq1, ddq2 = acceleration(self.constants, q1, q2, dq1, dq2, *turn, ankle - hip, hip)
+        legs = legs_of(q1 + angle, q2 + angle)
+        return ground_force(self.constants, self.total_mass, self.gravity, legs, dq1, dq2, ddq1, ddq2)
+
     def impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
         """State (q_plus, dq_plus), each of shape (2,), after the swing foot's impact, with the legs exchanged (eq. 2).
 

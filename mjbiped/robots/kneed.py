@@ -255,7 +255,7 @@ class KneedBiped(Robot):
         torque: ArrayLike,
         slope: float,
         *,
-        locked: bool,
+        locked: bool = True,
         stance_flexion: float = 0.0,
     ) -> tuple[float, float]:
         """Force of the ground on the stance foot, forward and upward, N, by the equations of motion.

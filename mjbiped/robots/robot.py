@@ -103,6 +103,21 @@ class Robot(ABC):
         return np.concatenate([rates[..., :1], np.diff(rates, axis=-1)], axis=-1)
 
     @abstractmethod
+    def ground_force(
+        self, q: Any, dq: Any, torque: Any, slope: float, *, locked: bool = True, stance_flexion: float = 0.0
+    ) -> tuple[float, float]:
+        """Force of the ground on the stance foot, forward and upward, N, by the equations of motion.
+
+        Args:
+            q: Angles, shape (len(angles),), rad.
+            dq: Their rates, rad/s.
+            torque: Of the joints, N m.
+            slope: Of the ground, rad.
+            locked: Whether the swing knee is; a straight leg is one that always is.
+            stance_flexion: Flexion at which the stance knee is locked, rad.
+        """
+
+    @abstractmethod
     def rates_after_touchdown(self, q: Any, dq: Any) -> Array:
         """Rates after the swing foot's plastic impact in a touchdown, in the new roles, shape (len(angles),), rad/s.
 

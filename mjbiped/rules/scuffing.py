@@ -4,7 +4,9 @@ Straight legs of equal length must scuff: the swing foot of a passive walker pas
 the stance foot until level with it, and is hardly above it for another 10 cm. The rule stands for a foot that is drawn
 in during the early swing, as physical compass walkers do it, and is the same object in every engine. Results on
 ascending steps depend on it: a riser nearer than `reach` is passed as if it were not there. A gait whose steps are
-shorter than `reach` cannot land at all, and is refused before a walk.
+shorter than `reach` cannot land at all, and is refused before a walk. No support transfer is shorter than `reach`: a
+foot that swings back and comes down nearer to the stance foot is drawn in as well, and the robot falls unless that foot
+gets ahead once more.
 """
 
 from __future__ import annotations
@@ -19,12 +21,10 @@ from mjbiped.utils import domains
 if TYPE_CHECKING:
     from mjbiped.gaits.gait import Gait
 
-_LOOKS = 400  # at the swing foot within a period
-
 
 @dataclass(frozen=True)
 class ScuffingRule:
-    """The swing foot starts to collide, and keeps colliding until touchdown, at the first moment when all three hold.
+    """The swing foot starts to collide at the first moment when all three hold, and stops where it comes nearer again.
 
     Attributes:
         reach: It is this far ahead of the stance foot, horizontally, in leg lengths.
@@ -69,6 +69,16 @@ def swing_foot_collides(reach: float, delay: float, time: float, ahead: float, c
     return time > delay and ahead >= reach and clearance > 0.0
 
 
+def swing_foot_is_drawn_in(reach: float, ahead: float) -> bool:
+    """Whether a swing foot that was let collide passes through the ground again: it has come back too near.
+
+    Args:
+        reach: Distance ahead that the rule asks for, m.
+        ahead: Horizontal distance of the swing foot ahead of the stance foot, m.
+    """
+    return ahead < reach
+
+
 def check_landing(gait: Gait, slope: float, rule: ScuffingRule) -> None:
     """Refuse a gait whose swing foot the rule never lets touch the ground: no step of it would end.
 
@@ -78,28 +88,22 @@ def check_landing(gait: Gait, slope: float, rule: ScuffingRule) -> None:
         rule: The rule.
 
     Raises:
-        InputError: Up to the gait's touchdown the rule's conditions never hold together.
+        InputError: The gait's touchdown is too near or too early.
     """
-    length, farthest = gait.robot.leg_length, 0.0
-    for look in range(_LOOKS, 0, -1):  # backwards: most are let land at the last
-        time = look / _LOOKS * gait.period
-        q1, q2 = gait.reference(time)[0].tolist()
-        ahead = math.sin(q1 + slope) - math.sin(q2 + slope)
-        # at the touchdown itself it has just ceased to be above the ground
-        clearance = length * (math.cos(q1) - math.cos(q2)) if time < gait.period else math.inf
-        if swing_foot_collides(rule.reach, rule.delay, time, ahead, clearance):
-            return
-        if clearance > 0.0:
-            farthest = max(farthest, ahead)
+    q1, q2 = gait.reference(gait.period)[0].tolist()
+    ahead = math.sin(q1 + slope) - math.sin(q2 + slope)
+    # just before its touchdown the foot is above the ground
+    if swing_foot_collides(rule.reach, rule.delay, gait.period, ahead, math.inf):
+        return
     if gait.period <= rule.delay:
         delay = _rounded_down(0.5 * gait.period)
         raise InputError(
             f"scuffing rule: a step of the gait takes {gait.period:.3g} s, and its swing foot collides only after "
             f"{rule.delay:g} s, so that it would never land; give a shorter delay, scuffing=ScuffingRule(delay={delay})"
         )
-    reach = _rounded_down(0.5 * farthest)
+    reach = _rounded_down(0.5 * ahead)
     raise InputError(
-        f"scuffing rule: the swing foot of the gait comes {farthest:.3g} leg lengths ahead of the stance foot, and "
+        f"scuffing rule: the swing foot of the gait comes down {ahead:.3g} leg lengths ahead of the stance foot, and "
         f"collides only from {rule.reach:g} on, so that it would never land; give a shorter reach, "
         f"scuffing=ScuffingRule(reach={reach}) or --scuffing-reach {reach}"
     )

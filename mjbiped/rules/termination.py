@@ -36,6 +36,7 @@ class Limits(NamedTuple):
     Attributes:
         leg_length: m.
         foot_radius: Of the sphere that stands on the ground, m.
+        rolling_radius: On which a standing foot rolls, m: 0 where the sphere's centre is held.
         weight: N.
         reach: Scuffing rule, m.
         delay: Scuffing rule, s.
@@ -50,6 +51,7 @@ class Limits(NamedTuple):
 
     leg_length: float
     foot_radius: float
+    rolling_radius: float
     weight: float
     reach: float
     delay: float

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped import Terrain
-from mjbiped.engines.hybrid.events import CORNER, FACE_WIDTH
+from mjbiped.engines.hybrid.events import CORNER
+from mjbiped.engines.hybrid.transfer import FACE_WIDTH
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.simulation import Simulation
@@ -168,7 +169,7 @@ def test_normals_are_the_grounds(name: str) -> None:
                 if away < 0.0 and height_of(terrain.profile, 1 - on, x) > height_of(terrain.profile, on, x) - 2e-3:
                     continue  # the other side is ground itself there
                 z = height_of(terrain.profile, on, x) - 1e-6
-                data.qpos[:] = x, z + robot.leg_length, -1.0, 0.0
+                data.qpos[:] = x, z + robot.leg_length, 1.0, 0.0
                 data.userdata[:] = started
                 mujoco.mj_forward(model, data)
                 normals = [

@@ -4,6 +4,7 @@ Expected figures are those of the analytic model (design figures, confirmed by a
 an earlier run of this engine.
 """
 
+import dataclasses
 import math
 
 import numpy as np
@@ -169,3 +170,15 @@ def test_random_terrain(seed: int, roughness: float, controller: AdaptiveControl
     walk = mjbiped.walk(controller, Terrain.random(seed=seed, roughness=roughness), steps=STEPS)
     assert walk.outcome == "finished"
     assert np.abs(measures.impact_errors(walk)).max() < IMPACT
+
+
+def test_a_foot_that_slides_is_told(controller: AdaptiveController) -> None:
+    """Without re-planning a step down of 6 cm asks for more friction than there is: a foot slides by 15 mm."""
+    unplanned = dataclasses.replace(controller, replanning_delay=None)
+    slid = mjbiped.walk(unplanned, mjbiped.Terrain.stairs(rise=-0.06), steps=4)
+    (told,) = slid.warnings
+    assert "slid by more than 0.001 leg lengths" in told
+    assert slid.warnings[told] == np.count_nonzero(slid.touchdowns["slip"] > 1e-3)
+    assert slid.verdict == measures.THROUGH_VIOLATING
+    stood = mjbiped.walk(controller, mjbiped.Terrain.stairs(rise=-0.06), steps=4)
+    assert (dict(stood.warnings), stood.verdict) == ({}, measures.THROUGH)

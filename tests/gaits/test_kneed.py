@@ -1,20 +1,18 @@
 """Passive gaits with knees: the design's numbers, published ones, an integration written anew, ends of branches."""
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import root
 
 import mjbiped
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits.kneed import KneedGait, find_kneed_gait, follow_kneed_gaits
 from mjbiped.robots.chain import Array, machine_code
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.kneed import SWING_LOCKED, KneedBiped
+from mjbiped.robots.kneed import KneedBiped
 
 SLOPE = math.radians(2.5)
 
@@ -121,73 +119,6 @@ def test_the_ground_pushes_all_the_time_and_the_foot_clears_it(which: str, reque
     assert impulse > 0.1  # N s
     assert gait.feet[1:-1, 1].min() > 0
     assert gait.clearance > 0.005
-
-
-def test_hsu_chen_2007() -> None:
-    """A published fixed point, and where its last digits come from.
-
-    V. F. Hsu Chen, Passive Dynamic Walking with Knees: A Point Foot Model (MIT, 2007), has thighs of 0.5 kg, shanks of
-    0.05 kg, hip 0.5 kg, links of 0.5 m with point masses 0.325 m below the hip and 0.125 m below the knee. R. Tedrake's
-    program kneedCompassGait.m for it starts on the fixed point
-    (0.187700106303669, -0.288437140111164), (-1.101439041094875, -0.039885255927632) of its angles from the vertical,
-    with g = 9.8 and the slope asin(7.25 / 144). It integrates with explicit Euler steps of 1 ms, each strike found by
-    halving the step. Done so, this robot's equations give the same digits; integrated exactly, they give others.
-    """
-    slope, published = (
-        math.asin(7.25 / 144),
-        (0.187700106303669, 0.288437140111164, 1.101439041094875, 0.039885255927632),
-    )
-    robot = KneedBiped(0.5, 0.05, 0.5, 0.5, 0.5, 0.325, 0.125, 0.0, 0.0, gravity=9.8)
-
-    def state(gait: Array) -> list[float]:
-        return [-gait[0] - slope, -gait[0] + slope, gait[1], gait[2]]
-
-    def miss(start: Array, width: float) -> Array:
-        return euler_step(robot, slope, start, width) - start
-
-    by_euler = root(miss, np.array([-0.238, 1.1, 0.04]), (1e-3,), tol=1e-11)
-    # twelve digits are printed of a fixed point that a walk came to; the root is good to 1e-11
-    np.testing.assert_allclose(state(by_euler.x), published, rtol=0, atol=1e-9)
-
-    exact = find_kneed_gait(robot, slope)
-    found = state(exact.start[[0, 3, 4]])
-    np.testing.assert_allclose(found, [0.18817, 0.28890, 1.10895, 0.05772], rtol=0, atol=5e-6)
-    # Euler's error is of first order: twice the one of half the step, but for terms of second order
-    half = root(miss, by_euler.x, (5e-4,), tol=1e-11)
-    ratio = (np.array(state(by_euler.x)) - found) / (np.array(state(half.x)) - found)
-    np.testing.assert_allclose(ratio, 2.0, rtol=0, atol=0.05)
-
-
-def euler_step(robot: KneedBiped, slope: float, start: Array, width: float) -> Array:
-    """A step by Euler's explicit method, each strike found by halving the time step until it is no longer one."""
-
-    def until(n: int, state: Array, struck: Callable[[Array], bool]) -> Array:
-        chain, (even, odd) = robot.chains[n], np.empty((2, n, n))
-
-        def after(state: Array, width: float) -> Array:
-            ddq = np.zeros(n)
-            machine_code()(chain.weights, chain.moments, slope, state[:n], state[n:], even, odd, ddq)
-            return state + width * np.concatenate([state[n:], ddq])
-
-        for _ in range(2000):
-            ahead = after(state, width)
-            if struck(ahead):
-                break
-            state = ahead
-        part = width
-        while part > 1e-17:
-            part /= 2
-            ahead = after(state, part)
-            if not struck(ahead):
-                state = ahead
-        return state
-
-    q1, dq1, dq2 = start
-    bent = until(3, np.array([q1, -q1, -q1, dq1, dq2, dq2]), lambda y: bool(y[2] < y[1]))
-    rates = robot.chains[3].joints_lock(SWING_LOCKED, bent[:3], bent[3:])
-    straight = until(2, np.array([bent[0], bent[1], *rates]), lambda y: bool(y[0] + y[1] >= 0 and y[0] > y[1]))
-    q, dq = robot.heel_impact(straight[:2], straight[2:])
-    return np.array([q[0], *dq])
 
 
 def test_the_halved_rods_walk_too(rods: KneedGait) -> None:

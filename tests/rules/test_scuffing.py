@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import run
+from hypothesis import given
+from hypothesis import strategies as st
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
@@ -22,12 +24,10 @@ def gait_on(slope_deg: float) -> mjbiped.Gait:
     return mjbiped.find_passive_gait(TABLE_ONE, math.radians(slope_deg))
 
 
-def farthest(gait: mjbiped.Gait, slope: float) -> float:
-    """How far ahead of the stance foot the swing foot comes above ground, horizontally, leg lengths; by vectors."""
-    q = gait.reference(np.linspace(0.0, gait.period, 20001)[:-1])[0]
-    feet = np.array([TABLE_ONE.swing_foot(each) for each in q])
-    horizontal = feet[:, 0] * math.cos(slope) + feet[:, 1] * math.sin(slope)
-    return float(horizontal[feet[:, 1] > 0.0].max())
+def at_touchdown(gait: mjbiped.Gait, slope: float) -> float:
+    """How far ahead of the stance foot the swing foot comes down, horizontally, leg lengths; by vectors."""
+    along, above = TABLE_ONE.swing_foot(gait.reference(gait.period)[0])
+    return float(along * math.cos(slope) + above * math.sin(slope))
 
 
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
@@ -51,10 +51,10 @@ def test_gentle_slopes_are_walked_with_a_shorter_reach(slope_deg: float, engine:
 
 @pytest.mark.parametrize("slope_deg", GENTLE)
 def test_any_reach_up_to_the_step_walks_and_none_beyond_it(slope_deg: float) -> None:
-    """In the hybrid engine; the greatest reach is the step's length, or a little more where the foot comes back."""
+    """In the hybrid engine; the greatest reach is the step's horizontal length."""
     gait, terrain = gait_on(slope_deg), mjbiped.Terrain.incline(slope_deg)
-    most = farthest(gait, gait.slope)
-    assert gait.step_length * math.cos(gait.slope) <= most < gait.step_length + 2e-6
+    most = gait.step_length * math.cos(gait.slope)
+    assert at_touchdown(gait, gait.slope) == pytest.approx(most, rel=1e-9)  # the gait finder's 1e-12, over 0.1 m
     for reach in (0.0, 0.5 * most, most - 1e-5):
         walk = mjbiped.walk(
             PassiveController(), terrain, engine="hybrid", steps=20, scuffing=ScuffingRule(reach), sample_period=None
@@ -92,7 +92,7 @@ def test_rule_holds_on_the_ground_that_is_walked_on() -> None:
     gait = gait_on(0.32)
     controller: Controller = AdaptiveController(TABLE_ONE, gait)
     uphill = mjbiped.Terrain.incline(-6.0)
-    assert farthest(gait, uphill.slope_at(0.0)) < 0.2 < farthest(gait, 0.0)
+    assert at_touchdown(gait, uphill.slope_at(0.0)) < 0.2 < at_touchdown(gait, 0.0)
     assert mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=3).outcome == "finished"
     with pytest.raises(mjbiped.InputError, match="scuffing rule"):
         mjbiped.walk(controller, uphill, engine="hybrid", steps=3)
@@ -169,3 +169,25 @@ def test_all_three_conditions_must_hold() -> None:
     assert swing_foot_collides(0.2, 0.1, 0.2, 0.2, 1e-9)
     for time, ahead, clearance in ((0.1, 0.3, 0.1), (0.2, 0.19, 0.1), (0.2, 0.3, 0.0)):
         assert not swing_foot_collides(0.2, 0.1, time, ahead, clearance)
+
+
+SWINGS_BACK = (-0.15, 0.15, 0.8, -0.5)
+"""From here the second step's swing foot comes ahead of the reach, swings back, and is level with the stance foot."""
+
+
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+def test_a_foot_that_comes_back_to_the_stance_foot_makes_no_step(engine: str) -> None:
+    walk = mjbiped.walk(PassiveController(), mjbiped.Terrain.level(), engine=engine, steps=2, initial=SWINGS_BACK)
+    assert (walk.outcome, walk.steps) == ("fell", 1)
+
+
+@given(
+    st.tuples(st.floats(-0.3, -0.1), st.floats(0.2, 1.4), st.floats(-1.5, 1.5)),
+    st.floats(0.0, 3.0),
+    st.floats(0.0, 0.3),
+)
+def test_no_step_is_shorter_than_the_reach(start: tuple[float, float, float], slope_deg: float, reach: float) -> None:
+    q1, dq1, dq2 = start
+    walked = mjbiped.ReturnMap(TABLE_ONE, math.radians(slope_deg), ScuffingRule(reach)).walk((q1, -q1, dq1, dq2), 5)
+    legs = np.sin(walked.states[:, :2] + math.radians(slope_deg))
+    assert (legs[:, 1] - legs[:, 0] >= reach - 1e-8).all()  # where a touchdown is found to 1e-8 s

@@ -8,12 +8,14 @@ found, and no step has to end on them.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.dynamics import dense_state, ensure_dense, is_motion
 from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
 from mjbiped.numerics.dormand_prince import STAGE_PLACES, STAGES, TESTED_STAGES, dense_at, dense_rate_at
+from mjbiped.records.pressure import note_pressure
 from mjbiped.rules.termination import LIGHT_CONTACT
 
 PIECES = 16  # of a step, in which a change of the power's sign or a peak is looked for
@@ -23,6 +25,10 @@ NO_WORK = 1e-14  # J in a step: rounding
 FAR, NEAR = 0.25, 0.05  # of the power's spread in a step: whether zero can be, and is looked for, between two stages
 IN_ORDER = tuple(sorted((0, *TESTED_STAGES), key=lambda stage: STAGE_PLACES[stage]))
 PLACES = tuple(STAGE_PLACES[stage] for stage in IN_ORDER)
+ALL_IN_ORDER = tuple(sorted((*range(STAGES - 1), STAGES), key=lambda stage: STAGE_PLACES[stage]))
+ALL_PLACES = tuple(STAGE_PLACES[stage] for stage in ALL_IN_ORDER)
+_BOUNDS = (0.0, *(0.5 * (near + far) for near, far in pairwise(ALL_PLACES)), 1.0)
+SHARES = tuple(far - near for near, far in pairwise(_BOUNDS))  # of the step, that each of these stages stands for
 
 
 def accumulate(
@@ -58,7 +64,9 @@ def accumulate(
         w[at.WORK_ABSOLUTE] += variation
         w[at.WORK_NET] += net
         w[at.WORK_POSITIVE] += 0.5 * (variation + net)
+    normal = w[at.NORMAL_NOW]
     note_ground_force(laws, constants, b, pose, b.out, STAGES * n)
+    note_pressures(constants, w, normal, h)
     if w[at.NORMAL_FORCE] < HARDLY * constants.mass * constants.gravity and w[at.FACE] == w[at.GROUND] == 0.0:
         ensure_dense(laws, parameters, constants, b, t, h)
         _normal_force_within(laws, constants, b, h)
@@ -199,9 +207,23 @@ def note_ground_force(
         push, x, z = b.w[at.PRESS], b.w[at.PUSHED_X], b.w[at.PUSHED_Z]
         along -= push * (x * b.w[at.COSINE] - z * b.w[at.SINE])
         normal -= push * (x * b.w[at.SINE] + z * b.w[at.COSINE])
+    b.w[at.NORMAL_NOW] = normal
     b.w[at.NORMAL_FORCE] = min(b.w[at.NORMAL_FORCE], normal)
     if normal > LIGHT_CONTACT * constants.mass * constants.gravity:
         b.w[at.FRICTION] = max(b.w[at.FRICTION], abs(along) / normal)
+
+
+def note_pressures(constants: SimulationConstants, w: Any, before: float, h: float) -> None:
+    """Take in where the centre of pressure was in a step of length h: at the stages, whose torques are known.
+
+    The normal force, which changes slowly, is taken to change evenly from `before` (N) to what it is at the step's end.
+    """
+    change, light = w[at.NORMAL_NOW] - before, LIGHT_CONTACT * constants.mass * constants.gravity
+    for i in range(len(ALL_IN_ORDER)):
+        torque, normal = w[at.ANKLE_TORQUES + ALL_IN_ORDER[i]], before + ALL_PLACES[i] * change
+        time = SHARES[i] * h
+        note_pressure(w, at.PRESSURE_AHEAD, at.PRESSURE_TIMES, torque, normal, light, constants.length, time)
+    w[at.ANKLE_TORQUES] = w[at.ANKLE_TORQUES + STAGES]  # where the next step begins
 
 
 def _turned(b: Buffers, force: tuple[float, float]) -> tuple[float, float]:

@@ -53,6 +53,8 @@ def rates(
     if wild:
         ddq1 = math.nan
     w[at.ANKLE], w[at.HIP] = ankle, hip
+    w[at.ANKLE_TORQUES + int(w[at.STAGE])] = ankle
+    w[at.STAGE] += 1.0
     greater = abs(ankle) > w[at.STAGE_ANKLE]
     w[at.STAGE_ANKLE] = abs(ankle) if greater else w[at.STAGE_ANKLE]
     w[at.WHEN_ANKLE] = t if greater else w[at.WHEN_ANKLE]
@@ -241,6 +243,8 @@ def transfer(
         slope_estimate_before=estimate_before,
         slope_estimate=laws.slope_estimate(parameters, b.memory),
         normal_force=w[at.NORMAL_FORCE],
+        pressure_ahead=w[at.PRESSURE_AHEAD],
+        pressure_behind=w[at.PRESSURE_BEHIND],
     )
 
 

@@ -19,6 +19,7 @@ WILDEST_ANGLE = 1e6  # beyond it, rad, the motion has no meaning, and sine and c
 def begin(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float) -> None:
     """Rates of the state in `b.y`, which no step has led to."""
     robot, length, memory, w = constants.robot, constants.length, b.memory, b.w
+    w[at.STAGE] = 0.0
     laws.begin(laws.rates, laws.torque, parameters, robot, length, memory, w, t, b.y, b.k)
 
 
@@ -31,7 +32,7 @@ def attempt(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buff
     torque, step, robot, length, memory, w = laws.torque, laws.step, constants.robot, constants.length, b.memory, b.w
     for joint in range(constants.joints):
         w[at.STAGE_ANKLE + joint] = 0.0
-    w[at.DENSE] = 0.0
+    w[at.DENSE], w[at.STAGE] = 0.0, 1.0
     w[at.EVALUATIONS] += STAGES
     tolerance = constants.tolerance
     return float(step(laws.rates, torque, parameters, robot, length, memory, w, t, h, b.y, b.k, b.out, tolerance))

@@ -100,6 +100,10 @@ class HybridRun(Run):
         """Greatest magnitude of each joint's torque so far, N m."""
         return self.simulation.peak_torque
 
+    def pressure_times(self) -> NDArray[np.float64]:
+        """How long the centre of pressure was where so far, s."""
+        return self.simulation.pressure_times
+
     def settings(self) -> dict[str, Any]:
         """The tolerance, and why the walk ended where its outcome does not say it."""
         simulation = self.simulation

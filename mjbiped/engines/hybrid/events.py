@@ -14,8 +14,9 @@ from typing import Any, TypeAlias
 
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
+from mjbiped.engines.hybrid.transfer import FACE_WIDTH
 from mjbiped.numerics.dormand_prince import STAGES
-from mjbiped.rules.scuffing import swing_foot_collides
+from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
 from mjbiped.terrain.profile import height_of, segment_near
 
 Place: TypeAlias = tuple[float, float, int]
@@ -27,7 +28,6 @@ SHORTEST = 5e-4  # intervals are not halved below this, s: the foot's sag in it 
 RESOLVED = 1e-8  # a crossing is first located so closely, s
 ROOM = 2.0
 GROUND_WIDTH = 1e-8  # ground that a foot has slid on is left, or met again, so far below its height, m
-FACE_WIDTH = 1e-8  # a foot so close to the face that it struck stays on its own side of it, m
 CORNER = 1e-6  # a foot that meets a face so close below its edge has landed on top, m
 
 
@@ -148,12 +148,17 @@ def first_event(
                 and here[1] - there[1] > 8.0 * room
             ):
                 # the clearance falls all the way: one crossing
+                share = _crossing(laws, constants, b, h, x, end, here[1], there[1], here[2])
+                if _draws_in(laws, constants, b, share):
+                    break
                 w[at.LANDING] = there[2]
-                return TOUCHDOWN, _crossing(laws, constants, b, h, x, end, here[1], there[1], here[2])
+                return TOUCHDOWN, share
             if width < SHORTEST:
                 if happens(constants, b, t + end * h, there[0], there[1]):
                     if w[at.CONTACT_ENABLED] != 0.0:
                         before, after = _narrowed(laws, constants, b, t, h, x, end)
+                        if _draws_in(laws, constants, b, before):
+                            break
                         return _kind(laws, constants, b, before, after), before
                     w[at.CONTACT_ENABLED] = 1.0
                 break
@@ -168,6 +173,20 @@ def first_event(
             return OVER_THE_TOP, end
         x, here = end, there
     return NOTHING, until
+
+
+def _draws_in(laws: Laws, constants: SimulationConstants, b: Buffers, x: float) -> bool:
+    """Whether the scuffing rule draws in the foot that comes down at the share x of the step; its contact is then off.
+
+    The rule ends the contact when the foot comes nearer than the reach, which matters only where the foot comes down.
+    """
+    if constants.contact != 0.0:
+        return False
+    ahead = foot_over_ground(laws, constants, b, pose_within(laws, b, x))[0]
+    if not swing_foot_is_drawn_in(constants.reach, ahead):
+        return False
+    b.w[at.CONTACT_ENABLED] = 0.0
+    return True
 
 
 def _crossing(

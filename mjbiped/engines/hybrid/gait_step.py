@@ -16,7 +16,6 @@ from mjbiped.engines.hybrid.dynamics import attempt, begin, ensure_dense, is_mot
 from mjbiped.engines.hybrid.events import (
     CORNER,
     FACE_IMPACT,
-    FACE_WIDTH,
     KNEE_STRIKE,
     NOTHING,
     OVER_THE_TOP,
@@ -32,7 +31,7 @@ from mjbiped.engines.hybrid.events import (
 from mjbiped.engines.hybrid.progress import is_tame, lags, watch
 from mjbiped.engines.hybrid.sliding import end_at_edge, end_of_contact, hit_face, on_its_segment, slides_on
 from mjbiped.engines.hybrid.state import KNEE_FREE, KNEE_RESTING, Buffers, Laws, SimulationConstants
-from mjbiped.engines.hybrid.transfer import begin_step
+from mjbiped.engines.hybrid.transfer import FACE_WIDTH, begin_step
 from mjbiped.numerics.dormand_prince import STAGES
 from mjbiped.rules.termination import FALLEN_HIP, Outcome
 from mjbiped.terrain.profile import height_of, segment_stood_on

@@ -61,6 +61,8 @@ def rates(
     ddq1, ddq2, ddq3 = accelerations(constants, w, q1, q2, q3, dq1, dq2, dq3, stance, hip_torque, knee)
     if wild:
         ddq1 = math.nan
+    w[at.ANKLE_TORQUES + int(w[at.STAGE])] = ankle
+    w[at.STAGE] += 1.0
     for joint in range(JOINTS):
         size = abs(result[joint])
         w[at.ANKLE + joint] = result[joint]

@@ -176,6 +176,8 @@ def transfer(
         slope_estimate_before=estimate_before,
         slope_estimate=laws.slope_estimate(parameters, b.memory),
         normal_force=w[at.NORMAL_FORCE],
+        pressure_ahead=w[at.PRESSURE_AHEAD],
+        pressure_behind=w[at.PRESSURE_BEHIND],
         knee_strike=w[at.STRIKE_TIME],
         knee_q=(w[at.STRIKE_Q], w[at.STRIKE_Q2], w[at.STRIKE_Q3]),
         knee_dq_before=(w[at.STRIKE_DQ], w[at.STRIKE_DQ2], w[at.STRIKE_DQ3]),

@@ -32,6 +32,7 @@ from mjbiped.errors import MjbipedError
 from mjbiped.numerics.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
 from mjbiped.numerics.jit import compiled
 from mjbiped.records.columns import tables_of, width
+from mjbiped.records.pressure import BINS
 from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule, chosen
@@ -190,7 +191,8 @@ class HybridSimulation:
         slope = terrain.slope_at(0.0)
         w[at.SLOPE], w[at.SINE], w[at.COSINE] = slope, math.sin(slope), math.cos(slope)
         w[at.FOOT_Z] = terrain.height_at(0.0)
-        w[at.SEGMENT] = float(terrain.segment_at(0.0))
+        w[at.SEGMENT] = w[at.FOOT_SEGMENT] = float(terrain.segment_at(0.0))
+        w[at.FACE_X] = math.nan
         begin_step(constants, w)
         if self._robot.knees and q[2] == q[1] and dq[2] == dq[1]:
             w[at.LOCKED] = at.KNEE_RESTING
@@ -243,6 +245,11 @@ class HybridSimulation:
         """Greatest magnitude of each joint's torque so far, N m."""
         joints = range(self.constants.joints)
         return np.array([self.buffers.w[at.PEAK_ANKLE + joint] for joint in joints], dtype=np.float64)
+
+    @property
+    def pressure_times(self) -> NDArray[np.float64]:
+        """How long the centre of pressure was where so far, s; see `mjbiped.records.pressure`."""
+        return np.array(self.buffers.w[at.PRESSURE_TIMES : at.PRESSURE_TIMES + BINS], dtype=np.float64)
 
     @cached_property
     def code(self) -> MachineCode | None:

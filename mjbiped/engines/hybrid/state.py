@@ -8,8 +8,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from mjbiped.disturbances.pushes import Pushes
+from mjbiped.numerics.dormand_prince import STAGES_WITH_DENSE
+from mjbiped.records.pressure import BINS
 
-SCALARS = 84
+_NAMED = 89
 # indices in the scalars `w`
 (
     CLOCK,  # time of the last support transfer, s
@@ -19,10 +21,11 @@ SCALARS = 84
     COSINE,
     FOOT_X,  # stance foot, m
     FOOT_Z,
+    FOOT_SEGMENT,  # of the terrain, that it stands on
     CONTACT_ENABLED,  # 1: the swing foot collides
     SEGMENT,  # of the terrain, under the swing foot when last looked at: where the search begins
     FACE,  # the swing foot slides on a vertical face: 1 ahead of it, -1 behind it, 0 not
-    FACE_X,  # of the last face struck in this step, m; NaN without one
+    FACE_X,  # of the last face struck in this step, or of the one that the foot stood beside before it, m; NaN: none
     FACE_TOP,  # its upper edge, m
     FACE_SEGMENT,  # terrain segment on the foot's side of it
     LANDING,  # terrain segment of the touchdown last found
@@ -36,6 +39,7 @@ SCALARS = 84
     ANKLE,  # torques last computed, N m: of all joints, one after the other
     HIP,
     KNEE,
+    STAGE,  # stages of this integration step at which the law has been asked
     STAGE_ANKLE,  # greatest magnitudes at the stages of a step
     STAGE_HIP,
     STAGE_KNEE,
@@ -53,6 +57,9 @@ SCALARS = 84
     PEAK_KNEE,
     FRICTION,  # greatest |F_t / F_n| of this step
     NORMAL_FORCE,  # least F_n of this step, N; below zero the ground would have to pull
+    NORMAL_NOW,  # F_n when last looked at, N
+    PRESSURE_AHEAD,  # greatest distances of the centre of pressure from the ankle in this step, m
+    PRESSURE_BEHIND,
     FACE_IMPACTS,  # 1: one in this step
     WORK_ABSOLUTE,  # since the start, J
     WORK_NET,
@@ -96,7 +103,10 @@ SCALARS = 84
     STRUCK_DQ2,
     STRUCK_DQ3,
     STANCE_FLEXION,  # of the stance knee, at which it is locked, rad
-) = range(SCALARS)
+) = range(_NAMED)
+ANKLE_TORQUES = _NAMED  # of the stages of an integration step, N m: the first of them
+PRESSURE_TIMES = ANKLE_TORQUES + STAGES_WITH_DENSE  # by places of the centre of pressure, s; see `records.pressure`
+SCALARS = PRESSURE_TIMES + BINS
 
 
 KNEE_FREE, KNEE_LOCKED, KNEE_RESTING = 0.0, 1.0, 2.0

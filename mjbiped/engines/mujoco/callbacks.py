@@ -17,7 +17,9 @@ from mjbiped.disturbances.pushes import Pushes, following
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco import leapfrog, step_size
 from mjbiped.engines.mujoco.contact_events import State
+from mjbiped.engines.mujoco.contact_forces import felt
 from mjbiped.records.rows import SAMPLED, TOUCHED, write_sample
+from mjbiped.rules.scuffing import swing_foot_is_drawn_in
 from mjbiped.rules.termination import Limits
 from mjbiped.terrain.profile import Floats, Profile, height_of, height_over_ground, segment_met, segment_stood_on
 
@@ -353,7 +355,7 @@ def sense(
         return 0.0, 1.0
     stance = 1 if u[events.STANCE] else 0
     own, other, slots = constants.places.contacts[stance], constants.places.contacts[1 - stance], constants.places.slots
-    events.read_contacts(u, constants.limits, readings[own : own + slots], readings[other : other + slots])
+    events.read_contacts(u, constants.limits, felt(readings, own, slots), felt(readings, other, slots))
     if not constants.lands:
         u[events.EFFECTIVE_STEP] = constants.timestep
         return 0.0, 1.0
@@ -395,7 +397,8 @@ def refuses(constants: SimulationConstants, u: Sequence[float], centres: Any, fi
     right = 1 if u[events.STANCE] else 0
     places = constants.places
     stance, swing = places.feet[right], places.feet[1 - right]
-    contact_enabled = bool(u[events.CONTACT_ENABLED])
+    ahead = centres[swing, 0] - centres[stance, 0]
+    contact_enabled = bool(u[events.CONTACT_ENABLED]) and not swing_foot_is_drawn_in(constants.limits.reach, ahead)
     if swing in (first, second):
         other = second if first == swing else first
         return not contact_enabled or not meets(places, centres[swing, 0], centres[swing, 2], other)

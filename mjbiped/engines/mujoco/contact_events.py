@@ -20,12 +20,17 @@ The support transfer comes one call after the contact was resolved: the rates ar
 from __future__ import annotations
 
 import math
-from collections.abc import MutableSequence, Sequence
+from collections.abc import Mapping, MutableSequence, Sequence
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.engines.mujoco.contact_forces import Felt, friction_ratio
 from mjbiped.records.columns import TOUCHDOWNS, index_of
+from mjbiped.records.pressure import BINS, note_pressure
 from mjbiped.records.rows import TOUCHED, write_touchdown
-from mjbiped.rules.scuffing import swing_foot_collides
+from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
 from mjbiped.rules.termination import FALLEN_HIP, LIGHT_CONTACT, SLIPPED_FOOT, Limits, Outcome
 from mjbiped.terrain.profile import Profile, height_of, height_over, segment_stood_on
 
@@ -76,6 +81,7 @@ from mjbiped.terrain.profile import Profile, height_of, height_over, segment_sto
     PEAK_ANKLE,  # since the start, N m
     PEAK_HIP,
     SLIP,  # greatest in this step: distance that the stance foot slid along the ground, m
+    SLIDES,  # steps in which it slid farther than `SLID`
     PENETRATION,  # m
     FRICTION,  # |F_t| / F_n
     FORCE,  # F_n of the stance foot in the physics step last resolved, N
@@ -83,6 +89,9 @@ from mjbiped.terrain.profile import Profile, height_of, height_over, segment_sto
     STRETCH,  # how long that is ago, s
     WITHOUT_CONTACT,  # how long the stance foot has had none, s
     NORMAL_FORCE,  # least average in this step, N
+    ANKLE_IMPULSE,  # of its torque over the same stretch, N m s
+    PRESSURE_AHEAD,  # greatest distances of the centre of pressure from the ankle in this step, m
+    PRESSURE_BEHIND,
     FACE_IMPACTS,  # 1: the swing foot struck a vertical face in this step
     NEXT_PUSH,  # when the next push begins, or the present one has begun, s
     PUSH_IMPULSE,  # of it, N s
@@ -93,8 +102,9 @@ from mjbiped.terrain.profile import Profile, height_of, height_over, segment_sto
     COUNT,  # touchdowns so far
     OUTCOME,
     RECORD,  # which of its model's records holds for this walk where the callbacks are compiled; see `native`
-    LAST_TOUCHDOWN,  # first index of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
-) = range(63)
+    PRESSURE_TIMES,  # first of the times by places of the centre of pressure, s; see `records.pressure`
+) = range(67)
+LAST_TOUCHDOWN = PRESSURE_TIMES + BINS  # first index of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
 
 # of the touchdown's row, each the first of two indices: what the controller is told
 TOLD_Q_BEFORE, TOLD_Q, TOLD_DQ = (LAST_TOUCHDOWN + index_of(TOUCHDOWNS, name) for name in ("q_before", "q", "dq"))
@@ -103,13 +113,18 @@ ESTIMATE_AFTER = LAST_TOUCHDOWN + index_of(TOUCHDOWNS, "slope_estimate")
 CONTROLLER_MEMORY = LAST_TOUCHDOWN + TOUCHED
 """The controller's memory begins here; behind it stand the rates of its integrated states, which end userdata."""
 
-SMALLEST_UPWARD_NORMAL = 0.7  # a contact that faces up less is a riser's face or an inner edge of a heightfield
 MISSED = 0.02
 """No foot is so far off the ground at its touchdown, or so deep in it, in leg lengths: contacts give 0.01 at most."""
+SLID = 1e-3  # leg lengths in a step: a foot that slides farther does not stand
 AVERAGED = 0.016  # least stretch of time that the stance foot's force is averaged over, in sqrt(leg length / gravity)
 FEWEST_AVERAGED = 5.0  # physics steps in such a stretch, at least: the foot loses contact for single ones
 AIRBORNE = 0.06  # without contact the stance foot is off the ground, in the same units: sliding, it hops half as long
 
+
+SLIDING_WORDS = (
+    f"the stance foot slid by more than {SLID:g} leg lengths in a step: impacts and work there are not those of a foot "
+    "that stands"
+)
 
 _FINISHED, _FELL = float(Outcome.FINISHED), float(Outcome.FELL)
 _STALLED, _SLIPPED = float(Outcome.STALLED), float(Outcome.SLIPPED)
@@ -142,6 +157,7 @@ def begin(u: MutableSequence[float], state: State, slope: float, foot: tuple[flo
     u[TIME] = -1.0
     u[PLANNED_NEXT] = timestep
     u[NORMAL_FORCE] = math.inf
+    u[PRESSURE_AHEAD] = u[PRESSURE_BEHIND] = -math.inf
     u[SLOPE] = slope
     u[FOOT_X], u[FOOT_Z] = foot
     _, _, u[LEFT], u[RIGHT] = state.qpos
@@ -171,13 +187,14 @@ def observe(u: MutableSequence[float], limits: Limits, profile: Profile, time: f
     length = limits.leg_length
     stance, swing = by_role(u, left, right)
     foot_x, foot_z = hip_x - length * math.sin(stance), hip_z - length * math.cos(stance)
-    if not u[CONTACT_ENABLED]:
-        swing_x = hip_x - length * math.sin(swing)
-        ahead = swing_x - foot_x
-        if ahead >= limits.reach:
-            clearance = hip_z - length * math.cos(swing) - height_over(profile, swing_x)
-            if swing_foot_collides(limits.reach, limits.delay, time - u[TRANSFER_TIME], ahead, clearance):
-                u[CONTACT_ENABLED] = 1.0
+    swing_x = hip_x - length * math.sin(swing)
+    ahead = swing_x - foot_x
+    if swing_foot_is_drawn_in(limits.reach, ahead):
+        u[CONTACT_ENABLED] = 0.0
+    elif not u[CONTACT_ENABLED]:
+        clearance = hip_z - length * math.cos(swing) - height_over(profile, swing_x)
+        if swing_foot_collides(limits.reach, limits.delay, time - u[TRANSFER_TIME], ahead, clearance):
+            u[CONTACT_ENABLED] = 1.0
     judge(u, limits, profile, time, (hip_x, hip_z), (foot_x, foot_z), stance)
 
 
@@ -205,9 +222,11 @@ def judge(
     foot_x, foot_z = foot
     length, slope = limits.leg_length, u[SLOPE]  # a foot that sinks into the ground, or rolls, does not slip
     distance = (foot_x - u[FOOT_X]) * math.cos(slope) - (foot_z - u[FOOT_Z]) * math.sin(slope)
-    slip = abs(distance - limits.foot_radius * (stance - u[FOOT_ANGLE]))
+    slip = abs(distance - limits.rolling_radius * (stance - u[FOOT_ANGLE]))
     up = (foot_x - u[FOOT_X]) * math.sin(slope) + (foot_z - u[FOOT_Z]) * math.cos(slope)
     if slip > u[SLIP]:
+        if u[SLIP] <= SLID * length < slip:
+            u[SLIDES] += 1.0
         u[SLIP] = slip
     if not u[OUTCOME]:
         if (hip_z - height_over(profile, hip_x)) * math.cos(slope) < FALLEN_HIP * length:
@@ -259,6 +278,7 @@ def weigh(u: MutableSequence[float], limits: Limits) -> None:
     """
     effective_step, force = u[EFFECTIVE_STEP], u[FORCE]
     u[IMPULSE] += effective_step * force
+    u[ANKLE_IMPULSE] += effective_step * u[ANKLE]
     u[STRETCH] += effective_step
     u[WITHOUT_CONTACT] = 0.0 if force > 0.0 else u[WITHOUT_CONTACT] + effective_step
     if u[WITHOUT_CONTACT] >= limits.airborne:
@@ -267,7 +287,20 @@ def weigh(u: MutableSequence[float], limits: Limits) -> None:
         average = u[IMPULSE] / u[STRETCH]
         if average < u[NORMAL_FORCE]:
             u[NORMAL_FORCE] = average
-        u[IMPULSE] = u[STRETCH] = 0.0
+        torque, light = u[ANKLE_IMPULSE] / u[STRETCH], LIGHT_CONTACT * limits.weight
+        note_pressure(u, PRESSURE_AHEAD, PRESSURE_TIMES, torque, average, light, limits.leg_length, u[STRETCH])
+        u[IMPULSE] = u[ANKLE_IMPULSE] = u[STRETCH] = 0.0
+
+
+def pressure_times(u: Sequence[float]) -> NDArray[np.float64]:
+    """How long the centre of pressure was where so far, s; see `mjbiped.records.pressure`."""
+    return np.array(u[PRESSURE_TIMES : PRESSURE_TIMES + BINS], dtype=np.float64)
+
+
+def warned(warnings: Mapping[str, int], u: Sequence[float]) -> dict[str, int]:
+    """Warnings of a walk, with that of steps in which the stance foot slid, if there were any."""
+    slides = int(u[SLIDES])
+    return {**warnings, **({SLIDING_WORDS: slides} if slides else {})}
 
 
 def least_normal_force(u: Sequence[float]) -> float:
@@ -324,6 +357,8 @@ def _transfer_support(u: MutableSequence[float], limits: Limits, profile: Profil
         slope_estimate_before=math.nan,
         slope_estimate=math.nan,
         normal_force=least_normal_force(u),
+        pressure_ahead=u[PRESSURE_AHEAD],
+        pressure_behind=u[PRESSURE_BEHIND],
     )
     u[SLOPE] = slope
     u[TRANSFER_TIME] = time
@@ -338,8 +373,9 @@ def _transfer_support(u: MutableSequence[float], limits: Limits, profile: Profil
 def forget_step(u: MutableSequence[float]) -> None:
     """Begin anew what is told of one step alone."""
     u[SLIP] = u[PENETRATION] = u[FRICTION] = u[FACE_IMPACTS] = 0.0
-    u[IMPULSE] = u[STRETCH] = u[WITHOUT_CONTACT] = 0.0
+    u[IMPULSE] = u[ANKLE_IMPULSE] = u[STRETCH] = u[WITHOUT_CONTACT] = 0.0
     u[NORMAL_FORCE] = math.inf
+    u[PRESSURE_AHEAD] = u[PRESSURE_BEHIND] = -math.inf
 
 
 def judge_touchdown(u: MutableSequence[float], limits: Limits) -> None:
@@ -351,47 +387,15 @@ def judge_touchdown(u: MutableSequence[float], limits: Limits) -> None:
             u[OUTCOME] = _LEFT_TERRAIN
 
 
-READING = 11
-"""Floats of one slot of a contact sensor: found, force (3), distance, position (3), normal (3)."""
-FOUND, FORCE_SHOWN, DISTANCE, NORMAL = 0, 1, 4, 8
-
-
-def read_contacts(u: MutableSequence[float], limits: Limits, stance: Sequence[float], swing: Sequence[float]) -> None:
-    """Note what the contact sensors show of the step just resolved.
-
-    Args:
-        u: Userdata.
-        limits: What the walk is judged by.
-        stance: Slots of the stance foot's contact sensor, deepest contact first; the force is in the contact's frame
-            (normal, two tangents), the normal points from the foot into the ground.
-        swing: The same of the swing foot.
-    """
-    noted = 0.0
-    if u[CONTACT_ENABLED]:
-        for slot in range(0, len(swing), READING):
-            if swing[slot + FOUND] > 0.0:
-                upward = -swing[slot + NORMAL + 2]
-                if upward < SMALLEST_UPWARD_NORMAL:
-                    u[FACE_IMPACTS] = 1.0
-                elif not noted:
-                    noted = 1.0
-                    if -swing[slot + DISTANCE] > u[PENETRATION]:
-                        u[PENETRATION] = -swing[slot + DISTANCE]
-    u[NOTED] = noted
-    force = bearing = across = along = 0.0
-    # on a joint of the ground both sides bear the foot, each with a part of the force; their frames all but agree
-    for slot in range(0, len(stance), READING):
-        if stance[slot + FOUND] > 0.0:
-            force += stance[slot + FORCE_SHOWN]
-            if -stance[slot + NORMAL + 2] >= SMALLEST_UPWARD_NORMAL:
-                bearing += stance[slot + FORCE_SHOWN]
-                across += stance[slot + FORCE_SHOWN + 1]
-                along += stance[slot + FORCE_SHOWN + 2]
-    u[FORCE] = force
-    if stance[FOUND] > 0.0 and not noted and -stance[NORMAL + 2] >= SMALLEST_UPWARD_NORMAL:
-        if -stance[DISTANCE] > u[PENETRATION]:
-            u[PENETRATION] = -stance[DISTANCE]
-        if bearing > LIGHT_CONTACT * limits.weight:
-            used = math.sqrt(across * across + along * along) / bearing  # hypot has other last bits compiled
-            if used > u[FRICTION]:
-                u[FRICTION] = used
+def read_contacts(u: MutableSequence[float], limits: Limits, stance: Felt, swing: Felt) -> None:
+    """Note what the feet feel in the step just resolved."""
+    noted = bool(u[CONTACT_ENABLED]) and swing.ground
+    u[NOTED] = 1.0 if noted else 0.0
+    if u[CONTACT_ENABLED] and swing.face:
+        u[FACE_IMPACTS] = 1.0
+    if noted:
+        u[PENETRATION] = max(u[PENETRATION], swing.depth)
+    u[FORCE] = stance.pressure
+    if stance.ground and not noted:
+        u[PENETRATION] = max(u[PENETRATION], stance.depth)
+        u[FRICTION] = max(u[FRICTION], friction_ratio(stance, u[SLOPE], LIGHT_CONTACT * limits.weight))

@@ -53,13 +53,11 @@ class Mujoco(Options, Engine):
     robots: ClassVar[tuple[type[Robot], ...]] = (Compass, KneedBiped)
 
     def check(self, plan: Plan) -> None:
-        """Refuse legs of a length for which contacts are not resolved, and what a robot with knees cannot do yet.
+        """Refuse legs of a length for which contacts are not resolved, and a servo where there can be none.
 
         Raises:
-            InputError: They are too short or too long, or it is asked for.
+            InputError: They are too short or too long, or one is asked for.
         """
-        if plan.robot.knees and not self.lands:
-            raise InputError("lands = False is there for the compass biped alone; leave it out")
         if self.stance_knee == MOTOR:
             self._check_servo(plan.robot)
         domains.MUJOCO_LEG.check("leg length in MuJoCo (engine='hybrid' takes any)", plan.robot.leg_length)

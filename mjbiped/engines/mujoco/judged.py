@@ -21,13 +21,15 @@ def limits_of(
     ground: tuple[float, float],
     steps: int | None,
     distance: float | None,
+    lands: bool,
 ) -> Limits:
-    """The limits of a walk; the ground's start and end are places x in m."""
+    """The limits of a walk; the ground's start and end are places x in m, and `lands` is as in `Options`."""
     length = robot.leg_length
     pendulum = math.sqrt(length / robot.gravity)
     return Limits(
         leg_length=length,
         foot_radius=FOOT_RADIUS,
+        rolling_radius=0.0 if lands else FOOT_RADIUS,
         weight=robot.weight,
         reach=rule.reach * length,
         delay=rule.delay,

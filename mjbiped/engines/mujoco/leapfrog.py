@@ -19,8 +19,10 @@ more than that one's size and g / l, as slope limiters do.
 
 **Held foot.** A contact's damping of 1 / k brings the foot's velocity J v' to rest, with J of the step's *beginning*:
 MuJoCo's reference acceleration leaves the change of J out. Turned by t q̇, a foot at rest so leaves its place by
-t² l q̇² / 2 in each step, upward, until its contact is lost, and backward. Shown a velocity that is larger by just what
-turning will add in the step, the solver takes that away, and the foot ends the step where it was.
+t² l q̇² / 2 in each step, upward, until its contact is lost, and backward. And what is brought to rest is the lowest
+point of the foot's sphere, which so rolls on. Shown a velocity that is larger by just what turning will add in the
+step, and by that of the centre of a sphere that rolls, the solver takes both away, and the foot ends the step where it
+was.
 
 MuJoCo reads `qvel` in its velocity stage, for the Coriolis forces and the contacts' damping, and again in the
 integrator. So in `mjcb_sensor`'s position stage `qvel` is *shown* other rates, and in `mjcb_control`, which comes
@@ -146,19 +148,35 @@ def show(
     if step.plain:
         return
     leg, rate, lag = (qpos[3], qvel[3], step.right_lag) if step.right else (qpos[2], qvel[2], step.left_lag)
-    shown_x, shown_z = held(constants.limits.leg_length, leg, rate, lag, step.length, step.before)
+    limits = constants.limits
+    foot = Foot(limits.leg_length, limits.foot_radius, u[events.SLOPE])
+    shown_x, shown_z = held(foot, leg, rate, lag, step.length, step.before)
     qvel[0] += shown_x
     qvel[1] += shown_z
     qvel[2] += step.left_lag
     qvel[3] += step.right_lag
 
 
-def held(radius: float, leg: float, rate: float, lag: float, length: float, before: float) -> tuple[float, float]:
+class Foot(NamedTuple):
+    """What stands on the ground.
+
+    Attributes:
+        reach: Distance of the hip from it, m.
+        radius: Of the sphere that makes its contact, m.
+        slope: Of its ground, rad.
+    """
+
+    reach: float
+    radius: float
+    slope: float
+
+
+def held(foot: Foot, leg: float, rate: float, lag: float, length: float, before: float) -> tuple[float, float]:
     """What is added to the hip's velocity, so that the stance foot ends the step where it was: along x and z, m/s.
 
     Args:
-        radius: Of the leg that stands, m.
-        leg: Its angle, rad.
+        foot: What stands.
+        leg: Angle of the line from it to the hip, rad.
         rate: Its rate in `qvel`, rad/s.
         lag: What that lacks to be the rate of now, rad/s.
         length: Of the step, s.
@@ -171,7 +189,11 @@ def held(radius: float, leg: float, rate: float, lag: float, length: float, befo
     turned = leg + length * turning
     # what turning makes of the foot's velocity: in the mean of the step, less what it seems to make at its beginning
     mean_x, mean_z = (sine - math.sin(turned)) / length, (cosine - math.cos(turned)) / length
-    return radius * (mean_x + cosine * (turning + lag)), radius * (mean_z - sine * (turning + lag))
+    rolling = foot.radius * turning  # of the sphere, whose centre is what stands
+    return (
+        foot.reach * (mean_x + cosine * (turning + lag)) + rolling * math.cos(foot.slope),
+        foot.reach * (mean_z - sine * (turning + lag)) - rolling * math.sin(foot.slope),
+    )
 
 
 def put_back(u: MutableSequence[float], qvel: MutableSequence[float]) -> None:

@@ -102,9 +102,14 @@ class MujocoRun(Run):
         u = self.simulation.data.userdata
         return np.array([u[contact_events.PEAK_ANKLE], u[contact_events.PEAK_HIP]])
 
+    def pressure_times(self) -> NDArray[np.float64]:
+        """How long the centre of pressure was where so far, s."""
+        return contact_events.pressure_times(self.simulation.data.userdata)
+
     def settings(self) -> dict[str, Any]:
         """The engine's settings, and MuJoCo's warnings."""
-        return {**asdict(self.simulation.options), "warnings": dict(self.simulation.warnings)}
+        warnings = contact_events.warned(self.simulation.warnings, self.simulation.data.userdata)
+        return {**asdict(self.simulation.options), "warnings": warnings}
 
 
 def gave_up(error: Exception, recorder: Recorder, model: mujoco.MjModel) -> str:

@@ -22,7 +22,7 @@ from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.segments import GROUND_FRICTION
 
-SMALLEST_HIP_MASS = 1e-5
+SMALLEST_HIP_MASS = 1e-7
 """MuJoCo's compiler refuses a moving body without mass; this part of the robot's mass is invisible in every figure."""
 
 SMALLEST_INERTIA = 2e-10

@@ -144,7 +144,7 @@ class Simulation:
         self.controller = controller
         self.options = options
         whole = (self._windows.start, self._windows.end)
-        self.limits = limits_of(robot, rule, timestep, whole, steps, distance)
+        self.limits = limits_of(robot, rule, timestep, whole, steps, distance, lands)
         self._constants = SimulationConstants(
             limits=self.limits._replace(start=scene.start, end=scene.end),
             places=places_in(scene, terrain),

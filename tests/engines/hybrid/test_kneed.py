@@ -17,6 +17,7 @@ from mjbiped.control.unpowered import Unpowered, UnpoweredKnees
 from mjbiped.engines.hybrid import kneed, kneed_posture
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
+from mjbiped.engines.hybrid.transfer import note_face
 from mjbiped.errors import InputError
 from mjbiped.records import measures
 from mjbiped.records.recorder import Recorder
@@ -238,6 +239,27 @@ def test_a_foot_that_cannot_leave_the_ground_slides_until_it_is_lifted() -> None
         assert energy[slides[0]] < energy[0] - 1e-4
         if stubs == 1 and slid > 1:
             assert np.ptp(energy[slides[0] : slides[-1]]) < 1e-8
+
+
+@pytest.mark.parametrize("beyond", [0.0, 1e-10])
+def test_a_foot_released_at_the_base_of_a_riser_does_not_pass_through_it(beyond: float) -> None:
+    """However rounding lays it about the face: it strikes the face, and rises along it before it goes on."""
+    face, rise, leg = -0.3, 0.03, -0.3
+    ground = Terrain((-5.0, face), (-rise, 0.0), (0.0, 0.0))
+    hip = np.array([math.sin(leg), math.cos(leg)])
+
+    way = hip - [face + beyond, -rise]
+    lean, half = math.atan2(*way), math.acos(np.hypot(*way) / ROBOT.leg_length)  # of two links of equal length
+    thigh, shank = lean - half, lean + half
+    simulation = simulation_on(ground, (leg, thigh, shank, 1.5, -2.0, -1.0), sample_period=1e-3, steps=1)
+    note_face(simulation.constants, simulation.buffers.w, 0, face + beyond)  # as the transfer to the other foot does
+    recorder = Recorder(robot=KneedBiped)
+    simulate(simulation, recorder)
+    feet = ROBOT.limbs(recorder.samples()["qpos"])[:-1, 1, -1]
+    clear = np.flatnonzero(feet[:, 1] > 1e-8)  # over the tread
+    assert feet[: clear[0], 0].max() < face + 1e-8
+    assert len(clear) > 10
+    assert simulation.buffers.w[at.FACE_IMPACTS] or recorder.touchdowns()["strikes"][0]
 
 
 def test_the_ground_force_is_the_centre_of_masss(gait: mjbiped.KneedGait) -> None:

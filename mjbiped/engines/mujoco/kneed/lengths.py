@@ -10,8 +10,8 @@ from collections.abc import Callable, MutableSequence, Sequence
 from typing import Any, NamedTuple
 
 from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.contact_forces import Felt
 from mjbiped.engines.mujoco.kneed import state as at
-from mjbiped.engines.mujoco.kneed.feet import Felt
 from mjbiped.engines.mujoco.kneed.state import KNEES, THIGHS, Constants, X, Z, end_of_leg
 from mjbiped.engines.mujoco.leapfrog import effective_step
 from mjbiped.engines.mujoco.step_size import DEPTH, HALVINGS, LOOK_AHEAD, MARGIN, SHORTER, SHORTEST, face_between
@@ -105,6 +105,10 @@ def step_lengths(constants: Constants, u: MutableSequence[float], toe: Felt) -> 
         toe: What the swing foot feels.
     """
     planned, usual, shortest = u[events.PLANNED], constants.timestep, constants.contact_timestep
+    if not constants.lands:
+        strikes = u[at.OPENED] != 0.0 and u[at.LOCKED] == 0.0 and knee_after(u, usual) <= 0.0
+        u[at.STRIKES_NEXT] = 1.0 if strikes else 0.0
+        return Lengths(usual, usual, True)
     if u[events.NOTED] != 0.0 or u[at.STRUCK] != 0.0:
         return Lengths(planned, usual, False)
     if swing_height(constants, u, 0.0) > 0.0:

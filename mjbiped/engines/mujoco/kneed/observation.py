@@ -177,6 +177,8 @@ def _transfer(parts: Parts, parameters: Any, constants: Constants, buffers: Buff
         slope_estimate_before=before,
         slope_estimate=parts.slope_estimate(parameters, memory),
         normal_force=events.least_normal_force(u),
+        pressure_ahead=u[events.PRESSURE_AHEAD],
+        pressure_behind=u[events.PRESSURE_BEHIND],
         knee_strike=u[at.STRIKE_TIME],
         knee_q=_three(u, at.STRIKE_Q),
         knee_dq_before=_three(u, at.STRIKE_RATES),

@@ -89,6 +89,10 @@ class KneedRun(Run):
         """Greatest magnitude of each joint's torque so far, N m."""
         return self.simulation.peak_torque
 
+    def pressure_times(self) -> NDArray[np.float64]:
+        """How long the centre of pressure was where so far, s."""
+        return self.simulation.pressure_times
+
     def settings(self) -> dict[str, Any]:
         """The engine's settings, and warnings."""
-        return {**asdict(self._options), "warnings": dict(self.simulation.warnings)}
+        return {**asdict(self._options), "warnings": self.simulation.told}

@@ -105,7 +105,7 @@ class KneedSimulation:
         )
         whole = (self._windows.start, self._windows.end)
         self._servo = options.stance_knee == MOTOR
-        self._limits = limits_of(robot, chosen(None), options.timestep, whole, steps, distance)
+        self._limits = limits_of(robot, chosen(None), options.timestep, whole, steps, distance, options.lands)
         self._law = self._law_to_compile() if compile else None
         self._constants = partial(
             Constants,
@@ -116,6 +116,7 @@ class KneedSimulation:
             deepest=2.0 * options.timestep * math.sqrt(2.0 * robot.gravity * robot.leg_length),
             timestep=options.timestep,
             contact_timestep=shortest,
+            lands=options.lands,
             control_period=options.control_period or 0.0,
             sample_period=sample_period,
             states=len(controller.states),
@@ -211,6 +212,7 @@ class KneedSimulation:
         self.controller.start(memory, tuple(q), tuple(dq))
         self.buffers.memory[:] = memory
         u[events.TIME], u[events.PLANNED] = -1.0, self.constants.timestep
+        u[events.PLAIN] = 0.0 if self.constants.lands else 1.0
         u[events.SLOPE], u[events.FOOT_Z], u[events.FOOT_ANGLE] = slope, height, leg
         u[at.REACH] = length
         u[events.NEXT_PUSH], u[events.PUSH_IMPULSE] = following(self.constants.pushes, 0, 0.0)
@@ -266,6 +268,11 @@ class KneedSimulation:
         return np.array([self._u[index] for index in (events.PEAK_ANKLE, events.PEAK_HIP, at.PEAK_KNEE)])
 
     @property
+    def pressure_times(self) -> NDArray[np.float64]:
+        """How long the centre of pressure was where so far, s."""
+        return events.pressure_times(self._u)
+
+    @property
     def place(self) -> float:
         """Of the stance foot, x in m."""
         return float(self._u[events.FOOT_X])
@@ -300,6 +307,11 @@ class KneedSimulation:
     def warn(self, message: str) -> None:
         """`mju_user_warning`: the first line says what it is."""
         self.warnings[message.partition(" at ")[0].strip()] += 1
+
+    @property
+    def told(self) -> dict[str, int]:
+        """What went wrong and what is to be known, and how often."""
+        return events.warned(self.warnings, self._u)
 
     def fault(self) -> str:
         """Which torque was no number at the controller's last tick, in words; empty if none was."""

@@ -115,6 +115,7 @@ class Constants(NamedTuple):
         deepest: No foot is deeper in the ground than this in the first step of a contact, m.
         timestep: Longest physics step, s.
         contact_timestep: Of the step that makes an impact, s.
+        lands: Whether steps end at strikes; else they all are of one length, and MuJoCo's own.
         control_period: Time between two ticks of the controller, s; 0: it ticks at every physics step.
         sample_period: Time between samples, s.
         states: Number of the controller's integrated states.
@@ -132,6 +133,7 @@ class Constants(NamedTuple):
     deepest: float
     timestep: float
     contact_timestep: float
+    lands: bool
     control_period: float
     sample_period: float
     states: int

@@ -16,9 +16,10 @@ from typing import Any
 
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.callbacks import NOW, push
+from mjbiped.engines.mujoco.contact_forces import Felt, felt, friction_ratio
 from mjbiped.engines.mujoco.kneed import feet
 from mjbiped.engines.mujoco.kneed import state as at
-from mjbiped.engines.mujoco.kneed.feet import Felt, felt, write_collisions
+from mjbiped.engines.mujoco.kneed.feet import write_collisions
 from mjbiped.engines.mujoco.kneed.lengths import step_lengths
 from mjbiped.engines.mujoco.kneed.motors import DIVERGED, take_sample, tick
 from mjbiped.engines.mujoco.kneed.observation import look, observe
@@ -36,7 +37,7 @@ from mjbiped.engines.mujoco.kneed.state import (
     foot_of,
     stance_of,
 )
-from mjbiped.engines.mujoco.leapfrog import effective_step, held, limited
+from mjbiped.engines.mujoco.leapfrog import Foot, effective_step, held, limited
 from mjbiped.engines.mujoco.scene import LOCK_STIFFNESS, PUSHED_OUT
 from mjbiped.engines.mujoco.step_size import SHORTEST, STIFFNESS
 from mjbiped.rules.termination import LIGHT_CONTACT
@@ -67,7 +68,7 @@ def advance(parts: Parts, parameters: Any, constants: Constants, buffers: Buffer
             return
         _prepare(constants, u, scene)
         parts.position(machine)
-        _show(u, scene)
+        _show(constants, u, scene)
         parts.velocity(machine)
         for index in range(COORDINATES):
             scene.qvel[index] = u[at.QVEL + index]
@@ -165,7 +166,7 @@ def _later(u: Sequence[float], index: int) -> float:
     return u[at.Q + index] + SHORTEST * u[at.RATES + index]
 
 
-def _show(u: Sequence[float], scene: Scene) -> None:
+def _show(constants: Constants, u: Sequence[float], scene: Scene) -> None:
     """Let the velocity stage see rates of now, and the stance foot's velocity in the mean of the step."""
     if u[events.PLAIN] != 0.0:
         return
@@ -173,7 +174,8 @@ def _show(u: Sequence[float], scene: Scene) -> None:
     index, knee, share = THIGHS[stance], KNEES[stance], u[at.SHARE]
     leg = u[at.Q + index] + u[at.TILT]
     rate, lag = u[at.QVEL + index] + share * u[at.QVEL + knee], u[at.LAG + index] + share * u[at.LAG + knee]
-    shown_x, shown_z = held(u[at.REACH], leg, rate, lag, u[events.PLANNED], u[events.LAST_STEP])
+    foot = Foot(u[at.REACH], constants.limits.foot_radius, u[events.SLOPE])
+    shown_x, shown_z = held(foot, leg, rate, lag, u[events.PLANNED], u[events.LAST_STEP])
     for place in range(COORDINATES):
         scene.qvel[place] = u[at.QVEL + place] + u[at.LAG + place]
     scene.qvel[X] += shown_x
@@ -223,11 +225,11 @@ def _feel(constants: Constants, u: MutableSequence[float], stance: Felt, toe: Fe
     elif toe.ground and u[at.TOUCHING] == 0.0:
         u[at.STUBS] += 1.0
         u[at.TOUCHING] = 1.0
-    u[events.FORCE] = stance.force
+    u[events.FORCE] = stance.pressure
     if stance.ground and not landed:
         u[events.PENETRATION] = max(u[events.PENETRATION], stance.depth)
-        if stance.bearing > LIGHT_CONTACT * constants.limits.weight:
-            u[events.FRICTION] = max(u[events.FRICTION], stance.tangential / stance.bearing)
+        ratio = friction_ratio(stance, u[events.SLOPE], LIGHT_CONTACT * constants.limits.weight)
+        u[events.FRICTION] = max(u[events.FRICTION], ratio)
 
 
 def _note_lag(constants: Constants, u: MutableSequence[float], length: float) -> None:

@@ -1,0 +1,160 @@
+"""The centre of pressure: as engines keep it, again from samples by the equations of motion, and the foot for it."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+import mjbiped
+from controllers import AdaptiveController, KneedController, PassiveController
+from mjbiped.records import measures
+from mjbiped.records.pressure import BINS, HALF, WIDTH, Sole, bin_of, centre_of_pressure, note_pressure, unknown
+from mjbiped.records.schema import FORMAT_VERSION
+
+Terrain = mjbiped.Terrain
+LEVEL, STAIRS = Terrain.level(), Terrain.stairs(rise=-0.06, first=0.5)
+
+
+@given(st.floats(-2.0, 2.0))
+def test_every_place_has_its_bin(place: float) -> None:
+    index = bin_of(place)
+    low, high = (index - HALF) * WIDTH, (index + 1 - HALF) * WIDTH
+    assert 0 <= index < BINS
+    rounding = 1e-12
+    assert index == 0 or low - rounding <= place
+    assert index == BINS - 1 or place < high + rounding
+    assert (bin_of(-math.inf), bin_of(math.inf)) == (0, BINS - 1)
+
+
+def test_a_flat_foot_is_in_balance_about_its_ankle() -> None:
+    """The leg's torque on the foot is -tau; the ground's force F_n at x makes -x F_n: both are in balance."""
+    u = [0.0] * (2 + BINS)
+    u[0] = u[1] = -math.inf
+    note_pressure(u, 0, 2, torque=5.0, normal=100.0, light=1.0, leg_length=1.0, time=0.1)
+    place = -u[1]
+    assert -5.0 - place * 100.0 == pytest.approx(0.0)
+    assert (u[0], u[1]) == (-0.05, 0.05)
+    assert u[2 + bin_of(-0.05)] == 0.1
+    note_pressure(u, 0, 2, torque=-1.0, normal=0.5, light=1.0, leg_length=1.0, time=0.2)  # no foot is long enough
+    assert (u[0], u[1], u[2 + BINS - 1]) == (-0.05, 0.05, 0.2)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(-0.6, 0.6), st.floats(0.01, 1.0)), min_size=1, max_size=12),
+    st.floats(0.5, 0.999),
+    st.floats(0.0, 5.0),
+)
+def test_the_foot_is_the_shortest_that_holds(stays: list[tuple[float, float]], share: float, unmoved: float) -> None:
+    """Against all feet that end at tenths of bins, the time in a bin spread evenly."""
+    times = np.zeros(BINS)
+    for place, time in stays:
+        times[bin_of(place)] += time
+    total = float(times.sum()) + unmoved
+    places = [place for place, _ in stays]
+    sole = Sole(times, total, max(places), -min(places), 1.0)
+    ends = np.arange(0, 10 * (HALF - 1) + 1) / 10.0 * WIDTH
+    beyond = {
+        sign: np.array([spread(times, sign, end, max(sign * np.array(places))) for end in ends]) for sign in (1, -1)
+    }
+    held = beyond[1][:, None] + beyond[-1][None, :] <= (1.0 - share) * total + 1e-12
+    brute = float(np.min((ends[:, None] + ends[None, :])[held], initial=math.inf))
+    assert sole.length(share) <= brute + 1e-9
+    assert sole.length(share) >= brute - 0.2 * WIDTH - 1e-9  # a tenth of a bin at either end
+
+
+def spread(times: NDArray[np.float64], sign: int, end: float, most: float) -> float:
+    """Time beyond an end on one side, s."""
+    side = times[HALF:] if sign > 0 else times[HALF - 1 :: -1]
+    total = 0.0
+    for k, time in enumerate(side):
+        low, high = k * WIDTH, min((k + 1) * WIDTH, max(most, 0.0))
+        total += time if end <= low else 0.0 if end >= high else time * (high - end) / (high - low)
+    return total
+
+
+def test_no_foot_is_long_enough_where_the_ground_must_pull() -> None:
+    times = np.zeros(BINS)
+    times[0], times[HALF] = 0.5, 9.5
+    assert Sole(times, 10.0, 0.005, 0.3, 1.0).length(0.94) < 0.4
+    assert Sole(times, 10.0, 0.005, 0.3, 1.0).length() == math.inf
+    assert math.isnan(Sole(unknown(), 10.0, 0.1, 0.1, 1.0).length())
+
+
+@pytest.mark.parametrize(("engine", "rel"), [("hybrid", 0.01), ("mujoco", 0.02)])
+@pytest.mark.parametrize("terrain", [LEVEL, STAIRS], ids=["level", "stairs"])
+def test_engines_keep_what_the_samples_tell(
+    engine: str, rel: float, terrain: Terrain, controller: AdaptiveController
+) -> None:
+    """By the equations of motion: at the stages of integration steps, or from forces that are averaged over 5 ms."""
+    walk = mjbiped.walk(controller, terrain, engine=engine, steps=4, sample_period=1e-3)
+    sampled = centre_of_pressure(walk)
+    told = walk.summary()
+    span = np.ptp(np.append(sampled, 0.0))
+    assert told["pressure_ahead_m"] == pytest.approx(sampled.max(), abs=rel * span)
+    assert told["pressure_behind_m"] == pytest.approx(-sampled.min(), abs=rel * span)
+    assert walk.pressure_times.sum() == pytest.approx(walk.end[0], rel=0.01)  # MuJoCo leaves out what is left of 5 ms
+    bins = [bin_of(x / walk.robot.leg_length) for x in sampled]
+    times: NDArray[np.float64] = np.bincount(bins, minlength=BINS).astype(np.float64) * 1e-3
+    again = Sole(times, walk.end[0], float(sampled.max()), -float(sampled.min()), walk.robot.leg_length)
+    assert told["foot_length_99_percent_m"] == pytest.approx(again.length(), abs=2.0 * rel * span)
+    assert measures.foot_length(walk) == told["foot_length_99_percent_m"]
+
+
+def test_level_walking_asks_for_two_centimetres(controller: AdaptiveController) -> None:
+    """On the limit cycle torques cancel the reference's slope: x = -tau_1 / F_n, as by hand."""
+    walk = mjbiped.walk(controller, LEVEL, engine="hybrid", steps=3, sample_period=1e-3)
+    robot, samples = walk.robot, walk.samples
+    half = len(samples["time"]) // 2
+    q, dq, torque = (samples[name][half] for name in ("q", "dq", "torque"))
+    pull = -robot.coriolis_matrix(q, dq) @ dq - robot.gravity_vector(q, 0.0) + robot.input_matrix @ torque
+    ddq = np.linalg.solve(robot.mass_matrix(q), pull)
+    # the centre of mass' acceleration, from second differences of its place along the motion
+    h = 1e-4
+    heights = [robot.centre_of_mass(posture(q + dt * dq + 0.5 * dt * dt * ddq))[1] for dt in (-h, 0.0, h)]
+    normal = robot.total_mass * (robot.gravity + (heights[0] - 2.0 * heights[1] + heights[2]) / h**2)
+    # differences: 1e-16 / h^2 of rounding and h^2 of the fourth derivative
+    assert centre_of_pressure(walk)[half] == pytest.approx(-torque[0] / normal, rel=1e-6)
+    assert (walk.summary()["pressure_ahead_m"], walk.summary()["pressure_behind_m"]) == pytest.approx(
+        (-0.0164, 0.0222), abs=1e-4
+    )
+
+
+def posture(q: NDArray[np.float64]) -> list[float]:
+    """`qpos` of the compass biped on its left foot at x = 0."""
+    return [math.sin(q[0]), math.cos(q[0]), q[0], q[1]]
+
+
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+def test_without_torque_the_force_goes_through_the_ankle(engine: str) -> None:
+    told = mjbiped.walk(PassiveController(), Terrain.incline(2.0), engine=engine, steps=2).summary()
+    assert (told["pressure_ahead_m"], told["pressure_behind_m"], told["foot_length_99_percent_m"]) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+def test_with_knees_too(engine: str) -> None:
+    robot = mjbiped.KneedBiped()
+    controller = KneedController(robot, mjbiped.find_kneed_gait(robot, math.radians(2.5)))
+    walk = mjbiped.walk(controller, Terrain.stairs(rise=-0.02), engine=engine, steps=4, sample_period=1e-3)
+    sampled, told = centre_of_pressure(walk), walk.summary()
+    assert told["pressure_ahead_m"] == pytest.approx(np.nanmax(sampled), abs=0.02 * np.ptp(sampled))
+    assert told["pressure_behind_m"] == pytest.approx(-np.nanmin(sampled), abs=0.02 * np.ptp(sampled))
+
+
+def test_records_keep_it_and_older_ones_do_without(tmp_path: Path, controller: AdaptiveController) -> None:
+    walk = mjbiped.walk(controller, LEVEL, engine="hybrid", steps=2)
+    walk.save(tmp_path / "walk.npz")
+    assert mjbiped.Walk.load(tmp_path / "walk.npz") == walk
+    with np.load(tmp_path / "walk.npz") as file:
+        arrays = {name: file[name] for name in file.files if "pressure" not in name}
+    arrays["header"] = np.array(str(arrays["header"]).replace(f'"version": {FORMAT_VERSION}', '"version": 3'))
+    np.savez(tmp_path / "old.npz", allow_pickle=False, **arrays)
+    old = mjbiped.Walk.load(tmp_path / "old.npz")
+    assert np.isnan(old.pressure_times).all()
+    assert old.summary()["foot_length_99_percent_m"] is None
+    assert centre_of_pressure(old) == pytest.approx(centre_of_pressure(walk))
