@@ -43,9 +43,11 @@ from mjbiped.plotting.timelapse import draw_row, rows_of
 from mjbiped.plotting.width import width
 from mjbiped.records import stance_knee
 from mjbiped.records.columns import SAMPLES
+from mjbiped.records.pressure import centre_of_pressure
 from mjbiped.records.record import Walk
 
 _LINES = 3  # at most, of who walked where: a terrain's name may be of any length
+_FARTHEST_PRESSURE = 0.5  # leg lengths that are shown on either side of the ankle
 _MOST_TICKED = 60  # touchdowns that are marked on time axes
 
 
@@ -53,10 +55,11 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
     """Draw a walk in the manner of the paper's Fig. 4.
 
     (a) Time lapse over the ground, in rows where it is long, x and z in one scale; slopes and steps are written under
-    the ground. (b) Slope estimate and true slope. (c) Torques. (d), (e) Phase portraits of stance and swing leg, with
-    the limit cycle of the gait that the controller imitates and the transitions to it that it re-planned. With knees
-    two panels more come before these, torque and flexion of the swing knee; and (c) has the torque that holds the
-    stance knee, negative where its stop bears it.
+    the ground. (b) Slope estimate and true slope. (c) Torques. (d) Where the ankle's torque asks for the centre of
+    pressure, up to half a leg. (e), (f) Phase portraits of stance and swing leg, with the limit cycle of the gait that
+    the controller imitates and the transitions to it that it re-planned. With knees two panels more come before these,
+    torque and flexion of the swing knee; and (c) has the torque that holds the stance knee, negative where its stop
+    bears it.
 
     For a journal's column: `with mjbiped.plotting.width.figure_width("single"): plot_walk(walk, "walk.pdf")`.
 
@@ -77,9 +80,10 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
         rows = rows_of(walk)
         title = _title(walk)
         narrow = width().beside(2) == 1  # titles stand over legends, labels take two lines, panels are smaller
-        margins, histories_height, phases_height = (0.8, 3.0, 2.4) if narrow else (0.45, 3.3, 3.3)
+        margins, histories_height, phases_height = (0.8, 1.15, 2.0) if narrow else (0.45, 1.65, 3.3)
         knees = walk.robot.knees
-        histories_height *= 2.0 if knees else 1.0
+        panels = 5 if knees else 3
+        histories_height *= panels
         heights = [sum(row.height + 0.25 for row in rows) + margins, histories_height, phases_height]
         figure.set_figheight(sum(heights) + 0.1 + head(figure, title))
         parts: Any = figure.subfigures(3, 1, height_ratios=heights)
@@ -96,18 +100,19 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
                 Line2D([], [], color=ORANGE, linewidth=1.2, label="swing leg"),
             ],
         )
-        axes = histories.subplots(4 if knees else 2, 1, sharex=True)
-        letters = iter("bcdefg")
+        axes = histories.subplots(panels, 1, sharex=True)
+        letters = iter("bcdefgh")
         _draw_slopes(axes[0], walk, next(letters))
         torque = walk.samples["torque"]
         drawn_torques = {"ankle": (torque[:, 0], ANKLE), "hip": (torque[:, 1], HIP)}
         if knees:
             drawn_torques["stance knee"] = (stance_knee.torque(walk), STANCE_KNEE)
         _draw_torques(axes[1], walk, next(letters), "Joint torque", drawn_torques)
+        _draw_pressure(axes[2], walk, next(letters))
         if knees:
             swing_knee = {"knee": (torque[:, 2], KNEE)}
-            _draw_torques(axes[2], walk, next(letters), "Torque of the swing knee", swing_knee)
-            _draw_flexion(axes[3], walk, next(letters))
+            _draw_torques(axes[3], walk, next(letters), "Torque of the swing knee", swing_knee)
+            _draw_flexion(axes[4], walk, next(letters))
         axes[-1].set_xlabel(_axis_label("time", "time"))
         _draw_phases(phases, walk, next(letters), next(letters))
     return figure
@@ -205,6 +210,16 @@ def _draw_torques(
     axes.set(ylabel=_axis_label("torque", "torque"))
     titled(axes, letter, title)
     legend_above(axes)
+
+
+def _draw_pressure(axes: Axes, walk: Walk, letter: str) -> None:
+    """The panel of the centre of pressure, as far as half a leg from the ankle."""
+    _prepare_time_axis(axes, walk)
+    most = _FARTHEST_PRESSURE * walk.robot.leg_length
+    axes.plot(walk.samples["time"], 100.0 * np.clip(centre_of_pressure(walk), -most, most), **ANKLE)
+    axes.axhline(0.0, color=GUIDE, linewidth=0.5, zorder=0)
+    axes.set(ylabel="from the ankle (cm)")
+    titled(axes, letter, "Centre of pressure that the ankle's torque asks for, positive forward")
 
 
 def _draw_flexion(axes: Axes, walk: Walk, letter: str) -> None:

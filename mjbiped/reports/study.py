@@ -58,7 +58,7 @@ def report_study(folder: Path, path: Path) -> None:
         title=f"Study {folder.resolve().name}",
         outcome=f"{len(rows)} walks, {summary['outcomes'].get('finished', 0)} finished",
         outcome_headings=["outcome", "walks", "%"],
-        outcomes=[[name, count, f"{100.0 * count / len(rows):.1f}"] for name, count in summary["outcomes"].items()],
+        outcomes=[[name, count, f"{100.0 * count / len(rows):.1f}"] for name, count in summary["verdicts"].items()],
         errors=[[each["error"], each["walks"], each["first_cell"]] for each in summary["errors"]],
         quantile_headings=["measure", *(f"{100 * q:g} %" for q in summary["quantiles"]), "unit"],
         quantiles=[

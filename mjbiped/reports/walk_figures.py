@@ -17,6 +17,7 @@ from mjbiped.plotting.style import GROUND, PLANNED, SHADE
 from mjbiped.plotting.timelapse import outline
 from mjbiped.records import measures
 from mjbiped.records.frames import flat_samples
+from mjbiped.records.pressure import centre_of_pressure
 from mjbiped.records.record import Walk
 from mjbiped.reports.figures import AXIS, COLOURS, HEADING, Shown, layout, line, small
 from mjbiped.robots.robot import Array, Robot
@@ -25,8 +26,15 @@ from mjbiped.utils.extras import needed
 MOST_SAMPLES = 6000
 """Drawn of a walk: of a longer one every second, third ... sample, and those at the steps' ends."""
 
-_PANELS = ("Slope of the ground", "Torque", "Angle from the ground's normal", "Rate", "Mechanical power")
-_UNITS = ("°", "N m", "rad", "rad/s", "W")
+_PANELS = (
+    "Slope of the ground",
+    "Torque",
+    "Centre of pressure from the ankle",
+    "Angle from the ground's normal",
+    "Rate",
+    "Mechanical power",
+)
+_UNITS = ("°", "N m", "cm", "rad", "rad/s", "W")
 _GAP = 0.045  # between panels, of the figure's height
 _FIRST_VIEW = 5.0  # ground that is in view at first, m
 _POINTS = 200  # of a limit cycle
@@ -59,7 +67,7 @@ def walk_figures(walk: Walk, *, video: bool = False) -> list[Shown]:
 
 
 def _over_time(graphs: Any, walk: Walk, keep: NDArray[np.int64], video: bool) -> Shown:
-    """Five panels over one axis of time."""
+    """Six panels over one axis of time."""
     samples = walk.samples
     step = flat_samples(walk)["step"][keep]
     time = samples["time"][keep]
@@ -71,12 +79,13 @@ def _over_time(graphs: Any, walk: Walk, keep: NDArray[np.int64], video: bool) ->
         (0, "truth", "true slope", np.degrees(samples["slope"][keep]), False),
         (1, "ankle", "ankle", torque[:, 0], False),
         (1, "hip", "hip", torque[:, 1], False),
-        (2, "stance", "stance leg", q[:, 0], True),
-        (2, "swing", "swing leg", q[:, 1], True),
-        (3, "stance", "stance leg", dq[:, 0], True),
-        (3, "swing", "swing leg", dq[:, 1], True),
-        (4, "ankle", "ankle", power[:, 0], False),
-        (4, "hip", "hip", power[:, 1], False),
+        (2, "ankle", "ankle", 100.0 * centre_of_pressure(walk)[keep], False),
+        (3, "stance", "stance leg", q[:, 0], True),
+        (3, "swing", "swing leg", q[:, 1], True),
+        (4, "stance", "stance leg", dq[:, 0], True),
+        (4, "swing", "swing leg", dq[:, 1], True),
+        (5, "ankle", "ankle", power[:, 0], False),
+        (5, "hip", "hip", power[:, 1], False),
     ]
     figure = graphs.Figure()
     named: set[str] = set()
@@ -126,7 +135,7 @@ def _over_time(graphs: Any, walk: Walk, keep: NDArray[np.int64], video: bool) ->
         "Point at a moment: the line is the same moment in every panel, on the ground and in the phase portraits."
         f"{click} Drag to zoom, double-click to see all.{thinned}"
     )
-    return Shown("time", "Over time", note, figure, 1050)
+    return Shown("time", "Over time", note, figure, 1250)
 
 
 def _over_ground(graphs: Any, walk: Walk) -> Shown:

@@ -13,7 +13,7 @@ from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Limit, limit_of
 from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL, Plan
 from mjbiped.sweeps.cell import FAILED, Row
 
-PULLING = "steps_that_pull"
+VIOLATING = "steps_violating_contact"
 TORQUES = tuple(f"peak_{joint}_torque_Nm" for joint in KneedBiped.joints)
 
 
@@ -26,7 +26,9 @@ class Findings:
         engine: The engine's name.
         level: The row of its walk on level ground.
         survival: By random ground.
-        limits: By disturbance, single ones and those of whole walks.
+        limits: By disturbance, single ones and those of whole walks, survived on ground as there is.
+        limits_violating: The same of walks on ground that no foot has, too: see `mjbiped.records.measures.violations`.
+        violating: By random ground the share of steps on such ground; NaN where it is not known.
         basin: Share of the first rates of the legs from which it walks on; NaN where none were tried.
         basin_area: Area of these rates, rad^2/s^2; NaN likewise.
         errors: Texts of walks that an error ended: those on random ground do not count, others are not survived.
@@ -37,6 +39,8 @@ class Findings:
     level: Row
     survival: Mapping[str, Survival]
     limits: Mapping[str, Limit]
+    limits_violating: Mapping[str, Limit]
+    violating: Mapping[str, float]
     basin: float
     basin_area: float
     errors: tuple[str, ...]
@@ -92,28 +96,36 @@ def found(plan: Plan, rows: Sequence[Row]) -> Robustness:
 def _findings(plan: Plan, controller: str, engine: str, rows: Iterable[Row]) -> Findings:
     mine = [row for row in rows if row["controller"] == controller and row["engine"] == engine]
     walked = [row for row in mine if row["outcome"] != FAILED]
-    survival, limits = {}, {}
+    survival, violating = {}, {}
     for ground in plan.grounds:
         there = sorted((r for r in walked if r["test"] == SURVIVAL and r["ground"] == ground), key=lambda r: r["case"])
         if there:
             fell = tuple(row["outcome"] not in SURVIVED for row in there)
             survival[ground] = Survival(tuple(row["steps"] for row in there), fell)
-    for test in (*plan.disturbances, *plan.margins):
-        there = [row for row in mine if row["test"] == test]
-        survived: dict[float, list[bool]] = {}
-        if test in DISTURBANCES:
-            for row in there:
-                survived.setdefault(row["magnitude"], []).append(_survived(row, plan.torque))
-            limits[test] = limit_of(DISTURBANCES[test], survived, plan.share)
-        else:
-            for row in there:
-                survived.setdefault(row["magnitude"], []).append(_survived(row, None) and MARGINS[test].borne(row))
-            limits[test] = limit_of(MARGINS[test], survived, plan.margin_share)
+            violating[ground] = sum(_number(row, VIOLATING) for row in there) / max(sum(survival[ground].steps), 1)
+    limits, limits_violating = (
+        {test: _limit(plan, test, mine, on_any_ground) for test in (*plan.disturbances, *plan.margins)}
+        for on_any_ground in (False, True)
+    )
     recovered = [_survived(row, plan.torque) for row in mine if row["test"] == BASIN]
     basin = sum(recovered) / len(recovered) if recovered else math.nan
     level = next((row for row in walked if row["test"] == LEVEL), {})
     errors = tuple(dict.fromkeys(row["error"] for row in mine if row["outcome"] == FAILED))
-    return Findings(controller, engine, level, survival, limits, basin, basin * _window(plan, controller), errors)
+    area = basin * _window(plan, controller)
+    return Findings(controller, engine, level, survival, limits, limits_violating, violating, basin, area, errors)
+
+
+def _limit(plan: Plan, test: str, rows: Iterable[Row], on_any_ground: bool) -> Limit:
+    """The greatest magnitude of a test that a controller survives, be it on ground that no foot has or not."""
+    single = test in DISTURBANCES
+    survived: dict[float, list[bool]] = {}
+    for row in rows:
+        if row["test"] == test:
+            borne = _survived(row, plan.torque if single else None, on_any_ground)
+            survived.setdefault(row["magnitude"], []).append(borne and (single or MARGINS[test].borne(row)))
+    if single:
+        return limit_of(DISTURBANCES[test], survived, plan.share)
+    return limit_of(MARGINS[test], survived, plan.margin_share)
 
 
 def _window(plan: Plan, controller: str) -> float:
@@ -126,12 +138,9 @@ def _window(plan: Plan, controller: str) -> float:
     return area
 
 
-def _survived(row: Row, torque: float | None) -> bool:
-    """Whether it walked on, with no more torque than is allowed and on ground that never had to pull.
-
-    In MuJoCo a foot that is pulled leaves the ground: a walk that goes on all the same is one.
-    """
-    if row["outcome"] not in SURVIVED or (row["engine"] == "hybrid" and row[PULLING]):
+def _survived(row: Row, torque: float | None, on_any_ground: bool = False) -> bool:
+    """Whether it walked on, with no more torque than is allowed and, unless any will do, on ground as there is."""
+    if row["outcome"] not in SURVIVED or (row[VIOLATING] and not on_any_ground):
         return False
     return torque is None or all(row[name] <= torque for name in TORQUES if row.get(name) is not None)
 
@@ -151,6 +160,7 @@ def _summary(robustness: Robustness, each: Findings) -> dict[str, Any]:
             "falls": walks.falls,
             "mean_steps_to_fall": _finite(walks.mean),
             "interval": [_finite(low), _finite(high)],
+            "share_of_steps_violating_contact": _finite(each.violating[ground]),
         }
         if each is not first and ground in first.survival:
             survival[ground]["ratio_to_first"] = [_finite(x) for x in ratio(walks, first.survival[ground])]
@@ -163,7 +173,12 @@ def _summary(robustness: Robustness, each: Findings) -> dict[str, Any]:
         },
         "survival": survival,
         "greatest_survived": {
-            test: {"magnitude": limit.greatest, "unit": limit.unit, "beyond_what_was_tried": not limit.reached}
+            test: {
+                "magnitude": limit.greatest,
+                "with_contact_violated": each.limits_violating[test].greatest,
+                "unit": limit.unit,
+                "beyond_what_was_tried": not limit.reached,
+            }
             for test, limit in each.limits.items()
         },
         "basin": {"share": _finite(each.basin), "area_rad2_per_s2": _finite(each.basin_area)},

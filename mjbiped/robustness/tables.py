@@ -13,12 +13,16 @@ from rich.text import Text
 from mjbiped.analysis.survival import Survival
 from mjbiped.errors import RecordError
 from mjbiped.records.tables import bare_table
+from mjbiped.robustness.limits import Limit
 from mjbiped.robustness.result import Findings, Robustness
 from mjbiped.robustness.walks import LEVEL_STEPS
 from mjbiped.utils.files import saved
 
 TABLES = "robustness.md"
 """File in a study's folder that the tables stand in."""
+
+
+VIOLATING_WORDS = "in brackets on ground that no foot has as well: it pulls, or has friction over 0.8"
 
 
 class Sheet(NamedTuple):
@@ -70,7 +74,7 @@ def sheets(robustness: Robustness) -> Iterator[Sheet]:
                 ("controller", *(_heading(findings[0], test) for test in plan.margins)),
                 tuple((each.controller, *(_limit(each, test) for test in plan.margins)) for each in findings),
                 f"hardest with which {plan.margin_share:.0%} of {plan.seeds} walks make {plan.margin_steps} steps; "
-                f"{scuffing_words(robustness)}",
+                f"{VIOLATING_WORDS}; {scuffing_words(robustness)}",
             )
         for ground in plan.grounds:
             yield Sheet(
@@ -80,11 +84,17 @@ def sheets(robustness: Robustness) -> Iterator[Sheet]:
                     "falls",
                     "steps to a fall",
                     "95 %",
+                    "steps violating the contact",
                     f"times that of {findings[0].controller}",
                     "95 %",
                 ),
                 tuple(
-                    (each.controller, *_survival(each.survival.get(ground)), *_times(robustness, each, ground))
+                    (
+                        each.controller,
+                        *_survival(each.survival.get(ground)),
+                        _share(each.violating.get(ground, math.nan)),
+                        *_times(robustness, each, ground),
+                    )
                     for each in findings
                 ),
                 f"{plan.seeds} grounds, at most {plan.steps} steps on each; {scuffing_words(robustness)}",
@@ -138,7 +148,8 @@ def conditions(robustness: Robustness) -> str:
         parts.append(f"basin of {plan.basin}² first rates of the legs")
     if not parts:
         return f"{LEVEL_STEPS} steps on level ground"
-    return "; ".join(parts) + ("" if plan.torque is None else f", within {plan.torque:g} N m")
+    within = "" if plan.torque is None else f", within {plan.torque:g} N m"
+    return f"{'; '.join(parts)}{within}; {VIOLATING_WORDS}"
 
 
 def _digits(value: float | None, form: str) -> str:
@@ -151,7 +162,11 @@ def _heading(each: Findings, test: str) -> str:
 
 
 def _limit(each: Findings, test: str) -> str:
-    limit = each.limits[test]
+    strict, loose = _bound(each.limits[test]), _bound(each.limits_violating[test])
+    return strict if loose == strict else f"{strict} ({loose})"
+
+
+def _bound(limit: Limit) -> str:
     if not limit.magnitudes:
         return "-"
     falling = limit.magnitudes[0] > limit.magnitudes[-1]
@@ -159,6 +174,10 @@ def _limit(each: Findings, test: str) -> str:
         return f"{'>' if falling else '<'} {limit.magnitudes[0]:g}"
     beyond = "<= " if falling else ">= "
     return f"{'' if limit.reached else beyond}{limit.greatest:g}"
+
+
+def _share(value: float) -> str:
+    return "-" if math.isnan(value) else f"{100.0 * value:.2g} %"
 
 
 def _basin(each: Findings) -> str:

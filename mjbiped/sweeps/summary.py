@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mjbiped.records.measures import verdict
 from mjbiped.sweeps.cell import FAILED, Row
 
 SUMMARISED = (
@@ -19,6 +20,9 @@ SUMMARISED = (
     "estimate_error_at_step_end_deg",
     "largest_stance_friction",
     "least_normal_force_weights",
+    "pressure_ahead_m",
+    "pressure_behind_m",
+    "foot_length_99_percent_m",
 )
 QUANTILES = (0.05, 0.5, 0.95)
 
@@ -26,11 +30,12 @@ _SHOWN = 10  # kinds of errors
 
 
 def summarised(rows: Sequence[Row]) -> dict[str, Any]:
-    """Counts of outcomes, quantiles of the measures of finished walks, and errors, in plain JSON types.
+    """Counts of outcomes and verdicts, quantiles of the measures of finished walks, and errors, in plain JSON types.
 
     Quantiles are None where no walk finished or none has the measure.
     """
     outcomes = Counter(row["outcome"] for row in rows)
+    verdicts = Counter(verdict(row["outcome"], row["steps_violating_contact"]) for row in rows)
     finished = [row for row in rows if row["outcome"] == "finished"]
     quantiles: dict[str, list[float] | None] = {}
     for name in SUMMARISED:
@@ -41,6 +46,7 @@ def summarised(rows: Sequence[Row]) -> dict[str, Any]:
     return {
         "walks": len(rows),
         "outcomes": dict(outcomes.most_common()),
+        "verdicts": dict(verdicts.most_common()),
         "quantiles": list(QUANTILES),
         "finished": quantiles,
         "errors": [

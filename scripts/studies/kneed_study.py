@@ -109,6 +109,11 @@ def walk_on_any_stairs(steps: int, page: Path | None) -> None:
     show_table(f"came through {steps} steps on stairs of any tread; c_mt", ["stairs", *laws], rows, page, "any stairs")
 
 
+def honest(walks: Sequence[mjbiped.Walk]) -> list[mjbiped.Walk]:
+    """Those of the walks that came through on ground as there is: it never pulls, nor has friction over 0.8."""
+    return [walk for walk in came_through(walks) if not walk.contact_violations.any()]
+
+
 def came_through(walks: Sequence[mjbiped.Walk]) -> list[mjbiped.Walk]:
     """The walks that made all their steps, and did not step on the spot."""
     return [walk for walk in walks if walk.outcome == "finished" and walk.distance > FORWARD * walk.steps]
@@ -116,8 +121,10 @@ def came_through(walks: Sequence[mjbiped.Walk]) -> list[mjbiped.Walk]:
 
 def share_and_cost(walks: Sequence[mjbiped.Walk]) -> str:
     """How many walks came through, at which mean cost."""
-    done = came_through(walks)
+    done, sound = came_through(walks), honest(walks)
     share = f"{len(done)} of {len(walks)}" if len(walks) > 1 else ("yes" if done else "no")
+    if len(sound) < len(done):
+        share += f" ({len(done) - len(sound)} violate the contact)" if len(walks) > 1 else " (violates the contact)"
     return f"{share}, {np.mean([walk.cost_of_transport for walk in done]):.4f}" if done else share
 
 

@@ -8,6 +8,7 @@ stands in `docs/convergence.md`.
     python -m scripts.studies.plain_steps_study --page docs/convergence.md
 """
 
+import math
 from pathlib import Path
 
 import click
@@ -17,17 +18,34 @@ from rich.table import Table
 from tqdm.auto import tqdm
 
 import mjbiped
-from controllers import Controller, PassiveController
+from controllers import Controller, KneedController, PassiveController
 from mjbiped.records import measures
+from mjbiped.robots.robot import Robot
 from scripts.pages import write_table
 from scripts.studies.gallery import TERRAINS
 from scripts.studies.step_size_study import ADAPTIVE, PASSIVE
 
-ENGINES = (mjbiped.Mujoco(), mjbiped.Mujoco(timestep=1e-4, lands=False), mjbiped.Mujoco(timestep=5e-5, lands=False))
-WALKS: dict[str, tuple[Controller, mjbiped.Terrain]] = {
-    PASSIVE: (PassiveController(), mjbiped.Terrain.incline(2.0)),
-    **{name: (ADAPTIVE, terrain) for name, terrain in TERRAINS.items() if name != "rough"},
-}
+KNEES = mjbiped.KneedBiped()
+
+
+def engines(robot: Robot) -> list[mjbiped.Mujoco]:
+    """The default one, and plain steps; locks and the light shank of a robot with knees need shorter ones."""
+    shorter = (5e-5, 2e-5) if robot.knees else (1e-4, 5e-5)
+    return [mjbiped.Mujoco(), *(mjbiped.Mujoco(timestep=timestep, lands=False) for timestep in shorter)]
+
+
+def walks() -> dict[str, tuple[Robot, Controller, mjbiped.Terrain]]:
+    """Robot, controller and ground of each walk, by its name."""
+    kneed = KneedController(KNEES, mjbiped.find_kneed_gait(KNEES, math.radians(2.5)))
+    return {
+        PASSIVE: (ADAPTIVE.robot, PassiveController(), mjbiped.Terrain.incline(2.0)),
+        **{name: (ADAPTIVE.robot, ADAPTIVE, terrain) for name, terrain in TERRAINS.items() if name != "rough"},
+        "knees, passive, 2.5° down": (KNEES, PassiveController(), mjbiped.Terrain.incline(2.5)),
+        "knees, level": (KNEES, kneed, mjbiped.Terrain.level()),
+        "knees, stairs_-20mm": (KNEES, kneed, mjbiped.Terrain.stairs(rise=-0.02)),
+    }
+
+
 HEADINGS = (
     "ground",
     "physics steps",
@@ -68,10 +86,10 @@ def row(name: str, engine: mjbiped.Mujoco, there: mjbiped.Walk, here: mjbiped.Wa
 def main(steps: int, page: Path | None) -> None:
     """Walk everything and print the table."""
     rows = []
-    for name, (controller, terrain) in tqdm(WALKS.items(), desc="grounds", disable=None):
-        here = mjbiped.walk(controller, terrain, engine="hybrid", steps=steps, sample_period=None)
-        for engine in ENGINES:
-            there = mjbiped.walk(controller, terrain, engine=engine, steps=steps, sample_period=None)
+    for name, (robot, controller, terrain) in tqdm(walks().items(), desc="grounds", disable=None):
+        here = mjbiped.walk(controller, terrain, robot=robot, engine="hybrid", steps=steps, sample_period=None)
+        for engine in engines(robot):
+            there = mjbiped.walk(controller, terrain, robot=robot, engine=engine, steps=steps, sample_period=None)
             rows.append(row(name, engine, there, here))
     table = Table(title=f"MuJoCo - hybrid engine, {steps} steps")
     for heading in HEADINGS:

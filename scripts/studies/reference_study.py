@@ -28,6 +28,7 @@ from mjbiped.gaits.hold import pieces_of
 from mjbiped.gaits.reference import table_of
 from mjbiped.plotting import style
 from mjbiped.plotting.panels import legend_below, titled
+from mjbiped.records.measures import THROUGH
 from mjbiped.utils import palette
 from scripts.pages import write_table
 
@@ -77,11 +78,14 @@ def edges(controller: AdaptiveController, rise: float, phases: int = PHASES) -> 
 def fallen(
     controller: AdaptiveController, rise: float, engine: str = "hybrid", most: int = PHASES
 ) -> tuple[int, float]:
-    """How many walks over a step fall, and the greatest torque of those that do not (N m); stops after `most` falls."""
+    """How many walks over a step fall, or need ground that no foot has, and the greatest torque of the others (N m).
+
+    It stops after `most` of them.
+    """
     falls, torque = 0, 0.0
     for terrain in edges(controller, rise):
         walk = mjbiped.walk(controller, terrain, engine=engine, steps=STEPS, sample_period=None)
-        if walk.outcome == "finished":
+        if walk.verdict == THROUGH:
             torque = max(torque, float(np.abs(walk.peak_torque).max()))
         else:
             falls += 1

@@ -252,9 +252,10 @@ def test_a_walk_on_knees_shows_torque_and_flexion_of_the_knee() -> None:
     figure = plot_walk(done)
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     for letter, words in (
-        ("d", "Torque of the swing knee"),
-        ("e", "Flexion of the swing knee"),
-        ("g", "Phase portrait, swing thigh"),
+        ("d", "Centre of pressure that the ankle's torque asks for, positive forward"),
+        ("e", "Torque of the swing knee"),
+        ("f", "Flexion of the swing knee"),
+        ("h", "Phase portrait, swing thigh"),
     ):
         assert f"({letter}) {words}" in titles
     flexion = next(axes for axes in figure.axes if "Flexion" in axes.get_title(loc="left"))

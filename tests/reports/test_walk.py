@@ -36,7 +36,7 @@ def test_the_page_holds_everything(walk: mjbiped.Walk, tmp_path: Path) -> None:
     assert "default-src 'none'" in page  # and the browser would refuse to
     content = packed(page)
     assert [*content["plots"]] == ["ground", "time", "phases"]
-    assert len(content["plots"]["time"]["data"]) == 10
+    assert len(content["plots"]["time"]["data"]) == 11
     assert content["data"]["time"] == np.round(walk.samples["time"], 5).tolist()
     for label, value, _ in walk.summary().rows:
         assert label in page
@@ -88,7 +88,7 @@ def test_without_samples_and_without_steps_there_is_still_a_page(tmp_path: Path)
     page = report(fallen, tmp_path / "fallen.html")
     assert fallen.outcome in page
     # no estimate, no gait: their lines are left out
-    assert len(packed(page)["plots"]["time"]["data"]) == 9
+    assert len(packed(page)["plots"]["time"]["data"]) == 10
     assert packed(page)["data"]["estimate"][0] is None
 
 

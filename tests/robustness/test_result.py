@@ -50,7 +50,7 @@ def row(test: str, controller: str, steps: int, outcome: str, **values: Any) -> 
         "peak_hip_torque_Nm": 1.0,
         "cost_of_transport": 0.03,
         "speed_m_per_s": 0.5,
-        "steps_that_pull": 0,
+        "steps_violating_contact": 0,
     }
     return {
         "engine": "hybrid",
@@ -100,19 +100,22 @@ def test_findings_of_rows(result: Robustness) -> None:
     assert result.ratios("hybrid", "treads")["two"][0] == pytest.approx(10.0)
 
 
-def test_ground_that_had_to_pull_counts_where_the_foot_is_pinned(wanted: Plan) -> None:
+def test_ground_that_no_foot_has_is_told_apart(wanted: Plan) -> None:
     several = replace(wanted, engines=("hybrid", "mujoco"))
     rows = [
-        row("step down", "one", 24, "finished", magnitude=0.1, case=0, steps_that_pull=1, engine=engine)
+        row("step down", "one", 24, "finished", magnitude=0.1, case=0, steps_violating_contact=1, engine=engine)
         for engine in several.engines
     ]
-    limits = [each.limits["step down"].greatest for each in found(several, rows).findings if each.controller == "one"]
-    assert limits == [None, 0.1]
+    findings = [each for each in found(several, rows).findings if each.controller == "one"]
+    assert [each.limits["step down"].greatest for each in findings] == [None, None]
+    assert [each.limits_violating["step down"].greatest for each in findings] == [0.1, 0.1]
+    (level, *_) = sheets(found(several, rows))
+    assert level.rows[0][level.headings.index("step down (m)")] == "< 0.1 (>= 0.1)"
 
 
 def test_a_walk_that_an_error_ends_is_not_survived(wanted: Plan) -> None:
     rows = [row("step down", "one", 24, "finished", magnitude=0.1, case=0)]
-    blank = dict.fromkeys(("peak_ankle_torque_Nm", "peak_hip_torque_Nm", "steps_that_pull"))
+    blank = dict.fromkeys(("peak_ankle_torque_Nm", "peak_hip_torque_Nm", "steps_violating_contact"))
     rows.append(row("step down", "one", 0, "failed", magnitude=0.2, case=0, error="never lands", **blank))
     one = found(wanted, rows).of("hybrid")[0]
     assert (one.limits["step down"].greatest, one.limits["step down"].reached) == (0.1, True)
@@ -124,6 +127,7 @@ def test_summary_is_plain_json(result: Robustness) -> None:
     assert summary["controllers"][1]["survival"]["treads"]["ratio_to_first"][0] == pytest.approx(10.0)
     assert summary["controllers"][0]["greatest_survived"]["step up"] == {
         "magnitude": 0.02,
+        "with_contact_violated": 0.02,
         "unit": "m",
         "beyond_what_was_tried": False,
     }
@@ -144,8 +148,8 @@ def test_tables_put_controllers_side_by_side(result: Robustness, tmp_path: Path)
     assert level.rows[1][-2] == "< 0.1"
     assert "survive; basin of 2² first rates of the legs, within 10 N m" in level.caption
     assert [row[:3] for row in random.rows] == [("one", "2", "20"), ("two", "1", "200")]
-    assert random.rows[0][4:] == ("", "")
-    assert random.rows[1][4] == "10"
+    assert random.rows[0][4:] == ("0 %", "", "")
+    assert random.rows[1][5] == "10"
     for table, sheet in zip(robustness_tables(result), sheets(result), strict=True):
         assert "scuffing rule" in str(table.caption)
         assert [len(list(column.cells)) for column in table.columns] == [2] * len(sheet.headings)

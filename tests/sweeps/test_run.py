@@ -76,7 +76,7 @@ def test_row_is_what_the_walk_gives(file: Path, tmp_path: Path) -> None:
 
 def test_measures_are_those_of_a_summary(controller: AdaptiveController) -> None:
     done = mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=1)
-    assert {*measures.summary(done)} == {*MEASURES, "outcome", "warnings"}
+    assert {*measures.summary(done)} == {*MEASURES, "outcome", "verdict", "warnings"}
 
 
 @pytest.mark.usefixtures("studies_in_threads")
