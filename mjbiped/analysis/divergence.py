@@ -41,10 +41,10 @@ DISPLAYED: Mapping[str, tuple[float, str]] = {
 
 # What the resolution of contacts and motion at the default steps explains: five times the greatest difference seen at
 # 1610 touchdowns on 138 rough terrains (scripts/studies/agreement_study.py; docs/convergence.md has them), up to the
-# first one that has another cause. Foothold, period, angle and rate are wider, to hold for ten steps of the comparison
-# controllers too (0.1 mm, 1.5 ms, 4.5e-4 rad, 1.5e-3 rad/s on slopes and small steps): their errors fade slowly.
+# first one that has another cause. Period, angle and rate are wider, to hold for ten steps of the comparison
+# controllers too (1.5 ms, 4.5e-4 rad, 1.5e-3 rad/s on slopes and small steps): their errors fade slowly.
 # Scaled by leg length, weight and gravity.
-_FOOTHOLD = 5e-4  # leg lengths a step: the stance foot slides and rolls alike in every step, which adds up
+_FOOTHOLD = 1e-3  # leg lengths
 _PERIOD = 5e-3  # sqrt(l / g)
 _ANGLE = 2.2e-3  # rad
 _RATE = 2.5e-3  # sqrt(g / l)
@@ -104,7 +104,7 @@ def differences(there: Walk, here: Walk) -> dict[str, Array]:
     # what a held torque does grows with the time for which it is held; plain steps err in first order of their length
     coarse = max(1.0, (there.settings["control_period"] or there.settings["timestep"]) / DEFAULT_TIMESTEP)
     found: dict[str, tuple[Array, Any]] = {
-        "x": (one["x"][:n] - two["x"][:n], _FOOTHOLD * length * np.arange(1, n + 1)),
+        "x": (one["x"][:n] - two["x"][:n], _FOOTHOLD * length),
         "period": (measures.step_periods(there)[:n] - measures.step_periods(here)[:n], _PERIOD / pace),
         "angle": (greater("q"), _ANGLE),
         "rate": (greater("dq"), _RATE * pace),

@@ -1,8 +1,9 @@
 """How many steps a robot makes until it falls, of walks that ended with a fall and of walks that did not.
 
-On random ground falls come without memory, so that one number, the mean number of steps to a fall (the mean first
-passage time of Byl and Tedrake, 2009), says nearly all. A walk that is still going at its last step is censored: it
-counts the steps that it made, and no fall.
+Once the way a walk began is forgotten, falls on random ground come without memory, so that one number says nearly all:
+the mean number of steps to a fall, or the probability that the next step is made (the second eigenvalue of the walk as
+a Markov chain; Byl and Tedrake, 2009). A walk that is still going at its last step is censored: it counts the steps
+that it made, and no fall.
 """
 
 from __future__ import annotations
@@ -63,22 +64,60 @@ class Survival:
         ends = [(walk.steps, walk.outcome not in SURVIVED) for walk in walks]
         return cls(tuple(steps for steps, _ in ends), tuple(fell for _, fell in ends))
 
+    def after(self, transient: int) -> Survival:
+        """What the walks did after so many steps; one that ended before then counts neither steps nor a fall.
+
+        Args:
+            transient: Number of steps in which the way the walks began is forgotten.
+        """
+        pairs = list(zip(self.steps, self.fell, strict=True))
+        return Survival(
+            tuple(max(steps - transient, 0) for steps, _ in pairs),
+            tuple(fell and steps >= transient for steps, fell in pairs),
+        )
+
     @property
     def falls(self) -> int:
         """Number of falls."""
         return sum(self.fell)
 
     @property
+    def eigenvalue(self) -> float:
+        """Probability that the next step is made, of greatest likelihood: steps by steps and falls; NaN of neither.
+
+        It estimates the second eigenvalue of the walk as a Markov chain whose first one, 1, is that of having fallen.
+        """
+        tried = sum(self.steps) + self.falls
+        return sum(self.steps) / tried if tried else math.nan
+
+    @property
+    def misfit(self) -> float:
+        """Greatest difference between the Kaplan-Meier curve and the geometric distribution of `eigenvalue`.
+
+        It is small where falls come without memory; NaN without a fall.
+        """
+        if not self.falls:
+            return math.nan
+        at, share, _, _ = self.curve()
+        expected = self.eigenvalue ** (at[1:] + 1.0)  # of making more steps than these
+        return float(np.abs(share[1:] - expected).max())
+
+    @property
     def mean(self) -> float:
-        """Mean number of steps to a fall, of greatest likelihood: all steps by all falls; infinite without a fall."""
-        return sum(self.steps) / self.falls if self.falls else math.inf
+        """Mean number of steps to a fall, of greatest likelihood: all steps by all falls.
+
+        Infinite without a fall; NaN without a step either.
+        """
+        if not self.falls:
+            return math.inf if any(self.steps) else math.nan
+        return sum(self.steps) / self.falls
 
     @property
     def interval(self) -> tuple[float, float]:
         """Where the mean lies with 95 % confidence, if falls come without memory.
 
-        2 T / mean, of all T steps, has a chi-squared distribution of 2 n degrees of freedom for n falls; at its lower
-        end one more fall is counted, since walks are broken off after a number of steps and not of falls.
+        Garwood's exact interval (1936) for the mean of a Poisson-distributed number, that of the falls in all T steps:
+        2 T / mean between quantiles of the chi-squared distributions of 2 n and 2 n + 2 degrees of freedom for n falls.
         """
         steps, tail = sum(self.steps), (1.0 - CONFIDENCE) / 2.0
         low = 2.0 * steps / float(scipy.stats.chi2.ppf(1.0 - tail, 2 * self.falls + 2))

@@ -14,6 +14,7 @@ from matplotlib.ticker import ScalarFormatter
 from mjbiped.analysis.survival import Survival
 from mjbiped.plotting.panels import legend_below, plain
 from mjbiped.plotting.style import BLACK, BLUE, GREEN, GUIDE, ORANGE, SHADE, VERMILLION, drawn
+from mjbiped.utils.palette import PURPLE, SKY
 
 LOOKS = (
     (BLACK, "o", "-"),
@@ -22,14 +23,14 @@ LOOKS = (
     (GREEN, "D", (0, (4, 1, 1, 1))),
     (VERMILLION, "v", (0, (1, 1))),
     (SHADE, "P", (0, (6, 1, 1, 1, 1, 1))),
+    (SKY, "X", (0, (8, 2))),
+    (PURPLE, "*", (0, (3, 1, 3, 1, 1, 1))),
 )
 """Of controllers, in their order: colour, mark and line, which tell them apart each by itself."""
 
-_LINEAR = 10.0  # steps up to which the axis is linear
-
 
 def look(number: int) -> tuple[str, str, Any]:
-    """Colour, mark and line of a controller; from the seventh on they come again."""
+    """Colour, mark and line of a controller; from the ninth on they come again."""
     return LOOKS[number % len(LOOKS)]
 
 
@@ -53,7 +54,7 @@ def plot_survival(survivals: Mapping[str, Survival], path: str | Path | None = N
         for number, (name, survival) in enumerate(survivals.items()):
             draw_curve(axes, survival, f"{name}: {mean_in_words(survival)}", look(number))
         lay_axes(axes, max(max(survival.steps) for survival in survivals.values()))
-        axes.set_xlabel("steps")
+        axes.set_xlabel("steps (logarithmic)")
         legend_below(figure, *axes.get_legend_handles_labels())
     return figure
 
@@ -73,9 +74,9 @@ def draw_curve(axes: Axes, survival: Survival, label: str, looks: tuple[str, str
 
 def lay_axes(axes: Axes, most: int) -> None:
     """Give a panel of curves its axes, up to so many steps."""
-    axes.set_xscale("symlog", linthresh=_LINEAR)
+    axes.set_xscale("log")
     axes.xaxis.set_major_formatter(ScalarFormatter())
-    axes.set_xlim(0.0, most)
+    axes.set_xlim(1.0, max(most, 2))
     axes.set_ylim(0.0, 1.03)
     axes.set_ylabel("share still walking")
     axes.grid(color=GUIDE, alpha=0.3)

@@ -54,7 +54,7 @@ def plot_survival(robustness: Robustness, engine: str, path: Path | None = None)
                     draw_curve(axes, each.survival[ground], each.controller, look(place))
             titled(axes, chr(ord("a") + number), plain(ground))
             lay_axes(axes, robustness.plan.steps)
-        panels[-1].set_xlabel("steps")
+        panels[-1].set_xlabel("steps (logarithmic)")
         legend_below(figure, *panels[0].get_legend_handles_labels())
     return figure
 

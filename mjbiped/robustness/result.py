@@ -7,13 +7,18 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from mjbiped.analysis.survival import CONFIDENCE, SURVIVED, Survival, ratio
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Limit, limit_of
-from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL, Plan
+from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL, Plan, rough_from
 from mjbiped.sweeps.cell import FAILED, Row
 
 VIOLATING = "steps_violating_contact"
+FORGETTING = 5
+"""Steps on ground as rough as it goes on in which a walk forgets how it began."""
+SOLE = "foot_length_99_percent_m"
 TORQUES = tuple(f"peak_{joint}_torque_Nm" for joint in KneedBiped.joints)
 
 
@@ -26,6 +31,11 @@ class Findings:
         engine: The engine's name.
         level: The row of its walk on level ground.
         survival: By random ground.
+        settled: The same walks after the transient: from where the ground is as rough as it goes on, and `FORGETTING`
+            steps more.
+        costs: By random ground the cost of transport of all walks on it; NaN where it is not known.
+        soles: Length of the foot that would hold the centre of pressure for 99 % of the time, m: on level ground
+            ("level"), by random ground the median of the walks, by disturbance the greatest at the limit; NaN likewise.
         limits: By disturbance, single ones and those of whole walks, survived on ground as there is.
         limits_violating: The same of walks on ground that no foot has, too: see `mjbiped.records.measures.violations`.
         violating: By random ground the share of steps on such ground; NaN where it is not known.
@@ -38,6 +48,9 @@ class Findings:
     engine: str
     level: Row
     survival: Mapping[str, Survival]
+    settled: Mapping[str, Survival]
+    costs: Mapping[str, float]
+    soles: Mapping[str, float]
     limits: Mapping[str, Limit]
     limits_violating: Mapping[str, Limit]
     violating: Mapping[str, float]
@@ -70,7 +83,7 @@ class Robustness:
     def ratios(self, engine: str, ground: str) -> dict[str, tuple[float, float, float]]:
         """By the label of each controller but the first: its mean steps to a fall by the first one's; see `ratio`."""
         first, *others = self.of(engine)
-        return {each.controller: ratio(each.survival[ground], first.survival[ground]) for each in others}
+        return {each.controller: ratio(each.settled[ground], first.settled[ground]) for each in others}
 
     def summary(self) -> dict[str, Any]:
         """All of it in plain JSON types; null stands for what is infinite or was not walked."""
@@ -96,23 +109,57 @@ def found(plan: Plan, rows: Sequence[Row]) -> Robustness:
 def _findings(plan: Plan, controller: str, engine: str, rows: Iterable[Row]) -> Findings:
     mine = [row for row in rows if row["controller"] == controller and row["engine"] == engine]
     walked = [row for row in mine if row["outcome"] != FAILED]
-    survival, violating = {}, {}
+    level = next((row for row in walked if row["test"] == LEVEL), {})
+    survival, settled, costs, violating = {}, {}, {}, {}
+    soles = {LEVEL: _number(level, SOLE)}
     for ground in plan.grounds:
         there = sorted((r for r in walked if r["test"] == SURVIVAL and r["ground"] == ground), key=lambda r: r["case"])
         if there:
             fell = tuple(row["outcome"] not in SURVIVED for row in there)
             survival[ground] = Survival(tuple(row["steps"] for row in there), fell)
+            settled[ground] = survival[ground].after(_transient(ground, level))
+            costs[ground] = _cost(there)
+            soles[ground] = float(np.median([_number(row, SOLE) for row in there]))
             violating[ground] = sum(_number(row, VIOLATING) for row in there) / max(sum(survival[ground].steps), 1)
     limits, limits_violating = (
         {test: _limit(plan, test, mine, on_any_ground) for test in (*plan.disturbances, *plan.margins)}
         for on_any_ground in (False, True)
     )
+    for test, limit in limits.items():
+        at = [_number(row, SOLE) for row in mine if row["test"] == test and row["magnitude"] == limit.greatest]
+        soles[test] = max(at, default=math.nan)
     recovered = [_survived(row, plan.torque) for row in mine if row["test"] == BASIN]
     basin = sum(recovered) / len(recovered) if recovered else math.nan
-    level = next((row for row in walked if row["test"] == LEVEL), {})
     errors = tuple(dict.fromkeys(row["error"] for row in mine if row["outcome"] == FAILED))
     area = basin * _window(plan, controller)
-    return Findings(controller, engine, level, survival, limits, limits_violating, violating, basin, area, errors)
+    return Findings(
+        controller,
+        engine,
+        level,
+        survival,
+        settled,
+        costs,
+        soles,
+        limits,
+        limits_violating,
+        violating,
+        basin,
+        area,
+        errors,
+    )
+
+
+def _transient(ground: str, level: Row) -> int:
+    """Steps, as long as on level ground, until a ground is as rough as it goes on and the start is forgotten."""
+    length = _number(level, "mean_step_length_m")
+    return math.ceil(rough_from(ground) / length) + FORGETTING if length > 0.0 else FORGETTING
+
+
+def _cost(rows: Sequence[Row]) -> float:
+    """Cost of transport of several walks of one robot: all work over the weight and the whole distance."""
+    pairs = [(_number(row, "cost_of_transport"), _number(row, "distance_m")) for row in rows if row["steps"]]
+    distance = sum(metres for _, metres in pairs)
+    return sum(cost * metres for cost, metres in pairs) / distance if distance else math.nan
 
 
 def _limit(plan: Plan, test: str, rows: Iterable[Row], on_any_ground: bool) -> Limit:
@@ -153,28 +200,35 @@ def _number(row: Row, name: str) -> float:
 def _summary(robustness: Robustness, each: Findings) -> dict[str, Any]:
     first = robustness.of(each.engine)[0]
     survival = {}
-    for ground, walks in each.survival.items():
-        low, high = walks.interval
+    for ground, settled in each.settled.items():
+        low, high = settled.interval
         survival[ground] = {
-            "walks": len(walks.steps),
-            "falls": walks.falls,
-            "mean_steps_to_fall": _finite(walks.mean),
+            "walks": len(settled.steps),
+            "cost_of_transport": _finite(each.costs[ground]),
+            "foot_length_99_percent_m": _finite(each.soles[ground]),
+            "falls_after_transient": settled.falls,
+            "falls": each.survival[ground].falls,
+            "mean_steps_to_fall": _finite(settled.mean),
             "interval": [_finite(low), _finite(high)],
+            "second_eigenvalue": _finite(settled.eigenvalue),
+            "misfit_of_kaplan_meier": _finite(settled.misfit),
             "share_of_steps_violating_contact": _finite(each.violating[ground]),
         }
-        if each is not first and ground in first.survival:
-            survival[ground]["ratio_to_first"] = [_finite(x) for x in ratio(walks, first.survival[ground])]
+        if each is not first and ground in first.settled:
+            survival[ground]["ratio_to_first"] = [_finite(x) for x in ratio(settled, first.settled[ground])]
     return {
         "controller": each.controller,
         "engine": each.engine,
         "level": {
             "cost_of_transport": _finite(each.level_cost),
+            "foot_length_99_percent_m": _finite(each.soles[LEVEL]),
             "speed_m_per_s": _finite(_number(each.level, "speed_m_per_s")),
         },
         "survival": survival,
         "greatest_survived": {
             test: {
                 "magnitude": limit.greatest,
+                "foot_length_99_percent_m": _finite(each.soles[test]),
                 "with_contact_violated": each.limits_violating[test].greatest,
                 "unit": limit.unit,
                 "beyond_what_was_tried": not limit.reached,

@@ -14,14 +14,15 @@ from mjbiped.analysis.survival import Survival
 from mjbiped.errors import RecordError
 from mjbiped.records.tables import bare_table
 from mjbiped.robustness.limits import Limit
-from mjbiped.robustness.result import Findings, Robustness
-from mjbiped.robustness.walks import LEVEL_STEPS
+from mjbiped.robustness.result import FORGETTING, Findings, Robustness
+from mjbiped.robustness.walks import LEVEL, LEVEL_STEPS, rough_from
 from mjbiped.utils.files import saved
 
 TABLES = "robustness.md"
 """File in a study's folder that the tables stand in."""
 
 
+SOLE_WORDS = "sole: length of the foot that would hold the ankle's centre of pressure for 99 % of the time"
 VIOLATING_WORDS = "in brackets on ground that no foot has as well: it pulls, or has friction over 0.8"
 
 
@@ -42,63 +43,99 @@ class Sheet(NamedTuple):
 
 
 def sheets(robustness: Robustness) -> Iterator[Sheet]:
-    """For each engine a table of level walking and single disturbances, and one for each random ground."""
+    """For each engine a table of level walking and single disturbances, of margins, and one for each random ground."""
     plan = robustness.plan
     for engine in plan.engines:
-        findings = robustness.of(engine)
-        basin = bool(plan.basin)
-        yield Sheet(
-            f"Level ground{' and single disturbances' if plan.disturbances else ''}, {engine} engine",
-            (
-                "controller",
-                "c_mt, level",
-                "speed (m/s)",
-                *(_heading(findings[0], test) for test in plan.disturbances),
-                *(["basin (rad²/s²)"] if basin else []),
-            ),
-            tuple(
-                (
-                    each.controller,
-                    _digits(each.level_cost, ".4f"),
-                    _digits(each.level.get("speed_m_per_s"), ".3f"),
-                    *(_limit(each, test) for test in plan.disturbances),
-                    *([_basin(each)] if basin else []),
-                )
-                for each in findings
-            ),
-            f"{conditions(robustness)}; {scuffing_words(robustness)}",
-        )
+        yield _level(robustness, engine)
+        if plan.disturbances:
+            yield _soles(robustness, engine)
         if plan.margins:
-            yield Sheet(
-                f"Margins on {plan.margin_ground}, {engine} engine",
-                ("controller", *(_heading(findings[0], test) for test in plan.margins)),
-                tuple((each.controller, *(_limit(each, test) for test in plan.margins)) for each in findings),
-                f"hardest with which {plan.margin_share:.0%} of {plan.seeds} walks make {plan.margin_steps} steps; "
-                f"{VIOLATING_WORDS}; {scuffing_words(robustness)}",
-            )
+            yield _margins(robustness, engine)
         for ground in plan.grounds:
-            yield Sheet(
-                f"{ground}, {engine} engine",
-                (
-                    "controller",
-                    "falls",
-                    "steps to a fall",
-                    "95 %",
-                    "steps violating the contact",
-                    f"times that of {findings[0].controller}",
-                    "95 %",
-                ),
-                tuple(
-                    (
-                        each.controller,
-                        *_survival(each.survival.get(ground)),
-                        _share(each.violating.get(ground, math.nan)),
-                        *_times(robustness, each, ground),
-                    )
-                    for each in findings
-                ),
-                f"{plan.seeds} grounds, at most {plan.steps} steps on each; {scuffing_words(robustness)}",
+            yield _random(robustness, engine, ground)
+
+
+def _level(robustness: Robustness, engine: str) -> Sheet:
+    plan, findings = robustness.plan, robustness.of(engine)
+    return Sheet(
+        f"Level ground{' and single disturbances' if plan.disturbances else ''}, {engine} engine",
+        (
+            "controller",
+            "c_mt, level",
+            "speed (m/s)",
+            "sole (m)",
+            *(_heading(findings[0], test) for test in plan.disturbances),
+            *(["basin (rad²/s²)"] if plan.basin else []),
+        ),
+        tuple(
+            (
+                each.controller,
+                _digits(each.level_cost, ".4f"),
+                _digits(each.level.get("speed_m_per_s"), ".3f"),
+                _digits(each.soles[LEVEL], ".2f"),
+                *(_limit(each, test) for test in plan.disturbances),
+                *([_basin(each)] if plan.basin else []),
             )
+            for each in findings
+        ),
+        f"{conditions(robustness)}; {SOLE_WORDS}; {scuffing_words(robustness)}",
+    )
+
+
+def _soles(robustness: Robustness, engine: str) -> Sheet:
+    tests = robustness.plan.disturbances
+    return Sheet(
+        f"Soles at these limits (m), {engine} engine",
+        ("controller", *tests),
+        tuple(
+            (each.controller, *(_digits(each.soles[test], ".2f") for test in tests)) for each in robustness.of(engine)
+        ),
+        f"{SOLE_WORDS}, the greatest of all phases; {scuffing_words(robustness)}",
+    )
+
+
+def _margins(robustness: Robustness, engine: str) -> Sheet:
+    plan, findings = robustness.plan, robustness.of(engine)
+    return Sheet(
+        f"Margins on {plan.margin_ground}, {engine} engine",
+        ("controller", *(_heading(findings[0], test) for test in plan.margins)),
+        tuple((each.controller, *(_limit(each, test) for test in plan.margins)) for each in findings),
+        f"hardest with which {plan.margin_share:.0%} of {plan.seeds} walks make {plan.margin_steps} steps; "
+        f"{VIOLATING_WORDS}; {scuffing_words(robustness)}",
+    )
+
+
+def _random(robustness: Robustness, engine: str, ground: str) -> Sheet:
+    plan, findings = robustness.plan, robustness.of(engine)
+    return Sheet(
+        f"{ground}, {engine} engine",
+        (
+            "controller",
+            "c_mt there",
+            "sole (m)",
+            "falls",
+            "steps to a fall (95 %)",
+            "λ₂",
+            "misfit",
+            "violating",
+            f"times that of {findings[0].controller} (95 %)",
+        ),
+        tuple(
+            (
+                each.controller,
+                _digits(each.costs.get(ground), ".4f"),
+                _digits(each.soles.get(ground), ".2f"),
+                *_survival(each.settled.get(ground)),
+                _share(each.violating.get(ground, math.nan)),
+                _times(robustness, each, ground),
+            )
+            for each in findings
+        ),
+        f"{plan.seeds} grounds, at most {plan.steps} steps on each; {SOLE_WORDS}, median of the walks; falls after the "
+        f"transient of {rough_from(ground):g} m and {FORGETTING} steps; λ₂: probability of the next step, misfit: of "
+        "its geometric distribution, off the Kaplan-Meier curve; violating: steps on ground that no foot has; "
+        f"{scuffing_words(robustness)}",
+    )
 
 
 def robustness_tables(robustness: Robustness) -> list[Table]:
@@ -188,24 +225,23 @@ def _count(value: float) -> str:
     return "inf" if math.isinf(value) else f"{value:.3g}" if value < 1000 else f"{value:.0f}"
 
 
-def _survival(walks: Survival | None) -> tuple[str, str, str]:
-    """Falls, mean number of steps to one, and its interval."""
-    if walks is None:
-        return "-", "-", "-"
+def _survival(walks: Survival | None) -> tuple[str, ...]:
+    """Falls, mean number of steps to one with its interval, second eigenvalue and misfit."""
+    if walks is None or not (walks.falls or any(walks.steps)):
+        return ("-",) * 4
     low, high = walks.interval
     if not walks.falls:
-        return "0", "no fall", f"> {_count(low)}"
-    return str(walks.falls), _count(walks.mean), f"{_count(low)} to {_count(high)}"
+        return "0", f"no fall (> {_count(low)})", "1", "-"
+    mean = f"{_count(walks.mean)} ({_count(low)} to {_count(high)})"
+    return str(walks.falls), mean, f"{walks.eigenvalue:.5f}", f"{walks.misfit:.3f}"
 
 
-def _times(robustness: Robustness, each: Findings, ground: str) -> tuple[str, str]:
+def _times(robustness: Robustness, each: Findings, ground: str) -> str:
     """How many times as many steps as the first controller, and the interval."""
     first = robustness.of(each.engine)[0]
-    if each is first or ground not in each.survival or ground not in first.survival:
-        return "", ""
-    if not first.survival[ground].falls:
-        return "-", "-"
+    if each is first or ground not in each.settled or ground not in first.settled:
+        return ""
+    if not first.settled[ground].falls or math.isnan(each.settled[ground].mean):
+        return "-"
     middle, low, high = robustness.ratios(each.engine, ground)[each.controller]
-    if math.isinf(middle):
-        return "no fall", f"> {low:.3g}"
-    return f"{middle:.3g}", f"{low:.3g} to {_count(high)}"
+    return f"> {low:.3g}" if math.isinf(middle) else f"{middle:.3g} ({low:.3g} to {_count(high)})"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from inspect import signature
 from pathlib import Path
 
 from mjbiped.errors import InputError, shown
@@ -15,7 +16,7 @@ from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.sweeps.cell import Cell
 from mjbiped.sweeps.plan import Study
 from mjbiped.sweeps.values import Scalar
-from mjbiped.terrain.families import START
+from mjbiped.terrain.families import GROWN, START
 from mjbiped.terrain.files import FILE_KEY, parse_parameters
 from mjbiped.terrain.presets import RANDOM
 from mjbiped.terrain.terrain import Terrain
@@ -183,6 +184,15 @@ def _ground(words: object, steps: int, folder: Path, records: dict[Scalar | None
             for key, value in parameters.items()
         },
     }
+
+
+def rough_from(words: str) -> float:
+    """Where a random ground, as the command line writes it, has grown as rough as it goes on, m."""
+    name, _, rest = words.partition(":")
+    if name != "waves":
+        return START
+    usual = signature(Terrain.waves).parameters["longest"].default
+    return START + GROWN * float((parse_parameters(rest) if rest else {}).get("longest", usual))
 
 
 def _imitated(settings: Mapping[str, Scalar], laws: Mapping[str, str]) -> tuple[Periodic | None, float]:

@@ -13,6 +13,9 @@ from mjbiped.terrain.segments import Segment
 START = 2.0
 """Level and smooth ground that every one begins with, m: the first steps are the same everywhere."""
 
+GROWN = 3.0
+"""Longest waves in which the heights of waves grow to 95 % of what they are from there on: 1 - exp(-3)."""
+
 _WAVES = 64  # of band-limited ground; their sum is nearly normal
 
 

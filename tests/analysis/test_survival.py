@@ -103,3 +103,30 @@ def test_what_is_no_set_of_walks_is_refused() -> None:
         Survival((1, 2), (True,))
     with pytest.raises(InputError, match="same grounds"):
         ratio(Survival((1,), (True,)), Survival((1, 2), (True, False)))
+
+
+def test_the_transient_counts_neither_steps_nor_falls() -> None:
+    survival = Survival((3, 10, 25, 1000), (True, True, True, False)).after(10)
+    assert survival == Survival((0, 0, 15, 990), (False, True, True, False))
+    assert survival.mean == 1005 / 2
+    assert math.isnan(Survival((3,), (True,)).after(10).mean)
+
+
+@settings(max_examples=25, deadline=None)
+@given(walks_of, st.integers(0, 50))
+def test_the_eigenvalue_is_that_of_the_mean(walks: list[tuple[int, bool]], transient: int) -> None:
+    """1 / (1 - eigenvalue) counts the step that fails, the mean does not."""
+    survival = Survival(*map(tuple, zip(*walks, strict=True))).after(transient)
+    if survival.falls:
+        assert 1.0 / (1.0 - survival.eigenvalue) == pytest.approx(survival.mean + 1.0, rel=1e-9)
+
+
+def test_eigenvalue_and_misfit_of_a_known_chain() -> None:
+    """The first ten steps never fail, then one in 50 does: after them the eigenvalue is 0.98, and the curve fits."""
+    ends = np.random.default_rng(5).geometric(0.02, 4000) - 1
+    known = Survival(tuple((ends + 10).tolist()), (True,) * len(ends))
+    settled = known.after(10)
+    # falls in 200 000 steps: a standard error of 1 / sqrt(4000) of 0.02; four of them
+    assert settled.eigenvalue == pytest.approx(0.98, abs=4 * 0.02 / math.sqrt(4000))
+    # Kolmogorov's distance of 4000 samples is below 1.95 / sqrt(4000) with a probability of 0.999
+    assert settled.misfit < 1.95 / math.sqrt(4000) < known.misfit

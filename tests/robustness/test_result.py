@@ -49,6 +49,9 @@ def row(test: str, controller: str, steps: int, outcome: str, **values: Any) -> 
         "peak_ankle_torque_Nm": 1.0,
         "peak_hip_torque_Nm": 1.0,
         "cost_of_transport": 0.03,
+        "distance_m": 0.4 * steps,
+        "mean_step_length_m": 0.4,
+        "foot_length_99_percent_m": 0.05,
         "speed_m_per_s": 0.5,
         "steps_violating_contact": 0,
     }
@@ -89,6 +92,9 @@ def result(wanted: Plan) -> Robustness:
 def test_findings_of_rows(result: Robustness) -> None:
     one, two = result.of("hybrid")
     assert (one.survival["treads"].mean, two.survival["treads"].mean) == (20.0, 200.0)
+    # 2 m of level ground are five steps of 0.4 m; five more are to forget them
+    assert (one.settled["treads"].mean, two.settled["treads"].mean) == (10.0, 180.0)
+    assert one.costs["treads"] == pytest.approx(0.03, rel=1e-12)
     assert (one.limits["step up"].greatest, one.limits["step up"].reached) == (0.02, True)
     assert (one.limits["step down"].greatest, one.limits["step down"].reached) == (0.1, False)
     assert two.limits["step down"].greatest is None  # beyond the torque that is allowed
@@ -97,7 +103,7 @@ def test_findings_of_rows(result: Robustness) -> None:
     window = 3.3 * start[2] * 13.2 * max(abs(start[2:]))  # three times as wide as that of `mjbiped basin`, either way
     assert one.basin == 0.75
     assert one.basin_area == pytest.approx(0.75 * window)
-    assert result.ratios("hybrid", "treads")["two"][0] == pytest.approx(10.0)
+    assert result.ratios("hybrid", "treads")["two"][0] == pytest.approx(18.0)
 
 
 def test_ground_that_no_foot_has_is_told_apart(wanted: Plan) -> None:
@@ -124,9 +130,10 @@ def test_a_walk_that_an_error_ends_is_not_survived(wanted: Plan) -> None:
 
 def test_summary_is_plain_json(result: Robustness) -> None:
     summary = json.loads(json.dumps(result.summary(), allow_nan=False))
-    assert summary["controllers"][1]["survival"]["treads"]["ratio_to_first"][0] == pytest.approx(10.0)
+    assert summary["controllers"][1]["survival"]["treads"]["ratio_to_first"][0] == pytest.approx(18.0)
     assert summary["controllers"][0]["greatest_survived"]["step up"] == {
         "magnitude": 0.02,
+        "foot_length_99_percent_m": 0.05,
         "with_contact_violated": 0.02,
         "unit": "m",
         "beyond_what_was_tried": False,
@@ -135,26 +142,31 @@ def test_summary_is_plain_json(result: Robustness) -> None:
 
 
 def test_tables_put_controllers_side_by_side(result: Robustness, tmp_path: Path) -> None:
-    level, random = sheets(result)
+    level, soles, random = sheets(result)
     assert level.headings == (
         "controller",
         "c_mt, level",
         "speed (m/s)",
+        "sole (m)",
         "step up (m)",
         "step down (m)",
         "basin (rad²/s²)",
     )
-    assert level.rows[0][:-1] == ("one", "0.0350", "0.500", "0.02", ">= 0.1")
+    assert level.rows[0][:-1] == ("one", "0.0350", "0.500", "0.05", "0.02", ">= 0.1")
     assert level.rows[1][-2] == "< 0.1"
     assert "survive; basin of 2² first rates of the legs, within 10 N m" in level.caption
-    assert [row[:3] for row in random.rows] == [("one", "2", "20"), ("two", "1", "200")]
-    assert random.rows[0][4:] == ("0 %", "", "")
-    assert random.rows[1][5] == "10"
+    assert soles.rows == (("one", "0.05", "0.05"), ("two", "0.05", "-"))
+    assert [row[:4] for row in random.rows] == [("one", "0.0300", "0.05", "2"), ("two", "0.0300", "0.05", "1")]
+    assert [row[4].split(" ")[0] for row in random.rows] == ["10", "180"]
+    # 20 steps of 22 tries, 180 of 181
+    assert [row[5] for row in random.rows] == ["0.90909", "0.99448"]
+    assert random.rows[0][7:] == ("0 %", "")
+    assert random.rows[1][8].startswith("18 (")
     for table, sheet in zip(robustness_tables(result), sheets(result), strict=True):
         assert "scuffing rule" in str(table.caption)
         assert [len(list(column.cells)) for column in table.columns] == [2] * len(sheet.headings)
     text = write_tables(result, tmp_path / "robustness.md").read_text()
-    assert "| one | 2 | 20 | " in text
+    assert "| one | 0.0300 | 0.05 | 2 | 10 (" in text
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -170,7 +182,9 @@ def test_pictures_of_a_controller_that_never_fell(wanted: Plan) -> None:
     ]
     result = found(replace(wanted, disturbances=()), rows)
     plot_survival(result, "hybrid")
-    assert [row[1:3] for row in list(sheets(result))[1].rows] == [("0", "no fall")] * 2
+    assert [row[3:5] for row in list(sheets(result))[1].rows] == [
+        ("0", "no fall (> 51.5)")
+    ] * 2  # 190 steps / -ln 0.025
 
 
 def test_the_command_walks_goes_on_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
