@@ -119,7 +119,8 @@ def _findings(plan: Plan, controller: str, engine: str, rows: Iterable[Row]) -> 
             survival[ground] = Survival(tuple(row["steps"] for row in there), fell)
             settled[ground] = survival[ground].after(_transient(ground, level))
             costs[ground] = _cost(there)
-            soles[ground] = float(np.median([_number(row, SOLE) for row in there]))
+            lengths = [length for row in there if math.isfinite(length := _number(row, SOLE))]
+            soles[ground] = float(np.median(lengths)) if lengths else math.nan
             violating[ground] = sum(_number(row, VIOLATING) for row in there) / max(sum(survival[ground].steps), 1)
     limits, limits_violating = (
         {test: _limit(plan, test, mine, on_any_ground) for test in (*plan.disturbances, *plan.margins)}

@@ -78,7 +78,7 @@ def _level(robustness: Robustness, engine: str) -> Sheet:
             )
             for each in findings
         ),
-        f"{conditions(robustness)}; {SOLE_WORDS}; {scuffing_words(robustness)}",
+        f"{conditions(robustness)}; {VIOLATING_WORDS}; {SOLE_WORDS}; {scuffing_words(robustness)}",
     )
 
 
@@ -186,7 +186,7 @@ def conditions(robustness: Robustness) -> str:
     if not parts:
         return f"{LEVEL_STEPS} steps on level ground"
     within = "" if plan.torque is None else f", within {plan.torque:g} N m"
-    return f"{'; '.join(parts)}{within}; {VIOLATING_WORDS}"
+    return f"{'; '.join(parts)}{within}"
 
 
 def _digits(value: float | None, form: str) -> str:
@@ -244,4 +244,4 @@ def _times(robustness: Robustness, each: Findings, ground: str) -> str:
     if not first.settled[ground].falls or math.isnan(each.settled[ground].mean):
         return "-"
     middle, low, high = robustness.ratios(each.engine, ground)[each.controller]
-    return f"> {low:.3g}" if math.isinf(middle) else f"{middle:.3g} ({low:.3g} to {_count(high)})"
+    return f"> {_count(low)}" if math.isinf(middle) else f"{_count(middle)} ({_count(low)} to {_count(high)})"

@@ -28,7 +28,7 @@ from mjbiped.gaits.hold import pieces_of
 from mjbiped.gaits.reference import table_of
 from mjbiped.plotting import style
 from mjbiped.plotting.panels import legend_below, titled
-from mjbiped.records.measures import THROUGH
+from mjbiped.records.measures import THROUGH, foot_length
 from mjbiped.utils import palette
 from scripts.pages import write_table
 
@@ -57,15 +57,17 @@ DROPS = (0.05, 0.10, 0.15, 0.20, 0.30)  # m
 
 @dataclass(frozen=True)
 class Row:
-    """A controller: what it imitates, its level cost, and what it climbs and what that takes (m, N m)."""
+    """A controller: what it imitates, its level cost, what it climbs, and the torques (N m) and feet (m) that takes."""
 
     what: str
     cost: float
     climbs: float
     climbs_additive: float
     torque_up: float
+    sole_up: float
     falls_down: int
     torque_down: float
+    sole_down: float
 
 
 def edges(controller: AdaptiveController, rise: float, phases: int = PHASES) -> list[mjbiped.Terrain]:
@@ -77,39 +79,40 @@ def edges(controller: AdaptiveController, rise: float, phases: int = PHASES) -> 
 
 def fallen(
     controller: AdaptiveController, rise: float, engine: str = "hybrid", most: int = PHASES
-) -> tuple[int, float]:
-    """How many walks over a step fall, or need ground that no foot has, and the greatest torque of the others (N m).
+) -> tuple[int, float, float]:
+    """How many walks over a step fall, or need ground that no foot has, and what the others take at most.
 
-    It stops after `most` of them.
+    That is torque (N m), and length of the foot that holds the centre of pressure for 99 % of the time (m). It stops
+    after `most` falls.
     """
-    falls, torque = 0, 0.0
+    falls, torque, sole = 0, 0.0, 0.0
     for terrain in edges(controller, rise):
         walk = mjbiped.walk(controller, terrain, engine=engine, steps=STEPS, sample_period=None)
         if walk.verdict == THROUGH:
             torque = max(torque, float(np.abs(walk.peak_torque).max()))
+            sole = max(sole, foot_length(walk))
         else:
             falls += 1
         if falls > most:
             break
-    return falls, torque
+    return falls, torque, sole
 
 
-def highest(controller: AdaptiveController) -> tuple[float, float]:
-    """The highest rise that is climbed, m, with all lower ones; and the torque that it takes, N m."""
-    rise, torque = 0.0, math.nan
+def highest(controller: AdaptiveController) -> tuple[float, float, float]:
+    """The highest rise that is climbed, m, with all lower ones; and the torque (N m) and foot (m) that it takes."""
+    rise, torque, sole = 0.0, math.nan, math.nan
     while True:
-        falls, needed = fallen(controller, rise + RISE, most=MOST_FALLS)
+        falls, *needed = fallen(controller, rise + RISE, most=MOST_FALLS)
         if falls > MOST_FALLS:
-            return rise, torque
-        rise, torque = round(rise + RISE, 6), needed
+            return rise, torque, sole
+        rise, (torque, sole) = round(rise + RISE, 6), needed
 
 
 def row(what: str, gait: mjbiped.Gait, cost: float) -> Row:
     """One controller, by the paper's re-planning and by the additive one."""
     paper, additive = (AdaptiveController(ROBOT, gait, replanning=name) for name in ("paper", "additive"))
-    climbs, torque = highest(paper)
-    falls, down = fallen(paper, -0.10)
-    return Row(what, cost, climbs, highest(additive)[0], torque, falls, down)
+    climbs, torque, sole = highest(paper)
+    return Row(what, cost, climbs, highest(additive)[0], torque, sole, *fallen(paper, -0.10))
 
 
 def passive_cost(gait: mjbiped.Gait) -> float:
@@ -128,7 +131,7 @@ def continued(gait: mjbiped.OptimisedGait) -> mjbiped.OptimisedGait:
 
 
 def _descends(controller: AdaptiveController, drop: float) -> str:
-    falls, torque = fallen(controller, -drop)
+    falls, torque, _ = fallen(controller, -drop)
     return f"{torque:.0f}" if falls == 0 else f"{falls} fall"
 
 
@@ -208,7 +211,8 @@ def main(page: Path | None, plot: Path | None) -> None:
     climbing = [
         [
             each.what, f"{each.cost:.4f}", f"{each.climbs:.3f}", f"{each.climbs_additive:.3f}",
-            f"{each.torque_up:.1f}", f"{PHASES - each.falls_down}", f"{each.torque_down:.1f}",
+            f"{each.torque_up:.1f}", f"{100 * each.sole_up:.0f}",
+            f"{PHASES - each.falls_down}", f"{each.torque_down:.1f}", f"{100 * each.sole_down:.0f}",
         ]
         for each in (*optimised, *free, *passive)
     ]  # fmt: skip
@@ -222,7 +226,7 @@ def main(page: Path | None, plot: Path | None) -> None:
         controller = AdaptiveController(ROBOT, checked, replanning=replanning)
         level = mjbiped.walk(controller, mjbiped.Terrain.level(), steps=40)
         for engine in ("hybrid", "mujoco"):
-            falls, torque = fallen(controller, rise, engine)
+            falls, torque, _ = fallen(controller, rise, engine)
             checks.append([_name(checked), f"{rise:+.3f}", replanning, engine, f"{PHASES - falls}", f"{torque:.1f}"])
         checks[-1].append(f"{level.cost_of_transport:.4f}")
     held, two = mjbiped.find_reference(ROBOT, clearance=0.06), mjbiped.find_passive_gait(ROBOT, math.radians(2))
@@ -257,8 +261,10 @@ def main(page: Path | None, plot: Path | None) -> None:
                 "climbs (m)",
                 "additive (m)",
                 "torque (N m)",
+                "sole (cm)",
                 "of 100 down 0.10 m",
                 "torque (N m)",
+                "sole (cm)",
             ],
             climbing,
         ),

@@ -33,6 +33,7 @@ def tables(folder: Path) -> list[str]:
 @click.option("--mujoco", type=FOLDER, help="Of scripts/studies/robustness_mujoco.toml.")
 @click.option("--margins", type=FOLDER, multiple=True, help="Of margins.toml, and of margins_mujoco.toml there.")
 @click.option("--slopes", type=FOLDER, help="Of robustness_slopes_mujoco.toml there.")
+@click.option("--parts", type=FOLDER, help="Of robustness_parts.toml there.")
 @click.option("--basin", type=FOLDER, help="Of basin.toml there.")
 @click.option("--knees", type=FOLDER, multiple=True, help="Of the studies with knees there.")
 @click.option("--page", default=PAGE, show_default=True, type=click.Path(exists=True, path_type=Path))
@@ -43,6 +44,7 @@ def main(
     mujoco: Path | None,
     margins: tuple[Path, ...],
     slopes: Path | None,
+    parts: Path | None,
     basin: Path | None,
     knees: tuple[Path, ...],
     page: Path,
@@ -50,7 +52,7 @@ def main(
     images: Path,
 ) -> None:
     """Fill the places of the studies that are given."""
-    for name, folder in (("hybrid", hybrid), ("mujoco", mujoco), ("basin", basin)):
+    for name, folder in (("hybrid", hybrid), ("mujoco", mujoco), ("parts", parts), ("basin", basin)):
         if folder is not None:
             write_block(page, name, "\n".join(tables(folder)))
     if margins:
@@ -61,7 +63,7 @@ def main(
         new = [table for folder in knees for table in tables(folder) if not table.startswith("**Level ground,")]
         write_block(knees_page, "robustness", "\n".join(new))
     if slopes is not None:
-        write_block(page, "slopes", tables(slopes)[1])
+        write_block(page, "slopes", next(table for table in tables(slopes) if table.startswith("**treads")))
     if hybrid is not None:
         for name in FIGURES:
             shutil.copy(hybrid / name, images / name)

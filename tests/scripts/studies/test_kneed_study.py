@@ -11,6 +11,7 @@ from click.testing import CliRunner
 import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped import Terrain
+from mjbiped.records.measures import foot_length
 from mjbiped.records.record import Walk
 from scripts.studies import kneed_study as study
 
@@ -37,6 +38,8 @@ def test_a_cell_counts_walks_that_come_through(walks: list[Walk]) -> None:
     assert study.share_and_cost(walks[:1]) == f"yes, {cost:.4f}"
     assert study.share_and_cost(walks[1:]) == "no"
     assert study.torques(walks[1:]) == "-"
+    assert study.soles(walks) == f"{100.0 * foot_length(walks[0]):.0f}"
+    assert study.soles(walks[1:]) == "-"
     assert study.with_torques("told", walks[1:]) == "told"
     assert study.with_torques("told", walks) == f"told; {study.torques(walks)}"
 
@@ -81,7 +84,7 @@ def test_the_study_writes_its_tables_of_both_engines(tmp_path: Path, monkeypatch
     monkeypatch.setattr(study, "PLACES", 1)
     monkeypatch.setattr(study, "STAIRS", 1)
     monkeypatch.setattr(study, "climbers", lambda: {"climbs nothing": next(iter(passive.values()))()})
-    page, places = tmp_path / "page.md", ("walks", "torques", "any stairs", "mujoco")
+    page, places = tmp_path / "page.md", ("walks", "torques", "soles", "any stairs", "mujoco")
     page.write_text("".join(f"<!-- {place} -->\n<!-- end {place} -->\n" for place in places))
     told = CliRunner().invoke(study.main, ["--steps", "6", "--page", str(page)], catch_exceptions=False)
     assert told.exit_code == 0
