@@ -14,6 +14,7 @@ import mjbiped
 from controllers import EnergyConstraintController
 from mjbiped.reproduction.published import GROUNDS
 from scripts.paper import comparison_gains as study
+from scripts.paper import gain_search
 
 PAGE = text("docs/comparison.md")
 PROSE = " ".join(PAGE.split())
@@ -42,7 +43,7 @@ def test_stairs_of_60_mm() -> None:
     of_ecc = sum(row["method"] == "ECC" for row in through)
     assert f"{len(through)} of {len(settings)} settings do: {of_ecc} of ECC, and KETC's default" in PROSE
     (other,) = [row for row in through if row["method"] != "ECC"]
-    default = study.METHODS["KETC"].controller
+    default = gain_search.METHODS["KETC"].controller
     fields = {"gain": default.gain, "hip_weight": default.hip_weight}  # type: ignore[attr-defined]
     assert {name: float(other[name]) for name in fields} == fields
     assert (other["method"], other["slope_source"]) == ("KETC", default.slope_source)
@@ -66,7 +67,7 @@ def test_slopes_that_add_up() -> None:
     for source in ("two_point", "local", "none"):
         fell = int(cell("ECC", source, UPHILL).removeprefix("✗ fell at "))
         # by the length of its steps on the segments of 1.5 m that are behind it
-        assert 7 <= math.floor(fell * study.GAIT.step_length / 1.5) <= 8
+        assert 7 <= math.floor(fell * gain_search.GAIT.step_length / 1.5) <= 8
 
 
 def test_another_setting_of_ecc_walks_all_of_them() -> None:
@@ -74,8 +75,10 @@ def test_another_setting_of_ecc_walks_all_of_them() -> None:
     assert told
     costs = []
     for source in ("two_point", "local", "none"):
-        law = EnergyConstraintController(study.ROBOT, study.GAIT, ratio=-2.0, gain=20.0, slope_source=source)
-        walk = study.walk(law, study.TERRAINS[UPHILL])
+        law = EnergyConstraintController(
+            gain_search.ROBOT, gain_search.GAIT, ratio=-2.0, gain=20.0, slope_source=source
+        )
+        walk = gain_search.walk(law, study.TERRAINS[UPHILL])
         assert walk.outcome == "finished"
         costs.append(walk.cost_of_transport)
     assert [f"{min(costs):.3f}", f"{max(costs):.3f}"] == [*told.groups()]
@@ -90,16 +93,16 @@ def test_stair_1_is_cheaper_than_level_ground_with_gains_that_settle() -> None:
 @pytest.mark.parametrize("ground", [STAIRS, "stair 1, −6 mm"])
 def test_a_step_is_given_where_tolerance_and_engine_agree_on_it(ground: str) -> None:
     """KETC's default on high stairs ends early everywhere, at steps that depend on the engine; PBC does not."""
-    ketc = study.METHODS["KETC"].controller
+    ketc = gain_search.METHODS["KETC"].controller
     if ground == STAIRS:
         assert study.converged(ketc, study.TERRAINS[ground]) == "✗" == cell("KETC", "two_point", ground)
-        found = study.converged(study.METHODS["PBC"].controller, study.TERRAINS[ground])
+        found = study.converged(gain_search.METHODS["PBC"].controller, study.TERRAINS[ground])
         assert found == cell("PBC", "two_point", ground) == "✗ fell at 3"
     else:
-        found = study.converged(study.METHODS["PBC"].controller, study.TERRAINS[ground])
+        found = study.converged(gain_search.METHODS["PBC"].controller, study.TERRAINS[ground])
         assert found == cell("PBC", "two_point", ground)
         assert found.startswith("0.03")
-    assert {row["method"] for row in table("terrains")} == {*study.METHODS, "adaptive"}
+    assert {row["method"] for row in table("terrains")} == {*gain_search.METHODS, "adaptive"}
 
 
 def test_grounds_of_the_scan_are_the_paper_s() -> None:

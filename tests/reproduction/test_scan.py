@@ -22,7 +22,7 @@ from mjbiped.reproduction.scan import Tried, fitted, ranked, settings, write_tri
 from mjbiped.reproduction.table_2 import Choice, agreement_of, agreements, choices, walks_read
 from mjbiped.reproduction.walks import opened_walks
 from mjbiped.terrain.terrain import Terrain
-from scripts.paper.comparison_gains import blind_trials, choose
+from scripts.paper.gain_search import blind_trials, choose
 
 GAIT = mjbiped.find_passive_gait(mjbiped.Compass(), math.radians(2))
 DOCS = Path(__file__).parents[2] / "docs"

@@ -54,13 +54,11 @@ def _answers(rows: Sequence[Row], best: Choice, engine: str) -> Iterator[tuple[s
 def sections(asked: Sequence[Check]) -> dict[str, str]:
     """What the template wants to know of the checks, by name."""
     parts = {"claims_alike": _alike(asked), "zero": f"{100 * checks_figures.ZERO:g} %"}
-    for name, groups in (
-        *((group, (group,)) for group in (UNFITTED, BLIND, FITTED, FOUND)),
-        ("without_the_table", (UNFITTED, BLIND)),
-    ):
-        mine = _by_claim(check for check in asked if check.group in groups)
-        parts |= {f"missed_{name}": _missed(mine), f"asked_{name}": str(len(mine)), f"checks_{name}": _table(mine)}
-    return parts
+    for group in (UNFITTED, BLIND, FITTED, FOUND):
+        mine = _by_claim(check for check in asked if check.group == group)
+        parts |= {f"missed_{group}": _missed(mine), f"checks_{group}": _table(mine)}
+    without = _by_claim(check for check in asked if check.group in (UNFITTED, BLIND))
+    return {**parts, "missed_without_the_table": _missed(without), "asked_without_the_table": str(len(without))}
 
 
 Asked = Mapping[tuple[str, str, str], Mapping[str, Answer]]
