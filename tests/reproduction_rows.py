@@ -8,7 +8,8 @@ import math
 
 from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.methods import Variant
-from mjbiped.reproduction.published import GROUNDS
+from mjbiped.reproduction.published import GROUNDS, TABLE_3
+from mjbiped.reproduction.random_grounds import RandomGround
 from mjbiped.reproduction.rows import LENGTHS, Row
 from mjbiped.reproduction.scan import Tried
 from mjbiped.reproduction.traces import Traces
@@ -40,4 +41,15 @@ def read_tried(text: str) -> list[Tried]:
         ended = {name: int(line[name][2:]) for name in GROUNDS if line[name].startswith("X ")}
         cost = {name: math.nan if name in ended else float(line[name]) for name in GROUNDS}
         found.append(Tried(Variant(line["method"], slope_source=line["slope_source"], gains=gains), cost, ended))
+    return found
+
+
+def read_grounds(text: str) -> list[RandomGround]:
+    """The grounds that `mjbiped.reproduction.random_grounds.write_grounds` wrote."""
+    found = []
+    for line in list(csv.reader(io.StringIO(text)))[1:]:
+        tables = [float(value) for value in line[-2 * len(TABLE_3) :] if value]
+        numbers = [float(value) for value in line[: -2 * len(TABLE_3)]]
+        segments = tuple((numbers[k], numbers[k + 1], numbers[k + 2]) for k in range(0, len(numbers), 3))
+        found.append(RandomGround(segments, tuple(tables[: len(TABLE_3)]), tuple(tables[len(TABLE_3) :])))
     return found

@@ -30,9 +30,9 @@ class KineticEnergyController(KnownSlopeController):
 
     They are those of least :math:`u_1^2 + u_2^2 / w`. With w = 1 they lie along the rates, as in the passivity-based
     law (`PassivityController`) with :math:`k = \lambda / |\dot q|^2`. With w = 0, the default, the ankle does it alone,
-    and the hip's torque is that of gravity. All that the paper says of the method comes out with the ankle alone and
-    does not with w = 1: docs/comparison.md has the step and the change of slope that it is said to bear,
-    docs/reproduction.md the paper's Table II.
+    and the hip's torque is that of gravity. The step and the change of slope that the paper's introduction says the
+    method bears are borne with the ankle alone, in both engines, and not with w = 1 (docs/comparison.md). X and numbers
+    stand as in the paper's Table II with some gain of either (docs/reproduction.md).
 
     Where the rates are small, u has no bound; where the root of the denominator is below `slowest`, its square stands
     in the denominator's place, and the error falls more slowly. On the gait of Table I's robot on 2 degrees that root

@@ -209,12 +209,12 @@ def bifurcation_told(summary: Mapping[str, Any]) -> Iterator[Table | str]:
 
 def checks_table(checks: Iterable[Check]) -> Table:
     """The paper's claims and whether they hold."""
-    table = bare_table("claim", "engine", "found", "holds")
+    table = bare_table("claim", "settings", "engine", "found", "holds")
     for check in checks:
         answer = check.answer
         holds = "-" if answer.holds is None else "yes" if answer.holds else "no"
         asked = f"{holds}, of {answer.of}" if answer.of else holds
-        table.add_row(*(Text(cell) for cell in (answer.claim, check.engine, answer.found, asked)))
+        table.add_row(*(Text(cell) for cell in (answer.claim, check.group, check.engine, answer.found, asked)))
     return table
 
 

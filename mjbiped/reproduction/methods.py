@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -42,12 +43,14 @@ class Variant:
         delay: zeta of the adaptive controller.
         slope_source: Of the comparison controllers; empty for the adaptive one, which estimates.
         gains: Of the comparison controllers, by the names of their classes' fields.
+        start_error: How wrong the slope is that a comparison controller is told at the start, degrees.
     """
 
     method: str
     delay: float | None = None
     slope_source: str = ""
     gains: tuple[tuple[str, float], ...] = ()
+    start_error: float = 0.0
 
     def controller(self, terrain: Terrain, robot: Compass | None = None) -> Controller:
         """The law, for a ground: comparison controllers are told its slope at the start."""
@@ -55,7 +58,8 @@ class Variant:
         if self.method == "adaptive":
             return _law("adaptive", model, replanning_delay=self.delay)
         law: Any = _law(_NAMES[self.method], model, slope_source=self.slope_source, **dict(self.gains))
-        controller: Controller = replace(law, initial_slope=terrain.slope_at(0.0))
+        start = terrain.slope_at(0.0) + math.radians(self.start_error)
+        controller: Controller = replace(law, initial_slope=start)
         return controller
 
 
@@ -68,6 +72,18 @@ _SETTLED = (
 SETTLED: Mapping[str, Variant] = {variant.method: variant for variant in _SETTLED}
 """Gains with which every step on level ground becomes like the one before, found as docs/comparison.md says and without
 a look at Table II, and the slope source with which they were found; LCTC's are its source's own."""
+
+BLIND_SOURCE = "two_point"
+"""The one slope source that the paper names for an energy-based method: its introduction says it of PBC."""
+
+_BLIND = (
+    Variant("PBC", slope_source=BLIND_SOURCE, gains=(("gain", 5.0),)),
+    Variant("ECC", slope_source=BLIND_SOURCE, gains=(("ratio", -2.3), ("gain", 5.0))),
+    Variant("KETC", slope_source=BLIND_SOURCE, gains=(("gain", 4.0), ("hip_weight", 1.0))),
+)
+BLIND: Mapping[str, Variant] = {variant.method: variant for variant in _BLIND}
+"""The energy-based methods as they stand without a look at Table II: `BLIND_SOURCE` for all of them, and the gains that
+the rule of docs/comparison.md finds with it."""
 
 
 def settled(method: str, source: str) -> Variant:

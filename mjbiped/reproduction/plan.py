@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from mjbiped.reproduction.cell import Cell
 from mjbiped.reproduction.grounds import Place, Reading, end_of, found_segments, found_terrain, reading_at, readings
@@ -24,6 +25,9 @@ ADAPTATION_GAINS = (0.03, PAPER_GAIN, 3.0, 30.0)
 
 START_ESTIMATES = (3.0, -3.0)
 """Slope estimate at the start of Fig. 5, degrees: wrong by so much, for `mixed` begins level. Fig. 4 has the first."""
+
+START_ERROR = 0.05
+"""Of the slope that the comparison methods are told at the start, degrees: how well a fit bears a small error."""
 
 MIXED_STEPS = 60
 OTHER_GRAVITY = 9.8  # m/s²
@@ -48,11 +52,25 @@ def table_2_in_mujoco(places: Iterable[Place], chosen: Iterable[Variant], steps:
     ]
 
 
-def fitted(choice: Choice, chosen: Iterable[Variant], engine: str, steps: int) -> list[Entry]:
-    """The comparison methods with the gains nearest to Table II, on the grounds of the reading chosen."""
-    return [
-        _walked("fitted", engine, reading_at(place), variant, steps) for place in choice.places for variant in chosen
-    ]
+def compared(part: str, choice: Choice, chosen: Iterable[Variant], engine: str, steps: int) -> list[Entry]:
+    """Settings of the comparison methods on the grounds of the reading chosen.
+
+    Args:
+        part: "fitted" for those nearest to Table II, "blind" for `mjbiped.reproduction.methods.BLIND`, "misjudged" for
+            those that are told a wrong slope at the start.
+        choice: The reading.
+        chosen: The settings.
+        engine: "hybrid" or "mujoco".
+        steps: Of each walk.
+    """
+    chosen = list(chosen)
+    return [_walked(part, engine, reading_at(place), variant, steps) for place in choice.places for variant in chosen]
+
+
+def misjudged(choice: Choice, chosen: Iterable[Variant]) -> list[Entry]:
+    """Settings that are told a slope at the start which is wrong by `START_ERROR` either way, in the hybrid engine."""
+    wrong = [replace(variant, start_error=sign * START_ERROR) for variant in chosen for sign in (1.0, -1.0)]
+    return compared("misjudged", choice, wrong, "hybrid", max(LENGTHS))
 
 
 def gravity(places: Iterable[Place], delay: float | None) -> list[Entry]:

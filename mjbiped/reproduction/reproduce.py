@@ -11,11 +11,11 @@ from typing import Any
 from mjbiped.plotting.style import make_small
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records.record import Walk
-from mjbiped.reproduction import plan
+from mjbiped.reproduction import plan, random_grounds
 from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS
-from mjbiped.reproduction.methods import METHODS, SETTLED, Variant, settled
+from mjbiped.reproduction.methods import BLIND, METHODS, SETTLED, Variant, settled
 from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
-from mjbiped.reproduction.report.page import PAGE, PICTURES, TABLE, TRIED, engine_shown, render
+from mjbiped.reproduction.report.page import GROUNDS, PAGE, PICTURES, TABLE, TRIED, engine_shown, render
 from mjbiped.reproduction.rows import LENGTHS, Entry, Row, write_rows
 from mjbiped.reproduction.scan import fitted, scan, write_tried
 from mjbiped.reproduction.table_2 import Choice, agreements, choices
@@ -69,14 +69,18 @@ def reproduce(
         nearest = [each.variant for each in fitted(tried).values()]
         more = [
             *plan.gravity(best.places, best.delay),
-            *plan.fitted(best, nearest, "hybrid", max(LENGTHS)),
+            *plan.compared("blind", best, BLIND.values(), "hybrid", max(LENGTHS)),
+            *plan.compared("fitted", best, nearest, "hybrid", max(LENGTHS)),
+            *plan.misjudged(best, nearest),
             *in_mujoco(best, agreements(rows, best)[0].source, nearest, quick),
         ]
         rows += walked(more, walks, workers=workers, progress=progress)
+        grounds = random_grounds.walked(random_grounds.drawn(), walks, workers=workers, progress=progress)
         written = [
             _write(report / TABLE, write_rows(rows)),
             _write(report / TRIED, write_tried(tried)),
-            _write(report / PAGE, render(rows, tried)),
+            _write(report / GROUNDS, random_grounds.write_grounds(grounds)),
+            _write(report / PAGE, render(rows, tried, grounds)),
         ]
         return rows, [*written, *draw([*entries, *more], rows, walks, report / PICTURES, folder / PRINTS)]
 
@@ -118,7 +122,8 @@ def in_mujoco(best: Choice, source: str, nearest: Sequence[Variant], quick: bool
     steps = max(MUJOCO_STEPS, best.length)
     return [
         *plan.table_2_in_mujoco([*best.places, *printed], chosen, steps),
-        *plan.fitted(best, nearest, "mujoco", steps),
+        *plan.compared("blind", best, BLIND.values(), "mujoco", steps),
+        *plan.compared("fitted", best, nearest, "mujoco", steps),
         *plan.table_3("mujoco"),
         *plan.figure_5("mujoco"),
     ]

@@ -42,7 +42,7 @@ class Row:
         gains: The same.
         adaptation_gain: gamma; NaN for controllers without one.
         update: Whether the estimate is updated (27), "yes", "no", or empty.
-        start_estimate: Slope estimate at the start, degrees; NaN for controllers without one.
+        start_estimate: Slope that the controller estimates, or is told, at the start, degrees; NaN for those without.
         outcome: Of the walk.
         steps: Touchdowns.
         place: Hip's x when it ended, m.
@@ -114,7 +114,7 @@ class Entry:
     """A cell and its place in the report.
 
     Attributes:
-        part: "table 2", "fitted", "gravity", "table 3", "start" or "figure 5".
+        part: "table 2", "blind", "fitted", "misjudged", "gravity", "table 3", "start" or "figure 5".
         ground: The ground's name.
         method: The paper's name of the controller.
         cell: The walk.
@@ -148,7 +148,7 @@ class Entry:
             gains=gains_told(law),
             adaptation_gain=float(law.get("adaptation_gain", math.nan)),
             update="" if update is None else "yes" if update else "no",
-            start_estimate=rounded(math.degrees(law.get("initial_slope_estimate", math.nan))),
+            start_estimate=rounded(math.degrees(law.get("initial_slope_estimate", law.get("initial_slope", math.nan)))),
             outcome=result.outcome,
             steps=result.steps,
             place=rounded(result.place),

@@ -10,11 +10,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import OptimizeResult, differential_evolution
+from scipy.optimize import Bounds, OptimizeResult, differential_evolution
 from tqdm.auto import tqdm
 
 from mjbiped.reproduction.cell import Cell, Result, measured
@@ -71,16 +70,26 @@ def distance(results: Sequence[Result]) -> float:
     return math.sqrt(float(np.mean(np.square(logs))))
 
 
+def cells(segments: Segments, engine: str = "hybrid") -> list[Cell]:
+    """The walks of a ground: to its end from rest, one for each zeta of Table III."""
+    terrain, end = Terrain.from_segments(segments), end_of(segments)
+    return [Cell(engine, adaptive(delay), terrain, initial="rest", steps=None, distance=end) for delay in TABLE_3]
+
+
 def walked(segments: Segments, engine: str = "hybrid") -> list[Result]:
     """Walk a ground to its end from rest, once for each zeta of Table III."""
-    terrain, end, results = Terrain.from_segments(segments), end_of(segments), []
-    for delay in TABLE_3:
-        cell = Cell(engine, adaptive(delay), terrain, initial="rest", steps=None, distance=end)
+    results: list[Result] = []
+    for cell in cells(segments, engine):
         results.append(measured(cell)[0])
         if results[-1].outcome != "finished":
             # the rest cannot bring it back
             return results + [results[-1]] * (len(TABLE_3) - len(results))
     return results
+
+
+def bounds() -> list[tuple[float, float]]:
+    """Least and greatest of every number of a ground of the family: of each segment length, slope and, later, step."""
+    return [bound for place in range(SEGMENTS) for bound in (LENGTHS, SLOPES, RISES)[: 3 if place else 2]]
 
 
 def search(seed: int = 0, generations: int = 160, population: int = 6, *, progress: bool = False) -> Found:
@@ -96,10 +105,9 @@ def search(seed: int = 0, generations: int = 160, population: int = 6, *, progre
     Returns:
         The nearest ground, its numbers rounded to 0.01 m, 0.1 degrees and 1 mm.
     """
-    bounds: Any = [bound for place in range(SEGMENTS) for bound in (LENGTHS, SLOPES, RISES)[: 3 if place else 2]]
 
     def cost(parameters: NDArray[np.float64]) -> float:
-        return distance(walked(_segments(parameters)))
+        return distance(walked(segments_of(parameters)))
 
     def show(intermediate_result: OptimizeResult) -> None:
         bar.set_postfix(distance=float(intermediate_result.fun))
@@ -108,7 +116,7 @@ def search(seed: int = 0, generations: int = 160, population: int = 6, *, progre
     with tqdm(total=generations, desc="generations", disable=hidden(progress)) as bar:
         best = differential_evolution(
             cost,
-            bounds,
+            Bounds(*np.transpose(bounds())),
             rng=np.random.default_rng(seed),
             maxiter=generations,
             popsize=population,
@@ -117,11 +125,11 @@ def search(seed: int = 0, generations: int = 160, population: int = 6, *, progre
             tol=0.0,
             callback=show,
         )
-    segments = _segments(best.x)
+    segments = segments_of(best.x)
     return Found(segments, distance(walked(segments)), int(best.nfev))
 
 
-def _segments(parameters: NDArray[np.float64]) -> tuple[tuple[float, float, float], ...]:
+def segments_of(parameters: NDArray[np.float64]) -> tuple[tuple[float, float, float], ...]:
     """Parameters as segments, rounded as a page can print them; the first has no step."""
     table = np.insert(parameters, 2, 0.0).reshape(SEGMENTS, 3)
     return tuple(

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.grounds import Place
 from mjbiped.reproduction.methods import SLOPE_SOURCES
-from mjbiped.reproduction.published import TABLE_2
+from mjbiped.reproduction.published import TABLE_2, meets
 from mjbiped.reproduction.rows import LENGTHS, Row
 
 UNEVEN = ("stair 1", "stair 2", "slope 1", "slope 2")
@@ -52,12 +52,12 @@ class Choice:
 
 def choices(rows: Iterable[Row]) -> list[Choice]:
     """All readings of the hybrid engine's walks of the adaptive controller, the nearest to the paper first."""
-    logs, found = _logs(rows), []
-    for delay, kind, length in dict.fromkeys(key[:3] for key in logs):
+    known, found = logs(rows), []
+    for delay, kind, length in dict.fromkeys(key[:3] for key in known):
         sides = []
         for pair in (UNEVEN[:2], UNEVEN[2:]):
-            places = dict.fromkeys(key[4:] for key in logs if key[3] == pair[0])
-            sides.append([(place, [logs[(delay, kind, length, g, *place)] for g in pair]) for place in places])
+            places = dict.fromkeys(key[4:] for key in known if key[3] == pair[0])
+            sides.append([(place, [known[(delay, kind, length, g, *place)] for g in pair]) for place in places])
         for (stairs, first), (slopes, second) in itertools.product(*sides):
             found.append(Choice(delay, kind, length, stairs, slopes, _root_mean_square(first + second)))
     return sorted(found, key=lambda choice: choice.distance)
@@ -70,12 +70,16 @@ class Agreement:
     Attributes:
         agreeing: Grounds and methods that are walked to the end in both, or in neither.
         asked: Grounds and methods in all.
+        met: Numbers of the paper's that ours are to the last digit.
+        numbers: Numbers that the paper has.
         distance: Root mean square of ln(ours / paper's) where both have a number; NaN where that is nowhere.
         source: Of the slope, where all of them have the same.
     """
 
     agreeing: int
     asked: int
+    met: int
+    numbers: int
     distance: float
     source: str = ""
 
@@ -92,13 +96,16 @@ def agreement(costs: Iterable[tuple[str, str, float]], source: str = "") -> Agre
         costs: Method, ground, and c_mt, which is NaN where the robot did not come to the end.
         source: Of the slope, where all have the same.
     """
-    agreeing, logs = [], []
+    agreeing, met, logs = [], [], []
     for method, ground, ours in costs:
         paper = TABLE_2[method][ground]
         agreeing.append((paper is None) == math.isnan(ours))
-        if paper is not None and ours > 0.0:
-            logs.append(_log(ours, paper))
-    return Agreement(sum(agreeing), len(agreeing), _root_mean_square(logs) if logs else math.nan, source)
+        if paper is not None:
+            met.append(meets(ours, paper))
+            if ours > 0.0:
+                logs.append(_log(ours, paper))
+    distance = _root_mean_square(logs) if logs else math.nan
+    return Agreement(sum(agreeing), len(agreeing), sum(met), len(met), distance, source)
 
 
 def walks_read(rows: Iterable[Row], choice: Choice, part: str, engine: str, source: str | None = None) -> list[Row]:
@@ -107,7 +114,8 @@ def walks_read(rows: Iterable[Row], choice: Choice, part: str, engine: str, sour
     Args:
         rows: Of the report.
         choice: The reading.
-        part: "table 2" for the gains that settle, "fitted" for those nearest to the table.
+        part: "table 2" for the gains that settle, "blind" for those with the source that is chosen without the table,
+            "fitted" for those nearest to the table.
         engine: "hybrid" or "mujoco".
         source: Of the slope; any unless given.
     """
@@ -140,14 +148,14 @@ def side_distances(
 ) -> Iterator[tuple[float, float | None, str, int, str, float]]:
     """Readings of the two stairs or of the two slopes alone: distance, zeta, kind, steps, pattern, first change."""
     by_key: dict[tuple[float | None, str, int, str, float], list[float]] = {}
-    for (delay, kind, length, ground, pattern, first), value in _logs(rows).items():
+    for (delay, kind, length, ground, pattern, first), value in logs(rows).items():
         if ground in pair:
             by_key.setdefault((delay, kind, length, pattern, first), []).append(value)
     for key, values in by_key.items():
         yield _root_mean_square(values), *key
 
 
-def _logs(rows: Iterable[Row]) -> dict[tuple[float | None, str, int, str, str, float], float]:
+def logs(rows: Iterable[Row]) -> dict[tuple[float | None, str, int, str, str, float], float]:
     """ln(ours / paper's) of the hybrid engine's walks of the adaptive controller on uneven ground.
 
     By zeta, kind of work, number of steps, ground, pattern and first change.

@@ -11,6 +11,7 @@ import click
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from scipy.optimize import brentq
 from tqdm.auto import tqdm
 
 import mjbiped
@@ -105,6 +106,7 @@ def main(figure: Path, page: Path | None, steps: int) -> None:
     for name, text in (
         ("gamma", gamma_table(by_gamma, walked, held)),
         ("tracking gains", scale_table(by_scale, walked)),
+        ("condition 24", condition_table(paper)),
     ):
         click.echo(text)
         if page is not None:
@@ -139,6 +141,37 @@ def on_the_cycle(controller: AdaptiveController, intervals: int = 200) -> Cycle:
         floor=impact_gain(gain, 0.0, 0.0) * cycle.contraction,
         lyapunov=lyapunov_gain(controller, cycle.return_map),
     )
+
+
+def windows(controller: AdaptiveController) -> list[tuple[float, float]]:
+    """Ranges of gamma up to `HIGHEST_GAMMA` in which (24) holds on the limit cycle.
+
+    They are found on the grid of the lines, and their ends between its values to four digits. One that is narrower than
+    the grid's steps, of 0.03 in the root of gamma, can be missed.
+    """
+
+    def beyond(gamma: float, intervals: int = 200) -> float:
+        return math.log(on_the_cycle(replace(controller, adaptation_gain=gamma), intervals).condition)
+
+    grid = resolved(300).tolist()
+    holds = [beyond(gamma, 40) < 0.0 for gamma in grid]
+    ends = [
+        brentq(beyond, low, high, rtol=1e-4)
+        for low, high, before, after in zip(grid, grid[1:], holds, holds[1:], strict=False)
+        if before != after
+    ]
+    ends = [*([grid[0]] if holds[0] else []), *ends, *([grid[-1]] if holds[-1] else [])]
+    return list(zip(ends[::2], ends[1::2], strict=True))
+
+
+def condition_table(paper: AdaptiveController) -> str:
+    """Where (24) holds with the paper's tracking gains, and with twice these."""
+    rows = []
+    for scale in (1.0, 2.0):
+        gains = scaled(paper, scale)
+        ranges = ", ".join(f"{low:.3g} to {high:.3g}" for low, high in windows(gains))
+        rows.append((f"{gains.position_gain:g}, {gains.velocity_gain:g}", ranges))
+    return markdown_table(("K₁, K₂ (1/s)", f"γ up to {HIGHEST_GAMMA:g} with which (24) holds"), rows)
 
 
 def walk(controller: AdaptiveController, ground: str, steps: int) -> Outcome:

@@ -9,7 +9,7 @@ import pytest
 from command_line import run
 
 from mjbiped.plotting.style import new_figure, save_figure
-from mjbiped.reproduction import methods, plan, scan, walks
+from mjbiped.reproduction import methods, plan, random_grounds, scan, walks
 from mjbiped.reproduction import reproduce as whole
 from mjbiped.reproduction.cell import Cell, measured
 from mjbiped.reproduction.methods import settled
@@ -25,6 +25,8 @@ def small(monkeypatch: pytest.MonkeyPatch, studies_in_threads: None) -> None:
     monkeypatch.setattr(plan, "table_2", lambda: all_of_table_2(methods=("adaptive",)))
     monkeypatch.setattr(whole, "in_mujoco", lambda *_: [])
     monkeypatch.setattr(scan, "settings", lambda: [settled("PBC", "none")])
+    some = random_grounds.drawn(4)
+    monkeypatch.setattr(random_grounds, "drawn", lambda: some)
     # these take seconds to draw, and have tests of their own
     for name in ("plot_walk", "plot_figure_5", "plot_figure_6"):
         monkeypatch.setattr(whole, name, lambda _, path: save_figure(new_figure(1.0), path))
@@ -39,6 +41,7 @@ def test_page_table_and_figures_are_written(tmp_path: Path, monkeypatch: pytest.
         "reproduction.md",
         "reproduction.csv",
         "reproduction_gains.csv",
+        "reproduction_grounds.csv",
         "images/reproduction_fig_4_mixed_hybrid.png",
     ):
         assert (tmp_path / "page" / name).is_file()

@@ -7,13 +7,13 @@ import re
 from pathlib import Path
 
 import pytest
-from reproduction_rows import read_tried
+from reproduction_rows import read_grounds, read_tried
 
 from mjbiped.reproduction import plan
 from mjbiped.reproduction.cell import measured
 from mjbiped.reproduction.grounds import AS_PRINTED
 from mjbiped.reproduction.published import TABLE_3
-from mjbiped.reproduction.report.page import PAGE, TABLE, TRIED, render
+from mjbiped.reproduction.report.page import GROUNDS, PAGE, TABLE, TRIED, render
 from mjbiped.reproduction.report.table_3 import distance, walks_of
 from mjbiped.reproduction.rows import Entry, Row, read_rows, write_rows
 from mjbiped.reproduction.table_2 import UNEVEN, choices, side_distances
@@ -36,7 +36,8 @@ def identity(row: Row) -> tuple[object, ...]:
 
 def test_page_is_made_of_the_table(rows: list[Row]) -> None:
     tried = read_tried((DOCS / TRIED).read_text(encoding="utf-8"))
-    assert (DOCS / PAGE).read_text(encoding="utf-8") == render(rows, tried)
+    grounds = read_grounds((DOCS / GROUNDS).read_text(encoding="utf-8"))
+    assert (DOCS / PAGE).read_text(encoding="utf-8") == render(rows, tried, grounds)
     assert write_rows(rows) == (DOCS / TABLE).read_text(encoding="utf-8")
 
 
@@ -77,9 +78,9 @@ def test_table_is_whole(rows: list[Row]) -> None:
     best = choices(rows)[0]
     gravity = plan.gravity(best.places, best.delay)
     engines = [sum(row.engine == engine for row in rows) for engine in ("hybrid", "mujoco")]
-    fitted = [row for row in rows if row.part == "fitted" and row.engine == "hybrid"]
-    assert len(fitted) == 3 * len(best.places)
-    assert engines[0] == len(hybrid) + len(gravity) + len(fitted)
+    compared = [row for row in rows if row.part in ("blind", "fitted", "misjudged") and row.engine == "hybrid"]
+    assert len(compared) == 3 * (1 + 1 + 2) * len(best.places)
+    assert engines[0] == len(hybrid) + len(gravity) + len(compared)
     assert engines[1] > 50
     assert not [row for row in rows if row.outcome == "failed"]
 

@@ -59,7 +59,7 @@ def test_a_seed_finds_the_same_ground(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_parameters_become_segments_of_short_numbers() -> None:
     parameters = np.concatenate([[1.2345, -0.04], np.tile([2.0, 1.26, -0.05049], search.SEGMENTS - 1)])
-    segments = search._segments(parameters)
+    segments = search.segments_of(parameters)
     assert segments[0] == (1.23, 0.0, 0.0)
     assert math.copysign(1.0, segments[0][1]) == 1.0
     assert segments[1:] == ((2.0, 1.3, -0.05),) * (search.SEGMENTS - 1)

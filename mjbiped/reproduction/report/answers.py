@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from mjbiped.reproduction.published import DIGITS
 from mjbiped.reproduction.report.markdown import NONE
-
-DIGITS = 4
-"""Decimals of c_mt in the paper's tables: c_mt is compared in them, as the claims can be seen there."""
 
 
 class Answer(NamedTuple):
@@ -37,5 +35,5 @@ class Answer(NamedTuple):
 
 
 def printed(value: float) -> float:
-    """A c_mt as the paper prints it."""
+    """A c_mt as the paper prints it: c_mt is compared so, as the claims can be seen there."""
     return round(value, DIGITS)

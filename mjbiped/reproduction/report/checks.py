@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from mjbiped.reproduction.report import checks_figures, checks_table_2, checks_table_3
@@ -11,8 +11,9 @@ from mjbiped.reproduction.report.markdown import ENGINES, NONE, table
 from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.table_2 import Choice
 
-UNFITTED, TABLE_2, FOUND = "unfitted", "table 2", "found"
-"""What the walks that are asked owe to the paper's numbers: nothing; their settings; the ground."""
+UNFITTED, BLIND, FITTED, FOUND = "unfitted", "blind", "fitted", "found"
+"""What the walks that are asked owe to the paper's numbers: nothing; the reading of the grounds alone; the other
+methods' settings as well; the ground."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,7 @@ class Check:
     """An answer, and whose.
 
     Attributes:
-        group: `UNFITTED`, `TABLE_2` or `FOUND`.
+        group: `UNFITTED`, `BLIND`, `FITTED` or `FOUND`.
         engine: "hybrid" or "mujoco".
         answer: To a claim.
     """
@@ -37,7 +38,8 @@ def checks(rows: Sequence[Row], best: Choice) -> list[Check]:
 
 def _answers(rows: Sequence[Row], best: Choice, engine: str) -> Iterator[tuple[str, Answer]]:
     yield from ((UNFITTED, answer) for answer in checks_table_2.unfitted(rows, best, engine))
-    yield from ((TABLE_2, answer) for answer in checks_table_2.fitted(rows, best, engine))
+    for group in (BLIND, FITTED):
+        yield from ((group, answer) for answer in checks_table_2.of_all_methods(rows, best, engine, group))
     for group, ground, title in (
         (UNFITTED, "mixed", "On our mixed ground"),
         (FOUND, "found", "On the ground that was found"),
@@ -51,26 +53,48 @@ def _answers(rows: Sequence[Row], best: Choice, engine: str) -> Iterator[tuple[s
 
 def sections(asked: Sequence[Check]) -> dict[str, str]:
     """What the template wants to know of the checks, by name."""
-    missed, known = _count(asked)
-    parts = {"missed": str(missed), "asked": str(known)}
-    for group in (UNFITTED, TABLE_2, FOUND):
-        mine = [check for check in asked if check.group == group]
-        missed, known = _count(mine)
-        name = group.replace(" ", "_")
-        parts |= {f"checks_{name}": _table(mine), f"missed_{name}": f"{missed} of {known}"}
-    return parts
+    parts = {"claims_alike": _alike(asked), "zero": f"{100 * checks_figures.ZERO:g} %"}
+    for group in (UNFITTED, BLIND, FITTED, FOUND):
+        mine = _by_claim(check for check in asked if check.group == group)
+        parts |= {f"missed_{group}": _missed(mine), f"checks_{group}": _table(mine)}
+    without = _by_claim(check for check in asked if check.group in (UNFITTED, BLIND))
+    return {**parts, "missed_without_the_table": _missed(without), "asked_without_the_table": str(len(without))}
 
 
-def _count(asked: Sequence[Check]) -> tuple[int, int]:
-    """How many claims do not hold, and of how many it is known."""
-    return sum(check.answer.holds is False for check in asked), sum(check.answer.holds is not None for check in asked)
+Asked = Mapping[tuple[str, str, str], Mapping[str, Answer]]
+"""By group, claim and source: each engine's answer. A claim counts once, in however many engines it is asked."""
 
 
-def _table(asked: Sequence[Check]) -> str:
-    """A claim a line, with each engine's verdict on it."""
-    verdicts: dict[tuple[str, str], dict[str, str]] = {}
+def _by_claim(asked: Iterable[Check]) -> Asked:
+    found: dict[tuple[str, str, str], dict[str, Answer]] = {}
     for check in asked:
-        by_engine = verdicts.setdefault((check.answer.claim, check.answer.source), {})
-        by_engine[check.engine] = check.answer.verdict
-    lines = [[*claim, *(said.get(engine, NONE) for engine in ENGINES)] for claim, said in verdicts.items()]
+        key = check.group, check.answer.claim, check.answer.source
+        found.setdefault(key, {})[check.engine] = check.answer
+    return found
+
+
+def _missed(asked: Asked) -> str:
+    """How many claims an engine denies, of how many that have an answer."""
+    known = [[each.holds for each in said.values() if each.holds is not None] for said in asked.values()]
+    return f"{sum(not all(said) for said in known)} of {sum(bool(said) for said in known)}"
+
+
+def _alike(asked: Iterable[Check]) -> str:
+    """Of how many claims the engines say the same, and of which not."""
+    both = {
+        key: said
+        for key, said in _by_claim(asked).items()
+        if len(said) == len(ENGINES) and all(each.holds is not None for each in said.values())
+    }
+    apart = [key[1] for key, said in both.items() if len({each.holds for each in said.values()}) > 1]
+    named = "".join(f"\n* {claim}" for claim in apart)
+    return f"{len(both) - len(apart)} of {len(both)}" + (f"; they differ on\n{named}" if apart else ".")
+
+
+def _table(asked: Asked) -> str:
+    """A claim a line, with each engine's verdict on it."""
+    lines = [
+        [claim, source, *(said[engine].verdict if engine in said else NONE for engine in ENGINES)]
+        for (_, claim, source), said in asked.items()
+    ]
     return table(("claim", "in the paper", "hybrid", "MuJoCo"), lines, words=4)

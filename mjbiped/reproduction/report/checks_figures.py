@@ -15,6 +15,8 @@ from mjbiped.reproduction.traces import RESOLVED_SLOPE
 
 _EPSILON = math.degrees(RESOLVED_SLOPE)
 _ON_CYCLE = math.degrees(settings_of("adaptive")["replanning_threshold"])
+ZERO = 0.01
+"""Share of what z2 is without re-planning up to which it counts as reduced to zero: our bound."""
 _SLOW_GAIN = min(ADAPTATION_GAINS)
 _FROM = " and ".join(f"{start:+g}°" for start in START_ESTIMATES).replace("-", "−")
 
@@ -116,16 +118,18 @@ def figure_6(rows: Sequence[Row], ground: str, title: str, engine: str) -> Itera
     walks = walks_of(rows, ground, engine)
     drawn = [walks.get(zeta) for zeta in DRAWN_DELAYS]
     planned = " and ".join(f"ζ = {zeta:g}" for zeta in DRAWN_DELAYS if zeta is not None)
-    for claim, name, form, unit in (
-        ("the slope estimate is smoother, its error moves less up and down", "travel", ".2f", "°"),
-        ("the slope estimate is more accurate, its root mean square error is smaller", "error", ".4f", "°"),
-        ("z₂ of (9) is smaller at its greatest", "z2", ".4f", " rad/s"),
-    ):
+    for claim, name, form, unit, most in (
+        ("the slope estimate is smoother, its error moves less up and down than without", "travel", ".2f", "°", 1.0),
+        ("the slope estimate is more accurate, its root mean square error is smaller than without",
+         "error", ".4f", "°", 1.0),
+        (f"z₂ of (9) is reduced to zero, at its greatest to less than {100 * ZERO:g} % of that without",
+         "z2", ".4f", " rad/s", ZERO),
+    ):  # fmt: skip
         there = [walk for walk in drawn if walk is not None and walk.finished]
         values = [_value(walk, name) for walk in there]
         message, holds = "", None
         if len(there) == len(drawn) and not any(map(math.isnan, values)):
-            holds = max(values[:-1]) < values[-1]
+            holds = max(values[:-1]) < most * values[-1]
             first = " and ".join(f"{number(value, form)}{unit}" for value in values[:-1])
             message = f"{first} against {number(values[-1], form)}{unit}"
-        yield Answer(f"{title}, with re-planning ({planned}) {claim} than without", "V-D, Fig. 6", holds, message)
+        yield Answer(f"{title}, with re-planning ({planned}) {claim}", "V-D, Fig. 6", holds, message)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
-from mjbiped.reproduction.published import IMITATED_SLOPE, TABLE_2
-from mjbiped.reproduction.report.answers import DIGITS, Answer, printed
+from mjbiped.reproduction.published import DIGITS, IMITATED_SLOPE, TABLE_2, meets
+from mjbiped.reproduction.report.answers import Answer, printed
 from mjbiped.reproduction.report.markdown import cost, number
 from mjbiped.reproduction.report.table_2 import Walks, walks_asked
 from mjbiped.reproduction.rows import Row
@@ -18,7 +18,7 @@ _PASSIVE = math.sin(IMITATED_SLOPE)
 
 def unfitted(rows: Sequence[Row], best: Choice, engine: str) -> Iterator[Answer]:
     """Of the adaptive controller on level ground, where neither reading nor zeta makes a difference."""
-    walks = walks_asked(rows, best, engine, "level")
+    walks = walks_asked(rows, best, engine, "level", "blind")
     value = _cost(walks["adaptive"], best)
     paper = _paper("adaptive", "level")
     yield _number(walks, best, "adaptive", "level")
@@ -32,22 +32,29 @@ def unfitted(rows: Sequence[Row], best: Choice, engine: str) -> Iterator[Answer]
     )
 
 
-def fitted(rows: Sequence[Row], best: Choice, engine: str) -> Iterator[Answer]:
-    """Of all methods: reading and zeta were fitted to the table's numbers, and so were the other methods' settings."""
-    level = walks_asked(rows, best, engine, "level")
+def of_all_methods(rows: Sequence[Row], best: Choice, engine: str, part: str) -> Iterator[Answer]:
+    """Of all methods; reading and zeta were fitted to the table's numbers.
+
+    Args:
+        rows: Of the reproduction.
+        best: The reading.
+        engine: "hybrid" or "mujoco".
+        part: The other methods' walks: "blind" or "fitted", see `mjbiped.reproduction.plan.compared`.
+    """
+    level = walks_asked(rows, best, engine, "level", part)
     for method in TABLE_2:
         if method != "adaptive":
             yield _number(level, best, method, "level")
     base = {method: _cost(walk, best) for method, walk in level.items()}
     yield from _closeness(base)
     for ground, dearer in (("stair 1", True), ("slope 1", False)):
-        here = {method: _cost(walk, best) for method, walk in walks_asked(rows, best, engine, ground).items()}
+        here = {method: _cost(walk, best) for method, walk in walks_asked(rows, best, engine, ground, part).items()}
         yield _against_level(here, base, ground, dearer)
         if ground == "stair 1":
             yield _cheapest(here)
         yield _similar(here, ground)
     for ground in ("stair 2", "slope 2"):
-        walks = walks_asked(rows, best, engine, ground)
+        walks = walks_asked(rows, best, engine, ground, part)
         for method in TABLE_2:
             yield _comes_through(walks[method], best, method, ground)
         if ground == "slope 2":
@@ -89,7 +96,7 @@ def _asked(claim: str, source: str, costs: Mapping[str, float], holds: bool, fou
 def _number(walks: Walks, best: Choice, method: str, ground: str) -> Answer:
     """A number of the table, to half a unit of its last digit."""
     value, paper = _cost(walks[method], best), _paper(method, ground)
-    holds = None if math.isnan(value) else abs(value - paper) <= 0.5 * _UNIT
+    holds = None if math.isnan(value) else meets(value, paper)
     return Answer(
         f"On {ground} ground {_name(method)}'s c_mt is {paper:.{DIGITS}f}", "Table II", holds, number(value, ".5f")
     )

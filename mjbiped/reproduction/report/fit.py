@@ -1,4 +1,4 @@
-"""The part of the report on Table II's numbers: the paper's, and ours with fitted gains and with gains that settle."""
+"""The part of the report on Table II's numbers: the paper's, and ours with gains that owe it nothing, less, or more."""
 
 from __future__ import annotations
 
@@ -6,13 +6,16 @@ import math
 from collections.abc import Sequence
 
 from mjbiped.reproduction.grounds import Place
-from mjbiped.reproduction.methods import METHODS, SETTLED, SLOPE_SOURCES, Variant, gains_told
+from mjbiped.reproduction.methods import BLIND, BLIND_SOURCE, METHODS, SETTLED, SLOPE_SOURCES, Variant, gains_told
 from mjbiped.reproduction.published import GROUNDS, TABLE_2
 from mjbiped.reproduction.report.markdown import ENGINES, NONE, cost, ending, number, paper, percent, table
 from mjbiped.reproduction.report.table_2 import walk_of, walks_asked
 from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.scan import GAINS, RATIOS, Tried, fitted, ranked
 from mjbiped.reproduction.table_2 import Agreement, Choice, agreement, agreement_of, agreements, walks_read
+
+SETS = ("blind", "settled", "fitted")
+"""Settings of the comparison methods: without a look at Table II; gains without it and source by it; all by it."""
 
 _AS_NEAR = 0.005  # of the distance, for settings that are as good as the nearest
 
@@ -42,8 +45,12 @@ def sections(rows: Sequence[Row], best: Choice, tried: Sequence[Tried]) -> dict[
         "least_ratio": number(min(RATIOS), "g"),
         "greatest_ratio": number(max(RATIOS), "g"),
         "fit_agreement": f"{whole.agreeing} of {whole.asked}",
+        "fit_met": f"{whole.met} of {whole.numbers}",
+        "survivors": _survivors(tried, "stair 2"),
         "fit_distance": number(100 * whole.distance, ".1f"),
         "as_near": _as_near(tried),
+        "blind": "; ".join(f"{method} {_gains(variant)}" for method, variant in BLIND.items()),
+        "blind_source": BLIND_SOURCE,
         "settled": "; ".join(f"{method} {_gains(variant)}" for method, variant in SETTLED.items()),
         "pbc_falls": _falls(tried, "PBC", "slope 2"),
         "pbc_level": number(level.cost["level"], ".5f"),
@@ -53,10 +60,10 @@ def sections(rows: Sequence[Row], best: Choice, tried: Sequence[Tried]) -> dict[
 
 def walks_shown(
     rows: Sequence[Row], best: Choice, source: str, place: Place, method: str
-) -> tuple[list[Row | None], list[Row | None]]:
-    """A method's walks on a ground in both engines: with the gains nearest to Table II, and with those that settle.
+) -> dict[str, list[Row | None]]:
+    """A method's walks on a ground in both engines, by the settings, see `SETS`.
 
-    The adaptive controller has the paper's gains, and its zeta was chosen with the reading: its walks are the first.
+    The adaptive controller has the paper's gains, and its zeta was chosen with the reading: its walks are "fitted".
 
     Args:
         rows: Of the report.
@@ -65,10 +72,9 @@ def walks_shown(
         place: Ground, pattern and first change.
         method: One of `METHODS`.
     """
-    fit = [walks_asked(rows, best, engine, place[0]).get(method) for engine in ENGINES]
-    if method == "adaptive":
-        return fit, [None, None]
-    return fit, [walk_of(rows, engine, place, method, source=source) for engine in ENGINES]
+    shown = {part: [walks_asked(rows, best, engine, place[0], part).get(method) for engine in ENGINES] for part in SETS}
+    shown["settled"] = [walk_of(rows, engine, place, method, source=source) for engine in ENGINES]
+    return {part: walks if method != "adaptive" or part == "fitted" else [None, None] for part, walks in shown.items()}
 
 
 def _main(rows: Sequence[Row], best: Choice, source: str) -> str:
@@ -78,14 +84,12 @@ def _main(rows: Sequence[Row], best: Choice, source: str) -> str:
         for method in METHODS:
             known = TABLE_2.get(method, {}).get(place[0])
             cells = []
-            for walks in walks_shown(rows, best, source, place, method):
+            for walks in walks_shown(rows, best, source, place, method).values():
                 here = walks[0]
                 cells += [cost(walk, best.kind, best.length) for walk in walks]
                 cells.append(percent(math.nan if here is None else here.cost[best.kind, best.length], known))
             lines.append([place[0], method, paper(method, place[0]), *cells])
-    headings = [
-        f"{gains}, {what}" for gains in ("fitted", "settled") for what in ("hybrid", "MuJoCo", "hybrid − paper")
-    ]
+    headings = [f"{gains}, {what}" for gains in SETS for what in ("hybrid", "MuJoCo", "hybrid − paper")]
     return table(("ground", "method", "paper", *headings), lines)
 
 
@@ -94,36 +98,38 @@ def _ends(rows: Sequence[Row], best: Choice, source: str) -> str:
     lines = []
     for place in best.places:
         for method in METHODS:
-            fit, plain = walks_shown(rows, best, source, place, method)
-            if any(walk is not None and not walk.finished for walk in (*fit, *plain)):
+            walks = [walk for walks in walks_shown(rows, best, source, place, method).values() for walk in walks]
+            if any(walk is not None and not walk.finished for walk in walks):
                 cells = (
-                    NONE if walk is None else f"{walk.steps} steps" if walk.finished else ending(walk)
-                    for walk in (*fit, *plain)
+                    NONE if walk is None else f"{walk.steps} steps" if walk.finished else ending(walk) for walk in walks
                 )
                 lines.append([place[0], method, paper(method, place[0]), *cells])
-    headings = [f"{gains}, {engine}" for gains in ("fitted", "settled") for engine in ENGINES.values()]
+    headings = [f"{gains}, {engine}" for gains in SETS for engine in ENGINES.values()]
     return table(("ground", "method", "paper", *headings), lines) if lines else "None: all walks came to it."
 
 
 def _agreement(rows: Sequence[Row], best: Choice) -> str:
     """How far walks agree with the paper, by gains, slope source and engine."""
     lines = []
-    for engine in ENGINES:
-        walks = walks_read(rows, best, "fitted", engine)
-        if walks:
-            lines.append(_agreed("fitted, each method's own", engine, agreement_of(walks, best)))
+    for part, name in (("blind", f"blind, {BLIND_SOURCE}"), ("fitted", "fitted, each method's own")):
+        for engine in ENGINES:
+            walks = walks_read(rows, best, part, engine)
+            if walks:
+                lines.append(_agreed(name, engine, agreement_of(walks, best)))
     for each in agreements(rows, best):
         for engine in ENGINES:
             walks = walks_read(rows, best, "table 2", engine, each.source)
             found = agreement_of(walks, best)
             if found.asked == each.asked:
                 lines.append(_agreed(f"settled, {each.source}", engine, found))
-    headings = ("gains, slope", "engine", "X and numbers where the paper has them", "distance of the numbers %")
+    kind, met = "X or number as in the paper", "numbers as printed"
+    headings = ("gains, slope", "engine", kind, met, "distance of the numbers %")
     return table(headings, lines)
 
 
 def _agreed(name: str, engine: str, found: Agreement) -> list[str]:
-    return [name, ENGINES[engine], f"{found.agreeing} of {found.asked}", number(100 * found.distance, ".1f")]
+    kind, met = f"{found.agreeing} of {found.asked}", f"{found.met} of {found.numbers}"
+    return [name, ENGINES[engine], kind, met, number(100 * found.distance, ".1f")]
 
 
 def _fits(tried: Sequence[Tried]) -> str:
@@ -173,3 +179,10 @@ def _falls(tried: Sequence[Tried], method: str, ground: str) -> str:
         mine = [each for each in tried if (each.variant.method, each.variant.slope_source) == (method, source)]
         parts.append(f'{sum(ground in each.ended for each in mine)} ("{source}")')
     return f"{', '.join(parts[:-1])} or {parts[-1]}"
+
+
+def _survivors(tried: Sequence[Tried], ground: str) -> str:
+    """Which settings come to the end of a ground, in words."""
+    through = [each.variant for each in tried if ground not in each.ended]
+    named = "; ".join(f"{each.method} {_gains(each)}, {each.slope_source}" for each in through)
+    return f"{len(through)} of {len(tried)}" + (f" ({named})" if through else "")

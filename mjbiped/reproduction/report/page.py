@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from importlib import resources
 from string import Template
 
-from mjbiped.reproduction.report import checks
+from mjbiped.reproduction.random_grounds import RandomGround
+from mjbiped.reproduction.report import checks, evidence
 from mjbiped.reproduction.report import fit as report_fit
 from mjbiped.reproduction.report import table_2 as report_table_2
 from mjbiped.reproduction.report import table_3 as report_table_3
@@ -18,15 +19,17 @@ from mjbiped.reproduction.table_2 import choices
 PAGE = "reproduction.md"
 TABLE = "reproduction.csv"
 TRIED = "reproduction_gains.csv"
+GROUNDS = "reproduction_grounds.csv"
 PICTURES = "images"
 
 
-def render(rows: Sequence[Row], tried: Sequence[Tried]) -> str:
-    """The page, every number of it from the rows and the settings that were tried.
+def render(rows: Sequence[Row], tried: Sequence[Tried], grounds: Sequence[RandomGround]) -> str:
+    """The page, every number of it from the rows, the settings that were tried and the random grounds.
 
     Args:
         rows: Of a whole reproduction; walks in MuJoCo may be missing.
         tried: Gains and slope sources of the comparison methods, on the reading that the rows choose.
+        grounds: Random ones with their own Tables III.
     """
     template = (resources.files("mjbiped.reproduction") / "template.md").read_text(encoding="utf-8")
     best = choices(rows)[0]
@@ -36,6 +39,7 @@ def render(rows: Sequence[Row], tried: Sequence[Tried]) -> str:
         **report_table_2.sections(rows),
         **report_fit.sections(rows, best, tried),
         **report_table_3.sections(rows),
+        **evidence.sections(rows, best, tried, grounds),
         **checks.sections(checks.checks(rows, best)),
         "engine": engine_shown(rows),
         "walks": str(len(rows)),
