@@ -88,7 +88,7 @@ def test_the_study_writes_its_tables_of_both_engines(tmp_path: Path, monkeypatch
     page.write_text("".join(f"<!-- {place} -->\n<!-- end {place} -->\n" for place in places))
     told = CliRunner().invoke(study.main, ["--steps", "6", "--page", str(page)], catch_exceptions=False)
     assert told.exit_code == 0
-    walks, _, stairs, mujoco = page.read_text().split("<!-- end ")[:4]
+    walks, _, _, stairs, mujoco = page.read_text().split("<!-- end ")[:5]
     assert "| +6 cm | no |" in stairs
     assert "straight legs" in walks
     assert "straight legs" not in mujoco
