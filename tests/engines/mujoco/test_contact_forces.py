@@ -54,5 +54,5 @@ def test_friction_is_the_tangential_force_over_the_normal_force(slope: float, no
     into, along = np.array([-math.sin(slope), -math.cos(slope)]), np.array([math.cos(slope), -math.sin(slope)])
     forward, up = normal * into + rubbed * along
     foot = Felt(normal, forward, -up, 0.0, True, False)
-    assert friction_ratio(foot, slope, 0.5) == pytest.approx(abs(rubbed) / normal, abs=1e-12)
-    assert friction_ratio(foot, slope, normal + 1e-9) == 0.0
+    assert friction_ratio(foot, slope, 0.99 * normal) == pytest.approx(abs(rubbed) / normal, abs=1e-10)  # up to 300
+    assert friction_ratio(foot, slope, 1.01 * normal) == 0.0
