@@ -1,6 +1,7 @@
 """Where hip, legs and swing foot of the biped with knees are, straight or bent, against the drawn robot's limbs."""
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from simulations import UNEQUAL, hybrid_simulation
 
 from mjbiped.engines.hybrid import kneed_posture
 from mjbiped.engines.hybrid import state as at
+from mjbiped.engines.hybrid.simulation import HybridSimulation
+from mjbiped.numerics.dormand_prince import dense_at
 from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.terrain.terrain import Terrain
@@ -19,14 +22,18 @@ angles = st.floats(-0.8, 0.8)
 flexions = st.one_of(st.just(0.0), st.floats(0.05, 1.2))
 
 
+@cache
+def of(robot: KneedBiped) -> HybridSimulation:
+    return hybrid_simulation(Terrain.level(), (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0), robot=robot)
+
+
 @given(st.sampled_from(ROBOTS), st.tuples(angles, angles, flexions), flexions, st.sampled_from([0.0, 1.0]), angles)
 @settings(deadline=None, derandomize=True)
 def test_hip_legs_and_foot_are_those_of_the_drawn_robot(
     robot: KneedBiped, posture: tuple[float, float, float], bent: float, stance: float, slope: float
 ) -> None:
     line, thigh, flexion = posture
-    simulation = hybrid_simulation(Terrain.level(), (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0), robot=robot)
-    constants, b = simulation.constants, simulation.buffers
+    constants, b = of(robot).constants, of(robot).buffers
     b.w[at.STANCE], b.w[at.SLOPE], b.w[at.FOOT_X], b.w[at.FOOT_Z] = stance, slope, 0.7, -0.3
     kneed_posture.stand(constants.robot, bent)
     state = [line, thigh, thigh + flexion]
@@ -80,6 +87,6 @@ def test_within_a_step_the_pose_follows_the_dense_output() -> None:
     b.dense[:] = np.random.default_rng(0).normal(size=np.shape(b.dense)).tolist()
     assert kneed_posture.pose_between(b, 0.0) == pytest.approx(kneed_posture.pose(b, b.y), abs=1e-15)
     x, n = 0.3, len(b.y)
-    state = [kneed_posture.dense_at(b.dense, n, index, b.y[index], x) for index in range(3)]
+    state = [dense_at(b.dense, n, index, b.y[index], x) for index in range(3)]
     assert kneed_posture.pose_between(b, x) == kneed_posture.pose(b, state)
     assert kneed_posture.pose(b, state)[::2] == pytest.approx(np.sin(np.add(state, b.w[at.SLOPE])).tolist(), abs=1e-15)
