@@ -13,6 +13,7 @@ from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.scene import Scene, compose_scene
 from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.terrain import Terrain
@@ -34,7 +35,8 @@ def hybrid_simulation(terrain: Terrain, start: Sequence[float], **settings: Any)
     """An unpowered robot in the hybrid engine in plain Python: with knees, if the state has six numbers."""
     controller = PlainKnees() if len(start) == 6 else Unpowered()
     half = len(start) // 2
-    given = {"robot": KneedBiped(), "q": start[:half], "dq": start[half:], "compile": False, **settings}
+    robot = KneedBiped() if len(start) == 6 else Compass()
+    given = {"robot": robot, "q": start[:half], "dq": start[half:], "compile": False, **settings}
     return HybridSimulation(controller, terrain, **given)
 
 
