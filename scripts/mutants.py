@@ -19,6 +19,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from pathlib import Path
 from queue import Queue
 from typing import NamedTuple
@@ -156,7 +157,8 @@ def changes(node: ast.AST) -> Iterator[ast.expr | ast.stmt]:
             yield ast.AugAssign(target, _BINARY[type(op)](), value)
 
 
-def mutants_of(module: str, source: str) -> list[Mutant]:
+@cache
+def mutants_of(module: str, source: str) -> tuple[Mutant, ...]:
     """All mutants of a module, in the order of its lines: of what its functions compute, not of what they say."""
     offsets = [0]
     for line in source.encode().splitlines(keepends=True):
@@ -171,7 +173,7 @@ def mutants_of(module: str, source: str) -> list[Mutant]:
             end = offsets[node.end_lineno - 1] + node.end_col_offset
             text = ast.unparse(change)
             found.append(Mutant(module, node.lineno, begin, end, text if isinstance(change, ast.stmt) else f"({text})"))
-    return sorted(found)
+    return tuple(sorted(found))
 
 
 def _computed(node: ast.AST, inside: bool) -> Iterator[ast.AST]:
@@ -209,6 +211,7 @@ def sample(count: int, seed: int, modules: Sequence[str]) -> list[Mutant]:
 
 def copied(to: Path) -> Path:
     """A copy of the sources, with the machine code that is kept beside them."""
+    to.mkdir()
     for name in COPIED:
         source = ROOT / name
         if source.is_dir():
