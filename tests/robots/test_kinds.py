@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from simulations import UNEQUAL
 
@@ -56,6 +56,7 @@ def test_the_compass_has_its_columns_of_old() -> None:
 
 
 @given(st.sampled_from([ROBOTS[1], UNEQUAL]), st.tuples(ANGLES, ANGLES), st.floats(0.0, 1.2))
+@settings(deadline=None, derandomize=True)
 def test_limbs_lead_from_foot_to_foot(robot: KneedBiped, thighs: tuple[float, float], flexion: float) -> None:
     """The way over the drawn points is the swing foot of the equations; a straight leg is a compass biped's."""
     stance, swing = thighs
@@ -69,6 +70,7 @@ def test_limbs_lead_from_foot_to_foot(robot: KneedBiped, thighs: tuple[float, fl
 
 
 @given(st.sampled_from([*ROBOTS, UNEQUAL]), st.tuples(ANGLES, ANGLES), st.floats(0.0, 1.2))
+@settings(deadline=None, derandomize=True)
 def test_the_centre_of_mass_is_the_energys(robot: Robot, thighs: tuple[float, float], flexion: float) -> None:
     """Potential energy over the weight is the centre's height over the stance foot, and on a wall its way ahead."""
     bent = [flexion] if robot.knees else []

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from simulations import hybrid_simulation
 
@@ -22,6 +22,7 @@ def rates(power: np.polynomial.Polynomial) -> list[float]:
 
 
 @given(st.floats(0.03, 0.97), st.floats(1e-3, 0.2), st.floats(-3.0, 3.0), st.sampled_from([-1.0, 1.0]))
+@settings(deadline=None, derandomize=True)
 def test_two_changes_of_sign_between_two_stages_are_seen(middle: float, width: float, tilt: float, sign: float) -> None:
     first, last = middle - width / 2.0, middle + width / 2.0
     assume(first > 0.0 and last < 1.0)
@@ -31,6 +32,7 @@ def test_two_changes_of_sign_between_two_stages_are_seen(middle: float, width: f
 
 
 @given(st.floats(0.3, 3.0), st.floats(-1.0, 1.0))
+@settings(deadline=None, derandomize=True)
 def test_a_power_far_from_zero_does_not_turn(least: float, lean: float) -> None:
     power = np.polynomial.Polynomial([least + 1.0 + abs(lean), lean, 1.0])
     assert not _turns(rates(power), 1, 0, 0.1)
@@ -93,6 +95,7 @@ def test_peaks_are_those_of_the_samples(hasty: mjbiped.Walk) -> None:
 
 
 @given(*[st.floats(-10.0, 10.0)] * 3)
+@settings(deadline=None, derandomize=True)
 def test_the_top_of_a_parabola_is_its_extremum(bend: float, top: float, height: float) -> None:
     parabola = np.polynomial.Polynomial([height + bend * top * top, -2.0 * bend * top, bend])
     found = _parabola_top(*(float(parabola(place)) for place in (-1.0, 0.0, 1.0)))
@@ -102,6 +105,7 @@ def test_the_top_of_a_parabola_is_its_extremum(bend: float, top: float, height: 
 
 
 @given(st.floats(-0.3, 0.3), st.tuples(*[st.floats(-300.0, 300.0)] * 2), st.floats(-50.0, 50.0))
+@settings(deadline=None, derandomize=True)
 def test_a_push_is_none_of_the_grounds(slope: float, force: tuple[float, float], push: float) -> None:
     """The rate of the momentum is of the ground's force and of the push, which is horizontal."""
     buffers = hybrid_simulation(mjbiped.Terrain.incline(math.degrees(slope)), (-0.2, 0.2, 1.0, 0.5)).buffers

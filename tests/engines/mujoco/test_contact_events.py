@@ -102,6 +102,7 @@ def test_a_touchdown_off_the_ground_is_no_row(off: float) -> None:
 
 
 @given(st.tuples(angles, angles), st.tuples(angles, angles), torques, torques, st.booleans())
+@settings(deadline=None, derandomize=True)
 def test_work_is_torque_times_what_was_turned(
     before: tuple[float, float],
     now: tuple[float, float],
@@ -157,6 +158,7 @@ def test_a_step_too_short_for_an_average_tells_the_mean_of_what_there_was() -> N
 
 
 @given(st.booleans(), st.floats(0.0, 0.08), st.floats(-0.01, 0.01), st.floats(-0.3, 0.3))
+@settings(deadline=None, derandomize=True)
 def test_a_foot_slips_along_the_ground_but_for_what_it_rolls(
     lands: bool, along: float, across: float, turned: float
 ) -> None:

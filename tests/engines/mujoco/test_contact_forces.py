@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mjbiped.engines.mujoco import contact_forces
@@ -21,6 +21,7 @@ def reading(found: bool, tilt: float, force: tuple[float, float], distance: floa
 
 
 @given(slots, st.integers(0, 3))
+@settings(deadline=None, derandomize=True)
 def test_forces_of_all_contacts_are_added_as_vectors(
     contacts: list[tuple[bool, float, tuple[float, float], float]], before: int
 ) -> None:
@@ -49,6 +50,7 @@ def test_a_face_presses_and_is_no_ground() -> None:
 
 
 @given(st.floats(-0.5, 0.5), st.floats(1.0, 500.0), st.floats(-300.0, 300.0))
+@settings(deadline=None, derandomize=True)
 def test_friction_is_the_tangential_force_over_the_normal_force(slope: float, normal: float, rubbed: float) -> None:
     """Of a foot that presses along the normal of the slope, which leans forward downhill, and rubs along it."""
     into, along = np.array([-math.sin(slope), -math.cos(slope)]), np.array([math.cos(slope), -math.sin(slope)])
