@@ -60,3 +60,12 @@ def test_the_straight_knees_motion_is_the_robots_about_the_strike(gait: KneedGai
     within = np.linspace(since + 1e-9, gait.period - 1e-9, 50)
     for q, dq, ddq in zip(*gait.branch(within, bent=False), strict=True):
         assert locked(0.0, np.concatenate([q, dq]))[2:] == pytest.approx(ddq, abs=1e-3)
+
+
+def test_the_reference_is_the_branch_of_the_knee_at_each_time(gait: KneedGait) -> None:
+    """Bent before the knee strike; after it thigh and shank of the swing leg are in line."""
+    times = np.array([0.0, 0.9, 1.1]) * gait.knee_strike
+    bent, straight = gait.branch(times, bent=True), gait.branch(times, bent=False)
+    for found, first, second in zip(gait.reference(times), bent, straight, strict=True):
+        np.testing.assert_array_equal(found[:2], first[:2])
+        np.testing.assert_array_equal(found[2], [second[2, 0], second[2, 1], second[2, 1]])

@@ -15,7 +15,7 @@ from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits import optimised, store
 from mjbiped.gaits.compass_step import CompassStep
 from mjbiped.gaits.described import gait_from
-from mjbiped.gaits.optimisation import Goal, Motion, free_numbers, solution_of, tell
+from mjbiped.gaits.optimisation import Goal, Motion, _grid, free_numbers, solution_of, tell
 from mjbiped.gaits.optimised import OptimisedGait, find_reference, parse_reference, words_of
 
 # clearance (m); period (s), half angle (rad) and c_mt of an independent prototype, whose retraction began at a fixed
@@ -290,3 +290,13 @@ def test_friction_is_bounded_whichever_way_the_foot_pushes(robot: mjbiped.Compas
         told = tell(model, replace(goal, friction=friction), solution)
         assert (told.broken["friction"] > 0.0) == broken
         assert told.friction == pytest.approx(enough, rel=1e-3)
+
+
+def test_the_quadrature_is_exact_for_cubic_polynomials() -> None:
+    """Simpson's rule in each stretch between breaks, of which the second begins at the index told."""
+    stretches, weights, second = _grid((np.array(0.3), np.array(0.8)), (4, 6, 2))
+    phases = np.concatenate(stretches)
+    for power in range(4):
+        assert weights @ phases**power == pytest.approx(1.0 / (power + 1.0), abs=1e-15)
+    assert [stretch[0] for stretch in stretches] == [0.0, 0.3, 0.8]
+    assert phases[second] == 0.3
