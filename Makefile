@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 OUT := out
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk reproduce learn test tests test-slow test-viewer test-browser notebooks bench docs check format lock clean
+.PHONY: help setup walk reproduce learn test tests test-slow mutants test-viewer test-browser notebooks bench docs check format lock clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
@@ -60,6 +60,9 @@ tests: setup
 
 test-slow: setup ## the long checks
 	$(BIN)/python -m pytest -n 2 -m slow
+
+mutants: setup ## small faults put into the engines and laws: which ones the tests notice
+	$(BIN)/python -m scripts.mutants
 
 test-viewer: setup ## the viewer's window on a screen in memory; installs that on Debian
 	@for tool in Xvfb xdotool import; do command -v $$tool >/dev/null || missing=1; done; \

@@ -1,19 +1,43 @@
-"""MuJoCo simulations and scenes by plain keyword arguments."""
+"""Simulations of both engines, and MuJoCo scenes, by plain keyword arguments; robots to try them with."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import fields
 from typing import Any
 
 from mjbiped.control.controller import Controller
+from mjbiped.control.unpowered import Unpowered, UnpoweredKnees
+from mjbiped.engines.hybrid.simulation import HybridSimulation
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.scene import Scene, compose_scene
 from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.robots.compass import Compass
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.terrain import Terrain
 
 OPTIONS = {field.name for field in fields(Options)}
+
+UNEQUAL = KneedBiped(3.1, 1.7, 7.3, 0.37, 0.58, 0.11, 0.23, 0.05, 0.021, 1.62)
+"""Links of unequal length, and no other number of the default robot's."""
+
+
+class PlainKnees(UnpoweredKnees):
+    """Knees without motors, of which no machine code is made."""
+
+    def law(self) -> None:  # type: ignore[override]
+        return None
+
+
+def hybrid_simulation(terrain: Terrain, start: Sequence[float], **settings: Any) -> HybridSimulation:
+    """An unpowered robot in the hybrid engine in plain Python: with knees, if the state has six numbers."""
+    controller = PlainKnees() if len(start) == 6 else Unpowered()
+    half = len(start) // 2
+    robot = KneedBiped() if len(start) == 6 else Compass()
+    given = {"robot": robot, "q": start[:half], "dq": start[half:], "compile": False, **settings}
+    return HybridSimulation(controller, terrain, **given)
 
 
 def make_simulation(controller: Controller, terrain: Terrain, **settings: Any) -> Simulation:

@@ -141,6 +141,18 @@ def test_references_are_smooth_and_begin_where_the_robot_is(replanning: str) -> 
     assert almost[:2] == pytest.approx(there[:2], abs=1e-6)
 
 
+@given(STATES, st.floats(0.0, 1.0))
+@settings(deadline=None, derandomize=True)
+def test_a_replanned_step_begins_as_the_passive_walker_moves(away: tuple[float, ...], flexion: float) -> None:
+    """On the slope of the imitated gait, and on a leg that stands bent too, no motor does anything at first."""
+    memory = memory_at(LAW)
+    start = GAIT.start + np.array(away) + [0.0, 0.0, 0.0, 0.5, 0.0, 0.0]  # off the limit cycle
+    LAW.on_touchdown(memory, (*GAIT.end[:2], GAIT.end[1] + flexion), tuple(start[:3]), tuple(start[3:]))
+    memory[0], memory[1] = math.sin(GAIT.slope), math.cos(GAIT.slope)
+    torque = LAW.torque(memory, 0.0, tuple(start[:3]), tuple(start[3:]))
+    assert torque[:3] == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)  # of motions that take some 1e2 N m
+
+
 def test_a_step_that_was_felt_lifts_the_knee() -> None:
     """5 rad per metre beside the half radian of a re-planned curve, at the bump's top in its middle."""
     q_before = GAIT.end[:3]

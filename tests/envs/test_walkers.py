@@ -270,9 +270,10 @@ def test_what_is_no_number_ends_the_episode() -> None:
 
 def test_the_ground_is_seen_where_it_is() -> None:
     walkers = begun(WalkTask("walk_stairs", residual=True, privileged=True))
-    walked(walkers, np.zeros((60, 2)))
+    walked(walkers, np.zeros((220, 2)))
     seen, terrain = walkers.ground_seen(0), walkers.plan().terrain
     foot = walkers.value(feeling.FOOT_X)[0]
+    assert terrain.height(foot) == pytest.approx(-0.02)  # it stands on the first tread down already
     assert seen[0] == terrain.slope(foot)
     heights = terrain.height(foot + np.arange(1, 11) / 10.0) - terrain.height(foot)
     np.testing.assert_allclose(seen[1:], heights, rtol=0, atol=2e-6)  # the foot stands 1 µm deep

@@ -15,7 +15,7 @@ from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits import optimised, store
 from mjbiped.gaits.compass_step import CompassStep
 from mjbiped.gaits.described import gait_from
-from mjbiped.gaits.optimisation import Goal, free_numbers, solution_of, tell
+from mjbiped.gaits.optimisation import Goal, Motion, _grid, free_numbers, solution_of, tell
 from mjbiped.gaits.optimised import OptimisedGait, find_reference, parse_reference, words_of
 
 # clearance (m); period (s), half angle (rad) and c_mt of an independent prototype, whose retraction began at a fixed
@@ -271,3 +271,32 @@ def test_a_folder_that_cannot_be_written_costs_time_alone(tmp_path: Path, monkey
 def test_the_users_own_cache_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("MJBIPED_CACHE_DIR", raising=False)
     assert store.folder().parts[-2:] == ("mjbiped", "references")
+
+
+@pytest.mark.parametrize("ahead", [-1.0, 1.0])
+def test_friction_is_bounded_whichever_way_the_foot_pushes(robot: mjbiped.Compass, ahead: float) -> None:
+    """Of steps whose stance leg leans forwards early, or late: the ground pushes more forwards, or backwards."""
+    model = CompassStep(robot)
+    goal = Goal(speed=0.5, clearance=0.0, retraction=False, torque_limit=None, friction=1.0)
+    points, own = model.guess(0.2)
+    points[2:-1, 0] += 0.1 * ahead
+    solution = solution_of(model, goal, 0.5, np.concatenate([[0.2], points[2:-1].ravel(), own]))
+    motion = Motion(np.array(solution.half), solution.points, solution.own, np.array(solution.period))
+    course = model.along(motion, [np.linspace(0.0, 1.0, 500)])
+    forwards, backwards = (float((side * course.tangential_force / course.normal_force).max()) for side in (1, -1))
+    assert (forwards - backwards) * ahead > 0.1
+    enough = max(forwards, backwards)
+    for friction, broken in ((0.5 * (forwards + backwards), True), (0.99 * enough, True), (1.01 * enough, False)):
+        told = tell(model, replace(goal, friction=friction), solution)
+        assert (told.broken["friction"] > 0.0) == broken
+        assert told.friction == pytest.approx(enough, rel=1e-3)
+
+
+def test_the_quadrature_is_exact_for_cubic_polynomials() -> None:
+    """Simpson's rule in each stretch between breaks, of which the second begins at the index told."""
+    stretches, weights, second = _grid((np.array(0.3), np.array(0.8)), (4, 6, 2))
+    phases = np.concatenate(stretches)
+    for power in range(4):
+        assert weights @ phases**power == pytest.approx(1.0 / (power + 1.0), abs=1e-15)
+    assert [stretch[0] for stretch in stretches] == [0.0, 0.3, 0.8]
+    assert phases[second] == 0.3

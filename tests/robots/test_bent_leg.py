@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from simulations import UNEQUAL
 
 from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.chain import ground_force
@@ -16,7 +17,7 @@ Array = NDArray[np.float64]
 ROBOTS = [
     KneedBiped(),
     KneedBiped.halved_rods(),
-    KneedBiped(3.1, 1.7, 7.3, 0.37, 0.58, 0.11, 0.23, 0.05, 0.021, 1.62),
+    UNEQUAL,
 ]
 RIGID = {
     3: np.array([[1.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]),

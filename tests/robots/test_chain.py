@@ -12,13 +12,12 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from simulations import UNEQUAL
 
 from mjbiped.robots.chain import Array, Chain, accelerate, machine_code
 from mjbiped.robots.kneed import KneedBiped
 
-# nothing about it is symmetric or round
-ODD = KneedBiped(3.1, 1.7, 7.3, 0.37, 0.58, 0.11, 0.23, 0.05, 0.021, 1.62)
-ROBOTS = [KneedBiped(), KneedBiped.halved_rods(), ODD]
+ROBOTS = [KneedBiped(), KneedBiped.halved_rods(), UNEQUAL]
 LENGTHS = (2, 3, 4)
 
 # rounding of a few dozen operations; the terms differ by at most a factor of about 1e2
@@ -146,7 +145,7 @@ def test_an_end_that_strikes_is_the_plastic_impulse_of_the_free_chain(robot: Kne
 @pytest.mark.parametrize("n", LENGTHS)
 def test_an_end_that_strikes_keeps_the_angular_momentum_about_it(n: int) -> None:
     """The ground acts on the robot nowhere else, so that its moment about that point is nothing."""
-    robot = ODD
+    robot = UNEQUAL
     for q, dq, _ in states(n):
         foot = robot.swing_foot(q)
         rates = robot.chains[n].end_strikes(q, dq)
@@ -218,7 +217,7 @@ def mujoco_chain(robot: KneedBiped, n: int) -> mujoco.MjModel:
 
 @pytest.mark.parametrize("n", LENGTHS)
 def test_energy_stays_where_nothing_acts(n: int) -> None:
-    robot = ODD
+    robot = UNEQUAL
 
     def law(_: float, y: Array) -> Array:
         return np.concatenate([y[n:], accelerations(machine_code(), robot.chains[n], y[:n], y[n:], 0.1)])

@@ -1,16 +1,19 @@
 """What both robots tell of themselves: widths, limbs, and descriptions in records."""
 
 import json
+import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from simulations import UNEQUAL
 
 import mjbiped
 from mjbiped.errors import InputError
 from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, tables_of, width
 from mjbiped.robots.kinds import KINDS, NAMED, compass_of, robot_from, robot_named
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 
 ROBOTS = (mjbiped.Compass(hip_mass=3.0), mjbiped.KneedBiped(), mjbiped.KneedBiped.halved_rods())
@@ -52,28 +55,31 @@ def test_the_compass_has_its_columns_of_old() -> None:
     assert list(knees.touchdowns)[: len(TOUCHDOWNS)] == list(TOUCHDOWNS)
 
 
-@given(st.tuples(ANGLES, ANGLES), st.floats(0.0, 1.2))
-def test_limbs_lead_from_foot_to_foot(thighs: tuple[float, float], flexion: float) -> None:
+@given(st.sampled_from([ROBOTS[1], UNEQUAL]), st.tuples(ANGLES, ANGLES), st.floats(0.0, 1.2))
+@settings(deadline=None, derandomize=True)
+def test_limbs_lead_from_foot_to_foot(robot: KneedBiped, thighs: tuple[float, float], flexion: float) -> None:
     """The way over the drawn points is the swing foot of the equations; a straight leg is a compass biped's."""
-    robot, (stance, swing) = ROBOTS[1], thighs
+    stance, swing = thighs
     left, right = robot.limbs([0.3, 0.9, stance, swing, 0.0, flexion])
     # sums of two or three numbers of some metres
     assert right[-1] - left[-1] == pytest.approx(robot.swing_foot([stance, swing, swing + flexion]), abs=1e-14)
-    assert np.hypot(*np.diff(right, axis=0).T) == pytest.approx([0.5, 0.5], abs=1e-14)
-    straight = mjbiped.Compass().limbs([0.3, 0.9, stance, swing])
+    assert np.hypot(*np.diff(right, axis=0).T) == pytest.approx([robot.thigh_length, robot.shank_length], abs=1e-14)
+    half = 0.5 * robot.leg_length
+    straight = mjbiped.Compass(lower_length=half, upper_length=half).limbs([0.3, 0.9, stance, swing])
     assert straight[0] == pytest.approx(left[[0, 2]], abs=1e-14)
 
 
-@given(st.tuples(ANGLES, ANGLES), st.floats(0.0, 1.2))
-def test_the_centre_of_mass_is_the_energys(thighs: tuple[float, float], flexion: float) -> None:
-    """Potential energy over the weight is the centre's height over the stance foot."""
-    for robot in ROBOTS:
-        bent = [flexion] if robot.knees else []
-        qpos = [0.0, 0.0, *thighs, *[0.0] * len(bent), *bent]
-        foot = robot.limbs(qpos)[0, -1]
-        height = robot.centre_of_mass(qpos)[1] - foot[1]
-        q = [*thighs, *(thighs[1] + each for each in bent)]
-        assert robot.weight * height == pytest.approx(robot.potential_energy(q, 0.0), abs=1e-11)  # of some 1e2 J
+@given(st.sampled_from([*ROBOTS, UNEQUAL]), st.tuples(ANGLES, ANGLES), st.floats(0.0, 1.2))
+@settings(deadline=None, derandomize=True)
+def test_the_centre_of_mass_is_the_energys(robot: Robot, thighs: tuple[float, float], flexion: float) -> None:
+    """Potential energy over the weight is the centre's height over the stance foot, and on a wall its way ahead."""
+    bent = [flexion] if robot.knees else []
+    qpos = [0.0, 0.0, *thighs, *[0.0] * len(bent), *bent]
+    ahead, height = robot.weight * (robot.centre_of_mass(qpos) - robot.limbs(qpos)[0, -1])
+    q = [*thighs, *(thighs[1] + each for each in bent)]
+    # of some 1e2 J
+    assert height == pytest.approx(robot.potential_energy(q, 0.0), abs=1e-11)
+    assert ahead == pytest.approx(robot.potential_energy(q, -0.5 * math.pi), abs=1e-11)
 
 
 @pytest.mark.parametrize("robot", ROBOTS)

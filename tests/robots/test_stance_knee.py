@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from simulations import UNEQUAL
 
 import mjbiped
 from mjbiped.errors import InputError
@@ -16,7 +17,7 @@ from mjbiped.robots.stance_knee import stance_knee_torque
 ROBOTS = [
     KneedBiped(),
     KneedBiped.halved_rods(),
-    KneedBiped(3.1, 1.7, 7.3, 0.37, 0.58, 0.11, 0.23, 0.05, 0.021, 1.62),
+    UNEQUAL,
 ]
 
 triples = st.tuples(*[st.floats(-1.2, 1.2)] * 3)

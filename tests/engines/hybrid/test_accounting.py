@@ -1,13 +1,18 @@
-"""The book-keeping of absolute work: no change of a power's sign is missed, however short it lasts."""
+"""The book-keeping of a step: no change of a power's sign is missed, and all that is kept is what samples say."""
+
+import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from simulations import hybrid_simulation
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.engines.hybrid.accounting import _turns
+from mjbiped.engines.hybrid import state as at
+from mjbiped.engines.hybrid.accounting import _parabola_top, _turned, _turns
 from mjbiped.numerics.dormand_prince import STAGE_PLACES, TESTED_STAGES
 
 
@@ -17,6 +22,7 @@ def rates(power: np.polynomial.Polynomial) -> list[float]:
 
 
 @given(st.floats(0.03, 0.97), st.floats(1e-3, 0.2), st.floats(-3.0, 3.0), st.sampled_from([-1.0, 1.0]))
+@settings(deadline=None, derandomize=True)
 def test_two_changes_of_sign_between_two_stages_are_seen(middle: float, width: float, tilt: float, sign: float) -> None:
     first, last = middle - width / 2.0, middle + width / 2.0
     assume(first > 0.0 and last < 1.0)
@@ -26,6 +32,7 @@ def test_two_changes_of_sign_between_two_stages_are_seen(middle: float, width: f
 
 
 @given(st.floats(0.3, 3.0), st.floats(-1.0, 1.0))
+@settings(deadline=None, derandomize=True)
 def test_a_power_far_from_zero_does_not_turn(least: float, lean: float) -> None:
     power = np.polynomial.Polynomial([least + 1.0 + abs(lean), lean, 1.0])
     assert not _turns(rates(power), 1, 0, 0.1)
@@ -46,3 +53,63 @@ def test_absolute_work_is_that_of_a_fine_quadrature(clearance: float) -> None:
         expected += np.trapezoid(each, time[within]) + each[-1] * (end - time[within][-1])
     # trapezia of 20 us leave 1e-8 of it, and the last piece, of less than that, 1e-8 more; a missed dip is 1e-4
     assert walk.touchdowns["work_absolute"][0] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.fixture(scope="module")
+def hasty(controller: AdaptiveController) -> mjbiped.Walk:
+    """Down stairs of 60 mm, re-planned so quickly that the ground would have to pull in the fourth step."""
+    law = replace(controller, replanning_delay=0.1)
+    return mjbiped.walk(law, mjbiped.Terrain.stairs(), engine="hybrid", steps=4, sample_period=1e-4)
+
+
+@pytest.mark.parametrize("step", range(4))
+def test_what_is_kept_of_a_step_is_what_its_samples_say(hasty: mjbiped.Walk, step: int) -> None:
+    """Work, least normal force, friction and the centre of pressure, by the robot's own force of the ground."""
+    robot, samples, touched = hasty.robot, hasty.samples, hasty.touchdowns
+    begin, end = np.append(0.0, touched["time"])[step : step + 2]
+    within = (samples["time"] > begin - 1e-9) & (samples["time"] < end - 1e-9)
+    time, q, dq, torque, slopes = (samples[name][within] for name in ("time", "q", "dq", "torque", "slope"))
+    forces = np.array([robot.ground_force(*each) for each in zip(q, dq, torque, slopes, strict=True)])
+    sine, cosine = math.sin(slopes[0]), math.cos(slopes[0])
+    along, normal = forces @ [cosine, -sine], forces @ [sine, cosine]
+    power = torque * np.column_stack([dq[:, 0], dq[:, 1] - dq[:, 0]])
+    for name, each in (("absolute", np.abs(power)), ("net", power), ("positive", np.maximum(power, 0.0))):
+        found = touched[f"work_{name}"][step] - (touched[f"work_{name}"][step - 1] if step else 0.0)
+        # the samples end up to 0.1 ms before the step, of some 0.7 s
+        assert found == pytest.approx(np.trapezoid(each, time, axis=0).sum(), rel=1e-3)
+    # of some 20 integration steps, whose nodes alone are looked at where the ground bears 0.7 weights and more
+    assert touched["normal_force"][step] == pytest.approx(normal.min(), abs=3e-4 * robot.weight)
+    if step < 3:
+        place = -torque[:, 0] / normal
+        assert touched["friction"][step] == pytest.approx(np.abs(along / normal).max(), rel=2e-3)
+        assert touched["pressure_ahead"][step] == pytest.approx(place.max(), rel=5e-3)
+        assert touched["pressure_behind"][step] == pytest.approx(-place.min(), rel=5e-3)
+    else:  # without a force of the ground the centre of pressure is as far away as can be
+        assert normal.min() < 0.0
+        assert touched["pressure_ahead"][step] > 2.0 * robot.leg_length
+
+
+def test_peaks_are_those_of_the_samples(hasty: mjbiped.Walk) -> None:
+    assert hasty.peak_torque == pytest.approx(np.abs(hasty.samples["torque"]).max(axis=0), rel=1e-4)
+    assert (hasty.peak_torque >= np.abs(hasty.samples["torque"]).max(axis=0)).all()
+
+
+@given(*[st.floats(-10.0, 10.0)] * 3)
+@settings(deadline=None, derandomize=True)
+def test_the_top_of_a_parabola_is_its_extremum(bend: float, top: float, height: float) -> None:
+    parabola = np.polynomial.Polynomial([height + bend * top * top, -2.0 * bend * top, bend])
+    found = _parabola_top(*(float(parabola(place)) for place in (-1.0, 0.0, 1.0)))
+    assume(abs(bend) > 1e-3)
+    assume(abs(abs(top) - 1.0) > 1e-6)
+    assert found == pytest.approx(height if abs(top) < 1.0 else 0.0, abs=1e-9)
+
+
+@given(st.floats(-0.3, 0.3), st.tuples(*[st.floats(-300.0, 300.0)] * 2), st.floats(-50.0, 50.0))
+@settings(deadline=None, derandomize=True)
+def test_a_push_is_none_of_the_grounds(slope: float, force: tuple[float, float], push: float) -> None:
+    """The rate of the momentum is of the ground's force and of the push, which is horizontal."""
+    buffers = hybrid_simulation(mjbiped.Terrain.incline(math.degrees(slope)), (-0.2, 0.2, 1.0, 0.5)).buffers
+    buffers.w[at.PUSH] = push
+    along, normal = np.array([math.cos(slope), -math.sin(slope)]), np.array([math.sin(slope), math.cos(slope)])
+    borne = np.array(force) - [push, 0.0]
+    assert _turned(buffers, force) == pytest.approx((along @ borne, normal @ borne), abs=1e-11)

@@ -4,10 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
+from simulations import hybrid_simulation
 
 import mjbiped
 from controllers import AdaptiveController
+from mjbiped.engines.hybrid import events
+from mjbiped.engines.hybrid import state as at
 from mjbiped.terrain.terrain import Terrain
 
 Array = NDArray[np.float64]
@@ -147,3 +152,51 @@ def test_foot_slides_over_the_top_edge_and_walks_on(controller: AdaptiveControll
     assert walk.touchdowns["strikes"].tolist() == [1, 0, 0, 0, 0]
     assert walk.touchdowns["x"][0] > face + 0.1
     assert walk.touchdowns["z"][0] == pytest.approx(rise, abs=1e-12)
+
+
+@given(
+    st.sampled_from([0.0, 0.03, -0.05]), st.tuples(*[st.floats(-0.3, 0.3)] * 2), st.tuples(*[st.floats(-3.0, 3.0)] * 2)
+)
+@settings(deadline=None, derandomize=True)
+def test_what_a_landing_is_polished_with_is_the_clearance_and_its_rate(
+    slope: float, q: tuple[float, float], dq: tuple[float, float]
+) -> None:
+    """Newton's iteration takes the rate for the clearance's derivative; of a face, that of the distance to it."""
+    simulation = hybrid_simulation(Terrain.incline(math.degrees(slope)), (-0.2, 0.2, 1.0, 0.5))
+    laws, constants, b = simulation.advance.args[0], simulation.constants, simulation.buffers
+    b.w[at.FACE_X] = 0.7
+
+    def told(h: float) -> NDArray[np.float64]:
+        b.out[:4] = [*np.add(q, h * np.array(dq)), *dq]
+        return np.array([events.landing(laws, constants, b, 0), events.face_gap(laws, constants, b)])
+
+    h = 1e-6
+    expected = (told(h)[:, 0] - told(-h)[:, 0]) / (2.0 * h)
+    # third derivatives of some 1e2 m/s^3 times h squared, and rounding over h
+    np.testing.assert_allclose(told(0.0)[:, 1], expected, rtol=0, atol=1e-8)
+    x, z = laws.swing_foot(constants, b, laws.pose(b, b.out))
+    assert told(0.0)[:, 0] == pytest.approx([z + math.tan(slope) * x, x - 0.7], abs=1e-13)
+
+
+places = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.05, 0.05), st.integers(0, 1))
+
+
+@given(places, places, st.floats(0.0, 0.03), st.floats(0.0, 1.0), st.tuples(*[st.floats(-1.0, 1.0)] * 2))
+@settings(deadline=None, derandomize=True)
+def test_no_interval_is_passed_over_in_which_the_foot_could_have_met_something(
+    here: events.Place, there: events.Place, room: float, share: float, astray: tuple[float, float]
+) -> None:
+    """Of a foot that strays no more than its room from a straight line: and every other interval is looked into."""
+    constants = hybrid_simulation(Terrain.level(), (-0.2, 0.2, 1.0, 0.5)).constants
+    rounding = 1e-15
+    ends = np.array([here[:2], there[:2]])
+    ahead, clearance = (1.0 - share) * ends[0] + share * ends[1] + room * np.array(astray)
+    lowest, highest, farthest = ends[:, 1].min() - room, ends[:, 1].max() + room, ends[:, 0].max() + room
+    same = here[2] == there[2]
+    assert events.keeps_clear(room, here, there) == (same and bool(lowest > 0.0))
+    if events.keeps_clear(room, here, there):
+        assert clearance > -rounding
+    never = events.cannot_be_enabled(constants, room, here, there)
+    assert never == bool(farthest < constants.reach or (same and highest < 0.0))
+    if never:
+        assert ahead < constants.reach + rounding or clearance < rounding

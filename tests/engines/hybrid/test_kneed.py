@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+from simulations import PlainKnees, hybrid_simulation
 
 import mjbiped
 from controllers import PassiveController
 from mjbiped import KneedBiped, Terrain
-from mjbiped.control.unpowered import Unpowered, UnpoweredKnees
+from mjbiped.control.unpowered import UnpoweredKnees
 from mjbiped.engines.hybrid import kneed, kneed_posture
 from mjbiped.engines.hybrid import state as at
-from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
+from mjbiped.engines.hybrid.simulation import simulate
 from mjbiped.engines.hybrid.transfer import note_face
 from mjbiped.errors import InputError
 from mjbiped.records import measures
@@ -37,11 +38,6 @@ class Plain(PassiveController):
 
     def driving(self, robot: Any) -> UnpoweredKnees:
         return PlainKnees()
-
-
-class PlainKnees(UnpoweredKnees):
-    def law(self) -> None:  # type: ignore[override]
-        return None
 
 
 def walked(start: Sequence[float], terrain: Terrain, **settings: Any) -> mjbiped.Walk:
@@ -121,18 +117,11 @@ def test_energy_is_conserved_between_impacts() -> None:
     assert energy[~locked].min() > energy[locked].max()  # the knee strike takes some
 
 
-def simulation_on(terrain: Terrain, start: Sequence[float], **settings: Any) -> HybridSimulation:
-    controller = PlainKnees() if len(start) == 6 else Unpowered()
-    half = len(start) // 2
-    given = {"robot": ROBOT, "q": start[:half], "dq": start[half:], "compile": False, **settings}
-    return HybridSimulation(controller, terrain, **given)
-
-
 def test_contact_of_the_foot_can_wait_or_not(gait: mjbiped.KneedGait) -> None:
     """On from lift-off, or ignored for the first 1 or 5 % of each step: the same walk but for rounding."""
     walks = []
     for share in (0.0, 0.01, 0.05):
-        simulation = simulation_on(Terrain.incline(2.5), START, steps=3)
+        simulation = hybrid_simulation(Terrain.incline(2.5), START, steps=3)
         if share:
             waits: dict[str, Any] = {"contact": 0.0, "reach": -math.inf, "delay": share * gait.period}
             simulation.constants = simulation.constants._replace(**waits)
@@ -155,7 +144,7 @@ def test_locked_all_the_time_it_walks_as_the_compass() -> None:
     rule = mjbiped.ScuffingRule()
     q1, q2, dq1, dq2 = start
     robot = KneedBiped.halved_rods()
-    simulation = simulation_on(Terrain.incline(2.0), (q1, q2, q2, dq1, dq2, dq2), robot=robot, steps=3)
+    simulation = hybrid_simulation(Terrain.incline(2.0), (q1, q2, q2, dq1, dq2, dq2), robot=robot, steps=3)
     scuffs: dict[str, Any] = {"contact": 0.0, "reach": rule.reach, "delay": rule.delay}
     simulation.constants = simulation.constants._replace(**scuffs)
     simulation.buffers.w[at.CONTACT_ENABLED] = 0.0
@@ -178,7 +167,7 @@ NORMALS = [(-1.0, 0.0), (math.sin(0.03), math.cos(0.03))]
 @pytest.mark.parametrize("normal", NORMALS)
 def test_a_foot_that_strikes_is_stopped_along_the_normal(gait: mjbiped.KneedGait, normal: tuple[float, float]) -> None:
     """Newton's law with the robot's matrices: the impulse acts along the normal, and brings that speed to zero."""
-    simulation = simulation_on(Terrain.level(), gait.start.tolist())
+    simulation = hybrid_simulation(Terrain.level(), gait.start.tolist())
     w, y = simulation.buffers.w, simulation.buffers.y
     for locked in (at.KNEE_FREE, at.KNEE_LOCKED):
         n = 3 if locked == at.KNEE_FREE else 2
@@ -223,7 +212,7 @@ def test_a_foot_that_cannot_leave_the_ground_slides_until_it_is_lifted() -> None
     rising, falling = (Terrain((-5.0, -0.39), (0.0, 0.0), (0.0, math.radians(angle))) for angle in (-1.0, 1.0))
     for ground, stubs, slid in ((Terrain.level(), 1, 20), (rising, 2, 20), (falling, 1, 1)):  # slides on, or off
         start = (-0.2, 0.201, 0.201, 1.0, -1.5, -1.5)
-        simulation = simulation_on(ground, start, sample_period=1e-3, steps=1)
+        simulation = hybrid_simulation(ground, start, sample_period=1e-3, steps=1)
         recorder = Recorder(robot=KneedBiped)
         assert simulate(simulation, recorder) is Outcome.FINISHED
         samples = recorder.samples()
@@ -251,7 +240,7 @@ def test_a_foot_released_at_the_base_of_a_riser_does_not_pass_through_it(beyond:
     way = hip - [face + beyond, -rise]
     lean, half = math.atan2(*way), math.acos(np.hypot(*way) / ROBOT.leg_length)  # of two links of equal length
     thigh, shank = lean - half, lean + half
-    simulation = simulation_on(ground, (leg, thigh, shank, 1.5, -2.0, -1.0), sample_period=1e-3, steps=1)
+    simulation = hybrid_simulation(ground, (leg, thigh, shank, 1.5, -2.0, -1.0), sample_period=1e-3, steps=1)
     note_face(simulation.constants, simulation.buffers.w, 0, face + beyond)  # as the transfer to the other foot does
     recorder = Recorder(robot=KneedBiped)
     simulate(simulation, recorder)
@@ -304,7 +293,7 @@ def test_compiled_walks_are_those_of_plain_python(gait: mjbiped.KneedGait) -> No
 def test_energy_is_conserved_over_a_leg_that_stands_bent() -> None:
     """That of the chain of four segments; the lock of a knee does no work."""
     flexion, recorder = 0.4, Recorder(robot=KneedBiped)
-    simulation = simulation_on(Terrain.level(), (-0.1, 0.1, 0.6, 1.2, 0.5, 0.0), sample_period=1e-3)
+    simulation = hybrid_simulation(Terrain.level(), (-0.1, 0.1, 0.6, 1.2, 0.5, 0.0), sample_period=1e-3)
     simulation.buffers.w[at.STANCE_FLEXION] = flexion
     simulate(simulation, recorder)
     samples = recorder.samples()
@@ -324,7 +313,7 @@ def test_a_sliding_foot_ahead_whose_knee_strikes_takes_the_robot_over() -> None:
     q[0] = math.acos(0.5 * (math.cos(q[1]) + math.cos(q[2])))  # both feet are on the ground
     row = -ROBOT.chains[3].reach * np.sin(q)  # upward
     thigh = -(row[0] * -0.5 + row[2] * -1.0) / (row[1] + row[2])
-    simulation = simulation_on(Terrain.level(), (*q, -0.5, thigh, thigh - 1.0), steps=1)
+    simulation = hybrid_simulation(Terrain.level(), (*q, -0.5, thigh, thigh - 1.0), steps=1)
     w = simulation.buffers.w
     w[at.GROUND], w[at.GROUND_SEGMENT], w[at.PUSHED_Z] = 1.0, 0.0, 1.0
     recorder = Recorder(robot=KneedBiped)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
+from simulations import PlainKnees
 
 import mjbiped
 from controllers import KneedController, PassiveController
@@ -83,6 +84,17 @@ def test_passive_walking_is_the_gait_finders(walk: mjbiped.Walk) -> None:
     np.testing.assert_allclose(touched["knee_strike"], gait.knee_strike, rtol=0, atol=1e-4)
     np.testing.assert_allclose(touched["knee_dq_before"][-1], gait.knee_rates, rtol=0, atol=3e-3)
     np.testing.assert_allclose(touched["flexion"], gait.greatest_flexion, rtol=0, atol=1e-3)
+    along, normal = np.array([ground_pushes(gait, sample) for sample in range(len(gait.times))]).T
+    # that of the samples, which miss the top; measured 2e-4
+    assert touched["friction"] == pytest.approx([np.abs(along / normal).max()] * 4, abs=2e-3)
+
+
+def ground_pushes(gait: mjbiped.KneedGait, sample: int) -> tuple[float, float]:
+    """Force of the ground along a passive gait's slope and its normal, N, by the robot's equations."""
+    locked, state = sample >= gait.bent_samples, gait.states[sample]
+    forward, upward = ROBOT.ground_force(state[:3], state[3:], [0.0] * 3, gait.slope, locked=locked)
+    sine, cosine = math.sin(gait.slope), math.cos(gait.slope)
+    return forward * cosine - upward * sine, forward * sine + upward * cosine
 
 
 def test_recorded_rates_are_those_of_now() -> None:
@@ -256,11 +268,6 @@ def test_a_stubbed_toe_is_physics() -> None:
 
 
 LAW = KneedController(ROBOT, mjbiped.find_kneed_gait(ROBOT, math.radians(2.5)))
-
-
-class PlainKnees(UnpoweredKnees):
-    def law(self) -> None:  # type: ignore[override]
-        return None
 
 
 class Plain(PassiveController):

@@ -1,7 +1,7 @@
 """Steps that land on the touchdown: where they end, how long they are, and what that does to impacts and walks."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, MutableSequence, Sequence
 
 import mujoco
 import numpy as np
@@ -12,6 +12,7 @@ import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco import step_size
+from mjbiped.engines.mujoco.contact_events import State
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.records import measures
 
@@ -155,3 +156,99 @@ def test_steps_of_one_length(controller: AdaptiveController) -> None:
     assert simulation.data.userdata[events.COUNT] == 2
     assert simulation.data.time == pytest.approx(9000 * 2e-4, rel=1e-9)
     assert np.array_equal(simulation.model.geom_solref, softness)
+
+
+def flown(
+    simulation: Simulation,
+    place: tuple[float, float],
+    speed: tuple[float, float],
+    until: Callable[[float, float], bool],
+) -> tuple[list[float], list[tuple[float, float]], MutableSequence[float]]:
+    """Lengths of the steps of a swing foot that flies on a parabola, the places that they lead to, and userdata."""
+    constants, u = simulation.constants, [0.0] * events.CONTROLLER_MEMORY
+    u[events.PLANNED] = u[events.LAST_STEP] = constants.timestep
+    u[events.CONTACT_ENABLED], u[events.NEXT_CONTROL] = 1.0, math.inf
+    leg, angle = constants.limits.leg_length, -0.2
+    hip, velocity, qacc = (
+        np.add(place, [leg * math.sin(angle), leg * math.cos(angle)]),
+        np.array(speed),
+        [0.5, -9.81, 0, 0],
+    )
+    lengths: list[float] = []
+    places = [place]
+    while not until(*places[-1]):
+        state = State([*hip.tolist(), 0.0, angle], [*velocity.tolist(), 0.0, 0.0])
+        lengths.append(step_size.step_length(u, constants, sum(lengths), state, qacc))
+        velocity = velocity + u[events.EFFECTIVE_STEP] * np.array(qacc[:2])
+        hip = hip + lengths[-1] * velocity
+        places.append((hip[0] - leg * math.sin(angle), hip[1] - leg * math.cos(angle)))
+        u[events.PLANNED], u[events.PLAIN], u[events.LAST_STEP] = (
+            u[events.PLANNED_NEXT],
+            u[events.PLAIN_NEXT],
+            lengths[-1],
+        )
+    return lengths, places, u
+
+
+@pytest.mark.parametrize("timestep", [2e-4, 4e-3])
+def test_steps_become_shorter_and_the_last_one_lands(timestep: float, controller: AdaptiveController) -> None:
+    ground = Terrain.incline(3.0)
+    simulation = make(controller, ground, timestep=timestep)
+    for height, falling in ((0.02, 0.5), (0.003, 1.5)):
+        start = (0.3, ground.height_at(0.3) + height)
+        lengths, places, u = flown(simulation, start, (0.8, -falling), lambda x, z: z < ground.height_at(x))
+        x, z = places[-1]
+        assert ground.height_at(x) - z == pytest.approx(step_size.DEPTH, abs=1e-12)
+        assert (u[events.PLANNED_NEXT], u[events.PLAIN_NEXT]) == (1e-5, 1.0)
+        assert 0.0 < lengths[-1] <= 1.5e-5 * step_size.LOOK_AHEAD  # half as long again as planned, at most
+        assert max(lengths) <= timestep
+        shortened = sum(length < timestep for length in lengths)
+        assert shortened < 2 * math.log(timestep / 1e-5, step_size.SHORTER) + 4  # few: the approach, and what rounds
+
+
+@pytest.mark.parametrize(("height", "short"), [(0.01, True), (0.0305, True), (0.04, False)])
+def test_near_a_face_all_steps_are_contact_steps(height: float, short: bool, controller: AdaptiveController) -> None:
+    """Of a foot no higher than 1 mm over the top; beside it, and where it comes to it in the next two steps."""
+    face = 1.0
+    simulation = make(controller, Terrain.stairs(tread=100.0, rise=0.03, first=face, count=1), timestep=1e-3)
+    lengths, places, _ = flown(simulation, (0.98, height), (1.0, 0.15), lambda x, _: x > face - 1e-3)
+    near = [length for length, (x, _) in zip(lengths, places, strict=False) if x > face - 2.5e-3]
+    far = [length for length, (x, _) in zip(lengths, places, strict=False) if x < face - 6e-3]
+    assert set(far) == {1e-3}
+    assert set(near) == ({1e-5} if short else {1e-3})
+
+
+def test_a_step_ends_at_the_tick_but_for_an_impact(controller: AdaptiveController) -> None:
+    simulation = make(controller, Terrain.level(), timestep=1e-3, control_period=5e-3)
+    for noted in (0.0, 1.0):
+        u = [0.0] * events.CONTROLLER_MEMORY
+        u[events.PLANNED], u[events.NEXT_CONTROL], u[events.NOTED] = 1e-3, 0.2004, noted
+        state = State([0.0, 1.2, 0.0, -0.2], [0.0] * 4)
+        length = step_size.step_length(u, simulation.constants, 0.2, state, [0.0] * 4)
+        assert length == pytest.approx(1e-3 if noted else 4e-4, abs=1e-12)
+        assert u[events.PLANNED_NEXT] == 1e-3
+        u[events.NEXT_CONTROL] = 0.2011
+        assert step_size.step_length(u, simulation.constants, 0.2, state, [0.0] * 4) == 1e-3
+
+
+@pytest.mark.parametrize(
+    ("x", "z", "low", "high", "there"),
+    [
+        (0.95, 0.0, 0.9, 1.1, True),  # up a riser ahead
+        (0.95, 0.0309, 0.9, 1.1, True),
+        (0.95, 0.0311, 0.9, 1.1, False),  # over its top
+        (0.95, 0.0, 0.9, 0.99, False),  # not reached
+        (0.95, 0.0, 1.01, 1.1, False),
+        (1.05, 0.0, 0.9, 1.1, True),  # behind
+        (2.05, 0.0, 1.9, 2.1, True),  # behind, the foot having stepped down from it
+        (2.05, 0.0311, 1.9, 2.1, False),
+        (1.95, 0.0309, 1.9, 2.1, True),
+        (2.95, -0.1, 2.9, 3.1, False),  # a change of slope is no face
+    ],
+)
+def test_where_a_face_is_met(
+    x: float, z: float, low: float, high: float, there: bool, controller: AdaptiveController
+) -> None:
+    ground = Terrain((-5.0, 1.0, 2.0, 3.0), (0.0, 0.03, 0.0, 0.0), (0.0, 0.0, 0.0, 0.1))
+    places = make(controller, ground, timestep=1e-3).constants.places
+    assert step_size.face_between(places, x, z, low, high, 1e-3) == there

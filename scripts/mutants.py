@@ -1,0 +1,330 @@
+"""Which small faults in the engines and laws the default tests notice: mutants, each with one expression changed.
+
+Each mutant is made in a copy of the sources, and the tests of its module's own room are run there until one fails. The
+sample is drawn by a seed, evenly over all places of the modules in `ROOMS`. Machine code is kept by digests of all that
+was compiled (`mjbiped.numerics.jit`), so that the copy may begin with the machine code that is there: of a mutant, only
+what it reaches is compiled anew. `make mutants` draws twenty; two processes take some ten minutes.
+
+    python -m scripts.mutants --count 20 --seed 0
+"""
+
+from __future__ import annotations
+
+import ast
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from pathlib import Path
+from queue import Queue
+from typing import NamedTuple
+
+import click
+
+ROOT = Path(__file__).resolve().parents[1]
+COPIED = ("mjbiped", "controllers", "models", "scripts", "tests", "pyproject.toml")
+LIMIT = 300
+"""Seconds of a processor's time for a file of tests, whatever else the machine does; a mutant that makes one go on for
+longer never ends, and is noticed."""
+WANTED = 0.95
+"""Share of the mutants that the tests have to notice."""
+
+_HYBRID, _MUJOCO, _KNEED = "mjbiped/engines/hybrid/", "mjbiped/engines/mujoco/", "mjbiped/engines/mujoco/kneed/"
+ROOMS = {
+    "controllers/kneed_laws.py": ("control_laws/test_kneed.py",),
+    _HYBRID + "accounting.py": ("engines/hybrid/test_accounting.py",),
+    _HYBRID + "events.py": ("engines/hybrid/test_events.py", "engines/hybrid/test_simulation.py"),
+    _HYBRID + "kneed.py": ("engines/hybrid/test_kneed_motion.py", "engines/hybrid/test_kneed.py"),
+    _HYBRID + "kneed_impacts.py": ("engines/hybrid/test_kneed_impacts.py", "engines/hybrid/test_kneed.py"),
+    _HYBRID + "kneed_posture.py": ("engines/hybrid/test_kneed_posture.py", "engines/hybrid/test_kneed.py"),
+    _HYBRID + "sliding.py": (
+        "engines/hybrid/test_sliding.py",
+        "engines/hybrid/test_kneed.py",
+        "engines/hybrid/test_events.py",
+    ),
+    _MUJOCO + "contact_events.py": ("engines/mujoco/test_contact_events.py", "engines/mujoco/test_simulation.py"),
+    _MUJOCO + "contact_forces.py": ("engines/mujoco/test_contact_forces.py",),
+    _MUJOCO + "step_size.py": ("engines/mujoco/test_step_size.py",),
+    _KNEED + "feet.py": ("engines/mujoco/test_kneed.py", "engines/mujoco/test_kneed_stance.py"),
+    _KNEED + "motors.py": (
+        "engines/mujoco/test_kneed_motors.py",
+        "engines/mujoco/test_kneed.py",
+        "engines/mujoco/test_kneed_stance.py",
+    ),
+    _KNEED + "observation.py": ("engines/mujoco/test_kneed.py", "engines/mujoco/test_kneed_stance.py"),
+    "mjbiped/envs/walkers.py": ("envs/test_walkers.py",),
+    "mjbiped/gaits/branches.py": ("gaits/test_branches.py", "gaits/test_kneed.py", "control_laws/test_kneed.py"),
+    "mjbiped/gaits/optimisation.py": ("gaits/test_optimised.py", "gaits/test_optimised_kneed.py"),
+    "mjbiped/robots/bent_leg.py": ("robots/test_bent_leg.py",),
+    "mjbiped/robots/kneed.py": ("robots/test_kinds.py", "robots/test_kneed.py", "robots/test_bent_leg.py"),
+}
+"""The modules, and the files in tests/ that stand for them, the quickest first."""
+
+EQUIVALENT = {
+    (
+        _HYBRID + "events.py",
+        "room = foot_acceleration(laws, constants, b) * h * h / 8.0",
+        "room = (foot_acceleration(laws, constants, b) * h * h * 8.0)",
+    ): "with more room than the foot needs, more intervals are looked into, for the same result: it takes longer",
+    (
+        _MUJOCO + "step_size.py",
+        "further, _ = _foot(constants, u, t + 2.0 * constants.timestep, state, qacc)",
+        "further, _ = _foot(constants, u, (t - 2.0 * constants.timestep), state, qacc)",
+    ): "the size of the foot's way alone is taken, as long back as ahead but for its acceleration, some 1e-5 m",
+}
+"""Mutants that no test can notice, as (module, line, its line), and why: told in the report, and not counted."""
+
+
+class Mutant(NamedTuple):
+    """One changed expression.
+
+    Attributes:
+        module: Path of its file from the root.
+        line: Number of the line.
+        begin: Where the expression begins in the file, in bytes.
+        end: Where it ends.
+        text: What stands there instead.
+    """
+
+    module: str
+    line: int
+    begin: int
+    end: int
+    text: str
+
+    def applied(self, source: str) -> str:
+        """The module's source with the mutant."""
+        raw = source.encode()
+        return (raw[: self.begin] + self.text.encode() + raw[self.end :]).decode()
+
+    def lines(self, source: str) -> tuple[str, str]:
+        """The line as it is, and as the mutant has it."""
+        place = self.line - 1
+        changed = self.applied(source).splitlines()
+        return source.splitlines()[place].strip(), changed[place].strip()
+
+
+class Verdict(NamedTuple):
+    """What the tests said of a mutant.
+
+    Attributes:
+        mutant: The mutant.
+        noticed: Whether a test failed, or did not end.
+    """
+
+    mutant: Mutant
+    noticed: bool
+
+
+# --- mutants ----------------------------------------------------------------------------------------------------------
+
+_BINARY: dict[type[ast.operator], type[ast.operator]] = {
+    ast.Add: ast.Sub,
+    ast.Sub: ast.Add,
+    ast.Mult: ast.Div,
+    ast.Div: ast.Mult,
+}
+_COMPARED: dict[type[ast.cmpop], type[ast.cmpop]] = {
+    ast.Lt: ast.GtE,
+    ast.LtE: ast.Gt,
+    ast.Gt: ast.LtE,
+    ast.GtE: ast.Lt,
+    ast.Eq: ast.NotEq,
+    ast.NotEq: ast.Eq,
+}
+_NAMES = {"sin": "cos", "cos": "sin", "min": "max", "max": "min", "ceil": "floor", "floor": "ceil"}
+
+
+def changes(node: ast.AST) -> Iterator[ast.expr | ast.stmt]:
+    """What may stand in place of a node: other signs, comparisons and branches, a term less, another number."""
+    match node:
+        case ast.BinOp(left, op, right) if type(op) in _BINARY:
+            yield ast.BinOp(left, _BINARY[type(op)](), right)
+            if isinstance(op, (ast.Add, ast.Sub)):
+                yield left
+        case ast.UnaryOp(ast.USub(), operand) if not isinstance(operand, ast.Constant):
+            yield operand
+        case ast.Compare(left, [op], right) if type(op) in _COMPARED:
+            yield ast.Compare(left, [_COMPARED[type(op)]()], right)
+        case ast.BoolOp(op, values):
+            yield ast.BoolOp(ast.And() if isinstance(op, ast.Or) else ast.Or(), values)
+        case ast.IfExp(test, body, orelse):
+            yield ast.IfExp(test, orelse, body)
+        case ast.Constant(bool(value)):
+            yield ast.Constant(not value)
+        case ast.Constant(int(value)):
+            yield ast.Constant(1 - value if value in (0, 1) else value + 1)
+        case ast.Constant(float(value)):
+            yield ast.Constant(2.0 * value if value else 1.0)
+        case ast.Name(name, ast.Load()) if name in _NAMES:
+            yield ast.Name(_NAMES[name], ast.Load())
+        case ast.Attribute(value, name, ast.Load()) if name in _NAMES:
+            yield ast.Attribute(value, _NAMES[name], ast.Load())
+        case ast.AugAssign(target, op, value) if type(op) in _BINARY:
+            yield ast.AugAssign(target, _BINARY[type(op)](), value)
+
+
+@cache
+def mutants_of(module: str, source: str) -> tuple[Mutant, ...]:
+    """All mutants of a module, in the order of its lines: of what its functions compute, not of what they say."""
+    offsets = [0]
+    for line in source.encode().splitlines(keepends=True):
+        offsets.append(offsets[-1] + len(line))
+    found = []
+    for node in _computed(ast.parse(source), inside=False):
+        for change in changes(node):
+            assert isinstance(node, (ast.expr, ast.stmt))
+            assert node.end_lineno is not None
+            assert node.end_col_offset is not None
+            begin = offsets[node.lineno - 1] + node.col_offset
+            end = offsets[node.end_lineno - 1] + node.end_col_offset
+            text = ast.unparse(change)
+            found.append(Mutant(module, node.lineno, begin, end, text if isinstance(change, ast.stmt) else f"({text})"))
+    return tuple(sorted(found))
+
+
+def _computed(node: ast.AST, inside: bool) -> Iterator[ast.AST]:
+    """The nodes within functions, without annotations, texts, and errors that are raised."""
+    if isinstance(node, (ast.JoinedStr, ast.Raise, ast.Assert)):
+        return
+    if isinstance(node, ast.Compare):  # numbers beside a comparison are mostly those that flags are told apart by
+        yield node
+        for part in (node.left, *node.comparators):
+            if not isinstance(part, ast.Constant):
+                yield from _computed(part, inside)
+        return
+    if isinstance(node, (ast.FunctionDef, ast.Lambda)):
+        for statement in node.body if isinstance(node, ast.FunctionDef) else [node.body]:
+            yield from _computed(statement, inside=True)
+        return
+    if inside:
+        yield node
+    for name, value in ast.iter_fields(node):
+        if name in ("annotation", "decorator_list", "bases"):
+            continue
+        for part in value if isinstance(value, list) else [value]:
+            if isinstance(part, ast.AST):
+                yield from _computed(part, inside)
+
+
+def sample(count: int, seed: int, modules: Sequence[str]) -> list[Mutant]:
+    """So many mutants of the modules, drawn by the seed."""
+    known = [mutant for module in modules for mutant in mutants_of(module, (ROOT / module).read_text())]
+    return sorted(random.Random(seed).sample(known, min(count, len(known))))
+
+
+# --- trials -----------------------------------------------------------------------------------------------------------
+
+
+def copied(to: Path) -> Path:
+    """A copy of the sources, with the machine code that is kept beside them."""
+    to.mkdir()
+    for name in COPIED:
+        source = ROOT / name
+        if source.is_dir():
+            shutil.copytree(source, to / name, ignore=shutil.ignore_patterns("*.nbi.*.tmp"))
+        else:
+            shutil.copy2(source, to / name)
+    return to
+
+
+def passes(tree: Path, tests: Sequence[str]) -> bool:
+    """Whether the default tests in some files of a copy pass, one after the other up to the first that fails."""
+    pytest = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--no-header", "--tb=no"]
+    limited = ["sh", "-c", f'ulimit -t {LIMIT}; exec "$@"', "sh"]
+    environment = {**os.environ, "PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment.pop("NUMBA_CACHE_DIR", None)  # the copy's own
+    return all(
+        subprocess.run([*limited, *pytest, f"tests/{file}"], cwd=tree, env=environment, capture_output=True).returncode
+        == 0
+        for file in tests
+    )
+
+
+def tried(mutant: Mutant, tree: Path) -> Verdict:
+    """Run the tests of a mutant's room in a copy, which is then as it was."""
+    file, original = tree / mutant.module, ROOT / mutant.module
+    file.write_text(mutant.applied(original.read_text()))
+    try:
+        return Verdict(mutant, not passes(tree, ROOMS[mutant.module]))
+    finally:
+        shutil.copy2(original, file)
+
+
+def verdicts(mutants: Sequence[Mutant], workers: int) -> Iterator[Verdict]:
+    """What the tests say of each mutant, in their order.
+
+    Raises:
+        click.ClickException: The tests fail without any mutant.
+    """
+    with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
+        trees: Queue[Path] = Queue()
+        for worker in range(workers):
+            trees.put(copied(Path(folder) / str(worker)))
+        wanted = list(dict.fromkeys(file for mutant in mutants for file in ROOMS[mutant.module]))
+
+        def checked(file: str) -> bool:
+            tree = trees.get()
+            try:
+                return passes(tree, [file])
+            finally:
+                trees.put(tree)
+
+        def judged(mutant: Mutant) -> Verdict:
+            tree = trees.get()
+            try:
+                return tried(mutant, tree)
+            finally:
+                trees.put(tree)
+
+        with ThreadPoolExecutor(workers) as pool:
+            for file, passed in zip(wanted, pool.map(checked, wanted), strict=True):
+                if not passed:
+                    raise click.ClickException(f"tests/{file} fails without any mutant: mend that first")
+            yield from pool.map(judged, mutants)
+
+
+def reason(mutant: Mutant) -> str | None:
+    """Why no test can notice a mutant, if that has been argued."""
+    return EQUIVALENT.get((mutant.module, *mutant.lines((ROOT / mutant.module).read_text())))
+
+
+def told(verdict: Verdict) -> str:
+    """A verdict in lines of text."""
+    mutant = verdict.mutant
+    before, after = mutant.lines((ROOT / mutant.module).read_text())
+    why = reason(mutant)
+    word = "noticed " if verdict.noticed else "equal   " if why else "SURVIVED"
+    lines = [f"{word}  {mutant.module}:{mutant.line}", f"    - {before}", f"    + {after}"]
+    return "\n".join(lines + ([f"    {why}"] if why and not verdict.noticed else []))
+
+
+def share(found: Sequence[Verdict]) -> float:
+    """Share of the mutants that were noticed, of those that can be."""
+    counted = [verdict.noticed for verdict in found if verdict.noticed or reason(verdict.mutant) is None]
+    return sum(counted) / len(counted) if counted else 1.0
+
+
+@click.command(help=(__doc__ or "").split("\n\n")[0])
+@click.option("--count", default=20, show_default=True, type=click.IntRange(1), help="How many mutants.")
+@click.option("--seed", default=0, show_default=True, help="By which they are drawn.")
+@click.option("--workers", default=2, show_default=True, type=click.IntRange(1), help="Processes at a time.")
+@click.argument("modules", nargs=-1, type=click.Choice(sorted(ROOMS)), metavar="[MODULE]...")
+def main(count: int, seed: int, workers: int, modules: tuple[str, ...]) -> None:
+    """Draw mutants, try them, and tell which survive."""
+    found = []
+    for verdict in verdicts(sample(count, seed, modules or sorted(ROOMS)), workers):
+        found.append(verdict)
+        click.echo(told(verdict))
+    click.echo(f"noticed: {share(found):.0%} of {len(found)} mutants of seed {seed}, without those argued to be equal")
+    if share(found) < WANTED:
+        raise click.ClickException(f"fewer than {WANTED:.0%}: a test is missing where one survived")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,94 @@
+"""Which touchdowns with knees take the robot over, straight or bent, against the robot's own impact."""
+
+import math
+
+import numpy as np
+import pytest
+from simulations import UNEQUAL, hybrid_simulation
+
+from mjbiped.engines.hybrid import kneed_impacts, kneed_posture
+from mjbiped.engines.hybrid import state as at
+from mjbiped.robots.bent_leg import bent_leg
+from mjbiped.robots.kneed import KneedBiped
+from mjbiped.terrain.terrain import Terrain
+
+H = 1e-6
+
+
+def rise_of_the_old_foot(robot: KneedBiped, q: np.ndarray, dq: np.ndarray, bent: float) -> float:
+    """Rate at which the foot that stood leaves the new stance foot upwards after the impact, m/s."""
+    after = robot.rates_after_touchdown(q, dq, bent)  # of the leg that struck, and of the other one
+    _, lean = bent_leg(robot.thigh_length, robot.shank_length, bent)
+    segments = np.array([q[0] + lean, q[0] + lean - bent, q[1], q[2]])
+    rates = np.array([after[1], after[1], after[0], after[0]])
+    ends = [robot.swing_foot(segments + side * H * rates)[1] for side in (-1, 1)]
+    return float(ends[0] - ends[1]) / (2 * H)
+
+
+@pytest.mark.parametrize("robot", [KneedBiped(), UNEQUAL])
+def test_a_bent_leg_takes_over_where_the_other_foot_leaves_the_ground(robot: KneedBiped) -> None:
+    simulation = hybrid_simulation(Terrain.level(), (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0), robot=robot)
+    b, draw = simulation.buffers, np.random.default_rng(1)
+    b.w[at.FOOT_X], seen = 0.4, []
+    for _ in range(400):
+        # the swing leg is ahead of the other one, or behind it, and comes down at any rates
+        bent, flexion = draw.choice([0.0, draw.uniform(0.05, 0.8)]), draw.choice([0.0, draw.uniform(0.05, 0.8)])
+        line, thigh = draw.uniform(-0.1, 0.5), draw.uniform(-0.7, 0.2)
+        q, dq = np.array([line, thigh, thigh + flexion]), draw.uniform(-3.0, 3.0, 3)
+        locked = flexion == 0.0
+        dq[2] = dq[1] if locked else dq[2]
+        b.w[at.LOCKED], b.w[at.STANCE_FLEXION] = at.KNEE_LOCKED if locked else at.KNEE_FREE, bent
+        kneed_posture.stand(simulation.constants.robot, bent)
+        b.y[:6] = [*q, *dq]
+        length, _ = bent_leg(robot.thigh_length, robot.shank_length, bent)
+        ahead = length * math.sin(line) - robot.thigh_length * math.sin(thigh) - robot.shank_length * math.sin(q[2]) > 0
+        straight = locked and bent == 0.0
+        takes = ahead and (straight or rise_of_the_old_foot(robot, q, dq, bent) > 0.0)
+        assert kneed_impacts.lands(simulation.constants, b) == takes
+        seen.append((ahead, ahead and straight, takes))
+    # each kind often: behind, ahead with straight legs, with bent ones that take over, and that do not
+    kinds = [(False, False, False), (True, True, True), (True, False, True), (True, False, False)]
+    assert min(seen.count(kind) for kind in kinds) > 30
+
+
+@pytest.mark.parametrize("bent", [0.0, 0.3])
+@pytest.mark.parametrize("flexion", [0.0, 0.5])
+def test_a_transfer_leaves_the_robot_where_it_is_and_strikes_the_new_foot(bent: float, flexion: float) -> None:
+    """From one slope onto another, on unequal links; the drawn robot is the same before and after."""
+    ground = Terrain((-1.0, 0.2), (0.0, 0.0), (0.02, -0.03))
+    simulation = hybrid_simulation(ground, (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0), robot=UNEQUAL)
+    constants, b, laws = simulation.constants, simulation.buffers, simulation.advance.args[0]
+    q, dq = np.array([0.15, -0.4, -0.4 + flexion]), np.array([1.1, 0.4, 0.4 - 2.0 * (flexion > 0.0)])
+    b.w[at.LOCKED], b.w[at.STANCE_FLEXION] = (at.KNEE_FREE if flexion else at.KNEE_LOCKED), bent
+    kneed_posture.stand(constants.robot, bent)
+    b.y[:6] = [*q, *dq]
+    old_x, slope = b.w[at.FOOT_X], b.w[at.SLOPE]
+    foot_x, foot_z = kneed_posture.swing_foot(constants, b, kneed_posture.pose(b, b.y))
+    kneed_impacts.transfer(laws, simulation.parameters, constants, b, 1, foot_x)
+    (new, swing, shank), rates = b.y[:3], b.y[3:6]
+    expected = UNEQUAL.rates_after_touchdown(q, dq, bent)
+    assert rates == pytest.approx(expected.tolist(), abs=1e-12)
+    assert (b.w[at.STANCE], b.w[at.STANCE_FLEXION], shank - swing) == pytest.approx((1.0, flexion, bent), abs=1e-15)
+    length, _ = bent_leg(UNEQUAL.thigh_length, UNEQUAL.shank_length, flexion)
+    old_length, _ = bent_leg(UNEQUAL.thigh_length, UNEQUAL.shank_length, bent)
+    line = new + b.w[at.SLOPE]
+    hip = [foot_x + length * math.sin(line), foot_z + length * math.cos(line)]
+    assert hip[0] == pytest.approx(old_x + old_length * math.sin(q[0] + slope), abs=1e-12)
+    thigh, below = swing + b.w[at.SLOPE], shank + b.w[at.SLOPE]
+    back = hip[0] - UNEQUAL.thigh_length * math.sin(thigh) - UNEQUAL.shank_length * math.sin(below)
+    assert back == pytest.approx(old_x, abs=1e-12)
+    assert b.w[at.LOCKED] == (at.KNEE_FREE if bent else at.KNEE_RESTING)
+
+
+def test_a_knee_that_strikes_locks_as_the_robots_map_has_it() -> None:
+    simulation = hybrid_simulation(Terrain.incline(2.0), (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0), robot=UNEQUAL)
+    b, laws = simulation.buffers, simulation.advance.args[0]
+    q, dq = [0.1, -0.2, -0.2 - 1e-12], [1.0, 0.8, -1.5]
+    b.y[:6] = [*q, *dq]
+    kneed_impacts.strike_stop(laws, simulation.parameters, simulation.constants, b, 0.4)
+    _, rates = UNEQUAL.knee_impact(q, dq)
+    assert b.y[3:6] == pytest.approx(rates[[0, 1, 1]].tolist(), abs=1e-10)
+    assert b.y[2] == b.y[1] == q[1]
+    assert (b.w[at.LOCKED], b.w[at.STRIKE_TIME]) == (at.KNEE_LOCKED, 0.4)
+    assert [b.w[at.STRIKE_DQ + i] for i in range(3)] == dq
+    assert [b.w[at.STRUCK_DQ + i] for i in range(3)] == b.y[3:6]

@@ -1,0 +1,269 @@
+"""What the engine keeps from one physics step to the next, against the geometry and mechanics that it stands for."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mjbiped.engines.mujoco import contact_events as events
+from mjbiped.engines.mujoco.contact_events import State
+from mjbiped.engines.mujoco.contact_forces import Felt
+from mjbiped.engines.mujoco.judged import limits_of
+from mjbiped.records.columns import TOUCHDOWNS, index_of
+from mjbiped.robots.compass import Compass
+from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.rules.termination import Limits, Outcome
+from mjbiped.terrain.terrain import Terrain
+
+ROBOT = Compass(lower_length=0.4, upper_length=0.5)
+LENGTH, SLOPE = ROBOT.leg_length, 0.05
+GROUND = Terrain((-5.0, 0.2), (0.3, 0.3 - 5.2 * math.tan(SLOPE)), (SLOPE, -0.03))
+"""Down to x = 0.2 m, and up from there."""
+AWAY = Felt(0.0, 0.0, 0.0, 0.0, False, False)
+
+angles, rates = st.floats(-0.5, 0.5), st.floats(-3.0, 3.0)
+torques = st.tuples(*[st.floats(-30.0, 30.0)] * 2)
+
+
+def limits(lands: bool = True, steps: int = 9, distance: float | None = None) -> Limits:
+    return limits_of(ROBOT, ScuffingRule(reach=0.2, delay=0.1), 1e-3, (-3.0, 3.0), steps, distance, lands)
+
+
+def standing_at(
+    x: float, stance: float, swing: float, dq: tuple[float, float] = (0.0, 0.0), left: bool = True
+) -> State:
+    """The robot with its stance foot on the ground at x, its legs at angles from the vertical, rad."""
+    hip = (x + LENGTH * math.sin(stance), GROUND.height_at(x) + LENGTH * math.cos(stance))
+    turning = (LENGTH * math.cos(stance) * dq[0], -LENGTH * math.sin(stance) * dq[0])
+    legs, turns = ((stance, swing), dq) if left else ((swing, stance), dq[::-1])
+    return State([*hip, *legs], [*turning, *turns])
+
+
+def begun(state: State, x: float = 0.0) -> list[float]:
+    u = [0.0] * events.CONTROLLER_MEMORY
+    events.begin(u, state, GROUND.slope_at(x), (x, GROUND.height_at(x)), 1e-3)
+    return u
+
+
+def told(u: list[float], name: str) -> float:
+    return u[events.LAST_TOUCHDOWN + index_of(TOUCHDOWNS, name)]
+
+
+@given(angles, angles, st.tuples(rates, rates), st.tuples(rates, rates))
+@settings(deadline=None, derandomize=True)
+def test_a_support_transfer_tells_both_roles_each_from_its_own_ground(
+    stance: float, swing: float, before: tuple[float, float], after: tuple[float, float]
+) -> None:
+    """The new foot is on the segment behind the edge; rates before are of the observation before, angles of now."""
+    u = begun(standing_at(0.0, stance, swing, before))
+    u[events.ANKLE], u[events.HIP], u[events.NOTED], u[events.CONTACT_ENABLED] = 3.0, 2.0, 1.0, 1.0
+    u[events.NORMAL_FORCE], u[events.FRICTION], u[events.WORK_NET], u[events.COUNT] = 50.0, 0.3, -1.5, 4.0
+    now = standing_at(0.45, swing, stance, after[::-1], left=False)  # on the right foot, with the same angles
+    events.observe(u, limits(), GROUND.profile, 0.7, now)
+    here, there = GROUND.slope_at(0.0), GROUND.slope_at(0.45)
+    assert (here, there) == pytest.approx((SLOPE, -0.03))
+    expected = {
+        "time": 0.7, "x": 0.45, "z": GROUND.height_at(0.45), "stance": 1.0, "slope": there,
+        "friction": 0.3, "normal_force": 50.0, "work_net": -1.5,
+    }  # fmt: skip
+    for name, value in expected.items():
+        assert told(u, name) == pytest.approx(value, abs=1e-12), name
+    pairs = {
+        events.TOLD_Q_BEFORE: (stance - here, swing - here),
+        events.TOLD_Q: (swing - there, stance - there),
+        events.TOLD_DQ: after[::-1],
+        events.LAST_TOUCHDOWN + index_of(TOUCHDOWNS, "dq_before"): before,
+    }
+    for first, pair in pairs.items():
+        assert u[first : first + 2] == pytest.approx(pair, abs=1e-12)
+    assert (u[events.ANKLE], u[events.HIP]) == (0.0, -2.0)  # the hip's motor goes on, between legs in new roles
+    assert [u[index] for index in (events.STANCE, events.COUNT, events.TRANSFERRED, events.TRANSFER_TIME)] == [
+        1,
+        5,
+        1,
+        0.7,
+    ]
+    assert [u[index] for index in (events.NOTED, events.FRICTION, events.NORMAL_FORCE)] == [0.0, 0.0, math.inf]
+    assert u[events.SLOPE] == pytest.approx(there)
+    assert u[events.OUTCOME] == 0.0
+
+
+@pytest.mark.parametrize("off", [-0.03, 0.03])
+def test_a_touchdown_off_the_ground_is_no_row(off: float) -> None:
+    u = begun(standing_at(0.0, 0.1, -0.2))
+    u[events.NOTED] = 1.0
+    state = standing_at(0.45, -0.2, 0.1, left=False)
+    state.qpos[1] += off * LENGTH  # type: ignore[index]  # a list here
+    events.observe(u, limits(), GROUND.profile, 0.5, state)
+    assert (u[events.OUTCOME], u[events.COUNT]) == (float(Outcome.DIVERGED), 0.0)
+
+
+@given(st.tuples(angles, angles), st.tuples(angles, angles), torques, torques, st.booleans())
+@settings(deadline=None, derandomize=True)
+def test_work_is_torque_times_what_was_turned(
+    before: tuple[float, float],
+    now: tuple[float, float],
+    first: tuple[float, float],
+    last: tuple[float, float],
+    right: bool,
+) -> None:
+    """Of the mean of both ends' torques, or of those that a digital controller holds; the hip turns the legs apart."""
+    for held in (False, True):
+        u = [0.0] * events.CONTROLLER_MEMORY
+        u[events.STANCE], u[events.LEFT], u[events.RIGHT] = float(right), *now
+        u[events.ANKLE], u[events.HIP] = first
+        events.count_work(u, before, last, held)
+        turned = np.subtract(now, before)[:: -1 if right else 1]
+        acting = np.array(last) if held else 0.5 * np.add(first, last)
+        works = acting * [turned[0], turned[1] - turned[0]]
+        assert u[events.WORK_NET] == pytest.approx(works.sum(), abs=1e-12)
+        assert u[events.WORK_ABSOLUTE] == pytest.approx(np.abs(works).sum(), abs=1e-12)
+        assert u[events.WORK_POSITIVE] == pytest.approx(np.maximum(works, 0.0).sum(), abs=1e-12)
+
+
+def test_the_normal_force_is_averaged_over_stretches_that_end_in_contact() -> None:
+    """Single physics steps without contact do not count; a foot that is off the ground for longer bears nothing."""
+    lim, u = limits(), begun(standing_at(0.0, 0.1, -0.2))
+    u[events.EFFECTIVE_STEP], u[events.ANKLE] = 1e-3, 4.0
+    count = math.ceil(lim.averaged / 1e-3 - 1e-9)
+    forces = [60.0 + 2.0 * k for k in range(count - 1)]
+    for force in [*forces, 0.0]:
+        u[events.FORCE] = force
+        events.weigh(u, lim)
+    assert u[events.NORMAL_FORCE] == math.inf  # it ends out of contact: not yet
+    u[events.FORCE] = 100.0
+    events.weigh(u, lim)
+    average = (sum(forces) + 100.0) / (count + 1)
+    assert u[events.NORMAL_FORCE] == pytest.approx(average)
+    assert -u[events.PRESSURE_AHEAD] == u[events.PRESSURE_BEHIND] == pytest.approx(4.0 / average)
+    assert events.pressure_times(u).sum() == pytest.approx((count + 1) * 1e-3)
+    assert u[events.STRETCH] == u[events.IMPULSE] == u[events.ANKLE_IMPULSE] == 0.0
+    u[events.FORCE] = 0.0
+    for k in range(math.ceil(lim.airborne / 1e-3 - 1e-9)):
+        assert u[events.NORMAL_FORCE] > 0.0, k
+        events.weigh(u, lim)
+    assert u[events.NORMAL_FORCE] == 0.0
+
+
+def test_a_step_too_short_for_an_average_tells_the_mean_of_what_there_was() -> None:
+    u = begun(standing_at(0.0, 0.1, -0.2))
+    assert math.isnan(events.least_normal_force(u))
+    u[events.IMPULSE], u[events.STRETCH] = 0.12, 2e-3
+    assert events.least_normal_force(u) == pytest.approx(60.0)
+    u[events.NORMAL_FORCE] = 7.0
+    assert events.least_normal_force(u) == 7.0
+
+
+@given(st.booleans(), st.floats(0.0, 0.08), st.floats(-0.01, 0.01), st.floats(-0.3, 0.3))
+@settings(deadline=None, derandomize=True)
+def test_a_foot_slips_along_the_ground_but_for_what_it_rolls(
+    lands: bool, along: float, across: float, turned: float
+) -> None:
+    u, lim = begun(standing_at(0.0, 0.1, -0.2)), limits(lands)
+    place = np.array([0.0, GROUND.height_at(0.0)])
+    place += along * np.array([math.cos(SLOPE), -math.sin(SLOPE)]) + across * np.array(
+        [math.sin(SLOPE), math.cos(SLOPE)]
+    )
+    events.judge(u, lim, GROUND.profile, 0.1, (0.05, 1.2), (float(place[0]), float(place[1])), 0.1 + turned)
+    slip = abs(along - (0.0 if lands else lim.foot_radius * turned))
+    assert u[events.SLIP] == pytest.approx(slip, abs=1e-12)
+    assert u[events.SLIDES] == float(slip > events.SLID * LENGTH)
+    assert u[events.OUTCOME] == 0.0
+    events.judge(u, lim, GROUND.profile, 0.1, (0.05, 1.2), (float(place[0]), float(place[1])), 0.1 + turned)
+    assert u[events.SLIDES] == float(slip > events.SLID * LENGTH)  # counted once a step
+
+
+def fallen(low: float) -> tuple[float, float]:
+    """The hip at so many leg lengths over the ground, along its normal."""
+    return 0.05, GROUND.height_at(0.05) + low * LENGTH / math.cos(SLOPE)
+
+
+STILL = (0.0, GROUND.height_at(0.0))
+
+
+@pytest.mark.parametrize(
+    ("hip", "foot", "time", "outcome"),
+    [
+        (fallen(0.501), STILL, 1.0, Outcome.WALKING),
+        (fallen(0.499), STILL, 1.0, Outcome.FELL),
+        (fallen(1.0), STILL, 10.01 * math.sqrt(LENGTH / 9.81), Outcome.STALLED),
+        (fallen(1.0), STILL, 9.99 * math.sqrt(LENGTH / 9.81), Outcome.WALKING),
+        (fallen(1.0), (0.101 * LENGTH, STILL[1] - 0.101 * LENGTH * math.tan(SLOPE)), 1.0, Outcome.SLIPPED),
+        (fallen(1.0), (0.0, STILL[1] + 0.101 * LENGTH), 1.0, Outcome.SLIPPED),
+        (fallen(1.0), (0.0, STILL[1] + 0.099 * LENGTH), 1.0, Outcome.WALKING),
+        (fallen(1.0), (0.0, STILL[1] - 0.03 * LENGTH), 1.0, Outcome.DIVERGED),
+        (fallen(1.0), (0.0, STILL[1] - 0.019 * LENGTH), 1.0, Outcome.WALKING),
+        ((3.01, 1.2), STILL, 1.0, Outcome.LEFT_TERRAIN),
+        ((-3.01, 1.4), STILL, 1.0, Outcome.LEFT_TERRAIN),
+    ],
+)
+def test_how_a_walk_ends(hip: tuple[float, float], foot: tuple[float, float], time: float, outcome: Outcome) -> None:
+    u = begun(standing_at(0.0, 0.1, -0.2))
+    events.judge(u, limits(), GROUND.profile, time, hip, foot, 0.1)
+    assert Outcome(int(u[events.OUTCOME])) is outcome
+
+
+@pytest.mark.parametrize(
+    ("count", "x", "outcome"),
+    [(8, 0.5, Outcome.WALKING), (9, 0.5, Outcome.FINISHED), (3, 2.0, Outcome.FINISHED), (3, 1.99, Outcome.WALKING)],
+)
+def test_a_walk_is_finished_by_steps_or_by_distance(count: int, x: float, outcome: Outcome) -> None:
+    u = begun(standing_at(0.0, 0.1, -0.2))
+    u[events.COUNT], u[events.FOOT_X] = count, x
+    events.judge_touchdown(u, limits(distance=2.0))
+    assert Outcome(int(u[events.OUTCOME])) is outcome
+    u[events.FOOT_X], u[events.OUTCOME], u[events.COUNT] = 3.0, 0.0, 1.0
+    events.judge_touchdown(u, limits())
+    assert Outcome(int(u[events.OUTCOME])) is Outcome.LEFT_TERRAIN
+
+
+def ahead(distance: float) -> State:
+    """The swing foot so far ahead of the stance foot and clear of the ground, m."""
+    state = standing_at(0.0, 0.05, math.asin(0.05 - distance / LENGTH))
+    state.qpos[1] += 0.1  # type: ignore[index]  # as if the stance leg were longer
+    return state
+
+
+@pytest.mark.parametrize(
+    ("enabled", "reach", "time", "expected"),
+    [(0, 0.2, 0.2, 1), (0, 0.15, 0.2, 0), (0, 0.2, 0.09, 0), (1, 0.2, 0.2, 1), (1, 0.1, 0.2, 0), (1, 0.2, 0.0, 1)],
+)
+def test_the_scuffing_rule_lets_the_swing_foot_collide(enabled: int, reach: float, time: float, expected: int) -> None:
+    """0.18 m ahead at least, 0.1 s after the transfer, in the air; drawn in, it ceases to."""
+    u = begun(ahead(reach))
+    u[events.CONTACT_ENABLED] = float(enabled)
+    events.observe(u, limits(), GROUND.profile, time, ahead(reach))
+    assert u[events.CONTACT_ENABLED] == expected
+
+
+@pytest.mark.parametrize("enabled", [False, True])
+def test_what_the_feet_feel(enabled: bool) -> None:
+    """A swing foot that may collide and meets the ground makes a touchdown: that step's load is of the impact."""
+    light = 0.005 * ROBOT.weight
+    stance = Felt(40.0, 12.0, 40.0, 2e-6, True, False)
+    used = abs(12.0 * math.cos(SLOPE) + 40.0 * math.sin(SLOPE)) / (40.0 * math.cos(SLOPE) - 12.0 * math.sin(SLOPE))
+    made: Callable[[], list[float]] = lambda: begun(standing_at(0.0, 0.1, -0.2))  # noqa: E731
+    u = made()
+    u[events.CONTACT_ENABLED] = float(enabled)
+    events.read_contacts(u, limits(), stance, Felt(9.0, 1.0, 9.0, 5e-6, True, True))
+    assert (u[events.NOTED], u[events.FACE_IMPACTS], u[events.FORCE]) == (float(enabled), float(enabled), 40.0)
+    assert u[events.PENETRATION] == (5e-6 if enabled else 2e-6)
+    assert u[events.FRICTION] == (0.0 if enabled else pytest.approx(used))
+    events.read_contacts(u, limits(), Felt(light, light, light, 1e-6, True, False), AWAY)
+    assert (u[events.NOTED], u[events.FORCE]) == (0.0, light)
+    assert u[events.PENETRATION] == (5e-6 if enabled else 2e-6)  # the greatest stays
+    u = made()
+    events.read_contacts(u, limits(), Felt(light, light, light, 1e-6, True, False), AWAY)
+    assert u[events.FRICTION] == 0.0  # hardly a contact
+    events.read_contacts(u, limits(), AWAY, AWAY)
+    assert u[events.FORCE] == 0.0
+
+
+def test_a_foot_that_slid_is_told_in_words() -> None:
+    u = begun(standing_at(0.0, 0.1, -0.2))
+    assert events.warned({"other": 2}, u) == {"other": 2}
+    u[events.SLIDES] = 3.0
+    assert events.warned({"other": 2}, u) == {"other": 2, events.SLIDING_WORDS: 3}
