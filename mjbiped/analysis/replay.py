@@ -22,14 +22,18 @@ from mjbiped.robots.compass import Array
 _POINTS = 60  # of a transition's curve
 
 
-def recorded_controller(walk: Walk) -> AdaptiveTracking:
+def recorded_controller(walk: Walk, named: str | None = None) -> AdaptiveTracking:
     """The adaptive controller of a walk, built anew from the record.
+
+    Args:
+        walk: The record.
+        named: Where the class is, if it is the user's own; see `mjbiped.control.registry.controller_from`.
 
     Raises:
         InputError: Another controller walked.
         GaitError: The gait that it imitated is not found.
     """
-    controller = recorded_tracking(walk)
+    controller = recorded_tracking(walk, named)
     if not isinstance(controller, AdaptiveTracking):
         raise InputError(
             f"this needs an adaptive controller for straight legs, and this walk's is {type(controller).__name__}"
@@ -37,14 +41,18 @@ def recorded_controller(walk: Walk) -> AdaptiveTracking:
     return controller
 
 
-def recorded_tracking(walk: Walk) -> Tracking:
+def recorded_tracking(walk: Walk, named: str | None = None) -> Tracking:
     """The controller of a walk, built anew from the record, if it tracks a reference.
 
+    Args:
+        walk: The record.
+        named: As for `recorded_controller`.
+
     Raises:
-        InputError: It does not.
+        InputError: It does not, or is the user's own and not named.
         GaitError: The gait that it imitated is not found.
     """
-    controller = controller_from(walk.settings["controller"], walk.settings.get("controller_source"))
+    controller = controller_from(walk.settings["controller"], walk.settings.get("controller_source"), named)
     if not isinstance(controller, Tracking):
         raise InputError(
             f"this needs a controller that tracks a reference, and this walk's is {type(controller).__name__}"

@@ -96,6 +96,29 @@ def own_class(reference: str) -> type[Controller]:
     return found
 
 
+def recorded_class(source: Mapping[str, str], named: str | None) -> type[Controller]:
+    """The class of the user's own that a record tells of, loaded only if the user names it and its sources agree.
+
+    Args:
+        source: What the record tells, as `source_of`; its place is never loaded.
+        named: Where the class is in the user's words; None where nothing was named.
+
+    Raises:
+        InputError: Nothing was named, another class was, or its sources have changed since then.
+    """
+    recorded = shown(source["class"])
+    if named is None:
+        raise InputError(
+            f"the record's controller is {recorded}, somebody's own code, and no record decides what code is loaded; "
+            f"if you trust it, name it yourself: --controller {FORMS}, or controller_from(..., named=...)"
+        )
+    if not is_reference(named) or _parts(named).name != _parts(source["class"]).name:
+        raise InputError(f"the record's controller is {recorded}; {shown(named)} is another class")
+    if digest_of(named) != source["sha256"]:
+        raise InputError(f"the record's controller is {recorded}, and the source of {shown(named)} is another one")
+    return own_class(named)
+
+
 def source_of(kind: type) -> dict[str, str] | None:
     """What a record tells of a class that was named by a reference: that, and the digest of its sources."""
     return _named.get(kind)

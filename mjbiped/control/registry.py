@@ -26,7 +26,7 @@ from typing import Any
 from mjbiped.control.blame import place_of
 from mjbiped.control.controller import Controller
 from mjbiped.control.fields import REQUIRED, checked, default_of, fields_of, shown_defaults, why_none
-from mjbiped.control.own import FORMS, is_reference, own_class, source_of
+from mjbiped.control.own import FORMS, is_reference, own_class, recorded_class
 from mjbiped.errors import InputError, MjbipedError, shown
 from mjbiped.gaits.described import gait_from, passive_gait_of
 from mjbiped.gaits.gait import Periodic
@@ -224,17 +224,22 @@ def check_setting(name: str, key: str, valid: Mapping[str, Any], what: str = "se
             ) from None
 
 
-def controller_from(description: Mapping[str, Any], source: Mapping[str, str] | None = None) -> Controller:
+def controller_from(
+    description: Mapping[str, Any], source: Mapping[str, str] | None = None, named: str | None = None
+) -> Controller:
     """The controller that a record describes, built anew; see `Controller.describe`.
 
-    A field that the class has got since then has its default, with which the class does what it did before.
+    A field that the class has got since then has its default, with which the class does what it did before. A record
+    may come from anyone: it never decides which code is loaded.
 
     Args:
         description: Of a controller.
         source: What the record tells of a class of the user's own; see `mjbiped.control.own.source_of`.
+        named: Where that class is, in the words of who builds it anew; it is loaded if its digest is the record's.
 
     Raises:
-        InputError: No registered class has the description's name, or the class has other parameters or has changed.
+        InputError: No registered class has the description's name, or the class has other parameters or has changed,
+            or it is the user's own and not named.
         GaitError: The gait that it imitated is not found.
     """
     described = dict(description)
@@ -246,9 +251,9 @@ def controller_from(description: Mapping[str, Any], source: Mapping[str, str] | 
         raise InputError(f"{untold}: {shown(error)}") from error
     classes = names_by_class(robot)
     if source is not None:
-        kind = controller_class(str(source.get("class")))
-        if source_of(kind) != source:
-            raise InputError(f"the record's controller is {source.get('class')}, whose source has changed since then")
+        kind = recorded_class(source, named)
+    elif named is not None:
+        raise InputError(f"the record's controller is the registered {shown(wanted)}, and no class of yours is needed")
     elif wanted in classes:
         kind = controller_class(classes[wanted], robot)
     else:

@@ -45,6 +45,8 @@ def python_of(walk: Walk, record: str) -> str | None:
         return None
     set_here = {each.name: settings[each.name] for each in fields(engine) if each.name in settings}
     rule = "None" if settings["scuffing"] is None else 'mjbiped.ScuffingRule(**settings["scuffing"])'
+    source = settings.get("controller_source")
+    named = "" if source is None else f', settings["controller_source"], named={source["class"]!r}'
     of_engine = ", ".join(f"{name}={value!r}" for name, value in set_here.items())
     return f"""import mjbiped
 from mjbiped.control.registry import controller_from
@@ -52,7 +54,7 @@ from mjbiped.control.registry import controller_from
 before = mjbiped.Walk.load({record!r})
 settings = before.settings
 again = mjbiped.walk(
-    controller_from(settings["controller"], settings.get("controller_source")),
+    controller_from(settings["controller"]{named}),
     before.terrain,
     engine=mjbiped.{engine.__name__}({of_engine}),
     robot=before.robot,
