@@ -15,7 +15,10 @@ from mjbiped.control.registry import controller_from
 from mjbiped.control.tracking import AdaptiveTracking, Tracking
 from mjbiped.disturbances.disturbances import DEFAULT_PERIOD, Disturbances
 from mjbiped.disturbances.sampled import SampledController
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, MjbipedError
+from mjbiped.gaits.branches import Branched
+from mjbiped.gaits.described import gait_from
+from mjbiped.gaits.gait import Gait
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
 
@@ -139,6 +142,24 @@ def transitions(walk: Walk, controller: Tracking) -> list[Array]:
             time = np.linspace(0.0, duration, _POINTS).tolist()
             found.append(np.array([np.concatenate(controller.tracked(memory, t)) for t in time]))
     return found
+
+
+def drawn_transitions(walk: Walk) -> list[Array]:
+    """As `transitions`, for pictures: none where the record does not tell what was planned."""
+    try:
+        return transitions(walk, recorded_tracking(walk))
+    except (MjbipedError, ArithmeticError, ValueError):
+        return []
+
+
+def drawn_gait(walk: Walk) -> Gait | Branched | None:
+    """The gait that a walk's controller imitated, for pictures: None where the record does not tell of one."""
+    described = walk.settings["controller"].get("gait")
+    try:
+        gait = None if described is None else gait_from(described)
+    except MjbipedError:
+        return None
+    return gait if isinstance(gait, Branched if walk.robot.knees else Gait) else None
 
 
 class TrackedReference:

@@ -30,7 +30,7 @@ from mjbiped.control.own import FORMS, is_reference, own_class, recorded_class
 from mjbiped.errors import InputError, MjbipedError, shown
 from mjbiped.gaits.described import gait_from, passive_gait_of
 from mjbiped.gaits.gait import Periodic
-from mjbiped.gaits.optimised import find_reference, parse_reference
+from mjbiped.gaits.optimised import find_reference, only_kept, parse_reference
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
@@ -230,7 +230,7 @@ def controller_from(
     """The controller that a record describes, built anew; see `Controller.describe`.
 
     A field that the class has got since then has its default, with which the class does what it did before. A record
-    may come from anyone: it never decides which code is loaded.
+    may come from anyone: it never decides which code is loaded, nor does it begin a search for a reference.
 
     Args:
         description: Of a controller.
@@ -273,6 +273,9 @@ def controller_from(
         described |= gaits
         if robot is not None:
             described["robot"] = robot
-        return kind(**described)
-    except (KeyError, TypeError) as error:
+        with only_kept():
+            return kind(**described)
+    except MjbipedError:
+        raise
+    except Exception as error:  # of whatever kind, by what a class of the user's does with it
         raise InputError(f"{untold}: {shown(error)}") from error

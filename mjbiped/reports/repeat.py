@@ -14,7 +14,7 @@ from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.errors import MjbipedError
 from mjbiped.gaits.optimisation import Goal
-from mjbiped.gaits.optimised import words_of
+from mjbiped.gaits.optimised import only_kept, words_of
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import NAMED
@@ -73,7 +73,8 @@ print("the same, bit by bit:", again == before)
 def command_of(walk: Walk) -> str | None:
     """The command that makes the walk again; None where no command does, as for terrains made in Python."""
     try:
-        return shlex.join(["mjbiped", "walk", *_words(walk)])
+        with only_kept():  # what the record asks for would have to be searched for minutes, to know what it gives
+            return shlex.join(["mjbiped", "walk", *_words(walk)])
     except (_NotSayableError, MjbipedError, KeyError, TypeError, ValueError):
         return None
 

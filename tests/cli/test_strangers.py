@@ -14,7 +14,11 @@ from command_line import run
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped.control.own import digest_of
-from mjbiped.reports.repeat import python_of
+from mjbiped.gaits import optimised
+from mjbiped.gaits.bezier import DEGREE
+from mjbiped.gaits.described import gait_from
+from mjbiped.reports.repeat import command_of, python_of
+from mjbiped.reports.walk_figures import walk_figures
 
 MINE = """\
 from pathlib import Path
@@ -92,3 +96,51 @@ def test_a_law_that_the_user_names_is_evaluated(folder: Path, walk: mjbiped.Walk
     walk.save(folder / "plain.npz")
     refused = run("stability", "plain.npz", "--controller", "elsewhere/mine.py:Mine")
     assert (refused.exit_code, "no class of yours is needed" in refused.stderr) == (2, True)
+
+
+def test_a_report_searches_for_no_reference(walk: mjbiped.Walk, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its command line is told where it is known to make the same walk, and that takes minutes to find out."""
+    goal = {"speed": 0.513, "clearance": 0.07, "retraction": True, "torque_limit": None, "friction": 0.6}
+    gait = {
+        "goal": goal,
+        "clearance_phase": 0.8,
+        "half_angle": 0.2,
+        "control_points": [[0.0, 0.1]] * (DEGREE - 2),
+        "robot": walk.settings["robot"],
+    }
+    described = walk.settings["controller"]
+    library = {
+        **{key: value for key, value in described.items() if key != "name"},
+        **{"name": "LibraryController", "replanning": "additive", "gait": gait},
+        **{"climbing_clearance": 0.1, "climbing_steps": 5, "height_threshold": 0.005},
+    }
+    monkeypatch.setattr(optimised, "optimise", lambda *_: pytest.fail("a reference was searched for"))
+    for controller in ({**described, "gait": gait}, library):
+        odd = with_settings(walk, controller=controller)
+        assert command_of(odd) is None
+        assert walk_figures(odd, video=False)
+
+
+ODD_GAITS: tuple[dict[str, Any], ...] = (
+    {"goal": {"speed": 1e-300}},
+    {"goal": {"speed": "fast"}},
+    {"half_angle": 0.0},
+    {"clearance_phase": "late"},
+    {"control_points": [[1.0]]},
+    {"robot": {"leg_mass": [1]}},
+)
+
+
+@pytest.mark.parametrize("odd", ODD_GAITS)
+def test_gaits_that_are_none_are_left_out_of_pictures(controller: AdaptiveController, odd: dict[str, Any]) -> None:
+    sound: dict[str, Any] = {
+        "goal": {"speed": 0.5, "clearance": 0.06, "retraction": True, "torque_limit": None, "friction": 0.6},
+        "clearance_phase": 0.8,
+        "half_angle": 0.2,
+        "control_points": [[0.0, 0.1]] * (DEGREE - 2),
+        "robot": controller.robot.to_dict(),
+    }
+    assert gait_from(sound).period > 0.0
+    changed = {**sound, **odd, **({"goal": {**sound["goal"], **odd["goal"]}} if "goal" in odd else {})}
+    with pytest.raises(mjbiped.InputError):
+        gait_from(changed)
