@@ -56,6 +56,9 @@ ROBOT = Compass.kind
 LIMITS: Mapping[str, Count | Domain] = {"steps": domains.STEPS, "distance": domains.DISTANCE}
 """Domains of what `walk` takes as it is."""
 
+LIMIT = "limit"
+"""Section of these: the walk's own number of steps is a measure."""
+
 OPTIONS: Mapping[str, Domain] = {"timestep": domains.TIMESTEP, "contact_timestep": domains.CONTACT_TIMESTEP}
 """Domains of settings of the engine mujoco, s."""
 
@@ -171,7 +174,6 @@ class Cell:
             sample_period: Of the record, s.
         """
         robot, terrain, controller = self.robot(), self.terrain(), self.controller()
-        limits = {key: self.values[key] for key in LIMITS if key in self.values}
         return walk(
             controller,
             terrain,
@@ -181,7 +183,7 @@ class Cell:
             scuffing=self.scuffing(),
             disturbances=self.disturbances(),
             sample_period=sample_period,
-            **limits,  # type: ignore[arg-type]  # checked there
+            **self.section(LIMIT),
         )
 
 
