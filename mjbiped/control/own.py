@@ -23,8 +23,9 @@ from typing import Any, NamedTuple
 
 from mjbiped.control.blame import place_in
 from mjbiped.control.controller import Controller
-from mjbiped.errors import InputError, shown
+from mjbiped.errors import InputError, explained, shown
 from mjbiped.utils.domains import known_name
+from mjbiped.utils.reading import read_bytes
 from mjbiped.utils.shadows import hidden_laws
 
 FORMS = "FILE.py:CLASS or PACKAGE.MODULE:CLASS"
@@ -191,12 +192,9 @@ def _read(place: str) -> tuple[Path, bytes]:
     if path.suffix != ".py":
         raise InputError(f"the controller's file {shown(place)} must end in .py; expected {FORMS}")
     try:
-        return path, path.read_bytes()
-    except FileNotFoundError as error:
-        raise InputError(f"there is no file {shown(place)} to take a controller from (in {path.parent})") from error
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(f"the controller's file {shown(place)} cannot be read: {reason}") from error
+        return path, read_bytes(path)
+    except InputError as error:
+        raise InputError(f"the controller's file {shown(place)} (in {path.parent}): {error}") from error
 
 
 def _module(name: str) -> ModuleType:
@@ -226,7 +224,7 @@ def _failing(place: str, error: BaseException, path: Path | None = None) -> Inpu
         return InputError(f"{place} cannot be loaded: {type(error).__name__}: {said}")
     hint = f"; {hidden}" if isinstance(error, ImportError) and (hidden := hidden_laws()) else ""
     where = place_in(error, {str(path)} if path else set())
-    return InputError(f"{place} cannot be loaded: {type(error).__name__}: {error}{where}{hint}")
+    return InputError(f"{place} cannot be loaded: {explained(error)}{where}{hint}")
 
 
 def _import_from(folder: Path) -> None:
@@ -263,7 +261,7 @@ def _imported(files: Iterable[Path], root: Path) -> Iterator[tuple[str, bytes]]:
         if file in seen:
             continue
         seen.add(file)
-        text = file.read_bytes()
+        text = read_bytes(file)
         yield file.relative_to(root).as_posix(), text
         for name in () if installed else _modules_in(text):
             if (root / f"{name}.py").is_file():

@@ -27,7 +27,7 @@ from mjbiped.control.blame import place_of
 from mjbiped.control.controller import Controller
 from mjbiped.control.fields import REQUIRED, checked, default_of, fields_of, shown_defaults, why_none
 from mjbiped.control.own import FORMS, is_reference, own_class, recorded_class
-from mjbiped.errors import InputError, MjbipedError, shown
+from mjbiped.errors import InputError, MjbipedError, explained, shown
 from mjbiped.gaits.described import gait_from, passive_gait_of
 from mjbiped.gaits.gait import Periodic
 from mjbiped.gaits.optimised import find_reference, only_kept, parse_reference
@@ -176,7 +176,7 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
         raise
     except Exception as error:
         raise InputError(
-            f"{kind.__name__} cannot be made of these settings: {type(error).__name__}: {error}{place_of(error, kind)}"
+            f"{kind.__name__} cannot be made of these settings: {explained(error)}{place_of(error, kind)}"
         ) from error
 
 

@@ -18,8 +18,9 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import ArrayLike, NDArray
 
-from mjbiped.errors import RecordError, shown
+from mjbiped.errors import InputError, RecordError, shown
 from mjbiped.utils.files import saved
+from mjbiped.utils.reading import require_file
 
 MOST_UNPACKED, ROOM = 100, 256 << 20
 """An archive may unpack to so many times its size, and so many bytes more. Records do to 1.0 to 37 times, most where a
@@ -64,13 +65,14 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
         RecordError: The file is missing, damaged, no such archive, or does not hold what it claims.
     """
     try:
-        if path.exists() and not path.is_file() and not path.is_dir():  # without end, or whoever waits for it
-            raise RecordError("it is a device or a pipe")
+        require_file(path)
         with path.open("rb") as stream:
             size = stream.seek(0, os.SEEK_END)
             _check_directory(stream, size)
             with zipfile.ZipFile(stream) as archive:
                 return {name: _read(archive, member) for name, member in _members(archive, size).items()}
+    except InputError as error:
+        raise RecordError(f"{path}: {error}") from error
     except RecordError as error:
         raise RecordError(f"{path} is no walk's record: {error}") from error
     except OSError as error:

@@ -58,6 +58,26 @@ def parsed(text: str, most: int = MOST_VALUES) -> Any:
     return value
 
 
+def described(controller: Any) -> dict[str, Any]:
+    """What a controller tells of itself, as it stands in a record that is read again.
+
+    Args:
+        controller: Its name and parameters.
+
+    Raises:
+        ValueError: No record with it could be read.
+    """
+    holds, expected = _CHECKS["controller"]
+    if not holds(controller):
+        raise ValueError(f"it gives {shown(controller)}; expected {expected}")
+    whole = {"settings": {"controller": controller}}  # as deep as it stands there
+    try:
+        read: dict[str, Any] = parsed(json.dumps(whole), LONGEST_DESCRIPTION)["settings"]["controller"]
+    except (TypeError, RecursionError) as error:
+        raise ValueError(f"these are no plain JSON types: {error}") from error
+    return read
+
+
 def _whole_number(text: str) -> int:
     """A whole number in JSON that everything can compute with."""
     if len(text) > _LONGEST_NUMBER:

@@ -17,7 +17,7 @@ from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, explained
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Periodic
 from mjbiped.records import measures
@@ -214,7 +214,7 @@ def measured(cell: Cell, *, trajectory: bool = False) -> Row:
     except (MemoryError, OSError):
         raise
     except Exception as error:
-        return {**dict.fromkeys(KNEES_MEASURES), "outcome": FAILED, "error": f"{type(error).__name__}: {error}"}
+        return {**dict.fromkeys(KNEES_MEASURES), "outcome": FAILED, "error": explained(error)}
     return {**_measures(done), **_samples(done, trajectory), "outcome": done.outcome, "error": None}
 
 

@@ -27,10 +27,11 @@ from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.sweeps.cell import KNEES_MEASURES, LIMIT, LIMITS, MEASURES, OPTIONS, Cell, state_of
 from mjbiped.sweeps.sections import OF_WALK, SECTIONS, Settings, parts_of
 from mjbiped.sweeps.values import Draw, Scalar, check_keys
-from mjbiped.terrain.files import FILE_SUFFIXES, parse_toml, read_text
+from mjbiped.terrain.files import FILE_SUFFIXES, parse_toml
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name
+from mjbiped.utils.reading import read_text
 
 KEYS = ("seed", "samples", *OF_WALK, *SECTIONS, "plot")
 
