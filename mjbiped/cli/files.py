@@ -112,11 +112,11 @@ def tell(
     elif not quiet:
         for each in shown:
             if isinstance(each, str):
-                click.echo(each)
+                click.echo(click.format_filename(each))
             else:
                 Console(highlight=False).print(each)
         for file in files:
-            click.echo(f"wrote {file}")
+            click.echo(f"wrote {click.format_filename(str(file))}")  # its name may be no UTF-8
 
 
 @contextmanager

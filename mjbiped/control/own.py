@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 from mjbiped.control.blame import place_in
 from mjbiped.control.controller import Controller
 from mjbiped.errors import InputError, explained, shown
-from mjbiped.utils.domains import known_name
+from mjbiped.utils.domains import check_text, known_name
 from mjbiped.utils.reading import read_bytes
 from mjbiped.utils.shadows import hidden_laws
 
@@ -70,7 +70,7 @@ def own_class(reference: str) -> type[Controller]:
     Raises:
         InputError: There is no such file, module or class, loading it fails, or the class is no controller.
     """
-    part = _parts(reference)
+    part = _parts(check_text("the controller's place", reference))
     module = _module_of_file(part.place) if part.is_file else _module(part.place)
     valid = [name for name, value in vars(module).items() if _is_law(value) and value.__module__ == module.__name__]
     if not part.name:

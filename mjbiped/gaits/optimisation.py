@@ -290,8 +290,8 @@ def _search(model: StepModel, goal: Goal, half: float, phase: float) -> Iterator
         if not np.isfinite(done.x).all():
             return
         x = np.clip(done.x, *np.array(bounds).T)
-        if clearance == goal.clearance and problem.kept(x).min() < -_FAR:
-            break  # hopeless; told below what it lacks
+        if problem.kept(x).min() < -_FAR:
+            break  # hopeless, for more clearance too; told below what it lacks
     yield solution_of(model, goal, float(x[0]), x[1:])
 
 

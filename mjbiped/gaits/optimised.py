@@ -114,6 +114,11 @@ def find_reference(
     """
     if not isinstance(robot, KneedBiped):
         domains.check_kind("robot", robot, Compass)
+    if domains.CLEARANCE.check("clearance", clearance) >= robot.leg_length:
+        raise InputError(
+            f"clearance = {clearance:g}: must be less than the leg's length of {robot.leg_length:g} m; the swing foot "
+            "would be above the hip"
+        )
     return _find(robot, Goal(speed, clearance, retraction, torque_limit, friction))
 
 

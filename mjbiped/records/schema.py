@@ -17,9 +17,9 @@ from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import STALL_TIME, Outcome
 
 FORMAT = "mjbiped walk"
-FORMAT_VERSION = 4
+FORMAT_VERSION = 5
 """2: touchdowns have `normal_force`. 3: walks with knees tell of a motor at the stance knee. 4: where the centre of
-pressure was, in touchdowns and as times. NaN in older records."""
+pressure was, in touchdowns and as times. NaN in older records. 5: the outcome "time limit"."""
 
 FARTHEST = 1e10
 """Greatest place (m) or angle (rad): MuJoCo takes a state beyond it as diverged."""
