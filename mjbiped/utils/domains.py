@@ -302,6 +302,7 @@ MODEL_ERROR = Domain(1e-3, 1e3)
 BANDWIDTH = Domain(1e-3, 1e9, "Hz")
 IMPULSE = Domain(0.0, 1e9, "N s")
 PUSH = Domain(-IMPULSE.high, IMPULSE.high, "N s")
+PUSHES = Count(0, 10_000)
 PUSH_INTERVAL = Domain(1e-3, 1e9, "s")
 PUSH_DURATION = Domain(1e-3, 10.0, "s")
 
