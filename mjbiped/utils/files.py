@@ -96,19 +96,15 @@ def _unfinished_file(path: Path) -> Iterator[Path]:
     with ExitStack() as stack:
         while True:
             name = path.with_name(f".mjbiped-{secrets.token_hex(8)}{path.suffix}")
-            with ExitStack() as made:
-                _own[name] = os.getpid()
-                made.callback(_remove, name)
-                handle = os.open(name, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)  # as any new file, by the umask
-                made.callback(os.close, handle)
-                if sys.platform == "win32":
-                    made.pop_all()
-                    os.close(handle)  # an open file could not be moved
-                    stack.callback(_remove, name)
-                    break
-                if _locked(handle, name):
-                    stack.enter_context(made.pop_all())
-                    break
+            _own[name] = os.getpid()
+            stack.callback(_remove, name)
+            handle = os.open(name, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)  # as any new file, by the user's umask
+            if sys.platform == "win32":
+                os.close(handle)  # an open file could not be moved
+                break
+            stack.callback(os.close, handle)
+            if _locked(handle, name):
+                break
         yield name
 
 
