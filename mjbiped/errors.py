@@ -73,6 +73,15 @@ def shown(value: object) -> str:
     return shortened(text, LONGEST_SHOWN)
 
 
+def explained(error: BaseException) -> str:
+    """The kind and the words of an exception that somebody else's code raised; never an exception itself."""
+    name = type(error).__name__
+    try:
+        return f"{name}: {error}".rstrip(": ")
+    except Exception:  # its words are that code's, too
+        return f"{name}, whose words cannot be told"
+
+
 def shortened(text: str, longest: int = 300) -> str:
     """A text that must not be quoted, as a path or the words of another library, without its middle where it is long.
 

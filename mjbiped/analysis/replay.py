@@ -15,21 +15,28 @@ from mjbiped.control.registry import controller_from
 from mjbiped.control.tracking import AdaptiveTracking, Tracking
 from mjbiped.disturbances.disturbances import DEFAULT_PERIOD, Disturbances
 from mjbiped.disturbances.sampled import SampledController
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, MjbipedError
+from mjbiped.gaits.branches import Branched
+from mjbiped.gaits.described import gait_from
+from mjbiped.gaits.gait import Gait
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
 
 _POINTS = 60  # of a transition's curve
 
 
-def recorded_controller(walk: Walk) -> AdaptiveTracking:
+def recorded_controller(walk: Walk, named: str | None = None) -> AdaptiveTracking:
     """The adaptive controller of a walk, built anew from the record.
+
+    Args:
+        walk: The record.
+        named: Where the class is, if it is the user's own; see `mjbiped.control.registry.controller_from`.
 
     Raises:
         InputError: Another controller walked.
         GaitError: The gait that it imitated is not found.
     """
-    controller = recorded_tracking(walk)
+    controller = recorded_tracking(walk, named)
     if not isinstance(controller, AdaptiveTracking):
         raise InputError(
             f"this needs an adaptive controller for straight legs, and this walk's is {type(controller).__name__}"
@@ -37,14 +44,18 @@ def recorded_controller(walk: Walk) -> AdaptiveTracking:
     return controller
 
 
-def recorded_tracking(walk: Walk) -> Tracking:
+def recorded_tracking(walk: Walk, named: str | None = None) -> Tracking:
     """The controller of a walk, built anew from the record, if it tracks a reference.
 
+    Args:
+        walk: The record.
+        named: As for `recorded_controller`.
+
     Raises:
-        InputError: It does not.
+        InputError: It does not, or is the user's own and not named.
         GaitError: The gait that it imitated is not found.
     """
-    controller = controller_from(walk.settings["controller"], walk.settings.get("controller_source"))
+    controller = controller_from(walk.settings["controller"], walk.settings.get("controller_source"), named)
     if not isinstance(controller, Tracking):
         raise InputError(
             f"this needs a controller that tracks a reference, and this walk's is {type(controller).__name__}"
@@ -131,6 +142,24 @@ def transitions(walk: Walk, controller: Tracking) -> list[Array]:
             time = np.linspace(0.0, duration, _POINTS).tolist()
             found.append(np.array([np.concatenate(controller.tracked(memory, t)) for t in time]))
     return found
+
+
+def drawn_transitions(walk: Walk) -> list[Array]:
+    """As `transitions`, for pictures: none where the record does not tell what was planned."""
+    try:
+        return transitions(walk, recorded_tracking(walk))
+    except (MjbipedError, ArithmeticError, ValueError):
+        return []
+
+
+def drawn_gait(walk: Walk) -> Gait | Branched | None:
+    """The gait that a walk's controller imitated, for pictures: None where the record does not tell of one."""
+    described = walk.settings["controller"].get("gait")
+    try:
+        gait = None if described is None else gait_from(described)
+    except MjbipedError:
+        return None
+    return gait if isinstance(gait, Branched if walk.robot.knees else Gait) else None
 
 
 class TrackedReference:

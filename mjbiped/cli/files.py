@@ -16,7 +16,7 @@ import click
 from rich.console import Console, RenderableType
 
 from mjbiped.cli.tables import as_json
-from mjbiped.errors import MjbipedError, shortened
+from mjbiped.errors import MjbipedError, explained, shortened
 from mjbiped.records.arrays import write_arrays
 from mjbiped.records.record import Walk
 
@@ -79,7 +79,7 @@ class Files:
         except MjbipedError as error:
             self.fail(2, f"the {kind} {path} was not written: {error}")
         except Exception as error:  # whatever a drawing fails of must not hide what has been computed
-            self.fail(1, f"the {kind} {path} was not written: {type(error).__name__}: {error}")
+            self.fail(1, f"the {kind} {path} was not written: {explained(error)}")
         else:
             self.written[kind] = str(path)
 
@@ -112,11 +112,11 @@ def tell(
     elif not quiet:
         for each in shown:
             if isinstance(each, str):
-                click.echo(each)
+                click.echo(click.format_filename(each))
             else:
                 Console(highlight=False).print(each)
         for file in files:
-            click.echo(f"wrote {file}")
+            click.echo(f"wrote {click.format_filename(str(file))}")  # its name may be no UTF-8
 
 
 @contextmanager

@@ -164,6 +164,16 @@ def controller_name(value: str) -> str:
 CONTROLLER = Kind("NAME", controller_name)
 
 
+def own_controller(value: str) -> str:
+    """The place of a class of the user's own, which is not loaded yet."""
+    if is_reference(value):
+        return value
+    raise click.BadParameter(f"{shown(value)}; expected {FORMS}; registered controllers are found by themselves.")
+
+
+OWN_CONTROLLER = Kind("FILE.py:CLASS", own_controller)
+
+
 def reference(value: Any) -> str:
     """What is asked of an optimised reference, as it was written."""
     try:

@@ -16,7 +16,7 @@ import click
 from rich.text import Text
 
 from mjbiped.analysis.compare import compare
-from mjbiped.cli import options, sections, tables, video_options
+from mjbiped.cli import kinds, options, sections, tables, video_options
 from mjbiped.cli.compile import compile_
 from mjbiped.cli.files import INTERRUPTED, LONGEST_LINE, Files, end, terminable
 from mjbiped.cli.gaits import basin, bifurcation
@@ -254,9 +254,18 @@ main.add_command(basin)
 
 @main.command("stability", cls=sections.SectionCommand)
 @click.argument("record", type=click.Path(path_type=Path))
+@sections.options(
+    "Walk",
+    (
+        "--controller",
+        kinds.OWN_CONTROLLER,
+        None,
+        "Where the law is that walked, if it is one of your own: no record decides what code is loaded.",
+    ),
+)
 @options.plot_option
 @options.json_option
-def _stability(record: Path, plot: Path | None, json: bool) -> None:
+def _stability(record: Path, controller: str | None, plot: Path | None, json: bool) -> None:
     """Evaluate the paper's Theorem 1 along the walk of RECORD, an .npz file.
 
     The walk is an adaptive controller's, of either engine. docs/stability.md explains the numbers.
@@ -265,10 +274,13 @@ def _stability(record: Path, plot: Path | None, json: bool) -> None:
     Examples:
       mjbiped walk mixed --engine hybrid --no-estimate-update --out walk.npz
       mjbiped stability walk.npz --plot stability.png
+      mjbiped stability mine.npz --controller mine.py:MyAdaptive
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.analysis.stability import stability  # SciPy's linear algebra is for this command alone
+    # SciPy's linear algebra is for this command alone
+    from mjbiped.analysis.stability import recorded_controller, stability
 
-    found = stability(Walk.load(record))
+    done = Walk.load(record)
+    found = stability(done, recorded_controller(done, controller))
     files = Files()
     files.plot(plot, "stability:plot_stability", {record.stem: found})
     summary = tables.stability_summary(found)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,9 @@ from mjbiped.errors import InputError, shown
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import KINDS, NAMED, named
 from mjbiped.robots.robot import Robot
+from mjbiped.terrain.files import parse_toml
 from mjbiped.utils.domains import known_name
+from mjbiped.utils.reading import read_text
 
 
 def robot_of(ctx: click.Context, values: dict[str, Any]) -> Robot:
@@ -39,9 +40,9 @@ def _named(name: str) -> tuple[type[Robot], dict[str, Any]]:
     if name in NAMED:
         return named(name)
     try:
-        written = tomllib.loads(Path(name).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(f"--robot {name}: {getattr(error, 'strerror', None) or error}") from error
+        written = parse_toml(read_text(Path(name)))
+    except InputError as error:
+        raise InputError(f"--robot {shown(name)}: {error}") from error
     kind = KINDS[known_name(f"kind of robot in {name}", written.pop("kind", Compass.kind), KINDS)]
     for key in written:
         known_name(f"parameter of the robot in {shown(name)}", key, kind.parameters())

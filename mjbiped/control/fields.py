@@ -7,11 +7,12 @@ import math
 import types
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields, is_dataclass
-from numbers import Integral, Real
+from numbers import Integral
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from mjbiped.errors import InputError, shown
 from mjbiped.terrain.files import parse_number
+from mjbiped.utils.domains import as_float
 
 REQUIRED = MISSING
 """Stands for the default of a setting that has none."""
@@ -92,7 +93,7 @@ def checked(kind: type, name: str, value: Any) -> Any:
     if value == "none" and types.NoneType in wanted and str not in wanted:
         return None
     if not wanted or any(_fits(value, each) for each in wanted):
-        return float(value) if isinstance(value, Integral) and float in wanted and int not in wanted else value
+        return as_float(value) if isinstance(value, Integral) and float in wanted and int not in wanted else value
     words = " or ".join(_words(each) for each in wanted)
     raise InputError(f"{name} = {shown(value)}: must be {words}, as a field of {kind.__name__}")
 
@@ -111,7 +112,7 @@ def _fits(value: Any, kind: Any) -> bool:
     if get_origin(kind) is Literal:
         return value in get_args(kind)
     if kind is float:
-        return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+        return math.isfinite(as_float(value))
     if kind is int:
         return isinstance(value, Integral) and not isinstance(value, bool)
     return type(value) is kind

@@ -23,8 +23,9 @@ from typing import Any, NamedTuple
 
 from mjbiped.control.blame import place_in
 from mjbiped.control.controller import Controller
-from mjbiped.errors import InputError, shown
-from mjbiped.utils.domains import known_name
+from mjbiped.errors import InputError, explained, shown
+from mjbiped.utils.domains import check_text, known_name
+from mjbiped.utils.reading import read_bytes
 from mjbiped.utils.shadows import hidden_laws
 
 FORMS = "FILE.py:CLASS or PACKAGE.MODULE:CLASS"
@@ -69,7 +70,7 @@ def own_class(reference: str) -> type[Controller]:
     Raises:
         InputError: There is no such file, module or class, loading it fails, or the class is no controller.
     """
-    part = _parts(reference)
+    part = _parts(check_text("the controller's place", reference))
     module = _module_of_file(part.place) if part.is_file else _module(part.place)
     valid = [name for name, value in vars(module).items() if _is_law(value) and value.__module__ == module.__name__]
     if not part.name:
@@ -94,6 +95,29 @@ def own_class(reference: str) -> type[Controller]:
     if found not in _named:
         _named[found] = {"class": reference, "sha256": digest_of(reference)}
     return found
+
+
+def recorded_class(source: Mapping[str, str], named: str | None) -> type[Controller]:
+    """The class of the user's own that a record tells of, loaded only if the user names it and its sources agree.
+
+    Args:
+        source: What the record tells, as `source_of`; its place is never loaded.
+        named: Where the class is in the user's words; None where nothing was named.
+
+    Raises:
+        InputError: Nothing was named, another class was, or its sources have changed since then.
+    """
+    recorded = shown(source["class"])
+    if named is None:
+        raise InputError(
+            f"the record's controller is {recorded}, somebody's own code, and no record decides what code is loaded; "
+            f"if you trust it, name it yourself: --controller {FORMS}, or controller_from(..., named=...)"
+        )
+    if not is_reference(named) or _parts(named).name != _parts(source["class"]).name:
+        raise InputError(f"the record's controller is {recorded}; {shown(named)} is another class")
+    if digest_of(named) != source["sha256"]:
+        raise InputError(f"the record's controller is {recorded}, and the source of {shown(named)} is another one")
+    return own_class(named)
 
 
 def source_of(kind: type) -> dict[str, str] | None:
@@ -168,12 +192,9 @@ def _read(place: str) -> tuple[Path, bytes]:
     if path.suffix != ".py":
         raise InputError(f"the controller's file {shown(place)} must end in .py; expected {FORMS}")
     try:
-        return path, path.read_bytes()
-    except FileNotFoundError as error:
-        raise InputError(f"there is no file {shown(place)} to take a controller from (in {path.parent})") from error
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(f"the controller's file {shown(place)} cannot be read: {reason}") from error
+        return path, read_bytes(path)
+    except InputError as error:
+        raise InputError(f"the controller's file {shown(place)} (in {path.parent}): {error}") from error
 
 
 def _module(name: str) -> ModuleType:
@@ -203,7 +224,7 @@ def _failing(place: str, error: BaseException, path: Path | None = None) -> Inpu
         return InputError(f"{place} cannot be loaded: {type(error).__name__}: {said}")
     hint = f"; {hidden}" if isinstance(error, ImportError) and (hidden := hidden_laws()) else ""
     where = place_in(error, {str(path)} if path else set())
-    return InputError(f"{place} cannot be loaded: {type(error).__name__}: {error}{where}{hint}")
+    return InputError(f"{place} cannot be loaded: {explained(error)}{where}{hint}")
 
 
 def _import_from(folder: Path) -> None:
@@ -240,7 +261,7 @@ def _imported(files: Iterable[Path], root: Path) -> Iterator[tuple[str, bytes]]:
         if file in seen:
             continue
         seen.add(file)
-        text = file.read_bytes()
+        text = read_bytes(file)
         yield file.relative_to(root).as_posix(), text
         for name in () if installed else _modules_in(text):
             if (root / f"{name}.py").is_file():

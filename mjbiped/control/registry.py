@@ -26,11 +26,11 @@ from typing import Any
 from mjbiped.control.blame import place_of
 from mjbiped.control.controller import Controller
 from mjbiped.control.fields import REQUIRED, checked, default_of, fields_of, shown_defaults, why_none
-from mjbiped.control.own import FORMS, is_reference, own_class, source_of
-from mjbiped.errors import InputError, MjbipedError, shown
+from mjbiped.control.own import FORMS, is_reference, own_class, recorded_class
+from mjbiped.errors import InputError, MjbipedError, explained, shown
 from mjbiped.gaits.described import gait_from, passive_gait_of
 from mjbiped.gaits.gait import Periodic
-from mjbiped.gaits.optimised import find_reference, parse_reference
+from mjbiped.gaits.optimised import find_reference, only_kept, parse_reference
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
@@ -176,7 +176,7 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
         raise
     except Exception as error:
         raise InputError(
-            f"{kind.__name__} cannot be made of these settings: {type(error).__name__}: {error}{place_of(error, kind)}"
+            f"{kind.__name__} cannot be made of these settings: {explained(error)}{place_of(error, kind)}"
         ) from error
 
 
@@ -224,17 +224,22 @@ def check_setting(name: str, key: str, valid: Mapping[str, Any], what: str = "se
             ) from None
 
 
-def controller_from(description: Mapping[str, Any], source: Mapping[str, str] | None = None) -> Controller:
+def controller_from(
+    description: Mapping[str, Any], source: Mapping[str, str] | None = None, named: str | None = None
+) -> Controller:
     """The controller that a record describes, built anew; see `Controller.describe`.
 
-    A field that the class has got since then has its default, with which the class does what it did before.
+    A field that the class has got since then has its default, with which the class does what it did before. A record
+    may come from anyone: it never decides which code is loaded, nor does it begin a search for a reference.
 
     Args:
         description: Of a controller.
         source: What the record tells of a class of the user's own; see `mjbiped.control.own.source_of`.
+        named: Where that class is, in the words of who builds it anew; it is loaded if its digest is the record's.
 
     Raises:
-        InputError: No registered class has the description's name, or the class has other parameters or has changed.
+        InputError: No registered class has the description's name, or the class has other parameters or has changed,
+            or it is the user's own and not named.
         GaitError: The gait that it imitated is not found.
     """
     described = dict(description)
@@ -246,9 +251,9 @@ def controller_from(description: Mapping[str, Any], source: Mapping[str, str] | 
         raise InputError(f"{untold}: {shown(error)}") from error
     classes = names_by_class(robot)
     if source is not None:
-        kind = controller_class(str(source.get("class")))
-        if source_of(kind) != source:
-            raise InputError(f"the record's controller is {source.get('class')}, whose source has changed since then")
+        kind = recorded_class(source, named)
+    elif named is not None:
+        raise InputError(f"the record's controller is the registered {shown(wanted)}, and no class of yours is needed")
     elif wanted in classes:
         kind = controller_class(classes[wanted], robot)
     else:
@@ -268,6 +273,9 @@ def controller_from(description: Mapping[str, Any], source: Mapping[str, str] | 
         described |= gaits
         if robot is not None:
             described["robot"] = robot
-        return kind(**described)
-    except (KeyError, TypeError) as error:
+        with only_kept():
+            return kind(**described)
+    except MjbipedError:
+        raise
+    except Exception as error:  # of whatever kind, by what a class of the user's does with it
         raise InputError(f"{untold}: {shown(error)}") from error

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from mjbiped.control.blame import place_of
 from mjbiped.control.methods import gives_its_law, values_of
-from mjbiped.errors import InputError, shown
+from mjbiped.errors import InputError, explained, shown
 
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller
@@ -56,7 +56,7 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
         raise InputError(
             f"{kind.__name__} sets an attribute while it walks: {error}{place_of(error, kind)}; {_KEPT}"
         ) from error
-    except Exception:
+    except (Exception, SystemExit):
         return  # the walk tells of it
 
 
@@ -65,13 +65,18 @@ def _try_out(controller: Controller, q: State, dq: State) -> None:
     name = type(controller).__name__
     memory: list[Any] = [0.0] * controller.memory_size
     before = _attributes(controller)
+    _check_law(controller)
     try:
         controller.start(memory, q, dq)
+    except FrozenInstanceError:
+        raise
     except IndexError as error:
         raise InputError(
             f"{name}.start fails: {error}{place_of(error, type(controller))}; the memory has as many floats as "
             f"memory_size says, {controller.memory_size}: set that to as many as you need"
         ) from error
+    except (Exception, SystemExit) as error:  # there is no walk yet that could tell of it
+        raise _failing(controller, "start", error) from error
     _check_memory(name, "start", controller.memory_size, memory)
     first = _asked(controller, memory, 0.0, q, dq)
     fault = fault_in(controller, first, 0.0, q, dq)
@@ -87,6 +92,29 @@ def _try_out(controller: Controller, q: State, dq: State) -> None:
             f"{name}.torque gives {first[:joints]} and then {again[:joints]} for the same arguments; {_KEPT}, "
             "and neither chance nor the clock has a part in it"
         )
+
+
+def _check_law(controller: Controller) -> None:
+    """Refuse laws for compilation that cannot be had.
+
+    Raises:
+        InputError: They cannot.
+    """
+    if not gives_its_law(controller):
+        return
+    try:
+        law = controller.law()
+    except InputError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise _failing(controller, "law", error) from error
+    if law is not None and not isinstance(getattr(law, "functions", None), dict):
+        raise InputError(f"{type(controller).__name__}.law() gives {shown(law)}; expected a Law, or None")
+
+
+def _failing(controller: Controller, method: str, error: BaseException) -> InputError:
+    kind = type(controller)
+    return InputError(f"{kind.__name__}.{method} fails: {explained(error)}{place_of(error, kind)}")
 
 
 def fault_in(controller: Controller, values: Sequence[float], t: float, q: State, dq: State) -> str:

@@ -221,6 +221,7 @@ def _checked_pushes(pushes: object, duration: float) -> tuple[tuple[float, float
     rows = entries(pushes)
     if rows is None:
         raise InputError(f"pushes = {shown(pushes)}: must be pairs (time in s, impulse in N s), as [(2.0, 5.0)]")
+    domains.PUSHES.check("number of pushes", len(rows))  # a record has room for so many
     checked: list[tuple[float, float]] = []
     over = -math.inf
     for row in rows:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mjbiped.control.blame import place_of
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.engines.plan import Plan
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, explained
 from mjbiped.numerics.jit import announced
 from mjbiped.records.measures import Summary
 from mjbiped.records.pressure import unknown
@@ -194,10 +194,10 @@ class Run(ABC):
             warnings=self.settings().get("warnings", {}),
         )
 
-    def message(self, error: Exception) -> str:
+    def message(self, error: BaseException) -> str:
         """What went wrong in the controller, when, and in which line of it."""
         kind, at = type(self.plan.controller), self.recorder
-        what = f"{type(error).__name__}: {error}{place_of(error, kind)}"
+        what = f"{explained(error)}{place_of(error, kind)}"
         return f"{kind.__name__} failed at {at.end[0]:.3f} s, after {at.steps} steps: {what}"
 
     @contextmanager

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 import platform
 from collections.abc import Mapping, Sequence
@@ -16,14 +15,16 @@ import mujoco
 import numpy as np
 import scipy
 
+from mjbiped.control.blame import place_of
 from mjbiped.control.own import source_of
 from mjbiped.control.trial import try_out
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.disturbances.sampled import SampledController
-from mjbiped.errors import GaitError, InputError, shown
+from mjbiped.errors import GaitError, InputError, MjbipedError, explained, shown
 from mjbiped.gaits.branches import Branched
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Gait, Periodic
+from mjbiped.records.settings import described
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
@@ -232,8 +233,20 @@ def check_controller(controller: object) -> dict[str, Any]:
     """Refuse what lacks a controller's parts; returns its description.
 
     Raises:
-        InputError: A part is missing; the message names them all.
+        InputError: A part is missing, fails, or is of another kind.
     """
+    try:
+        return _checked_parts(controller)
+    except MjbipedError:
+        raise
+    except (Exception, SystemExit) as error:  # whatever its properties and `describe` do
+        kind = type(controller)
+        raise InputError(
+            f"{kind.__name__} does not tell what it is: {explained(error)}{place_of(error, kind)}"
+        ) from error
+
+
+def _checked_parts(controller: object) -> dict[str, Any]:
     parts = ("states", "memory_size", "robot", "gait", "start", "on_touchdown", "torque", "slope_estimate", "describe")
     missing = [part for part in parts if not hasattr(controller, part)]
     if isinstance(controller, type) or missing:
@@ -254,12 +267,14 @@ def check_controller(controller: object) -> dict[str, Any]:
             f"{named}.gait is of type {type(gait).__name__}; must be a gait that find_passive_gait, "
             "find_kneed_gait or find_reference gives"
         )
-    description: dict[str, Any] = controller.describe()  # type: ignore[attr-defined]
+    told = controller.describe()  # type: ignore[attr-defined]
     try:
-        json.dumps(description)
-    except (TypeError, ValueError, RecursionError) as error:
-        raise InputError(f"{named}.describe() must give plain JSON types, for the record: {error}") from error
-    return description
+        return described(told)
+    except ValueError as error:
+        raise InputError(
+            f"{named}.describe() must give what a record can hold and tell again, a table of plain JSON types with a "
+            f"name: {error}"
+        ) from error
 
 
 def _numbers_of(robot: Robot) -> str:

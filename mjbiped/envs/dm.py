@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import dm_env
+import mujoco
 import numpy as np
 from dm_control import _render
 from dm_control import mujoco as dm_mujoco
@@ -22,9 +23,11 @@ from numpy.typing import NDArray
 from mjbiped.envs import feeling
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
+from mjbiped.errors import InputError
 from mjbiped.records.record import Walk
 from mjbiped.rendering.gl import ensure_gl
 from mjbiped.rules.termination import Outcome
+from mjbiped.utils.domains import STATE
 
 _NAMES, _PARTS = feeling.OBSERVED.keys(), tuple(feeling.OBSERVED.values())
 _RENDERERS = {
@@ -110,12 +113,19 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         return state
 
     def set_state(self, physics_state: NDArray[np.float64], sig: int | None = None) -> None:
-        """Set the robot back to a state of this episode, see `get_state`."""
+        """Set the robot back to a state of this episode, see `get_state`.
+
+        Raises:
+            InputError: It is none, or `sig` asks for the controller's memory alone, or for what is no finite number.
+        """
         if sig is None:
             self._walkers.set_state(physics_state)
             self._show()
-        else:
-            super().set_state(physics_state, sig)
+            return
+        if int(sig) & int(mujoco.mjtState.mjSTATE_USERDATA):
+            raise InputError("sig: the controller's memory is set with all the rest alone; leave sig out")
+        size = mujoco.mj_stateSize(self.model.ptr, int(sig))
+        super().set_state(STATE.array("state", physics_state, (size,)), sig)
 
     def copy(self, share_model: bool = False) -> Physics:
         """A robot in the same state, which goes on by itself; the model is never shared, for it changes in a walk."""

@@ -16,7 +16,7 @@ from mjbiped.envs.walkers import Walkers
 from mjbiped.errors import InputError, shown
 from mjbiped.records.record import Walk
 from mjbiped.terrain.terrain import Terrain
-from mjbiped.utils.domains import PIXELS
+from mjbiped.utils.domains import PIXELS, SEED
 
 import gymnasium  # isort: skip  # `spaces` says what to install where it is missing
 
@@ -157,7 +157,7 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float64], dict[str, Any]]:
         """Begin an episode; the same seed gives the same one. There are no options."""
-        super().reset(seed=seed)
+        super().reset(seed=None if seed is None else SEED.check("seed", seed))
         self.walkers.begin(0, self.np_random)
         return observations(self.walkers)[0], info_of(self.walkers, 0)
 
@@ -185,7 +185,7 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
     def walk(self) -> Walk:
         """The record of the episode so far, as `mjbiped.walk` gives it: measures, figures and videos can be made of it.
 
-        Its outcome is "interrupted" while the robot walks.
+        Its outcome is "interrupted" while the robot walks, and "time limit" after 20 s.
         """
         return self.walkers.walk()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from mjbiped.errors import InputError
 from mjbiped.records.record import Walk
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
-from mjbiped.utils.domains import WALKS, WORKERS
+from mjbiped.utils.domains import SEED, STEPS, WALKS, WORKERS, entries
 from mjbiped.utils.parallel import cores
 
 from gymnasium.utils import seeding  # isort: skip  # `spaces` says what to install where it is missing
@@ -65,10 +66,13 @@ class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], N
             InputError: A value is outside its domain.
         """
         settings = settings_of(task, residual, privileged, terrain, control_period)
+        if max_episode_steps is not None:
+            longest = STEPS.check("max_episode_steps", max_episode_steps)
+            settings = replace(settings, time_limit=longest * settings.control_period)
         self.num_envs = WALKS.check("num_envs", num_envs)
         threads = WORKERS.check("threads", cores() if threads is None else threads)
         self.walkers = Walkers(settings, num_envs, threads=threads, recorded=False)
-        self._longest = settings.max_steps if max_episode_steps is None else max_episode_steps
+        self._longest = settings.max_steps
         self.single_action_space, self.single_observation_space = action_space(), observation_space(settings)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -93,8 +97,11 @@ class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], N
         Raises:
             InputError: There is not one seed for each robot, or not one entry in the mask.
         """
-        seeds: Sequence[int | None]
-        seeds = [seed + k for k in range(self.num_envs)] if isinstance(seed, int | np.integer) else seed or []
+        several = entries(seed)
+        if seed is not None and several is None:
+            first = SEED.check("seed", seed)
+            several = tuple(first + k for k in range(self.num_envs))
+        seeds = [None if each is None else SEED.check("seed", each) for each in several or ()]
         if len(seeds) not in (0, self.num_envs):
             raise InputError(f"seed: expected one number, or one for each of the {self.num_envs} robots")
         mask = np.ones(self.num_envs, dtype=bool)

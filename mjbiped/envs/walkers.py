@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import zlib
 from typing import Any
 
 import mujoco
@@ -33,6 +34,11 @@ AFFORDED = 0.1
 the adaptive controller's on level ground."""
 
 
+def _checksum(numbers: NDArray[np.float64]) -> float:
+    """What tells a state from numbers that are none."""
+    return float(zlib.crc32(np.ascontiguousarray(numbers).tobytes()))
+
+
 class Walkers:
     """So many robots, each on ground of its own.
 
@@ -55,6 +61,7 @@ class Walkers:
         self._ticks = Ticks(count, feeling.SIZES, feeling.feel, threads=threads)
         self.actions = self._ticks.inputs
         self._out = self._ticks.out
+        self._shapes = ((count, 2), *([(2,)] if count == 1 else []))  # of actions
         self._runs: list[MujocoRun | None] = [None] * count
         self._without_episode = count
         self._inside, self._bounded = np.tile((-math.inf, math.inf), (count, 1)), False
@@ -108,8 +115,10 @@ class Walkers:
             InputError: They have another shape, or are no numbers.
         """
         try:
+            if np.shape(actions) not in self._shapes:
+                raise ValueError("another shape")
             np.multiply(actions, scale, out=self.actions)
-        except (TypeError, ValueError) as error:  # asked afterwards: this is called some 25 000 times per second
+        except (TypeError, ValueError) as error:  # put into words here: this is called some 25 000 times per second
             count = len(self.actions)
             wanted = (
                 "two numbers, of ankle and hip" if count == 1 else f"shape ({count}, 2), ankle and hip of each robot"
@@ -197,14 +206,17 @@ class Walkers:
         return self._run(index).simulation
 
     def walk(self, index: int = 0) -> Walk:
-        """The record of a robot's episode so far; its outcome is "interrupted" while it walks."""
+        """The record of a robot's episode so far.
+
+        Its outcome is "interrupted" while it walks, and "time limit" once it has walked for the task's.
+        """
         run = self._run(index)
         self._take(index)
         u, outcome = run.simulation.data.userdata, run.simulation.outcome
-        if outcome is not Outcome.WALKING:
-            run.outcome = outcome
-            if u[events.TRANSFERRED]:  # the controller was not told of it any more
-                run.recorder.add_touchdown(u[events.LAST_TOUCHDOWN : events.CONTROLLER_MEMORY])
+        late = run.simulation.data.time > self.task.time_limit - 0.5 * self.task.control_period
+        run.outcome = outcome if outcome is not Outcome.WALKING else Outcome.TIME_LIMIT if late else Outcome.INTERRUPTED
+        if outcome is not Outcome.WALKING and u[events.TRANSFERRED]:  # the controller was not told of it any more
+            run.recorder.add_touchdown(u[events.LAST_TOUCHDOWN : events.CONTROLLER_MEMORY])
         return run.record()
 
     def state(self, index: int = 0) -> NDArray[np.float64]:
@@ -212,26 +224,30 @@ class Walkers:
         simulation, ticks = self.simulation(index), self._ticks
         whole = np.empty(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
         mujoco.mj_getState(simulation.model, simulation.data, whole, WHOLE_STATE)
-        return np.concatenate([whole, ticks.kept[index], ticks.out[index]])
+        numbers = np.concatenate([whole, ticks.kept[index], ticks.out[index]])
+        return np.append(numbers, _checksum(numbers))
 
     def set_state(self, state: NDArray[np.float64], index: int = 0) -> None:
         """Set a robot back to a state of the same episode; what is recorded goes on from there.
 
         Raises:
-            InputError: The state has another size.
+            InputError: It is none that `state` has given: the controller's memory, and what a walk is judged by, are
+                in it, and no other numbers would be those of a walk.
         """
         simulation, ticks = self.simulation(index), self._ticks
         size = mujoco.mj_stateSize(simulation.model, WHOLE_STATE)
         parts = size, size + ticks.kept.shape[1], size + ticks.kept.shape[1] + ticks.out.shape[1]
         state = np.asarray(state, dtype=np.float64)
-        if state.shape != parts[-1:]:
-            raise InputError(f"state: expected shape {parts[-1:]}, got {state.shape}")
+        if state.shape != (parts[-1] + 1,):
+            raise InputError(f"state: expected shape {(parts[-1] + 1,)}, got {state.shape}")
+        if state[-1] != _checksum(state[:-1]):
+            raise InputError("state: it is none that was got from an episode; give one as it was got, unchanged")
         simulation.data.warning.number[:] = 0
         mujoco.mj_setState(simulation.model, simulation.data, state[:size], WHOLE_STATE)
         ticks.move_on(index)
         self._note_inside(index)
         ticks.look(index)
-        ticks.kept[index], ticks.out[index] = state[size : parts[1]], state[parts[1] :]
+        ticks.kept[index], ticks.out[index] = state[size : parts[1]], state[parts[1] : -1]
 
     def close(self) -> None:
         """End the threads, and let the simulations go."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from mjbiped.errors import InputError, MjbipedError, shown
 from mjbiped.gaits.gait import Periodic
 from mjbiped.gaits.kneed import find_kneed_gait
 from mjbiped.gaits.optimised import optimised_from
@@ -32,11 +33,14 @@ def gait_from(described: Mapping[str, Any]) -> Periodic:
     """The gait that `Periodic.describe` described: a passive one is found anew, an optimised one is read.
 
     Raises:
-        KeyError: Something is missing.
-        TypeError: Something is of another kind.
-        InputError: A number is outside its domain.
+        InputError: Something is missing, of another kind or outside its domain.
         GaitError: The passive gait is not found.
     """
-    if "goal" in described:
-        return optimised_from(described)
-    return passive_gait_of(robot_from(described["robot"]), described["slope"])
+    try:
+        if "goal" in described:
+            return optimised_from(described)
+        return passive_gait_of(robot_from(described["robot"]), described["slope"])
+    except MjbipedError:
+        raise
+    except (LookupError, TypeError, ValueError, ArithmeticError) as error:
+        raise InputError(f"this is no description of a gait: {shown(error)}") from error

@@ -19,12 +19,15 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.errors import GaitError
+from mjbiped.errors import GaitError, InputError, shown
 from mjbiped.gaits.bezier import DEGREE, Numbers
+from mjbiped.utils import domains
+from mjbiped.utils.domains import Domain
 
 LEAST_LOAD = 0.05  # of the weight: the ground bears at least this much
 LANDING_RATE = 0.02  # of sqrt(g l): the swing foot comes down at the end at least so fast
-ANGLES = (0.02, 0.7)  # between which half the angle between the legs lies, rad
+HALF_ANGLE = Domain(0.02, 0.7, "rad")
+"""Half the angle between the legs at the impact."""
 CLEARANCE_PHASES = (0.5, 0.95)  # between which the swing foot has its clearance
 
 _FINER = 20  # times as many intervals as the optimiser's are checked and told at the end
@@ -148,6 +151,9 @@ class Goal:
         retraction: Whether the foot goes no further forward from that moment on.
         torque_limit: No actuator gives more, N m; None for no limit.
         friction: Greatest ratio of tangential to normal force.
+
+    Raises:
+        InputError: One is outside its domain.
     """
 
     speed: float
@@ -155,6 +161,13 @@ class Goal:
     retraction: bool
     torque_limit: float | None
     friction: float
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        domains.check_fields(self, speed=domains.SPEED, clearance=domains.CLEARANCE, friction=domains.NEEDED_FRICTION)
+        domains.check_given_fields(self, torque_limit=domains.TORQUE)
+        if not isinstance(self.retraction, bool):
+            raise InputError(f"retraction = {shown(self.retraction)}: must be True or False")
 
 
 class Solution(NamedTuple):
@@ -264,7 +277,11 @@ def _search(model: StepModel, goal: Goal, half: float, phase: float) -> Iterator
     stages += [(goal.clearance, smoothing) for smoothing in _SMOOTHING[1:]]
     for clearance, smoothing in stages:
         problem = _Problem(model, replace(goal, clearance=clearance), smoothing)
-        bounds = [CLEARANCE_PHASES if clearance or model.lifted else (x[0], x[0]), ANGLES, *wide]
+        bounds = [
+            CLEARANCE_PHASES if clearance or model.lifted else (x[0], x[0]),
+            (HALF_ANGLE.low, HALF_ANGLE.high),
+            *wide,
+        ]
         kept = {"type": "ineq", "fun": problem.kept, "jac": problem.kept_jacobian}
         options = {"maxiter": 150, "ftol": 1e-9}
         done = minimize(  # type: ignore[call-overload]  # the stubs know no constraints with keys of type str
@@ -273,8 +290,8 @@ def _search(model: StepModel, goal: Goal, half: float, phase: float) -> Iterator
         if not np.isfinite(done.x).all():
             return
         x = np.clip(done.x, *np.array(bounds).T)
-        if clearance == goal.clearance and problem.kept(x).min() < -_FAR:
-            break  # hopeless; told below what it lacks
+        if problem.kept(x).min() < -_FAR:
+            break  # hopeless, for more clearance too; told below what it lacks
     yield solution_of(model, goal, float(x[0]), x[1:])
 
 

@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, overload
 
 import numpy as np
 
-from mjbiped.errors import InputError, shown
+from mjbiped.errors import GaitError, InputError, shown
 from mjbiped.gaits import store
 from mjbiped.gaits.bezier import DEGREE, curve, in_pieces
 from mjbiped.gaits.compass_step import CompassStep
@@ -22,7 +24,7 @@ from mjbiped.gaits.found import Found
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.hold import hold, pieces_of
 from mjbiped.gaits.kneed_step import KneedStep
-from mjbiped.gaits.optimisation import Goal, StepModel, free_numbers, optimise, solution_of
+from mjbiped.gaits.optimisation import HALF_ANGLE, Goal, StepModel, free_numbers, optimise, solution_of
 from mjbiped.gaits.optimised_kneed import OptimisedKneedGait, kneed_gait
 from mjbiped.gaits.reference import table_of
 from mjbiped.robots.compass import Array, Compass
@@ -112,14 +114,28 @@ def find_reference(
     """
     if not isinstance(robot, KneedBiped):
         domains.check_kind("robot", robot, Compass)
-    goal = Goal(
-        speed=domains.SPEED.check("speed", speed),
-        clearance=domains.CLEARANCE.check("clearance", clearance),
-        retraction=_yes_or_no(retraction),
-        torque_limit=None if torque_limit is None else domains.TORQUE.check("torque_limit", torque_limit),
-        friction=domains.NEEDED_FRICTION.check("friction", friction),
-    )
-    return _find(robot, goal)
+    if domains.CLEARANCE.check("clearance", clearance) >= robot.leg_length:
+        raise InputError(
+            f"clearance = {clearance:g}: must be less than the leg's length of {robot.leg_length:g} m; the swing foot "
+            "would be above the hip"
+        )
+    return _find(robot, Goal(speed, clearance, retraction, torque_limit, friction))
+
+
+_searches_forbidden: ContextVar[bool] = ContextVar("searches_forbidden", default=False)
+
+
+@contextmanager
+def only_kept() -> Iterator[None]:
+    """Let `find_reference` search for nothing in a block: what is not kept on this machine is a `GaitError` there.
+
+    For what others have asked for, as a record does.
+    """
+    token = _searches_forbidden.set(True)
+    try:
+        yield
+    finally:
+        _searches_forbidden.reset(token)
 
 
 @lru_cache(maxsize=256)
@@ -128,6 +144,8 @@ def _find(robot: Compass | KneedBiped, goal: Goal) -> OptimisedGait | OptimisedK
     asked = {"robot": dataclasses.asdict(robot), "goal": dataclasses.asdict(goal)}
     kept = store.load(asked)
     if kept is None:
+        if _searches_forbidden.get():
+            raise GaitError("this reference is not kept on this machine, and is not searched for here")
         found = optimise(model, goal)
         kept = [found.clearance_phase, *free_numbers(found).tolist()]
         store.save(asked, kept)
@@ -151,8 +169,9 @@ def optimised_from(described: Mapping[str, Any]) -> OptimisedGait | OptimisedKne
     robot = robot_from(described["robot"])
     assert isinstance(robot, Compass | KneedBiped)
     own = domains.ANGLE.array("own", described.get("own", ()), (len(_model(robot).own),))
-    numbers = np.concatenate([[domains.ANGLE.check("half_angle", described["half_angle"])], free.ravel(), own])
-    return _gait(robot, goal, float(described["clearance_phase"]), numbers)
+    numbers = np.concatenate([[HALF_ANGLE.check("half_angle", described["half_angle"])], free.ravel(), own])
+    phase = domains.PROBABILITY.check("clearance_phase", described["clearance_phase"])
+    return _gait(robot, goal, phase, numbers)
 
 
 def _gait(
@@ -182,12 +201,6 @@ def _gait(
         clearance_phase=clearance_phase,
         control_points=solution.points,
     )
-
-
-def _yes_or_no(value: object) -> bool:
-    if not isinstance(value, bool):
-        raise InputError(f"retraction = {shown(value)}: must be True or False")
-    return value
 
 
 _PARTS = ("speed", "clearance", "retraction", "torque_limit", "friction")

@@ -23,7 +23,7 @@ from mjbiped.control.trial import try_out
 from mjbiped.engines.hybrid.simulation import HybridSimulation
 from mjbiped.engines.hybrid.state import ROWS, SAMPLES
 from mjbiped.engines.plan import check_controller, check_robot
-from mjbiped.errors import InputError, MjbipedError
+from mjbiped.errors import InputError, MjbipedError, explained
 from mjbiped.gaits.branches import Branched
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Gait, Periodic
@@ -252,7 +252,7 @@ def basin_of_control(
             except Exception as error:
                 raise BasinStopped(
                     f"{type(controller).__name__} failed in the walk from the rates {rate1:.4g} and {rate2:.4g} rad/s: "
-                    f"{type(error).__name__}: {error}{place_of(error, type(controller))}",
+                    f"{explained(error)}{place_of(error, type(controller))}",
                     basin,
                 ) from error
             basin.steps[number, column], basin.fates[number, column] = walked, fate

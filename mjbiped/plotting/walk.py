@@ -14,10 +14,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from mjbiped.analysis.replay import recorded_tracking, transitions
-from mjbiped.errors import MjbipedError, RenderError
-from mjbiped.gaits.branches import Branched
-from mjbiped.gaits.described import gait_from
+from mjbiped.analysis.replay import drawn_gait, drawn_transitions
+from mjbiped.errors import RenderError
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.passive import PassiveGait
 from mjbiped.plotting.panels import head, labelled, legend_above, legend_below, plain, titled, wrapped
@@ -154,8 +152,8 @@ def _title(walk: Walk) -> str:
     """Who walked where and what came of it."""
     steps = f"{walk.steps} step{'' if walk.steps == 1 else 's'}"
     cost = f"{walk.cost_of_transport:.4f}" if math.isfinite(walk.cost_of_transport) else "none"
-    name = walk.settings.get("controller", {}).get("name", "unknown controller")
-    who = f"{name} on {walk.terrain.caption}, {walk.settings.get('engine', 'unknown')} engine"
+    name = walk.settings["controller"]["name"]
+    who = f"{name} on {walk.terrain.caption}, {walk.settings['engine']} engine"
     what = (
         f"{walk.outcome} after {steps}, {walk.end[0]:.2f}\u00a0s and {walk.distance:.2f}\u00a0m;  {C_MT}\u00a0{cost};  "
         f"peak torque {_peaks(walk)}\u00a0N\u00a0m"
@@ -242,7 +240,7 @@ def _draw_phases(figure: Any, walk: Walk, *letters: str) -> None:
     # a sample at a touchdown's own instant has the rates after the impact, but still the old roles
     nearest = np.searchsorted(samples["time"], walk.touchdowns["time"] - 1e-9).clip(max=len(samples["time"]) - 1)
     at_impact = nearest[np.abs(samples["time"][nearest] - walk.touchdowns["time"]) < 1e-9]
-    gait, replanned = _imitated_gait(walk), _transitions(walk)
+    gait, replanned = drawn_gait(walk), drawn_transitions(walk)
     grid = figure.subplots(1, 2)
     entries: dict[str, Any] = {}
     looks = (("stance leg", STANCE), ("swing thigh" if walk.robot.knees else "swing leg", SWING))
@@ -265,24 +263,6 @@ def _draw_phases(figure: Any, walk: Walk, *letters: str) -> None:
         entries |= dict(zip(names, handles, strict=True))
     order = sorted(entries, key=lambda name: name not in dict(looks))
     legend_below(figure, [entries[name] for name in order], order)
-
-
-def _imitated_gait(walk: Walk) -> Gait | Branched | None:
-    """The gait that the controller imitated, found anew from the record; None where there is none."""
-    described = walk.settings.get("controller", {}).get("gait")
-    try:
-        gait = gait_from(described)
-    except (TypeError, KeyError, MjbipedError):
-        return None
-    return gait if isinstance(gait, Gait | Branched) else None
-
-
-def _transitions(walk: Walk) -> list[NDArray[np.float64]]:
-    """The re-planned references of a controller that plans, made again from the record; none of any other."""
-    try:
-        return transitions(walk, recorded_tracking(walk))
-    except (TypeError, KeyError, MjbipedError):
-        return []
 
 
 def draw_cycle(axes: Axes, gait: Gait) -> None:

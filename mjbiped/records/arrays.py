@@ -7,6 +7,8 @@ with each other and with the size of the file.
 from __future__ import annotations
 
 import math
+import os
+import struct
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,14 +18,23 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import ArrayLike, NDArray
 
-from mjbiped.errors import RecordError, shown
+from mjbiped.errors import InputError, RecordError, shown
 from mjbiped.utils.files import saved
+from mjbiped.utils.reading import require_file
 
 MOST_UNPACKED, ROOM = 100, 256 << 20
 """An archive may unpack to so many times its size, and so many bytes more. Records do to 1.0 to 37 times, most where a
 robot stands still."""
 
+MOST_MEMBERS = 256
+"""Arrays of an archive at most; a walk's record has some forty."""
+
 _SUFFIX = ".npy"
+_LONGEST_DIRECTORY = 256 * MOST_MEMBERS  # bytes; an entry has 46, a name and 20 for sizes beyond 4 GiB
+_END, _END_MARK = struct.Struct("<4s4H2LH"), b"PK\5\6"  # of a directory, with its size in the middle
+_LONGEST_END = _END.size + 0xFFFF  # bytes, with a comment
+_LOCATOR, _LOCATOR_MARK = 20, b"PK\6\7"  # bytes before it that say where another end is, for great files
+_GREAT = 1 << 32
 _NUMBERS = (np.dtype(np.float64), np.dtype(np.int64))
 
 
@@ -54,13 +65,14 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
         RecordError: The file is missing, damaged, no such archive, or does not hold what it claims.
     """
     try:
-        if path.exists() and not path.is_file() and not path.is_dir():  # without end, or whoever waits for it
-            raise RecordError("it is a device or a pipe")
+        require_file(path)
         with path.open("rb") as stream:
-            size = stream.seek(0, 2)
-            stream.seek(0)
+            size = stream.seek(0, os.SEEK_END)
+            _check_directory(stream, size)
             with zipfile.ZipFile(stream) as archive:
                 return {name: _read(archive, member) for name, member in _members(archive, size).items()}
+    except InputError as error:
+        raise RecordError(f"{path}: {error}") from error
     except RecordError as error:
         raise RecordError(f"{path} is no walk's record: {error}") from error
     except OSError as error:
@@ -71,6 +83,25 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
         raise RecordError(f"{path} is no walk's record, or only a part of one ({shown(error)})") from error
 
 
+def _check_directory(stream: IO[bytes], size: int) -> None:
+    """Refuse an archive of so many bytes that lists more than any record, before zipfile reads its whole directory.
+
+    Raises:
+        RecordError: It does.
+    """
+    stream.seek(max(0, size - _LONGEST_END))
+    last = stream.read()
+    place = len(last) - _END.size
+    if not (last[place:].startswith(_END_MARK) and last.endswith(b"\0\0")):  # as zipfile looks for it: with a comment
+        place = last.rfind(_END_MARK)
+    if not 0 <= place <= len(last) - _END.size:
+        return  # zipfile says so
+    if _END.unpack_from(last, place)[5] > _LONGEST_DIRECTORY:
+        raise RecordError(f"it lists more than the {MOST_MEMBERS} arrays that a record has at most")
+    if size < _GREAT and last[:place][-_LOCATOR:].startswith(_LOCATOR_MARK):  # another place for the directory's length
+        raise RecordError("it is packed as a file of more than 4 GiB, and is none")
+
+
 def _members(archive: zipfile.ZipFile, size: int) -> dict[str, zipfile.ZipInfo]:
     """The members of an archive of so many bytes that are arrays, by the arrays' names.
 
@@ -78,6 +109,8 @@ def _members(archive: zipfile.ZipFile, size: int) -> dict[str, zipfile.ZipInfo]:
         RecordError: There are two of one name, they are packed in a way that no record is, or claim to be too large.
     """
     members: dict[str, zipfile.ZipInfo] = {}
+    if len(archive.infolist()) > MOST_MEMBERS:
+        raise RecordError(f"it holds {len(archive.infolist())} arrays; a record has at most {MOST_MEMBERS}")
     for member in archive.infolist():
         if not member.filename.endswith(_SUFFIX):
             continue

@@ -59,7 +59,7 @@ class Walk:
             The posture (`q_before`, `q`) is that of the touchdown, in the old and the new roles; the rates `dq_before`
             and `dq` are those before and after the impact.
         outcome: "finished", "fell", "stalled", "slipped", "left the terrain", "diverged", "unresolved" (the hybrid
-            engine could not follow the torques) or "interrupted".
+            engine could not follow the torques), "time limit" (of an environment's episode) or "interrupted".
         end: Time (s) and hip x (m) when it ended.
         peak_torque: Greatest `|ankle|` and `|hip|` torque, and a swing knee's, of all control ticks, N m.
         pressure_times: For how long the ankle's torque asked for a centre of pressure where, s, shape (130,); see

@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-import json
 import math
-import textwrap
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.errors import MjbipedError, RecordError, shown
+from mjbiped.errors import RecordError, shown
 from mjbiped.records.columns import WHOLE_NUMBERS, Column, tables_of
 from mjbiped.records.pressure import BINS, unknown
-from mjbiped.robots.kinds import robot_from
+from mjbiped.records.settings import checked_settings, damaged, is_numbers, parsed
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import STALL_TIME, Outcome
-from mjbiped.terrain.terrain import Terrain
 
 FORMAT = "mjbiped walk"
-FORMAT_VERSION = 4
+FORMAT_VERSION = 5
 """2: touchdowns have `normal_force`. 3: walks with knees tell of a motor at the stance knee. 4: where the centre of
-pressure was, in touchdowns and as times. NaN in older records."""
+pressure was, in touchdowns and as times. NaN in older records. 5: the outcome "time limit"."""
 
 FARTHEST = 1e10
 """Greatest place (m) or angle (rad): MuJoCo takes a state beyond it as diverged."""
@@ -30,9 +27,6 @@ FARTHEST = 1e10
 OUTCOMES = tuple(outcome.words for outcome in Outcome if outcome is not Outcome.WALKING)
 """All that can become of a walk, in words."""
 
-_DEEPEST = 40  # levels of nested settings; the engines' own have five
-_LONGEST_REASON = 300  # characters
-_LONGEST_NUMBER = 40  # digits of a whole number; a seed has up to twenty
 _BETWEEN = 2.0  # a step may take so many times the time after which engines call it stalled, ...
 _LATER = 1.0  # ... and so much more, s: the longest physics step is shorter
 
@@ -51,19 +45,19 @@ def checked_fields(arrays: Arrays) -> dict[str, Any]:
     """
     header = _header(arrays)
     end, settings = _moment(header), header.get("settings")
-    robot = _robot(settings)
+    robot = checked_settings(settings)
     columns = tables_of(type(robot))
     samples = _table("samples", columns.samples, arrays, header["version"])
     touchdowns = _table("touchdowns", columns.touchdowns, arrays, header["version"])
     states = samples.get("controller_states")
     if states is None or states.dtype != np.float64 or states.ndim != 2:
-        raise _damaged("samples/controller_states must be a column of numbers for each state of the controller")
+        raise damaged("samples/controller_states must be a column of numbers for each state of the controller")
     peak = arrays.get("peak_torque")
     if peak is None or peak.dtype != np.float64 or peak.shape != (len(robot.joints),):
         raise RecordError(f"is an incomplete record: it lacks peak_torque, numbers for {', '.join(robot.joints)}")
     times = arrays.get("pressure_times", unknown()) if header["version"] >= 4 else unknown()
     if times.dtype != np.float64 or times.shape != (BINS,) or (times < 0.0).any() or np.isinf(times).any():
-        raise _damaged(f"pressure_times is {_described(times)}; expected {BINS} times")
+        raise damaged(f"pressure_times is {_described(times)}; expected {BINS} times")
     _check_times(robot, [samples["time"], touchdowns["time"], np.array(end[:1])], len(touchdowns["time"]))
     return {
         "samples": samples,
@@ -76,10 +70,6 @@ def checked_fields(arrays: Arrays) -> dict[str, Any]:
     }
 
 
-def _damaged(what: str) -> RecordError:
-    return RecordError(f"is a damaged record: {what}")
-
-
 def _header(arrays: Arrays) -> dict[str, Any]:
     """The record's header, with a format, version and outcome that are known.
 
@@ -90,10 +80,9 @@ def _header(arrays: Arrays) -> dict[str, Any]:
     try:
         if written is None or written.dtype.kind != "U":
             raise ValueError("there is no text named header")
-        header = json.loads(str(written), parse_int=_whole_number)
-        _check_nesting(header)
+        header = parsed(str(written))
         named, version = header["format"], header["version"]
-    except (KeyError, TypeError, ValueError, RecursionError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         raise RecordError(f"is no walk's record: it has no header of one ({shown(error)})") from error
     if named != FORMAT:
         raise RecordError(f"is no walk's record but a {shown(named)}")
@@ -104,85 +93,16 @@ def _header(arrays: Arrays) -> dict[str, Any]:
             f"is a record of version {version}; this mjbiped reads up to {FORMAT_VERSION}: install a newer one"
         )
     if header.get("outcome") not in OUTCOMES:
-        raise _damaged(f"its outcome is {shown(header.get('outcome'))}; valid are {', '.join(OUTCOMES)}")
+        raise damaged(f"its outcome is {shown(header.get('outcome'))}; valid are {', '.join(OUTCOMES)}")
     return dict(header)
-
-
-def _whole_number(text: str) -> int:
-    """A whole number in JSON that everything can compute with."""
-    if len(text) > _LONGEST_NUMBER:
-        raise ValueError(f"a whole number of {len(text)} digits")
-    return int(text)
-
-
-def _check_nesting(value: Any) -> None:
-    """Refuse what is nested too deep for those who look into it, and text that cannot be written anywhere.
-
-    Raises:
-        ValueError: It is.
-    """
-    level = [value]
-    for _ in range(_DEEPEST):
-        below: list[Any] = []
-        for part in level:
-            if isinstance(part, str):
-                part.encode()
-            elif isinstance(part, dict):
-                below += [*part.keys(), *part.values()]
-            elif isinstance(part, list):
-                below += part
-        if not below:
-            return
-        level = below
-    raise ValueError(f"nested more than {_DEEPEST} times")
 
 
 def _moment(header: Mapping[str, Any]) -> tuple[float, float]:
     """Time and place of the walk's end."""
     end = header.get("end")
-    if not _is_numbers(end, 2):
-        raise _damaged(f"its end is {shown(end)}; expected a time and a place")
+    if not is_numbers(end, 2):
+        raise damaged(f"its end is {shown(end)}; expected a time and a place")
     return float(end[0]), float(end[1])
-
-
-def _is_numbers(values: Any, count: int) -> TypeGuard[list[float]]:
-    """Whether this is a list of so many finite numbers."""
-    return (
-        isinstance(values, list)
-        and len(values) == count
-        and all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
-        and all(map(math.isfinite, values))
-    )
-
-
-def _robot(settings: Any) -> Robot:
-    """The robot that walked, of settings that hold all that readers of records rely on.
-
-    Raises:
-        RecordError: They do not.
-    """
-    if not isinstance(settings, dict):
-        raise _damaged(f"its settings are {shown(settings)}; expected a table")
-    try:
-        robot = robot_from(settings["robot"])
-        Terrain.from_dict(settings["terrain"])
-    except KeyError as error:
-        raise _damaged(f"its settings lack {shown(error.args[0])}") from error
-    except (MjbipedError, TypeError, ValueError, ArithmeticError) as error:
-        why = textwrap.shorten(str(error), _LONGEST_REASON, placeholder=" ...")
-        raise _damaged(f"robot or terrain cannot be built of its settings: {why}") from error
-    controller = settings.get("controller")
-    if not isinstance(controller, dict) or not isinstance(controller.get("name"), str):
-        raise _damaged(f"its controller is {shown(controller)}; expected a table with a name")
-    if not isinstance(settings.get("engine"), str):
-        raise _damaged(f"its engine is {shown(settings.get('engine'))}; expected a name")
-    if not _is_numbers(settings.get("initial"), 2 * len(robot.angles)):
-        raise _damaged(
-            f"its initial state is {shown(settings.get('initial'))}; expected {2 * len(robot.angles)} numbers"
-        )
-    if not isinstance(settings.get("warnings", {}), dict):
-        raise _damaged(f"its warnings are {shown(settings['warnings'])}; expected a table")
-    return robot
 
 
 def _table(kind: str, columns: Mapping[str, Column], arrays: Arrays, version: int) -> dict[str, NDArray[Any]]:
@@ -199,7 +119,7 @@ def _table(kind: str, columns: Mapping[str, Column], arrays: Arrays, version: in
     rows = len(np.atleast_1d(table["time"]))
     for name, array in table.items():
         if array.shape[:1] != (rows,) or array.dtype.kind == "U":
-            raise _damaged(f"{beginning}{shown(name)} is {_described(array)}; expected {rows} rows of numbers")
+            raise damaged(f"{beginning}{shown(name)} is {_described(array)}; expected {rows} rows of numbers")
     for name, column in columns.items():
         if name in table:
             _check_column(f"{beginning}{name}", name in WHOLE_NUMBERS, column, table[name])
@@ -217,13 +137,13 @@ def _check_column(where: str, whole: bool, column: Column, array: NDArray[Any]) 
     expected = np.int64 if whole else np.float64
     if array.shape[1:] != ((column.width,) if column.width > 1 else ()) or array.dtype != expected:
         kind = "whole numbers" if whole else "floats"
-        raise _damaged(f"{where} is {_described(array)}; expected {kind}, {column.width} a row")
+        raise damaged(f"{where} is {_described(array)}; expected {kind}, {column.width} a row")
     if whole and not ((array == 0) | (array == 1)).all():
-        raise _damaged(f"{where} holds other numbers than 0 and 1")
+        raise damaged(f"{where} holds other numbers than 0 and 1")
     if column.finite and not np.isfinite(array).all():
-        raise _damaged(f"{where} holds what is no finite number")
+        raise damaged(f"{where} holds what is no finite number")
     if where.endswith("/qpos") and not (np.abs(array) <= FARTHEST).all():
-        raise _damaged(f"{where} holds numbers beyond {FARTHEST:g}, where no walk gets to")
+        raise damaged(f"{where} holds numbers beyond {FARTHEST:g}, where no walk gets to")
 
 
 def _described(array: NDArray[Any]) -> str:
@@ -239,6 +159,6 @@ def _check_times(robot: Robot, columns: Sequence[NDArray[np.float64]], steps: in
     latest = (steps + 1) * _BETWEEN * STALL_TIME * math.sqrt(robot.leg_length / robot.gravity) + _LATER
     for time in columns:
         if not (len(time) == 0 or time[0] >= 0.0) or (time[1:] < time[:-1]).any():
-            raise _damaged("its times do not ascend from 0")
+            raise damaged("its times do not ascend from 0")
         if len(time) and time[-1] > latest:
-            raise _damaged(f"it goes on to {time[-1]:g} s, with {steps} steps, where a walk stalls before {latest:g} s")
+            raise damaged(f"it goes on to {time[-1]:g} s, with {steps} steps, where a walk stalls before {latest:g} s")

@@ -203,5 +203,5 @@ def _reference(walk: Walk) -> TrackedReference | None:
     """What the walk's controller tracked; None where it is none that tracks, or cannot be built anew."""
     try:
         return TrackedReference(walk, recorded_tracking(walk))
-    except (TypeError, KeyError, MjbipedError):
+    except (MjbipedError, ArithmeticError, ValueError):
         return None

@@ -14,7 +14,7 @@ from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.errors import MjbipedError
 from mjbiped.gaits.optimisation import Goal
-from mjbiped.gaits.optimised import words_of
+from mjbiped.gaits.optimised import only_kept, words_of
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import NAMED
@@ -45,6 +45,8 @@ def python_of(walk: Walk, record: str) -> str | None:
         return None
     set_here = {each.name: settings[each.name] for each in fields(engine) if each.name in settings}
     rule = "None" if settings["scuffing"] is None else 'mjbiped.ScuffingRule(**settings["scuffing"])'
+    source = settings.get("controller_source")
+    named = "" if source is None else f', settings["controller_source"], named={source["class"]!r}'
     of_engine = ", ".join(f"{name}={value!r}" for name, value in set_here.items())
     return f"""import mjbiped
 from mjbiped.control.registry import controller_from
@@ -52,7 +54,7 @@ from mjbiped.control.registry import controller_from
 before = mjbiped.Walk.load({record!r})
 settings = before.settings
 again = mjbiped.walk(
-    controller_from(settings["controller"], settings.get("controller_source")),
+    controller_from(settings["controller"]{named}),
     before.terrain,
     engine=mjbiped.{engine.__name__}({of_engine}),
     robot=before.robot,
@@ -71,7 +73,8 @@ print("the same, bit by bit:", again == before)
 def command_of(walk: Walk) -> str | None:
     """The command that makes the walk again; None where no command does, as for terrains made in Python."""
     try:
-        return shlex.join(["mjbiped", "walk", *_words(walk)])
+        with only_kept():  # what the record asks for would have to be searched for minutes, to know what it gives
+            return shlex.join(["mjbiped", "walk", *_words(walk)])
     except (_NotSayableError, MjbipedError, KeyError, TypeError, ValueError):
         return None
 

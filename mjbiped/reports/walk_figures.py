@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.analysis.replay import recorded_tracking, transitions
-from mjbiped.errors import MjbipedError
-from mjbiped.gaits.described import gait_from
+from mjbiped.analysis.replay import drawn_gait, drawn_transitions
 from mjbiped.gaits.gait import Gait
 from mjbiped.plotting.style import GROUND, PLANNED, SHADE
 from mjbiped.plotting.timelapse import outline
@@ -210,7 +207,7 @@ def _phases(graphs: Any, walk: Walk, keep: NDArray[np.int64]) -> Shown:
     """Rate over angle of each leg, with the gait that is imitated and the transitions that were planned to it."""
     step = flat_samples(walk)["step"][keep]
     breaks = np.flatnonzero(np.diff(step)) + 1
-    cycle, planned = _imitated(walk), _planned(walk)
+    cycle, planned = _imitated(walk), drawn_transitions(walk)
     figure = graphs.Figure()
     for leg, name in enumerate(("stance", "swing")):
         place = {"xaxis": f"x{leg + 1}" if leg else "x", "yaxis": f"y{leg + 1}" if leg else "y"}
@@ -265,20 +262,8 @@ def _ends_with_room(values: Array) -> list[list[float]]:
 
 def _imitated(walk: Walk) -> Array | None:
     """The limit cycle of the gait that was imitated: angles and rates, shape (points, 4); None where there is none."""
-    try:
-        described = walk.settings["controller"]["gait"]
-        gait = gait_from(described)
-    except (KeyError, TypeError, MjbipedError):
-        return None
+    gait = drawn_gait(walk)
     if not isinstance(gait, Gait):
         return None
     q, dq, _ = gait.reference(np.linspace(0.0, gait.period, _POINTS))
     return np.concatenate([q, dq], axis=1)
-
-
-def _planned(walk: Walk) -> Sequence[Array]:
-    """The transitions that were planned to it; none for a controller that plans none."""
-    try:
-        return transitions(walk, recorded_tracking(walk))
-    except (KeyError, TypeError, MjbipedError):
-        return []

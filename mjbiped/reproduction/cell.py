@@ -14,7 +14,7 @@ from mjbiped.control.controller import Controller
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, versions
-from mjbiped.errors import MjbipedError, RecordError, shown
+from mjbiped.errors import MjbipedError, RecordError, explained, shown
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from mjbiped.records.schema import OUTCOMES
@@ -182,7 +182,7 @@ def measured(cell: Cell) -> tuple[Result, Walk | None]:
     except WalkStopped as stop:
         return dataclasses.replace(_kept(stop.walk), outcome=FAILED, error=str(stop)), None
     except (MjbipedError, ArithmeticError, ValueError) as error:
-        return Result(FAILED, f"{type(error).__name__}: {error}"), None
+        return Result(FAILED, explained(error)), None
     return _kept(done), done if cell.record else None
 
 

@@ -16,9 +16,10 @@ from mjbiped.sweeps.cell import Cell
 from mjbiped.sweeps.plan import Study, check_cells, check_count
 from mjbiped.sweeps.sections import SCUFFING, kinds_of, read_controller, read_robot
 from mjbiped.sweeps.values import Scalar, check_keys
-from mjbiped.terrain.files import parse_toml, read_text
+from mjbiped.terrain.files import parse_toml
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain
+from mjbiped.utils.reading import read_text
 
 KEYS = ("engine", "steps", "seeds", "grounds", "controller", "limits", "margins", "scuffing", "robot")
 LIMIT_KEYS = ("share", "phases", "steps_after", "torque", BASIN, *DISTURBANCES)

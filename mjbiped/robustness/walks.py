@@ -13,7 +13,7 @@ from mjbiped.gaits.gait import Periodic
 from mjbiped.limit_cycles.basin import rates_around
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.sweeps.cell import Cell
+from mjbiped.sweeps.cell import LIMIT, Cell
 from mjbiped.sweeps.plan import Study
 from mjbiped.sweeps.values import Scalar
 from mjbiped.terrain.families import GROWN, START
@@ -114,7 +114,7 @@ def walks_of(
             "test": test,
             "controller": label,
             **columns,
-            "steps": steps,
+            f"{LIMIT}.steps": steps,
             **({} if test == BASIN else {"initial": "gait"}),
             **(rule if straight else {}),
             **settings,

@@ -77,7 +77,7 @@ def _walked(
     except BaseException as error:
         if is_interrupt(error):
             return _Ended(keep(), interrupted=True)
-        if not isinstance(error, Exception):
+        if not isinstance(error, Exception | SystemExit):
             raise
         return _Ended(keep(), run.message(error), traceback.format_exc())
     return _Ended(keep())

@@ -109,7 +109,7 @@ def walk(
         except BaseException as error:
             if is_interrupt(error):
                 raise WalkInterrupted(run.record()) from error
-            if not isinstance(error, Exception):
+            if not isinstance(error, Exception | SystemExit):  # sys.exit() in a law ends no more than its walk
                 raise
             raise WalkStopped(run.message(error), run.record()) from error
         return run.record()

@@ -15,7 +15,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mjbiped.errors import InputError, shown
+from mjbiped.errors import InputError
 from mjbiped.utils import domains
 
 if TYPE_CHECKING:
@@ -43,8 +43,7 @@ class ScuffingRule:
             InputError: One is; see `mjbiped.utils.domains`.
         """
         domains.check_fields(self, reach=domains.REACH, delay=domains.DELAY)
-        if not isinstance(self.name, str):
-            raise InputError(f"name = {shown(self.name)}: must be text")
+        domains.check_text("name", self.name)
 
 
 def chosen(scuffing: ScuffingRule | None) -> ScuffingRule:

@@ -23,11 +23,12 @@ class Outcome(IntEnum):
     DIVERGED = 6
     INTERRUPTED = 7
     UNRESOLVED = 8
+    TIME_LIMIT = 9
 
     @property
     def words(self) -> str:
         """The outcome as it stands in records and summaries."""
-        return "left the terrain" if self is Outcome.LEFT_TERRAIN else self.name.lower()
+        return "left the terrain" if self is Outcome.LEFT_TERRAIN else self.name.lower().replace("_", " ")
 
 
 class Limits(NamedTuple):

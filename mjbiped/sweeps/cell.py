@@ -17,7 +17,7 @@ from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, explained
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Periodic
 from mjbiped.records import measures
@@ -55,6 +55,9 @@ ROBOT = Compass.kind
 
 LIMITS: Mapping[str, Count | Domain] = {"steps": domains.STEPS, "distance": domains.DISTANCE}
 """Domains of what `walk` takes as it is."""
+
+LIMIT = "limit"
+"""Section of these: the walk's own number of steps is a measure."""
 
 OPTIONS: Mapping[str, Domain] = {"timestep": domains.TIMESTEP, "contact_timestep": domains.CONTACT_TIMESTEP}
 """Domains of settings of the engine mujoco, s."""
@@ -171,7 +174,6 @@ class Cell:
             sample_period: Of the record, s.
         """
         robot, terrain, controller = self.robot(), self.terrain(), self.controller()
-        limits = {key: self.values[key] for key in LIMITS if key in self.values}
         return walk(
             controller,
             terrain,
@@ -181,7 +183,7 @@ class Cell:
             scuffing=self.scuffing(),
             disturbances=self.disturbances(),
             sample_period=sample_period,
-            **limits,  # type: ignore[arg-type]  # checked there
+            **self.section(LIMIT),
         )
 
 
@@ -212,7 +214,7 @@ def measured(cell: Cell, *, trajectory: bool = False) -> Row:
     except (MemoryError, OSError):
         raise
     except Exception as error:
-        return {**dict.fromkeys(KNEES_MEASURES), "outcome": FAILED, "error": f"{type(error).__name__}: {error}"}
+        return {**dict.fromkeys(KNEES_MEASURES), "outcome": FAILED, "error": explained(error)}
     return {**_measures(done), **_samples(done, trajectory), "outcome": done.outcome, "error": None}
 
 

@@ -24,13 +24,14 @@ from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.sweeps.cell import KNEES_MEASURES, LIMITS, MEASURES, OPTIONS, Cell, state_of
+from mjbiped.sweeps.cell import KNEES_MEASURES, LIMIT, LIMITS, MEASURES, OPTIONS, Cell, state_of
 from mjbiped.sweeps.sections import OF_WALK, SECTIONS, Settings, parts_of
 from mjbiped.sweeps.values import Draw, Scalar, check_keys
-from mjbiped.terrain.files import FILE_SUFFIXES, parse_toml, read_text
+from mjbiped.terrain.files import FILE_SUFFIXES, parse_toml
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name
+from mjbiped.utils.reading import read_text
 
 KEYS = ("seed", "samples", *OF_WALK, *SECTIONS, "plot")
 
@@ -215,8 +216,8 @@ def check_cells(cells: Sequence[Cell], varied: Sequence[str]) -> None:
     seen: set[tuple[object, ...]] = set()
     for cell in cells:
         for part in (
-            (*OF_WALK, "initial", "robot"),
-            ("disturbances", "robot", *OF_WALK),
+            ("engine", LIMIT, *OPTIONS, "initial", "robot"),
+            ("disturbances", "robot", "engine", *OPTIONS),
             ("robot", "model", "controller"),
             ("scuffing", "robot"),
             ("terrain",),
@@ -294,10 +295,13 @@ def _check_limits(values: Mapping[str, Scalar]) -> None:
     engine = known_name("engine", values["engine"], ENGINES)
     if "initial" in values:
         known_name("initial state", values["initial"], INITIAL_STATES)
-    for key, domain in (*LIMITS.items(), *OPTIONS.items()):
+    for key, domain in LIMITS.items():
+        if f"{LIMIT}.{key}" in values:
+            domain.check(key, values[f"{LIMIT}.{key}"])
+    for key, domain in OPTIONS.items():
         if key in values:
             domain.check(key, values[key])
-            if key in OPTIONS and engine != "mujoco":
+            if engine != "mujoco":
                 raise InputError(f"{key} is for the engine mujoco; the engine {engine} has none")
 
 

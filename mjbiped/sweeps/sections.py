@@ -16,7 +16,7 @@ from mjbiped.errors import InputError, shown
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import NAMED, named
 from mjbiped.robots.robot import Robot
-from mjbiped.sweeps.cell import LIMITS, OPTIONS, ROBOT, state_of
+from mjbiped.sweeps.cell import LIMIT, LIMITS, OPTIONS, ROBOT, state_of
 from mjbiped.sweeps.values import Choice, Draw, check_keys, read_choice
 from mjbiped.terrain.files import FILE_KEY
 from mjbiped.terrain.presets import PRESETS
@@ -49,7 +49,8 @@ def parts_of(content: Mapping[str, Any], folder: Path) -> Iterator[list[Settings
     kinds = kinds_of(robots)
     for key in OF_WALK:
         if key in content or key == "engine":
-            yield [{key: read_choice(key, content.get(key, DEFAULT_ENGINE))}]
+            name = f"{LIMIT}.{key}" if key in LIMITS else key
+            yield [{name: read_choice(key, content.get(key, DEFAULT_ENGINE))}]
     initial = content.get("initial", INITIAL_STATES[0])
     alternatives = initial if isinstance(initial, list) else [initial]
     if not isinstance(initial, str | list) or any(isinstance(each, Mapping) for each in alternatives):

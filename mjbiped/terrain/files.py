@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from mjbiped.errors import InputError, shortened, shown
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name
+from mjbiped.utils.reading import read_text
 
 SEGMENT_KEYS = ("length", "slope_deg", "step")
 FILE_SUFFIXES = (".csv", ".toml", ".yaml", ".yml")
@@ -195,34 +196,6 @@ def _parse_yaml(text: str) -> object:
         if loader is not None and not isinstance(error, yaml.YAMLError):
             reason = f"line {loader.line + 1}: {reason}"
         raise InputError(f"not readable as YAML: {shortened(' '.join(reason.split()))}") from error
-
-
-def read_text(path: Path) -> str:
-    """Read a text file that is not empty.
-
-    Raises:
-        InputError: It cannot be read, or is no text; the message does not name it.
-    """
-    try:
-        if not path.is_file() and path.exists() and not path.is_dir():
-            raise InputError("is a device or a pipe; expected a file")
-        data = path.read_bytes()
-    except FileNotFoundError as error:
-        raise InputError("there is no such file; check the path and the working folder") from error
-    except IsADirectoryError as error:
-        raise InputError("is a folder; expected a file") from error
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from error
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise InputError(f"line {line}: not UTF-8 text; expected a text file, save it as UTF-8") from error
-    if "\0" in text:
-        raise InputError(f"line {text.count(chr(10), 0, text.index(chr(0))) + 1}: binary data; expected a text file")
-    if not text.strip():
-        raise InputError("the file is empty")
-    return text
 
 
 def _check_order(samples: Sequence[Sample], new: Sample) -> None:

@@ -102,8 +102,7 @@ class Terrain(Presets):
             check_slope(f"segment {i}", angle)
         for i, rise in enumerate(self.rises, start=1):
             _RISE.check(f"segment {i}: its step", rise)
-        if not isinstance(self.name, str):
-            raise InputError(f"name = {shown(self.name)}: must be text")
+        domains.check_text("name", self.name)
         object.__setattr__(self, "parameters", _frozen_pairs(self.parameters))
 
     def __repr__(self) -> str:
@@ -415,6 +414,7 @@ def _frozen_pairs(pairs: object) -> tuple[tuple[str, Any], ...]:
     for pair, parts in listed:
         if len(parts) != 2 or not isinstance(parts[0], str):
             raise InputError(f"a terrain's parameter is {shown(pair)}; expected a pair of a name and a value")
+        domains.check_text("a terrain's parameter", parts[0])
     return tuple((name, _frozen(value)) for _, (name, value) in listed)
 
 
@@ -425,6 +425,10 @@ def _frozen(value: Any, depth: int = 0) -> Any:
     value = value.item() if isinstance(value, np.generic) else value
     if not isinstance(value, str | int | float | None) or value != value:
         raise InputError(f"a terrain's parameter holds {shown(value)}; expected numbers, text, None and tuples of them")
+    if isinstance(value, str):
+        return domains.check_text("a terrain's parameter", value)
+    if type(value) is int:
+        return domains.STUDY_WHOLE.check("a terrain's parameter", value)
     return value
 
 

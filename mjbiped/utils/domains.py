@@ -62,7 +62,7 @@ class Domain:
         Raises:
             InputError: It is no finite number of the domain.
         """
-        number = _as_float(value)
+        number = as_float(value)
         if not math.isfinite(number):
             raise InputError(f"{name} = {shown(value)}: must be a finite number {self}")
         if not self.low <= number <= self.high:
@@ -86,7 +86,7 @@ class Domain:
         # entries of lists stay what they are: NumPy would make numbers of texts and truth values among numbers
         given = value if isinstance(value, np.ndarray) else np.array(value, dtype=object)
         if given.dtype.kind == "O" and all(_is_real(each) for each in given.flat):
-            given = np.array([_as_float(each) for each in given.flat], dtype=np.float64).reshape(given.shape)
+            given = np.array([as_float(each) for each in given.flat], dtype=np.float64).reshape(given.shape)
         if given.dtype.kind not in "iuf":
             raise InputError(f"{name} = {shown(value)}: must be numbers {self}")
         if shape is not None and not _fits(given.shape, shape):
@@ -143,7 +143,7 @@ def _is_real(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-def _as_float(value: object) -> float:
+def as_float(value: object) -> float:
     """A real number as a float; infinity where it is too great for one, NaN for what is no real number."""
     if not _is_real(value):
         return math.nan
@@ -162,6 +162,21 @@ def check_states(name: str, value: object, shape: tuple[int | None, ...]) -> NDA
     states = STATE.array(name, value, shape)
     ANGLE.array(f"{name}, its angles", states[..., :2], None)
     return states
+
+
+def check_text(name: str, value: object) -> str:
+    """Check a text that stands in records.
+
+    Raises:
+        InputError: It is no text, or holds what no file can: half a letter, as of a file's name that is no UTF-8.
+    """
+    if not isinstance(value, str):
+        raise InputError(f"{name} = {shown(value)}: must be text")
+    try:
+        value.encode()
+    except UnicodeEncodeError as error:
+        raise InputError(f"{name} = {shown(value)}: must be text that UTF-8 can write; rename it") from error
+    return value
 
 
 def check_kind(name: str, value: object, kind: type[Kind]) -> Kind:
@@ -287,6 +302,7 @@ MODEL_ERROR = Domain(1e-3, 1e3)
 BANDWIDTH = Domain(1e-3, 1e9, "Hz")
 IMPULSE = Domain(0.0, 1e9, "N s")
 PUSH = Domain(-IMPULSE.high, IMPULSE.high, "N s")
+PUSHES = Count(0, 10_000)
 PUSH_INTERVAL = Domain(1e-3, 1e9, "s")
 PUSH_DURATION = Domain(1e-3, 10.0, "s")
 

@@ -25,8 +25,7 @@ if sys.platform != "win32":
     import fcntl
 
 _UNFINISHED = re.compile(r"\.mjbiped-[0-9a-f]{16}(\.[a-z0-9]{1,8})?", re.IGNORECASE)
-_YOUNG = 10.0  # s since it was last written to: not yet taken for left behind
-_OLD = 86400.0  # s: taken for left behind also where files cannot be locked
+_OLD = 86400.0  # s since it was last written to: taken for left behind where files cannot be locked
 
 _own: dict[Path, int] = {}  # unfinished files, and the process that writes them
 _swept: set[Path] = set()
@@ -94,18 +93,33 @@ def _unfinished_file(path: Path) -> Iterator[Path]:
         OSError: The folder is missing or cannot be written.
     """
     _sweep(path.parent)
-    name = path.with_name(f".mjbiped-{secrets.token_hex(8)}{path.suffix}")
     with ExitStack() as stack:
-        _own[name] = os.getpid()
-        stack.callback(_remove, name)
-        handle = os.open(name, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)  # as any new file, by the user's umask
-        if sys.platform == "win32":
-            os.close(handle)  # an open file could not be moved
-        else:
+        while True:
+            name = path.with_name(f".mjbiped-{secrets.token_hex(8)}{path.suffix}")
+            _own[name] = os.getpid()
+            stack.callback(_remove, name)
+            handle = os.open(name, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)  # as any new file, by the user's umask
+            if sys.platform == "win32":
+                os.close(handle)  # an open file could not be moved
+                break
             stack.callback(os.close, handle)
-            with suppress(OSError):  # a file system without locks
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)  # the system lets go of it however this process ends
+            if _locked(handle, name):
+                break
         yield name
+
+
+def _locked(handle: int, name: Path) -> bool:
+    """Lock a new file for as long as this process lives; whether it is still there.
+
+    A process that looks for what was left behind may have taken it in the moment before.
+    """
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)  # the system lets go of it however this process ends
+        return name.exists()
+    except BlockingIOError:
+        return False
+    except OSError:  # a file system without locks
+        return True
 
 
 def remove_unfinished() -> None:
@@ -161,8 +175,6 @@ def _remove_if_left(name: Path) -> None:
     handle = os.open(name, os.O_RDWR)
     try:
         age = time.time() - os.fstat(handle).st_mtime
-        if age < _YOUNG:  # it may have been made and not yet locked
-            return
         if sys.platform != "win32":
             try:
                 fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)

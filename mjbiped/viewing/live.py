@@ -145,7 +145,7 @@ class LiveWalk(Source):
                 next(self._steps, None)  # it takes in the last touchdown, and its callbacks away
         except LawError:
             raise
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             if is_interrupt(error):
                 raise
             raise WalkStopped(self.run.message(error), self.run.record()) from error

@@ -110,7 +110,7 @@ def test_the_adaptive_controller_has_gains_too() -> None:
     ("words", "reason"),
     [
         (("--controller", "spread.py:HipSpred"), "did you mean 'HipSpread'"),
-        (("--controller", "gone.py:HipSpread"), "there is no file 'gone.py'"),
+        (("--controller", "gone.py:HipSpread"), "there is no such file"),
         (("--controller", "pasive"), "did you mean 'passive'?"),
         (("--controller", "spread.py:HipSpread", "--gain", "k=1"), "valid are stiffness=0.5, spread=0.4."),
         (("--controller", "spread.py:HipSpread", "--gain", "stifness=1"), "did you mean 'stiffness'?"),

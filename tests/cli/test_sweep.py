@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import sys
 from pathlib import Path
@@ -89,3 +90,16 @@ def test_scheduler_that_is_not_there(study: Path, monkeypatch: pytest.MonkeyPatc
     result = run("sweep", study, "--scheduler", "tcp://127.0.0.1:1")
     assert result.exit_code == 2
     assert "no Dask scheduler answers" in result.stderr
+
+
+@pytest.mark.usefixtures("studies_in_threads")
+def test_a_sweep_over_the_limits_of_a_walk_has_columns_for_both(tmp_path: Path) -> None:
+    """What is asked for, and the measure of the same name."""
+    study = tmp_path / "limits.toml"
+    study.write_text('engine = "hybrid"\nsteps = [2, 3]\ndistance = [0.5, 9]\nterrain = { name = "level" }\n')
+    result = run("sweep", study)
+    assert result.exit_code == 0, result.stderr
+    rows = list(csv.DictReader((tmp_path / "limits" / "study.csv").read_text().splitlines()))
+    found = [(row["limit.steps"], row["limit.distance"], row["steps"]) for row in rows]
+    assert found == [("2", "0.5", "2"), ("2", "9", "2"), ("3", "0.5", "2"), ("3", "9", "3")]
+    assert run("report", tmp_path / "limits").exit_code == 0

@@ -156,9 +156,6 @@ class Bound(Controller):
 class Failing(Controller):
     """What it raises is the walk's to tell, which keeps what was walked."""
 
-    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
-        raise ZeroDivisionError
-
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Any:
         raise ZeroDivisionError
 

@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rounding import assert_same
 
 import mjbiped
 from controllers import AdaptiveController, KneedController, PassiveController
 from controllers.tracking import tracking_errors, tracking_torque
+from mjbiped.engines.hybrid.simulation import TOLERANCE
 from mjbiped.errors import InputError
 from mjbiped.gaits.described import gait_from
 from mjbiped.robots import compass
@@ -244,8 +246,9 @@ def test_compiled_walks_are_those_of_plain_python() -> None:
     plain = mjbiped.walk(Plain(ROBOT, GAIT), terrain, engine="hybrid", steps=20)
     fast = mjbiped.walk(LAW, terrain, engine="hybrid", steps=20)
     for name in ("time", "q", "dq", "work_absolute"):
-        # products and sums in one rounding, over steps whose errors are forgotten
-        assert fast.touchdowns[name] == pytest.approx(plain.touchdowns[name], abs=1e-7)
+        # products and sums in one rounding, which differs from machine to machine, over steps whose errors are
+        # forgotten: what it changes is less than an integration step lets pass (measured: a third of it)
+        assert_same(fast.touchdowns[name], plain.touchdowns[name], TOLERANCE, name)
     assert fast == mjbiped.walk(LAW, terrain, engine="hybrid", steps=20)
 
 

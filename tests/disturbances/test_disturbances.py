@@ -24,6 +24,7 @@ from mjbiped.errors import InputError
         ({"pushes": [(1.0,)]}, "must be a pair"),
         ({"pushes": [(2.0, 1.0), (1.0, 1.0)]}, "in order of time"),
         ({"pushes": [(2.0, 1.0), (2.01, 1.0)]}, "push_duration = 0.05 s apart"),
+        ({"pushes": [(float(k), 1.0) for k in range(10_001)]}, "number of pushes = 10001: must be a whole number"),
         ({"push_impulse": 1.0}, "random pushes need both"),
         ({"push_interval": 1.0}, "random pushes need both"),
         ({"push_impulse": 1.0, "push_interval": 1.0, "pushes": [(1.0, 1.0)]}, "at given times or random ones"),

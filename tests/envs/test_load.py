@@ -5,6 +5,7 @@ import pickle
 import sys
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -148,6 +149,12 @@ def test_a_copied_and_a_pickled_physics_go_on_by_themselves() -> None:
         each.step(10)
         assert each.get_state().tobytes() == physics.get_state().tobytes()
     after = physics.joint_angles()
+    with pytest.raises(InputError, match="leave sig out"):
+        physics.set_state(state, mujoco.mjtState.mjSTATE_USERDATA)
+    velocities = physics.get_state(mujoco.mjtState.mjSTATE_QVEL)
+    with pytest.raises(InputError, match="finite"):
+        physics.set_state(np.nan * velocities, mujoco.mjtState.mjSTATE_QVEL)
+    physics.set_state(velocities, mujoco.mjtState.mjSTATE_QVEL)
     physics.set_state(state)
     physics.step(10)
     np.testing.assert_array_equal(physics.joint_angles(), after)

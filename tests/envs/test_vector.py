@@ -1,6 +1,7 @@
 """Many robots at once: each as in an environment of its own, whatever the threads; resets as Gymnasium has them."""
 
 import warnings
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -99,3 +100,25 @@ def test_what_was_returned_stays_as_it_is(count: int) -> None:
     for mine, theirs in zip(kept, before, strict=True):
         np.testing.assert_array_equal(mine, theirs)
     env.close()
+
+
+def test_seeds_are_numbers_of_any_kind_and_episodes_have_a_length() -> None:
+    env = CompassWalkVectorEnv(2)
+    plain = env.reset(seed=3)[0]
+    given: tuple[Any, ...] = (np.int64(3), np.uint8(3), [np.int32(3), 4], np.array([3, 4]), (3, np.int64(4)))
+    for seed in given:
+        np.testing.assert_array_equal(env.reset(seed=seed)[0], plain)
+    refused: tuple[Any, ...] = (-1, 1.0, "3", [3], [3, "4"], True)
+    for seed in refused:
+        with pytest.raises(InputError, match="seed"):
+            env.reset(seed=seed)
+    single = CompassWalkEnv()
+    np.testing.assert_array_equal(single.reset(seed=np.int64(3))[0], plain[0])  # type: ignore[arg-type]
+    for steps in (0, -5, "a", 1.5):
+        with pytest.raises(InputError, match="max_episode_steps"):
+            CompassWalkVectorEnv(2, max_episode_steps=steps)  # type: ignore[arg-type]
+    short = CompassWalkVectorEnv(1, residual=True, max_episode_steps=2)
+    short.reset(seed=3)
+    truncated = [short.step(np.zeros((1, 2), dtype=np.float32))[3].tolist() for _ in range(2)]
+    assert truncated == [[False], [True]]
+    assert short.walk(0).outcome == "time limit"

@@ -3,6 +3,7 @@
 import copy
 import itertools
 import pickle
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -66,7 +67,7 @@ def test_zero_residual_is_bitwise_the_walk(name: str) -> None:
     walkers = begun(task, seed=3)
     walked(walkers, np.zeros((200, 2)))
     record = walkers.walk()
-    assert record.outcome == "interrupted"
+    assert record.outcome == "time limit"
     assert record.steps >= 4
     assert_begins_like(record, repeated(record, task))
 
@@ -191,6 +192,35 @@ def test_a_state_can_be_set_back() -> None:
     np.testing.assert_array_equal(walked(walkers, actions[30:]), after)
     with pytest.raises(InputError, match="expected shape"):
         walkers.set_state(state[:-1])
+    draw = np.random.default_rng(1)
+    for odd in (state * np.nan, draw.normal(size=state.shape), np.where(np.arange(len(state)) == 7, 1e300, state)):
+        with pytest.raises(InputError, match="none that was got from an episode"):
+            walkers.set_state(odd)
+    np.testing.assert_array_equal(walkers.state(), walkers.state())
+
+
+def test_actions_of_other_shapes_are_refused() -> None:
+    """NumPy would repeat them for the other joint, or the other robots."""
+    one, two = begun(WalkTask("walk_level")), Walkers(WalkTask("walk_level"), 2)
+    for walkers, odd in ((one, 1.0), (one, [1.0]), (one, [[1.0], [2.0]]), (two, [1.0, 2.0]), (two, [[1.0], [2.0]])):
+        with pytest.raises(InputError, match=r"action = .*expected"):
+            walkers.act(odd)
+    one.act([[1.0, 2.0]])
+    assert one.actions.tolist() == [[1.0, 2.0]]
+
+
+def test_a_walk_for_all_of_its_time_ended_by_the_time_limit(tmp_path: Path) -> None:
+    walkers = begun(WalkTask("walk_level", residual=True, time_limit=0.2))
+    for _ in range(9):
+        walkers.act([0.0, 0.0])
+        walkers.step()
+    assert walkers.walk().outcome == "interrupted"
+    walkers.act([0.0, 0.0])
+    walkers.step()
+    walk = walkers.walk()
+    assert (walk.outcome, walk.fell) == ("time limit", False)
+    walk.save(tmp_path / "walk.npz")
+    assert Walk.load(tmp_path / "walk.npz") == walk
 
 
 def test_a_restarted_simulation_is_a_new_one() -> None:

@@ -134,7 +134,7 @@ def test_incomplete_record_is_refused(saved: Path) -> None:
 
 
 def test_missing_file_and_folder(walk: Walk, tmp_path: Path) -> None:
-    with pytest.raises(mjbiped.RecordError, match="No such file"):
+    with pytest.raises(mjbiped.RecordError, match="there is no such file"):
         Walk.load(tmp_path / "nothing.npz")
     with pytest.raises(mjbiped.RecordError, match="cannot write"):
         walk.save(tmp_path / "no folder" / "walk.npz")

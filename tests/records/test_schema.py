@@ -18,6 +18,8 @@ from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
 from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Column
 from mjbiped.records.record import FORMAT_VERSION, Walk
+from mjbiped.records.settings import LONGEST_DESCRIPTION, MOST_VALUES, parsed
+from mjbiped.utils.domains import SEGMENTS
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +75,21 @@ def changed(walk: Walk, tmp_path: Path, change: Change) -> Path:
         (lambda r: r.settings.update(initial=[0.0, 0.0, 0.0]), "4 numbers"),
         (lambda r: r.settings.update(warnings=3), "warnings"),
         (lambda r: r.settings.update(engine=None), "engine"),
+        (lambda r: r.settings.update(warnings={"a": None}), "numbers of times"),
+        (lambda r: r.settings.pop("scuffing"), "lack 'scuffing'"),
+        (lambda r: r.settings.update(scuffing={"reach": "x"}), "scuffing rule cannot be built"),
+        (lambda r: r.settings.update(scuffing={"legs": 2}), "scuffing rule cannot be built"),
+        (lambda r: r.settings.update(disturbances=[1]), "disturbances cannot be built"),
+        (lambda r: r.settings.update(disturbances={"control_period": None}), "not as it would have been written"),
+        (lambda r: r.settings.update(controller_source=5), "a class and the digest"),
+        (lambda r: r.settings.update(controller_source={"class": "a.py:B"}), "a class and the digest"),
+        (lambda r: r.settings.update(steps=2.0), "its steps is 2.0; expected a whole number"),
+        (lambda r: r.settings.update(distance="far"), "its distance is 'far'; expected a number"),
+        (lambda r: r.settings.update(sample_period=[]), "its sample period"),
+        (lambda r: r.settings.update(versions={"mjbiped": 1}), "versions"),
+        (lambda r: r.settings.update(tolerance=-1.0), "its tolerance is -1.0"),
+        (lambda r: r.settings.update(engine="mujoco", lands=1), "its lands is 1; expected true or false"),
+        (lambda r: r.settings.update(more=[0] * MOST_VALUES), "too long"),
         (lambda r: r.settings.update(more=10**50), "51 digits"),
         (lambda r: r.settings.update(more="\ud800"), "surrogates"),
         (lambda r: r.put("samples/q", lambda column: column[:-1]), "samples/'q'.* rows of numbers"),
@@ -103,6 +120,21 @@ def test_headers_nested_without_end_are_refused(walk: Walk, tmp_path: Path) -> N
         np.savez(path, **{**arrays, "header": np.array(text)})
         with pytest.raises(mjbiped.RecordError, match="no header of one"):
             Walk.load(path)
+
+
+def test_what_other_engines_set_is_theirs(walk: Walk, tmp_path: Path) -> None:
+    own = dataclasses.replace(walk, settings={**walk.settings, "engine": "mine", "tolerance": "tight", "lands": None})
+    own.save(tmp_path / "walk.npz")
+    assert Walk.load(tmp_path / "walk.npz") == own
+
+
+def test_the_longest_ground_fits_into_a_record(walk: Walk, tmp_path: Path) -> None:
+    """Each of its numbers, and each segment as it was given."""
+    rows = [[0.1 + 1e-9 * k, 0.1, 1e-5] for k in range(SEGMENTS.high)]
+    ground = {"x": [row[0] * k for k, row in enumerate(rows)], "z": [0.0] * len(rows), "angle": [0.0] * len(rows)}
+    settings = {"terrain": {**ground, "end": None, "name": "long", "parameters": [["segments", rows]]}}
+    text = json.dumps({**walk.settings, **settings, "more": [-1.0 / 3.0] * LONGEST_DESCRIPTION})
+    assert len(parsed(text)["terrain"]["x"]) == SEGMENTS.high
 
 
 def test_further_columns_stay(walk: Walk, tmp_path: Path) -> None:

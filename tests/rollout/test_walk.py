@@ -1,6 +1,7 @@
 """`walk()`: what it refuses, what it keeps when it is broken off, and that it repeats itself."""
 
 import math
+import sys
 import threading
 from collections.abc import Sequence
 from dataclasses import replace
@@ -121,18 +122,64 @@ def test_own_controller_needs_no_more_than_a_torque() -> None:
     assert abs(walk.samples["torque"][:, 1]).max() > 0.0
 
 
+class Wordless(Exception):  # noqa: N818
+    """An exception that has no words for itself."""
+
+    def __str__(self) -> str:
+        raise ValueError("no words")
+
+
+def _raise_wordless(self: object) -> None:
+    raise Wordless
+
+
+def nested(levels: int) -> list[Any]:
+    made: list[Any] = []
+    for _ in range(levels):
+        made = [made]
+    return made
+
+
+UNTELLABLE: tuple[Any, ...] = (
+    *(None, [1], "x", {}, {"name": 5}, {"name": "x", "n": 10**100}, {"name": "x", "n": 10**5000}),
+    *({"name": "\ud800"}, {"name": "x", "n": nested(60)}, {"name": "x", "n": nested(3000)}, {"name": "x", "n": {1, 2}}),
+    {"name": "x", "n": [0] * 200_000},
+)
+"""What no record could tell of a controller."""
+
+
 @pytest.mark.parametrize(
     ("parts", "names"),
     [
         ({"states": "work"}, "tuple of names"),
         ({"states": ("a", "b"), "memory_size": 1}, "memory_size"),
         ({"describe": lambda self: {"self": self}}, "JSON"),
+        *[({"describe": lambda *_, told=told: told}, "what a record can hold") for told in UNTELLABLE],
+        ({"describe": lambda *_: 1 / 0}, "does not tell what it is: ZeroDivisionError"),
+        ({"robot": property(lambda *_: 1 / 0)}, "does not tell what it is: ZeroDivisionError"),
+        ({"law": lambda *_: 1 / 0}, r"Made\.law fails: ZeroDivisionError"),
+        ({"law": lambda *_: 5}, r"Made\.law\(\) gives 5; expected a Law, or None"),
+        ({"start": lambda *_: 1 / 0}, r"Made\.start fails: ZeroDivisionError"),
+        ({"start": lambda *_: sys.exit(5)}, r"Made\.start fails: SystemExit: 5"),
+        ({"describe": _raise_wordless}, "does not tell what it is: Wordless, whose words cannot be told"),
     ],
 )
-def test_ill_made_controllers_are_refused(parts: dict[str, Any], names: str) -> None:
+@pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
+def test_ill_made_controllers_are_refused(parts: dict[str, Any], names: str, engine: str) -> None:
     made = type("Made", (PassiveController,), parts)
     with pytest.raises(mjbiped.InputError, match=names):
-        mjbiped.walk(made(), mjbiped.Terrain.incline(2.0))
+        mjbiped.walk(made(), mjbiped.Terrain.incline(2.0), engine=engine, steps=1)
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
+@pytest.mark.parametrize(
+    ("error", "words"), [(SystemExit(5), "SystemExit: 5"), (Wordless(), "Wordless, whose words cannot be told")]
+)
+def test_whatever_a_law_raises_the_walk_is_kept(error: BaseException, words: str, engine: str) -> None:
+    with pytest.raises(mjbiped.WalkStopped, match=words) as caught:
+        mjbiped.walk(Failing(error), mjbiped.Terrain.level(), initial=(-0.19, 0.19, 1.1, 0.8), engine=engine)
+    assert caught.value.walk.outcome == "interrupted"
+    assert caught.value.walk.end[0] > 0.4
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])

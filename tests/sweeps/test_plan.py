@@ -33,7 +33,7 @@ def test_grid_in_order() -> None:
     assert [cell.index for cell in study.cells] == list(range(12))
     rows = [tuple(cell.values[name] for name in study.varied) for cell in study.cells]
     assert rows == [(e, g, d) for e in ("hybrid", "mujoco") for g in (2, 5, 8) for d in (0.5, "none")]
-    assert study.cells[0].values["steps"] == 7
+    assert study.cells[0].values["limit.steps"] == 7
     delays = [cell.controller() for cell in study.cells[:2]]
     assert all(isinstance(each, AdaptiveController) for each in delays)
     assert [each.describe()["replanning_delay"] for each in delays] == [0.5, None]
@@ -179,7 +179,7 @@ def test_figures_leave_the_study_as_it_is() -> None:
         ("robot = { hip_mass = { uniform = [5, 15] } }", "samples is missing"),
         ('engine = "drake"', "unknown engine 'drake': valid are mujoco, hybrid"),
         ("steps = 2.5", "steps = 2.5: must be a whole number"),
-        ("steps = [3, 0]", r"cell 1 \(steps = 0\): steps = 0: "),
+        ("steps = [3, 0]", r"cell 1 \(limit.steps = 0\): steps = 0: "),
         ("distance = 0", r"distance = 0: must be from 1e-06"),
         ('engine = "hybrid"\ntimestep = 1e-4', "timestep is for the engine mujoco"),
         ("timestep = 1", "timestep = 1: must be from 1e-06 to 0.004 s"),

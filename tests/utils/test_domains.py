@@ -139,6 +139,7 @@ DOCUMENTED = {
     "`motor_bandwidth`": domains.BANDWIDTH,
     "`push_impulse`": domains.IMPULSE,
     "impulse of a push at a given time": domains.PUSH,
+    "pushes at given times": domains.PUSHES,
     "`push_interval`": domains.PUSH_INTERVAL,
     "`push_duration`": domains.PUSH_DURATION,
     "`friction`": domains.FRICTION,

@@ -1,5 +1,6 @@
 """Files appear whole or not at all, and what is killed leaves nothing for long."""
 
+import fcntl
 import os
 import signal
 import subprocess
@@ -127,15 +128,40 @@ def test_a_file_that_cannot_be_written_is_told_in_words(failure: type[mjbiped.Mj
 
 @pytest.fixture
 def left(tmp_path: Path) -> Path:
-    """A file that a killed process left behind."""
+    """A file that a killed process has just left behind."""
     path = tmp_path / ".mjbiped-0123456789abcdef.npz"
     path.write_text("half")
-    return made_old(path)
+    return path
 
 
 def test_what_was_left_behind_is_removed_at_the_next_start(left: Path, tmp_path: Path) -> None:
     check_writable(tmp_path / "walk.npz")
     assert names(tmp_path) == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no locks")
+@pytest.mark.parametrize("locked", [True, False])
+def test_a_new_file_that_was_taken_for_left_behind_is_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, locked: bool
+) -> None:
+    """In the moment before its lock: by a process that still has it, or that has already removed it."""
+    calls: list[str] = []
+    flock = fcntl.flock
+
+    def stolen(handle: int, operation: int) -> None:
+        calls.extend(names(tmp_path))
+        if len(calls) > 1:
+            flock(handle, operation)
+        elif locked:
+            raise BlockingIOError
+        else:
+            (tmp_path / calls[0]).unlink()
+
+    monkeypatch.setattr("fcntl.flock", stolen)
+    with written_whole(tmp_path / "walk.npz") as unfinished:
+        unfinished.write_text("whole")
+    assert len({*calls}) == 2
+    assert (names(tmp_path), (tmp_path / "walk.npz").read_text()) == (["walk.npz"], "whole")
 
 
 def test_only_what_is_certainly_ours_is_removed(left: Path, tmp_path: Path) -> None:
@@ -148,7 +174,6 @@ def test_only_what_is_certainly_ours_is_removed(left: Path, tmp_path: Path) -> N
         made_old(tmp_path / name, 1e7)
     (tmp_path / ".mjbiped-aaaaaaaaaaaaaaaa").mkdir()
     (tmp_path / ".mjbiped-bbbbbbbbbbbbbbbb.npz").symlink_to(tmp_path / "walk.npz")
-    (tmp_path / ".mjbiped-cccccccccccccccc.npz").write_text("made a moment ago")
     kept = {*names(tmp_path)} - {left.name}
     with written_whole(tmp_path / "walk.npz") as unfinished:
         unfinished.write_text("new")
@@ -220,7 +245,6 @@ def test_killed_and_interrupted_processes_leave_nothing_for_long(tmp_path: Path)
     assert both[0].returncode == -signal.SIGKILL
     left = list(tmp_path.iterdir())
     assert len(left) == 1  # the killed one's
-    made_old(left[0])
     check_writable(tmp_path / "walk.npz")
     assert names(tmp_path) == []
 

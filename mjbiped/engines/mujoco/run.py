@@ -93,7 +93,7 @@ class MujocoRun(Run):
         """Whether both have the same compiled callbacks."""
         return isinstance(other, MujocoRun) and self.simulation.functions is other.simulation.functions
 
-    def message(self, error: Exception) -> str:
+    def message(self, error: BaseException) -> str:
         """What went wrong, and when: in the controller, or in MuJoCo itself."""
         return gave_up(error, self.recorder, self.simulation.model) or super().message(error)
 
@@ -112,7 +112,7 @@ class MujocoRun(Run):
         return {**asdict(self.simulation.options), "warnings": warnings}
 
 
-def gave_up(error: Exception, recorder: Recorder, model: mujoco.MjModel) -> str:
+def gave_up(error: BaseException, recorder: Recorder, model: mujoco.MjModel) -> str:
     """What to say of a walk in which MuJoCo itself failed; empty where it did not."""
     if not isinstance(error, mujoco.FatalError):
         return ""

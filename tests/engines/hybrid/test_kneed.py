@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from rounding import assert_same
 from scipy.integrate import solve_ivp
 from simulations import PlainKnees, hybrid_simulation
 
@@ -286,7 +287,7 @@ def test_compiled_walks_are_those_of_plain_python(gait: mjbiped.KneedGait) -> No
     fast = mjbiped.walk(PassiveController(), Terrain.incline(2.5), robot=ROBOT, engine="hybrid", steps=20)
     for name in ("time", "q", "dq", "normal_force", "knee_strike"):
         # products and sums in one rounding, over 20 steps of a gait that forgets
-        assert fast.touchdowns[name] == pytest.approx(plain.touchdowns[name], abs=1e-10)
+        assert_same(fast.touchdowns[name], plain.touchdowns[name], 1e-10, name)
     assert fast == mjbiped.walk(PassiveController(), Terrain.incline(2.5), robot=ROBOT, engine="hybrid", steps=20)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from rounding import assert_same
 from scipy.integrate import quad, solve_ivp
 from scipy.interpolate import CubicSpline
 
@@ -177,7 +178,7 @@ def test_compiled_and_plain_python_agree(controller: AdaptiveController, robot: 
         accuracy = 1e-6 if name == "friction" or name.startswith("work_") else 1e-9
         assert values == pytest.approx(interpreted.touchdowns[name], rel=accuracy, abs=1e-10), name
     assert compiled.peak_torque == pytest.approx(interpreted.peak_torque, rel=1e-9)
-    assert compiled.samples["qpos"] == pytest.approx(interpreted.samples["qpos"], abs=1e-9)
+    assert_same(compiled.samples["qpos"], interpreted.samples["qpos"], 1e-9)
 
 
 def test_derived_class_is_not_ignored(controller: AdaptiveController) -> None:

@@ -57,7 +57,7 @@ class KneedRun(Run):
         """Whether both are compiled walks with knees."""
         return isinstance(other, KneedRun) and self.simulation.compiled
 
-    def message(self, error: Exception) -> str:
+    def message(self, error: BaseException) -> str:
         """What went wrong, and when: in the controller, or in MuJoCo itself."""
         return gave_up(error, self.recorder, self.simulation.model) or super().message(error)
 
