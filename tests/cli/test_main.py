@@ -872,7 +872,7 @@ def test_render_refuses_files_that_are_no_records(
 
 
 def test_render_refuses(record: Path, tmp_path: Path, drawings: Drawings) -> None:
-    assert_refused(run("render", tmp_path / "walk.npz"), "cannot read")
+    assert_refused(run("render", tmp_path / "walk.npz"), "there is no such file")
     assert_refused(run("render", record, tmp_path / "walk.avi"), "must end in .mp4 or .gif")
     assert_refused(run("render", record, tmp_path / "nowhere" / "walk.mp4"), "there is no folder")
     assert_refused(run("render", record, "--no-video"), "--no-video")
@@ -899,5 +899,5 @@ def test_stability_tells_theorem_1(tmp_path: Path) -> None:
 
 
 def test_stability_refuses(record: Path, tmp_path: Path) -> None:
-    assert_refused(run("stability", tmp_path / "none.npz"), "cannot read")
+    assert_refused(run("stability", tmp_path / "none.npz"), "there is no such file")
     assert_refused(run("stability", record, "--plot", tmp_path / "walk.gif"), "must end in .png")

@@ -247,7 +247,7 @@ def test_compiled_walks_are_those_of_plain_python() -> None:
     fast = mjbiped.walk(LAW, terrain, engine="hybrid", steps=20)
     for name in ("time", "q", "dq", "work_absolute"):
         # products and sums in one rounding, which differs from machine to machine, over steps whose errors are
-        # forgotten: what it changes is less than an integration step lets pass (measured: a third of it)
+        # forgotten: what it changes is less than an integration step lets pass (measured: half of it)
         assert_same(fast.touchdowns[name], plain.touchdowns[name], TOLERANCE, name)
     assert fast == mjbiped.walk(LAW, terrain, engine="hybrid", steps=20)
 

@@ -27,6 +27,8 @@ from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
 from mjbiped.records.record import FORMAT_VERSION, Walk
 from mjbiped.rendering.video import gl_available, render_frames
+from mjbiped.reports.repeat import command_of, python_of
+from mjbiped.reports.walk import flattened
 
 Members: TypeAlias = dict[str, bytes]
 """The members of a record's archive."""
@@ -294,6 +296,9 @@ def assert_refused_or_good(path: Path, *, drawn: bool, filmed: bool = False) -> 
     again = path.with_name("again.npz")
     walk.save(again)
     assert Walk.load(again) == walk
+    if drawn:
+        assert command_of(walk) is None or python_of(walk, path.name)
+        assert all(isinstance(text, str) for line in flattened(walk.settings) for text in line)
     if drawn and len(walk.samples["time"]):
         plot_walk(walk).draw_without_rendering()
     if drawn:
