@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 
+import hypothesis
 import pytest
 
 import mjbiped
@@ -15,6 +16,10 @@ from controllers import AdaptiveController
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # a shell starts what runs in the background so, and processes that tests start and then interrupt would inherit it
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# how long an example takes is the machine's, and the first one compiles
+hypothesis.settings.register_profile("mjbiped", deadline=None)
+hypothesis.settings.load_profile("mjbiped")
 
 
 @pytest.fixture(scope="session", autouse=True)

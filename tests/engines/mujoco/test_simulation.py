@@ -404,6 +404,7 @@ def test_outcome_words() -> None:
         "diverged",
         "unresolved",
         "interrupted",
+        "time limit",
     }
 
 
