@@ -49,7 +49,7 @@ class Checkpoint:
             RecordError: It cannot be written.
         """
         with saved(path) as unfinished:
-            np.savez(unfinished, **{field.name: getattr(self, field.name) for field in fields(self)})
+            np.savez_compressed(unfinished, **{field.name: getattr(self, field.name) for field in fields(self)})
 
     @classmethod
     def load(cls, path: Path) -> Checkpoint:
