@@ -12,6 +12,9 @@ from mjbiped.errors import InputError
 from mjbiped.utils.files import saved
 from scripts.learning.policy import WEIGHTS, Array
 
+LAST = 10
+"""Generations whose mean says what a training has reached: one alone has four grounds, on which returns vary."""
+
 
 @dataclass(frozen=True)
 class Checkpoint:
@@ -41,6 +44,11 @@ class Checkpoint:
     def generations(self) -> int:
         """How many there are."""
         return len(self.returns)
+
+    @property
+    def last_return(self) -> float:
+        """Mean over the last `LAST` generations and their grounds."""
+        return float(self.mean_returns[-LAST:].mean())
 
     def save(self, path: Path) -> None:
         """Write the file; it appears whole or not at all.

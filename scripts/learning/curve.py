@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from mjbiped.plotting.panels import legend_below, titled
 from mjbiped.plotting.style import BLUE, GREEN, ORANGE, SHADE, VERMILLION, drawn
@@ -39,6 +40,7 @@ def plot_curves(trainings: Mapping[str, Sequence[Checkpoint]], adaptive: float, 
                     range(1, len(returns) + 1), returns, color=colour, linestyle=style, label=f"seed {training.seed}"
                 )
             axes.set(xlabel="generation")
+            axes.xaxis.set_major_locator(MaxNLocator(integer=True))
             titled(axes, letter, f"{kind} policies")
         panels[0].set_ylabel("return of an episode of 20 s")
         legend_below(figure, panels[0].get_legend_handles_labels()[0])

@@ -23,7 +23,7 @@ import mjbiped
 from mjbiped.errors import InputError
 from mjbiped.plotting.style import make_small
 from mjbiped.records.record import Walk
-from scripts.learning.checkpoint import Checkpoint
+from scripts.learning.checkpoint import LAST, Checkpoint
 from scripts.learning.commands import OUT, Command
 from scripts.learning.curve import plot_curves
 from scripts.learning.evaluation import (
@@ -146,7 +146,14 @@ def _walked(trainings: Trainings, file: Path) -> tuple[list[Results], dict[str, 
 
 def training_table(trainings: Trainings) -> tuple[list[str], list[list[str]]]:
     """Headings and rows of what the trainings took and came to."""
-    headings = ["policy", "seed", "generations", "control periods walked, million", "processor time, s", "last return"]
+    headings = [
+        "policy",
+        "seed",
+        "generations",
+        "control periods walked, million",
+        "processor time, s",
+        f"return in the last {LAST}",
+    ]
     rows = [
         [
             kind,
@@ -154,7 +161,7 @@ def training_table(trainings: Trainings) -> tuple[list[str], list[list[str]]]:
             f"{training.generations}",
             f"{training.steps[-1] / 1e6:.2f}",
             f"{training.processor[-1]:.0f}",
-            f"{training.mean_returns[-1].mean():.0f}",
+            f"{training.last_return:.0f}",
         ]
         for kind, of in trainings.items()
         for training in of

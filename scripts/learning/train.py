@@ -18,7 +18,7 @@ from rich.table import Table
 from tqdm.auto import tqdm
 
 from mjbiped.errors import InputError
-from scripts.learning.checkpoint import Checkpoint
+from scripts.learning.checkpoint import LAST, Checkpoint
 from scripts.learning.commands import OUT, Command
 from scripts.learning.training import train
 
@@ -50,7 +50,6 @@ def main(task: str, seed: int, generations: int, out: Path) -> None:
 
 def summary(title: str, reached: Checkpoint) -> Table:
     """What was reached, for people."""
-    last = reached.mean_returns[-10:]
     table = Table(title=title, show_header=False)
     for name, value in {
         "generations": f"{reached.generations}",
@@ -58,7 +57,7 @@ def summary(title: str, reached: Checkpoint) -> Table:
         "wall time": f"{reached.wall[-1]:.0f} s",
         "processor time": f"{reached.processor[-1]:.0f} s",
         "return in the first generation": f"{reached.mean_returns[0].mean():.0f}",
-        f"return in the last {len(last)}": f"{last.mean():.0f} (greatest possible: 1000)",
+        f"return in the last {min(LAST, reached.generations)}": f"{reached.last_return:.0f} (greatest possible: 1000)",
     }.items():
         table.add_row(name, value)
     return table
