@@ -47,10 +47,14 @@ walk: $(VENV)/.installed ## walk over mixed slopes and steps: record, figure and
 reproduce: setup ## section V of the paper again, into docs/: five to fifteen minutes, goes on where it was stopped
 	$(BIN)/mjbiped reproduce --report docs
 
-learn: setup ## train policies for twenty minutes and lay them beside the adaptive controller, into out/learning
-	$(BIN)/python -m scripts.learning.train --task residual
-	$(BIN)/python -m scripts.learning.train --task free
-	$(BIN)/python -m scripts.learning.evaluate
+SEEDS = 1 2 3 4 5
+
+learn: setup ## train five policies of each kind and lay them beside the adaptive controller, into out/learning: half an hour
+	for seed in $(SEEDS); do \
+		$(BIN)/python -m scripts.learning.train --task residual --seed $$seed --generations 20 && \
+		$(BIN)/python -m scripts.learning.train --task free --seed $$seed --generations 50 || exit; \
+	done
+	$(BIN)/python -m scripts.learning.evaluate --policies $(OUT)/learning
 
 test: setup ## set-up, lint, types and tests
 	@$(MAKE) --no-print-directory --jobs 2 check tests # types take one core for half a minute

@@ -12,6 +12,9 @@ from mjbiped.errors import InputError
 from mjbiped.utils.files import saved
 from scripts.learning.policy import WEIGHTS, Array
 
+LAST = 10
+"""Generations whose mean says what a training has reached: one alone has four grounds, on which returns vary."""
+
 
 @dataclass(frozen=True)
 class Checkpoint:
@@ -42,6 +45,11 @@ class Checkpoint:
         """How many there are."""
         return len(self.returns)
 
+    @property
+    def last_return(self) -> float:
+        """Mean over the last `LAST` generations and their grounds."""
+        return float(self.mean_returns[-LAST:].mean())
+
     def save(self, path: Path) -> None:
         """Write the file; it appears whole or not at all.
 
@@ -49,7 +57,7 @@ class Checkpoint:
             RecordError: It cannot be written.
         """
         with saved(path) as unfinished:
-            np.savez(unfinished, **{field.name: getattr(self, field.name) for field in fields(self)})
+            np.savez_compressed(unfinished, **{field.name: getattr(self, field.name) for field in fields(self)})
 
     @classmethod
     def load(cls, path: Path) -> Checkpoint:

@@ -10,12 +10,12 @@ import click
 from mjbiped.cli.files import INTERRUPTED, end, terminable
 from mjbiped.errors import MjbipedError
 
-FOLDER = click.option(
+OUT = click.option(
     "--out",
     default=Path("out/learning"),
     show_default=True,
     type=click.Path(file_okay=False, path_type=Path),
-    help="Folder of the policies.",
+    help="Folder of what is made.",
 )
 
 

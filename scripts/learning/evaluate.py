@@ -1,151 +1,209 @@
-"""Lay the trained policies beside the adaptive controller on ground that they have not seen.
+"""Lay trained policies beside the adaptive controller on ground that they have not seen.
 
     python -m scripts.learning.evaluate
+    python -m scripts.learning.evaluate --policies out/learning
 
-Tables on the screen; in OUT all walks as evaluation.csv, the curves of the training as curves.png and a walk of each
-policy as a video.
+Tables on the screen; in OUT all walks as evaluation.csv, the curves of the trainings as curves.png and a walk of each
+kind of policy as a video.
 """
 
 from __future__ import annotations
 
 import csv
 import shutil
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
 import mjbiped
-from controllers import Controller
 from mjbiped.errors import InputError
 from mjbiped.plotting.style import make_small
 from mjbiped.records.record import Walk
-from scripts.learning.checkpoint import Checkpoint
-from scripts.learning.commands import FOLDER, Command
-from scripts.learning.controller import LearnedController
+from scripts.learning.checkpoint import LAST, Checkpoint
+from scripts.learning.commands import OUT, Command
 from scripts.learning.curve import plot_curves
-from scripts.learning.evaluation import GROUNDS, STEPS, Interval, Results, intervals, try_out
-from scripts.learning.policy import Array
-from scripts.pages import write_table
+from scripts.learning.evaluation import (
+    GROUNDS,
+    TIME,
+    Interval,
+    Results,
+    adaptive_on,
+    by_training,
+    interval,
+    try_out,
+)
+from scripts.pages import show_table
 
-POLICIES = ("residual", "free")
+Trainings = Mapping[str, Sequence[Checkpoint]]
+"""By the policies' kind."""
+
+KINDS = ("residual", "free")
+STORED = Path(__file__).parent / "policies"
+"""The policies of docs/learning.md."""
 SHOWN = 10.0
 """Of a walk in its video, s."""
 SMALL_SHOWN = 4.0
 """The same of the last policy's on the page, s."""
 SMALL: Mapping[str, Any] = {"width": 640, "height": 360, "fps": 12, "hide": ("chart", "labels")}
 
-WALKING: Mapping[str, tuple[str, int]] = {
-    "return": ("return", 0),
-    "steps": (f"steps, at most {STEPS}", 1),
-    "finished": (f"share with {STEPS}", 2),
-    "speed": ("speed, m/s", 3),
-    "cost": ("c_mt", 4),
-    "cost less adaptive": ("c_mt less adaptive's", 4),
+COMPARED: Mapping[str, Mapping[str, tuple[str, int]]] = {
+    "returns": {"return": ("return", 0)},
+    "through": {"through": ("share through", 2)},
+    "costs": {"c_mt": ("c_mt", 4)},
 }
-TORQUES: Mapping[str, tuple[str, int]] = {
-    "peak ankle": ("peak, ankle", 2),
-    "peak hip": ("peak, hip", 2),
-    "rms ankle": ("RMS, ankle", 2),
-    "rms hip": ("RMS, hip", 2),
+TOLD: Mapping[str, Mapping[str, tuple[str, int]]] = {
+    "through": {"steps": (f"steps in {TIME:.0f} s", 1)},
+    "costs": {"speed": ("speed, m/s", 3)},
+    "torques": {
+        "peak ankle": ("peak, ankle", 2),
+        "peak hip": ("peak, hip", 2),
+        "rms ankle": ("RMS, ankle", 2),
+        "rms hip": ("RMS, hip", 2),
+    },
 }
-"""Measures of the tables: headings, and digits after the point."""
-
-
-@dataclass(frozen=True)
-class _Entrant:
-    """Who walks."""
-
-    name: str
-    controller: Controller
-    weights: Array | None
-    residual: bool
+"""Measures by the table that they stand in, with heading and digits after the point. Those compared have the least and
+greatest training and the difference from the adaptive controller beside them."""
 
 
 @click.command(cls=Command, help=__doc__)
-@FOLDER
+@click.option(
+    "--policies",
+    default=STORED,
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder of the policies; by default those stored beside this program.",
+)
+@OUT
 @click.option(
     "--page",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="Markdown page to write the tables into; figures go into the folder images beside it.",
 )
-def main(out: Path, page: Path | None) -> None:
+def main(policies: Path, out: Path, page: Path | None) -> None:
     """Walk, and show what came of it."""
-    trainings = {name: Checkpoint.load(out / f"{name}.npz") for name in POLICIES if (out / f"{name}.npz").exists()}
-    if not trainings:
-        raise InputError(f"there is no policy in {out}; train one: python -m scripts.learning.train --task residual")
-    adaptive = GROUNDS[0].residual.controller.base
-    entrants = [_Entrant("adaptive", adaptive, None, True)]
-    for name, training in trainings.items():
-        controller = LearnedController(str(out / f"{name}.npz"))
-        entrants.append(_Entrant(name, controller, training.weights, training.residual))
-
-    results, shown = _walked(entrants, out / "evaluation.csv")
-    console = Console(width=max(160, Console().width))
-    for title, measures in (("walking", WALKING), ("torques, N m", TORQUES)):
-        table = Table(title=title)
-        headings, rows = _table(results, measures)
-        for heading in headings:
-            table.add_column(heading)
-        for row in rows:
-            table.add_row(*row)
-        console.print(table)
-        if page is not None:
-            write_table(page, title.partition(",")[0], headings, rows)
+    trainings = trained(policies)
+    out.mkdir(parents=True, exist_ok=True)
+    show_table("trainings", *training_table(trainings), page, "trainings")
+    results, shown = _walked(trainings, out / "evaluation.csv")
+    for name in ("returns", "through", "costs", "torques"):
+        show_table(name, *results_table(results, name), page, name)
     curves = out / "curves.png"
-    plot_curves(trainings, float(results[0].returns.mean()), curves)
-    for name, walk in shown.items():
-        mjbiped.render_video(walk, out / f"{name}.mp4", stop=min(SHOWN, walk.end[0]), progress=True)
-        click.echo(f"wrote {out / name}.mp4")
+    plot_curves(trainings, float(results[0].measures["return"].mean()), curves)
+    for kind, walk in shown.items():
+        mjbiped.render_video(walk, out / f"{kind}.mp4", stop=min(SHOWN, walk.end[0]), progress=True)
+        click.echo(f"wrote {out / kind}.mp4")
     click.echo(f"wrote {curves} and {out / 'evaluation.csv'}")
     if page is not None:
         images = page.parent / "images"
         shutil.copy(curves, images / "learning.png")
         make_small(images / "learning.png")
-        name, walk = list(shown.items())[-1]
+        walk = list(shown.values())[-1]
         mjbiped.render_video(walk, images / "learning.gif", **SMALL, stop=min(SMALL_SHOWN, walk.end[0]))
 
 
-def _walked(entrants: Sequence[_Entrant], file: Path) -> tuple[list[Results], dict[str, Walk]]:
-    """All walks of all, written as they come; and one of each policy on random ground."""
-    results, shown = [], {}
+def trained(folder: Path) -> Trainings:
+    """The trainings in a folder, by kind and in the order of their seeds.
+
+    Raises:
+        InputError: There is none, or a file there is no policy.
+    """
+    found = {
+        kind: sorted(map(Checkpoint.load, folder.glob(f"{kind}-*.npz")), key=lambda training: training.seed)
+        for kind in KINDS
+    }
+    if not any(found.values()):
+        raise InputError(f"there is no policy in {folder}; train one: python -m scripts.learning.train --help")
+    return {kind: trainings for kind, trainings in found.items() if trainings}
+
+
+def _walked(trainings: Trainings, file: Path) -> tuple[list[Results], dict[str, Walk]]:
+    """All walks of all, written as they come; and one of each kind on random ground."""
+    results: list[Results] = []
+    shown: dict[str, Walk] = {}
     with file.open("w", newline="", encoding="utf-8") as stream:
         writer: csv.DictWriter[str] | None = None
         for ground in GROUNDS:
-            for entrant in entrants:
-                click.echo(f"{entrant.name}, {ground.name}: {ground.walks} walks", err=True)
-                found, walks = try_out(ground, entrant.name, entrant.controller, entrant.weights, entrant.residual)
-                results.append(found)
-                if ground is GROUNDS[0] and entrant.weights is not None:
-                    shown[entrant.name] = walks[0]
-                for row in found.rows():
-                    if writer is None:
-                        writer = csv.DictWriter(stream, list(row))
-                        writer.writeheader()
-                    writer.writerow(row)
-                stream.flush()
+            entrants = [adaptive_on(ground)]
+            for kind, of in trainings.items():
+                click.echo(f"{kind}, {ground.name}: {len(of)} policies, {ground.walks} walks each", err=True)
+                weights = np.array([training.weights for training in of])
+                seeds = tuple(training.seed for training in of)
+                found, walk = try_out(ground, kind, seeds, weights, of[0].residual)
+                entrants.append(found)
+                shown.setdefault(kind, walk)
+            results += entrants
+            for row in (row for found in entrants for row in found.rows()):
+                if writer is None:
+                    writer = csv.DictWriter(stream, list(row))
+                    writer.writeheader()
+                writer.writerow(row)
+            stream.flush()
     return results, shown
 
 
-def _table(results: Sequence[Results], measures: Mapping[str, tuple[str, int]]) -> tuple[list[str], list[list[str]]]:
-    """Headings and rows."""
-    rows, adaptive = [], {found.ground: found for found in results if found.controller == "adaptive"}
-    for found in results:
-        values = intervals(found, adaptive[found.ground])
-        cells = [in_words(values[name], digits) for name, (_, digits) in measures.items()]
-        if found is adaptive[found.ground] and "cost less adaptive" in measures:
-            cells[list(measures).index("cost less adaptive")] = ""
-        rows.append([found.ground, found.controller, *cells])
-    return ["ground", "controller", *(heading for heading, _ in measures.values())], rows
+def training_table(trainings: Trainings) -> tuple[list[str], list[list[str]]]:
+    """Headings and rows of what the trainings took and came to."""
+    headings = [
+        "policy",
+        "seed",
+        "generations",
+        "control periods walked, million",
+        "processor time, s",
+        f"return in the last {LAST}",
+    ]
+    rows = [
+        [
+            kind,
+            f"{training.seed}",
+            f"{training.generations}",
+            f"{training.steps[-1] / 1e6:.2f}",
+            f"{training.processor[-1]:.0f}",
+            f"{training.last_return:.0f}",
+        ]
+        for kind, of in trainings.items()
+        for training in of
+    ]
+    return headings, rows
+
+
+def results_table(results: Sequence[Results], name: str) -> tuple[list[str], list[list[str]]]:
+    """Headings and rows of one of the tables of `COMPARED` and `TOLD`."""
+    compared, told = COMPARED.get(name, {}), TOLD.get(name, {})
+    headings, rows = ["ground", "controller"], []
+    for heading, _ in compared.values():
+        headings += [heading, "least to greatest", "less adaptive's"]
+    headings += [heading for heading, _ in told.values()]
+    if name == "through":
+        headings.append("ended early")
+    for _, group in groupby(results, lambda found: found.ground):
+        adaptive, *others = group
+        for found in (adaptive, *others):
+            cells = [found.ground, found.kind]
+            for measure, (_, digits) in compared.items():
+                cells += _compared(found, adaptive, measure, digits)
+            cells += [in_words(interval(by_training(found, measure)), digits) for measure, (_, digits) in told.items()]
+            rows.append([*cells, found.ends()] if name == "through" else cells)
+    return headings, rows
+
+
+def _compared(found: Results, adaptive: Results, measure: str, digits: int) -> Iterator[str]:
+    """A measure's mean, its least and greatest training, and its difference, bold where its interval leaves out 0."""
+    means = by_training(found, measure)
+    yield in_words(interval(means), digits)
+    if found is adaptive or not len(means):
+        yield from ("", "")
+        return
+    yield f"{means.min():.{digits}f} to {means.max():.{digits}f}"
+    difference = interval(by_training(found, measure, adaptive))
+    told = in_words(difference, digits)
+    yield f"**{told}**" if difference[1] > 0.0 or difference[2] < 0.0 else told
 
 
 def in_words(values: Interval, digits: int) -> str:
-    """A mean and its interval."""
+    """A mean and its interval, in brackets where it is more than the mean's rounding."""
     mean, low, high = (f"{value:.{digits}f}".replace("-", "−") for value in values)
     if np.isnan(values[0]):
         return "–"

@@ -1,32 +1,35 @@
-"""Controllers side by side on unseen ground: what they reach there, with intervals."""
+"""Policies of several trainings beside the adaptive controller, on the same unseen grounds and from the same starts."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import bootstrap
+from scipy.stats import t as student
 
-import mjbiped
-from controllers import Controller
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from scripts.learning.policy import WEIGHTS, Array
 from scripts.learning.rollouts import Rollouts
 
-STEPS = 60
-"""After which a walk has done enough."""
-SEED = 2
-"""First number of the seeds here; those of the training begin with `scripts.learning.train.SEED`."""
-LENGTH = 30.0  # of random ground, m, so that 60 steps fit
+SEED = 0
+"""First number of the seeds here. Those of trainings are 1 and more, so that none has seen these grounds."""
+TIME = 40.0
+"""Longest walk, s: twice an episode of the training."""
+LENGTH = 40.0
+"""Of random ground, m: more than a robot walks in that time."""
+THROUGH = "interrupted"
+"""Outcome of a walk that time ended."""
+CONFIDENCE = 0.95
 
 Interval = tuple[float, float, float]
-"""A mean and the ends of its 95 % interval; NaN where there is none."""
+"""A mean and the ends of its interval; NaN where there is none."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,7 @@ class Ground:
     Attributes:
         name: In words.
         task: Its name in `mjbiped.envs.TASKS`.
-        walks: Of each controller.
+        walks: Of each policy.
         terrain: Parameters of its preset, other than the task's own.
     """
 
@@ -48,15 +51,12 @@ class Ground:
     @cached_property
     def residual(self) -> WalkTask:
         """The task with actions that are added to the adaptive controller's torques."""
-        return self._settings(True)
+        return WalkTask(self.task, residual=True, terrain=self.terrain)
 
     @cached_property
     def free(self) -> WalkTask:
         """The task with actions that are all there is."""
-        return self._settings(False)
-
-    def _settings(self, residual: bool) -> WalkTask:
-        return WalkTask(self.task, residual=residual, terrain=self.terrain)
+        return WalkTask(self.task, residual=False, terrain=self.terrain)
 
     @property
     def seeds(self) -> list[tuple[int, int]]:
@@ -67,147 +67,142 @@ class Ground:
 GROUNDS = (
     Ground("random", "walk_random", 40, {"length": LENGTH}),
     Ground("rough", "walk_random", 40, {"length": LENGTH, "slope_deg": (-6.0, 6.0), "rise": (-0.05, 0.015)}),
-    Ground("level", "walk_level", 20),
-    Ground("slopes", "walk_slopes", 20),
-    Ground("stairs", "walk_stairs", 20),
+    Ground("level", "walk_level", 10),
+    Ground("slopes", "walk_slopes", 10),
+    Ground("stairs", "walk_stairs", 10),
 )
 """Random ground as in training but of other seeds; rougher than any of the training; the other tasks'."""
 
 
 @dataclass(frozen=True)
 class Results:
-    """Of one controller on one ground; arrays have a number for each walk.
+    """Of the policies of one kind on one ground: arrays have a row for each training and a column for each walk.
 
     Attributes:
         ground: Its name.
-        controller: The name that it has here.
-        returns: Sum of the rewards of an episode of 20 s.
-        steps: Until the fall, at most `STEPS`.
-        finished: Whether they were all walked.
-        speed: Mean, m/s.
-        cost_of_transport: c_mt.
-        peak: Greatest ankle and hip torque, N m, shape (walks, 2).
-        rms: Root mean square of ankle and hip torque, N m, shape (walks, 2).
+        kind: Of the policies.
+        seeds: Of the trainings.
+        outcomes: How the walks ended.
+        measures: By their names: "return" of the first 20 s, "through" (1 for a walk that time ended, else 0), "steps"
+            walked, "speed" in m/s, "c_mt", and in N m "peak ankle", "peak hip", "rms ankle" and "rms hip".
     """
 
     ground: str
-    controller: str
-    returns: Array
-    steps: Array
-    finished: NDArray[np.bool_]
-    speed: Array
-    cost_of_transport: Array
-    peak: Array
-    rms: Array
+    kind: str
+    seeds: tuple[int, ...]
+    outcomes: NDArray[np.str_]
+    measures: Mapping[str, Array]
+
+    @property
+    def through(self) -> NDArray[np.bool_]:
+        """Walks that time ended."""
+        ended: NDArray[np.bool_] = self.outcomes == THROUGH
+        return ended
 
     def rows(self) -> Iterator[dict[str, Any]]:
         """One for each walk, for a table."""
-        for index in range(len(self.steps)):
+        for (policy, walk), outcome in np.ndenumerate(self.outcomes):
             yield {
                 "ground": self.ground,
-                "controller": self.controller,
-                "walk": index,
-                "return": self.returns[index],
-                "steps": int(self.steps[index]),
-                "finished": bool(self.finished[index]),
-                "speed": self.speed[index],
-                "cost_of_transport": self.cost_of_transport[index],
-                "peak_ankle": self.peak[index, 0],
-                "peak_hip": self.peak[index, 1],
-                "rms_ankle": self.rms[index, 0],
-                "rms_hip": self.rms[index, 1],
+                "controller": self.kind,
+                "seed": self.seeds[policy],
+                "walk": walk,
+                "outcome": str(outcome),
+                **{name: values[policy, walk] for name, values in self.measures.items()},
             }
+
+    def ends(self) -> str:
+        """How many walks ended before their time, how, and in how many of the fewest and the most by training."""
+        early = Counter(self.outcomes[~self.through].tolist())
+        told = ", ".join(f"{count} {outcome}" for outcome, count in early.most_common()) or "none"
+        each = (~self.through).sum(axis=1)
+        spread = f" ({each.min()} to {each.max()})" if len(self.seeds) > 1 and early else ""
+        return f"{told} of {self.outcomes.size}{spread}"
 
 
 def try_out(
-    ground: Ground,
-    name: str,
-    controller: Controller,
-    weights: Array | None,
-    residual: bool,
-    *,
-    workers: int | None = None,
-) -> tuple[Results, Sequence[Walk]]:
-    """Let a controller walk on a ground, once for each seed.
+    ground: Ground, kind: str, seeds: tuple[int, ...], weights: Array, residual: bool, *, threads: int | None = None
+) -> tuple[Results, Walk]:
+    """Let policies walk on a ground, once for each of its seeds.
 
     Args:
         ground: Which.
-        name: Of the controller.
-        controller: As `mjbiped.walk_many` takes it.
-        weights: The same as a policy, shape `WEIGHTS`; None for the adaptive controller.
-        residual: Whether that policy is a residual.
-        workers: Walks at a time.
+        kind: Name of the policies' kind.
+        seeds: Of their trainings.
+        weights: Shape (policies, *`scripts.learning.policy.WEIGHTS`); zeros that are a residual are the adaptive
+            controller.
+        residual: Whether they are residuals.
+        threads: In which robots walk; no result depends on it.
 
     Returns:
-        What it reached, and the walks.
+        What they reached, and the first policy's first walk.
     """
     task = ground.residual if residual else ground.free
-    rollouts = Rollouts(task, ground.walks, threads=workers)
-    returns = rollouts.returns((np.zeros(WEIGHTS) if weights is None else weights)[None], ground.seeds)[0]
-    rollouts.close()
+    shape = (len(weights), ground.walks)
+    episodes = Rollouts(task, shape[0] * shape[1], threads=threads)
+    returns = episodes.returns(weights, ground.seeds)
+    episodes.close()
+    longer = Rollouts(replace(task, time_limit=TIME), shape[0] * shape[1], threads=threads, recorded=True)
+    longer.returns(weights, ground.seeds)
+    walks = longer.walks()
+    longer.close()
 
-    terrains, starts = [], []
-    for seed in ground.seeds:
-        random = np.random.default_rng(seed)
-        terrains.append(task.ground(random))
-        starts.append(task.start(random))
-    walks = mjbiped.walk_many(
-        controller, terrains, initial=starts, steps=STEPS, engine=task.engine, workers=workers, progress=True
-    )
-    return _measured(ground.name, name, returns, walks), walks
-
-
-def _measured(ground: str, controller: str, returns: Array, walks: Sequence[Walk]) -> Results:
-    return Results(
-        ground,
-        controller,
-        returns,
-        np.array([walk.steps for walk in walks], dtype=np.float64),
-        np.array([walk.outcome == "finished" for walk in walks]),
-        np.array([measures.speed(walk) for walk in walks]),
-        np.array([walk.cost_of_transport for walk in walks]),
-        np.array([walk.peak_torque for walk in walks]),
-        np.array([np.sqrt(np.mean(np.square(walk.samples["torque"]), axis=0)) for walk in walks]),
-    )
-
-
-def interval(values: Array | NDArray[np.bool_]) -> Interval:
-    """The mean of independent values, and its 95 % interval by the bootstrap (bias-corrected and accelerated).
-
-    Args:
-        values: Any number of them; NaN without two, and where all are the same the interval is that number.
-    """
-    values = np.asarray(values, dtype=np.float64)
-    if not len(values):
-        return np.nan, np.nan, np.nan
-    mean = float(np.mean(values))
-    if len(values) < 2:
-        return mean, np.nan, np.nan
-    if np.ptp(values) == 0.0:
-        return mean, mean, mean
-    low, high = bootstrap((values,), np.mean, rng=np.random.default_rng(0)).confidence_interval
-    return mean, float(low), float(high)
-
-
-def intervals(of: Results, adaptive: Results) -> Mapping[str, Interval]:
-    """All measures of a controller on a ground.
-
-    Costs, speed and torques are of the walks that were walked to their ends: a fall has its own.
-
-    Args:
-        of: The controller's.
-        adaptive: The adaptive controller's, of the same grounds and starts.
-    """
-    done, both = of.finished, of.finished & adaptive.finished
-    return {
-        "return": interval(of.returns),
-        "steps": interval(of.steps),
-        "finished": interval(of.finished),
-        "speed": interval(of.speed[done]),
-        "cost": interval(of.cost_of_transport[done]),
-        "cost less adaptive": interval(of.cost_of_transport[both] - adaptive.cost_of_transport[both]),
-        "peak ankle": interval(of.peak[done, 0]),
-        "peak hip": interval(of.peak[done, 1]),
-        "rms ankle": interval(of.rms[done, 0]),
-        "rms hip": interval(of.rms[done, 1]),
+    peak = np.array([walk.peak_torque for walk in walks])
+    rms = np.array([np.sqrt(np.mean(np.square(walk.samples["torque"]), axis=0)) for walk in walks])
+    outcomes = np.array([walk.outcome for walk in walks])
+    columns = {
+        "through": outcomes == THROUGH,
+        "steps": [walk.steps for walk in walks],
+        "speed": [measures.speed(walk) for walk in walks],
+        "c_mt": [walk.cost_of_transport for walk in walks],
+        "peak ankle": peak[:, 0],
+        "peak hip": peak[:, 1],
+        "rms ankle": rms[:, 0],
+        "rms hip": rms[:, 1],
     }
+    reached = {name: np.asarray(column, dtype=np.float64).reshape(shape) for name, column in columns.items()}
+    return Results(ground.name, kind, seeds, outcomes.reshape(shape), {"return": returns, **reached}), walks[0]
+
+
+def adaptive_on(ground: Ground) -> Results:
+    """What the adaptive controller reaches on a ground."""
+    return try_out(ground, "adaptive", (0,), np.zeros((1, *WEIGHTS)), residual=True)[0]
+
+
+WHOLE = ("return", "through", "steps")
+"""Measures of all walks. The others are of those that time ended: a fall has its own."""
+
+
+def by_training(of: Results, measure: str, adaptive: Results | None = None) -> Array:
+    """Mean of a measure over the walks of each training; or of its differences from the adaptive controller's.
+
+    Args:
+        of: The policies'.
+        measure: Its name.
+        adaptive: The adaptive controller's results on the same ground. Walks are compared one by one.
+
+    Returns:
+        A number for each training that has walks to tell of.
+    """
+    values, counted = of.measures[measure], of.through
+    if adaptive is not None:
+        values, counted = values - adaptive.measures[measure], counted & adaptive.through
+    if measure in WHOLE:
+        counted = np.ones_like(counted)
+    return np.array([row[those].mean() for row, those in zip(values, counted, strict=True) if those.any()])
+
+
+def interval(trainings: Array) -> Interval:
+    """The mean over independent trainings, and its 95 % interval by Student's t.
+
+    Args:
+        trainings: A number for each; without two of them there is no interval.
+    """
+    count = len(trainings)
+    if count == 0:
+        return np.nan, np.nan, np.nan
+    mean = float(np.mean(trainings))
+    if count == 1:
+        return mean, np.nan, np.nan
+    half = float(student.ppf(0.5 + CONFIDENCE / 2.0, count - 1) * np.std(trainings, ddof=1) / np.sqrt(count))
+    return mean, mean - half, mean + half

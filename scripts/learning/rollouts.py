@@ -10,6 +10,7 @@ from controllers.slope_estimator import slope_change
 from mjbiped.envs import feeling
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
+from mjbiped.records.record import Walk
 from mjbiped.utils.parallel import cores
 from scripts.learning.policy import Array, actions
 
@@ -24,16 +25,17 @@ class Rollouts:
         steps: Control periods that robots have walked so far.
     """
 
-    def __init__(self, task: WalkTask, robots: int, *, threads: int | None = None) -> None:
+    def __init__(self, task: WalkTask, robots: int, *, threads: int | None = None, recorded: bool = False) -> None:
         """Make room.
 
         Args:
             task: What they are to do.
             robots: Policies times grounds of each call of `returns`.
             threads: That step at a time; by default as many as there are cores.
+            recorded: Whether the samples of walks are kept, for `walks`.
         """
         self._task, self._robots = task, robots
-        self._walkers = Walkers(task, robots, threads=cores() if threads is None else threads, recorded=False)
+        self._walkers = Walkers(task, robots, threads=cores() if threads is None else threads, recorded=recorded)
         self._most = np.array(task.limits)
         self.steps = 0
 
@@ -66,6 +68,10 @@ class Rollouts:
             if not walking.any():
                 break
         return returned.reshape(shape)
+
+    def walks(self) -> list[Walk]:
+        """Records of the last episodes, all grounds of the first policy first; "interrupted" where none has fallen."""
+        return [self._walkers.walk(index) for index in range(self._robots)]
 
     def close(self) -> None:
         """End the threads."""

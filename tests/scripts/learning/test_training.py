@@ -77,17 +77,25 @@ def test_a_residual_begins_as_the_adaptive_controller() -> None:
     assert first.mean_returns[0] == pytest.approx(900.0, rel=0.05)
 
 
-def test_the_program_trains_goes_on_and_tells(tmp_path: Path) -> None:
-    words = ["--task", "free", "--out", str(tmp_path), "--minutes"]
-    first = CliRunner().invoke(program.main, [*words, "1e-6"])
-    assert first.exit_code == 0, first.output
-    assert "processor time" in first.output
-    assert Checkpoint.load(tmp_path / "free.npz").generations == 1
-    again = CliRunner().invoke(program.main, [*words, "1e-6"])
-    assert "1 generations in" in again.output
-    assert Checkpoint.load(tmp_path / "free.npz").generations == 1, "its time is over"
-    (tmp_path / "free.npz").rename(tmp_path / "residual.npz")
-    wrong = CliRunner().invoke(program.main, ["--task", "residual", "--out", str(tmp_path)])
+def test_the_program_goes_on_bitwise_and_keeps_seeds_apart(tmp_path: Path) -> None:
+    def trained(folder: str, generations: int, seed: int = 1) -> str:
+        words = ["--task", "free", "--out", tmp_path / folder, "--generations", generations, "--seed", seed]
+        result = CliRunner().invoke(program.main, [str(word) for word in words])
+        assert result.exit_code == 0, result.output
+        return result.output
+
+    assert "processor time" in trained("stopped", 1)
+    assert "1 generations so far" in trained("stopped", 2)
+    trained("whole", 2)
+    file = tmp_path / "stopped" / "free-1.npz"
+    assert_same(Checkpoint.load(file), Checkpoint.load(tmp_path / "whole" / "free-1.npz"))
+    written = file.read_bytes()
+    trained("stopped", 2)
+    trained("stopped", 1, seed=2)
+    assert file.read_bytes() == written, "it has its generations, and another seed is another file"
+    file.rename(file.with_name("residual-1.npz"))
+    words = ["--task", "residual", "--out", str(file.parent), "--generations", "2"]
+    wrong = CliRunner().invoke(program.main, words)
     assert (wrong.exit_code, "holds another training" in wrong.output) == (2, True)
 
 
@@ -98,4 +106,4 @@ def test_no_generation_walks_on_the_grounds_of_another() -> None:
 
 def test_examples_in_the_help_stay_lines() -> None:
     result = CliRunner().invoke(program.main, ["--help"])
-    assert "\n      python -m scripts.learning.train --task residual\n" in result.output
+    assert "\n      python -m scripts.learning.train --task residual --seed 1 --generations 20\n" in result.output
