@@ -15,6 +15,7 @@ from scipy.stats import t as student
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
+from mjbiped.rules.termination import Outcome
 from scripts.learning.policy import WEIGHTS, Array
 from scripts.learning.rollouts import Rollouts
 
@@ -24,7 +25,7 @@ TIME = 40.0
 """Longest walk, s: twice an episode of the training."""
 LENGTH = 40.0
 """Of random ground, m: more than a robot walks in that time."""
-THROUGH = "interrupted"
+THROUGH = Outcome.TIME_LIMIT.words
 """Outcome of a walk that time ended."""
 CONFIDENCE = 0.95
 

@@ -70,7 +70,7 @@ class Rollouts:
         return returned.reshape(shape)
 
     def walks(self) -> list[Walk]:
-        """Records of the last episodes, all grounds of the first policy first; "interrupted" where none has fallen."""
+        """Records of the last episodes, all grounds of the first policy first; "time limit" where time has ended it."""
         return [self._walkers.walk(index) for index in range(self._robots)]
 
     def close(self) -> None:

@@ -44,6 +44,8 @@ def test_returns_are_the_environments_bitwise(residual: bool) -> None:
     lengths = [length for row in found for _, length, _ in row]
     assert rollouts.steps == sum(lengths)
     for here, (*_, there) in zip(walks, (one for row in found for one in row), strict=True):
-        assert (here.outcome, here.steps) == (there.outcome, there.steps)
+        # Gymnasium's limit of steps is its wrapper's, of which the environment does not know
+        ended = "time limit" if there.outcome == "interrupted" else there.outcome
+        assert (here.outcome, here.steps) == (ended, there.steps)
         np.testing.assert_array_equal(here.samples["torque"], there.samples["torque"])
     assert residual or len(set(lengths)) > 1, "the case has robots that fall before others"
