@@ -30,8 +30,9 @@ def flexion(walk: Walk) -> NDArray[np.float64]:
 
 def is_sound(walk: Walk) -> NDArray[np.bool_]:
     """For each sample whether equations take its state: a walk that diverged ends with one that none does."""
-    q, dq = walk.samples["q"], walk.samples["dq"]
-    return np.asarray((np.abs(q) <= domains.ANGLE.high).all(axis=1) & (np.abs(dq) <= domains.RATE.high).all(axis=1))
+    angles, dq = np.column_stack([walk.samples["q"], walk.samples["slope"]]), walk.samples["dq"]
+    sound = (np.abs(angles) <= domains.ANGLE.high).all(axis=1) & (np.abs(dq) <= domains.RATE.high).all(axis=1)
+    return np.asarray(sound)
 
 
 def torque(walk: Walk) -> NDArray[np.float64]:

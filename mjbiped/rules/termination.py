@@ -9,6 +9,8 @@ FALLEN_HIP = 0.5  # hip height over the ground, along its normal, in leg lengths
 SLIPPED_FOOT = 0.1  # distance of a stance foot within one step, along the ground or across, in leg lengths
 STALL_TIME = 10.0  # without touchdown, in sqrt(leg length / gravity): four periods of the passive gait
 LIGHT_CONTACT = 0.01  # of the weight: below it the friction ratio is noise
+AVERAGED = 0.016  # least stretch of time that forces are averaged over, and impulses spread over, in the same units
+SUSTAINED = 0.0016  # in the same units: in MuJoCo friction counts where it is asked for so long
 
 
 class Outcome(IntEnum):
@@ -44,6 +46,7 @@ class Limits(NamedTuple):
         stall_time: Longest time without touchdown, s.
         averaged: Least stretch of time that the stance foot's normal force is averaged over, s.
         airborne: A stance foot that has had no contact for so long is off the ground, s.
+        sustained: Friction counts where it is asked for so long, s.
         start: Ground begins here, x in m.
         end: Ground ends here, x in m.
         steps: Touchdowns after which the walk is finished.
@@ -59,6 +62,7 @@ class Limits(NamedTuple):
     stall_time: float
     averaged: float
     airborne: float
+    sustained: float
     start: float
     end: float
     steps: float

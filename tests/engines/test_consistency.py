@@ -500,9 +500,9 @@ def assert_same_steps(walked: mjbiped.Comparison) -> None:
     # Every some ten steps the stance foot loses contact for one physics step and falls by g h²: a rate off by g h / l =
     # 2e-3 rad/s, which K2 and the inertia make a torque of some 0.2 N m, 0.6 N m where the legs stand wide (stairs)
     assert np.nanmax(np.abs(torque)) < max(0.3, 0.02 * here.peak_torque.max())
-    # MuJoCo reads the contact force at every step, also where that foot is caught again (measured 0.10 at most); the
-    # hybrid engine the motion at the integrator's nodes
-    assert there.touchdowns["friction"].max() == pytest.approx(here.touchdowns["friction"].max(), abs=0.15)
+    # MuJoCo reads the contact force that lasts for half a millisecond, the hybrid engine the motion at the integrator's
+    # nodes and the impulses; measured 3.2e-3
+    assert there.touchdowns["friction"].max() == pytest.approx(here.touchdowns["friction"].max(), abs=0.01)
 
 
 @pytest.mark.parametrize(("name", "steps"), [("stairs -0.06", 5), ("mixed", 7)])

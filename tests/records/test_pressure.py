@@ -158,3 +158,12 @@ def test_records_keep_it_and_older_ones_do_without(tmp_path: Path, controller: A
     assert np.isnan(old.pressure_times).all()
     assert old.summary()["foot_length_99_percent_m"] is None
     assert centre_of_pressure(old) == pytest.approx(centre_of_pressure(walk))
+
+
+def test_a_damaged_slope_has_none(controller: AdaptiveController) -> None:
+    """Records may hold any finite number; those that are no angle are left out, as states of a diverged walk are."""
+    walk = mjbiped.walk(controller, LEVEL, engine="hybrid", steps=1)
+    walk.samples["slope"][3] = 1e12
+    places = centre_of_pressure(walk)
+    assert np.isnan(places[3])
+    assert np.isfinite(np.delete(places, 3)).all()

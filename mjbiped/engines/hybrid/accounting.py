@@ -207,10 +207,15 @@ def note_ground_force(
         push, x, z = b.w[at.PRESS], b.w[at.PUSHED_X], b.w[at.PUSHED_Z]
         along -= push * (x * b.w[at.COSINE] - z * b.w[at.SINE])
         normal -= push * (x * b.w[at.SINE] + z * b.w[at.COSINE])
-    b.w[at.NORMAL_NOW] = normal
-    b.w[at.NORMAL_FORCE] = min(b.w[at.NORMAL_FORCE], normal)
+    b.w[at.ALONG_NOW], b.w[at.NORMAL_NOW] = along, normal
+    note_force(constants, b.w, along, normal)
+
+
+def note_force(constants: SimulationConstants, w: Any, along: float, normal: float) -> None:
+    """Keep the least F_n and the greatest |F_t / F_n| of a force along and normal to the stance foot's ground, N."""
+    w[at.NORMAL_FORCE] = min(w[at.NORMAL_FORCE], normal)
     if normal > LIGHT_CONTACT * constants.mass * constants.gravity:
-        b.w[at.FRICTION] = max(b.w[at.FRICTION], abs(along) / normal)
+        w[at.FRICTION] = max(w[at.FRICTION], abs(along) / normal)
 
 
 def note_pressures(constants: SimulationConstants, w: Any, before: float, h: float) -> None:

@@ -101,11 +101,11 @@ def face_terms(
 
 def face_impact_rates(
     constants: Constants, length: float, slope: float, q1: float, q2: float, dq1: float, dq2: float
-) -> tuple[float, float]:
-    """Rates after a plastic, frictionless impact on a face: an impulse along x stops the swing foot along x."""
+) -> tuple[float, float, float]:
+    """Rates after a plastic, frictionless impact on a face: an impulse along x (N s, at last) stops the swing foot."""
     push1, push2, along1, along2 = face_terms(constants, length, slope, q1, q2)
     impulse = -(along1 * dq1 + along2 * dq2) / (along1 * push1 + along2 * push2)
-    return dq1 + push1 * impulse, dq2 + push2 * impulse
+    return dq1 + push1 * impulse, dq2 + push2 * impulse, impulse
 
 
 def asked(
@@ -181,10 +181,11 @@ def force_within(constants: SimulationConstants, b: Buffers, legs: Legs, x: floa
     )
 
 
-def hit_face(constants: SimulationConstants, b: Buffers) -> None:
-    """A vertical face stops the swing foot."""
+def hit_face(constants: SimulationConstants, b: Buffers) -> float:
+    """A vertical face stops the swing foot; returns the face's impulse, away from it, N s."""
     y, slope = b.y, b.w[at.SLOPE]
-    y[2], y[3] = face_impact_rates(constants.robot, constants.length, slope, y[0], y[1], y[2], y[3])
+    y[2], y[3], impulse = face_impact_rates(constants.robot, constants.length, slope, y[0], y[1], y[2], y[3])
+    return float(-b.w[at.FACE] * impulse)
 
 
 def lands(constants: SimulationConstants, b: Buffers) -> bool:  # noqa: ARG001 (robots with knees look)
@@ -192,9 +193,9 @@ def lands(constants: SimulationConstants, b: Buffers) -> bool:  # noqa: ARG001 (
     return True
 
 
-def stub(constants: SimulationConstants, b: Buffers) -> bool:  # noqa: ARG001 (robots with knees do)
+def stub(constants: SimulationConstants, b: Buffers) -> float:  # noqa: ARG001 (robots with knees do)
     """Straight legs always take over."""
-    return False
+    return math.nan
 
 
 def transfer(

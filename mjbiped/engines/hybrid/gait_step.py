@@ -28,6 +28,7 @@ from mjbiped.engines.hybrid.events import (
     landing,
     pose_within,
 )
+from mjbiped.engines.hybrid.impulses import momentum, note_impact, note_impulse
 from mjbiped.engines.hybrid.progress import is_tame, lags, watch
 from mjbiped.engines.hybrid.sliding import end_at_edge, end_of_contact, hit_face, on_its_segment, slides_on
 from mjbiped.engines.hybrid.state import KNEE_FREE, KNEE_RESTING, Buffers, Laws, SimulationConstants
@@ -172,15 +173,17 @@ def gait_step(laws: Laws, parameters: Any, constants: SimulationConstants, b: Bu
             if laws.lands(constants, b):
                 w[at.UNDER_WAY] = 0.0
                 return True
-            if not laws.stub(constants, b):
-                w[at.OUTCOME], w[at.TOE] = FELL, 1.0
+            if not _stays_on_ground(laws, constants, b, slid=False):
                 return False
             _begin(laws, parameters, constants, b, t)
         elif event == FACE_IMPACT:
-            hit_face(laws, constants, b)
+            before = momentum(laws, constants, b)
+            note_impulse(laws, constants, b, before, hit_face(laws, constants, b))
             _begin(laws, parameters, constants, b, t)
         elif event == KNEE_STRIKE:
+            before = momentum(laws, constants, b)
             laws.strike_stop(laws, parameters, constants, b, t)
+            note_impulse(laws, constants, b, before, 0.0)
             if w[at.GROUND] != 0.0 and laws.lands(constants, b):  # a straight leg that stands on the ground ahead
                 w[at.UNDER_WAY] = 0.0
                 return True
@@ -191,8 +194,7 @@ def gait_step(laws: Laws, parameters: Any, constants: SimulationConstants, b: Bu
             w[at.GROUND] = 0.0 if w[at.PRESS] < 0.0 else w[at.GROUND]
             _begin(laws, parameters, constants, b, t)
         elif slid:
-            if not slides_on(laws, constants, b):
-                w[at.OUTCOME], w[at.TOE] = FELL, 1.0
+            if not _stays_on_ground(laws, constants, b, slid=True):
                 return False
             _begin(laws, parameters, constants, b, t)
         elif ended:
@@ -217,13 +219,25 @@ def _eighth_root(x: float) -> float:
 
 
 def _begin(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float) -> None:
-    """Rates of a state that no step has led to, with its torques and its friction."""
+    """Rates of a state that no step has led to, with its torques and the forces of it and of an impact before it."""
     begin(laws, parameters, constants, b, t)
     if b.w[at.LOCKED] == KNEE_RESTING and b.w[at.STOP_PRESS] < 0.0:
         b.w[at.LOCKED] = KNEE_FREE
         begin(laws, parameters, constants, b, t)
     note_peaks(constants, b.w)
     note_ground_force(laws, constants, b, laws.pose(b, b.y), b.y, 0)
+    note_impact(constants, b.w)
+
+
+def _stays_on_ground(laws: Laws, constants: SimulationConstants, b: Buffers, slid: bool) -> bool:
+    """Let the ground stop a swing foot that comes down, or that has slid to its end; False: the robot has fallen."""
+    before = momentum(laws, constants, b)
+    push = slides_on(laws, constants, b) if slid else laws.stub(constants, b)
+    note_impulse(laws, constants, b, before, push)
+    fell = math.isnan(push)
+    if fell:
+        b.w[at.OUTCOME], b.w[at.TOE] = FELL, 1.0
+    return not fell
 
 
 def _look_ahead(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float) -> float:
@@ -333,10 +347,12 @@ def transfer_support(laws: Laws, parameters: Any, constants: SimulationConstants
     if not abs(foot_z - height_of(constants, segment, foot_x)) <= MISSED * constants.length + CORNER:
         w[at.OUTCOME] = DIVERGED
         return
+    before = momentum(laws, constants, b)
     laws.transfer(laws, parameters, constants, b, segment, foot_x)
     w[at.ROWS] += 1.0
     w[at.COUNT] += 1.0
     begin_step(constants, w)
+    note_impulse(laws, constants, b, before, 0.0)
     if w[at.COUNT] >= constants.steps or foot_x >= constants.distance:
         w[at.OUTCOME] = FINISHED
     elif foot_x >= constants.end:

@@ -50,44 +50,51 @@ def held(
     return constrain(weights, q, row, bend, even, odd, push, ddq)
 
 
-def hit_face(constants: SimulationConstants, b: Buffers) -> None:
-    """A vertical face stops the swing foot; a locked knee stays locked."""
-    _stop_foot(constants, b)
+def hit_face(constants: SimulationConstants, b: Buffers) -> float:
+    """A vertical face stops the swing foot; a locked knee stays locked. Returns the face's impulse, N s."""
+    return _stop_foot(constants, b)
 
 
-def stub(constants: SimulationConstants, b: Buffers) -> bool:
-    """The ground beside or behind the stance foot stops the swing foot, which slides on it from now on."""
+def stub(constants: SimulationConstants, b: Buffers) -> float:
+    """The ground beside or behind the stance foot stops the swing foot, which slides on it from now on.
+
+    Returns the ground's impulse on it, N s, or NaN where the foot is ahead.
+    """
     w, segment = b.w, int(b.w[at.LANDING])
     x, _ = swing_foot(constants, b, pose(b, b.y))
     if x > w[at.FOOT_X]:
-        return False
+        return math.nan
     if w[at.GROUND_SEGMENT] != segment:
         w[at.STUBS] += 1.0
     slope = constants.angle[segment]
     w[at.GROUND], w[at.GROUND_SEGMENT], w[at.FACE] = 1.0, segment, 0.0
     w[at.PUSHED_X], w[at.PUSHED_Z] = math.sin(slope), math.cos(slope)
-    _stop_foot(constants, b)
-    return True
+    return _stop_foot(constants, b)
 
 
-def _stop_foot(constants: SimulationConstants, b: Buffers) -> None:
-    """A plastic impact of the swing foot without friction, along the normal in `w`; the stance foot stays."""
+def _stop_foot(constants: SimulationConstants, b: Buffers) -> float:
+    """A plastic impact of the swing foot without friction, along the normal in `w`; the stance foot stays.
+
+    Returns the impulse along that normal, N s.
+    """
     c, w, y = constants.robot, b.w, b.y
     slope, x, z = w[at.SLOPE], w[at.PUSHED_X], w[at.PUSHED_Z]
     if w[at.LOCKED] != KNEE_LOCKED:
         for i in range(ANGLES):
             c.q[i], c.ddq[i], c.dq[i] = y[i], y[ANGLES + i], 0.0
-        held(c.free_weights, c.reach, slope, x, z, c.q, c.dq, c.ddq, c.row, c.push, c.even, c.odd)
+        impulse = held(c.free_weights, c.reach, slope, x, z, c.q, c.dq, c.ddq, c.row, c.push, c.even, c.odd)
         if w[at.LOCKED] == KNEE_FREE or c.ddq[2] > c.ddq[1]:
             w[at.LOCKED] = KNEE_FREE
             for i in range(ANGLES):
                 y[ANGLES + i] = c.ddq[i]
-            return
+            return impulse
     for i in range(2):  # the knee is locked, or its stop bears the impact
         c.locked_q[i], c.locked_ddq[i], c.locked_dq[i] = y[i], y[ANGLES + i], 0.0
     row, push, even, odd = c.locked_row, c.locked_push, c.locked_even, c.locked_odd
-    held(c.locked_weights, c.locked_reach, slope, x, z, c.locked_q, c.locked_dq, c.locked_ddq, row, push, even, odd)
-    y[3], y[4], y[5] = c.locked_ddq[0], c.locked_ddq[1], c.locked_ddq[1]
+    q, dq, ddq = c.locked_q, c.locked_dq, c.locked_ddq
+    impulse = held(c.locked_weights, c.locked_reach, slope, x, z, q, dq, ddq, row, push, even, odd)
+    y[3], y[4], y[5] = ddq[0], ddq[1], ddq[1]
+    return impulse
 
 
 def lands(constants: SimulationConstants, b: Buffers) -> bool:

@@ -5,6 +5,7 @@ It slides there without friction until it is lifted, leaves its stretch of groun
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from mjbiped.engines.hybrid import state as at
@@ -34,13 +35,16 @@ def end_of_contact(
     return high
 
 
-def hit_face(laws: Laws, constants: SimulationConstants, b: Buffers) -> None:
-    """The swing foot meets a vertical face: plastic and without friction; the stance foot stays."""
+def hit_face(laws: Laws, constants: SimulationConstants, b: Buffers) -> float:
+    """The swing foot meets a vertical face: plastic and without friction; the stance foot stays.
+
+    Returns the face's impulse, along `PUSHED_X` and `PUSHED_Z`, N s.
+    """
     w = b.w
     w[at.FACE] = 1.0 if constants.x[int(w[at.LANDING])] == w[at.FACE_X] else -1.0
     w[at.PUSHED_X], w[at.PUSHED_Z] = -w[at.FACE], 0.0
-    laws.hit_face(constants, b)
     w[at.FACE_IMPACTS] = 1.0
+    return float(laws.hit_face(constants, b))
 
 
 def end_at_edge(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float, h: float) -> float:
@@ -64,8 +68,11 @@ def on_its_segment(laws: Laws, constants: SimulationConstants, b: Buffers, state
     return bool(begun and (segment + 1 == len(constants.x) or x <= constants.x[segment + 1]))
 
 
-def slides_on(laws: Laws, constants: SimulationConstants, b: Buffers) -> bool:
-    """A sliding foot comes to another segment: off a step down, on along a change of slope, or, False, into a riser."""
+def slides_on(laws: Laws, constants: SimulationConstants, b: Buffers) -> float:
+    """A sliding foot comes to another segment: off a step down, on along a change of slope, or, NaN, into a riser.
+
+    Returns the ground's impulse on it, N s.
+    """
     w = b.w
     x, z = laws.swing_foot(constants, b, laws.pose(b, b.y))
     segment = int(w[at.GROUND_SEGMENT])
@@ -73,5 +80,5 @@ def slides_on(laws: Laws, constants: SimulationConstants, b: Buffers) -> bool:
     w[at.GROUND], w[at.GROUND_SEGMENT], w[at.LANDING] = 0.0, -1.0, segment
     above = z - height_of(constants, segment, x)
     if above > 0.0:
-        return True
-    return bool(above > -SLID_INTO * constants.length and laws.stub(constants, b))
+        return 0.0
+    return float(laws.stub(constants, b)) if above > -SLID_INTO * constants.length else math.nan

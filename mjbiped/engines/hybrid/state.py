@@ -11,7 +11,7 @@ from mjbiped.disturbances.pushes import Pushes
 from mjbiped.numerics.dormand_prince import STAGES_WITH_DENSE
 from mjbiped.records.pressure import BINS
 
-_NAMED = 89
+_NAMED = 92
 # indices in the scalars `w`
 (
     CLOCK,  # time of the last support transfer, s
@@ -58,6 +58,9 @@ _NAMED = 89
     FRICTION,  # greatest |F_t / F_n| of this step
     NORMAL_FORCE,  # least F_n of this step, N; below zero the ground would have to pull
     NORMAL_NOW,  # F_n when last looked at, N
+    ALONG_NOW,  # F_t there
+    IMPULSE_X,  # of the ground on the stance foot in the impact that has led to the state, N s
+    IMPULSE_Z,
     PRESSURE_AHEAD,  # greatest distances of the centre of pressure from the ankle in this step, m
     PRESSURE_BEHIND,
     FACE_IMPACTS,  # 1: one in this step
@@ -144,9 +147,9 @@ class Laws(NamedTuple):
         hip: (constants, buffers, pose) -> place x, z, m.
         force_at: (constants, buffers, pose, state, place in k) -> force of the ground, forward and upward, N.
         force_within: (constants, buffers, pose, share, h) -> the same within the step, the state in `spare`.
-        hit_face: (constants, buffers) -> None. A vertical face stops the swing foot: rates in `y`.
+        hit_face: (constants, buffers) -> impulse, N s. A vertical face stops the swing foot: rates in `y`.
         lands: (constants, buffers) -> bool. Whether a foot that has come down takes the robot over.
-        stub: (constants, buffers) -> bool. It does not: the ground stops it, and it slides; False: no map says how.
+        stub: (constants, buffers) -> impulse, N s. It does not: the ground stops it, and it slides; NaN: it falls.
         transfer: (laws, parameters, constants, buffers, segment, x) -> None. Impact map, new roles, touchdown, row.
         write_state: (constants, buffers, row, time, state, estimate) -> None, with the torques in `w`.
         stops: (constants, buffers) -> bool. Whether the swing knee is beyond its stop at the step's end.

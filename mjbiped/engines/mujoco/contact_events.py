@@ -83,7 +83,10 @@ from mjbiped.terrain.profile import Profile, height_of, height_over, segment_sto
     SLIP,  # greatest in this step: distance that the stance foot slid along the ground, m
     SLIDES,  # steps in which it slid farther than `SLID`
     PENETRATION,  # m
-    FRICTION,  # |F_t| / F_n
+    FRICTION,  # greatest |F_t| / F_n in this step, of those that last; see `weigh`
+    RATIO,  # |F_t| / F_n in the physics step last resolved
+    LEAST_RATIO,  # least of those since a ratio was last taken
+    RATIO_TIME,  # how long that is ago, s
     FORCE,  # F_n of the stance foot in the physics step last resolved, N
     IMPULSE,  # of F_n since the last stretch ended over which it is averaged, N s
     STRETCH,  # how long that is ago, s
@@ -103,7 +106,7 @@ from mjbiped.terrain.profile import Profile, height_of, height_over, segment_sto
     OUTCOME,
     RECORD,  # which of its model's records holds for this walk where the callbacks are compiled; see `native`
     PRESSURE_TIMES,  # first of the times by places of the centre of pressure, s; see `records.pressure`
-) = range(67)
+) = range(70)
 LAST_TOUCHDOWN = PRESSURE_TIMES + BINS  # first index of the last touchdown's row, in the order of `columns.TOUCHDOWNS`
 
 # of the touchdown's row, each the first of two indices: what the controller is told
@@ -116,9 +119,10 @@ CONTROLLER_MEMORY = LAST_TOUCHDOWN + TOUCHED
 MISSED = 0.02
 """No foot is so far off the ground at its touchdown, or so deep in it, in leg lengths: contacts give 0.01 at most."""
 SLID = 1e-3  # leg lengths in a step: a foot that slides farther does not stand
-AVERAGED = 0.016  # least stretch of time that the stance foot's force is averaged over, in sqrt(leg length / gravity)
 FEWEST_AVERAGED = 5.0  # physics steps in such a stretch, at least: the foot loses contact for single ones
-AIRBORNE = 0.06  # without contact the stance foot is off the ground, in the same units: sliding, it hops half as long
+AIRBORNE = (
+    0.06  # in sqrt(leg length / gravity): without contact for so long the foot is airborne; sliding hops last half
+)
 
 
 SLIDING_WORDS = (
@@ -156,7 +160,7 @@ def begin(u: MutableSequence[float], state: State, slope: float, foot: tuple[flo
     u[RUNNING] = 1.0
     u[TIME] = -1.0
     u[PLANNED_NEXT] = timestep
-    u[NORMAL_FORCE] = math.inf
+    u[NORMAL_FORCE] = u[LEAST_RATIO] = math.inf
     u[PRESSURE_AHEAD] = u[PRESSURE_BEHIND] = -math.inf
     u[SLOPE] = slope
     u[FOOT_X], u[FOOT_Z] = foot
@@ -270,16 +274,22 @@ def count_work(
 
 
 def weigh(u: MutableSequence[float], limits: Limits) -> None:
-    """Take the stance foot's normal force in the physics step before into its averages.
+    """Take the stance foot's force in the physics step before into its averages, and its friction.
 
     A standing foot loses contact for single physics steps, a sliding one for some milliseconds, and the force of the
     step after makes up for it. So the force is averaged, over stretches of time that end with a step in contact. A foot
-    that stays off the ground for longer bears nothing.
+    that stays off the ground for longer bears nothing. Of the friction the least counts that some time has: in a step
+    of 10 µs, while an impact is being resolved, the foot slides by less than a micrometre at the limit of friction.
     """
     effective_step, force = u[EFFECTIVE_STEP], u[FORCE]
     u[IMPULSE] += effective_step * force
     u[ANKLE_IMPULSE] += effective_step * u[ANKLE]
     u[STRETCH] += effective_step
+    u[LEAST_RATIO] = min(u[LEAST_RATIO], u[RATIO])
+    u[RATIO_TIME] += effective_step
+    if u[RATIO_TIME] >= limits.sustained:
+        u[FRICTION] = max(u[FRICTION], u[LEAST_RATIO])
+        u[LEAST_RATIO], u[RATIO_TIME] = math.inf, 0.0
     u[WITHOUT_CONTACT] = 0.0 if force > 0.0 else u[WITHOUT_CONTACT] + effective_step
     if u[WITHOUT_CONTACT] >= limits.airborne:
         u[NORMAL_FORCE] = 0.0
@@ -373,8 +383,8 @@ def _transfer_support(u: MutableSequence[float], limits: Limits, profile: Profil
 def forget_step(u: MutableSequence[float]) -> None:
     """Begin anew what is told of one step alone."""
     u[SLIP] = u[PENETRATION] = u[FRICTION] = u[FACE_IMPACTS] = 0.0
-    u[IMPULSE] = u[ANKLE_IMPULSE] = u[STRETCH] = u[WITHOUT_CONTACT] = 0.0
-    u[NORMAL_FORCE] = math.inf
+    u[IMPULSE] = u[ANKLE_IMPULSE] = u[STRETCH] = u[WITHOUT_CONTACT] = u[RATIO_TIME] = 0.0
+    u[NORMAL_FORCE] = u[LEAST_RATIO] = math.inf
     u[PRESSURE_AHEAD] = u[PRESSURE_BEHIND] = -math.inf
 
 
@@ -395,7 +405,12 @@ def read_contacts(u: MutableSequence[float], limits: Limits, stance: Felt, swing
         u[FACE_IMPACTS] = 1.0
     if noted:
         u[PENETRATION] = max(u[PENETRATION], swing.depth)
-    u[FORCE] = stance.pressure
+    feel_stance(u, limits, stance, noted)
+
+
+def feel_stance(u: MutableSequence[float], limits: Limits, stance: Felt, noted: bool) -> None:
+    """Note the stance foot's force, friction and depth in the step just resolved, or in that of the touchdown noted."""
+    u[FORCE], u[RATIO] = stance.pressure, 0.0
     if stance.ground and not noted:
         u[PENETRATION] = max(u[PENETRATION], stance.depth)
-        u[FRICTION] = max(u[FRICTION], friction_ratio(stance, u[SLOPE], LIGHT_CONTACT * limits.weight))
+        u[RATIO] = friction_ratio(stance, u[SLOPE], LIGHT_CONTACT * limits.weight)

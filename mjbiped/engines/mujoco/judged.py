@@ -8,7 +8,7 @@ from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.rules.termination import STALL_TIME, Limits
+from mjbiped.rules.termination import AVERAGED, STALL_TIME, SUSTAINED, Limits
 from mjbiped.utils import domains
 
 LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how far the ground is built
@@ -34,8 +34,9 @@ def limits_of(
         reach=rule.reach * length,
         delay=rule.delay,
         stall_time=STALL_TIME * pendulum,
-        averaged=max(events.AVERAGED * pendulum, events.FEWEST_AVERAGED * timestep),
+        averaged=max(AVERAGED * pendulum, events.FEWEST_AVERAGED * timestep),
         airborne=events.AIRBORNE * pendulum,
+        sustained=SUSTAINED * pendulum,
         start=ground[0],
         end=ground[1],
         steps=math.inf if steps is None else float(steps),

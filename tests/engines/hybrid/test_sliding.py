@@ -52,7 +52,7 @@ def test_a_sliding_foot_comes_to_the_segment_before_or_behind(place: float, segm
         assert sliding.on_its_segment(laws, constants, b, foot_at(inside, 0.01))
     b.y[:3] = foot_at(place, 0.005)
     assert not sliding.on_its_segment(laws, constants, b, b.y)
-    assert sliding.slides_on(laws, constants, b)
+    assert sliding.slides_on(laws, constants, b) == 0.0
     assert (b.w[at.GROUND], b.w[at.GROUND_SEGMENT], b.w[at.LANDING]) == (0.0, -1.0, segment)
 
 

@@ -124,6 +124,15 @@ def test_work_is_torque_times_what_was_turned(
         assert u[events.WORK_POSITIVE] == pytest.approx(np.maximum(works, 0.0).sum(), abs=1e-12)
 
 
+def test_friction_counts_that_lasts() -> None:
+    """In a step of 10 µs after an impact a foot is at the limit of friction, and slides by less than a micrometre."""
+    lim, u = limits(), begun(standing_at(0.0, 0.1, -0.2))
+    for step, ratio, expected in ((1e-5, 0.8, 0.0), (1e-3, 0.3, 0.3), (1e-3, 0.4, 0.4), (1e-3, 0.2, 0.4)):
+        u[events.EFFECTIVE_STEP], u[events.RATIO] = step, ratio
+        events.weigh(u, lim)
+        assert u[events.FRICTION] == expected
+
+
 def test_the_normal_force_is_averaged_over_stretches_that_end_in_contact() -> None:
     """Single physics steps without contact do not count; a foot that is off the ground for longer bears nothing."""
     lim, u = limits(), begun(standing_at(0.0, 0.1, -0.2))
@@ -251,13 +260,13 @@ def test_what_the_feet_feel(enabled: bool) -> None:
     events.read_contacts(u, limits(), stance, Felt(9.0, 1.0, 9.0, 5e-6, True, True))
     assert (u[events.NOTED], u[events.FACE_IMPACTS], u[events.FORCE]) == (float(enabled), float(enabled), 40.0)
     assert u[events.PENETRATION] == (5e-6 if enabled else 2e-6)
-    assert u[events.FRICTION] == (0.0 if enabled else pytest.approx(used))
+    assert u[events.RATIO] == (0.0 if enabled else pytest.approx(used))
     events.read_contacts(u, limits(), Felt(light, light, light, 1e-6, True, False), AWAY)
     assert (u[events.NOTED], u[events.FORCE]) == (0.0, light)
     assert u[events.PENETRATION] == (5e-6 if enabled else 2e-6)  # the greatest stays
     u = made()
     events.read_contacts(u, limits(), Felt(light, light, light, 1e-6, True, False), AWAY)
-    assert u[events.FRICTION] == 0.0  # hardly a contact
+    assert u[events.RATIO] == 0.0  # hardly a contact
     events.read_contacts(u, limits(), AWAY, AWAY)
     assert u[events.FORCE] == 0.0
 

@@ -85,8 +85,8 @@ def test_passive_walking_is_the_gait_finders(walk: mjbiped.Walk) -> None:
     np.testing.assert_allclose(touched["knee_dq_before"][-1], gait.knee_rates, rtol=0, atol=3e-3)
     np.testing.assert_allclose(touched["flexion"], gait.greatest_flexion, rtol=0, atol=1e-3)
     along, normal = np.array([ground_pushes(gait, sample) for sample in range(len(gait.times))]).T
-    # that of the samples, which miss the top; measured 2e-4
-    assert touched["friction"] == pytest.approx([np.abs(along / normal).max()] * 4, abs=2e-3)
+    # it is greatest at the step's start, and falls by 2.2e-3 in the first millisecond, which is taken as one
+    assert touched["friction"] == pytest.approx([np.abs(along / normal).max()] * 4, abs=3e-3)
 
 
 def ground_pushes(gait: mjbiped.KneedGait, sample: int) -> tuple[float, float]:

@@ -16,7 +16,7 @@ from typing import Any
 
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.callbacks import NOW, push
-from mjbiped.engines.mujoco.contact_forces import Felt, felt, friction_ratio
+from mjbiped.engines.mujoco.contact_forces import Felt, felt
 from mjbiped.engines.mujoco.kneed import feet
 from mjbiped.engines.mujoco.kneed import state as at
 from mjbiped.engines.mujoco.kneed.feet import write_collisions
@@ -40,7 +40,6 @@ from mjbiped.engines.mujoco.kneed.state import (
 from mjbiped.engines.mujoco.leapfrog import Foot, effective_step, held, limited
 from mjbiped.engines.mujoco.scene import LOCK_STIFFNESS, PUSHED_OUT
 from mjbiped.engines.mujoco.step_size import SHORTEST, STIFFNESS
-from mjbiped.rules.termination import LIGHT_CONTACT
 from mjbiped.terrain.profile import height_over_ground, segment_met
 
 CLEAR = 1e-4  # m: a swing foot that was no higher over the ground has not left it
@@ -225,11 +224,7 @@ def _feel(constants: Constants, u: MutableSequence[float], stance: Felt, toe: Fe
     elif toe.ground and u[at.TOUCHING] == 0.0:
         u[at.STUBS] += 1.0
         u[at.TOUCHING] = 1.0
-    u[events.FORCE] = stance.pressure
-    if stance.ground and not landed:
-        u[events.PENETRATION] = max(u[events.PENETRATION], stance.depth)
-        ratio = friction_ratio(stance, u[events.SLOPE], LIGHT_CONTACT * constants.limits.weight)
-        u[events.FRICTION] = max(u[events.FRICTION], ratio)
+    events.feel_stance(u, constants.limits, stance, landed)
 
 
 def _note_lag(constants: Constants, u: MutableSequence[float], length: float) -> None:
