@@ -1,7 +1,8 @@
 """How much slower a walk is whose controller cannot be compiled: whole walks in both engines, in pairs.
 
 A controller without `law()` runs as ordinary Python. In the hybrid engine all of the engine does so with it, in MuJoCo
-the three callbacks. CPU times of the thread; compilation is not counted. The result stands in `docs/hybrid.md`.
+the three callbacks. CPU times of the thread; compilation is not counted. The result stands in
+`docs/tables/performance.md`.
 
     python -m scripts.benchmarks.plain_python_benchmark        (part of: make bench)
 """
@@ -11,7 +12,6 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 
 import click
 
@@ -20,10 +20,9 @@ from controllers import AdaptiveController, Controller, KneedController, Memory,
 from mjbiped.gaits.gait import Periodic
 from mjbiped.terrain.terrain import Terrain
 from scripts.benchmarks.benchmark import GAIT, ROBOT
-from scripts.benchmarks.timing import interleaved
+from scripts.benchmarks.timing import PAGE, interleaved
 from scripts.pages import write_table
 
-PAGE = Path("docs/hybrid.md")
 STEPS = {("hybrid", True): 3000, ("hybrid", False): 20, ("mujoco", True): 20, ("mujoco", False): 4}
 """Gait steps of a timed walk, by engine and whether it is compiled: some tenths of a second each."""
 DIGITS = {"hybrid": 3, "mujoco": 1}
@@ -83,7 +82,7 @@ def walking(controller: Controller, terrain: Terrain, gait: Periodic, engine: st
 @click.command(help=__doc__)
 @click.option("--repeats", default=9, show_default=True, type=click.IntRange(3), help="Repetitions of each case.")
 def main(repeats: int) -> None:
-    """Measure, and write the table of docs/hybrid.md."""
+    """Measure, and write the table of docs/tables/performance.md."""
     rows = []
     for name, (compiled, plain, terrain, gait) in PAIRS.items():
         for engine in ("hybrid", "mujoco"):
