@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+from report_pages import packed
 
 import mjbiped
 from controllers import AdaptiveController, KneedController
 from mjbiped.records import signals, stance_knee
 from mjbiped.records.signals import PANELS, panels_of, signals_of, torques_of, values_of
+from mjbiped.reports.walk import report_walk
 from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.robot import Robot
 from mjbiped.utils.palette import IN_WORDS
@@ -67,3 +70,29 @@ def test_values_are_those_of_the_record_in_the_panels_unit(straight: mjbiped.Wal
         np.append(0.0, kneed.touchdowns["time"][:-1]) + kneed.touchdowns["knee_strike"]
     )
     assert not len(signals.knee_strikes(straight))
+
+
+def test_the_report_of_a_walk_with_knees_shows_them(kneed: mjbiped.Walk, tmp_path: Path) -> None:
+    report_walk(kneed, tmp_path / "walk.html", record="walk.npz", video=False)
+    page = (tmp_path / "walk.html").read_text()
+    content = packed(page)
+    over_time = content["plots"]["time"]
+    names = [(line["name"], line["yaxis"]) for line in over_time["data"]]
+    titles = [note["text"].removeprefix("<b>").removesuffix("</b>") for note in over_time["layout"]["annotations"]]
+    assert titles == [panel.title for panel in PANELS.values()]
+    for name, panel in (
+        ("stance knee", "torque"),
+        ("swing knee", "knee torque"),
+        ("swing knee", "flexion"),
+        ("knee strike", "flexion"),
+        ("swing shank", "angle"),
+        ("swing shank", "rate"),
+        ("swing knee", "power"),
+    ):
+        assert (name, f"y{1 + [*PANELS].index(panel)}") in names
+    phases = [line["name"] for line in content["plots"]["phases"]["data"]]
+    assert {"stance leg", "swing thigh", "swing shank"} <= {*phases}
+    legs, half = content["data"]["legs"], len(kneed.samples["time"]) // 3
+    limbs = kneed.robot.limbs(kneed.samples["qpos"][half])[1 - kneed.samples["stance"][half]]
+    assert np.array(legs["swing leg now"])[:, :, half] == pytest.approx(limbs, abs=1e-4)
+    assert "greatest flexion (°)" in page
