@@ -11,12 +11,14 @@ from report_pages import packed
 
 import mjbiped
 from controllers import AdaptiveController, KneedController
+from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import signals, stance_knee
-from mjbiped.records.signals import PANELS, panels_of, signals_of, torques_of, values_of
+from mjbiped.records.signals import PANELS, SIGNALS, Signal, panels_of, signals_of, torques_of, values_of
+from mjbiped.rendering.chart import Chart
 from mjbiped.reports.walk import report_walk
 from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.robot import Robot
-from mjbiped.utils.palette import IN_WORDS
+from mjbiped.utils.palette import IN_WORDS, ORANGE
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +72,22 @@ def test_values_are_those_of_the_record_in_the_panels_unit(straight: mjbiped.Wal
         np.append(0.0, kneed.touchdowns["time"][:-1]) + kneed.touchdowns["knee_strike"]
     )
     assert not len(signals.knee_strikes(straight))
+
+
+def test_a_new_signal_is_one_row(straight: mjbiped.Walk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    row = Signal(
+        "slope", "twice the slope", "2φ", ORANGE, signals.SOLID, lambda walk: 2.0 * walk.samples["slope"], "slope"
+    )
+    monkeypatch.setitem(SIGNALS, "twice", row)
+    lines = [str(line.get_label()) for axes in plot_walk(straight).axes for line in axes.lines]
+    assert "twice the slope 2φ" in lines
+    report_walk(straight, tmp_path / "walk.html", record="walk.npz", video=False)
+    content = packed((tmp_path / "walk.html").read_text())
+    assert "twice the slope" in [line["name"] for line in content["plots"]["time"]["data"]]
+    assert "twice the slope" in [name for name, *_ in content["data"]["told"]]
+    frame = np.zeros((100, 640, 3), dtype=np.uint8)
+    Chart(straight, 0.0, 2.0, 640, 100).draw(frame, 1.0)
+    assert (np.abs(frame.astype(int) - (230, 159, 0)).max(axis=2) < 30).sum() > 100  # orange, as nothing else is
 
 
 def test_the_report_of_a_walk_with_knees_shows_them(kneed: mjbiped.Walk, tmp_path: Path) -> None:
