@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,12 +15,11 @@ from matplotlib.lines import Line2D
 from mjbiped.gaits.kneed import SAMPLES, KneedGait
 from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
 from mjbiped.plotting.panels import head, legend_above, titled, wrapped
-from mjbiped.plotting.style import ANKLE, C_MT, GROUND, GUIDE, HIP, SHADE, STANCE, SWING, VERMILLION, drawn, note_at
+from mjbiped.plotting.style import ANKLE, C_MT, GROUND, GUIDE, HIP, KNEE, SHADE, SHANK, STANCE, SWING, drawn, note_at
 from mjbiped.plotting.width import width
 from mjbiped.robots.chain import Array
 from mjbiped.robots.kneed import KneedBiped
 
-SHANK: Mapping[str, Any] = {"color": VERMILLION, "linestyle": (0, (1.5, 1.2))}
 APART = 0.5  # between two postures of a step, leg lengths
 
 
@@ -86,9 +85,7 @@ def plot_kneed_reference(gait: OptimisedKneedGait, path: str | Path | None = Non
     torques = np.concatenate([gait.model.course(*branch).torques for branch in branches])
 
     def draw_torques(axes: Axes, step: _Step) -> None:
-        for joint, (label, look) in enumerate(
-            (("ankle", ANKLE), ("hip", HIP), ("swing knee", {**SHANK, "color": SHADE}))
-        ):
+        for joint, (label, look) in enumerate((("ankle", ANKLE), ("hip", HIP), ("swing knee", KNEE))):
             axes.plot(step.times, torques[:, joint], label=label, **look)
         axes.axhline(0.0, color=GUIDE, linewidth=0.5, zorder=0)
         axes.set(xlabel="time (s)", ylabel="torque (N\u00a0m)", xlim=(0, step.period))
@@ -182,7 +179,7 @@ def _draw_cycle(axes: Axes, gait: _Step) -> None:
 
 def _draw_knee(axes: Axes, gait: _Step) -> None:
     """Panel (c): flexion of the swing knee."""
-    axes.plot(gait.times, np.degrees(gait.states[:, 2] - gait.states[:, 1]), **SHANK)
+    axes.plot(gait.times, np.degrees(gait.states[:, 2] - gait.states[:, 1]), **KNEE)
     axes.axvline(gait.knee_strike, color=GUIDE, linewidth=0.8)
     late = gait.knee_strike > 0.7 * gait.period
     note_at(

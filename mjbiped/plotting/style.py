@@ -17,7 +17,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.plotting.width import width
-from mjbiped.utils import palette
+from mjbiped.records.signals import SIGNALS
 from mjbiped.utils.files import saved, written_whole
 from mjbiped.utils.palette import BLACK as BLACK
 from mjbiped.utils.palette import BLUE as BLUE
@@ -29,16 +29,18 @@ from mjbiped.utils.palette import VERMILLION as VERMILLION
 GROUND, SHADE, GUIDE = "#D9D4CB", "#4D4D4D", "#9A9A9A"
 """Ground, its outline and texts, helping lines."""
 
-STANCE: Mapping[str, Any] = {"color": BLUE, "linestyle": "-"}
-SWING: Mapping[str, Any] = {"color": ORANGE, "linestyle": (0, (4, 1.2))}
-ESTIMATE: Mapping[str, Any] = {"color": palette.ESTIMATE, "linestyle": "-"}
-TRUTH: Mapping[str, Any] = {"color": BLACK, "linestyle": (0, (1.5, 1.2))}
-ANKLE: Mapping[str, Any] = {"color": palette.ANKLE, "linestyle": "-"}
-HIP: Mapping[str, Any] = {"color": palette.HIP, "linestyle": (0, (4, 1.2))}
-KNEE: Mapping[str, Any] = {"color": SKY, "linestyle": "-"}
-STANCE_KNEE: Mapping[str, Any] = {"color": BLUE, "linestyle": (0, (1.5, 1.0))}
-"""Legs, slope under the stance foot (estimated and true) and torques have one look each in all figures of walks; lines
-differ in style as well as in colour. Where other things are told apart (gains, grounds), colours mean nothing else."""
+
+def look(signal: str) -> dict[str, Any]:
+    """How a signal of `mjbiped.records.signals.SIGNALS` is drawn, in matplotlib's own names."""
+    row = SIGNALS[signal]
+    return {"color": row.colour, "linestyle": row.line}
+
+
+STANCE, SWING, SHANK = look("q_stance"), look("q_swing"), look("q_shank")
+ESTIMATE, TRUTH = look("slope_estimate"), look("slope")
+ANKLE, HIP, KNEE = look("torque_ankle"), look("torque_hip"), look("torque_knee")
+"""Legs, slope under the stance foot (estimated and true) and torques have one look each in all figures of walks. Where
+other things are told apart (gains, grounds), colours mean nothing else."""
 
 MUJOCO: Mapping[str, Any] = {"color": SKY, "linestyle": "-"}
 HYBRID: Mapping[str, Any] = {"color": SHADE, "linestyle": (0, (3, 1.5))}

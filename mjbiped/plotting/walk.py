@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
-from numpy.typing import NDArray
 
 from mjbiped.analysis.replay import drawn_gait, drawn_transitions
 from mjbiped.errors import RenderError
@@ -20,32 +19,26 @@ from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.passive import PassiveGait
 from mjbiped.plotting.panels import head, labelled, legend_above, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import (
-    ANKLE,
     BLUE,
     C_MT,
-    ESTIMATE,
     GUIDE,
-    HIP,
-    KNEE,
     ORANGE,
     PLANNED,
     STANCE,
-    STANCE_KNEE,
     SWING,
     TRUTH,
     drawn,
+    look,
     note_at,
     widen,
 )
 from mjbiped.plotting.timelapse import draw_row, rows_of
 from mjbiped.plotting.width import width
-from mjbiped.records import stance_knee
-from mjbiped.records.columns import SAMPLES
-from mjbiped.records.pressure import centre_of_pressure
 from mjbiped.records.record import Walk
+from mjbiped.records.signals import PANELS, Signal, knee_strikes, panels_of, signals_of, values_of
 
 _LINES = 3  # at most, of who walked where: a terrain's name may be of any length
-_FARTHEST_PRESSURE = 0.5  # leg lengths that are shown on either side of the ankle
+_NOT_OVER_TIME = ("angle", "rate", "power")  # panels that phase portraits show, or reports alone
 _MOST_TICKED = 60  # touchdowns that are marked on time axes
 
 
@@ -53,11 +46,11 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
     """Draw a walk in the manner of the paper's Fig. 4.
 
     (a) Time lapse over the ground, in rows where it is long, x and z in one scale; slopes and steps are written under
-    the ground. (b) Slope estimate and true slope. (c) Torques. (d) Where the ankle's torque asks for the centre of
-    pressure, up to half a leg. (e), (f) Phase portraits of stance and swing leg, with the limit cycle of the gait that
-    the controller imitates and the transitions to it that it re-planned. With knees two panels more come before these,
-    torque and flexion of the swing knee; and (c) has the torque that holds the stance knee, negative where its stop
-    bears it.
+    the ground. (b) and so on: the signals of `mjbiped.records.signals` over time: slope and its estimate, torques,
+    where the ankle's torque asks for the centre of pressure, up to half a leg; with knees also torque and flexion of
+    the swing knee, and the torque that holds the stance knee, negative where its stop bears it. The last panels: phase
+    portraits of all angles, with the limit cycle of the gait that the controller imitates and the transitions to it
+    that it re-planned.
 
     For a journal's column: `with mjbiped.plotting.width.figure_width("single"): plot_walk(walk, "walk.pdf")`.
 
@@ -78,11 +71,12 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
         rows = rows_of(walk)
         title = _title(walk)
         narrow = width().beside(2) == 1  # titles stand over legends, labels take two lines, panels are smaller
-        margins, histories_height, phases_height = (0.8, 1.15, 2.0) if narrow else (0.45, 1.65, 3.3)
-        knees = walk.robot.knees
-        panels = 5 if knees else 3
-        histories_height *= panels
-        heights = [sum(row.height + 0.25 for row in rows) + margins, histories_height, phases_height]
+        panels = {panel: signals for panel, signals in panels_of(type(walk.robot)) if panel not in _NOT_OVER_TIME}
+        portraits = len(walk.robot.angles)
+        across = min(portraits, max(2, width().beside(portraits)))
+        margin, history, portrait = (0.8, 1.15, 2.0) if narrow else (0.45, 1.65, 3.3)
+        histories_height, phases_height = history * len(panels), portrait * math.ceil(portraits / across)
+        heights = [sum(row.height + 0.25 for row in rows) + margin, histories_height, phases_height]
         figure.set_figheight(sum(heights) + 0.1 + head(figure, title))
         parts: Any = figure.subfigures(3, 1, height_ratios=heights)
         lapse, histories, phases = parts
@@ -98,21 +92,12 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
                 Line2D([], [], color=ORANGE, linewidth=1.2, label="swing leg"),
             ],
         )
-        axes = histories.subplots(panels, 1, sharex=True)
-        letters = iter("bcdefgh")
-        _draw_slopes(axes[0], walk, next(letters))
-        torque = walk.samples["torque"]
-        drawn_torques = {"ankle": (torque[:, 0], ANKLE), "hip": (torque[:, 1], HIP)}
-        if knees:
-            drawn_torques["stance knee"] = (stance_knee.torque(walk), STANCE_KNEE)
-        _draw_torques(axes[1], walk, next(letters), "Joint torque", drawn_torques)
-        _draw_pressure(axes[2], walk, next(letters))
-        if knees:
-            swing_knee = {"knee": (torque[:, 2], KNEE)}
-            _draw_torques(axes[3], walk, next(letters), "Torque of the swing knee", swing_knee)
-            _draw_flexion(axes[4], walk, next(letters))
-        axes[-1].set_xlabel(_axis_label("time", "time"))
-        _draw_phases(phases, walk, next(letters), next(letters))
+        letters = iter("bcdefghijklm")
+        axes = histories.subplots(len(panels), 1, sharex=True)
+        for below, (panel, signals) in zip(axes, panels.items(), strict=True):
+            _draw_over_time(below, walk, next(letters), panel, signals)
+        axes[-1].set_xlabel("time (s)")
+        _draw_phases(phases, walk, letters, across)
     return figure
 
 
@@ -167,11 +152,6 @@ def _peaks(walk: Walk) -> str:
     return ", ".join([f"{first[0]:.2f} ({first[1]})", *(f"{peak:.2f}\u00a0({joint})" for peak, joint in others)])
 
 
-def _axis_label(name: str, column: str) -> str:
-    """A quantity with its unit as the record has it."""
-    return f"{name} ({SAMPLES[column].unit})"
-
-
 def _prepare_time_axis(axes: Axes, walk: Walk) -> None:
     """Span the record; mark touchdowns unless they are too many."""
     time = walk.samples["time"]
@@ -181,88 +161,64 @@ def _prepare_time_axis(axes: Axes, walk: Walk) -> None:
             axes.axvline(moment, color=GUIDE, linewidth=0.4, alpha=0.6, zorder=0)
 
 
-def _draw_slopes(axes: Axes, walk: Walk, letter: str) -> None:
-    """The panel of the slope and its estimate."""
-    samples = walk.samples
-    estimate = np.degrees(samples["slope_estimate"])
-    estimated = bool(np.isfinite(estimate).any())
+def _draw_over_time(axes: Axes, walk: Walk, letter: str, panel: str, signals: Mapping[str, Signal]) -> None:
+    """A panel of signals over time; one without a number, an estimate that nobody makes, is left out and named."""
     _prepare_time_axis(axes, walk)
-    if estimated:
-        axes.plot(samples["time"], estimate, label="estimate", **ESTIMATE)
-    axes.plot(samples["time"], np.degrees(samples["slope"]), label="true, under the stance foot", **TRUTH)
-    axes.set(ylabel="slope (°)")
-    titled(axes, letter, "Slope estimate" if estimated else "Slope (the controller makes no estimate)")
-    axes.margins(y=0.12)
-    widen(axes, 1.0)  # rounding is no news
-    legend_above(axes)
-
-
-def _draw_torques(
-    axes: Axes, walk: Walk, letter: str, title: str, joints: Mapping[str, tuple[NDArray[np.float64], Any]]
-) -> None:
-    """A panel of torques of some joints by name, one number a sample, with their looks."""
-    _prepare_time_axis(axes, walk)
-    for joint, (torque, style) in joints.items():
-        axes.plot(walk.samples["time"], torque, label=joint, **style)
-    axes.axhline(0.0, color=GUIDE, linewidth=0.5, zorder=0)
-    axes.set(ylabel=_axis_label("torque", "torque"))
-    titled(axes, letter, title)
-    legend_above(axes)
-
-
-def _draw_pressure(axes: Axes, walk: Walk, letter: str) -> None:
-    """The panel of the centre of pressure, as far as half a leg from the ankle."""
-    _prepare_time_axis(axes, walk)
-    most = _FARTHEST_PRESSURE * walk.robot.leg_length
-    axes.plot(walk.samples["time"], 100.0 * np.clip(centre_of_pressure(walk), -most, most), **ANKLE)
-    axes.axhline(0.0, color=GUIDE, linewidth=0.5, zorder=0)
-    axes.set(ylabel="from the ankle (cm)")
-    titled(axes, letter, "Centre of pressure that the ankle's torque asks for, positive forward")
-
-
-def _draw_flexion(axes: Axes, walk: Walk, letter: str) -> None:
-    """The panel of the swing knee's flexion; knee strikes are marked unless they are too many."""
-    time, q = walk.samples["time"], walk.samples["q"]
-    _prepare_time_axis(axes, walk)
-    axes.plot(time, np.degrees(q[:, 2] - q[:, 1]), label="flexion", **KNEE)
-    if walk.steps <= _MOST_TICKED:
-        strikes = np.append(0.0, walk.touchdowns["time"])[:-1] + walk.touchdowns["knee_strike"]
+    title, quantity, unit, _, least, _ = PANELS[panel]
+    missing = []
+    for name, signal in signals.items():
+        values = values_of(walk, name)
+        if np.isfinite(values).any():
+            axes.plot(walk.samples["time"], values, label=f"{signal.name} {signal.symbol}".strip(), **look(name))
+        else:
+            missing.append(signal.name)
+    if panel == "flexion" and walk.steps <= _MOST_TICKED:
+        strikes = knee_strikes(walk)
         axes.plot(strikes, np.zeros_like(strikes), "k|", markersize=5, label="knee strike")
-    axes.set(ylabel="flexion (°)")
-    titled(axes, letter, "Flexion of the swing knee")
-    legend_above(axes)
+    widen(axes, least)
+    low, high = axes.get_ylim()
+    if low < 0.0 < high:
+        axes.axhline(0.0, color=GUIDE, linewidth=0.5, zorder=0)
+    axes.set(ylabel=f"{quantity} ({unit})")
+    titled(axes, letter, f"{title} (no {', '.join(missing)})" if missing else title)
+    if len(axes.get_legend_handles_labels()[0]) > 1:
+        legend_above(axes)
 
 
-def _draw_phases(figure: Any, walk: Walk, *letters: str) -> None:
-    """Two panels: a line per step, without the jumps between steps, over the re-planned reference if any."""
+def _draw_phases(figure: Any, walk: Walk, letters: Iterator[str], across: int) -> None:
+    """A panel per angle: a line per step, without the jumps between steps, over the re-planned reference if any."""
     samples = walk.samples
     first_of_step = np.flatnonzero(np.diff(samples["stance"])) + 1
     # a sample at a touchdown's own instant has the rates after the impact, but still the old roles
     nearest = np.searchsorted(samples["time"], walk.touchdowns["time"] - 1e-9).clip(max=len(samples["time"]) - 1)
     at_impact = nearest[np.abs(samples["time"][nearest] - walk.touchdowns["time"]) < 1e-9]
     gait, replanned = drawn_gait(walk), drawn_transitions(walk)
-    grid = figure.subplots(1, 2)
+    signals, angles = signals_of(type(walk.robot)), walk.robot.angles
+    grid = figure.subplots(math.ceil(len(angles) / across), across, squeeze=False).ravel()
+    for unused in grid[len(angles) :]:
+        unused.set_axis_off()
+    legs = [signals[f"q_{part}"].name for part in angles]
     entries: dict[str, Any] = {}
-    looks = (("stance leg", STANCE), ("swing thigh" if walk.robot.knees else "swing leg", SWING))
-    for leg, (axes, letter, (name, style)) in enumerate(zip(grid, letters, looks, strict=True)):
-        q = samples["q"][:, leg].copy()
+    for k, (axes, part) in enumerate(zip(grid, angles, strict=False)):
+        angle, rate = signals[f"q_{part}"], signals[f"dq_{part}"]
+        q = samples["q"][:, k].copy()
         q[at_impact] = np.nan
         q = np.insert(q, first_of_step, np.nan)
-        dq = np.insert(samples["dq"][:, leg], first_of_step, np.nan)
-        axes.plot(q, dq, color=style["color"], linewidth=0.8, label=name)
+        dq = np.insert(samples["dq"][:, k], first_of_step, np.nan)
+        axes.plot(q, dq, color=angle.colour, linewidth=0.8, label=angle.name)
         for number, planned in enumerate(replanned):
-            look = {**PLANNED, "label": "re-planned reference" if number == 0 else None}
-            axes.plot(planned[:, leg], planned[:, len(walk.robot.angles) + leg], **look)
+            band = {**PLANNED, "label": "re-planned reference" if number == 0 else None}
+            axes.plot(planned[:, k], planned[:, len(angles) + k], **band)
         if gait is not None:
-            reference, rate, _ = gait.reference(np.linspace(0.0, gait.period, 200))
-            axes.plot(reference[:, leg], rate[:, leg], label="imitated gait", **TRUTH, linewidth=1.4)
-        axes.plot(samples["q"][0, leg], samples["dq"][0, leg], "k.", markersize=6, label="start")
-        axes.set(xlabel=_axis_label("angle", "q"), ylabel=_axis_label("rate", "dq"))
-        titled(axes, letter, f"Phase portrait, {name}")
+            reference, speed, _ = gait.reference(np.linspace(0.0, gait.period, 200))
+            axes.plot(reference[:, k], speed[:, k], label="imitated gait", **TRUTH, linewidth=1.4)
+        axes.plot(samples["q"][0, k], samples["dq"][0, k], "k.", markersize=6, label="start")
+        axes.set(xlabel=f"angle {angle.symbol} (rad)", ylabel=f"rate {rate.symbol} (rad/s)")
+        titled(axes, next(letters), f"Phase portrait, {angle.name}")
         handles, names = axes.get_legend_handles_labels()
         entries |= dict(zip(names, handles, strict=True))
-    order = sorted(entries, key=lambda name: name not in dict(looks))
-    legend_below(figure, [entries[name] for name in order], order)
+    order = sorted(entries, key=lambda entry: entry not in legs)
+    legend_below(figure, [entries[entry] for entry in order], order)
 
 
 def draw_cycle(axes: Axes, gait: Gait) -> None:

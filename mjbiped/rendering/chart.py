@@ -10,24 +10,22 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from mjbiped.records.record import Walk
-from mjbiped.rendering.marks import ESTIMATE_COLOUR, JOINT_COLOURS
+from mjbiped.records.signals import PANELS, SIGNALS, Panel, Signal, Values, panels_of, values_of
 from mjbiped.rendering.overlay import Pixels
 
 _LONGEST = 20.0  # seconds of a page; a longer walk has several
 _DPI = 100.0
 _LETTERS = 1 / 11.5  # height of the letters, per chart height
-_MARGIN = 6.8  # beside the panels, in letters: for names and numbers on the left, names of the lines on the right
+_MARGIN = 7.2  # beside the panels, in letters: for names and numbers on the left, names of the lines on the right
 _WIDEST_MARGIN = 0.3  # per chart width
 _PANELS = ((0.59, 0.94), (0.19, 0.52))  # lower and upper end of each, per chart height
 _CURSOR = (200, 30, 30)
-_NARROWEST_SLOPE = 1.0  # span of the axis, degrees
+_LINE = 1.5  # width, points
 _MOST_POINTS = 4000  # of a line on a page
 
-Values = NDArray[np.float64]
-Line = tuple[str, Values, tuple[float, float, float], float, str]
+Line = tuple[Signal, Values]
 
 
 class Chart:
@@ -56,26 +54,14 @@ class Chart:
             int(np.searchsorted(samples["time"], stop, side="right")),
         )
         self._time: Values = samples["time"][inside]
-        slope, estimate = np.degrees(samples["slope"][inside]), np.degrees(samples["slope_estimate"][inside])
-        torques = zip(walk.robot.joints, samples["torque"][inside].T, strict=True)
-        self._panels: list[tuple[str, list[Line], tuple[float, float]]] = []
-        for label, least, lines in (
-            (
-                "slope (°)",
-                _NARROWEST_SLOPE,
-                [
-                    ("slope", slope, (0.0, 0.0, 0.0), 1.6, "-"),
-                    ("estimate", estimate, ESTIMATE_COLOUR, 1.6, "--"),
-                ],
-            ),
-            (
-                "torque (N m)",
-                0.1 * walk.robot.weight * walk.robot.leg_length * 0.1,
-                [(joint, torque, JOINT_COLOURS[joint], 1.3, "-") for joint, torque in torques],
-            ),
-        ):
-            known: list[Line] = [line for line in lines if np.isfinite(line[1]).any()]
-            self._panels.append((label, known, _limits([line[1] for line in known], least)))
+        slopes = dict(panels_of(type(walk.robot)))["slope"]
+        torques = [f"torque_{joint}" for joint in walk.robot.joints]
+        least = 0.01 * walk.robot.weight * walk.robot.leg_length
+        self._panels: list[tuple[Panel, list[Line], tuple[float, float]]] = []
+        for panel, names in ((PANELS["slope"], slopes), (PANELS["torque"], torques)):
+            lines = [(SIGNALS[name], values_of(walk, name)[inside]) for name in names]
+            known = [line for line in lines if np.isfinite(line[1]).any()]
+            self._panels.append((panel, known, _limits([values for _, values in known], panel.least or least)))
 
     def draw(self, frame: Pixels, time: float) -> None:
         """Draw the chart, with the cursor at a time (s).
@@ -110,7 +96,7 @@ class Chart:
         )
         step = max(1, (inside.stop - inside.start) // _MOST_POINTS)
         axes: Axes | None = None
-        for (label, lines, limits), (low, high) in zip(self._panels, _PANELS, strict=True):
+        for (panel, lines, limits), (low, high) in zip(self._panels, _PANELS, strict=True):
             axes = figure.add_axes(
                 (self._left, low, self._right - self._left, high - low), xlim=(begin, end), ylim=limits
             )
@@ -119,27 +105,30 @@ class Chart:
             axes.yaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
             axes.grid(axis="y", color="0.88", linewidth=0.8)
             axes.set_axisbelow(True)
-            name, _, unit = label.partition(" ")
             axes.text(
                 0.004,
                 0.5 * (low + high),
-                f"{name}\n{unit}",
+                f"{panel.quantity}\n({panel.unit})",
                 transform=figure.transFigure,
                 fontsize=letters,
                 va="center",
             )
             first, apart = (0.72, 0.44) if len(lines) < 3 else (0.98, 0.42)
-            for row, (text, values, colour, thick, style) in enumerate(lines):
+            for row, (signal, values) in enumerate(lines):
                 axes.plot(
-                    self._time[inside][::step], values[inside][::step], style, color=colour, linewidth=thick, label=text
+                    self._time[inside][::step],
+                    values[inside][::step],
+                    color=signal.colour,
+                    linewidth=_LINE,
+                    linestyle=signal.line,
                 )
                 axes.text(
                     1.012,
                     first - apart * row,
-                    text,
+                    signal.name,
                     transform=axes.transAxes,
                     fontsize=letters,
-                    color=colour,
+                    color=signal.colour,
                     va="center",
                 )
             if low == _PANELS[0][0]:

@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 
 from mjbiped.engines.mujoco.scenery import CUT
+from mjbiped.records.signals import SIGNALS, torques_of
 from mjbiped.rendering.geoms import add_geom
 from mjbiped.rendering.moments import Moment, Pair, Points
 from mjbiped.robots.robot import Robot
@@ -22,14 +23,10 @@ from mjbiped.utils import palette
 
 Colour = tuple[float, float, float]
 
-ANKLE_COLOUR: Colour = palette.rgb(palette.ANKLE)
-HIP_COLOUR: Colour = palette.rgb(palette.HIP)
-KNEE_COLOUR: Colour = palette.rgb(palette.SKY)
-JOINT_COLOURS = {"ankle": ANKLE_COLOUR, "hip": HIP_COLOUR, "knee": KNEE_COLOUR}
-ESTIMATE_COLOUR: Colour = palette.rgb(palette.ESTIMATE)
+ESTIMATE_COLOUR: Colour = palette.rgb(SIGNALS["slope_estimate"].colour)
 FORCE_COLOUR: Colour = (0.07, 0.07, 0.07)
 GHOST_COLOUR: Colour = (0.35, 0.35, 0.40)
-"""Told apart by colour-blind eyes, from one another and from the blue and the orange leg; the strip chart has them."""
+"""Told apart by colour-blind eyes, from one another and from the blue and the orange leg."""
 
 MOST_GEOMS = 600
 """What `draw_marks` adds at most."""
@@ -106,9 +103,10 @@ def draw_marks(scene: Any, moment: Moment, robot: Robot, scales: Scales, element
         _draw_force(pen, foot, moment.force, scales.force, length)
     if "torque" in elements:
         places = ((foot, angle), (hip, 0.0), (legs[1 - moment.stance][1], 0.0))
-        for joint, torque, (place, middle) in zip(robot.joints, moment.torque, places, strict=False):
+        signals = torques_of(type(robot))
+        for joint, signal, torque, (place, middle) in zip(robot.joints, signals, moment.torque, places, strict=False):
             share = torque / scales.torque if scales.torque else 0.0
-            _draw_torque(pen, place, middle, share, joint, JOINT_COLOURS[joint], length)
+            _draw_torque(pen, place, middle, share, joint, palette.rgb(signal.colour), length)
 
 
 def arc_sweep(share: float) -> float:

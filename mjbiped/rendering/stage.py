@@ -12,6 +12,7 @@ import numpy as np
 
 from mjbiped.errors import InputError, shown
 from mjbiped.records.record import Walk
+from mjbiped.records.signals import torques_of
 from mjbiped.rendering import marks
 from mjbiped.rendering.camera import View, smooth_offsets
 from mjbiped.rendering.canvas import Canvas
@@ -23,6 +24,7 @@ from mjbiped.rendering.marks import MOST_GEOMS, Scales, draw_marks
 from mjbiped.rendering.moments import Moment, Moments
 from mjbiped.rendering.overlay import Pixels, Sign, lay_caption, lay_legend, lay_scale, letter_size
 from mjbiped.rendering.posed import PosedScene
+from mjbiped.utils.palette import rgb
 
 _CHART_SHARE = 0.27  # of a frame's height
 _LOWEST_WITH_CHART = 240  # pixels; a lower frame has no room for it
@@ -182,8 +184,8 @@ class Stage:
         """The legend's lines."""
         elements = self._look.elements
         if "torque" in elements:
-            for joint, torque in zip(self._robot.joints, moment.torque, strict=True):
-                yield Sign(marks.JOINT_COLOURS[joint], f"{joint} torque", f"{signed(torque)} N m")
+            for signal, torque in zip(torques_of(type(self._robot)), moment.torque, strict=True):
+                yield Sign(rgb(signal.colour), f"{signal.name} torque", f"{signed(torque)} N m")
         if "force" in elements:
             yield Sign(marks.FORCE_COLOUR, "ground force", f"{math.hypot(*moment.force):.0f} N")
         if "estimate" in elements and math.isfinite(moment.slope_estimate):

@@ -7,21 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.plotting.style import BLACK, BLUE, GUIDE, ORANGE, SHADE
-from mjbiped.utils import palette
+from mjbiped.plotting.style import GUIDE, SHADE
+from mjbiped.records.signals import DASHED, DOTTED, SIGNALS, SOLID
 
-COLOURS = {
-    "stance": BLUE,
-    "swing": ORANGE,
-    "ankle": palette.ANKLE,
-    "hip": palette.HIP,
-    "estimate": palette.ESTIMATE,
-    "truth": BLACK,
-}
-"""One meaning for each, on the whole page; told apart by colour-blind eyes."""
-
-DASHES = {"stance": "solid", "swing": "dash", "ankle": "solid", "hip": "dash", "estimate": "solid", "truth": "dot"}
-"""Lines differ in style as well."""
+_DASHES = {SOLID: "solid", DASHED: "dash", DOTTED: "dot"}
 
 _LAYOUT: dict[str, Any] = {
     "template": "none",
@@ -71,9 +60,10 @@ def layout(**more: Any) -> dict[str, Any]:
     return {**_LAYOUT, **more}
 
 
-def line(colour: str, *, dash: str | None = None, width: float = 1.6) -> dict[str, Any]:
-    """A line's look, by what it shows (of `COLOURS`)."""
-    return {"color": COLOURS[colour], "dash": dash or DASHES[colour], "width": width}
+def line(signal: str, **more: Any) -> dict[str, Any]:
+    """The look of a line that shows a signal of `mjbiped.records.signals.SIGNALS`, in plotly's own names."""
+    row = SIGNALS[signal]
+    return {"color": row.colour, "dash": _DASHES[row.line], "width": 1.6, **more}
 
 
 def span(values: NDArray[Any]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tempfile
 from base64 import b64encode
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,16 +16,15 @@ from mjbiped.errors import RenderError
 from mjbiped.records import measures
 from mjbiped.records.frames import flat_samples
 from mjbiped.records.record import Walk
+from mjbiped.records.signals import PANELS, signals_of, values_of
 from mjbiped.reports.page import check_installed, write_page
 from mjbiped.reports.repeat import command_of, python_of
 from mjbiped.reports.walk_figures import shown_samples, walk_figures
 
-_MOST_LISTED = 12  # numbers of a parameter; a ground may have thousands
+_TOLD = ("slope", "torque", "knee torque")
+"""Panels of signals that the page tells of in words, too."""
 
-_HEADINGS = (
-    "step", "time (s)", "x (m)", "z (m)", "slope (°)", "estimate before (°)", "estimate after (°)", "length (m)",
-    "period (s)", "slip (mm)", "penetration (mm)", "friction used", "least normal force (N)", "struck a face",
-)  # fmt: skip
+_MOST_LISTED = 12  # numbers of a parameter; a ground may have thousands
 
 
 def report_walk(walk: Walk, path: Path, *, record: str, video: bool = True, progress: bool = False) -> None:
@@ -47,7 +46,7 @@ def report_walk(walk: Walk, path: Path, *, record: str, video: bool = True, prog
     film, why_none = (None, "No video was asked for.")
     if video:
         film, why_none = _video(walk, progress=progress)
-    summary = walk.summary()
+    summary, touchdowns = walk.summary(), _touchdowns(walk)
     write_page(
         path,
         "walk.html",
@@ -61,8 +60,8 @@ def report_walk(walk: Walk, path: Path, *, record: str, video: bool = True, prog
         no_video=why_none,
         no_figures="" if sampled else "The record holds no samples: there is nothing to draw.",
         measures=[row for row in summary.rows if row[0] != "warning"],
-        headings=_HEADINGS,
-        rows=list(_touchdowns(walk)),
+        headings=["step", *touchdowns, "struck a face"],
+        rows=list(_rows(touchdowns.values(), walk.touchdowns["strikes"])),
         parameters=list(flattened(walk.settings)),
         command=command_of(walk),
         python=python_of(walk, record),
@@ -93,22 +92,32 @@ def _video(walk: Walk, *, progress: bool) -> tuple[str | None, str]:
         return b64encode(path.read_bytes()).decode(), ""
 
 
-def _touchdowns(walk: Walk) -> Iterator[list[str]]:
-    """The table's rows."""
+def _touchdowns(walk: Walk) -> dict[str, NDArray[np.float64]]:
+    """The columns of the table of touchdowns, by their headings."""
     rows = walk.touchdowns
-    numbers = zip(
-        *(rows[name].tolist() for name in ("time", "x", "z")),
-        *(np.degrees(rows[name]).tolist() for name in ("slope", "slope_estimate_before", "slope_estimate")),
-        measures.step_lengths(walk).tolist(),
-        measures.step_periods(walk).tolist(),
-        *((1e3 * rows[name]).tolist() for name in ("slip", "penetration")),
-        measures.friction_asked(rows).tolist(),
-        rows["normal_force"].tolist(),
-        rows["strikes"].tolist(),
-        strict=True,
-    )
-    for step, (*values, strikes) in enumerate(numbers, start=1):
-        yield [str(step), *(_number(value) for value in values), "yes" if strikes else "no"]
+    columns = {
+        "time (s)": rows["time"],
+        "x (m)": rows["x"],
+        "z (m)": rows["z"],
+        "slope (°)": np.degrees(rows["slope"]),
+        "estimate before (°)": np.degrees(rows["slope_estimate_before"]),
+        "estimate after (°)": np.degrees(rows["slope_estimate"]),
+        "length (m)": measures.step_lengths(walk),
+        "period (s)": measures.step_periods(walk),
+        "slip (mm)": 1e3 * rows["slip"],
+        "penetration (mm)": 1e3 * rows["penetration"],
+        "friction used": measures.friction_asked(rows),
+        "least normal force (N)": rows["normal_force"],
+    }
+    if walk.robot.knees:
+        columns |= {"knee strike after (s)": rows["knee_strike"], "greatest flexion (°)": np.degrees(rows["flexion"])}
+    return columns
+
+
+def _rows(columns: Iterable[NDArray[np.float64]], strikes: NDArray[np.int64]) -> Iterator[list[str]]:
+    """The table's rows: number of the step, its numbers, and whether its swing foot struck a face."""
+    for step, (*values, struck) in enumerate(zip(*columns, strikes, strict=True), start=1):
+        yield [str(step), *(_number(float(value)) for value in values), "yes" if struck else "no"]
 
 
 def _number(value: float) -> str:
@@ -117,23 +126,25 @@ def _number(value: float) -> str:
 
 def _data(walk: Walk) -> dict[str, Any]:
     """What the page's program needs to show a moment: the samples that are drawn, by names."""
-    keep, samples = shown_samples(walk), walk.samples
+    keep, samples, robot = shown_samples(walk), walk.samples, type(walk.robot)
+    told = {name: signal for name, signal in signals_of(robot).items() if signal.panel in _TOLD}
+    legs = walk.robot.limbs(samples["qpos"][keep])
+    rows, stance = np.arange(len(keep)), samples["stance"][keep]
     return {
-        "leg": walk.robot.leg_length,
         "time": _digits(samples["time"][keep]),
         "step": flat_samples(walk)["step"][keep].tolist(),
-        "stance": samples["stance"][keep].tolist(),
-        "slope": _degrees(samples["slope"][keep]),
-        "estimate": _degrees(samples["slope_estimate"][keep]),
-        **{name: _digits(samples["qpos"][keep, k]) for k, name in enumerate(("hip_x", "hip_z", "left", "right"))},
-        **{name: [_digits(column) for column in samples[name][keep].T] for name in ("q", "dq", "torque")},
+        "told": [
+            [signal.name, _digits(values_of(walk, name)[keep], 2), PANELS[signal.panel].unit]
+            for name, signal in told.items()
+        ],
+        "legs": {
+            f"{role} leg now": [[_digits(axis, 4) for axis in point.T] for point in np.moveaxis(legs[rows, side], 1, 0)]
+            for role, side in (("stance", stance), ("swing", 1 - stance))
+        },
+        **{name: [_digits(column) for column in samples[name][keep].T] for name in ("q", "dq")},
     }
 
 
-def _degrees(values: NDArray[np.float64]) -> list[float | None]:
-    return _digits(np.degrees(values))
-
-
-def _digits(values: NDArray[np.float64]) -> list[float | None]:
+def _digits(values: NDArray[np.float64], digits: int = 5) -> list[float | None]:
     """Numbers to the digits that can be seen; None for what is no finite number, which JSON does not know."""
-    return [value if math.isfinite(value) else None for value in np.round(values, 5).tolist()]
+    return [value if math.isfinite(value) else None for value in np.round(values, digits).tolist()]

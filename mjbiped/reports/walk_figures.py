@@ -9,32 +9,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.analysis.replay import drawn_gait, drawn_transitions
-from mjbiped.gaits.gait import Gait
-from mjbiped.plotting.style import GROUND, PLANNED, SHADE
+from mjbiped.plotting.style import BLACK, GROUND, PLANNED, SHADE
 from mjbiped.plotting.timelapse import outline
-from mjbiped.records import measures
 from mjbiped.records.frames import flat_samples
-from mjbiped.records.pressure import centre_of_pressure
 from mjbiped.records.record import Walk
-from mjbiped.reports.figures import AXIS, COLOURS, HEADING, Shown, layout, line, small
+from mjbiped.records.signals import PANELS, SIGNALS, knee_strikes, panels_of, signals_of, values_of
+from mjbiped.reports.figures import AXIS, HEADING, Shown, layout, line, small
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.utils.extras import needed
 
 MOST_SAMPLES = 6000
 """Drawn of a walk: of a longer one every second, third ... sample, and those at the steps' ends."""
 
-_PANELS = (
-    "Slope of the ground",
-    "Torque",
-    "Centre of pressure from the ankle",
-    "Angle from the ground's normal",
-    "Rate",
-    "Mechanical power",
-)
-_UNITS = ("°", "N m", "cm", "rad", "rad/s", "W")
-_GAP = 0.045  # between panels, of the figure's height
+_PANEL_HEIGHT = 165  # pixels
+_PANEL_GAP = 45  # below a panel, for the next one's title, pixels
+_ABOVE, _BELOW = 60, 50  # margins for the legend and for the axis of time, pixels
 _FIRST_VIEW = 5.0  # ground that is in view at first, m
 _POINTS = 200  # of a limit cycle
+_PORTRAIT_GAP = 0.08  # between phase portraits, of the figure's width
 _BEYOND = 3.0  # ground that is drawn behind and ahead of the walk, m
 _MOMENT = {"text": "t = %{x:.3f} s"}
 
@@ -64,65 +56,65 @@ def walk_figures(walk: Walk, *, video: bool = False) -> list[Shown]:
 
 
 def _over_time(graphs: Any, walk: Walk, keep: NDArray[np.int64], video: bool) -> Shown:
-    """Six panels over one axis of time."""
+    """A panel over the other, with one axis of time."""
     samples = walk.samples
-    step = flat_samples(walk)["step"][keep]
+    breaks = np.flatnonzero(np.diff(flat_samples(walk)["step"][keep])) + 1
     time = samples["time"][keep]
-    power = measures.powers(walk)[keep]
-    q, dq, torque = (samples[name][keep] for name in ("q", "dq", "torque"))
-    estimate = np.degrees(samples["slope_estimate"][keep])
-    lines: list[tuple[int, str, str, Array, bool]] = [
-        (0, "estimate", "estimate", estimate, False),
-        (0, "truth", "true slope", np.degrees(samples["slope"][keep]), False),
-        (1, "ankle", "ankle", torque[:, 0], False),
-        (1, "hip", "hip", torque[:, 1], False),
-        (2, "ankle", "ankle", 100.0 * centre_of_pressure(walk)[keep], False),
-        (3, "stance", "stance leg", q[:, 0], True),
-        (3, "swing", "swing leg", q[:, 1], True),
-        (4, "stance", "stance leg", dq[:, 0], True),
-        (4, "swing", "swing leg", dq[:, 1], True),
-        (5, "ankle", "ankle", power[:, 0], False),
-        (5, "hip", "hip", power[:, 1], False),
-    ]
+    panels = dict(panels_of(type(walk.robot)))
+    height = len(panels) * (_PANEL_HEIGHT + _PANEL_GAP) - _PANEL_GAP
     figure = graphs.Figure()
+    axes: dict[str, Any] = {}
     named: set[str] = set()
-    breaks = np.flatnonzero(np.diff(step)) + 1
-    for panel, colour, name, values, broken in lines:
-        if not np.isfinite(values).any():  # a controller without an estimate
-            continue
-        x, y = (np.insert(time, breaks, time[breaks]), np.insert(values, breaks, np.nan)) if broken else (time, values)
-        look = line(colour)
-        figure.add_scatter(
-            x=small(x),
-            y=small(y),
-            name=name,
-            legendgroup=name,
-            showlegend=name not in named,
-            mode="lines",
-            line=look,
-            yaxis=f"y{panel + 1}" if panel else "y",
-            hovertemplate=f"%{{y:.4f}} {_UNITS[panel]}",
-        )
-        named.add(name)
-    height = (1.0 - _GAP * (len(_PANELS) - 1)) / len(_PANELS)
-    axes = {}
-    for panel, (title, unit) in enumerate(zip(_PANELS, _UNITS, strict=True)):
-        top = 1.0 - panel * (height + _GAP)
-        axes[f"yaxis{panel + 1}" if panel else "yaxis"] = {
+    for number, (panel, signals) in enumerate(panels.items()):
+        about, place = PANELS[panel], str(number + 1) if number else ""
+        shown = {name: values_of(walk, name)[keep] for name in signals}
+        shown = {name: values for name, values in shown.items() if np.isfinite(values).any()}  # some make no estimate
+        for name, values in shown.items():
+            signal, x, y = signals[name], time, values
+            if about.by_legs:
+                x, y = np.insert(time, breaks, time[breaks]), np.insert(values, breaks, np.nan)
+            symbol = f"{signal.symbol} = " if signal.symbol else ""
+            figure.add_scatter(
+                x=small(x),
+                y=small(y),
+                name=signal.name,
+                legendgroup=signal.name,
+                showlegend=signal.name not in named,
+                mode="lines",
+                line=line(name),
+                yaxis=f"y{place}",
+                hovertemplate=f"{symbol}%{{y:.4f}} {about.unit}",
+            )
+            named.add(signal.name)
+        if panel == "flexion":
+            strikes = knee_strikes(walk)
+            figure.add_scatter(
+                x=strikes, y=np.zeros_like(strikes), name="knee strike", mode="markers", yaxis=f"y{place}",
+                marker={"symbol": "line-ns", "size": 8, "line": {"width": 1.6, "color": BLACK}}, hoverinfo="skip",
+            )  # fmt: skip
+        top = 1.0 - number * (_PANEL_HEIGHT + _PANEL_GAP) / height
+        axes[f"yaxis{place}"] = {
             **AXIS,
-            "domain": [max(0.0, top - height), top],
-            "title": {"text": unit},
+            "domain": [max(0.0, top - _PANEL_HEIGHT / height), top],
+            "title": {"text": f"{about.quantity} ({about.unit})"},
+            "autorangeoptions": {"include": _widened([*shown.values()], about.least)},
             "anchor": "x",
         }
-        figure.add_annotation(text=f"<b>{title}</b>", x=0.0, y=top, xref="paper", yref="paper", **HEADING)
+        figure.add_annotation(text=f"<b>{about.title}</b>", x=0.0, y=top, xref="paper", yref="paper", **HEADING)
     figure.update_layout(
         layout(
             **axes,
-            xaxis={**AXIS, "title": {"text": "time (s)"}, "anchor": f"y{len(_PANELS)}", "unifiedhovertitle": _MOMENT},
+            xaxis={
+                **AXIS,
+                "title": {"text": "time (s)"},
+                "range": [float(time[0]), max(float(time[-1]), float(time[0]) + 1e-3)],
+                "anchor": f"y{len(panels)}",
+                "unifiedhovertitle": _MOMENT,
+            },
             hovermode="x unified",
             hoversubplots="axis",
-            legend={"orientation": "h", "yanchor": "bottom", "y": 1.03, "xanchor": "left", "x": 0.0},
-            margin={"l": 70, "r": 20, "t": 60, "b": 50},
+            legend={"orientation": "h", "yanchor": "bottom", "y": 1.0 + 30 / height, "xanchor": "left", "x": 0.0},
+            margin={"l": 70, "r": 20, "t": _ABOVE, "b": _BELOW},
         )
     )
     every = math.ceil(len(samples["time"]) / MOST_SAMPLES)
@@ -132,7 +124,16 @@ def _over_time(graphs: Any, walk: Walk, keep: NDArray[np.int64], video: bool) ->
         "Point at a moment: the line is the same moment in every panel, on the ground and in the phase portraits."
         f"{click} Drag to zoom, double-click to see all.{thinned}"
     )
-    return Shown("time", "Over time", note, figure, 1250)
+    return Shown("time", "Over time", note, figure, height + _ABOVE + _BELOW)
+
+
+def _widened(values: list[Array], least: float) -> list[float]:
+    """What an axis shows at least: nothing in particular, or so much about the middle of what is drawn."""
+    known = np.concatenate([array[np.isfinite(array)] for array in values]) if values and least else np.empty(0)
+    if not known.size:
+        return []
+    middle = float(known.min() + known.max()) / 2.0
+    return [middle - least / 2.0, middle + least / 2.0]
 
 
 def _over_ground(graphs: Any, walk: Walk) -> Shown:
@@ -156,17 +157,17 @@ def _over_ground(graphs: Any, walk: Walk) -> Shown:
     starts = np.concatenate([qpos[:1], rows["qpos"]])
     stance = np.concatenate([walk.samples["stance"][:1], rows["stance"]])
     for leg, side in (("swing", 1 - stance), ("stance", stance)):
-        feet_x, feet_z = _sticks(walk.robot, starts, side)
+        points_x, points_z = _sticks(walk.robot, starts, side)
         figure.add_scatter(
-            x=feet_x, y=feet_z, mode="lines", line=line(leg, width=1), opacity=0.45, name=f"{leg} leg at touchdowns",
-            hoverinfo="skip",
+            x=points_x, y=points_z, mode="lines", line=line(f"q_{leg}", width=1), opacity=0.45,
+            name=f"{leg} leg at touchdowns", hoverinfo="skip",
         )  # fmt: skip
-    for leg in ("swing", "stance"):  # the page moves these two
-        side = stance[:1] if leg == "stance" else 1 - stance[:1]
+    for leg, side in (("swing", 1 - stance[:1]), ("stance", stance[:1])):  # the page moves these two
         now_x, now_z = _sticks(walk.robot, qpos[:1], side)
+        colour = SIGNALS[f"q_{leg}"].colour
         figure.add_scatter(
-            x=now_x[:2], y=now_z[:2], mode="lines+markers", line={"color": COLOURS[leg], "width": 5},
-            marker={"size": 7, "color": COLOURS[leg]}, name=f"{leg} leg now", hoverinfo="skip",
+            x=now_x[:-1], y=now_z[:-1], mode="lines+markers", line={"color": colour, "width": 5},
+            marker={"size": 7, "color": colour}, name=f"{leg} leg now", hoverinfo="skip",
         )  # fmt: skip
     figure.add_scatter(
         x=rows["x"],
@@ -197,54 +198,66 @@ def _over_ground(graphs: Any, walk: Walk) -> Shown:
 
 
 def _sticks(robot: Robot, qpos: Array, side: NDArray[Any]) -> tuple[Array, Array]:
-    """One leg of several postures, each hip, foot and a gap: x and z, m."""
+    """One leg of several postures, each from hip to foot and a gap: x and z, m."""
     legs = robot.limbs(qpos)[np.arange(len(qpos)), np.asarray(side, dtype=np.int64)]
     x, z = np.insert(legs, legs.shape[1], np.nan, axis=1).reshape(-1, 2).T
     return x, z
 
 
 def _phases(graphs: Any, walk: Walk, keep: NDArray[np.int64]) -> Shown:
-    """Rate over angle of each leg, with the gait that is imitated and the transitions that were planned to it."""
-    step = flat_samples(walk)["step"][keep]
-    breaks = np.flatnonzero(np.diff(step)) + 1
-    cycle, planned = _imitated(walk), drawn_transitions(walk)
+    """Rate over each angle, with the gait that is imitated and the transitions that were planned to it."""
+    breaks = np.flatnonzero(np.diff(flat_samples(walk)["step"][keep])) + 1
+    cycle, planned, signals = _imitated(walk), drawn_transitions(walk), signals_of(type(walk.robot))
+    angles = walk.robot.angles
+    wide = (1.0 - _PORTRAIT_GAP * (len(angles) - 1)) / len(angles)
     figure = graphs.Figure()
-    for leg, name in enumerate(("stance", "swing")):
-        place = {"xaxis": f"x{leg + 1}" if leg else "x", "yaxis": f"y{leg + 1}" if leg else "y"}
+    axes: dict[str, Any] = {}
+    for k, part in enumerate(angles):
+        angle, rate, number = signals[f"q_{part}"], signals[f"dq_{part}"], str(k + 1) if k else ""
+        place = {"xaxis": f"x{number}", "yaxis": f"y{number}"}
         if planned:
-            gap = np.full((1, 2 * len(walk.robot.angles)), np.nan)
+            gap = np.full((1, 2 * len(angles)), np.nan)
             curves = np.concatenate([part for curve in planned for part in (curve, gap)])
             figure.add_scatter(
-                x=small(curves[:, leg]), y=small(curves[:, len(walk.robot.angles) + leg]), mode="lines",
-                name="re-planned reference",
-                line={"color": PLANNED["color"], "width": 5}, legendgroup="planned", showlegend=not leg,
+                x=small(curves[:, k]), y=small(curves[:, len(angles) + k]), mode="lines", name="re-planned reference",
+                line={"color": PLANNED["color"], "width": 5}, legendgroup="planned", showlegend=not k,
                 hoverinfo="skip", **place,
             )  # fmt: skip
-        q, dq = (np.insert(walk.samples[key][keep][:, leg], breaks, np.nan) for key in ("q", "dq"))
+        q, dq = (walk.samples[name][keep][:, k] for name in ("q", "dq"))
         figure.add_scatter(
-            x=small(q), y=small(dq), mode="lines", name=f"{name} leg", line=line(name, dash="solid", width=1),
+            x=small(np.insert(q, breaks, np.nan)), y=small(np.insert(dq, breaks, np.nan)), mode="lines",
+            name=angle.name, line=line(f"q_{part}", dash="solid", width=1),
             hovertemplate="%{x:.4f} rad, %{y:.4f} rad/s<extra></extra>", **place,
         )  # fmt: skip
         if cycle is not None:
             figure.add_scatter(
-                x=small(cycle[:, leg]), y=small(cycle[:, 2 + leg]), mode="lines", name="imitated gait",
-                line=line("truth", width=2), legendgroup="gait", showlegend=not leg, hoverinfo="skip", **place,
+                x=small(cycle[0][:, k]), y=small(cycle[1][:, k]), mode="lines", name="imitated gait",
+                line=line("slope", width=2), legendgroup="gait", showlegend=not k, hoverinfo="skip", **place,
             )  # fmt: skip
         figure.add_scatter(  # the page moves it
-            x=q[:1], y=dq[:1], mode="markers", marker={"size": 12, "color": "white", "line": {"width": 3, "color":
-            COLOURS[name]}}, name="now", meta="now", showlegend=False, hoverinfo="skip", **place,
+            x=q[:1], y=dq[:1], mode="markers", name="now", meta="now", showlegend=False, hoverinfo="skip",
+            marker={"size": 12, "color": "white", "line": {"width": 3, "color": angle.colour}}, **place,
         )  # fmt: skip
+        left = k * (wide + _PORTRAIT_GAP)
         figure.add_annotation(
-            text=f"<b>{name.capitalize()} leg</b>", x=0.55 * leg, y=1.0, xref="paper", yref="paper", **HEADING
+            text=f"<b>{angle.name.capitalize()}</b>", x=left, y=1.0, xref="paper", yref="paper", **HEADING
         )
-    angle, rate = ({**AXIS, "title": {"text": words}} for words in ("angle (rad)", "rate (rad/s)"))
-    angles, rates = (_ends_with_room(walk.samples[name][keep]) for name in ("q", "dq"))
+        axes[f"xaxis{number}"] = {
+            **AXIS,
+            "title": {"text": f"angle {angle.symbol} (rad)"},
+            "domain": [left, left + wide],
+            "anchor": f"y{number}",
+            "autorangeoptions": {"include": _with_room(q)},
+        }
+        axes[f"yaxis{number}"] = {
+            **AXIS,
+            "title": {"text": f"rate {rate.symbol} (rad/s)"},
+            "anchor": f"x{number}",
+            "autorangeoptions": {"include": _with_room(dq)},
+        }
     figure.update_layout(
         layout(
-            xaxis={**angle, "domain": [0.0, 0.45], "autorangeoptions": {"include": angles[0]}},
-            xaxis2={**angle, "domain": [0.55, 1.0], "anchor": "y2", "autorangeoptions": {"include": angles[1]}},
-            yaxis={**rate, "autorangeoptions": {"include": rates[0]}},
-            yaxis2={**rate, "anchor": "x2", "autorangeoptions": {"include": rates[1]}},
+            **axes,
             legend={"orientation": "h", "yanchor": "bottom", "y": 1.07, "xanchor": "left", "x": 0.0},
             margin={"l": 70, "r": 20, "t": 70, "b": 50},
         )
@@ -252,18 +265,17 @@ def _phases(graphs: Any, walk: Walk, keep: NDArray[np.int64]) -> Shown:
     return Shown("phases", "Phase portraits", "The ring is the moment that the other figures point at.", figure, 520)
 
 
-def _ends_with_room(values: Array) -> list[list[float]]:
-    """For each leg what its axis shows at least: its values and a twentieth of their span on both sides."""
-    low, high = values.min(axis=0), values.max(axis=0)
+def _with_room(values: Array) -> list[float]:
+    """What an axis shows at least: these values, and a twentieth of their span on both sides."""
+    low, high = float(values.min()), float(values.max())
     room = 0.05 * (high - low)
-    ends: list[list[float]] = np.stack([low - room, high + room], axis=1).tolist()
-    return ends
+    return [low - room, high + room]
 
 
-def _imitated(walk: Walk) -> Array | None:
-    """The limit cycle of the gait that was imitated: angles and rates, shape (points, 4); None where there is none."""
+def _imitated(walk: Walk) -> tuple[Array, Array] | None:
+    """The limit cycle of the gait that was imitated: angles and rates, shape (points, angles); None without one."""
     gait = drawn_gait(walk)
-    if not isinstance(gait, Gait):
+    if gait is None:
         return None
     q, dq, _ = gait.reference(np.linspace(0.0, gait.period, _POINTS))
-    return np.concatenate([q, dq], axis=1)
+    return q, dq

@@ -3,10 +3,6 @@
 BLUE, ORANGE, VERMILLION, GREEN, BLACK = "#0072B2", "#E69F00", "#D55E00", "#009E73", "#000000"
 PURPLE, SKY = "#CC79A7", "#56B4E9"
 
-ANKLE, HIP, ESTIMATE = PURPLE, VERMILLION, GREEN
-"""Torques of the joints, and the slope estimate, wherever they are drawn."""
-
-
 IN_WORDS = {
     BLUE: "blue",
     ORANGE: "orange",

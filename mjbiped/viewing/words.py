@@ -7,9 +7,10 @@ import textwrap
 from collections.abc import Collection
 
 from mjbiped.errors import shortened
+from mjbiped.records.signals import SIGNALS, torques_of
 from mjbiped.rendering.moments import Moment
 from mjbiped.terrain.terrain import Terrain
-from mjbiped.utils import palette
+from mjbiped.utils.palette import IN_WORDS
 from mjbiped.viewing.player import KEYS, MOUSE, Player
 
 Columns = tuple[str, str]
@@ -34,12 +35,11 @@ def state(player: Player, moment: Moment, elements: Collection[str]) -> Columns:
         ("slope", f"{math.degrees(moment.slope):+.1f} deg"),
     ]
     if math.isfinite(moment.slope_estimate):
-        mark = f" ({palette.IN_WORDS[palette.ESTIMATE]} line)" if "estimate" in elements else ""
+        mark = f" ({IN_WORDS[SIGNALS['slope_estimate'].colour]} line)" if "estimate" in elements else ""
         lines.append((f"slope estimate{mark}", f"{math.degrees(moment.slope_estimate):+.1f} deg"))
     if "torque" in elements:
-        colours = (palette.ANKLE, palette.HIP, palette.SKY)
-        for joint, torque, colour in zip(("ankle", "hip", "knee"), moment.torque, colours, strict=False):
-            lines.append((f"{joint} torque ({palette.IN_WORDS[colour]} arc)", f"{torque:+.1f} N m"))
+        for signal, torque in zip(torques_of(type(player.source.robot)), moment.torque, strict=True):
+            lines.append((f"{signal.name} torque ({IN_WORDS[signal.colour]} arc)", f"{torque:+.1f} N m"))
     if "force" in elements:
         lines.append(("ground force (black arrow)", f"{math.hypot(*moment.force):.0f} N"))
     names, values = zip(*lines, strict=True)

@@ -84,7 +84,7 @@ def assert_nothing_cut_off(figure: Figure) -> None:
 
 def test_a_walk_has_all_panels_with_units(walk: Walk) -> None:
     figure = plot_walk(walk)
-    for unit in ("x (m)", "z (m)", "slope (°)", "torque (N m)", "time (s)", "angle (rad)", "rate (rad/s)"):
+    for unit in ("x (m)", "z (m)", "slope (°)", "torque (N m)", "time (s)", "angle q₁ (rad)", "rate q̇₂ (rad/s)"):
         assert unit in labels(figure)
     titles = " ".join(axes.get_title(loc="left") for axes in figure.axes)
     assert all(f"({letter})" in titles for letter in "abcde")
@@ -102,10 +102,10 @@ def test_a_colour_means_one_thing(walk: Walk) -> None:
     looks = {
         "stance leg": STANCE,
         "swing leg": SWING,
-        "estimate": ESTIMATE,
-        "true, under the stance foot": TRUTH,
-        "ankle": ANKLE,
-        "hip": HIP,
+        "estimate φ̂": ESTIMATE,
+        "true slope φ": TRUTH,
+        "ankle τ₁": ANKLE,
+        "hip τ₂": HIP,
         "re-planned reference": PLANNED,
     }
     assert len({look["color"] for look in (*looks.values(), MUJOCO, HYBRID)}) == len(looks) + 2
@@ -120,8 +120,10 @@ def test_the_estimate_is_left_out_where_there_is_none(walk: Walk, fallen: Walk) 
     def lines(figure: Figure) -> list[object]:
         return [line.get_label() for axes in figure.axes for line in axes.lines]
 
-    assert "estimate" in lines(plot_walk(walk))
-    assert "estimate" not in lines(plot_walk(fallen))
+    assert "estimate φ̂" in lines(plot_walk(walk))
+    figure = plot_walk(fallen)
+    assert "estimate φ̂" not in lines(figure)
+    assert any("(no estimate)" in axes.get_title(loc="left") for axes in figure.axes)
 
 
 def test_a_fall_without_a_touchdown(fallen: Walk) -> None:
@@ -256,17 +258,18 @@ def test_a_walk_on_knees_shows_torque_and_flexion_of_the_knee() -> None:
         ("e", "Torque of the swing knee"),
         ("f", "Flexion of the swing knee"),
         ("h", "Phase portrait, swing thigh"),
+        ("i", "Phase portrait, swing shank"),
     ):
         assert f"({letter}) {words}" in titles
     flexion = next(axes for axes in figure.axes if "Flexion" in axes.get_title(loc="left"))
-    line, strikes = flexion.get_lines()[-2:]
+    line, strikes = (line for line in flexion.get_lines() if not str(line.get_label()).startswith("_"))
     q = done.samples["q"]
     assert np.asarray(line.get_ydata()) == pytest.approx(np.degrees(q[:, 2] - q[:, 1]))
     expected = np.append(0.0, done.touchdowns["time"])[:-1] + done.touchdowns["knee_strike"]
     assert np.asarray(strikes.get_xdata()) == pytest.approx(expected)
     assert "(knee)" in "".join(text.get_text() for text in figure.texts)
     torques = next(axes for axes in figure.axes if "Joint torque" in axes.get_title(loc="left"))
-    held = next(line for line in torques.get_lines() if line.get_label() == "stance knee")
+    held = next(line for line in torques.get_lines() if str(line.get_label()) == "stance knee")
     assert np.asarray(held.get_ydata()) == pytest.approx(stance_knee.torque(done))
     # the knee stands out of the line from hip to foot in some posture of the time lapse
     lapse = figure.axes[0]

@@ -12,20 +12,21 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import mjbiped
+from mjbiped.records.signals import torques_of
 from mjbiped.rendering.marks import (
-    ANKLE_COLOUR,
     ESTIMATE_COLOUR,
     FORCE_COLOUR,
     GHOST_COLOUR,
-    HIP_COLOUR,
     MOST_GEOMS,
     Scales,
     arc_sweep,
     draw_marks,
 )
 from mjbiped.rendering.moments import Moment, Pair, foot_of, tracked_posture
+from mjbiped.utils.palette import rgb
 
 ROBOT = mjbiped.Compass()
+ANKLE_COLOUR, HIP_COLOUR = (rgb(signal.colour) for signal in torques_of(mjbiped.Compass))
 SCALES = Scales(torque=10.0, force=ROBOT.weight)
 MODEL = mujoco.MjModel.from_xml_string("<mujoco/>")
 EVERYTHING = ("torque", "force", "ghost", "estimate", "traces", "shadows")

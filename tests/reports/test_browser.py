@@ -107,7 +107,7 @@ def page(walk: mjbiped.Walk, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_walk_is_drawn_without_a_word(browser: Opened, page: Path) -> None:
     browser.open(page)
     lines = "[...document.querySelectorAll('#plot-%s g.trace')].filter(t => t.querySelector('path.js-line')).length"
-    assert browser.run(lines % "time") == 10
+    assert browser.run(lines % "time") == 11
     assert browser.run(lines % "phases") >= 4  # a line and the gait for each leg, the transitions where there are any
     assert browser.run(lines % "ground") == 5
     browser.assert_quiet(page)
@@ -124,8 +124,8 @@ def test_all_figures_point_at_the_moment_that_one_points_at(browser: Opened, pag
     browser.wait_until("Number(document.body.dataset.moment) > 1")
     browser.page.wait_for_timeout(500)  # ms: the last of the two moves is drawn
     moment = float(browser.run("document.body.dataset.moment"))
-    # one label with the values of all five panels: ten lines
-    assert browser.run("document.querySelectorAll('#plot-time .hoverlayer .traces').length") == 10
+    # one label with the values of all six panels: eleven lines
+    assert browser.run("document.querySelectorAll('#plot-time .hoverlayer .traces').length") == 11
     shape = browser.run("document.getElementById('plot-time').layout.shapes[0]")
     assert shape["x0"] == pytest.approx(moment, abs=1e-3)  # ms, as it is written
     assert (shape["y0"], shape["y1"], shape["yref"]) == (0, 1, "paper")  # across all panels

@@ -14,6 +14,7 @@ from PIL import Image
 
 import mjbiped
 from controllers import AdaptiveController
+from mjbiped.records.signals import SIGNALS
 from mjbiped.utils import palette
 
 TOOLS = ("Xvfb", "xdotool", "import")
@@ -101,7 +102,7 @@ def test_keys_and_a_push_with_the_mouse(screen: str, tmp_path: Path) -> None:
     viewed.tool("xdotool", "mouseup", "3", "keyup", "ctrl")
     assert len(near(pushed, (255, 0, 0))) > 100  # MuJoCo's arrow from the hip to the mouse
     # the controller takes the pull for a steep slope, whose line goes far below the feet
-    red, green, blue = (round(255 * share) for share in palette.rgb(palette.ESTIMATE))
+    red, green, blue = (round(255 * share) for share in palette.rgb(SIGNALS["slope_estimate"].colour))
     lowest = [near(picture, (red, green, blue))[:, 1].max() for picture in (start, pushed)]
     assert lowest[1] > lowest[0] + 20
     assert "step" in viewed.closed()

@@ -42,7 +42,8 @@
     const first = data.time[0];
     const last = data.time[data.time.length - 1];
     const moving = phases.data.flatMap((trace, index) => (trace.meta === "now" ? [index] : []));
-    const legs = ["swing leg now", "stance leg now"].map((name) => ground.data.findIndex((t) => t.name === name));
+    const legs = Object.keys(data.legs);
+    const drawnLegs = legs.map((name) => ground.data.findIndex((t) => t.name === name));
     let wanted = null;
     let drawn = Promise.resolve();
     slider.min = first;
@@ -57,32 +58,24 @@
       return data.time[high] <= moment ? high : low;
     };
 
-    const leg = (k, angle) => {
-      const [x, z] = [data.hip_x[k], data.hip_z[k]];
-      return [[x, x - data.leg * Math.sin(angle)], [z, z - data.leg * Math.cos(angle)]];
-    };
+    const places = (k, axis) => legs.map((name) => data.legs[name].map((point) => point[axis][k]));
 
     async function draw() {
       const moment = wanted;
       const k = sampleAt(moment);
-      const stands = data.stance[k] ? data.right[k] : data.left[k];
-      const swings = data.stance[k] ? data.left[k] : data.right[k];
-      const [swing, stance] = [leg(k, swings), leg(k, stands)];
       const line = { type: "line", xref: "x", yref: "paper", x0: moment, x1: moment, y0: 0, y1: 1,
         line: { color: "#222222", width: 1.5 } };
       await Plotly.relayout(time, { shapes: [line] });
-      await Plotly.restyle(ground, { x: [swing[0], stance[0]], y: [swing[1], stance[1]] }, legs);
+      await Plotly.restyle(ground, { x: places(k, 0), y: places(k, 1) }, drawnLegs);
       const [left, right] = ground.layout.xaxis.range.map(Number);
-      const x = data.hip_x[k];
+      const x = data.legs[legs[0]][0][0][k];
       if (x < left + 0.15 * (right - left) || x > right - 0.15 * (right - left)) {
         await Plotly.relayout(ground, { "xaxis.range": [x - 0.3 * (right - left), x + 0.7 * (right - left)] });
       }
-      await Plotly.restyle(phases, { x: [[data.q[0][k]], [data.q[1][k]]], y: [[data.dq[0][k]], [data.dq[1][k]]] }, moving);
-      const number = (value) => (value === null ? "none" : value.toFixed(2));
-      const estimate = data.estimate[k] === null ? "" : ", estimate " + number(data.estimate[k]) + "\u00b0";
-      words.textContent = "t = " + moment.toFixed(3) + " s, step " + data.step[k] + ", slope " +
-        number(data.slope[k]) + "\u00b0" + estimate + ", ankle " + number(data.torque[0][k]) + " N m, hip " +
-        number(data.torque[1][k]) + " N m";
+      await Plotly.restyle(phases, { x: data.q.map((q) => [q[k]]), y: data.dq.map((dq) => [dq[k]]) }, moving);
+      const told = data.told.filter(([, values]) => values[k] !== null).map(([name, values, unit]) =>
+        name + " " + values[k].toFixed(2) + (unit === "\u00b0" ? "" : "\u00a0") + unit);
+      words.textContent = ["t = " + moment.toFixed(3) + " s", "step " + data.step[k], ...told].join(", ");
       slider.value = moment;
       document.body.dataset.moment = moment.toFixed(3);
       if (wanted !== moment) await draw();
