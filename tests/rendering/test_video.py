@@ -14,6 +14,7 @@ from PIL import Image
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
+from mjbiped.control.unpowered import UnpoweredKnees
 from mjbiped.errors import InputError, RenderError
 from mjbiped.records.record import Walk
 from mjbiped.rendering.look import ELEMENTS, look
@@ -287,6 +288,17 @@ def test_a_gif_is_as_long_as_the_walk(walk: Walk, tmp_path: Path) -> None:
     assert durations / 1e3 == pytest.approx(16 / 15 + 1.0, abs=0.05)
     assert 10 < len(colours) <= 256
     assert sorted(tmp_path.iterdir()) == [path]
+
+
+@needs_gl
+def test_a_walk_on_knees_that_diverged_is_shown_to_its_end(tmp_path: Path) -> None:
+    robot = mjbiped.KneedBiped()
+    walked = mjbiped.walk(UnpoweredKnees(), Terrain.incline(2.5), robot=robot, engine="hybrid", steps=1)
+    samples = {name: column.copy() for name, column in walked.samples.items()}
+    samples["q"][-1], samples["dq"][-1], samples["torque"][-1] = 1e6, 1e9, np.nan
+    diverged = dataclasses.replace(walked, samples=samples, outcome="diverged")
+    render_video(diverged, tmp_path / "walk.mp4", width=160, height=240, fps=2)
+    assert len(decoded(tmp_path / "walk.mp4", 160, 240)) == int(walked.end[0] * 2) + 1 + 2
 
 
 @needs_gl
