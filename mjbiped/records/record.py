@@ -165,11 +165,11 @@ class Walk:
         figure: Figure = views.drawer("figure")(self, path)
         return figure
 
-    def video(self, path: str | Path, **settings: Any) -> None:
+    def video(self, path: str | Path | None = None, **settings: Any) -> None:
         """Render the walk as a video.
 
         Args:
-            path: File to write, `.mp4`.
+            path: File to write, `.mp4` or `.gif`; None shows the video in a notebook.
             **settings: Those of `mjbiped.rendering.video.render_video`: `slow_motion=4`, `camera="side"`,
                 `progress=True` and others.
 

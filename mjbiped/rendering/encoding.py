@@ -1,129 +1,106 @@
-"""Video files by FFmpeg: H.264 in .mp4, and .gif of one palette for all frames."""
+"""Video files by mediapy: H.264 in .mp4, and .gif of one palette for all frames."""
 
 from __future__ import annotations
 
-import queue
 import subprocess
-import tempfile
-import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-
-import numpy as np
-from PIL import Image
+from typing import Any
 
 from mjbiped.errors import RenderError
 from mjbiped.rendering.overlay import Pixels
 
 _QUALITY = 20  # H.264's constant rate factor
-_H264 = ("-an", "-vcodec", "libx264", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-crf", str(_QUALITY))
-_FAST = ("-sws_flags", "fast_bilinear", "-preset", "superfast", "-x264-params", "mbtree=1:rc-lookahead=10")
+_FAST = "-movflags +faststart -sws_flags fast_bilinear -preset superfast -x264-params mbtree=1:rc-lookahead=10"
 """Of these pictures a file as small as that of the preset "veryfast", in two thirds of its time."""
-_PIPE = 1 << 20  # bytes on the way, where the system can be asked for so many: fewer turns from process to process
-_WAITING = 4  # frames that are drawn and not yet taken by the encoder, at most
-_COLOURS = 256
+_PALETTE = (
+    "split[first][all];[first]trim=end_frame={0},palettegen=reserve_transparent=0[palette];"
+    "[all]trim=start_frame={0},setpts=PTS-STARTPTS[shown];[shown][palette]paletteuse=dither=none:diff_mode=rectangle"
+)
+"""A filter that makes a palette of so many frames, which are not shown: mediapy's own keeps all frames in memory."""
 _LAST_WORDS = 300  # characters of an encoder's complaint
 
 
 @contextmanager
 def encoder(
-    path: Path, width: int, height: int, fps: int, typical: Callable[[], Iterable[Pixels]]
+    path: Path, width: int, height: int, fps: int, typical: Sequence[Pixels] = ()
 ) -> Iterator[Callable[[Pixels], None]]:
     """A function that adds a frame to a video; the file is complete when the block ends.
 
     Args:
-        path: File to write, whose suffix says its kind.
+        path: File to write, `.mp4` or `.gif`.
         width: Pixels.
         height: Pixels.
         fps: Frames per second.
-        typical: Gives frames that have the colours of all, for a palette.
+        typical: Of a `.gif`, frames that have the colours of all, for its palette.
 
     Raises:
         RenderError: There is no encoder, or it fails.
     """
-    import imageio_ffmpeg
+    kind: dict[str, Any] = {"crf": _QUALITY, "ffmpeg_args": _FAST}
+    if path.suffix == ".gif":
+        kind = {"codec": "gif", "ffmpeg_args": ["-vf", _PALETTE.format(len(typical))]}
+    try:
+        writer = _mediapy().VideoWriter(path, (height, width), fps=fps, **kind)
+        process: subprocess.Popen[bytes] = writer.__enter__()._popen
+    except (RuntimeError, OSError) as error:
+        raise RenderError(f"the video encoder failed: {error}") from error
 
-    with tempfile.TemporaryDirectory(prefix="mjbiped-") as folder:
-        if path.suffix.lower() == ".gif":
-            palette = Path(folder) / "palette.png"
-            _write_palette(palette, typical())
-            kind = ["-i", str(palette), "-lavfi", "paletteuse=dither=none:diff_mode=rectangle", "-loop", "0"]
-        else:
-            kind = [*_H264, *_FAST]
-        complaints = Path(folder) / "complaints"
-        with complaints.open("wb") as errors:
-            try:
-                program = imageio_ffmpeg.get_ffmpeg_exe()
-                raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(fps)]
-                process = subprocess.Popen(
-                    [program, "-v", "error", *raw, "-i", "-", *kind, "-y", str(path)],
-                    stdin=subprocess.PIPE,
-                    stdout=subprocess.DEVNULL,
-                    stderr=errors,
-                    pipesize=_PIPE,
-                )
-            except (RuntimeError, OSError) as error:
-                raise RenderError(f"the video encoder failed: {error}") from error
-        sent = False
-        try:
-            with suppress(BrokenPipeError), _sender(process) as send:  # its status tells more
-                yield send
-                sent = True
-            status = process.wait()
-        except BaseException:
-            process.kill()
-            process.wait()
-            raise
-        if status or not sent:
-            said = complaints.read_text(errors="replace").strip()[-_LAST_WORDS:] or f"it ended with status {status}"
-            raise RenderError(f"the video encoder failed: {said}")
+    def add(frame: Pixels) -> None:
+        with _told(process):
+            writer.add_image(frame)
+
+    try:
+        for frame in typical:
+            add(frame)
+        yield add
+        with _told(process):
+            writer.close()
+    finally:  # mediapy leaves a process that failed, or is not needed any more, as it is
+        process.kill()
+        process.wait()
+        for pipe in (process.stdin, process.stderr):
+            with suppress(OSError):
+                pipe.close()  # type: ignore[union-attr]  # there are both
+
+
+def show(frames: Iterable[Pixels], fps: int) -> None:
+    """Show a video in a notebook.
+
+    Raises:
+        RenderError: There is no encoder, or it fails.
+    """
+    try:
+        _mediapy().show_video(frames, fps=fps)
+    except (RuntimeError, OSError) as error:
+        raise RenderError(f"the video encoder failed: {error}") from error
+
+
+def _mediapy() -> Any:
+    """The module, told where FFmpeg is; imported when it is needed, for it takes its time.
+
+    Raises:
+        RuntimeError: There is no FFmpeg.
+    """
+    import imageio_ffmpeg
+    import mediapy
+
+    mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
+    return mediapy
 
 
 @contextmanager
-def _sender(process: subprocess.Popen[bytes]) -> Iterator[Callable[[Pixels], None]]:
-    """A function that sends a frame to a process; a thread waits for the process to take it.
+def _told(process: subprocess.Popen[bytes]) -> Iterator[None]:
+    """Tell in words why an encoder's process has failed, if it does in the block.
 
-    The frame is not to be changed any more. Once the process has ended, the function raises BrokenPipeError.
+    Raises:
+        RenderError: It has.
     """
-    stream = process.stdin
-    assert stream is not None
-    waiting: queue.Queue[Pixels | None] = queue.Queue(_WAITING)
-
-    broken = threading.Event()
-
-    def hand_over() -> None:
-        while (frame := waiting.get()) is not None:
-            try:
-                if not broken.is_set():
-                    stream.write(frame.data)
-            except OSError:
-                broken.set()
-        with suppress(OSError):
-            stream.close()
-
-    def send(frame: Pixels) -> None:
-        if broken.is_set():
-            raise BrokenPipeError
-        waiting.put(frame)
-
-    thread = threading.Thread(target=hand_over, name="frames to the encoder")
-    thread.start()
     try:
-        yield send
-    except BaseException:
-        process.kill()  # so that nothing is waited for
-        raise
-    finally:
-        waiting.put(None)
-        thread.join()
-
-
-def _write_palette(path: Path, frames: Iterable[Pixels]) -> None:
-    """Write the palette of some frames as FFmpeg takes it, a picture of 16 × 16 pixels."""
-    image = Image.fromarray(np.concatenate([frame[::2, ::2] for frame in frames]))
-    small = image.quantize(_COLOURS, method=Image.Quantize.MEDIANCUT, kmeans=2, dither=Image.Dither.NONE)
-    colours = small.getpalette() or []
-    entries = np.zeros((_COLOURS, 3), dtype=np.uint8)
-    entries.ravel()[: len(colours)] = colours[: entries.size]
-    Image.fromarray(entries.reshape(16, 16, 3)).save(path)
+        yield
+    except (OSError, RuntimeError) as error:
+        unread = process.stderr.read().decode(errors="replace")  # type: ignore[union-attr]  # a pipe
+        said = (unread or str(error).partition("': ")[2]).strip()[-_LAST_WORDS:]
+        said = said or f"it ended with status {process.wait()}"
+        raise RenderError(f"the video encoder failed: {said}") from error

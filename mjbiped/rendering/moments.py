@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mjbiped.analysis.replay import TrackedReference, recorded_tracking
 from mjbiped.errors import MjbipedError
 from mjbiped.records.record import Walk
+from mjbiped.records.stance_knee import is_sound
 from mjbiped.robots import compass
 from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.compass import Compass
@@ -39,7 +40,7 @@ class Moment(NamedTuple):
         slope: Of the ground under the stance foot, rad.
         slope_estimate: The controller's, rad; NaN where it has none.
         torque: Of the robot's joints: ankle, hip, and a swing knee's, N m.
-        force: Of the ground on the stance foot, forward and upward, N.
+        force: Of the ground on the stance foot, forward and upward, N; NaN where the walk has diverged.
         reference: Posture that the controller tracks on the stance foot, as `qpos`; None where there is no reference.
         ground: Height (m) and slope (rad) of the ground under left and right foot.
         traces: The ways that left and right foot have come, points x, z in m, each of shape (n, 2).
@@ -70,6 +71,7 @@ class Moments:
         """
         self._samples, self._terrain = walk.samples, walk.terrain
         self._robot = walk.robot
+        self._sound = is_sound(walk)
         self._times, self._touchdowns = walk.samples["time"], walk.touchdowns["time"]
         self._reference = _reference(walk) if ghost else None
         length = self._robot.leg_length
@@ -122,7 +124,9 @@ class Moments:
             slope=slope,
             slope_estimate=float(samples["slope_estimate"][latest]),
             torque=tuple(torque),
-            force=ground_force(self._robot, slope, q, dq, torque, locked=locked, stance_flexion=bent),
+            force=ground_force(self._robot, slope, q, dq, torque, locked=locked, stance_flexion=bent)
+            if self._sound[latest]
+            else (math.nan, math.nan),
             reference=reference if reference is not None and all(map(math.isfinite, reference)) else None,
             ground=(self._ground(feet[0][0]), self._ground(feet[1][0])),
             traces=(self._trace(0, time, feet[0]), self._trace(1, time, feet[1])),

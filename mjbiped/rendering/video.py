@@ -7,7 +7,8 @@ them, with what explains them: see `mjbiped.rendering.look.ELEMENTS`. See `mjbip
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from itertools import repeat
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from tqdm.auto import tqdm
 
 from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.records.record import Walk
-from mjbiped.rendering.encoding import encoder
+from mjbiped.rendering.encoding import encoder, show
 from mjbiped.rendering.gl import ensure_gl, gl_available
 from mjbiped.rendering.look import SUFFIXES, look
 from mjbiped.rendering.overlay import Pixels
@@ -41,7 +42,7 @@ _TYPICAL = 8  # frames, of which a palette is made
 
 def render_video(
     walk: Walk,
-    path: str | Path,
+    path: str | Path | None = None,
     *,
     width: int = WIDTH,
     height: int = HEIGHT,
@@ -54,16 +55,16 @@ def render_video(
     flags: str | Iterable[str] = (),
     progress: bool = False,
 ) -> None:
-    """Render a walk's record as a video; the file appears whole or not at all.
+    """Render a walk's record as a video, to a file that appears whole or not at all, or into a notebook.
 
     Every frame shows the record's posture at its time; the last one is held for a second, with the outcome where it is
     the walk's end.
 
     Args:
         walk: The record.
-        path: File to write: `.mp4` (H.264) or `.gif`.
-        width: Pixels, 64 to 4096; even for `.mp4`.
-        height: Pixels, 64 to 4096; even for `.mp4`.
+        path: File to write: `.mp4` (H.264) or `.gif`; None shows the video in a notebook.
+        width: Pixels, 64 to 4096; even but for `.gif`.
+        height: Pixels, 64 to 4096; even but for `.gif`.
         fps: Frames per second of the video, 1 to 120.
         camera: Name of a camera of the scene: "track", "side" or "overview".
         slow_motion: How many seconds of video show a second of the walk, 0.01 to 100; below 1 time passes faster.
@@ -77,31 +78,34 @@ def render_video(
         InputError: An argument is outside its domain; nothing has been drawn then.
         RenderError: No OpenGL platform or no encoder works, or the file cannot be written.
     """
-    path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
+    path = None if path is None else Path(path)
+    if path is not None and path.suffix.lower() not in SUFFIXES:
         raise InputError(f"a video is a file of {' or '.join(SUFFIXES)}; cannot render to {shown(path.name)}")
+    gif = path is not None and path.suffix.lower() == ".gif"
     _check_size(width, height)
-    if path.suffix.lower() == ".mp4" and (width % 2 or height % 2):
+    if not gif and (width % 2 or height % 2):
         raise InputError(f"H.264 needs an even width and height in pixels, got {width} x {height}")
     fps = domains.FPS.check("fps", fps)
-    if path.suffix.lower() == ".gif" and fps > FASTEST_GIF:
+    if gif and fps > FASTEST_GIF:
         raise InputError(f"a .gif shows at most {FASTEST_GIF} frames per second, got fps = {fps}")
     slow_motion = domains.SLOW_MOTION.check("slow_motion", slow_motion)
     begin, end = _part(walk, start, stop)
     frames = math.floor((end - begin) * slow_motion * fps + 1e-9) + 1
     film = Film(width, height, camera, look(hide, flags), begin, end, slow_motion, fps, frames)
-    with (
-        drawn(walk, film, processes_for(frames)) as (stage, pictures),
-        saved(path, RenderError) as unfinished,
-        encoder(
-            unfinished, width, height, fps, lambda: [stage.frame(time) for time in np.linspace(begin, end, _TYPICAL)]
-        ) as add,
-    ):
-        for picture in tqdm(pictures, desc="video", total=frames, unit="frame", disable=hidden(progress)):
-            add(picture)
-        last = stage.frame(end, with_outcome=end == _span(walk)[1])
-        for _ in range(round(LAST_FRAME_HELD * fps)):
-            add(last)
+    with drawn(walk, film, processes_for(frames)) as (stage, pictures):
+
+        def all_frames() -> Iterator[Pixels]:
+            yield from tqdm(pictures, desc="video", total=frames, unit="frame", disable=hidden(progress))
+            last = stage.frame(end, with_outcome=end == _span(walk)[1])
+            yield from repeat(last, round(LAST_FRAME_HELD * fps))
+
+        if path is None:
+            show(all_frames(), fps)
+            return
+        typical = [stage.frame(time) for time in np.linspace(begin, end, _TYPICAL)] if gif else []
+        with saved(path, RenderError) as unfinished, encoder(unfinished, width, height, fps, typical) as add:
+            for frame in all_frames():
+                add(frame)
 
 
 def render_frame(

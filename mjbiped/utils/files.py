@@ -39,7 +39,7 @@ def written_whole(path: Path) -> Iterator[Path]:
         path: Where the file shall stand; an older one is replaced.
 
     Yields:
-        An empty file of the same suffix to write to. It is removed where the block raises.
+        An empty file of the same suffix, in small letters, to write to. It is removed where the block raises.
 
     Raises:
         OSError: The folder is missing or cannot be written, or no file can have this name; raised before the block is
@@ -95,7 +95,7 @@ def _unfinished_file(path: Path) -> Iterator[Path]:
     _sweep(path.parent)
     with ExitStack() as stack:
         while True:
-            name = path.with_name(f".mjbiped-{secrets.token_hex(8)}{path.suffix}")
+            name = path.with_name(f".mjbiped-{secrets.token_hex(8)}{path.suffix.lower()}")
             _own[name] = os.getpid()
             stack.callback(_remove, name)
             handle = os.open(name, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)  # as any new file, by the user's umask

@@ -8,12 +8,11 @@ python -m scripts.paper.comparison_videos --folder out/videos --steps 12
 from pathlib import Path
 
 import click
-import imageio_ffmpeg
-import mediapy
 import numpy as np
 from tqdm.auto import tqdm
 
 import mjbiped
+from mjbiped.rendering.encoding import encoder
 from mjbiped.rendering.overlay import Pixels, draw_headline
 from mjbiped.rendering.video import render_frames
 from mjbiped.reproduction import rows, table_2
@@ -58,14 +57,15 @@ def stacked(walks: dict[str, mjbiped.Walk], fps: int) -> list[Pixels]:
 def main(table: Path, folder: Path, steps: int, engine: str, fps: int) -> None:
     """Walk and render."""
     folder.mkdir(parents=True, exist_ok=True)
-    mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
     known = rows.read_rows(table.read_text(encoding="utf-8"))
     best = table_2.choices(known)[0]
     source = table_2.agreements(known, best)[0].source
     for ground, _, _ in tqdm(best.places, desc="grounds", disable=None):
         frames = stacked(walks_of(best, source, ground, engine, steps), fps)
-        with written_whole(folder / f"{ground.replace(' ', '_')}.mp4") as path:
-            mediapy.write_video(path, frames, fps=fps, crf=24)
+        path, (height, width, _) = folder / f"{ground.replace(' ', '_')}.mp4", frames[0].shape
+        with written_whole(path) as unfinished, encoder(unfinished, width, height, fps) as add:
+            for frame in frames:
+                add(frame)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,9 @@
 """Frames become files; a failing encoder is told in words, and hangs nobody."""
 
+import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import imageio_ffmpeg
 import numpy as np
@@ -9,7 +11,7 @@ import pytest
 from PIL import Image
 
 from mjbiped.errors import RenderError
-from mjbiped.rendering.encoding import encoder
+from mjbiped.rendering.encoding import encoder, show
 from mjbiped.rendering.overlay import Pixels
 
 
@@ -25,7 +27,7 @@ def frames(count: int) -> list[Pixels]:
 
 def test_a_gif_keeps_colours_and_order(tmp_path: Path) -> None:
     path, shown = tmp_path / "a.gif", frames(10)
-    with encoder(path, 96, 64, 25, lambda: shown) as add:
+    with encoder(path, 96, 64, 25, shown) as add:
         for frame in shown:
             add(frame)
     with Image.open(path) as picture:
@@ -34,6 +36,7 @@ def test_a_gif_keeps_colours_and_order(tmp_path: Path) -> None:
             # few colours: each has its own place in the palette
             assert np.abs(np.asarray(picture.convert("RGB")).astype(int) - frame).max() <= 3
             assert picture.info["duration"] == 40
+        assert picture.n_frames == len(shown)  # type: ignore[attr-defined]  # those of the palette are not among them
 
 
 @pytest.mark.parametrize(
@@ -57,7 +60,7 @@ def test_a_failing_encoder_is_told_in_words(script: str, tmp_path: Path, monkeyp
 
 
 def send(path: Path, sent: list[int]) -> None:
-    with encoder(path, 96, 64, 25, list) as add:
+    with encoder(path, 96, 64, 25) as add:
         for frame in frames(12) * 1000:
             add(frame)
             sent.append(1)
@@ -65,5 +68,55 @@ def send(path: Path, sent: list[int]) -> None:
 
 def test_an_encoder_that_is_not_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", lambda: str(tmp_path / "missing"))
-    with pytest.raises(RenderError, match="the video encoder failed"), encoder(tmp_path / "a.mp4", 96, 64, 25, list):
+    with pytest.raises(RenderError, match="the video encoder failed"), encoder(tmp_path / "a.mp4", 96, 64, 25):
         raise AssertionError("nothing is drawn")
+
+
+class Interrupted(BaseException):
+    """As KeyboardInterrupt, which ends pytest."""
+
+
+def interrupted(path: Path, sent: list[Pixels]) -> None:
+    with encoder(path, 96, 64, 25, frames(3)) as add:
+        for frame in sent:
+            add(frame)
+        raise Interrupted
+
+
+@pytest.mark.parametrize("suffix", ["mp4", "gif"])
+@pytest.mark.parametrize("sent", [0, 5])
+def test_an_interrupted_video_leaves_no_process(
+    suffix: str, sent: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    started: list[subprocess.Popen[bytes]] = []
+
+    class Kept(subprocess.Popen):  # type: ignore[type-arg]
+        def __init__(self, *arguments: Any, **settings: Any) -> None:
+            super().__init__(*arguments, **settings)
+            started.append(self)
+
+    monkeypatch.setattr(subprocess, "Popen", Kept)
+    with pytest.raises(Interrupted):
+        interrupted(tmp_path / f"a.{suffix}", frames(sent))
+    [process] = started
+    assert process.returncode is not None  # waited for
+    assert all(pipe.closed for pipe in (process.stdin, process.stderr) if pipe)
+
+
+def test_an_error_of_who_draws_is_not_the_encoders(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="of the disk"), encoder(tmp_path / "a.mp4", 96, 64, 25):
+        raise OSError("of the disk")
+
+
+def test_a_notebook_shows_a_video(monkeypatch: pytest.MonkeyPatch) -> None:
+    displayed: list[Any] = []
+    monkeypatch.setattr("IPython.display.display", displayed.append)
+    show(iter(frames(5)), 25)
+    [page] = displayed
+    assert "data:video/mp4;base64," in page.data
+
+
+def test_a_notebook_is_told_of_a_failing_encoder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", lambda: str(tmp_path / "missing"))
+    with pytest.raises(RenderError, match="the video encoder failed"):
+        show(iter(frames(2)), 25)

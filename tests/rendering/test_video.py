@@ -4,6 +4,7 @@ import dataclasses
 import os
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import imageio_ffmpeg
@@ -14,6 +15,7 @@ from PIL import Image
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
+from mjbiped.control.unpowered import UnpoweredKnees
 from mjbiped.errors import InputError, RenderError
 from mjbiped.records.record import Walk
 from mjbiped.rendering.look import ELEMENTS, look
@@ -287,6 +289,43 @@ def test_a_gif_is_as_long_as_the_walk(walk: Walk, tmp_path: Path) -> None:
     assert durations / 1e3 == pytest.approx(16 / 15 + 1.0, abs=0.05)
     assert 10 < len(colours) <= 256
     assert sorted(tmp_path.iterdir()) == [path]
+
+
+@needs_gl
+def test_a_walk_on_knees_that_diverged_is_shown_to_its_end(tmp_path: Path) -> None:
+    robot = mjbiped.KneedBiped()
+    walked = mjbiped.walk(UnpoweredKnees(), Terrain.incline(2.5), robot=robot, engine="hybrid", steps=1)
+    samples = {name: column.copy() for name, column in walked.samples.items()}
+    samples["q"][-1], samples["dq"][-1], samples["torque"][-1] = 1e6, 1e9, np.nan
+    diverged = dataclasses.replace(walked, samples=samples, outcome="diverged")
+    render_video(diverged, tmp_path / "walk.mp4", width=160, height=240, fps=2)
+    assert len(decoded(tmp_path / "walk.mp4", 160, 240)) == int(walked.end[0] * 2) + 1 + 2
+
+
+@needs_gl
+def test_a_suffix_may_be_in_large_letters(walk: Walk, tmp_path: Path) -> None:
+    for name in ("walk.GIF", "walk.MP4"):
+        render_video(walk, tmp_path / name, width=64, height=64, fps=2, stop=1.0)
+    with Image.open(tmp_path / "walk.GIF") as picture:
+        assert picture.format == "GIF"
+    assert len(decoded(tmp_path / "walk.MP4", 64, 64)) == 3 + 2
+
+
+@needs_gl
+def test_without_a_path_a_notebook_shows_it(walk: Walk, monkeypatch: pytest.MonkeyPatch) -> None:
+    import mediapy
+
+    shown: list[tuple[int, int, float]] = []
+
+    def show_video(frames: Iterable[Pixels], *, fps: float) -> None:
+        pictures = list(frames)
+        shown.append((len(pictures), pictures[0].shape[1], fps))
+
+    monkeypatch.setattr(mediapy, "show_video", show_video)
+    walk.video(width=96, height=64, fps=5, stop=1.0)
+    assert shown == [(6 + 5, 96, 5)]
+    with pytest.raises(InputError, match="even"):
+        walk.video(width=97, height=64)
 
 
 @needs_gl
