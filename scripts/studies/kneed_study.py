@@ -2,9 +2,9 @@
 
 Sixty steps, robots with knees in both engines. With knees the swing foot's contact is on from lift-off; straight legs
 scuff, under their rule. Stairs and slope changes begin at twelve places over one step length. Ten minutes, and once two
-for the references. The result stands in `docs/kneed_walks.md`.
+for the references. The result stands in `docs/tables/kneed_walks.md`.
 
-    python -m scripts.studies.kneed_study --page docs/kneed_walks.md
+    python -m scripts.studies.kneed_study --page docs/tables/kneed_walks.md
     python -m scripts.studies.kneed_study --images docs/images
 """
 

@@ -1,4 +1,4 @@
-"""Writes the tables and figures of finished robustness studies into the pages robustness and kneed_walks of docs.
+"""Writes the tables and figures of finished robustness studies into docs: tables/robustness.md and tables/kneed_walks.md.
 
 A study is walked by `mjbiped robustness`; what it has written into its folder stands on the page as it is.
 
@@ -14,8 +14,8 @@ import click
 from mjbiped.robustness.tables import TABLES
 from scripts.pages import write_block
 
-PAGE, IMAGES = Path("docs/robustness.md"), Path("docs/images")
-KNEES_PAGE = Path("docs/kneed_walks.md")
+PAGE, IMAGES = Path("docs/tables/robustness.md"), Path("docs/images")
+KNEES_PAGE = Path("docs/tables/kneed_walks.md")
 FIGURES = ("survival.png", "limits.png")
 """Of the study in the hybrid engine alone."""
 

@@ -2,9 +2,9 @@
 
 Straight legs must scuff, so the rule lets their swing foot pass through the ground until it is ahead. This walks sixty
 steps in MuJoCo on the grounds of `kneed_study`, counts the steps in which the swing foot passes through the ground or a
-riser, and measures how deep. Ten minutes. The result stands in `docs/kneed_walks.md`.
+riser, and measures how deep. Ten minutes. The result stands in `docs/tables/kneed_walks.md`.
 
-    python -m scripts.studies.scuffing_study --page docs/kneed_walks.md
+    python -m scripts.studies.scuffing_study --page docs/tables/kneed_walks.md
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,9 +1,9 @@
 """A stance knee that is held by its motor, beside one that is locked: outcome, cost, torque and sag, in MuJoCo.
 
 Sixty steps with references of 8 cm. Half a minute, and once two minutes for the references. The result stands in
-`docs/kneed_walks.md`.
+`docs/tables/kneed_walks.md`.
 
-    python -m scripts.studies.stance_knee_study --page docs/kneed_walks.md
+    python -m scripts.studies.stance_knee_study --page docs/tables/kneed_walks.md
 """
 
 from collections.abc import Iterator
