@@ -84,7 +84,7 @@ notebooks: setup ## execute docs/notebooks/ again, in place
 	@$(PIP_INSTALL) -e '.[notebooks]'
 	$(BIN)/jupyter nbconvert --to notebook --execute --inplace docs/notebooks/*.ipynb
 
-bench: setup ## measure the speed, some seventeen minutes: docs/performance.md
+bench: setup ## measure the speed, some seventeen minutes: docs/tables/performance.md
 	@$(PIP_INSTALL) imageio # without which Gymnasium's own walker does not begin; Drake and JAX are compared where they are: .[bench]
 	$(BIN)/python -m scripts.benchmarks.benchmark
 	$(BIN)/python -m scripts.benchmarks.step_benchmark
