@@ -1,4 +1,4 @@
-"""Writes the tables and figures of finished robustness studies into docs: tables/robustness.md and tables/kneed_walks.md.
+"""Writes the tables and figures of finished robustness studies into docs/tables: robustness.md and kneed_walks.md.
 
 A study is walked by `mjbiped robustness`; what it has written into its folder stands on the page as it is.
 
