@@ -36,6 +36,9 @@ HEADINGS = (
 )
 """Torque, step length and estimate: the greatest difference at any time or touchdown."""
 
+ROUNDING = 1e-6
+"""Shares of a limit below which a difference is no property of the engines."""
+
 
 def row(name: str, walked: mjbiped.Comparison) -> list[str]:
     """One line of the table."""
@@ -85,10 +88,15 @@ def greatest(controller: AdaptiveController, count: int, steps: int) -> tuple[li
                 f"{np.median(most):.2g} {unit}",
                 f"{np.percentile(most, 99):.2g} {unit}",
                 f"{most.max():.2g} {unit}",
-                f"{1.0 / np.concatenate(shares[name]).max():.1f} ×",
+                _ratio(np.concatenate(shares[name]).max()),
             ]
         )
     return rows, len(np.concatenate(values["x"]))
+
+
+def _ratio(share: float) -> str:
+    """How many times the greatest difference the limit is, but of a difference that is rounding alone."""
+    return f"{1.0 / share:.1f} ×" if share > ROUNDING else "rounding"
 
 
 @click.command(help=__doc__)
