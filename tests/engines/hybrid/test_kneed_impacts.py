@@ -1,11 +1,14 @@
 """Which touchdowns with knees take the robot over, straight or bent, against the robot's own impact."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 from simulations import UNEQUAL, hybrid_simulation
 
+import mjbiped
+from controllers import Controller, Memory
 from mjbiped.engines.hybrid import kneed_impacts, kneed_posture
 from mjbiped.engines.hybrid import state as at
 from mjbiped.robots.bent_leg import bent_leg
@@ -92,3 +95,24 @@ def test_a_knee_that_strikes_locks_as_the_robots_map_has_it() -> None:
     assert (b.w[at.LOCKED], b.w[at.STRIKE_TIME]) == (at.KNEE_LOCKED, 0.4)
     assert [b.w[at.STRIKE_DQ + i] for i in range(3)] == dq
     assert [b.w[at.STRUCK_DQ + i] for i in range(3)] == b.y[3:6]
+
+
+class Clocks(Controller):
+    """Two states that the engine integrates, one twice as fast as time."""
+
+    states = ("once", "twice")
+    memory_size = 2
+    joints = KneedBiped.joints
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        del memory, t, q, dq
+        return 0.0, 0.0, 0.0, 1.0, 2.0
+
+
+def test_a_controllers_states_go_on_through_touchdowns() -> None:
+    start = (-0.24, 0.24, 0.24, 1.10, 0.33, 0.33)
+    walk = mjbiped.walk(Clocks(), Terrain.incline(2.5), robot=KneedBiped(), engine="hybrid", steps=2, initial=start)
+    assert walk.outcome == "finished"
+    time = walk.samples["time"]
+    # the sums of some thousand integration steps, each rounded
+    np.testing.assert_allclose(walk.samples["controller_states"], np.outer(time, [1.0, 2.0]), rtol=1e-12, atol=1e-12)

@@ -200,7 +200,8 @@ def test_steps_become_shorter_and_the_last_one_lands(timestep: float, controller
         x, z = places[-1]
         assert ground.height_at(x) - z == pytest.approx(step_size.DEPTH, abs=1e-12)
         assert (u[events.PLANNED_NEXT], u[events.PLAIN_NEXT]) == (1e-5, 1.0)
-        assert 0.0 < lengths[-1] <= 1.5e-5 * step_size.LOOK_AHEAD  # half as long again as planned, at most
+        # the approach began in time, so that the last step is as long as planned, but for the shortest step there is
+        assert lengths[-1] == pytest.approx(1e-5, abs=2.0 * step_size.SHORTEST)
         assert max(lengths) <= timestep
         shortened = sum(length < timestep for length in lengths)
         assert shortened < 2 * math.log(timestep / 1e-5, step_size.SHORTER) + 4  # few: the approach, and what rounds
