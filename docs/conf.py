@@ -58,7 +58,7 @@ mathjax_path = "mathjax/tex-svg.js"  # MathJax 3.2.2 as one file: formulas are d
 mathjax_options = {"defer": "defer"}
 
 
-PAGE = re.compile(r"\bdocs/(\w+)\.md\b")  # as docstrings name a page
+PAGE = re.compile(r"\bdocs/([\w/]+)\.md\b")  # as docstrings name a page
 
 
 # what Sphinx calls takes all that Sphinx gives, used or not: hence ARG001 below

@@ -13,6 +13,7 @@ PAGES = (
     "CONTRIBUTING.md",
     "models/README.md",
     *(f"docs/{page.name}" for page in sorted((ROOT / "docs").glob("*.md"))),
+    *(f"docs/tables/{page.name}" for page in sorted((ROOT / "docs/tables").glob("*.md"))),
 )
 
 _BLOCK = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -7,7 +7,7 @@ from dataclasses import fields
 from typing import Any
 
 from mjbiped.control.controller import Controller
-from mjbiped.control.unpowered import Unpowered, UnpoweredKnees
+from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.hybrid.simulation import HybridSimulation
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.options import Options
@@ -24,8 +24,8 @@ UNEQUAL = KneedBiped(3.1, 1.7, 7.3, 0.37, 0.58, 0.11, 0.23, 0.05, 0.021, 1.62)
 """Links of unequal length, and no other number of the default robot's."""
 
 
-class PlainKnees(UnpoweredKnees):
-    """Knees without motors, of which no machine code is made."""
+class Plain(Unpowered):
+    """No motors, and no machine code: as a user's own class would come, without functions to compile."""
 
     def law(self) -> None:  # type: ignore[override]
         return None
@@ -33,11 +33,10 @@ class PlainKnees(UnpoweredKnees):
 
 def hybrid_simulation(terrain: Terrain, start: Sequence[float], **settings: Any) -> HybridSimulation:
     """An unpowered robot in the hybrid engine in plain Python: with knees, if the state has six numbers."""
-    controller = PlainKnees() if len(start) == 6 else Unpowered()
     half = len(start) // 2
-    robot = KneedBiped() if len(start) == 6 else Compass()
+    robot = KneedBiped() if half == 3 else Compass()
     given = {"robot": robot, "q": start[:half], "dq": start[half:], "compile": False, **settings}
-    return HybridSimulation(controller, terrain, **given)
+    return HybridSimulation(Unpowered().driving(robot), terrain, **given)
 
 
 def make_simulation(controller: Controller, terrain: Terrain, **settings: Any) -> Simulation:

@@ -39,9 +39,9 @@ DISPLAYED: Mapping[str, tuple[float, str]] = {
 }
 """Factor and unit that differences of a unit are told in."""
 
-# What the resolution of contacts and motion at the default steps explains: five times the greatest difference seen at
-# 1610 touchdowns on 138 rough terrains (scripts/studies/agreement_study.py; docs/convergence.md has them), up to the
-# first one that has another cause. Period, angle and rate are wider, to hold for ten steps of the comparison
+# What the resolution of contacts and motion at the default steps explains: over five times the greatest difference seen
+# on 138 rough terrains (scripts/studies/agreement_study.py; docs/tables/convergence.md has them), up to the first
+# touchdown that has another cause. Period, angle and rate are wider, to hold for ten steps of the comparison
 # controllers too (1.5 ms, 4.5e-4 rad, 1.5e-3 rad/s on slopes and small steps): their errors fade slowly.
 # Scaled by leg length, weight and gravity.
 _FOOTHOLD = 1e-3  # leg lengths

@@ -13,9 +13,6 @@ from mjbiped.numerics.records import WORD, NotPackableError, Packer
 if TYPE_CHECKING:
     from mjbiped.control.machine_code import CompiledLaw
 
-_STATES = {2: "t, q1, q2, dq1, dq2", 3: "t, q1, q2, q3, dq1, dq2, dq3"}
-_POSTURES = {2: "q1_old, q2_old, q1, q2, dq1, dq2", 3: "q1_old, q2_old, q3_old, q1, q2, q3, dq1, dq2, dq3"}
-"""What laws take, by the number of the robot's joints, which it has as many of as angles."""
 _FAILED = 0  # index in a law's record: not zero once a law has raised an exception
 
 
@@ -106,7 +103,8 @@ def _function(
 
     from mjbiped.numerics import addresses
 
-    values, state, postures = joints + states, _STATES[joints], _POSTURES[joints]
+    values, q, dq = joints + states, _numbered("q", joints), _numbered("dq", joints)
+    state, postures = f"t, {q}, {dq}", f"{_numbered('before', joints)}, {q}, {dq}"
     values_of = ", ".join(f"value_{index}" for index in range(values))  # unpacked: their number is looked at
     given = [f"value_{index}" for index in range(values)]
     given[joints:joints] = ["0.0"] * idle
@@ -161,6 +159,11 @@ def _function(
     }.get(name, number(word, word, number))
     known = (digest, made, _kinds(classes), contract)
     return from_source(partial(c_function, signature=signature, **options(contract)), name, source, space, known)
+
+
+def _numbered(name: str, count: int) -> str:
+    """A parameter for each of the robot's angles."""
+    return ", ".join(f"{name}{index + 1}" for index in range(count))
 
 
 @lru_cache(maxsize=256)

@@ -8,23 +8,26 @@ parameters, and the functions of this module in that of its functions.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from mjbiped.control.controller import Memory
 from mjbiped.numerics.addresses import call_at, call_for_nothing, call_torque
 
+Angles: TypeAlias = tuple[float, ...]
+"""A number for each of the robot's angles: q, rad, or dq, rad/s."""
+
 
 class CompiledLaw(NamedTuple):
-    """Where a law's machine code and its parameters lie; for a robot with knees a state has three angles.
+    """Where a law's machine code and its parameters lie. The C functions take angles and rates one by one.
 
     Attributes:
-        torque: Address of the C function (record, memory, t, q1, q2, dq1, dq2, out).
-        touchdown: Of (record, memory, q1 and q2 before, q1, q2, dq1, dq2).
+        torque: Address of the C function (record, memory, t, q1, ..., dq1, ..., out).
+        touchdown: Of (record, memory, q1 before, ..., q1, ..., dq1, ...).
         slope_estimate: Of (record, memory, t) -> float; the time means nothing.
         next_discontinuity: Of (record, memory, t) -> float.
         record: Address of the parameters, a `mjbiped.numerics.records.Packer`'s record.
         values: At least as many zeros as `torque` gives numbers: a tuple's length is part of its type.
-        tick: Of (record, memory, t, q1, q2, dq1, dq2); 0: the law has none.
+        tick: Of (record, memory, t, q1, ..., dq1, ...); 0: the law has none.
         knee_strike: The same.
     """
 
@@ -38,26 +41,15 @@ class CompiledLaw(NamedTuple):
     knee_strike: int = 0
 
 
-def torque(
-    law: CompiledLaw, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
-) -> tuple[float, ...]:
+def torque(law: CompiledLaw, memory: Memory, t: float, q: Angles, dq: Angles) -> tuple[float, ...]:
     """`Law.torque`, by address."""
-    found: tuple[float, ...] = call_torque(law.torque, law.record, memory, (t, q1, q2, dq1, dq2), law.values)
+    found: tuple[float, ...] = call_torque(law.torque, law.record, memory, (t, *q, *dq), law.values)
     return found
 
 
-def touchdown(
-    law: CompiledLaw,
-    memory: Memory,
-    q1_before: float,
-    q2_before: float,
-    q1: float,
-    q2: float,
-    dq1: float,
-    dq2: float,
-) -> None:
+def touchdown(law: CompiledLaw, memory: Memory, q_before: Angles, q: Angles, dq: Angles) -> None:
     """`Law.touchdown`, by address."""
-    call_for_nothing(law.touchdown, law.record, memory, (q1_before, q2_before, q1, q2, dq1, dq2))
+    call_for_nothing(law.touchdown, law.record, memory, (*q_before, *q, *dq))
 
 
 def slope_estimate(law: CompiledLaw, memory: Memory) -> float:
@@ -70,76 +62,15 @@ def next_discontinuity(law: CompiledLaw, memory: Memory, t: float) -> float:
     return float(call_at(law.next_discontinuity, law.record, memory, t))
 
 
-def tick(law: CompiledLaw, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float) -> None:
+def tick(law: CompiledLaw, memory: Memory, t: float, q: Angles, dq: Angles) -> None:
     """`Law.tick`, by address; there must be one."""
-    call_for_nothing(law.tick, law.record, memory, (t, q1, q2, dq1, dq2))
+    call_for_nothing(law.tick, law.record, memory, (t, *q, *dq))
 
 
-def knees_torque(
-    law: CompiledLaw,
-    memory: Memory,
-    t: float,
-    q1: float,
-    q2: float,
-    q3: float,
-    dq1: float,
-    dq2: float,
-    dq3: float,
-) -> tuple[float, ...]:
-    """As `torque`, for a robot with knees."""
-    found: tuple[float, ...] = call_torque(law.torque, law.record, memory, (t, q1, q2, q3, dq1, dq2, dq3), law.values)
-    return found
-
-
-def knees_touchdown(
-    law: CompiledLaw,
-    memory: Memory,
-    q1_before: float,
-    q2_before: float,
-    q3_before: float,
-    q1: float,
-    q2: float,
-    q3: float,
-    dq1: float,
-    dq2: float,
-    dq3: float,
-) -> None:
-    """As `touchdown`, for a robot with knees."""
-    call_for_nothing(law.touchdown, law.record, memory, (q1_before, q2_before, q3_before, q1, q2, q3, dq1, dq2, dq3))
-
-
-def knees_tick(
-    law: CompiledLaw,
-    memory: Memory,
-    t: float,
-    q1: float,
-    q2: float,
-    q3: float,
-    dq1: float,
-    dq2: float,
-    dq3: float,
-) -> None:
-    """As `tick`, for a robot with knees."""
-    call_for_nothing(law.tick, law.record, memory, (t, q1, q2, q3, dq1, dq2, dq3))
-
-
-def knee_strike(
-    law: CompiledLaw,
-    memory: Memory,
-    t: float,
-    q1: float,
-    q2: float,
-    q3: float,
-    dq1: float,
-    dq2: float,
-    dq3: float,
-) -> None:
+def knee_strike(law: CompiledLaw, memory: Memory, t: float, q: Angles, dq: Angles) -> None:
     """`Law.knee_strike`, by address; there must be one."""
-    call_for_nothing(law.knee_strike, law.record, memory, (t, q1, q2, q3, dq1, dq2, dq3))
+    call_for_nothing(law.knee_strike, law.record, memory, (t, *q, *dq))
 
 
-LEGS = (torque, touchdown, slope_estimate, next_discontinuity, tick, knee_strike)
-"""As `mjbiped.control.methods.LEGS`."""
-
-KNEES = (knees_torque, knees_touchdown, slope_estimate, next_discontinuity, knees_tick, knee_strike)
-"""As `mjbiped.control.methods.KNEES`."""
+LAWS = (torque, touchdown, slope_estimate, next_discontinuity, tick, knee_strike)
+"""As `mjbiped.control.methods.LAWS`."""

@@ -1,4 +1,7 @@
-"""A controller's laws as an engine calls them: its compilable ones, or its methods behind the same signatures."""
+"""A controller's methods behind the calls that engines make: `mjbiped.control.machine_code` has them for compiled laws.
+
+Angles q and rates dq are tuples, with a number for each of the robot's angles.
+"""
 
 from __future__ import annotations
 
@@ -32,18 +35,14 @@ def gives_its_law(controller: Controller) -> bool:
 
 
 def torque(
-    controller: Controller, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+    controller: Controller, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
 ) -> Sequence[float]:
     """The method `torque`, with the controller in the place of its law's parameters.
 
     Raises:
         InputError: It returned another number of values than it should, or no numbers.
     """
-    return _checked(controller, controller.torque(memory, t, (q1, q2), (dq1, dq2)))
-
-
-def _checked(controller: Controller, given: Any) -> Sequence[float]:
-    """What `torque` returned; see `torque` above."""
+    given: Any = controller.torque(memory, t, q, dq)
     # what most laws return, and nothing else, is seen at once: a walk asks thousands of times
     wanted = len(controller.joints) + len(controller.states)
     if type(given) is tuple and len(given) == wanted and type(given[0]) is type(given[-1]) is float:
@@ -79,17 +78,10 @@ def values_of(controller: Controller, given: Any) -> tuple[float, ...]:
 
 
 def touchdown(
-    controller: Controller,
-    memory: Memory,
-    q1_before: float,
-    q2_before: float,
-    q1: float,
-    q2: float,
-    dq1: float,
-    dq2: float,
+    controller: Controller, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]
 ) -> None:
     """The method `on_touchdown` likewise."""
-    controller.on_touchdown(memory, (q1_before, q2_before), (q1, q2), (dq1, dq2))
+    controller.on_touchdown(memory, q_before, q, dq)
 
 
 def slope_estimate(controller: Controller, memory: Memory) -> float:
@@ -103,75 +95,15 @@ def next_discontinuity(controller: Controller, memory: Memory, t: float) -> floa
     return math.inf if ask is None else float(ask(memory, t))
 
 
-def tick(controller: Any, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float) -> None:
+def tick(controller: Any, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
     """The method `tick` of a `mjbiped.disturbances.sampled.SampledController` likewise."""
-    controller.tick(memory, t, (q1, q2), (dq1, dq2))
+    controller.tick(memory, t, q, dq)
 
 
-def knees_torque(
-    controller: Controller,
-    memory: Memory,
-    t: float,
-    q1: float,
-    q2: float,
-    q3: float,
-    dq1: float,
-    dq2: float,
-    dq3: float,
-) -> Sequence[float]:
-    """As `torque`, for a robot with knees."""
-    return _checked(controller, controller.torque(memory, t, (q1, q2, q3), (dq1, dq2, dq3)))
-
-
-def knees_touchdown(
-    controller: Controller,
-    memory: Memory,
-    q1_before: float,
-    q2_before: float,
-    q3_before: float,
-    q1: float,
-    q2: float,
-    q3: float,
-    dq1: float,
-    dq2: float,
-    dq3: float,
-) -> None:
-    """As `touchdown`, for a robot with knees."""
-    controller.on_touchdown(memory, (q1_before, q2_before, q3_before), (q1, q2, q3), (dq1, dq2, dq3))
-
-
-def knees_tick(
-    controller: Any,
-    memory: Memory,
-    t: float,
-    q1: float,
-    q2: float,
-    q3: float,
-    dq1: float,
-    dq2: float,
-    dq3: float,
-) -> None:
-    """As `tick`, for a robot with knees."""
-    controller.tick(memory, t, (q1, q2, q3), (dq1, dq2, dq3))
-
-
-def knee_strike(
-    controller: Controller,
-    memory: Memory,
-    t: float,
-    q1: float,
-    q2: float,
-    q3: float,
-    dq1: float,
-    dq2: float,
-    dq3: float,
-) -> None:
+def knee_strike(controller: Controller, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
     """The method `on_knee_strike` likewise."""
-    controller.on_knee_strike(memory, t, (q1, q2, q3), (dq1, dq2, dq3))
+    controller.on_knee_strike(memory, t, q, dq)
 
 
-LEGS = (torque, touchdown, slope_estimate, next_discontinuity, tick, knee_strike)
-"""What an engine calls of a controller, in the order of `Law`'s functions: for straight legs, ..."""
-
-KNEES = (knees_torque, knees_touchdown, slope_estimate, next_discontinuity, knees_tick, knee_strike)
-"""... and for a robot with knees."""
+LAWS = (torque, touchdown, slope_estimate, next_discontinuity, tick, knee_strike)
+"""What an engine calls of a controller, in the order of `Law`'s functions."""

@@ -11,7 +11,7 @@ from mjbiped.control import machine_code
 from mjbiped.control.controller import Law, Memory, never
 from mjbiped.control.machine_code import CompiledLaw
 from mjbiped.disturbances import loop as laws
-from mjbiped.disturbances.loop import Loop
+from mjbiped.disturbances.loop import Angles, Loop
 from mjbiped.numerics.addresses import floats_at
 
 
@@ -27,12 +27,9 @@ class Parts(NamedTuple):
     loop: Loop
 
 
-def law_of(inner: CompiledLaw, loop: Loop, *, knees: bool) -> Law:
+def law_of(inner: CompiledLaw, loop: Loop) -> Law:
     """The laws of a disturbed loop; whoever has them keeps the inner machine code."""
-    parts = Parts(inner, loop)
-    if knees:
-        return Law(parts, _torque, _knees_touchdown, _slope_estimate, never, _knees_tick, _knee_strike)
-    return Law(parts, _torque, _touchdown, _slope_estimate, never, _tick)
+    return Law(Parts(inner, loop), _torque, _touchdown, _slope_estimate, never, _tick, _knee_strike)
 
 
 def _torque(parts: Parts, memory: Memory, *_: float) -> tuple[float, ...]:
@@ -40,55 +37,34 @@ def _torque(parts: Parts, memory: Memory, *_: float) -> tuple[float, ...]:
     return held
 
 
-def _tick(parts: Parts, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float) -> None:
-    laws.tick(machine_code.torque, parts.inner, parts.loop, memory, t, q1, q2, dq1, dq2)
+def _tick(parts: Parts, memory: Memory, t: float, *state: float) -> None:
+    q, dq = _halves(state)
+    laws.tick(machine_code.torque, parts.inner, parts.loop, memory, t, q, dq)
 
 
-def _touchdown(
-    parts: Parts,
-    memory: Memory,
-    q1_before: float,
-    q2_before: float,
-    q1: float,
-    q2: float,
-    dq1: float,
-    dq2: float,
-) -> None:
-    told = laws.touchdown(parts.loop, memory, q1_before, q2_before, q1, q2, dq1, dq2)
-    machine_code.touchdown(parts.inner, memory, told[0], told[1], told[2], told[3], told[4], told[5])
+def _touchdown(parts: Parts, memory: Memory, *postures: float) -> None:
+    q_before, q, dq = _thirds(postures)
+    q_before, q, dq = laws.touchdown(parts.loop, memory, q_before, q, dq)
+    machine_code.touchdown(parts.inner, memory, q_before, q, dq)
 
 
-def _knees_tick(
-    parts: Parts, memory: Memory, t: float, q1: float, q2: float, q3: float, dq1: float, dq2: float, dq3: float
-) -> None:
-    laws.knees_tick(machine_code.knees_torque, parts.inner, parts.loop, memory, t, q1, q2, q3, dq1, dq2, dq3)
-
-
-def _knees_touchdown(
-    parts: Parts,
-    memory: Memory,
-    q1_before: float,
-    q2_before: float,
-    q3_before: float,
-    q1: float,
-    q2: float,
-    q3: float,
-    dq1: float,
-    dq2: float,
-    dq3: float,
-) -> None:
-    a, b, c, d, e, f, g, h, i = laws.knees_touchdown(
-        parts.loop, memory, q1_before, q2_before, q3_before, q1, q2, q3, dq1, dq2, dq3
-    )
-    machine_code.knees_touchdown(parts.inner, memory, a, b, c, d, e, f, g, h, i)
-
-
-def _knee_strike(
-    parts: Parts, memory: Memory, t: float, q1: float, q2: float, q3: float, dq1: float, dq2: float, dq3: float
-) -> None:
-    q1, q2, q3, dq1, dq2, dq3 = laws.knee_strike(parts.loop, memory, q1, q2, q3, dq1, dq2, dq3)
-    machine_code.knee_strike(parts.inner, memory, t, q1, q2, q3, dq1, dq2, dq3)
+def _knee_strike(parts: Parts, memory: Memory, t: float, *state: float) -> None:
+    q, dq = _halves(state)
+    q, dq = laws.knee_strike(parts.loop, memory, q, dq)
+    machine_code.knee_strike(parts.inner, memory, t, q, dq)
 
 
 def _slope_estimate(parts: Parts, memory: Memory) -> float:
     return machine_code.slope_estimate(parts.inner, memory)
+
+
+def _halves(state: Angles) -> tuple[Angles, Angles]:
+    """Angles and rates; where compiled, slices have constant bounds."""
+    return (state[:2], state[2:]) if len(state) == 4 else (state[:3], state[3:])
+
+
+def _thirds(postures: Angles) -> tuple[Angles, Angles, Angles]:
+    """Angles before a touchdown, after it, and rates; likewise."""
+    if len(postures) == 6:
+        return postures[:2], postures[2:4], postures[4:]
+    return postures[:3], postures[3:6], postures[6:]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, MutableSequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from mjbiped.disturbances.chance import Seed, normal
 
@@ -23,14 +23,11 @@ _ANKLE_ANGLE, _HIP_ANGLE, _ANKLE_RATE, _HIP_RATE = 0, 1, 2, 3  # channels of noi
 _AT_TOUCHDOWN = 4  # and as many from here on at touchdowns
 _NEW_ANKLE = 8  # the encoder of the ankle that stands from then on
 _KNEE_ANGLE = 9  # of the swing knee at ticks; the next one is its rate's
-_OLD_KNEE, _NEW_KNEE, _NEW_KNEE_RATE = 11, 12, 13  # at touchdowns, of the knee that swung and of the one that swings
+_OLD_KNEE, _NEW_KNEE = 11, 12  # at touchdowns, of the knee that swung and of the one that swings, 13 its rate's
 _AT_STRIKE, _KNEE_AT_STRIKE = 14, 18  # as at ticks, where the knee strikes its stop
 
-Reading = tuple[float, float, float, float]
-"""Stance leg and swing leg, or swing thigh, from the ground's normal, rad, and their rates, rad/s."""
-
-KneesReading = tuple[float, float, float, float, float, float]
-"""Stance leg, swing thigh and swing shank from the ground's normal, rad, and their rates, rad/s."""
+Angles: TypeAlias = tuple[float, ...]
+"""Stance leg, swing leg or thigh and, with knees, swing shank: from the ground's normal, rad, or their rates, rad/s."""
 
 
 class Loop(NamedTuple):
@@ -84,10 +81,8 @@ def tick(
     loop: Loop,
     memory: MutableSequence[float],
     t: float,
-    q1: float,
-    q2: float,
-    dq1: float,
-    dq2: float,
+    q: Angles,
+    dq: Angles,
 ) -> None:
     """Read the sensors, ask the law, and set the torques that are held until the next tick.
 
@@ -97,42 +92,19 @@ def tick(
         loop: The loop's.
         memory: To be changed, behind the controller's part.
         t: Time since the support transfer, s.
-        q1: Stance leg, rad.
-        q2: Swing leg, rad.
-        dq1: Their rates, rad/s.
-        dq2: The same.
+        q: Angles, rad.
+        dq: Their rates, rad/s.
     """
     if loop.senses:
         number = int(memory[loop.size + TICKS])
-        q1, q2, dq1, dq2 = _legs(loop, memory, number, _ANKLE_ANGLE, _ANKLE_ANGLE, q1, q2, dq1, dq2)
-    values = ask(law, memory, t, q1, q2, dq1, dq2)
-    _drive(loop, memory, 0, values[0])
-    _drive(loop, memory, 1, values[1])
-    _end(loop, memory, values)
-
-
-def knees_tick(
-    ask: Callable[..., Any],
-    law: Any,
-    loop: Loop,
-    memory: MutableSequence[float],
-    t: float,
-    q1: float,
-    q2: float,
-    q3: float,
-    dq1: float,
-    dq2: float,
-    dq3: float,
-) -> None:
-    """As `tick`, for a robot with knees."""
-    if loop.senses:
-        number = int(memory[loop.size + TICKS])
-        q1, q2, q3, dq1, dq2, dq3 = _limbs(loop, memory, number, _ANKLE_ANGLE, _KNEE_ANGLE, q1, q2, q3, dq1, dq2, dq3)
-    values = ask(law, memory, t, q1, q2, q3, dq1, dq2, dq3)
-    _drive(loop, memory, 0, values[0])
-    _drive(loop, memory, 1, values[1])
-    _drive(loop, memory, 2, values[2])
-    _end(loop, memory, values)
+        q, dq = _limbs(loop, memory, number, _ANKLE_ANGLE, _ANKLE_ANGLE, _KNEE_ANGLE, q, dq)
+    values = ask(law, memory, t, q, dq)
+    for joint in range(loop.joints):
+        _drive(loop, memory, joint, values[joint])
+    at = loop.size
+    for index in range(loop.states):
+        memory[at + loop.rates + index] = values[loop.joints + index]
+    memory[at + TICKS] += 1.0
 
 
 def _drive(loop: Loop, memory: MutableSequence[float], joint: int, torque: float) -> None:
@@ -151,24 +123,9 @@ def _drive(loop: Loop, memory: MutableSequence[float], joint: int, torque: float
         memory[held] = asked
 
 
-def _end(loop: Loop, memory: MutableSequence[float], values: Any) -> None:
-    """Keep the rates that the law gives beside its torques, and end the tick."""
-    at = loop.size
-    for index in range(loop.states):
-        memory[at + loop.rates + index] = values[loop.joints + index]
-    memory[at + TICKS] += 1.0
-
-
 def touchdown(
-    loop: Loop,
-    memory: MutableSequence[float],
-    q1_before: float,
-    q2_before: float,
-    q1: float,
-    q2: float,
-    dq1: float,
-    dq2: float,
-) -> tuple[float, float, float, float, float, float]:
+    loop: Loop, memory: MutableSequence[float], q_before: Angles, q: Angles, dq: Angles
+) -> tuple[Angles, Angles, Angles]:
     """Take notice of a support transfer, and read the posture that the controller is told of it.
 
     Returns:
@@ -176,64 +133,22 @@ def touchdown(
     """
     number = _exchanged(loop, memory)
     if not loop.senses:
-        return q1_before, q2_before, q1, q2, dq1, dq2
-    old_ankle = read_angle(loop, q1_before, number, _AT_TOUCHDOWN + _ANKLE_ANGLE)
-    hip_angle, _ = _hip(loop, memory, number, _AT_TOUCHDOWN, q2 - q1, dq2 - dq1)  # of the same posture
-    ankle, leg, ankle_rate, leg_rate = _legs(loop, memory, number, _AT_TOUCHDOWN, _NEW_ANKLE, q1, q2, dq1, dq2)
-    return old_ankle, old_ankle - hip_angle, ankle, leg, ankle_rate, leg_rate
+        return q_before, q, dq
+    ankle = read_angle(loop, q_before[0], number, _AT_TOUCHDOWN + _ANKLE_ANGLE)
+    hip, _ = _hip(loop, memory, number, _AT_TOUCHDOWN, q[1] - q[0], dq[1] - dq[0])  # of the same posture
+    now = _limbs(loop, memory, number, _AT_TOUCHDOWN, _NEW_ANKLE, _NEW_KNEE, q, dq)
+    if len(q_before) == 2:
+        return (ankle, ankle - hip), now[0], now[1]
+    knee = read_angle(loop, q_before[2] - q_before[1], number, _OLD_KNEE)
+    return (ankle, ankle - hip, ankle - hip + knee), now[0], now[1]
 
 
-def knees_touchdown(
-    loop: Loop,
-    memory: MutableSequence[float],
-    q1_before: float,
-    q2_before: float,
-    q3_before: float,
-    q1: float,
-    q2: float,
-    q3: float,
-    dq1: float,
-    dq2: float,
-    dq3: float,
-) -> tuple[float, float, float, float, float, float, float, float, float]:
-    """As `touchdown`, for a robot with knees."""
-    old_ankle, old_thigh, ankle, thigh, ankle_rate, thigh_rate = touchdown(
-        loop, memory, q1_before, q2_before, q1, q2, dq1, dq2
-    )
-    if not loop.senses:
-        return old_ankle, old_thigh, q3_before, ankle, thigh, q3, ankle_rate, thigh_rate, dq3
-    number = int(memory[loop.size + TOUCHDOWNS]) - 1
-    old_knee = read_angle(loop, q3_before - q2_before, number, _OLD_KNEE)
-    knee = read_angle(loop, q3 - q2, number, _NEW_KNEE)
-    knee_rate = read_rate(loop, dq3 - dq2, number, _NEW_KNEE_RATE)
-    return (
-        old_ankle,
-        old_thigh,
-        old_thigh + old_knee,
-        ankle,
-        thigh,
-        thigh + knee,
-        ankle_rate,
-        thigh_rate,
-        thigh_rate + knee_rate,
-    )
-
-
-def knee_strike(
-    loop: Loop,
-    memory: MutableSequence[float],
-    q1: float,
-    q2: float,
-    q3: float,
-    dq1: float,
-    dq2: float,
-    dq3: float,
-) -> KneesReading:
+def knee_strike(loop: Loop, memory: MutableSequence[float], q: Angles, dq: Angles) -> tuple[Angles, Angles]:
     """Read what the controller is told when the swing knee strikes its stop; the motors hold what they have."""
     if not loop.senses:
-        return q1, q2, q3, dq1, dq2, dq3
+        return q, dq
     number = int(memory[loop.size + TOUCHDOWNS])
-    return _limbs(loop, memory, number, _AT_STRIKE, _KNEE_AT_STRIKE, q1, q2, q3, dq1, dq2, dq3)
+    return _limbs(loop, memory, number, _AT_STRIKE, _AT_STRIKE + _ANKLE_ANGLE, _KNEE_AT_STRIKE, q, dq)
 
 
 def _exchanged(loop: Loop, memory: MutableSequence[float]) -> int:
@@ -261,34 +176,37 @@ def _reassign(loop: Loop, memory: MutableSequence[float], first: int) -> None:
         memory[first + 2] = 0.0
 
 
-def _legs(
+def _limbs(
     loop: Loop,
     memory: MutableSequence[float],
     number: int,
     channel: int,
     ankle_channel: int,
-    q1: float,
-    q2: float,
-    dq1: float,
-    dq2: float,
-) -> Reading:
-    """Stance and swing leg as the sensors of ankle and hip show them.
+    knee_channel: int,
+    q: Angles,
+    dq: Angles,
+) -> tuple[Angles, Angles]:
+    """Angles and rates as the sensors of ankle, hip and swing knee show them.
 
     Args:
         loop: The loop's parameters.
         memory: Tells which leg stands.
         number: Of the reading.
-        channel: The first of the four channels of noise, but
+        channel: The first of the four channels of noise of ankle and hip, but
         ankle_channel: for the ankle's angle.
-        q1: Stance leg, rad.
-        q2: Swing leg, rad.
-        dq1: Their rates, rad/s.
-        dq2: The same.
+        knee_channel: For the knee's angle; the next one is its rate's.
+        q: Angles, rad.
+        dq: Their rates, rad/s.
     """
-    ankle_angle = read_angle(loop, q1, number, ankle_channel)
-    ankle_rate = read_rate(loop, dq1, number, channel + _ANKLE_RATE)
-    hip_angle, hip_rate = _hip(loop, memory, number, channel, q2 - q1, dq2 - dq1)
-    return ankle_angle, ankle_angle + hip_angle, ankle_rate, ankle_rate + hip_rate
+    ankle = read_angle(loop, q[0], number, ankle_channel)
+    ankle_rate = read_rate(loop, dq[0], number, channel + _ANKLE_RATE)
+    hip, hip_rate = _hip(loop, memory, number, channel, q[1] - q[0], dq[1] - dq[0])
+    leg, leg_rate = ankle + hip, ankle_rate + hip_rate
+    if len(q) == 2:
+        return (ankle, leg), (ankle_rate, leg_rate)
+    knee = read_angle(loop, q[2] - q[1], number, knee_channel)
+    knee_rate = read_rate(loop, dq[2] - dq[1], number, knee_channel + 1)
+    return (ankle, leg, leg + knee), (ankle_rate, leg_rate, leg_rate + knee_rate)
 
 
 def _hip(
@@ -298,26 +216,6 @@ def _hip(
     side = memory[loop.size + SIDE]
     hip_angle = side * read_angle(loop, side * angle, number, channel + _HIP_ANGLE)
     return hip_angle, side * read_rate(loop, side * rate, number, channel + _HIP_RATE)
-
-
-def _limbs(
-    loop: Loop,
-    memory: MutableSequence[float],
-    number: int,
-    channel: int,
-    knee_channel: int,
-    q1: float,
-    q2: float,
-    q3: float,
-    dq1: float,
-    dq2: float,
-    dq3: float,
-) -> KneesReading:
-    """Stance leg, swing thigh and swing shank as the sensors of ankle, hip and swing knee show them."""
-    leg, thigh, leg_rate, thigh_rate = _legs(loop, memory, number, channel, channel, q1, q2, dq1, dq2)
-    knee = read_angle(loop, q3 - q2, number, knee_channel)
-    knee_rate = read_rate(loop, dq3 - dq2, number, knee_channel + 1)
-    return leg, thigh, thigh + knee, leg_rate, thigh_rate, thigh_rate + knee_rate
 
 
 def read_angle(loop: Loop, angle: float, number: int, channel: int) -> float:

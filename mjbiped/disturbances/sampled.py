@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 
 from mjbiped.control import methods
@@ -81,12 +81,12 @@ class SampledController(Controller):
 
     def tick(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
         """Read the sensors, ask the controller, and set the torques that are held."""
-        read_and_ask: Callable[..., None] = laws.knees_tick if self._knees else laws.tick
-        read_and_ask(self._ask, self.inner, self.loop, memory, t, *q, *dq)
+        laws.tick(self._ask, self.inner, self.loop, memory, t, tuple(q), tuple(dq))
 
-    def _ask(self, inner: Controller, memory: Memory, *state: float) -> Sequence[float]:
-        ask: Callable[..., Sequence[float]] = methods.knees_torque if self._knees else methods.torque
-        return ask(inner, memory[: self.loop.size], *state)
+    def _ask(
+        self, inner: Controller, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
+    ) -> Sequence[float]:
+        return methods.torque(inner, memory[: self.loop.size], t, q, dq)
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
         """What is held since the last tick."""
@@ -95,26 +95,21 @@ class SampledController(Controller):
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
         """Exchange the motors, and tell the controller what its sensors show."""
-        read: Callable[..., tuple[float, ...]] = laws.knees_touchdown if self._knees else laws.touchdown
-        told, n = read(self.loop, memory, *q_before, *q, *dq), len(q)
+        told = laws.touchdown(self.loop, memory, tuple(q_before), tuple(q), tuple(dq))
         own = list(memory[: self.loop.size])
-        self.inner.on_touchdown(own, told[:n], told[n : 2 * n], told[2 * n :])
+        self.inner.on_touchdown(own, *told)
         memory[: self.loop.size] = own
 
     def on_knee_strike(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
         """Tell the controller what its sensors show."""
-        told = laws.knee_strike(self.loop, memory, *q, *dq)
+        told = laws.knee_strike(self.loop, memory, tuple(q), tuple(dq))
         own = list(memory[: self.loop.size])
-        self.inner.on_knee_strike(own, t, told[:3], told[3:])
+        self.inner.on_knee_strike(own, t, *told)
         memory[: self.loop.size] = own
 
     def slope_estimate(self, memory: Memory) -> float:
         """The controller's."""
         return self.inner.slope_estimate(memory[: self.loop.size])
-
-    @property
-    def _knees(self) -> bool:
-        return self.loop.joints > 2
 
     @cached_property
     def _code(self) -> MachineCode | None:
@@ -131,4 +126,4 @@ class SampledController(Controller):
             return None
         from mjbiped.disturbances import compiled
 
-        return compiled.law_of(self._code.law, self.loop, knees=self._knees)
+        return compiled.law_of(self._code.law, self.loop)

@@ -125,7 +125,7 @@ def _within(value: float, limit: float) -> float:
 def _torque(
     parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> tuple[float, ...]:
-    values = machine_code.torque(parameters.base, memory, t, q1, q2, dq1, dq2)
+    values = machine_code.torque(parameters.base, memory, t, (q1, q2), (dq1, dq2))
     driven = _driven(memory, parameters.place, parameters.most, parameters.peak, values[0], values[1])
     return driven + values[2:]
 
@@ -140,7 +140,7 @@ def _touchdown(
     dq1: float,
     dq2: float,
 ) -> None:
-    machine_code.touchdown(parameters.base, memory, q1_before, q2_before, q1, q2, dq1, dq2)
+    machine_code.touchdown(parameters.base, memory, (q1_before, q2_before), (q1, q2), (dq1, dq2))
 
 
 def _slope_estimate(parameters: Parameters, memory: Memory) -> float:

@@ -15,7 +15,7 @@ from mjbiped.reproduction import plan, random_grounds
 from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS
 from mjbiped.reproduction.methods import BLIND, METHODS, SETTLED, Variant, settled
 from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
-from mjbiped.reproduction.report.page import GROUNDS, PAGE, PICTURES, TABLE, TRIED, engine_shown, render
+from mjbiped.reproduction.report.page import GROUNDS, PICTURES, TABLE, TABLES, TRIED, engine_shown, render
 from mjbiped.reproduction.rows import LENGTHS, Entry, Row, write_rows
 from mjbiped.reproduction.scan import fitted, scan, write_tried
 from mjbiped.reproduction.table_2 import Choice, agreements, choices
@@ -39,7 +39,7 @@ def reproduce(
     fresh: bool = False,
     progress: bool = False,
 ) -> tuple[list[Row], list[Path]]:
-    """Walk everything, and write the table, the page and the figures.
+    """Walk everything, and write the table, the pages and the figures.
 
     Args:
         folder: For the finished walks; what is in there already is not walked again.
@@ -59,7 +59,7 @@ def reproduce(
         MjbipedError: A process died.
     """
     report = report or folder
-    for needed in (report / PICTURES, folder / PRINTS):
+    for needed in (report / PICTURES, (report / TABLES).parent, folder / PRINTS):
         make_folder(needed)
     with opened_walks(folder / "walks", fresh=fresh) as walks:
         entries = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
@@ -80,7 +80,7 @@ def reproduce(
             _write(report / TABLE, write_rows(rows)),
             _write(report / TRIED, write_tried(tried)),
             _write(report / GROUNDS, random_grounds.write_grounds(grounds)),
-            _write(report / PAGE, render(rows, tried, grounds)),
+            *(_write(report / name, text) for name, text in render(rows, tried, grounds).items()),
         ]
         return rows, [*written, *draw([*entries, *more], rows, walks, report / PICTURES, folder / PRINTS)]
 
@@ -162,17 +162,13 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], kept: Walks, pages: Path
 def _of_records(entries: Sequence[Entry], kept: Walks) -> dict[str, Callable[[Path], object]]:
     """Figs. 4 to 6 of one engine's records, by name: what draws them to a path."""
     drawings: dict[str, Callable[[Path], object]] = {}
-    for ground in ("mixed", "found"):
-        walks = {
-            _law(entry)["replanning_delay"]: kept.record(entry.cell)
-            for entry in entries
-            if (entry.part, entry.ground) == ("table 3", ground)
-        }
-        if walks:
-            ordered = {delay: walks[delay] for delay in plan.DRAWN_DELAYS}
-            drawings[f"fig_6_{ground}"] = partial(plot_figure_6, ordered)
-            if ground == "found":  # its first slope is not the level that the controller starts with
-                drawings["fig_4_found"] = partial(plot_walk, walks[plan.DRAWN_DELAYS[1]])
+    walks = {
+        _law(entry)["replanning_delay"]: kept.record(entry.cell)
+        for entry in entries
+        if (entry.part, entry.ground) == ("table 3", "mixed")
+    }
+    if walks:
+        drawings["fig_6_mixed"] = partial(plot_figure_6, {delay: walks[delay] for delay in plan.DRAWN_DELAYS})
     curves: dict[float, dict[tuple[float, bool], Walk]] = {}
     for entry in entries:
         if entry.part == "figure 5":

@@ -1,8 +1,8 @@
 """What a number that a user gives can be: the domain of every quantity, with both ends, in one place.
 
-The ends are wide: they hold whatever the engines were measured to work with (docs/model.md), and leave out what no
-arithmetic survives. Scaled alike, robots within them walk alike. What depends on several numbers at once, as a slope
-too steep to stand on, is checked where it arises.
+The ends are wide: they hold whatever the engines were measured to work with (docs/tables/domains.md), and leave out
+what no arithmetic survives. Scaled alike, robots within them walk alike. What depends on several numbers at once, as a
+slope too steep to stand on, is checked where it arises.
 
 Beside the domains stand the checks of everything else that a user names or lists, so that all are told in one way:
 the name, the value that was given, and what it must be.

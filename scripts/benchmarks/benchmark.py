@@ -1,4 +1,4 @@
-"""How fast the engine is: paired timings, ratios from one run, written with the machine into docs/performance.md.
+"""How fast the engine is: paired timings, ratios from one run, written with the machine into docs/tables.
 
     python -m scripts.benchmarks.benchmark        (or: make bench)
 
@@ -12,7 +12,7 @@ import math
 import os
 import platform
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -20,15 +20,12 @@ from typing import NamedTuple
 
 import click
 import numpy as np
-from matplotlib.axes import Axes
 from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
 from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
 from mjbiped.numerics.jit import compiled
-from mjbiped.plotting import style as plot_style
-from mjbiped.plotting.panels import titled
 from mjbiped.records.recorder import Recorder
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
@@ -39,7 +36,6 @@ from scripts.pages import write_table
 ROBOT = mjbiped.Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))
 ADAPTIVE = AdaptiveController(ROBOT, GAIT)
-FIGURE = Path("docs/images/performance.png")
 STARTS = tuple(
     GAIT.start * np.array(part) for part in ((1, 1, 1, 1), (1, 1, 1.01, 1), (1, 1, 1, 0.97), (1.01, 1.01, 1, 1))
 )
@@ -201,35 +197,6 @@ def turn(_: NoFunctions, rounds: int, x: float, y: float) -> float:
     return x
 
 
-def draw(steps: Mapping[str, list[Timing]], segments: Sequence[Timing]) -> None:
-    """Cost of a gait step over the walk's length and over the ground's."""
-    looks = ((plot_style.BLUE, "o"), (plot_style.ORANGE, "s"), (plot_style.BLACK, "D"))
-    with plot_style.styled():
-        figure = plot_style.new_figure(3.4)
-        axes = figure.subplots(1, 2, sharey=True)
-        for (name, timings), look in zip(steps.items(), looks, strict=True):
-            _points(axes[0], STEP_COUNTS, timings, look, name)
-        _points(axes[1], SEGMENT_COUNTS, segments, looks[-1], "closed loop, 380 steps over the first ten")
-        titled(axes[0], "a", "Length of the walk")
-        titled(axes[1], "b", "Length of the ground")
-        axes[0].set_xlabel("gait steps walked")
-        axes[1].set_xlabel("segments of the ground")
-        axes[0].set_ylabel("CPU time of a gait step (µs)")
-        for axis in axes:
-            axis.set_xscale("log")
-            axis.set_ylim(bottom=0.0, top=1.25 * axis.get_ylim()[1])  # room for the legend
-            axis.legend()
-        plot_style.save_figure(figure, FIGURE)
-
-
-def _points(axis: Axes, x: Sequence[int], timings: Sequence[Timing], look: tuple[str, str], label: str) -> None:
-    low, middle, high = (
-        np.array([1e6 * np.percentile(t.seconds, part) / t.work for t in timings]) for part in (0, 50, 100)
-    )
-    color, marker = look
-    axis.errorbar(x, middle, yerr=[middle - low, high - middle], color=color, marker=marker, capsize=3, label=label)
-
-
 def machine() -> list[list[str]]:
     """What it was measured on."""
     model = next(
@@ -254,7 +221,7 @@ def _lines(path: str) -> list[str]:
 @click.option("--repeats", default=11, show_default=True, type=click.IntRange(3), help="Repetitions of each case.")
 @click.option("--steps", default=3000, show_default=True, type=click.IntRange(60), help="Gait steps of a timed walk.")
 def main(repeats: int, steps: int) -> None:
-    """Measure, and write docs/performance.md and its figure."""
+    """Measure, and write the tables of docs/tables/performance.md."""
     write_table(PAGE, "machine", ("", ""), machine())
     write_table(
         PAGE,
@@ -280,9 +247,8 @@ def main(repeats: int, steps: int) -> None:
     ):
         cells = [[row, *(f"{1e6 * np.median(t.seconds) / t.work:.1f}" for t in timings)] for row, timings in rows]
         write_table(PAGE, name, (f"µs per gait step at so many {name}", *(f"{count:,}" for count in headings)), cells)
-    draw(by_steps, by_segments)
     click.echo(PAGE.read_text(encoding="utf-8"))
-    click.echo(f"wrote {PAGE} and {FIGURE}")
+    click.echo(f"wrote {PAGE}")
 
 
 if __name__ == "__main__":

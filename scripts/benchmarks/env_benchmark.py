@@ -106,7 +106,7 @@ def walker_of_dm_control() -> Any:
 @click.command()
 @click.option("--repeats", default=11, show_default=True, type=click.IntRange(3), help="Repetitions of each case.")
 def main(repeats: int) -> None:
-    """Measure, and write the table of docs/performance.md."""
+    """Measure, and write the table of docs/tables/performance.md."""
     tasks = {"residual": True, "random": 0}
     cases: dict[str, tuple[Case, int]] = {
         "Gymnasium: Walker2d-v5": (of_gymnasium("Walker2d-v5", frame_skip=10), STEPS),

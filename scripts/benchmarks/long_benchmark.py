@@ -97,7 +97,7 @@ def rows_of(name: str, repeats: int) -> list[list[str]]:
 @click.command()
 @click.option("--repeats", default=5, show_default=True, type=click.IntRange(3), help="Repetitions of each case.")
 def main(repeats: int) -> None:
-    """Measure, and write the table of docs/performance.md."""
+    """Measure, and write the table of docs/tables/performance.md."""
     rows = [row for name in GROUNDS for row in rows_of(name, repeats)]
     write_table(PAGE, "long", ["at so many segments", *(f"{count:,}" for count in SEGMENTS)], rows)
 

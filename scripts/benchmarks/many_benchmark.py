@@ -146,7 +146,7 @@ def memory() -> Iterator[list[str]]:
 @click.command()
 @click.option("--repeats", default=3, show_default=True, type=click.IntRange(1), help="Repetitions of each case.")
 def main(repeats: int) -> None:
-    """Measure, and write the tables of docs/performance.md."""
+    """Measure, and write the tables of docs/tables/performance.md."""
     write_table(
         PAGE,
         "many",

@@ -3,7 +3,7 @@
     pip install -e '.[bench]'               (optional; mjbiped needs none of it)
     python -m scripts.benchmarks.peer_benchmark        (part of: make bench)
 
-Where one of them is not installed, its table in docs/performance.md stays as it is.
+Where one of them is not installed, its table in docs/tables/performance.md stays as it is.
 """
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ def against_diffrax(repeats: int, steps: int) -> list[list[str]]:
 @click.option("--repeats", default=7, show_default=True, type=click.IntRange(3), help="Repetitions of each case.")
 @click.option("--steps", default=2000, show_default=True, type=click.IntRange(60), help="Gait steps of a timed walk.")
 def main(repeats: int, steps: int) -> None:
-    """Measure, and write the tables of docs/performance.md."""
+    """Measure, and write the tables of docs/tables/performance.md."""
     for module, name, measure in (
         ("pydrake", "drake", against_drake),
         ("diffrax", "diffrax", against_diffrax),

@@ -1,7 +1,8 @@
 """How much slower a walk is whose controller cannot be compiled: whole walks in both engines, in pairs.
 
 A controller without `law()` runs as ordinary Python. In the hybrid engine all of the engine does so with it, in MuJoCo
-the three callbacks. CPU times of the thread; compilation is not counted. The result stands in `docs/hybrid.md`.
+the three callbacks. CPU times of the thread; compilation is not counted. The result stands in
+`docs/tables/performance.md`.
 
     python -m scripts.benchmarks.plain_python_benchmark        (part of: make bench)
 """
@@ -11,21 +12,20 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 
 import click
 
 import mjbiped
-from controllers import AdaptiveController, Controller, Memory, PassiveController
+from controllers import AdaptiveController, Controller, KneedController, Memory, PassiveController
+from mjbiped.gaits.gait import Periodic
 from mjbiped.terrain.terrain import Terrain
 from scripts.benchmarks.benchmark import GAIT, ROBOT
-from scripts.benchmarks.timing import interleaved
+from scripts.benchmarks.timing import PAGE, interleaved
 from scripts.pages import write_table
 
-PAGE = Path("docs/hybrid.md")
 STEPS = {("hybrid", True): 3000, ("hybrid", False): 20, ("mujoco", True): 20, ("mujoco", False): 4}
 """Gait steps of a timed walk, by engine and whether it is compiled: some tenths of a second each."""
-DIGITS = {"hybrid": 3, "mujoco": 0}
+DIGITS = {"hybrid": 3, "mujoco": 1}
 
 
 class PlainPassive(PassiveController):
@@ -44,17 +44,34 @@ class PlainAdaptive(AdaptiveController):
         return super().torque(memory, t, q, dq)
 
 
-PAIRS: dict[str, tuple[Controller, Controller, Terrain]] = {
-    "passive, 2° down": (PassiveController(), PlainPassive(), Terrain.incline(2.0)),
-    "closed loop, level": (AdaptiveController(ROBOT, GAIT), PlainAdaptive(ROBOT, GAIT), Terrain.level()),
+class PlainKneed(KneedController):
+    """The adaptive controller of three joints, as a user writes it who knows nothing of compilation."""
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        """The same torques, in plain Python."""
+        return super().torque(memory, t, q, dq)
+
+
+KNEED = mjbiped.KneedBiped()
+REFERENCE = mjbiped.find_reference(KNEED, clearance=0.08)
+
+PAIRS: dict[str, tuple[Controller, Controller, Terrain, Periodic]] = {
+    "passive, 2° down": (PassiveController(), PlainPassive(), Terrain.incline(2.0), GAIT),
+    "closed loop, level": (AdaptiveController(ROBOT, GAIT), PlainAdaptive(ROBOT, GAIT), Terrain.level(), GAIT),
+    "with knees, level": (
+        KneedController(KNEED, REFERENCE),
+        PlainKneed(KNEED, REFERENCE),
+        Terrain.level(),
+        REFERENCE,
+    ),
 }
 
 
-def walking(controller: Controller, terrain: Terrain, engine: str, steps: int) -> float:
+def walking(controller: Controller, terrain: Terrain, gait: Periodic, engine: str, steps: int) -> float:
     """CPU time of a walk without samples, s."""
     started = time.thread_time()
     walk = mjbiped.walk(
-        controller, terrain, engine=engine, steps=steps, initial=GAIT.start.tolist(), sample_period=None
+        controller, terrain, engine=engine, steps=steps, initial=gait.start.tolist(), sample_period=None
     )
     taken = time.thread_time() - started
     if walk.outcome != "finished":
@@ -65,14 +82,14 @@ def walking(controller: Controller, terrain: Terrain, engine: str, steps: int) -
 @click.command(help=__doc__)
 @click.option("--repeats", default=9, show_default=True, type=click.IntRange(3), help="Repetitions of each case.")
 def main(repeats: int) -> None:
-    """Measure, and write the table of docs/hybrid.md."""
+    """Measure, and write the table of docs/tables/performance.md."""
     rows = []
-    for name, (compiled, plain, terrain) in PAIRS.items():
+    for name, (compiled, plain, terrain, gait) in PAIRS.items():
         for engine in ("hybrid", "mujoco"):
             cases = {}
             for controller, fast in ((compiled, True), (plain, False)):
                 steps = STEPS[engine, fast]
-                cases[str(fast)] = (partial(walking, controller, terrain, engine, steps), steps)
+                cases[str(fast)] = (partial(walking, controller, terrain, gait, engine, steps), steps)
             timings = interleaved(cases, repeats, f"{name}, {engine}")
             fast_one, slow_one = timings["True"], timings["False"]
             each = [timing.each(1e-3, DIGITS[engine]) for timing in (fast_one, slow_one)]

@@ -120,7 +120,7 @@ def frames(repeats: int) -> list[list[str]]:
 @click.command()
 @click.option("--repeats", default=7, show_default=True, type=click.IntRange(3), help="Repetitions of each case.")
 def main(repeats: int) -> None:
-    """Measure, and write the tables of docs/performance.md."""
+    """Measure, and write the tables of docs/tables/performance.md."""
     write_table(PAGE, "startup", ("process", "CPU time, s", "the first time"), startup(repeats))
     headings = ("60 steps in", "a constant changed, s", "the same again, s", "compiling the law, s")
     write_table(PAGE, "edited", headings, edited(repeats))

@@ -99,7 +99,7 @@ def real_time(controller: Controller, terrain: Terrain, timestep: float, repeats
 @click.command()
 @click.option("--repeats", default=11, show_default=True, type=click.IntRange(3), help="Repetitions of each case.")
 def main(repeats: int) -> None:
-    """Measure, and write the table of docs/performance.md."""
+    """Measure, and write the table of docs/tables/performance.md."""
     rows = []
     for name, (controller, terrain) in grounds().items():
         walker, in_python = (simulation(controller, terrain, compile=compile) for compile in (True, False))

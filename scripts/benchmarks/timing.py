@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm.auto import tqdm
 
-PAGE = Path("docs/performance.md")
+PAGE = Path("docs/tables/performance.md")
 
 Case = Callable[[], float]
 """Runs something and returns the seconds that it took."""

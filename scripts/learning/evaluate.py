@@ -80,9 +80,14 @@ greatest training and the difference from the adaptive controller beside them.""
 @click.option(
     "--page",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Markdown page to write the tables into; figures go into the folder images beside it.",
+    help="Markdown page to write the tables into.",
 )
-def main(policies: Path, out: Path, page: Path | None) -> None:
+@click.option(
+    "--images",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="Folder for a small copy of the figure and a small video, as docs/learning.md shows them.",
+)
+def main(policies: Path, out: Path, page: Path | None, images: Path | None) -> None:
     """Walk, and show what came of it."""
     trainings = trained(policies)
     out.mkdir(parents=True, exist_ok=True)
@@ -96,8 +101,7 @@ def main(policies: Path, out: Path, page: Path | None) -> None:
         mjbiped.render_video(walk, out / f"{kind}.mp4", stop=min(SHOWN, walk.end[0]), progress=True)
         click.echo(f"wrote {out / kind}.mp4")
     click.echo(f"wrote {curves} and {out / 'evaluation.csv'}")
-    if page is not None:
-        images = page.parent / "images"
+    if images is not None:
         shutil.copy(curves, images / "learning.png")
         make_small(images / "learning.png")
         walk = list(shown.values())[-1]

@@ -1,6 +1,6 @@
 """Gains of the comparison controllers, found the same way for each, and how they then fare (6 minutes).
 
-Writes the figure and the tables of docs/comparison.md, which explains the procedure:
+Writes the tables of docs/tables/comparison.md and the figure of docs/comparison.md, which explains the procedure:
 python -m scripts.paper.comparison_gains
 """
 
@@ -59,7 +59,7 @@ TERRAINS = {
 @click.option(
     "--figure", default="docs/images/comparison_gains.png", show_default=True, type=click.Path(path_type=Path)
 )
-@click.option("--page", default="docs/comparison.md", show_default=True, type=click.Path(path_type=Path))
+@click.option("--page", default="docs/tables/comparison.md", show_default=True, type=click.Path(path_type=Path))
 def main(figure: Path, page: Path) -> None:
     """Search, walk, draw and tabulate."""
     trials = {

@@ -1,6 +1,6 @@
 """How far gamma, K1 and K2 can be raised: convergence, (24), torque and falls (10 minutes). See docs/stability.md.
 
-python -m scripts.paper.gain_study --figure docs/images/gains.png --page docs/stability.md
+python -m scripts.paper.gain_study --figure docs/images/gains.png --page docs/tables/stability.md
 """
 
 import math

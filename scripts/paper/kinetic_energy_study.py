@@ -1,7 +1,7 @@
 """What kinetic energy tracking bears: single steps and changes of slope, in both engines (ten minutes).
 
 The paper's introduction says of it that it withstands a step of 5 % of the leg's length and a change of slope of 3
-degrees. Writes a figure and the tables of docs/comparison.md: python -m scripts.paper.kinetic_energy_study
+degrees. Writes a figure and the tables of docs/tables/comparison.md: python -m scripts.paper.kinetic_energy_study
 """
 
 import math
@@ -150,7 +150,7 @@ def greatest(results: Results, law: Law, measure: str, names: Iterable[str]) -> 
 @click.option(
     "--figure", default="docs/images/comparison_kinetic_energy.png", show_default=True, type=click.Path(path_type=Path)
 )
-@click.option("--page", default="docs/comparison.md", show_default=True, type=click.Path(path_type=Path))
+@click.option("--page", default="docs/tables/comparison.md", show_default=True, type=click.Path(path_type=Path))
 def main(figure: Path, page: Path) -> None:
     """Walk, tabulate and draw."""
     every = [Law(weight, source, gain) for weight in WEIGHTS for source in SLOPE_SOURCES for gain in GAINS]

@@ -1,10 +1,9 @@
-"""Theorem 1, numerically: its constants on the limit cycle and along walks. The figure and tables of docs/stability.md.
+"""Theorem 1, numerically: its constants on the limit cycle and along walks. See docs/stability.md.
 
-python -m scripts.paper.theorem_1 --figure docs/images/theorem_1.png --tables out/theorem_1.md
+python -m scripts.paper.theorem_1 --figure docs/images/theorem_1.png --page docs/tables/stability.md
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from controllers import AdaptiveController
 from mjbiped.analysis.error_dynamics import ESTIMATES, cycle_stability, impact_gain, lyapunov_gain, lyapunov_weights
 from mjbiped.analysis.stability import Stability, stability
 from mjbiped.plotting.stability import plot_stability
+from scripts.pages import markdown_table, write_block
 
 TERRAINS = {
     "level": mjbiped.Terrain.level(),
@@ -39,9 +39,9 @@ NEVER_RIGHT = math.radians(3)
 
 @click.command(help=__doc__)
 @click.option("--figure", default="docs/images/theorem_1.png", show_default=True, type=click.Path(path_type=Path))
-@click.option("--tables", default="out/theorem_1.md", show_default=True, type=click.Path(path_type=Path))
+@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the tables into.")
 @click.option("--steps", default=24, show_default=True, type=click.IntRange(min=2), help="Steps per walk.")
-def main(figure: Path, tables: Path, steps: int) -> None:
+def main(figure: Path, page: Path | None, steps: int) -> None:
     """Walk, evaluate, draw and tabulate."""
     robot = mjbiped.Compass()
     gait = mjbiped.find_passive_gait(robot, math.radians(2))
@@ -54,10 +54,11 @@ def main(figure: Path, tables: Path, steps: int) -> None:
             mjbiped.walk(controllers[name], TERRAINS[ground], engine="hybrid", steps=steps, sample_period=2e-3)
         )
     plot_stability({name: found[DRAWN, name] for name in VARIANTS}, figure)
-    text = f"{on_the_cycle(paper)}\n\n{along_walks(found)}\n\n{at_touchdowns(found)}\n"
-    tables.parent.mkdir(parents=True, exist_ok=True)
-    tables.write_text(text, encoding="utf-8")
-    click.echo(f"{text}\nwrote {figure}\nwrote {tables}")
+    tables = {"cycle": on_the_cycle(paper), "walks": along_walks(found), "touchdowns": at_touchdowns(found)}
+    for name, text in tables.items():
+        click.echo(text)
+        if page is not None:
+            write_block(page, name, text)
 
 
 def on_the_cycle(controller: AdaptiveController) -> str:
@@ -94,7 +95,7 @@ def on_the_cycle(controller: AdaptiveController) -> str:
         ("the same from (0, 1)", f"({left[0, 1]:.3f}, {left[1, 1]:.3f})"),
         ("slowest multiplier where every step is re-planned", f"{np.abs(cycle.multipliers_replanned[0]):.4f}"),
     ]
-    return _markdown(("on the limit cycle, any constant slope", "value"), rows)
+    return markdown_table(("on the limit cycle, any constant slope", "value"), rows)
 
 
 def along_walks(found: dict[tuple[str, str], Stability]) -> str:
@@ -117,7 +118,7 @@ def along_walks(found: dict[tuple[str, str], Stability]) -> str:
             )
         )
     headings = ("ground", "controller", "‖η⁻ − Φη⁺‖", "V_a balance", "weak eigenvalue", "‖Φ‖", "(24), least")
-    return _markdown((*headings, "its floor", "(26) holds", "‖θ̃‖ rises by"), rows)
+    return markdown_table((*headings, "its floor", "(26) holds", "‖θ̃‖ rises by"), rows)
 
 
 def at_touchdowns(found: dict[tuple[str, str], Stability]) -> str:
@@ -142,13 +143,7 @@ def at_touchdowns(found: dict[tuple[str, str], Stability]) -> str:
             )
         )
     headings = ("ground", "controller", "V_a rises, same slope", "most", "V_a rises, slope changes", "most")
-    return _markdown((*headings, "‖η⁺‖/‖η⁻‖, largest", "beyond k_Δ of (20)"), rows)
-
-
-def _markdown(headings: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
-    """A Markdown table."""
-    lines = [headings, tuple("---" for _ in headings), *rows]
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+    return markdown_table((*headings, "‖η⁺‖/‖η⁻‖, largest", "beyond k_Δ of (20)"), rows)
 
 
 if __name__ == "__main__":

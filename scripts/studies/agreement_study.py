@@ -2,9 +2,9 @@
 
 Differences are MuJoCo - hybrid engine. Where the walks part, the cause follows under the table. Then the greatest
 differences at touchdowns on rough ground that nothing but the contact's resolution explains: what the limits in
-`mjbiped/analysis/divergence.py` come from. Some four minutes. The result stands in `docs/convergence.md`.
+`mjbiped/analysis/divergence.py` come from. Some four minutes. The result stands in `docs/tables/convergence.md`.
 
-    python -m scripts.studies.agreement_study --page docs/convergence.md
+    python -m scripts.studies.agreement_study --page docs/tables/convergence.md
 """
 
 import math

@@ -1,9 +1,10 @@
 """How MuJoCo's walks converge to the hybrid engine's: with the timestep, the contact step and the foot's radius.
 
 A passive walk down 2 degrees and a closed-loop walk over rough ground, in both engines; the hybrid engine has neither
-timesteps nor a foot, and its own error is below 1e-9. Some two minutes. The result stands in `docs/convergence.md`.
+timesteps nor a foot, and its own error is below 1e-9. Some two minutes. The result stands in
+`docs/tables/convergence.md`.
 
-    python -m scripts.studies.convergence_study --page docs/convergence.md --plot docs/images/convergence.png
+    python -m scripts.studies.convergence_study --page docs/tables/convergence.md --plot docs/images/convergence.png
 """
 
 import math

@@ -2,9 +2,9 @@
 
 Both engines walk each ground by themselves. Where a foothold differs by more than 0.2 mm, or c_mt by more than 0.1 %,
 the first thing in the records that explains it is named. The seeds served nothing else. Two minutes. The result stands
-in `docs/convergence.md`.
+in `docs/tables/convergence.md`.
 
-    python -m scripts.studies.long_walks_study --page docs/convergence.md
+    python -m scripts.studies.long_walks_study --page docs/tables/convergence.md
 """
 
 from collections import Counter
@@ -18,7 +18,6 @@ from tqdm.auto import tqdm
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped.analysis import divergence
-from mjbiped.plotting import style as plot_style
 from mjbiped.robots.compass import Array
 from scripts.pages import show_table
 
@@ -88,27 +87,6 @@ def distribution(pairs: list[Pair], steps: int) -> list[str]:
     return [str(steps), *first, *second, str(len(there))]
 
 
-def draw(pairs: list[Pair], path: Path) -> None:
-    """Draw the distribution of the footholds' distances against the number of steps."""
-    looks = (
-        ("median", 50, plot_style.BLUE, "-"),
-        ("99 %", 99, plot_style.ORANGE, "--"),
-        ("worst", 100, plot_style.BLACK, ":"),
-    )
-    steps = np.arange(1, AFTER[-1] + 1)
-    full = [pair.footholds for pair in pairs if len(pair.footholds) == AFTER[-1]]
-    apart = 1e6 * np.maximum.accumulate(full, axis=1)
-    with plot_style.styled():
-        figure = plot_style.new_figure(2.8)
-        axes = figure.subplots()
-        for label, share, colour, line in looks:
-            axes.semilogy(steps, np.percentile(apart, share, axis=0), color=colour, linestyle=line, label=label)
-        axes.axhline(1e6 * FOOTHOLD, color=plot_style.GUIDE, linewidth=0.8)
-        axes.set(xlabel="step", ylabel="distance of footholds (µm)", xlim=(1, AFTER[-1]))
-        axes.legend(loc="lower right")
-    plot_style.save_figure(figure, path)
-
-
 @click.command(help=__doc__)
 @click.option("--grounds", default=200, show_default=True, type=click.IntRange(min=1), help="Random grounds.")
 @click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the tables into.")
@@ -125,8 +103,6 @@ def main(grounds: int, page: Path | None) -> None:
     show_table(f"MuJoCo - hybrid engine, {grounds} grounds", HEADINGS, rows, page, "long")
     title = f"Further apart than {1e3 * FOOTHOLD:g} mm or {COST:.1%}"
     show_table(title, ("first cause", "grounds"), causes, page, "apart")
-    if page is not None:
-        draw(pairs, page.parent / "images" / "long_walks.png")
 
 
 if __name__ == "__main__":

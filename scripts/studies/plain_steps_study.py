@@ -3,9 +3,9 @@
 The default physics steps end at touchdowns, which are foreseen from the terrain's profile, and their softness and the
 weight of their accelerations change with them. Here steps are of one length instead: step length, softness and `qacc`
 are MuJoCo's own at every step. The same figures of both, against the hybrid engine. Some four minutes. The result
-stands in `docs/convergence.md`.
+stands in `docs/tables/convergence.md`.
 
-    python -m scripts.studies.plain_steps_study --page docs/convergence.md
+    python -m scripts.studies.plain_steps_study --page docs/tables/convergence.md
 """
 
 import math

@@ -1,7 +1,7 @@
 """What optimised references cost on level ground, and what they climb: the figures of `docs/references.md`.
 
-A controller climbs a rise if it goes on walking at 99 of 100 places of the step's edge between two footholds. Some
-minutes; the checks in MuJoCo take most of it.
+A controller climbs a rise if it goes on walking at 99 of 100 places of the step's edge between two footholds; in
+brackets is what it climbs on ground that no foot has as well. Some minutes; the checks in MuJoCo take most of it.
 
     python -m scripts.studies.reference_study --page docs/references.md --plot docs/images/references.png
 """
@@ -28,12 +28,13 @@ from mjbiped.gaits.hold import pieces_of
 from mjbiped.gaits.reference import table_of
 from mjbiped.plotting import style
 from mjbiped.plotting.panels import legend_below, titled
-from mjbiped.records.measures import THROUGH, foot_length
+from mjbiped.records.measures import THROUGH, THROUGH_VIOLATING, foot_length
 from mjbiped.utils import palette
 from scripts.pages import write_table
 
 ROBOT = mjbiped.Compass()
 PHASES = 100
+CAME = (THROUGH, THROUGH_VIOLATING)
 MOST_FALLS = 1  # of them
 LEAD, STEPS = 3, 15  # steps before the edge, and in all
 RISE = 0.005  # m, between two rises that are tried
@@ -51,23 +52,49 @@ CHECKED = (
     (0.077, False, 0.075, "additive"),
 )
 """(clearance, retraction, rise, re-planning) that MuJoCo walks, too; m."""
+OPEN: dict[str, Any] = {"linestyle": ":", "markerfacecolor": "white", "linewidth": 1.0, "markersize": 4.5}
 TREADS, SEEDS, LONG = (0.02, 0.03), 30, 400  # standard deviations of treads' heights (m), grounds, and steps of a walk
 DROPS = (0.05, 0.10, 0.15, 0.20, 0.30)  # m
 
 
 @dataclass(frozen=True)
+class Climb:
+    """How high a rise a controller climbs, m: on ground as there is, and on any; and what the first takes (N m, m)."""
+
+    through: float
+    survived: float
+    torque: float
+    sole: float
+
+    def __str__(self) -> str:
+        """Both heights, the second one in brackets where it is greater."""
+        beyond = f" ({self.survived:.3f})" if self.survived > self.through else ""
+        return f"{self.through:.3f}{beyond}"
+
+
+@dataclass(frozen=True)
+class Walks:
+    """Of walks over a step at all places: how many went on, how many without asking too much of the ground.
+
+    `torque` (N m) and `sole` (m) are the greatest of the latter, `any_torque` of the former.
+    """
+
+    survived: int
+    through: int
+    torque: float
+    sole: float
+    any_torque: float
+
+
+@dataclass(frozen=True)
 class Row:
-    """A controller: what it imitates, its level cost, what it climbs, and the torques (N m) and feet (m) that takes."""
+    """A controller: what it imitates, its level cost, what it climbs with either re-planning, and how it steps down."""
 
     what: str
     cost: float
-    climbs: float
-    climbs_additive: float
-    torque_up: float
-    sole_up: float
-    falls_down: int
-    torque_down: float
-    sole_down: float
+    paper: Climb
+    additive: Climb
+    down: Walks
 
 
 def edges(controller: AdaptiveController, rise: float, phases: int = PHASES) -> list[mjbiped.Terrain]:
@@ -77,42 +104,42 @@ def edges(controller: AdaptiveController, rise: float, phases: int = PHASES) -> 
     return [mjbiped.Terrain.from_segments([(x, 0.0, 0.0), (100.0, 0.0, rise)]) for x in ahead]
 
 
-def fallen(
-    controller: AdaptiveController, rise: float, engine: str = "hybrid", most: int = PHASES
-) -> tuple[int, float, float]:
-    """How many walks over a step fall, or need ground that no foot has, and what the others take at most.
-
-    That is torque (N m), and length of the foot that holds the centre of pressure for 99 % of the time (m). It stops
-    after `most` falls.
-    """
-    falls, torque, sole = 0, 0.0, 0.0
+def over_step(controller: AdaptiveController, rise: float, engine: str = "hybrid", most: int = PHASES) -> Walks:
+    """Walks over a step with its edge at all places; it stops after so many falls."""
+    found = []
     for terrain in edges(controller, rise):
         walk = mjbiped.walk(controller, terrain, engine=engine, steps=STEPS, sample_period=None)
-        if walk.verdict == THROUGH:
-            torque = max(torque, float(np.abs(walk.peak_torque).max()))
-            sole = max(sole, foot_length(walk))
-        else:
-            falls += 1
-        if falls > most:
+        found.append(walk)
+        if sum(each.verdict not in CAME for each in found) > most:
             break
-    return falls, torque, sole
+    on = [walk for walk in found if walk.verdict in CAME]
+    through = [walk for walk in on if walk.verdict == THROUGH]
+    torques = [[float(np.abs(walk.peak_torque).max()) for walk in walks] for walks in (on, through)]
+    return Walks(
+        len(on),
+        len(through),
+        max(torques[1], default=math.nan),
+        max(map(foot_length, through), default=math.nan),
+        max(torques[0], default=math.nan),
+    )
 
 
-def highest(controller: AdaptiveController) -> tuple[float, float, float]:
-    """The highest rise that is climbed, m, with all lower ones; and the torque (N m) and foot (m) that it takes."""
-    rise, torque, sole = 0.0, math.nan, math.nan
+def highest(controller: AdaptiveController) -> Climb:
+    """The highest rise that is climbed, with all lower ones."""
+    best, rise, gripping = Climb(0.0, 0.0, math.nan, math.nan), 0.0, True
     while True:
-        falls, *needed = fallen(controller, rise + RISE, most=MOST_FALLS)
-        if falls > MOST_FALLS:
-            return rise, torque, sole
-        rise, (torque, sole) = round(rise + RISE, 6), needed
+        rise = round(rise + RISE, 6)
+        walks = over_step(controller, rise, most=MOST_FALLS)
+        if walks.survived < PHASES - MOST_FALLS:
+            return best
+        gripping = gripping and walks.through >= PHASES - MOST_FALLS
+        best = Climb(rise, rise, walks.torque, walks.sole) if gripping else replace(best, survived=rise)
 
 
 def row(what: str, gait: mjbiped.Gait, cost: float) -> Row:
     """One controller, by the paper's re-planning and by the additive one."""
     paper, additive = (AdaptiveController(ROBOT, gait, replanning=name) for name in ("paper", "additive"))
-    climbs, torque, sole = highest(paper)
-    return Row(what, cost, climbs, highest(additive)[0], torque, sole, *fallen(paper, -0.10))
+    return Row(what, cost, highest(paper), highest(additive), over_step(paper, -0.10))
 
 
 def passive_cost(gait: mjbiped.Gait) -> float:
@@ -131,8 +158,10 @@ def continued(gait: mjbiped.OptimisedGait) -> mjbiped.OptimisedGait:
 
 
 def _descends(controller: AdaptiveController, drop: float) -> str:
-    falls, torque, _ = fallen(controller, -drop)
-    return f"{torque:.0f}" if falls == 0 else f"{falls} fall"
+    walks = over_step(controller, -drop)
+    violating = walks.survived - walks.through
+    torque = f"{walks.any_torque:.0f}" + (f" ({violating} violate the contact)" if violating else "")
+    return torque if walks.survived == PHASES else f"{PHASES - walks.survived} fall"
 
 
 def _treads(controller: AdaptiveController, deviation: float) -> str:
@@ -145,6 +174,11 @@ def _treads(controller: AdaptiveController, deviation: float) -> str:
         walk = mjbiped.walk(controller, ground, engine="hybrid", steps=LONG, sample_period=None)
         steps, falls = steps + walk.steps, falls + (walk.outcome != "finished")
     return f"{steps / falls:.0f} ({falls} falls)" if falls else f"no fall in {steps}"
+
+
+def _needed(what: Climb | Walks) -> tuple[str, str]:
+    """Torque in N m and sole in cm, or dashes."""
+    return ("-", "-") if math.isnan(what.torque) else (f"{what.torque:.1f}", f"{100 * what.sole:.0f}")
 
 
 def _name(gait: mjbiped.OptimisedGait) -> str:
@@ -184,9 +218,12 @@ def _front(axes: Axes, optimised: Sequence[Row], free: Sequence[Row], passive: S
         (passive, {"color": style.ORANGE, "marker": "s", "label": "the paper's controller, gaits of 1° to 2.7°"}),
     ):
         drawn: dict[str, Any] = {**look, "linewidth": 1.0, "markersize": 4.5}
-        axes.plot([each.cost for each in rows], [each.climbs for each in rows], **drawn)
+        cost = [each.cost for each in rows]
+        axes.plot(cost, [each.paper.through for each in rows], **drawn)
+        axes.plot(cost, [each.paper.survived for each in rows], **{**drawn, "label": None, **OPEN})
+    axes.plot([], [], color="black", marker="o", label="open, dotted: on ground that no foot has as well", **OPEN)
     two = next(each for each in passive if each.what.startswith("passive, 2°"))
-    axes.annotate("2°, the paper's", (two.cost, two.climbs), (4, -10), textcoords="offset points")
+    axes.annotate("2°, the paper's", (two.cost, two.paper.through), (4, -10), textcoords="offset points")
     axes.set(xlabel=f"{style.C_MT} on level ground", ylabel="highest step up (m)")
     titled(axes, "a", "What is climbed, and what it costs")
 
@@ -210,9 +247,8 @@ def main(page: Path | None, plot: Path | None) -> None:
         passive.append(row(f"passive, {slope:g}°", gait, passive_cost(gait)))
     climbing = [
         [
-            each.what, f"{each.cost:.4f}", f"{each.climbs:.3f}", f"{each.climbs_additive:.3f}",
-            f"{each.torque_up:.1f}", f"{100 * each.sole_up:.0f}",
-            f"{PHASES - each.falls_down}", f"{each.torque_down:.1f}", f"{100 * each.sole_down:.0f}",
+            each.what, f"{each.cost:.4f}", str(each.paper), str(each.additive),
+            *_needed(each.paper), f"{each.down.through}", *_needed(each.down),
         ]
         for each in (*optimised, *free, *passive)
     ]  # fmt: skip
@@ -226,8 +262,9 @@ def main(page: Path | None, plot: Path | None) -> None:
         controller = AdaptiveController(ROBOT, checked, replanning=replanning)
         level = mjbiped.walk(controller, mjbiped.Terrain.level(), steps=40)
         for engine in ("hybrid", "mujoco"):
-            falls, torque, _ = fallen(controller, rise, engine)
-            checks.append([_name(checked), f"{rise:+.3f}", replanning, engine, f"{PHASES - falls}", f"{torque:.1f}"])
+            walks = over_step(controller, rise, engine)
+            survived = f"{walks.through}" + (f" ({walks.survived})" if walks.survived > walks.through else "")
+            checks.append([_name(checked), f"{rise:+.3f}", replanning, engine, survived, f"{walks.torque:.1f}"])
         checks[-1].append(f"{level.cost_of_transport:.4f}")
     held, two = mjbiped.find_reference(ROBOT, clearance=0.06), mjbiped.find_passive_gait(ROBOT, math.radians(2))
     late = [

@@ -1,8 +1,8 @@
-"""Computes what others have published about passive walkers; writes the tables and the figure of docs/validation.md.
+"""Computes what others have published about passive walkers; writes docs/tables/validation.md and the figure.
 
 A minute on one core.
 
-    python -m scripts.validation.page --page docs/validation.md --image docs/images/validation.png
+    python -m scripts.validation.page --page docs/tables/validation.md --image docs/images/validation.png
 """
 
 from __future__ import annotations

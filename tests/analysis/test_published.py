@@ -31,7 +31,7 @@ from mjbiped.robots.compass import Array, Compass
 from scripts.validation import compass_gait, drake_invariants, kneed_walker, rimless_wheel, simplest_walker
 from scripts.validation.page import SOURCES, cells, main, minus
 
-PAGE = Path(__file__).parents[2] / "docs" / "validation.md"
+PAGE = Path(__file__).parents[2] / "docs" / "tables" / "validation.md"
 
 SLOW = {"doubling", "lost", "first doubling", "second doubling", "third doubling", "no period"}
 """Numbers that take seconds; those of Hsu Chen's second robot do as well."""

@@ -39,6 +39,7 @@ def test_page_table_and_figures_are_written(tmp_path: Path, monkeypatch: pytest.
     assert result.exit_code == 0
     for name in (
         "reproduction.md",
+        "tables/reproduction.md",
         "reproduction.csv",
         "reproduction_gains.csv",
         "reproduction_grounds.csv",

@@ -16,15 +16,15 @@ from mjbiped.reproduction.published import GROUNDS
 from scripts.paper import comparison_gains as study
 from scripts.paper import gain_search
 
-PAGE = text("docs/comparison.md")
-PROSE = " ".join(PAGE.split())
+TABLES = text("docs/tables/comparison.md")
+PROSE = " ".join(text("docs/comparison.md").split())
 STAIRS, UPHILL, DOWN_IN_TURN = "stair 2, −60 mm", "slope 2, −1° each", "slope 2, 0°/−1°"
 ENERGY_BASED = ("PBC", "ECC", "KETC", "KETC, w = 1")
 
 
 def table(name: str) -> list[dict[str, str]]:
-    """A table that a study wrote into the page, by the headings."""
-    block = PAGE.partition(f"<!-- {name} -->")[2].partition(f"<!-- end {name} -->")[0]
+    """A table that a study wrote, by the headings."""
+    block = TABLES.partition(f"<!-- {name} -->")[2].partition(f"<!-- end {name} -->")[0]
     headings, _, *lines = [[cell.strip() for cell in line.split("|")[1:-1]] for line in block.strip().splitlines()]
     return [dict(zip(headings, line, strict=True)) for line in lines]
 
@@ -37,7 +37,7 @@ def cell(method: str, source: str, ground: str) -> str:
 
 def test_stairs_of_60_mm() -> None:
     assert all(row[STAIRS] == "none" for row in table("ranges") if row["method"] in ENERGY_BASED)
-    assert "no energy-based method survives them with any gain of the table above" in PROSE
+    assert "no energy-based method survives them with any gain of the tables" in PROSE
     settings = list(csv.DictReader(io.StringIO(text("docs/reproduction_gains.csv"))))
     through = [row for row in settings if not row["stair 2"].startswith("X")]
     of_ecc = sum(row["method"] == "ECC" for row in through)

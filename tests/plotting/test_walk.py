@@ -15,7 +15,6 @@ from PIL import Image
 import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.analysis.replay import recorded_controller, transitions
-from mjbiped.control.unpowered import UnpoweredKnees
 from mjbiped.errors import InputError, RenderError
 from mjbiped.plotting.style import ANKLE, C_MT, ESTIMATE, HIP, HYBRID, MUJOCO, PLANNED, STANCE, SWING, TRUTH
 from mjbiped.plotting.timelapse import outline, rows_of
@@ -235,16 +234,11 @@ def test_a_name_with_a_dollar_sign_is_no_formula(walk: Walk) -> None:
     assert_nothing_cut_off(figure)
 
 
-class _PlainKnees(UnpoweredKnees):
+class _Passive(PassiveController):
     """Without functions to compile."""
 
     def law(self) -> None:  # type: ignore[override]
         return None
-
-
-class _Passive(PassiveController):
-    def driving(self, robot: Any) -> UnpoweredKnees:
-        return _PlainKnees()
 
 
 def test_a_walk_on_knees_shows_torque_and_flexion_of_the_knee() -> None:

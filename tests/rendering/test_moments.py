@@ -8,10 +8,8 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController, KneedController, PassiveController
-from mjbiped.control.unpowered import UnpoweredKnees
 from mjbiped.records.record import Walk
 from mjbiped.rendering.moments import Moments, foot_of
-from mjbiped.robots.robot import Robot
 from mjbiped.terrain.terrain import Terrain
 
 
@@ -119,16 +117,11 @@ def test_the_greatest_torque_of_a_part(walk: Walk) -> None:
     assert Moments(dataclasses.replace(walk, samples=bad)).greatest_torque(0.0, 1.0) == 0.0
 
 
-class _PlainKnees(UnpoweredKnees):
+class _Passive(PassiveController):
     """Without functions to compile."""
 
     def law(self) -> None:  # type: ignore[override]
         return None
-
-
-class _Passive(PassiveController):
-    def driving(self, robot: Robot) -> UnpoweredKnees:
-        return _PlainKnees()
 
 
 @pytest.fixture(scope="module")

@@ -130,7 +130,8 @@ class Varied(PassiveController):
 
 def test_one_that_the_others_callbacks_are_not_for() -> None:
     """Words do not fit into a record of numbers: that one needs Python's callbacks."""
-    controllers = [Varied(()), Varied("words"), Varied(())]
+    numbers = PassiveController().law().parameters
+    controllers = [Varied(numbers), Varied("words"), Varied(numbers)]
     given: dict[str, Any] = {"steps": 1}
     walks = mjbiped.walk_many(controllers, Terrain.incline(2.0), workers=2, **given)
     assert walks == [mjbiped.walk(each, Terrain.incline(2.0), **given) for each in controllers]

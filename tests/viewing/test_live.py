@@ -161,8 +161,8 @@ def test_the_force_drawn_is_that_of_the_contacts(controller: AdaptiveController,
         live.moment()
     live.go_to(live.time + 0.05)
     moment = live.moment()
-    q1, q2, dq1, dq2 = posture(u.tolist())
-    expected = ground_force(mjbiped.Compass(), moment.slope, (q1, q2), (dq1, dq2), moment.torque)
+    q, dq = posture(u.tolist())
+    expected = ground_force(mjbiped.Compass(), moment.slope, q, dq, moment.torque)
     live.close()
     # a mean over 50 ms, in which the force changes by some percent
     assert moment.force == pytest.approx(expected, rel=0.1, abs=0.05 * live.robot.weight)

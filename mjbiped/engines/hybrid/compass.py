@@ -42,7 +42,7 @@ def rates(
     wild = not (abs(q1) < WILDEST_ANGLE and abs(q2) < WILDEST_ANGLE)
     if wild:
         q1 = q2 = dq1 = dq2 = 0.0
-    result = torque(parameters, memory, min(max(t, w[at.AFTER]), w[at.BEFORE]), q1, q2, dq1, dq2)
+    result = torque(parameters, memory, min(max(t, w[at.AFTER]), w[at.BEFORE]), (q1, q2), (dq1, dq2))
     ankle, hip = result[0], result[1]
     stance = ankle - hip
     if w[at.PUSH] != 0.0:
@@ -112,13 +112,13 @@ def asked(
     torque: Callable[..., tuple[float, ...]], parameters: Any, memory: Any, t: float, state: Sequence[float]
 ) -> tuple[float, float]:
     """Torques of the law in a state."""
-    result = torque(parameters, memory, t, state[0], state[1], state[2], state[3])
+    result = torque(parameters, memory, t, (state[0], state[1]), (state[2], state[3]))
     return result[0], result[1]
 
 
 def ticked(tick: Callable[..., None], parameters: Any, memory: Any, t: float, state: Sequence[float]) -> None:
     """The law ticks."""
-    tick(parameters, memory, t, state[0], state[1], state[2], state[3])
+    tick(parameters, memory, t, (state[0], state[1]), (state[2], state[3]))
 
 
 def legs_at(b: Buffers, q1: float, q2: float) -> Legs:
@@ -212,7 +212,7 @@ def transfer(
     for index in range(own):
         b.memory[index] = y[at.ANGLES_AND_RATES + index]
     estimate_before = laws.slope_estimate(parameters, b.memory)
-    laws.touchdown(parameters, b.memory, q1, q2, new1, new2, rate1, rate2)
+    laws.touchdown(parameters, b.memory, (q1, q2), (new1, new2), (rate1, rate2))
     stand_on(constants, w, segment, foot_x)
     y[0], y[1], y[2], y[3] = new1, new2, rate1, rate2
     for index in range(own):

@@ -50,7 +50,7 @@ def rates(
     wild = not (abs(q1) < WILDEST_ANGLE and abs(q2) < WILDEST_ANGLE and abs(q3) < WILDEST_ANGLE)
     if wild:
         q1 = q2 = q3 = dq1 = dq2 = dq3 = 0.0
-    result = torque(parameters, memory, min(max(t, w[at.AFTER]), w[at.BEFORE]), q1, q2, q3, dq1, dq2, dq3)
+    result = torque(parameters, memory, min(max(t, w[at.AFTER]), w[at.BEFORE]), (q1, q2, q3), (dq1, dq2, dq3))
     ankle, hip_torque, knee = result[0], result[1], result[2]
     stance = ankle - hip_torque
     stand(constants, w[at.STANCE_FLEXION])
@@ -111,13 +111,13 @@ def asked(
     torque: Callable[..., tuple[float, ...]], parameters: Any, memory: Any, t: float, state: Sequence[float]
 ) -> tuple[float, float, float]:
     """Torques of the law in a state."""
-    result = torque(parameters, memory, t, state[0], state[1], state[2], state[3], state[4], state[5])
+    result = torque(parameters, memory, t, (state[0], state[1], state[2]), (state[3], state[4], state[5]))
     return result[0], result[1], result[2]
 
 
 def ticked(tick: Callable[..., None], parameters: Any, memory: Any, t: float, state: Sequence[float]) -> None:
     """The law ticks."""
-    tick(parameters, memory, t, state[0], state[1], state[2], state[3], state[4], state[5])
+    tick(parameters, memory, t, (state[0], state[1], state[2]), (state[3], state[4], state[5]))
 
 
 def foot_speed(constants: SimulationConstants, b: Buffers, pose: Pose) -> tuple[float, float]:

@@ -152,7 +152,7 @@ def transfer(
     for index in range(own):
         b.memory[index] = y[2 * ANGLES + index]
     estimate_before = laws.slope_estimate(parameters, b.memory)
-    laws.touchdown(parameters, b.memory, q1, q2, q3, new1, new2, new3, rate1, rate2, rate2)
+    laws.touchdown(parameters, b.memory, (q1, q2, q3), (new1, new2, new3), (rate1, rate2, rate2))
     stand_on(constants, w, segment, foot_x)
     y[0], y[1], y[2], y[3], y[4], y[5] = new1, new2, new3, rate1, rate2, rate2
     w[at.LOCKED] = KNEE_RESTING if bent == 0.0 else KNEE_FREE
@@ -211,6 +211,6 @@ def strike_stop(laws: Laws, parameters: Any, constants: SimulationConstants, b: 
     own = len(y) - 2 * ANGLES - JOINTS
     for index in range(own):
         b.memory[index] = y[2 * ANGLES + index]
-    laws.knee_strike(parameters, b.memory, t, y[0], y[1], y[2], y[3], y[4], y[5])
+    laws.knee_strike(parameters, b.memory, t, (y[0], y[1], y[2]), (y[3], y[4], y[5]))
     for index in range(own):
         y[2 * ANGLES + index] = b.memory[index]

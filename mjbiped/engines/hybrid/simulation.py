@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from mjbiped.control.check import refused_in_words
 from mjbiped.control.compilation import MachineCode, can_be_compiled
-from mjbiped.control.methods import KNEES, LEGS, gives_its_law
+from mjbiped.control.methods import LAWS, gives_its_law
 from mjbiped.control.trial import fault_at, fault_in
 from mjbiped.disturbances.pushes import NONE, Pushes, following
 from mjbiped.disturbances.sampled import SampledController
@@ -126,14 +126,14 @@ class HybridSimulation:
         size = 2 * angles + self._own + joints
         integrator = unrolled(size, untested=joints, arguments=HANDED_ON)
         if self.compiled:
-            from mjbiped.control import machine_code as law_code
+            from mjbiped.control import machine_code
 
-            laws = law_code.KNEES if robot.knees else law_code.LEGS
-            functions = (*laws, *integrator, *model.functions)
-            self.advance: Any = compiled(advance, Laws, functions, inlined=(*model.hot, laws[0]), apart=model.apart)
+            functions = (*machine_code.LAWS, *integrator, *model.functions)
+            self.advance: Any = compiled(
+                advance, Laws, functions, inlined=(*model.hot, machine_code.torque), apart=model.apart
+            )
         else:
-            methods = KNEES if robot.knees else LEGS
-            self.advance = partial(advance, Laws._make((*methods, *integrator, *model.functions)))
+            self.advance = partial(advance, Laws._make((*LAWS, *integrator, *model.functions)))
         self._robot, self._write_state = robot, model.write_state
         self.constants = SimulationConstants(
             robot=model.constants(robot, self.compiled),

@@ -250,19 +250,19 @@ def take_in(constants: SimulationConstants, u: MutableSequence[float], time: flo
     events.observe(u, constants.limits, constants.places.profile, time, leapfrog.rates_now(u, state))
 
 
-def posture(u: Sequence[float]) -> tuple[float, float, float, float]:
+def posture(u: Sequence[float]) -> tuple[tuple[float, float], tuple[float, float]]:
     """Stance and swing leg from the ground's normal, and their rates, as last observed."""
     slope = u[events.SLOPE]
     stance, swing = events.by_role(u, u[events.LEFT], u[events.RIGHT])
     stance_rate, swing_rate = events.by_role(u, u[events.LEFT_RATE], u[events.RIGHT_RATE])
-    return stance - slope, swing - slope, stance_rate, swing_rate
+    return (stance - slope, swing - slope), (stance_rate, swing_rate)
 
 
 def _tick(setting: Setting, userdata: Userdata, time: float) -> None:
     """One tick of the digital controller: its events and its law, whose torques and rates are held from now on."""
     laws, parameters, _, recording = setting
     u, memory, rates = userdata
-    q1, q2, dq1, dq2 = posture(u)
+    q, dq = posture(u)
     if u[events.TRANSFERRED]:
         u[events.TRANSFERRED] = 0.0
         u[events.ESTIMATE_BEFORE] = laws.slope_estimate(parameters, memory)
@@ -270,19 +270,16 @@ def _tick(setting: Setting, userdata: Userdata, time: float) -> None:
         laws.touchdown(
             parameters,
             memory,
-            u[events.TOLD_Q_BEFORE],
-            u[events.TOLD_Q_BEFORE + 1],
-            u[events.TOLD_Q],
-            u[events.TOLD_Q + 1],
-            u[events.TOLD_DQ],
-            u[events.TOLD_DQ + 1],
+            (u[events.TOLD_Q_BEFORE], u[events.TOLD_Q_BEFORE + 1]),
+            (u[events.TOLD_Q], u[events.TOLD_Q + 1]),
+            (u[events.TOLD_DQ], u[events.TOLD_DQ + 1]),
         )
         u[events.ESTIMATE_AFTER] = laws.slope_estimate(parameters, memory)
         _write_row(recording, u)
     t = time - u[events.TRANSFER_TIME]
     if setting.constants.sampled:
-        laws.tick(parameters, memory, t, q1, q2, dq1, dq2)
-    values = laws.torque(parameters, memory, t, q1, q2, dq1, dq2)
+        laws.tick(parameters, memory, t, q, dq)
+    values = laws.torque(parameters, memory, t, q, dq)
     for index in range(setting.constants.states):
         rates[index] = values[2 + index]
     ankle, hip = values[0], values[1]
@@ -310,14 +307,14 @@ def take_sample(setting: Setting, userdata: Userdata, time: float, qpos: Sequenc
     row = int(u[events.SAMPLES])
     if not 0 <= row < len(recording.samples):
         return
-    q1, q2, dq1, dq2 = posture(u)
+    q, dq = posture(u)
     estimate = laws.slope_estimate(parameters, memory)
     write_sample(
         recording.samples[row],
         0,
         time=time,
-        q=(q1, q2),
-        dq=(dq1, dq2),
+        q=q,
+        dq=dq,
         torque=(u[events.ANKLE], u[events.HIP]),
         slope=u[events.SLOPE],
         slope_estimate=estimate,

@@ -208,14 +208,14 @@ def explain(warnings: Counter[str], fault: str) -> None:
 def _fault(simulation: Simulation) -> str:
     """Which torque was no number at the controller's last tick, in words; empty if none was."""
     u = simulation.data.userdata.tolist()
-    q1, q2, dq1, dq2 = callbacks.posture(u)
+    q, dq = callbacks.posture(u)
     torque, t = (
         (u[contact_events.ANKLE], u[contact_events.HIP]),
         u[contact_events.TIME] - u[contact_events.TRANSFER_TIME],
     )
     controller = simulation.controller
     own = controller.inner if isinstance(controller, SampledController) else controller
-    return fault_in(own, torque, t, (q1, q2), (dq1, dq2))
+    return fault_in(own, torque, t, q, dq)
 
 
 class _Blocks:

@@ -58,7 +58,8 @@ def sections(asked: Sequence[Check]) -> dict[str, str]:
         mine = _by_claim(check for check in asked if check.group == group)
         parts |= {f"missed_{group}": _missed(mine), f"checks_{group}": _table(mine)}
     without = _by_claim(check for check in asked if check.group in (UNFITTED, BLIND))
-    return {**parts, "missed_without_the_table": _missed(without), "asked_without_the_table": str(len(without))}
+    denied = {key: said for key, said in without.items() if any(each.holds is False for each in said.values())}
+    return {**parts, "missed_without_the_table": _missed(without), "denied": _table(denied)}
 
 
 Asked = Mapping[tuple[str, str, str], Mapping[str, Answer]]

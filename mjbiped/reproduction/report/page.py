@@ -1,8 +1,8 @@
-"""The report: the table of all walks, rendered as a page."""
+"""The report: the table of all walks, rendered as a page and an appendix of tables."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from string import Template
 
@@ -17,21 +17,21 @@ from mjbiped.reproduction.scan import Tried
 from mjbiped.reproduction.table_2 import choices
 
 PAGE = "reproduction.md"
+TABLES = "tables/reproduction.md"
 TABLE = "reproduction.csv"
 TRIED = "reproduction_gains.csv"
 GROUNDS = "reproduction_grounds.csv"
 PICTURES = "images"
 
 
-def render(rows: Sequence[Row], tried: Sequence[Tried], grounds: Sequence[RandomGround]) -> str:
-    """The page, every number of it from the rows, the settings that were tried and the random grounds.
+def render(rows: Sequence[Row], tried: Sequence[Tried], grounds: Sequence[RandomGround]) -> dict[str, str]:
+    """Page and tables by file name, every number from the rows, the settings that were tried and the random grounds.
 
     Args:
         rows: Of a whole reproduction; walks in MuJoCo may be missing.
         tried: Gains and slope sources of the comparison methods, on the reading that the rows choose.
         grounds: Random ones with their own Tables III.
     """
-    template = (resources.files("mjbiped.reproduction") / "template.md").read_text(encoding="utf-8")
     best = choices(rows)[0]
     failed = [[row.ground, row.method, row.engine, row.error] for row in rows if row.outcome == "failed"]
     mujoco_steps = [row.steps for row in rows if (row.part, row.engine) == ("table 2", "mujoco")]
@@ -48,7 +48,13 @@ def render(rows: Sequence[Row], tried: Sequence[Tried], grounds: Sequence[Random
         "engine_name": {"mujoco": "MuJoCo", "hybrid": "hybrid engine"}[engine_shown(rows)],
         "failed": table(("ground", "method", "engine", "error"), failed) if failed else "None.",
     }
-    return Template(template).substitute(parts)
+    return {PAGE: _filled("template_page.md", parts), TABLES: _filled("template_tables.md", parts)}
+
+
+def _filled(template: str, parts: Mapping[str, str]) -> str:
+    """A template of this package with its places filled."""
+    text = (resources.files("mjbiped.reproduction") / template).read_text(encoding="utf-8")
+    return Template(text).substitute(parts)
 
 
 def engine_shown(rows: Sequence[Row]) -> str:

@@ -10,12 +10,11 @@ import pytest
 from numpy.typing import NDArray
 from rounding import assert_same
 from scipy.integrate import solve_ivp
-from simulations import PlainKnees, hybrid_simulation
+from simulations import Plain, hybrid_simulation
 
 import mjbiped
 from controllers import PassiveController
 from mjbiped import KneedBiped, Terrain
-from mjbiped.control.unpowered import UnpoweredKnees
 from mjbiped.engines.hybrid import kneed, kneed_posture
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.simulation import simulate
@@ -32,13 +31,6 @@ ROBOT = KneedBiped()
 SLOPE = math.radians(2.5)
 START = (-0.24, 0.24, 0.24, 1.10, 0.33, 0.33)
 """Near the gait on 2.5 degrees, and not on it."""
-
-
-class Plain(PassiveController):
-    """As a user's own class would come: without functions to compile."""
-
-    def driving(self, robot: Any) -> UnpoweredKnees:
-        return PlainKnees()
 
 
 def walked(start: Sequence[float], terrain: Terrain, **settings: Any) -> mjbiped.Walk:

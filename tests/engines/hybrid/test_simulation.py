@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.control.methods import LEGS
+from mjbiped.control.methods import LAWS
 from mjbiped.engines.hybrid import compass as compass_model
 from mjbiped.engines.hybrid import state as hybrid_state
 from mjbiped.engines.hybrid.dynamics import HANDED_ON
@@ -387,7 +387,7 @@ def test_a_foot_off_the_ground_is_no_touchdown(height: float) -> None:
     for off, outcome, rows in ((0.0, "walking", 1), (height, "diverged", 0)):
         swing = -math.acos(math.cos(0.2) - off)
         walker = HybridSimulation(Free(), Terrain.level(), robot=mjbiped.Compass(), q=(0.2, swing), dq=(1.0, 1.0))
-        called = Laws._make((*LEGS, *unrolled(6, untested=2, arguments=HANDED_ON), *compass_model.MODEL))
+        called = Laws._make((*LAWS, *unrolled(6, untested=2, arguments=HANDED_ON), *compass_model.MODEL))
         transfer_support(called, walker.controller, walker.constants, walker.buffers)
         assert walker.outcome.words == outcome
         assert walker.buffers.w[hybrid_state.ROWS] == rows

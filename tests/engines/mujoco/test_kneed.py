@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
-from simulations import PlainKnees
+from simulations import Plain
 
 import mjbiped
 from controllers import KneedController, PassiveController
 from mjbiped.control.controller import Law
-from mjbiped.control.unpowered import UnpoweredKnees
+from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco import scene
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
@@ -169,7 +169,7 @@ def out_of_range(parameters: Any, memory: Any, *state: float) -> tuple[float, fl
 
 
 def test_an_exception_in_compiled_code_stops_the_walk() -> None:
-    class Short(UnpoweredKnees):
+    class Short(Unpowered):
         def law(self) -> Law:
             return super().law()._replace(torque=out_of_range)
 
@@ -179,7 +179,7 @@ def test_an_exception_in_compiled_code_stops_the_walk() -> None:
 
 
 def test_a_torque_that_is_no_number_is_named() -> None:
-    class Broken(UnpoweredKnees):
+    class Broken(Unpowered):
         def torque(self, memory: Any, t: float, q: Any, dq: Any) -> tuple[float, float, float]:
             return 0.0, math.nan if t > 0.02 else 0.0, 0.0
 
@@ -191,7 +191,7 @@ def test_a_torque_that_is_no_number_is_named() -> None:
 def test_motors_hold_their_torques_between_ticks_and_not_those_of_other_joints() -> None:
     """At the touchdown the ankle and the knee are other ones, and the hip's torque is between the legs in new roles."""
 
-    class Constant(UnpoweredKnees):
+    class Constant(Unpowered):
         def torque(self, memory: Any, t: float, q: Any, dq: Any) -> tuple[float, float, float]:
             return 0.1, 0.2, 0.01
 
@@ -268,11 +268,6 @@ def test_a_stubbed_toe_is_physics() -> None:
 
 
 LAW = KneedController(ROBOT, mjbiped.find_kneed_gait(ROBOT, math.radians(2.5)))
-
-
-class Plain(PassiveController):
-    def driving(self, robot: Any) -> UnpoweredKnees:
-        return PlainKnees()
 
 
 def test_contact_of_the_foot_can_wait_or_not(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,8 +8,8 @@ import pytest
 from simulations import UNEQUAL
 
 import mjbiped
-from mjbiped.control.methods import KNEES
-from mjbiped.control.unpowered import UnpoweredKnees
+from mjbiped.control.methods import LAWS
+from mjbiped.control.unpowered import Unpowered
 from mjbiped.disturbances.pushes import NONE
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.kneed import motors, servo, stages
@@ -17,10 +17,10 @@ from mjbiped.engines.mujoco.kneed import state as at
 from mjbiped.engines.mujoco.kneed.simulation import KneedSimulation
 from mjbiped.engines.mujoco.kneed.state import Parts
 
-PARTS = Parts(*KNEES, *stages.STAGES)
+PARTS = Parts(*LAWS, *stages.STAGES)
 
 
-class Springs(UnpoweredKnees):
+class Springs(Unpowered):
     """Torques of the angles and rates, no two alike."""
 
     def torque(self, memory: Any, t: float, q: Any, dq: Any) -> tuple[float, float, float]:
@@ -32,7 +32,7 @@ class Springs(UnpoweredKnees):
 
 def simulated(**settings: Any) -> KneedSimulation:
     return KneedSimulation(
-        Springs(),
+        Springs().driving(UNEQUAL),
         mjbiped.Terrain.level(),
         robot=UNEQUAL,
         q=(-0.2, 0.2, 0.2),

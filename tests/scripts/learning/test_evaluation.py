@@ -117,9 +117,10 @@ def test_the_program_makes_tables_figures_and_videos(tmp_path: Path, monkeypatch
     for seed in (1, 2):
         training(True, seed).save(tmp_path / f"residual-{seed}.npz")
     page = tmp_path / "page.md"
-    (tmp_path / "images").mkdir()
+    images = tmp_path / "images"
+    images.mkdir()
     page.write_text("".join(f"<!-- {name} -->\n<!-- end {name} -->\n" for name in PLACES))
-    words = ["--policies", str(tmp_path), "--out", str(tmp_path), "--page", str(page)]
+    words = ["--policies", str(tmp_path), "--out", str(tmp_path), "--page", str(page), "--images", str(images)]
     said = CliRunner().invoke(evaluate.main, words)
     assert said.exit_code == 0, said.output
     with (tmp_path / "evaluation.csv").open(encoding="utf-8") as stream:

@@ -15,7 +15,7 @@ from scripts.learning.evaluation import GROUNDS, by_training, interval, try_out
 from scripts.learning.rollouts import Rollouts
 from scripts.pages import markdown_table
 
-PAGE = Path(__file__).parents[3] / "docs" / "learning.md"
+PAGE = Path(__file__).parents[3] / "docs" / "tables" / "learning.md"
 SMALL = 1_000_000
 """Bytes that all of them may take together."""
 

@@ -89,12 +89,11 @@ def _ask(parts: Parts, parameters: Any, constants: Constants, buffers: Buffers) 
     """Ask the controller's law."""
     u = buffers.u
     stance = stance_of(u)
-    q1, q2, q3 = angles_of(u, at.Q, stance, u[events.SLOPE])
-    dq1, dq2, dq3 = rates_of(u, at.RATES, stance)
+    q, dq = angles_of(u, at.Q, stance, u[events.SLOPE]), rates_of(u, at.RATES, stance)
     t = u[events.TIME] - u[events.TRANSFER_TIME]
     if constants.sampled:
-        parts.tick(parameters, buffers.memory, t, q1, q2, q3, dq1, dq2, dq3)
-    values = parts.torque(parameters, buffers.memory, t, q1, q2, q3, dq1, dq2, dq3)
+        parts.tick(parameters, buffers.memory, t, q, dq)
+    values = parts.torque(parameters, buffers.memory, t, q, dq)
     for index in range(constants.states):
         buffers.rates[index] = values[JOINTS + index]
     ankle, hip, knee = float(values[0]), float(values[1]), float(values[2])

@@ -103,13 +103,12 @@ def _note_strike(parts: Parts, parameters: Any, buffers: Buffers) -> None:
     u = buffers.u
     stance, slope = stance_of(u), u[events.SLOPE]
     t = u[events.TIME] - u[events.TRANSFER_TIME]
-    q1, q2, q3 = angles_of(u, at.Q, stance, slope)
-    dq1, dq2, dq3 = rates_of(u, at.RATES, stance)
+    q, dq = angles_of(u, at.Q, stance, slope), rates_of(u, at.RATES, stance)
     u[at.STRIKE_TIME] = t
     _put(u, at.STRIKE_Q, angles_of(u, at.OLD_Q, stance, slope))
     _put(u, at.STRIKE_RATES, rates_of(u, at.OLD_RATES, stance))
-    _put(u, at.STRUCK_RATES, (dq1, dq2, dq3))
-    parts.knee_strike(parameters, buffers.memory, t, q1, q2, q3, dq1, dq2, dq3)
+    _put(u, at.STRUCK_RATES, dq)
+    parts.knee_strike(parameters, buffers.memory, t, q, dq)
 
 
 def _put(u: MutableSequence[float], first: int, three: tuple[float, float, float]) -> None:
@@ -130,7 +129,7 @@ def _transfer(parts: Parts, parameters: Any, constants: Constants, buffers: Buff
     u, memory, scene = buffers.u, buffers.memory, buffers.scene
     limits, profile = constants.limits, constants.places.profile
     old = stance_of(u)
-    old1, old2, old3 = q_before = angles_of(u, at.OLD_Q, old, u[events.SLOPE])
+    q_before = angles_of(u, at.OLD_Q, old, u[events.SLOPE])
     dq_before = rates_of(u, at.OLD_RATES, old)
     leg = 1 - old
     x, z = foot_of(constants.links, at.Q, u, leg)
@@ -149,11 +148,10 @@ def _transfer(parts: Parts, parameters: Any, constants: Constants, buffers: Buff
         u[at.TILT] = u[at.BEND] - lean
     else:
         u[at.REACH], u[at.TILT] = limits.leg_length, 0.0
-    q1, q2, q3 = angles_of(u, at.Q, leg, slope)
-    dq1, dq2, dq3 = rates_of(u, at.RATES, leg)
+    q, dq = angles_of(u, at.Q, leg, slope), rates_of(u, at.RATES, leg)
     hold, hold_work = (u[at.PEAK_HOLD], u[at.WORK_HOLD]) if servo else (math.nan, math.nan)
     before = parts.slope_estimate(parameters, memory)
-    parts.touchdown(parameters, memory, old1, old2, old3, q1, q2, q3, dq1, dq2, dq3)
+    parts.touchdown(parameters, memory, q_before, q, dq)
     write_kneed_touchdown(
         buffers.rows[int(u[events.ROWS])],
         0,
@@ -165,8 +163,8 @@ def _transfer(parts: Parts, parameters: Any, constants: Constants, buffers: Buff
         slope=slope,
         q_before=q_before,
         dq_before=dq_before,
-        q=(q1, q2, q3),
-        dq=(dq1, dq2, dq3),
+        q=q,
+        dq=dq,
         work_absolute=u[events.WORK_ABSOLUTE],
         work_net=u[events.WORK_NET],
         work_positive=u[events.WORK_POSITIVE],

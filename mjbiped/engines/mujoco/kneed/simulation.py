@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from mjbiped.control.check import refused_in_words
 from mjbiped.control.compilation import MachineCode, can_be_compiled
 from mjbiped.control.controller import Controller
-from mjbiped.control.methods import KNEES, gives_its_law
+from mjbiped.control.methods import LAWS, gives_its_law
 from mjbiped.control.trial import fault_in
 from mjbiped.disturbances.pushes import Pushes, following
 from mjbiped.disturbances.sampled import SampledController
@@ -239,11 +239,11 @@ class KneedSimulation:
     def _advance(self) -> Any:
         """`stepping.advance` for this controller: a function of its laws' parameters, the constants and the buffers."""
         if self.code is None:
-            return partial(advance, Parts(*KNEES, *stages.STAGES))
+            return partial(advance, Parts(*LAWS, *stages.STAGES))
         from mjbiped.control import machine_code
         from mjbiped.engines.mujoco.kneed import compiled as by_address
 
-        return compiled(advance, Parts, (*machine_code.KNEES, *by_address.STAGES), inlined=(), contract=False)
+        return compiled(advance, Parts, (*machine_code.LAWS, *by_address.STAGES), inlined=(), contract=False)
 
     def compile(self) -> bool:
         """Compile what can be now, and not at the first step; whether the stepping is compiled.
