@@ -174,7 +174,7 @@ def test_frames_show_the_robot_with_knees(kneed: Walk) -> None:
 def test_no_equation_is_asked_for_the_force_of_a_walk_that_diverged() -> None:
     """Such a record's last state is beyond all measure: a video of it once was refused."""
     robot = mjbiped.KneedBiped()
-    walk = mjbiped.walk(UnpoweredKnees(), Terrain.incline(2.5), robot=robot, engine="hybrid", steps=1)
+    walk = mjbiped.walk(PassiveController(), Terrain.incline(2.5), robot=robot, engine="hybrid", steps=1)
     samples = {name: column.copy() for name, column in walk.samples.items()}
     samples["q"][-1], samples["dq"][-1], samples["torque"][-1] = 1e6, 1e9, math.nan
     moments = Moments(dataclasses.replace(walk, samples=samples, outcome="diverged"))

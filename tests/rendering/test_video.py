@@ -15,7 +15,6 @@ from PIL import Image
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
-from mjbiped.control.unpowered import UnpoweredKnees
 from mjbiped.errors import InputError, RenderError
 from mjbiped.records.record import Walk
 from mjbiped.rendering.look import ELEMENTS, look
@@ -294,7 +293,7 @@ def test_a_gif_is_as_long_as_the_walk(walk: Walk, tmp_path: Path) -> None:
 @needs_gl
 def test_a_walk_on_knees_that_diverged_is_shown_to_its_end(tmp_path: Path) -> None:
     robot = mjbiped.KneedBiped()
-    walked = mjbiped.walk(UnpoweredKnees(), Terrain.incline(2.5), robot=robot, engine="hybrid", steps=1)
+    walked = mjbiped.walk(PassiveController(), Terrain.incline(2.5), robot=robot, engine="hybrid", steps=1)
     samples = {name: column.copy() for name, column in walked.samples.items()}
     samples["q"][-1], samples["dq"][-1], samples["torque"][-1] = 1e6, 1e9, np.nan
     diverged = dataclasses.replace(walked, samples=samples, outcome="diverged")
