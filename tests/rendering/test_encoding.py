@@ -95,6 +95,7 @@ def test_an_interrupted_video_leaves_no_process(
             super().__init__(*arguments, **settings)
             started.append(self)
 
+    imageio_ffmpeg.get_ffmpeg_exe()  # which runs FFmpeg when it is first asked
     monkeypatch.setattr(subprocess, "Popen", Kept)
     with pytest.raises(Interrupted):
         interrupted(tmp_path / f"a.{suffix}", frames(sent))
