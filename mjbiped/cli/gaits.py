@@ -14,7 +14,7 @@ from mjbiped.cli import kinds, options, sections, tables
 from mjbiped.cli.files import INTERRUPTED, Files
 from mjbiped.cli.laws import controller_of
 from mjbiped.cli.robots import robot_of
-from mjbiped.control.own import FORMS
+from mjbiped.control.loading import FORMS
 from mjbiped.control.registry import SHARED
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.passive import find_passive_gait

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from mjbiped.control.own import FORMS, is_reference
+from mjbiped.control.loading import FORMS, is_reference
 from mjbiped.control.registry import controller_names
 from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown

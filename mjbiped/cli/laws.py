@@ -9,9 +9,9 @@ import click
 
 from mjbiped.cli import options
 from mjbiped.control.controller import Controller
-from mjbiped.control.fields import shown_defaults, value_of, why_none
-from mjbiped.control.own import is_reference
+from mjbiped.control.loading import is_reference
 from mjbiped.control.registry import SHARED, controller_class, make_controller, settings_of
+from mjbiped.control.settings import shown_defaults, value_of, why_none
 from mjbiped.errors import InputError, shortened
 from mjbiped.robots.robot import Robot
 from mjbiped.utils.domains import nearest

@@ -23,9 +23,9 @@ from mjbiped.cli.kinds import (
     robot_name,
 )
 from mjbiped.cli.sections import Row, SectionOption, options
-from mjbiped.control.fields import shown_defaults
-from mjbiped.control.own import FORMS
+from mjbiped.control.loading import FORMS
 from mjbiped.control.registry import DEFAULT_CONTROLLER, SHARED, controller_names, settings_of
+from mjbiped.control.settings import shown_defaults
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP, LOCKED, STANCE_KNEES
 from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES

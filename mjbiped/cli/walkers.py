@@ -13,7 +13,7 @@ from mjbiped.cli import options
 from mjbiped.cli.laws import controller_of, refuse, section, taken
 from mjbiped.cli.robots import robot_of
 from mjbiped.control.controller import Controller
-from mjbiped.control.fields import value_of
+from mjbiped.control.settings import value_of
 from mjbiped.disturbances.disturbances import SETTINGS, Disturbances
 from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.engine import Mujoco

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
-from mjbiped.control.controller import Law
+from mjbiped.control.adapters import gives_its_law
+from mjbiped.control.controller import Controller, Law
 from mjbiped.numerics.jit import c_function, called_within, from_source, jitted, kept_apart, options, raises
 from mjbiped.numerics.records import WORD, NotPackableError, Packer
 
@@ -71,6 +72,12 @@ class MachineCode:
     def failed(self) -> bool:
         """Whether a law has raised an exception; its torques are no numbers since."""
         return bool(self._record[_FAILED])
+
+
+def compilable_law(controller: Controller) -> Law | None:
+    """The law that engines compile for a controller, or None where its methods must be called."""
+    law = controller.law() if gives_its_law(controller) else None
+    return law if law is not None and can_be_compiled(law) else None
 
 
 def can_be_compiled(law: Law) -> bool:

@@ -73,4 +73,4 @@ def knee_strike(law: CompiledLaw, memory: Memory, t: float, q: Angles, dq: Angle
 
 
 LAWS = (torque, touchdown, slope_estimate, next_discontinuity, tick, knee_strike)
-"""As `mjbiped.control.methods.LAWS`."""
+"""As `mjbiped.control.adapters.LAWS`."""

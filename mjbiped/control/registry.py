@@ -8,9 +8,9 @@ project does in its own pyproject.toml, and they are found when somebody asks fo
 spread = "my_package.spread:HipSpread"
 ```
 
-A class that is not registered is named by its place, as `mjbiped.control.own` says. Such a class is a frozen dataclass,
-and its fields are the settings of the controller. Three names are special: a field `robot` gets the robot's model,
-`gait` the passive gait that is imitated, and one of `SLOPE_FIELDS` the slope estimate at the start.
+A class that is not registered is named by its place, as `mjbiped.control.loading` says. Such a class is a frozen
+dataclass, and its fields are the settings of the controller. Three names are special: a field `robot` gets the robot's
+model, `gait` the passive gait that is imitated, and one of `SLOPE_FIELDS` the slope estimate at the start.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from pkgutil import resolve_name
 from types import MappingProxyType
 from typing import Any
 
-from mjbiped.control.blame import place_of
 from mjbiped.control.controller import Controller
-from mjbiped.control.fields import REQUIRED, checked, default_of, fields_of, shown_defaults, why_none
-from mjbiped.control.own import FORMS, is_reference, own_class, recorded_class
+from mjbiped.control.error_location import place_of
+from mjbiped.control.loading import FORMS, is_reference, own_class, recorded_class
+from mjbiped.control.settings import REQUIRED, checked, default_of, fields_of, shown_defaults, why_none
 from mjbiped.errors import InputError, MjbipedError, explained, shown
 from mjbiped.gaits.described import gait_from, passive_gait_of
 from mjbiped.gaits.gait import Periodic
@@ -87,7 +87,7 @@ def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
     """The class of a name.
 
     Args:
-        name: Of a registered controller, or where a class of the user's stands: see `mjbiped.control.own`.
+        name: Of a registered controller, or where a class of the user's stands: see `mjbiped.control.loading`.
         robot: That it is to drive: for one with knees a law may have a class of its own.
 
     Raises:
@@ -234,7 +234,7 @@ def controller_from(
 
     Args:
         description: Of a controller.
-        source: What the record tells of a class of the user's own; see `mjbiped.control.own.source_of`.
+        source: What the record tells of a class of the user's own; see `mjbiped.control.loading.source_of`.
         named: Where that class is, in the words of who builds it anew; it is loaded if its digest is the record's.
 
     Raises:

@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from functools import cached_property
 
-from mjbiped.control import methods
-from mjbiped.control.check import refused_in_words
-from mjbiped.control.compilation import MachineCode, can_be_compiled
+from mjbiped.control import adapters
+from mjbiped.control.compilation import MachineCode, compilable_law
+from mjbiped.control.compile_errors import refused_in_words
 from mjbiped.control.controller import Controller, Law, Memory
 from mjbiped.disturbances import loop as laws
 from mjbiped.disturbances.chance import words_of
@@ -86,7 +86,7 @@ class SampledController(Controller):
     def _ask(
         self, inner: Controller, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
     ) -> Sequence[float]:
-        return methods.torque(inner, memory[: self.loop.size], t, q, dq)
+        return adapters.torque(inner, memory[: self.loop.size], t, q, dq)
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
         """What is held since the last tick."""
@@ -114,8 +114,8 @@ class SampledController(Controller):
     @cached_property
     def _code(self) -> MachineCode | None:
         """Machine code of the controller proper, which this one's calls by its address; None where it has none."""
-        law = self.inner.law() if methods.gives_its_law(self.inner) else None
-        if law is None or not can_be_compiled(law):
+        law = compilable_law(self.inner)
+        if law is None:
             return None
         with refused_in_words(self.inner, law):
             return MachineCode(law, self.loop.states, self.loop.size, contract=False, joints=self.loop.joints)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 from numpy.typing import NDArray
 
-from mjbiped.control.blame import place_of
+from mjbiped.control.error_location import place_of
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError, explained

@@ -15,9 +15,9 @@ import mujoco
 import numpy as np
 import scipy
 
-from mjbiped.control.blame import place_of
-from mjbiped.control.own import source_of
-from mjbiped.control.trial import try_out
+from mjbiped.control.error_location import place_of
+from mjbiped.control.loading import source_of
+from mjbiped.control.validation import try_out
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.errors import GaitError, InputError, MjbipedError, explained, shown

@@ -8,10 +8,9 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 from mjbiped.control import machine_code
-from mjbiped.control.compilation import MachineCode, can_be_compiled
+from mjbiped.control.compilation import MachineCode, compilable_law
 from mjbiped.control.controller import Controller, Law, Memory
 from mjbiped.control.machine_code import CompiledLaw
-from mjbiped.control.methods import gives_its_law
 
 Pair = tuple[float, float]
 """Of ankle and hip, N m."""
@@ -81,8 +80,8 @@ class DrivenController(Controller):
     @cached_property
     def _machine_code(self) -> MachineCode | None:
         """Of the other controller's laws; None where they cannot be compiled."""
-        law = self.base.law() if gives_its_law(self.base) else None
-        if law is None or not can_be_compiled(law):
+        law = compilable_law(self.base)
+        if law is None:
             return None
         return MachineCode(law, len(self.base.states), self.base.memory_size, contract=False)
 

@@ -16,10 +16,10 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mjbiped.control.blame import place_of
-from mjbiped.control.check import LawError
+from mjbiped.control.compile_errors import LawError
 from mjbiped.control.controller import Controller
-from mjbiped.control.trial import try_out
+from mjbiped.control.error_location import place_of
+from mjbiped.control.validation import try_out
 from mjbiped.engines.hybrid.simulation import HybridSimulation
 from mjbiped.engines.hybrid.state import ROWS, SAMPLES
 from mjbiped.engines.plan import check_controller, check_robot

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from mjbiped.control.own import is_reference, located
+from mjbiped.control.loading import is_reference, located
 from mjbiped.errors import InputError, shortened, shown
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Disturbance, Margin
 from mjbiped.robustness.walks import BASIN, Plan, walks_of

@@ -11,7 +11,7 @@ from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from mjbiped.control.methods import gives_its_law
+from mjbiped.control.compilation import compilable_law
 from mjbiped.engines.base import Run
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError, MjbipedError
@@ -232,7 +232,7 @@ class Batch:
 
 def _kind(controller: Controller) -> Hashable:
     """What decides which functions are compiled for a controller; None: none."""
-    law = controller.law() if gives_its_law(controller) else None
+    law = compilable_law(controller)
     return None if law is None else (type(controller), law[1:], tuple(controller.states))
 
 

@@ -8,7 +8,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from tqdm.auto import tqdm
 
 from mjbiped.control.controller import Controller
-from mjbiped.control.own import is_reference
+from mjbiped.control.loading import is_reference
 from mjbiped.control.registry import controller_class, controller_names, make_controller, settings_of
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.names import ENGINES

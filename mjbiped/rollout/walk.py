@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mjbiped.control.check import LawError
+from mjbiped.control.compile_errors import LawError
 from mjbiped.control.controller import Controller
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine

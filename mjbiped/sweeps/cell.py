@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from mjbiped.control.controller import Controller
-from mjbiped.control.fields import checked
 from mjbiped.control.registry import make_controller
+from mjbiped.control.settings import checked
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.engine import Mujoco

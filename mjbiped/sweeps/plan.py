@@ -12,9 +12,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from mjbiped.control.own import is_reference, located
-from mjbiped.control.trial import try_out
+from mjbiped.control.loading import is_reference, located
 from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.validation import try_out
 from mjbiped.engines.names import ENGINES
 from mjbiped.engines.plan import INITIAL_STATES, Terms, check_controller, make_plan
 from mjbiped.errors import InputError, shortened, shown

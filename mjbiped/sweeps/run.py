@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 from tqdm.auto import tqdm
 
-from mjbiped.control.own import digest_of
+from mjbiped.control.loading import digest_of
 from mjbiped.engines.plan import versions
 from mjbiped.errors import MjbipedError
 from mjbiped.records.schema import OUTCOMES

@@ -7,7 +7,7 @@ from inspect import signature
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from mjbiped.control.own import located
+from mjbiped.control.loading import located
 from mjbiped.control.registry import DEFAULT_CONTROLLER, controller_class, settings_of
 from mjbiped.disturbances.disturbances import SETTINGS
 from mjbiped.engines.names import DEFAULT_ENGINE

@@ -10,7 +10,7 @@ from collections.abc import Callable, Generator
 import mujoco
 import numpy as np
 
-from mjbiped.control.check import LawError
+from mjbiped.control.compile_errors import LawError
 from mjbiped.control.tracking import Tracking
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.engine import Mujoco

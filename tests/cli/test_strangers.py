@@ -13,7 +13,7 @@ from command_line import run
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.control.own import digest_of
+from mjbiped.control.loading import digest_of
 from mjbiped.gaits import optimised
 from mjbiped.gaits.bezier import DEGREE
 from mjbiped.gaits.described import gait_from

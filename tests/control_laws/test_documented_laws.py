@@ -12,7 +12,7 @@ from command_line import run
 from documentation import blocks
 
 import mjbiped
-from mjbiped.control.own import own_class
+from mjbiped.control.loading import own_class
 
 PAGE = "docs/controller.md"
 

@@ -18,7 +18,7 @@ import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
 from controllers.comparison.known_slope import KnownSlopeController
 from controllers.comparison.passivity import PassivityController
-from mjbiped.control.check import LawError
+from mjbiped.control.compile_errors import LawError
 from mjbiped.control.controller import Law
 from mjbiped.engines.hybrid import engine as hybrid_engine
 from mjbiped.engines.mujoco import run as mujoco_run

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.control.check import refused_in_words
-from mjbiped.control.compilation import MachineCode, can_be_compiled
-from mjbiped.control.methods import LAWS, gives_its_law
-from mjbiped.control.trial import fault_at, fault_in
+from mjbiped.control.adapters import LAWS
+from mjbiped.control.compilation import MachineCode, compilable_law
+from mjbiped.control.compile_errors import refused_in_words
+from mjbiped.control.validation import fault_at, fault_in
 from mjbiped.disturbances.pushes import NONE, Pushes, following
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Show
@@ -117,8 +117,7 @@ class HybridSimulation:
         if not (isinstance(sample_period, float) and sample_period == math.inf):
             domains.SAMPLE_PERIOD.check("sample_period", sample_period)
         rule = chosen(scuffing)
-        law = controller.law() if compile and gives_its_law(controller) else None
-        self._law = law if law is not None and can_be_compiled(law) else None
+        self._law = compilable_law(controller) if compile else None
         self.controller = controller
         self.compiled = self._law is not None
         model, angles, joints = model_of(robot), len(robot.angles), len(robot.joints)

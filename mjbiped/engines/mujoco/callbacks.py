@@ -112,7 +112,7 @@ class SimulationConstants(NamedTuple):
 
 
 class Laws(NamedTuple):
-    """A controller's functions; see `controllers.Law` and `mjbiped.control.methods`."""
+    """A controller's functions; see `controllers.Law` and `mjbiped.control.adapters`."""
 
     torque: Callable[..., Sequence[float]]
     touchdown: Callable[..., None]

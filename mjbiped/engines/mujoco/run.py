@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.control.trial import fault_in
+from mjbiped.control.validation import fault_in
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Run, Show

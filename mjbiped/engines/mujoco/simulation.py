@@ -20,17 +20,17 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from mjbiped.control import methods
-from mjbiped.control.check import refused_in_words
+from mjbiped.control import adapters
+from mjbiped.control.compilation import compilable_law
+from mjbiped.control.compile_errors import refused_in_words
 from mjbiped.control.controller import Controller
-from mjbiped.control.methods import gives_its_law
 from mjbiped.disturbances.pushes import NONE, Pushes, following
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.mujoco import callbacks, leapfrog
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.callbacks import Laws, Recording, Setting, SimulationConstants, Userdata
 from mjbiped.engines.mujoco.compiled import registry
-from mjbiped.engines.mujoco.compiled.callbacks import Functions, Native, attached, check_offsets, native
+from mjbiped.engines.mujoco.compiled.callbacks import Functions, Native, attached, check_offsets
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
 from mjbiped.engines.mujoco.contact_events import State
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
@@ -45,7 +45,7 @@ from mjbiped.terrain.terrain import Terrain
 
 START_DEPTH = 1e-6  # a foot set exactly on the surface may find a heightfield's inner edge instead, m
 _POSITION, _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_POS), int(mujoco.mjtStage.mjSTAGE_ACC)
-_METHODS = Laws(methods.torque, methods.touchdown, methods.slope_estimate, methods.tick)
+_METHODS = Laws(adapters.torque, adapters.touchdown, adapters.slope_estimate, adapters.tick)
 WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 BLOCK = 500  # steps made at once, at most
 
@@ -353,15 +353,13 @@ class Simulation:
             LawError: The controller's laws cannot be compiled.
         """
         controller = self.controller
-        if not (self._compile and gives_its_law(controller)):
-            return None
-        law = controller.law()
+        law = compilable_law(controller) if self._compile else None
         if law is None:
             return None
         try:
             check_offsets(self.data)
             with refused_in_words(controller, law):
-                return native(law, self._constants, self.recording)
+                return Native(law, self._constants, self.recording)
         except UnknownLayoutError as error:
             warn_once(str(error))
             return None

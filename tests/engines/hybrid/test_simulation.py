@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.control.methods import LAWS
+from mjbiped.control.adapters import LAWS
 from mjbiped.engines.hybrid import compass as compass_model
 from mjbiped.engines.hybrid import state as hybrid_state
 from mjbiped.engines.hybrid.dynamics import HANDED_ON

@@ -8,7 +8,7 @@ import pytest
 from simulations import UNEQUAL
 
 import mjbiped
-from mjbiped.control.methods import LAWS
+from mjbiped.control.adapters import LAWS
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.disturbances.pushes import NONE
 from mjbiped.engines.mujoco import contact_events as events

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import mujoco
 import numpy as np
 
-from mjbiped.control.compilation import MachineCode, can_be_compiled
+from mjbiped.control.compilation import MachineCode
 from mjbiped.engines.mujoco import callbacks, leapfrog
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.callbacks import Laws, Recording, SimulationConstants
@@ -58,15 +58,6 @@ class Functions(NamedTuple):
     mjcb_sensor: Any
     mjcb_contactfilter: Any
     token: float
-
-
-def native(law: Law, constants: SimulationConstants, recording: Recording) -> Native | None:
-    """The compiled callbacks of a walk; None if a C callback could not do what its law does.
-
-    A law that raises an exception cannot do so through MuJoCo, nor can a record hold every kind of parameters. See
-    `Native` for arguments and errors.
-    """
-    return Native(law, constants, recording) if can_be_compiled(law) else None
 
 
 class Native:

@@ -16,11 +16,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.control.check import refused_in_words
-from mjbiped.control.compilation import MachineCode, can_be_compiled
+from mjbiped.control.adapters import LAWS
+from mjbiped.control.compilation import MachineCode, compilable_law
+from mjbiped.control.compile_errors import refused_in_words
 from mjbiped.control.controller import Controller
-from mjbiped.control.methods import LAWS, gives_its_law
-from mjbiped.control.trial import fault_in
+from mjbiped.control.validation import fault_in
 from mjbiped.disturbances.pushes import Pushes, following
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.mujoco import contact_events as events
@@ -136,8 +136,8 @@ class KneedSimulation:
 
     def _law_to_compile(self) -> Any:
         """The controller's law, where it can be compiled and MuJoCo be called by address."""
-        law = self.controller.law() if gives_its_law(self.controller) else None
-        if law is None or not can_be_compiled(law):
+        law = compilable_law(self.controller)
+        if law is None:
             return None
         try:
             layout()

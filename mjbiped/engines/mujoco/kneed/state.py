@@ -203,7 +203,7 @@ class Buffers(NamedTuple):
 
 
 class Parts(NamedTuple):
-    """A controller's functions, as `mjbiped.control.methods.LAWS` has them, and the stages of a step.
+    """A controller's functions, as `mjbiped.control.adapters.LAWS` has them, and the stages of a step.
 
     Attributes:
         torque: See `controllers.Law`.

@@ -15,7 +15,7 @@ from simulations import make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.control.check import LawError
+from mjbiped.control.compile_errors import LawError
 from mjbiped.control.controller import Law
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco import simulation as physics

@@ -11,7 +11,7 @@ import pytest
 
 import mjbiped
 from controllers import Controller
-from mjbiped.control import check as law_check
+from mjbiped.control import compile_errors
 from mjbiped.control.controller import Law, Memory
 from mjbiped.errors import InputError
 from mjbiped.terrain.terrain import Terrain
@@ -73,15 +73,15 @@ GOOD = Law((1.0,), good_torque, good_touchdown, good_estimate, good_break)
 
 
 def test_good_laws_are_not_blamed() -> None:
-    assert law_check._blame(GOOD, ()) == ""
+    assert compile_errors._blame(GOOD, ()) == ""
 
 
 @pytest.mark.parametrize(
     ("changed", "words"),
     [
         ({"parameters": {"k": 1.0}}, ["parameters are {'k': 1.0}", "numbers, arrays, tuples and NamedTuples"]),
-        ({"torque": returns_array}, ["torque (returns_array): ", "test_check.py"]),
-        ({"torque": returns_list}, ["torque (returns_list): it allocates memory", "of test_check.py"]),
+        ({"torque": returns_array}, ["torque (returns_array): ", "test_compile_errors.py"]),
+        ({"torque": returns_list}, ["torque (returns_list): it allocates memory", "of test_compile_errors.py"]),
         (
             {"torque": returns_three},
             ["torque (returns_three) returns UniTuple(float64 x 3); expected a tuple of 2 floats"],
@@ -101,7 +101,7 @@ def test_good_laws_are_not_blamed() -> None:
     ),
 )
 def test_the_law_to_blame_is_named(changed: dict[str, Any], words: list[str]) -> None:
-    blame = law_check._blame(GOOD._replace(**changed), ())
+    blame = compile_errors._blame(GOOD._replace(**changed), ())
     assert all(word in blame for word in words), blame
 
 

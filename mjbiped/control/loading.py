@@ -21,8 +21,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from mjbiped.control.blame import place_in
 from mjbiped.control.controller import Controller
+from mjbiped.control.error_location import place_in
 from mjbiped.errors import InputError, explained, shown
 from mjbiped.utils.domains import check_text, known_name
 from mjbiped.utils.reading import read_bytes

@@ -16,8 +16,8 @@ from functools import cached_property, lru_cache
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-from mjbiped.control.blame import place_of
-from mjbiped.control.methods import gives_its_law, values_of
+from mjbiped.control.adapters import gives_its_law, values_of
+from mjbiped.control.error_location import place_of
 from mjbiped.errors import InputError, explained, shown
 
 if TYPE_CHECKING:

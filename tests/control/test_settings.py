@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mjbiped.control.fields import REQUIRED, checked, default_of, fields_of, shown_defaults, value_of
+from mjbiped.control.settings import REQUIRED, checked, default_of, fields_of, shown_defaults, value_of
 from mjbiped.errors import InputError
 
 

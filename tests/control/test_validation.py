@@ -16,7 +16,7 @@ import mjbiped
 from controllers import Controller
 from mjbiped.control.controller import Law, Memory, never
 from mjbiped.control.registry import controller_names, make_controller
-from mjbiped.control.trial import try_out
+from mjbiped.control.validation import try_out
 from mjbiped.errors import GaitError, InputError
 
 Q, DQ = (-0.19, 0.19), (1.1, 0.8)
@@ -102,7 +102,7 @@ REFUSED: dict[str, tuple[Controller, str]] = {
     "attribute": (made(torque=counted), "Law sets its attribute calls while it walks; what lasts .*into the memory"),
     "frozen": (
         Frozen(),
-        r"Frozen sets an attribute while it walks: cannot assign to field 'steps' \(test_trial.py, .* self.steps",
+        r"Frozen sets an attribute while it walks: cannot assign to field 'steps' \(test_validation.py, .* self.steps",
     ),
     "list in an attribute": (
         made(kept=[0.0], on_touchdown=changed_later, torque=lambda self, *_: (0.0, self.kept[0])),
@@ -235,7 +235,7 @@ def test_a_failure_names_the_line() -> None:
 
     with pytest.raises(
         mjbiped.WalkStopped,
-        match=r"Law failed at 0\.\d+ s.*ValueError: .*\(test_trial.py, line \d+, in torque: return 0.0, math.sqrt",
+        match=r"Law failed at 0\.\d+ s.*ValueError: .*\(test_validation.py, line \d+, in torque: return 0.0, math.sqrt",
     ) as caught:
         mjbiped.walk(made(torque=torque), mjbiped.Terrain.incline(2.0), engine="hybrid")
     assert caught.value.walk.end[0] > 0.05

@@ -11,7 +11,7 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.control.own import digest_of, located, own_class, source_of
+from mjbiped.control.loading import digest_of, located, own_class, source_of
 from mjbiped.control.registry import make_controller, settings_of
 from mjbiped.errors import InputError
 
