@@ -7,11 +7,14 @@ tuple of them. Optional columns may be left out.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from typing import Any, NamedTuple
 
 from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Column, tables_of, width
+from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.robot import Robot
 
 SAMPLED = width(SAMPLES)
 """Floats of a sample; the controller's integrated states stand behind them."""
@@ -20,8 +23,41 @@ TOUCHED = width(TOUCHDOWNS)
 """Floats of a touchdown."""
 
 
-def _writer(name: str, columns: Mapping[str, Column]) -> Callable[..., None]:
-    """The function (row, first, *columns) that fills a row from the index `first` on.
+class Rows(NamedTuple):
+    """How the rows of a kind of robot are written.
+
+    Both writers are functions (row, first, **columns) that fill a row from the index `first` on. They take the columns
+    of every kind of robot by name, and leave out those that this kind does not have: so one call serves all robots.
+
+    Attributes:
+        write_sample: Writes a sample.
+        write_touchdown: Writes a touchdown.
+        sampled: Floats of a sample; the controller's integrated states stand behind them.
+        touched: Floats of a touchdown.
+    """
+
+    write_sample: Callable[..., None]
+    write_touchdown: Callable[..., None]
+    sampled: int
+    touched: int
+
+
+@cache
+def rows_of(kind: type[Robot]) -> Rows:
+    """The rows of a kind of robot."""
+    samples, touchdowns = tables_of(kind)
+    return Rows(
+        _writer("write_sample", samples, [tables_of(other).samples for other in KINDS.values()]),
+        _writer("write_touchdown", touchdowns, [tables_of(other).touchdowns for other in KINDS.values()]),
+        width(samples),
+        width(touchdowns),
+    )
+
+
+def _writer(
+    name: str, columns: Mapping[str, Column], of_all: Sequence[Mapping[str, Column]] = ()
+) -> Callable[..., None]:
+    """The function (row, first, **columns) that fills a row from the index `first` on.
 
     It is written out as Python source, without loops: so Numba compiles it, although columns differ in their widths.
     """
@@ -29,6 +65,9 @@ def _writer(name: str, columns: Mapping[str, Column]) -> Callable[..., None]:
         f"{column}[{place}]" if of.width > 1 else column for column, of in columns.items() for place in range(of.width)
     ]
     arguments = [f"{column}=nan" if of.optional else column for column, of in columns.items()]
+    arguments += [
+        f"{column}=nan" for column in sorted({column for others in of_all for column in others} - columns.keys())
+    ]
     source = [
         f"def {name}(row, first, {', '.join(arguments)}):",
         *(f"    row[first + {index}] = {number}" for index, number in enumerate(numbers)),
