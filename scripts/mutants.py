@@ -34,7 +34,7 @@ longer never ends, and is noticed."""
 WANTED = 0.95
 """Share of the mutants that the tests have to notice."""
 
-_HYBRID, _MUJOCO, _KNEED = "mjbiped/engines/hybrid/", "mjbiped/engines/mujoco/", "mjbiped/engines/mujoco/kneed/"
+_HYBRID, _MUJOCO = "mjbiped/engines/hybrid/", "mjbiped/engines/mujoco/"
 ROOMS = {
     "controllers/kneed_laws.py": ("control_laws/test_kneed.py",),
     _HYBRID + "accounting.py": ("engines/hybrid/test_accounting.py",),
@@ -47,16 +47,14 @@ ROOMS = {
         "engines/hybrid/test_kneed.py",
         "engines/hybrid/test_events.py",
     ),
-    _MUJOCO + "contact_events.py": ("engines/mujoco/test_contact_events.py", "engines/mujoco/test_simulation.py"),
-    _MUJOCO + "contact_forces.py": ("engines/mujoco/test_contact_forces.py",),
-    _MUJOCO + "step_size.py": ("engines/mujoco/test_step_size.py",),
-    _KNEED + "feet.py": ("engines/mujoco/test_kneed.py", "engines/mujoco/test_kneed_stance.py"),
-    _KNEED + "motors.py": (
+    _MUJOCO + "contacts.py": ("engines/mujoco/test_contacts.py", "engines/mujoco/test_simulation.py"),
+    _MUJOCO + "motors.py": (
         "engines/mujoco/test_kneed_motors.py",
-        "engines/mujoco/test_kneed.py",
+        "engines/mujoco/test_observation.py",
         "engines/mujoco/test_kneed_stance.py",
     ),
-    _KNEED + "observation.py": ("engines/mujoco/test_kneed.py", "engines/mujoco/test_kneed_stance.py"),
+    _MUJOCO + "observation.py": ("engines/mujoco/test_observation.py", "engines/mujoco/test_kneed.py"),
+    _MUJOCO + "step_size.py": ("engines/mujoco/test_step_size.py", "engines/mujoco/test_kneed.py"),
     "mjbiped/envs/walkers.py": ("envs/test_walkers.py",),
     "mjbiped/gaits/branches.py": ("gaits/test_branches.py", "gaits/test_kneed.py", "control_laws/test_kneed.py"),
     "mjbiped/gaits/optimisation.py": ("gaits/test_optimised.py", "gaits/test_optimised_kneed.py"),
@@ -73,8 +71,8 @@ EQUIVALENT = {
     ): "with more room than the foot needs, more intervals are looked into, for the same result: it takes longer",
     (
         _MUJOCO + "step_size.py",
-        "further, _ = _foot(constants, u, t + 2.0 * constants.timestep, state, qacc)",
-        "further, _ = _foot(constants, u, (t - 2.0 * constants.timestep), state, qacc)",
+        "further, _ = foot_after(constants, u, t + 2.0 * constants.timestep)",
+        "further, _ = foot_after(constants, u, (t - 2.0 * constants.timestep))",
     ): "the size of the foot's way alone is taken, as long back as ahead but for its acceleration, some 1e-5 m",
     (
         "mjbiped/gaits/branches.py",

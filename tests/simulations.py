@@ -8,14 +8,18 @@ from typing import Any
 
 from mjbiped.control.controller import Controller
 from mjbiped.control.unpowered import Unpowered
+from mjbiped.disturbances.disturbances import UNDISTURBED
 from mjbiped.engines.hybrid.simulation import HybridSimulation
+from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.scene import Scene, compose_scene
 from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.engines.plan import Plan, Terms
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
+from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
 
 OPTIONS = {field.name for field in fields(Options)}
@@ -39,10 +43,19 @@ def hybrid_simulation(terrain: Terrain, start: Sequence[float], **settings: Any)
     return HybridSimulation(Unpowered().driving(robot), terrain, **given)
 
 
-def make_simulation(controller: Controller, terrain: Terrain, **settings: Any) -> Simulation:
-    """A simulation; settings of the engine stand among its own arguments."""
-    options = {name: settings.pop(name) for name in [*settings] if name in OPTIONS}
-    return Simulation(controller, terrain, options=Options(**options), **settings)
+def make_simulation(
+    controller: Controller, terrain: Terrain, *, robot: Robot, q: Sequence[float], dq: Sequence[float], **settings: Any
+) -> Simulation:
+    """A simulation from a first state that need not be checked; settings of engine and terms stand side by side."""
+    engine = Mujoco(**{name: settings.pop(name) for name in [*settings] if name in OPTIONS})
+    built = {name: settings.pop(name) for name in ("compile", "scenery") if name in settings}
+    disturbances = settings.pop("disturbances", UNDISTURBED)
+    given = {"steps": None, "distance": None, "sample_period": 100.0, "scuffing": ScuffingRule(), **settings}
+    terms = Terms(engine, robot=robot, **given)
+    if settings.get("steps") is None:
+        object.__setattr__(terms, "steps", None)  # without an end, where `walk` has one
+    plan = Plan(terms, controller, terrain, robot, tuple(q), tuple(dq), {}, disturbances)
+    return Simulation(plan, engine, **built)
 
 
 def build_scene(

@@ -6,9 +6,9 @@ The same source runs in Python and compiled (`mjbiped.engines.mujoco.compiled.ad
 from __future__ import annotations
 
 import math
-from collections.abc import MutableSequence, Sequence
+from collections.abc import MutableSequence
+from typing import Any
 
-from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.compiled.advance import Sizes
 from mjbiped.rules.termination import Outcome
 
@@ -50,44 +50,36 @@ ECONOMY_WEIGHT = 0.25
 _DIVERGED = float(Outcome.DIVERGED)
 
 
-def feel(now: Sequence[float], kept: MutableSequence[float], out: MutableSequence[float]) -> None:
+def feel(now: Any, kept: MutableSequence[float], out: MutableSequence[float]) -> None:
     """Fill `out` with what the robot feels, and its reward since the last call.
 
     Args:
-        now: Userdata as the next tick will find them; see `contact_events`.
+        now: The `State` of its walk as the next tick will find it.
         kept: Numbers of this robot, of which the last four are changed.
         out: See `OBSERVED` and the indices behind it.
     """
-    slope = now[events.SLOPE]
-    if now[events.STANCE]:
-        stance, swing = now[events.RIGHT], now[events.LEFT]
-        stance_rate, swing_rate = now[events.RIGHT_RATE], now[events.LEFT_RATE]
-    else:
-        stance, swing = now[events.LEFT], now[events.RIGHT]
-        stance_rate, swing_rate = now[events.LEFT_RATE], now[events.RIGHT_RATE]
-    out[0], out[1] = stance - slope, swing - slope
-    out[2], out[3] = stance_rate, swing_rate
-    out[4] = 1.0 if now[events.COUNT] > kept[LAST_COUNT] else 0.0
-    out[5] = now[events.TIME] - now[events.TRANSFER_TIME]
     for index in range(2):
-        out[6 + index] = now[events.TOLD_Q_BEFORE + index]
-        out[8 + index] = now[events.TOLD_Q + index]
-    out[10], out[11] = now[events.ANKLE], now[events.HIP]
+        out[index], out[2 + index] = now.angles[index], now.turning[index]
+        out[6 + index], out[8 + index] = now.told_before[index], now.told_q[index]
+        out[10 + index] = now.torque[index]
+    out[4] = 1.0 if now.count > kept[LAST_COUNT] else 0.0
+    out[5] = now.time - now.transfer_time
 
-    sound = now[events.RUNNING] != 0.0  # MuJoCo resets what diverges, and notices it in the step after
+    sound = now.running != 0.0  # MuJoCo resets what diverges, and notices it in the step after
     for index in range(OBSERVATIONS):
         sound = sound and math.isfinite(out[index])
         out[index] = min(max(out[index], LOWEST[index]), HIGHEST[index])
 
-    hip_x = now[events.FOOT_X] + kept[LEG_LENGTH] * math.sin(stance)
-    work = now[events.WORK_ABSOLUTE] - kept[LAST_WORK]
+    stance = now.q[3] if now.stance else now.q[2]
+    hip_x = now.foot_x + kept[LEG_LENGTH] * math.sin(stance)
+    work = now.work_absolute - kept[LAST_WORK]
     kept[AVERAGE] += kept[SHARE] * (hip_x - kept[LAST_X] - kept[AVERAGE])
     progress = PROGRESS_WEIGHT * min(max(kept[AVERAGE] / kept[TARGET], 0.0), 1.0)
     economy = ECONOMY_WEIGHT / (1.0 + work / kept[AFFORDED])
-    kept[LAST_X], kept[LAST_WORK], kept[LAST_COUNT] = hip_x, now[events.WORK_ABSOLUTE], now[events.COUNT]
+    kept[LAST_X], kept[LAST_WORK], kept[LAST_COUNT] = hip_x, now.work_absolute, now.count
     out[HIP_X], out[PROGRESS], out[ECONOMY] = hip_x, progress, economy
     out[REWARD] = progress + economy
-    out[OUTCOME], out[SLOPE], out[FOOT_X] = now[events.OUTCOME], slope, now[events.FOOT_X]
+    out[OUTCOME], out[SLOPE], out[FOOT_X] = now.outcome, now.slope, now.foot_x
     for index in range(OBSERVATIONS, len(out)):
         sound = sound and math.isfinite(out[index])
     if not sound:

@@ -10,7 +10,6 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.run import MujocoRun
 from mjbiped.engines.mujoco.simulation import BLOCK, WHOLE_STATE, Simulation
 from mjbiped.engines.mujoco.ticks import Ticks
@@ -194,7 +193,7 @@ class Walkers:
         seen = np.empty(SEEN)
         seen[0] = self._out[index, feeling.SLOPE]
         places = foot + _AHEAD * run.plan.robot.leg_length
-        seen[1:] = run.plan.terrain.height(places) - self._ticks.now[index, events.FOOT_Z]
+        seen[1:] = run.plan.terrain.height(places) - self._ticks.now[index].foot_z
         return np.clip(seen, -HIGHEST, HIGHEST)
 
     def plan(self, index: int = 0) -> Plan:
@@ -211,12 +210,10 @@ class Walkers:
         Its outcome is "interrupted" while it walks, and "time limit" once it has walked for the task's.
         """
         run = self._run(index)
-        self._take(index)
-        u, outcome = run.simulation.data.userdata, run.simulation.outcome
+        outcome = run.simulation.outcome
         late = run.simulation.data.time > self.task.time_limit - 0.5 * self.task.control_period
         run.outcome = outcome if outcome is not Outcome.WALKING else Outcome.TIME_LIMIT if late else Outcome.INTERRUPTED
-        if outcome is not Outcome.WALKING and u[events.TRANSFERRED]:  # the controller was not told of it any more
-            run.recorder.add_touchdown(u[events.LAST_TOUCHDOWN : events.CONTROLLER_MEMORY])
+        run.simulation.finish(run.recorder)
         return run.record()
 
     def state(self, index: int = 0) -> NDArray[np.float64]:

@@ -12,7 +12,6 @@ import numpy as np
 
 from mjbiped.control.compile_errors import LawError
 from mjbiped.control.tracking import Tracking
-from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.run import MujocoRun, stepped
 from mjbiped.engines.plan import Plan
@@ -107,7 +106,7 @@ class LiveWalk(Source):
     @property
     def steps(self) -> int:
         """Touchdowns so far."""
-        return int(self.run.simulation.data.userdata[events.COUNT])
+        return int(self.run.simulation.state.count)
 
     def go_to(self, time: float) -> None:
         """Step until a time (s) has come.
@@ -154,8 +153,8 @@ class LiveWalk(Source):
 
     def _note(self, duration: float) -> None:
         """Take the step just made into the mean force, the greatest torque, and the ways of the feet."""
-        simulation, u = self.run.simulation, self.run.simulation.data.userdata
-        stance, torque = int(u[events.STANCE]), max(abs(u[events.ANKLE]), abs(u[events.HIP]))
+        simulation, u = self.run.simulation, self.run.simulation.state
+        stance, torque = int(u.stance), max(map(abs, u.torque))
         if stance != self._stance:
             self._stance, self._span, self._impulse = stance, 0.0, np.zeros(2)
         self._impulse += duration * contact_force(
@@ -175,17 +174,17 @@ class LiveWalk(Source):
     def moment(self) -> Moment:
         """The instant that the walk has come to; the force is the mean since it was last asked for."""
         data, plan = self.run.simulation.data, self._plan
-        u = data.userdata.tolist()
+        u = self.run.simulation.state
         if self._span > 0.0:
             self._force = (float(self._impulse[0] / self._span), float(self._impulse[1] / self._span))
             self._span, self._impulse = 0.0, np.zeros(2)
         x, z, left, right = data.qpos.tolist()
-        memory = u[events.CONTROLLER_MEMORY : events.CONTROLLER_MEMORY + plan.controller.memory_size]
+        memory = self.run.simulation.memory
         feet = [foot_of(self.robot, (x, z), leg) for leg in (left, right)]
-        reference, stance = None, int(u[events.STANCE])
+        reference, stance = None, int(u.stance)
         if isinstance(plan.controller, Tracking):
-            tracked, _ = plan.controller.tracked(memory, data.time - u[events.TRANSFER_TIME])
-            reference = tracked_posture(self.robot, feet[stance], stance, u[events.SLOPE], tracked, 0.0)
+            tracked, _ = plan.controller.tracked(memory, data.time - u.transfer_time)
+            reference = tracked_posture(self.robot, feet[stance], stance, u.slope, tracked, 0.0)
         left_way, right_way = (self._way(leg, foot) for leg, foot in enumerate(feet))
         left_ground, right_ground = ((self.terrain.height_at(at), self.terrain.slope_at(at)) for at, _ in feet)
         return Moment(
@@ -193,9 +192,9 @@ class LiveWalk(Source):
             step=self.steps + 1,
             qpos=(x, z, left, right),
             stance=stance,
-            slope=u[events.SLOPE],
+            slope=u.slope,
             slope_estimate=plan.controller.slope_estimate(memory),
-            torque=(u[events.ANKLE], u[events.HIP]),
+            torque=(u.torque[0], u.torque[1]),
             force=self._force,
             reference=reference if reference is not None and all(map(math.isfinite, reference)) else None,
             ground=(left_ground, right_ground),

@@ -47,7 +47,9 @@ def grounds() -> dict[str, tuple[Controller, Terrain]]:
 def simulation(controller: Controller, terrain: Terrain, *, compile: bool) -> Simulation:
     """A walk from the gait's start."""
     start = GAIT.start.tolist()
-    return Simulation(controller, terrain, robot=ROBOT, q=start[:2], dq=start[2:], steps=200, compile=compile)
+    return mjbiped.Mujoco().simulation(
+        controller, terrain, steps=200, initial=start, robot=ROBOT, sample_period=100.0, compile=compile
+    )
 
 
 def states_of(walker: Simulation) -> list[NDArray[np.float64]]:

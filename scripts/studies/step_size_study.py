@@ -195,10 +195,8 @@ def accuracy(walks: Mapping[str, tuple[Controller, mjbiped.Terrain]], steps: int
 
 def built(setting: Setting, terrain: mjbiped.Terrain, steps: int) -> Simulation:
     """The simulation of such a walk of the adaptive controller."""
-    start = GAIT.start.tolist()
-    return Stepped(
-        setting, ADAPTIVE, terrain, robot=ROBOT, q=start[:2], dq=start[2:], steps=steps, options=setting.engine
-    )
+    plan = setting.engine.simulation(ADAPTIVE, terrain, steps=steps, initial=GAIT.start.tolist(), robot=ROBOT).plan
+    return Stepped(setting, plan, setting.engine)
 
 
 def cases(setting: Setting, terrain: mjbiped.Terrain, steps: int) -> tuple[dict[str, tuple[Case, int]], float, int]:

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from simulations import make_simulation
 
 import mjbiped
 from controllers import PassiveController
 from mjbiped import Disturbances
-from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.errors import InputError
 
 GROUND = mjbiped.Terrain.incline(2.0)
@@ -33,13 +33,23 @@ def test_it_goes_along_with_a_window_of_the_ground() -> None:
     """A long terrain is built piece by piece."""
     ground = mjbiped.Terrain.random(seed=1, length=200.0)
     robot = mjbiped.Compass()
-    given = {"robot": robot, "q": (-0.19, 0.19), "dq": (1.1, 0.8), "steps": 3}
-    simulation = Simulation(PassiveController(), ground, friction=0.3, **given)  # type: ignore[arg-type]
-    feet = list(simulation.constants.places.feet)
+    simulation = make_simulation(
+        PassiveController(),
+        ground,
+        robot=robot,
+        q=(-0.19, 0.19),
+        dq=(1.1, 0.8),
+        steps=3,
+        disturbances=Disturbances(friction=0.3),
+    )
+    feet = [leg.foot for leg in simulation.constants.places.legs]
     assert simulation.model.geom_friction[feet, 0].tolist() == [0.3, 0.3]
     simulation.data.qpos[0] = simulation.inside[1] + 0.1 if math.isfinite(simulation.inside[1]) else 0.0
     if simulation.move_on():
-        assert simulation.model.geom_friction[list(simulation.constants.places.feet), 0].tolist() == [0.3, 0.3]
+        assert simulation.model.geom_friction[[leg.foot for leg in simulation.constants.places.legs], 0].tolist() == [
+            0.3,
+            0.3,
+        ]
 
 
 def test_the_hybrid_engine_has_no_friction() -> None:

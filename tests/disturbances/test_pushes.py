@@ -10,13 +10,12 @@ import mujoco
 import numpy as np
 import pytest
 from scipy import stats
+from simulations import make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
 from mjbiped import Disturbances, Walk
 from mjbiped.control.controller import Law
-from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco.simulation import Simulation
 
 ENGINES = ("mujoco", "hybrid")
 ROBOT = mjbiped.Compass()
@@ -73,27 +72,27 @@ def test_a_push_does_the_work_of_its_force(engine: str, tolerance: float) -> Non
 def test_mujoco_gives_a_pushs_whole_impulse(lands: bool) -> None:
     """Also where it lasts no whole number of steps, and over a touchdown, where steps have other lengths."""
     start = gait().start.tolist()
-    pushes = Disturbances(pushes=((0.1, 0.1), (0.7403, -0.5)), push_duration=0.0507).schedule
-    options = mjbiped.Mujoco(lands=lands, timestep=1e-3 if lands else 1e-4)
-    simulation = Simulation(
+    pushes = Disturbances(pushes=((0.1, 0.1), (0.7403, -0.5)), push_duration=0.0507)
+    simulation = make_simulation(
         PassiveController(),
         GROUND,
         robot=ROBOT,
         q=start[:2],
         dq=start[2:],
         steps=2,
-        pushes=pushes,
-        options=options,
+        disturbances=pushes,
+        lands=lands,
+        timestep=1e-3 if lands else 1e-4,
     )
     given, forces = 0.0, set()
     with simulation.callbacks():
         while simulation.data.time < 1.0:
             mujoco.mj_step(simulation.model, simulation.data)
             force = simulation.data.qfrc_applied[0]
-            given += force * simulation.data.userdata[events.EFFECTIVE_STEP]
+            given += force * simulation.state.effective_step
             forces.add(round(force, 6))
-    assert simulation.data.userdata[events.COUNT] == 1
-    assert simulation.data.userdata[events.PUSHES] == 2
+    assert simulation.state.count == 1
+    assert simulation.state.pushes == 2
     assert math.isclose(given, 0.1 - 0.5, rel_tol=1e-9)
     assert {round(0.1 / 0.0507, 6), round(-0.5 / 0.0507, 6), 0.0} <= forces
 

@@ -55,7 +55,7 @@ def test_nothing_given_is_no_disturbance(engine: str) -> None:
 
 
 def test_a_control_period_is_the_one_that_mujoco_has() -> None:
-    """Two ways to say the same. They differ in the work's rule at ticks alone (`contact_events.count_work`)."""
+    """Two ways to say the same. They differ in the work's rule at ticks alone (`motors.count_work`)."""
     ours, own = walked("mujoco", Disturbances(control_period=4e-3)), walked(mjbiped.Mujoco(control_period=4e-3), None)
     assert samples_of(ours) == samples_of(own)
     assert math.isclose(ours.cost_of_transport, own.cost_of_transport, rel_tol=5e-3)

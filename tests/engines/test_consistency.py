@@ -17,18 +17,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
-from simulations import build_scene
+from simulations import build_scene, make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory
 from mjbiped.analysis.compare import torque_differences
-from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
-from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, Options
+from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP
 from mjbiped.engines.mujoco.simulation import START_DEPTH, Simulation
 from mjbiped.engines.mujoco.step_size import STIFFNESS
 from mjbiped.records import measures
-from mjbiped.records.columns import TOUCHDOWNS, split, width
+from mjbiped.records.columns import TOUCHDOWNS, split
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule
@@ -277,13 +276,14 @@ class Held(Controller):
 
 def about_to_land(case: Landing, timestep: float, torque: float) -> Simulation:
     """The robot one and a half steps before its foot meets the ground, in the engine as it walks."""
-    return Simulation(
+    return make_simulation(
         Held(*case.torque(torque)),
         case.terrain(1.5 * timestep * case.speed + START_DEPTH),  # else a slow foot would begin in the ground
         robot=case.robot,
         q=case.q.tolist(),
         dq=case.dq.tolist(),
-        options=Options(timestep=timestep, contact_timestep=timestep),
+        timestep=timestep,
+        contact_timestep=timestep,
         steps=1,
         scuffing=ScuffingRule(reach=0.0, delay=0.0),
     )
@@ -292,14 +292,14 @@ def about_to_land(case: Landing, timestep: float, torque: float) -> Simulation:
 def impact_error(case: Landing, timestep: float, torque: float) -> float:
     """Rates after the impact, as they are recorded, against the impact map of those before it; of the largest rate."""
     simulation = about_to_land(case, timestep, torque)
-    u = simulation.data.userdata
+    u = simulation.state
     with simulation.callbacks():
         for _ in range(40):
             mujoco.mj_step(simulation.model, simulation.data)
-            if u[events.COUNT]:
+            if u.count:
                 break
-    assert u[events.COUNT] == 1.0
-    row = split(TOUCHDOWNS, [u[events.LAST_TOUCHDOWN : events.LAST_TOUCHDOWN + width(TOUCHDOWNS)].tolist()])
+    assert u.count == 1.0
+    row = split(TOUCHDOWNS, [simulation.recording.rows[0].tolist()])
     _, mapped = case.robot.impact(row["q_before"][0], row["dq_before"][0])
     return float(np.abs(row["dq"][0] - mapped).max() / np.abs(row["dq_before"]).max())
 
@@ -322,9 +322,9 @@ def test_contact_step_is_the_impact_map_of_the_rates_at_its_end(seed: int, same_
         for _ in range(40):
             before, legs = data.qvel.copy(), data.qpos[2:].copy()
             mujoco.mj_step(model, data)
-            if data.userdata[events.NOTED]:
+            if simulation.state.noted:
                 break
-    assert data.userdata[events.NOTED]
+    assert simulation.state.noted
     (contact,) = data.contact  # the departing foot has none
     normal = np.array([math.sin(case.slopes[1]), math.cos(case.slopes[1])])
     frame = np.stack([normal, [normal[1], -normal[0]]])

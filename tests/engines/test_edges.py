@@ -8,15 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from simulations import make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped import Terrain
 from mjbiped.engines.hybrid.events import CORNER
 from mjbiped.engines.hybrid.transfer import FACE_WIDTH
-from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco.options import Options
-from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.records import measures
 from mjbiped.terrain.profile import (
     BESIDE,
@@ -154,13 +152,12 @@ def test_normals_are_the_grounds(name: str) -> None:
     """A foot a micrometre in the ground about a break: each contact has the normal of the segment that it is over."""
     made, place = BREAKS[name], 0.4
     terrain, robot = made.terrain(place), mjbiped.Compass()
-    options = Options(ground=made.ground)
-    simulation = Simulation(
-        PassiveController(), terrain, robot=robot, q=(0.0, 0.0), dq=(0.0, 0.0), steps=1, options=options
+    simulation = make_simulation(
+        PassiveController(), terrain, robot=robot, q=(0.0, 0.0), dq=(0.0, 0.0), steps=1, ground=made.ground
     )
     model, data = simulation.model, simulation.data
     swing, met = model.geom("right_foot").id, 0
-    data.userdata[events.CONTACT_ENABLED] = 1.0
+    simulation.state.enabled = 1.0
     started = data.userdata.copy()
     with simulation.callbacks():
         for on in (0, 1):

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from simulations import make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
-from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco.options import Options
+from mjbiped.engines.mujoco import observation
 from mjbiped.engines.mujoco.run import simulate
-from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.engines.mujoco.state import State
 from mjbiped.records import measures
 from mjbiped.records.recorder import Recorder
 
@@ -120,16 +120,16 @@ def test_a_foot_that_leaves_the_ground_bears_nothing(hurried: AdaptiveController
 
 def test_a_hop_is_told_from_a_lost_contact(robot: mjbiped.Compass) -> None:
     """The averages themselves: a force of w, lost for single steps and made up for, is w; 20 ms without, nothing."""
-    simulation = Simulation(PassiveController(), mjbiped.Terrain.level(), robot=robot, q=(0.0, 0.0), dq=(0.0, 0.0))
+    simulation = make_simulation(PassiveController(), mjbiped.Terrain.level(), robot=robot, q=(0.0, 0.0), dq=(0.0, 0.0))
     limits, h = simulation.limits, 2e-4
     for gap, expected in ((0, 1.0), (1, 1.0), (5, 1.0), (60, 1.0), (96, 0.0)):  # 60 steps: a hop of 12 ms
-        u = [0.0] * events.CONTROLLER_MEMORY
-        u[events.NORMAL_FORCE], u[events.EFFECTIVE_STEP] = math.inf, h
+        u = State()
+        u.normal_force, u.effective_step = math.inf, h
         for _ in range(10):
             for force in [1.0] * 40 + [0.0] * gap + [1.0 + gap]:
-                u[events.FORCE] = force
-                events.weigh(u, limits)
-        assert u[events.NORMAL_FORCE] == pytest.approx(expected, abs=1e-12), gap
+                u.force = force
+                observation.weigh(u, limits)
+        assert u.normal_force == pytest.approx(expected, abs=1e-12), gap
 
 
 def test_records_of_version_1_have_no_force(pulled: mjbiped.Walk, tmp_path: Path) -> None:
@@ -151,14 +151,15 @@ def test_records_of_version_1_have_no_force(pulled: mjbiped.Walk, tmp_path: Path
 
 def test_force_without_landing_steps(controller: AdaptiveController, gait: mjbiped.Gait) -> None:
     """Steps of one length have an effective step, too; contacts then open for so long that more is lost."""
-    simulation = Simulation(
+    simulation = make_simulation(
         controller,
         mjbiped.Terrain.level(),
         robot=controller.robot,
         q=gait.start[:2].tolist(),
         dq=gait.start[2:].tolist(),
         steps=2,
-        options=Options(timestep=2e-4, lands=False),
+        timestep=2e-4,
+        lands=False,
     )
     recorder = Recorder()
     simulate(simulation, recorder)

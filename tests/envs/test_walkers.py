@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.envs import feeling
 from mjbiped.envs.tasks import RESIDUAL, TASKS, TORQUE, WalkTask
@@ -168,7 +167,7 @@ def test_python_callbacks_give_the_same(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr("mjbiped.engines.mujoco.ticks._usable", lambda _: None)
     assert walked(begun(task), actions).tobytes() == compiled.tobytes()
     # without any compiled law, too
-    monkeypatch.setattr("mjbiped.engines.mujoco.simulation.gives_its_law", lambda _: False)
+    monkeypatch.setattr("mjbiped.engines.mujoco.simulation.compilable_law", lambda _: None)
     assert walked(begun(task), actions).tobytes() == compiled.tobytes()
 
 
@@ -282,7 +281,7 @@ def test_the_reward_is_what_the_page_says() -> None:
         assert x == pytest.approx(walkers.simulation().data.qpos[0], abs=1e-4)  # the foot slips and rolls by some µm
         average += 0.02 / task.gait.period * (x - x0 - average)
         progress = min(max(average / target, 0.0), 1.0)
-        work = u[events.WORK_ABSOLUTE]
+        work = u.work_absolute
         economy = 1.0 / (1.0 + (work - work0) / (0.1 * 98.1 * target))
         # 1e-12: a few roundings
         assert walkers.value(feeling.REWARD)[0] == pytest.approx(0.75 * progress + 0.25 * economy, rel=1e-12)

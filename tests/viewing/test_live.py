@@ -11,7 +11,6 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, Controller
 from mjbiped.control.controller import Memory
-from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import Plan, Terms, make_plan
 from mjbiped.rollout.walk import WalkStopped
@@ -149,19 +148,18 @@ def test_a_push_changes_the_walk_and_landings_still_end_steps(controller: Adapti
 @pytest.mark.parametrize("ground", ["heightfield", "boxes"])  # the foot is a contact's second geom, or its first
 def test_the_force_drawn_is_that_of_the_contacts(controller: AdaptiveController, ground: str) -> None:
     """Of the equations of motion it is known independently; contacts agree on it in the middle of a step."""
-    from mjbiped.engines.mujoco.callbacks import posture
     from mjbiped.rendering.moments import ground_force
 
     live = LiveWalk(planned(controller, ground=ground))
     live.go_to(1.0)
     live.moment()
-    u = live.run.simulation.data.userdata
-    while u[events.TIME] - u[events.TRANSFER_TIME] < 0.3:  # the middle of a step
+    u = live.run.simulation.state
+    while u.time - u.transfer_time < 0.3:  # the middle of a step
         live.go_to(live.time + 0.001)
         live.moment()
     live.go_to(live.time + 0.05)
     moment = live.moment()
-    q, dq = posture(u.tolist())
+    q, dq = (u.angles[0], u.angles[1]), (u.turning[0], u.turning[1])
     expected = ground_force(mjbiped.Compass(), moment.slope, q, dq, moment.torque)
     live.close()
     # a mean over 50 ms, in which the force changes by some percent

@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
 
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine, Run
-from mjbiped.engines.mujoco.compiled.registry import exclusive, require_no_callbacks, walking
-from mjbiped.engines.mujoco.kneed.run import KneedRun
-from mjbiped.engines.mujoco.kneed.servo import LONGEST, frequency_of
+from mjbiped.engines.mujoco.compiled.registry import require_no_callbacks, walking
 from mjbiped.engines.mujoco.options import MOTOR, ROOM, Options
-from mjbiped.engines.mujoco.run import MujocoRun, ticking
-from mjbiped.engines.plan import Plan
+from mjbiped.engines.mujoco.run import MujocoRun
+from mjbiped.engines.mujoco.servo import LONGEST, frequency_of
+from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.engines.plan import Plan, Terms, make_plan
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.records.recorder import Cancellation, never_cancelled
+from mjbiped.robots.bodies import bodies_of
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
+from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
+
+if TYPE_CHECKING:
+    from mjbiped.control.controller import Controller
 
 
 @dataclass(frozen=True)
@@ -56,26 +62,19 @@ class Mujoco(Options, Engine):
         """Refuse legs of a length for which contacts are not resolved, and a servo where there can be none.
 
         Raises:
-            InputError: They are too short or too long, or one is asked for.
+            InputError: They are too short or too long, or a servo is asked for at a knee that is not there, or with
+                steps that cannot follow it.
         """
         if self.stance_knee == MOTOR:
-            self._check_servo(plan.robot)
+            if len(bodies_of(plan.robot).leg) == 1:
+                raise InputError('stance_knee = "motor" needs a robot with knees; leave it out, or take a KneedBiped')
+            longest = LONGEST / frequency_of(plan.robot)
+            if self.timestep > longest:
+                raise InputError(
+                    f"timestep = {self.timestep:g} s: steps of at most {longest:.2g} s follow the servo of "
+                    'stance_knee = "motor" at the knees of this robot'
+                )
         domains.MUJOCO_LEG.check("leg length in MuJoCo (engine='hybrid' takes any)", plan.robot.leg_length)
-
-    def _check_servo(self, robot: Robot) -> None:
-        """Refuse a servo at a knee that is not there, or with steps that cannot follow it.
-
-        Raises:
-            InputError: It is so.
-        """
-        if not isinstance(robot, KneedBiped):
-            raise InputError('stance_knee = "motor" needs a robot with knees; leave it out, or take a KneedBiped')
-        longest = LONGEST / frequency_of(robot)
-        if self.timestep > longest:
-            raise InputError(
-                f"timestep = {self.timestep:g} s: steps of at most {longest:.2g} s follow the servo of "
-                'stance_knee = "motor" at the knees of this robot'
-            )
 
     def check_disturbances(self, disturbances: Disturbances) -> None:
         """Refuse a control period that is no multiple of the timestep, and a delay that is none of the control period.
@@ -84,30 +83,60 @@ class Mujoco(Options, Engine):
             InputError: It is so.
         """
         if disturbances.in_loop:
-            period = ticking(self, disturbances).control_period
-            assert period is not None
+            period = disturbances.period(self.control_period, self.timestep)
+            replace(self, control_period=period)
             disturbances.delay_ticks(period)
 
     def room(self, states: int, robot: Robot) -> int:
         """One machine code serves all controllers with up to eight states; see `Engine.room`."""
         return max(states, ROOM)
 
+    def simulation(
+        self,
+        controller: Controller,
+        terrain: Terrain,
+        *,
+        steps: int | None = None,
+        initial: str | Sequence[float] = "gait",
+        robot: Robot | None = None,
+        sample_period: float | None = None,
+        disturbances: Disturbances | None = None,
+        compile: bool = True,
+    ) -> Simulation:
+        """A robot on its ground, to be stepped by `mujoco.mj_step` in a loop of your own.
+
+        Args:
+            controller: See `mjbiped.walk` for this and all that follow but the last.
+            terrain: The ground.
+            steps: Touchdowns after which the walk is finished; 60 unless given.
+            initial: The first state.
+            robot: The robot that walks.
+            sample_period: Time between two samples, s.
+            disturbances: What the walk is disturbed by.
+            compile: Whether laws that can be compiled are.
+
+        Raises:
+            InputError: An argument is outside its domain.
+            GaitError: `initial="gait"` with a controller that imitates none, on a slope that has no passive gait.
+        """
+        terms = Terms(self, steps, None, robot, sample_period, ScuffingRule())
+        return Simulation(
+            make_plan(terms, controller, terrain, initial, disturbances=disturbances), self, compile=compile
+        )
+
     def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> Run:
         """Build the scene; see `Engine.start`."""
-        if plan.robot.knees:
-            return KneedRun(plan, self, summarised=summarised, cancellation=cancellation)
         return MujocoRun(plan, self, summarised=summarised, cancellation=cancellation)
 
     @contextmanager
     def session(self, *, many: bool = False) -> Iterator[None]:
-        """Keep MuJoCo's callbacks, which are globals of the process, for these walks.
+        """Refuse a walk that is begun inside another one's controller.
 
         Raises:
-            MjbipedError: Somebody else has them.
+            MjbipedError: It is; or callbacks of somebody else's are installed, and a batch is begun.
         """
-        with exclusive():
-            if walking():
-                raise MjbipedError("a walk cannot be started from inside another's controller")
-            if many:
-                require_no_callbacks()
-            yield
+        if walking():
+            raise MjbipedError("a walk cannot be started from inside another's controller")
+        if many:
+            require_no_callbacks()
+        yield

@@ -10,12 +10,16 @@ terrain, whatever window it was found in.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import partial
 
-from mjbiped.engines.mujoco.callbacks import Places
+import mujoco
+
 from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
-from mjbiped.engines.mujoco.scene import Scene, compose_scene
+from mjbiped.engines.mujoco.scene import SIDES, Scene, compose_scene
+from mjbiped.engines.mujoco.state import Leg, Places
+from mjbiped.robots.bodies import bodies_of
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.profile import Profile
 from mjbiped.terrain.terrain import Terrain
@@ -91,10 +95,9 @@ class GroundWindows:
         return -math.inf if first else scene.start + self._margin, math.inf if last else scene.end - self._margin
 
 
-def places_in(scene: Scene, terrain: Terrain) -> Places:
-    """Where things are in a scene: the segments that it shows of a terrain, geoms, and sensor data."""
+def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> Places:
+    """Where things are in a scene: the segments that it shows of a terrain, joints, geoms, and sensor data."""
     model = scene.model
-    left, right = (model.sensor(f"{side}_contact") for side in ("left", "right"))
     begin = scene.segments.start
     shown = slice(begin, scene.segments.stop)
     names = [model.geom(index).name for index in range(model.ngeom)]
@@ -103,12 +106,39 @@ def places_in(scene: Scene, terrain: Terrain) -> Places:
     return Places(
         profile=Profile(*(values[shown] for values in terrain.profile)),
         rises=terrain.rises[shown],
-        feet=(int(model.geom("left_foot").id), int(model.geom("right_foot").id)),
-        contacts=(int(left.adr[0]), int(right.adr[0])),
-        slots=int(left.dim[0]),
+        legs=tuple(_leg_in(model, side, [segment.length for segment in bodies_of(robot).leg]) for side in SIDES),
+        hip=int(model.actuator("hip").id),
+        order=tuple(int(model.joint(name).qposadr[0]) for name in robot.places),
+        slots=int(model.sensor(f"{SIDES[0]}_contact").dim[0]),
+        readings=model.nsensordata,
+        actuators=model.nu,
+        locks=model.neq,
         risers=tuple(
             float(int(name.removeprefix("riser_")) - begin) if name.startswith("riser_") else -1.0 for name in names
         ),
         first=tuple(float(piece[0] - begin) for piece in pieces),
         last=tuple(float(piece[-1] - begin) for piece in pieces),
+    )
+
+
+def _leg_in(model: mujoco.MjModel, side: str, lengths: Sequence[float]) -> Leg:
+    """Where a leg's parts are in a model; of two lengths of segments the leg has a knee."""
+    leg = Leg(
+        hip=int(model.joint(side).qposadr[0]),
+        knee=-1,
+        upper=lengths[0],
+        lower=0.0,
+        foot=int(model.geom(f"{side}_foot").id),
+        contacts=int(model.sensor(f"{side}_contact").adr[0]),
+        ankle=int(model.actuator(f"{side}_ankle").id),
+    )
+    if len(lengths) == 1:
+        return leg
+    knee = model.joint(f"{side}_knee")
+    return leg._replace(
+        knee=int(knee.qposadr[0]),
+        lower=lengths[1],
+        motor=int(model.actuator(f"{side}_knee").id),
+        stop=int(knee.id),
+        lock=int(model.equality(f"{side}_lock").id),
     )

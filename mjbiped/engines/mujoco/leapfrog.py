@@ -34,54 +34,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import MutableSequence, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
-from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco.contact_events import State
+from mjbiped.engines.mujoco.state import Constants, X, Z, stance_of, turning_of
 from mjbiped.rules.termination import STALL_TIME
-
-if TYPE_CHECKING:
-    from mjbiped.engines.mujoco.callbacks import SimulationConstants
-
-
-class Planned(NamedTuple):
-    """What is known of a step when it begins.
-
-    Attributes:
-        length: That its contacts are made for, s.
-        plain: Whether accelerations act in it for as long as it is, as in MuJoCo: 0 or 1.
-        before: Length of the step that led to it, s; 0 where the motion begins anew.
-        right: Whether the right leg stands: 0 or 1.
-        left_lag: What the left leg's rate in `qvel` lacks to be that of now, rad/s.
-        right_lag: The same of the right leg.
-    """
-
-    length: float
-    plain: float
-    before: float
-    right: float
-    left_lag: float
-    right_lag: float
-
-
-def planned(u: Sequence[float], time: float) -> Planned:
-    """Of the step from now on; the same however often it is asked.
-
-    Args:
-        u: Userdata.
-        time: Now, s.
-    """
-    if time > u[events.TIME]:  # not observed yet
-        right = 1.0 - u[events.STANCE] if u[events.NOTED] else u[events.STANCE]
-        length, plain, before = u[events.PLANNED_NEXT], u[events.PLAIN_NEXT], step_before(u, time)
-        return Planned(length, plain, before, right, u[events.LEFT_LAG_NEXT], u[events.RIGHT_LAG_NEXT])
-    length, plain, before = u[events.PLANNED], u[events.PLAIN], u[events.LAST_STEP]
-    return Planned(length, plain, before, u[events.STANCE], u[events.LEFT_LAG], u[events.RIGHT_LAG])
-
-
-def step_before(u: Sequence[float], time: float) -> float:
-    """How long the step was that led to a time (s) not observed yet; 0 where the motion begins anew with it, s."""
-    return 0.0 if u[events.NOTED] or u[events.TIME] < 0.0 else time - u[events.TIME]
 
 
 def effective_step(plain: float, before: float, length: float) -> float:
@@ -89,25 +45,27 @@ def effective_step(plain: float, before: float, length: float) -> float:
     return length if plain else 0.5 * (before + length)
 
 
-def note_lag(u: MutableSequence[float], constants: SimulationConstants, length: float, qacc: Sequence[float]) -> None:
+def note_lag(constants: Constants, u: Any, length: float, coordinates: int) -> None:
     """Note what the rates will lack after this step.
 
     Args:
-        u: Userdata, after `contact_events.read_contacts` of this time.
         constants: The walk's.
+        u: State, after `observation.read_contacts` of this time.
         length: Of the step, s.
-        qacc: The accelerations of the hip and of both legs.
+        coordinates: Number of the robot's.
     """
-    impact = u[events.NOTED] or u[events.PLAIN]
+    impact = u.noted or u.struck or u.plain
     lag = 0.0 if impact else 0.5 * length  # rates after an impact are those of its end
-    left, right = qacc[2], qacc[3]
-    if u[events.SMOOTH]:
-        falling = STALL_TIME / constants.limits.stall_time
-        left = limited(left, u[events.LEFT_ACCELERATION], falling * falling)
-        right = limited(right, u[events.RIGHT_ACCELERATION], falling * falling)
-    u[events.LEFT_LAG_NEXT], u[events.RIGHT_LAG_NEXT] = lag * left, lag * right
-    u[events.SMOOTH] = 0.0 if impact else 1.0
-    u[events.LEFT_ACCELERATION], u[events.RIGHT_ACCELERATION] = qacc[2], qacc[3]
+    falling = STALL_TIME / constants.limits.stall_time
+    for index in range(2, coordinates):  # the hip's is not shown
+        acceleration = u.qacc[index]
+        if u.smooth:
+            acceleration = limited(acceleration, u.acceleration[index], falling * falling)
+        u.lag_next[index] = lag * acceleration
+    u.smooth_next = 0.0 if impact else 1.0
+    if constants.servo.stiffness > 0.0:
+        # a stop that is shown a rate of now leaves a knee that lies against it swinging, and off it now and then
+        u.lag_next[constants.places.legs[stance_of(u)].knee] = 0.0
 
 
 def limited(acceleration: float, before: float, least: float) -> float:
@@ -116,45 +74,30 @@ def limited(acceleration: float, before: float, least: float) -> float:
     return min(max(acceleration, before - room), before + room)
 
 
-def rates_now(u: Sequence[float], state: State) -> State:
-    """The state with the legs' rates of now; u is userdata with the lag of this time."""
-    hip_x, hip_z, left, right = state.qvel
-    return State(state.qpos, (hip_x, hip_z, left + u[events.LEFT_LAG], right + u[events.RIGHT_LAG]))
-
-
-def show(
-    u: MutableSequence[float],
-    constants: SimulationConstants,
-    qpos: Sequence[float],
-    qvel: MutableSequence[float],
-    time: float,
-) -> None:
-    """`mjcb_sensor` at the position stage: let `qvel` be what the velocity stage is to see.
+def show(constants: Constants, u: Any, qpos: Sequence[float], qvel: MutableSequence[float]) -> None:
+    """`mjcb_sensor` at the position stage, after `motors.arrive`: let `qvel` be what the velocity stage is to see.
 
     Args:
-        u: Userdata, where the state's rates are kept meanwhile.
         constants: The walk's.
-        qpos: Hip x, hip z (m), left and right leg (rad).
+        u: State, where the rates are kept meanwhile.
+        qpos: The robot's coordinates.
         qvel: Their rates, to be changed.
-        time: Now, s.
     """
-    if not (u[events.RUNNING] and constants.lands):
+    if not u.running:
         return
-    put_back(u, qvel)
-    for index in range(4):
-        u[events.QVEL + index] = qvel[index]
-    u[events.SHOWN] = 1.0
-    step = planned(u, time)
-    if step.plain:
+    for index in range(len(qvel)):
+        u.qvel[index] = qvel[index]
+    if u.plain:
         return
-    leg, rate, lag = (qpos[3], qvel[3], step.right_lag) if step.right else (qpos[2], qvel[2], step.left_lag)
-    limits = constants.limits
-    foot = Foot(limits.leg_length, limits.foot_radius, u[events.SLOPE])
-    shown_x, shown_z = held(foot, leg, rate, lag, step.length, step.before)
-    qvel[0] += shown_x
-    qvel[1] += shown_z
-    qvel[2] += step.left_lag
-    qvel[3] += step.right_lag
+    u.shown = 1.0
+    stance = constants.places.legs[stance_of(u)]
+    foot = Foot(u.reach, constants.limits.foot_radius, u.old_slope if constants.scuffs else u.slope)
+    turning, lag = turning_of(stance, qvel, u.share), turning_of(stance, u.lag, u.share)
+    shown_x, shown_z = held(foot, qpos[stance.hip] + u.tilt, turning, lag, u.planned, u.last_step)
+    for index in range(2, len(qvel)):
+        qvel[index] += u.lag[index]
+    qvel[X] += shown_x
+    qvel[Z] += shown_z
 
 
 class Foot(NamedTuple):
@@ -196,9 +139,9 @@ def held(foot: Foot, leg: float, rate: float, lag: float, length: float, before:
     )
 
 
-def put_back(u: MutableSequence[float], qvel: MutableSequence[float]) -> None:
-    """`mjcb_control`, first: let `qvel` be the state's rates again."""
-    if u[events.SHOWN]:
-        for index in range(4):
-            qvel[index] = u[events.QVEL + index]
-        u[events.SHOWN] = 0.0
+def put_back(u: Any, qvel: MutableSequence[float]) -> None:
+    """Let `qvel` be the state's rates again."""
+    if u.shown:
+        for index in range(len(qvel)):
+            qvel[index] = u.qvel[index]
+        u.shown = 0.0

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Generator
 from contextlib import AbstractContextManager
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 import mujoco
@@ -13,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.control.validation import fault_in
-from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Run, Show
-from mjbiped.engines.mujoco import callbacks, contact_events
-from mjbiped.engines.mujoco.compiled.registry import is_compiled, shared_callbacks
+from mjbiped.engines.mujoco.compiled.registry import shared
+from mjbiped.engines.mujoco.motors import told
+from mjbiped.engines.mujoco.observation import pressure_times, warned
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.simulation import BLOCK, WHOLE_STATE, Simulation
-from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
+from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
 from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
 from mjbiped.rules.termination import Outcome
@@ -58,23 +57,7 @@ class MujocoRun(Run):
         super().__init__(plan, summarised=summarised, cancellation=cancellation)
         if before is not None:
             before.restart(plan.q, plan.dq)
-            self.simulation = before
-            return
-        period = plan.terms.sample_period
-        driven = plan.controller
-        if plan.disturbances.in_loop:
-            options = ticking(options, plan.disturbances)
-            driven = plan.driven(options.control_period or 0.0)
-        self.simulation = Simulation(
-            driven,
-            plan.terrain,
-            **plan.arguments(),
-            friction=plan.disturbances.friction,
-            options=options,
-            # also where no samples are kept: the last one tells where a walk that was broken off has been
-            sample_period=DEFAULT_SAMPLE_PERIOD if period is None else period,
-            scenery=scenery,
-        )
+        self.simulation = Simulation(plan, options, scenery=scenery) if before is None else before
 
     def walk(self, show: Show) -> Outcome:
         """Step to the end."""
@@ -85,52 +68,36 @@ class MujocoRun(Run):
         return self.simulation.compiled
 
     def sharing(self) -> AbstractContextManager[None]:
-        """The compiled callbacks, installed for all threads."""
-        assert self.simulation.functions is not None
-        return shared_callbacks(self.simulation.functions)
+        """The trampolines of compiled callbacks, installed for all threads."""
+        return shared()
 
     def shares_with(self, other: Run) -> bool:
-        """Whether both have the same compiled callbacks."""
-        return isinstance(other, MujocoRun) and self.simulation.functions is other.simulation.functions
+        """Whether this walk has compiled callbacks, too."""
+        return self.simulation.compiled
 
     def message(self, error: BaseException) -> str:
         """What went wrong, and when: in the controller, or in MuJoCo itself."""
-        return gave_up(error, self.recorder, self.simulation.model) or super().message(error)
+        if not isinstance(error, mujoco.FatalError):
+            return super().message(error)
+        (time, _), reason = self.recorder.end, " ".join(str(error).split())
+        return (
+            f"MuJoCo gave up at {time:.3f} s, after {self.recorder.steps} steps, for no fault of the controller: "
+            f"{reason}. Its scene has {self.simulation.model.ngeom} geoms; a ground of fewer, longer segments needs "
+            "fewer, and the hybrid engine has none"
+        )
 
     def peak_torque(self) -> NDArray[np.float64]:
-        """Greatest |ankle| and |hip| torque so far, N m."""
-        u = self.simulation.data.userdata
-        return np.array([u[contact_events.PEAK_ANKLE], u[contact_events.PEAK_HIP]])
+        """Greatest magnitude of each joint's torque so far, N m."""
+        return np.array(told(self.simulation.state.peak, self.simulation.constants.joints))
 
     def pressure_times(self) -> NDArray[np.float64]:
         """How long the centre of pressure was where so far, s."""
-        return contact_events.pressure_times(self.simulation.data.userdata)
+        return pressure_times(self.simulation.state)
 
     def settings(self) -> dict[str, Any]:
         """The engine's settings, and MuJoCo's warnings."""
-        warnings = contact_events.warned(self.simulation.warnings, self.simulation.data.userdata)
-        return {**asdict(self.simulation.options), "warnings": warnings}
-
-
-def gave_up(error: BaseException, recorder: Recorder, model: mujoco.MjModel) -> str:
-    """What to say of a walk in which MuJoCo itself failed; empty where it did not."""
-    if not isinstance(error, mujoco.FatalError):
-        return ""
-    (time, _), reason = recorder.end, " ".join(str(error).split())
-    return (
-        f"MuJoCo gave up at {time:.3f} s, after {recorder.steps} steps, for no fault of the controller: {reason}. "
-        f"Its scene has {model.ngeom} geoms; a ground of fewer, longer segments needs fewer, and the hybrid engine has "
-        "none"
-    )
-
-
-def ticking(options: Options, disturbances: Disturbances) -> Options:
-    """The settings with the control period of a disturbed loop.
-
-    Raises:
-        InputError: It does not fit the timestep.
-    """
-    return replace(options, control_period=disturbances.period(options.control_period, options.timestep))
+        simulation = self.simulation
+        return {**asdict(simulation.options), "warnings": warned(simulation.warnings, simulation.state)}
 
 
 def simulate(simulation: Simulation, recorder: Recorder, show: Show | None = None) -> Outcome:
@@ -149,7 +116,7 @@ def simulate(simulation: Simulation, recorder: Recorder, show: Show | None = Non
     """
     for steps in stepped(simulation, recorder):
         if show is not None:
-            show(steps, float(simulation.data.userdata[contact_events.FOOT_X]))
+            show(steps, float(simulation.state.foot_x))
     return simulation.outcome
 
 
@@ -180,42 +147,23 @@ def stepped(simulation: Simulation, recorder: Recorder, *, most: int = BLOCK) ->
                 blocks.advance()
                 yield simulation.take(recorder)
         finally:
-            u = simulation.data.userdata
-            if u[contact_events.OUTCOME] == Outcome.INTERRUPTED:
+            if simulation.state.outcome == Outcome.INTERRUPTED:
                 simulation.sample()
-            simulation.take(recorder)
-            if u[contact_events.TRANSFERRED]:  # the controller was not told of it any more
-                recorder.add_touchdown(u[contact_events.LAST_TOUCHDOWN : contact_events.CONTROLLER_MEMORY])
-    if u[contact_events.OUTCOME] == Outcome.INTERRUPTED:
+            simulation.finish(recorder)
+    if simulation.state.outcome == Outcome.INTERRUPTED:
         raise MjbipedError("a compiled law raised an exception; let law() return None to see where")
     if simulation.outcome is Outcome.DIVERGED:
-        explain(simulation.warnings, _fault(simulation))
-
-
-def explain(warnings: Counter[str], fault: str) -> None:
-    """Note why a walk has diverged.
-
-    Args:
-        warnings: So far; changed.
-        fault: Which torque was no number, in words; empty if none was.
-    """
-    if fault:
-        warnings[fault] += 1
-    elif not warnings:
-        warnings[_MISSED] += 1
+        fault = _fault(simulation)
+        if fault or not simulation.warnings:
+            simulation.warnings[fault or _MISSED] += 1
 
 
 def _fault(simulation: Simulation) -> str:
     """Which torque was no number at the controller's last tick, in words; empty if none was."""
-    u = simulation.data.userdata.tolist()
-    q, dq = callbacks.posture(u)
-    torque, t = (
-        (u[contact_events.ANKLE], u[contact_events.HIP]),
-        u[contact_events.TIME] - u[contact_events.TRANSFER_TIME],
-    )
-    controller = simulation.controller
+    u, controller = simulation.state, simulation.controller
+    torque, q, dq = (told(each, simulation.constants.joints) for each in (u.torque, u.angles, u.turning))
     own = controller.inner if isinstance(controller, SampledController) else controller
-    return fault_in(own, torque, t, q, dq)
+    return fault_in(own, torque, u.time - u.transfer_time, q, dq)
 
 
 class _Blocks:
@@ -227,7 +175,7 @@ class _Blocks:
     def __init__(self, simulation: Simulation, most: int) -> None:
         self._simulation, self._model, self._data = simulation, simulation.model, simulation.data
         self._state = np.empty(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
-        self._steps = min(BLOCK, most) if is_compiled(mujoco.get_mjcb_control()) else 1
+        self._steps = min(BLOCK, most) if simulation.compiled else 1
 
     def advance(self) -> None:
         """Make at least one step, at most so many as the recording has room for."""

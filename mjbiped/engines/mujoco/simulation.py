@@ -1,9 +1,9 @@
 """MuJoCo engine: rigid bodies, contacts, and a controller in `mjcb_control`.
 
-Nothing of the paper's impact map is used here: the contact solver makes the impact, and the contact sensors say when
-support is transferred. What the callbacks do take from the terrain's profile is how long a step is, and with it the
-contacts' softness (`mjbiped.engines.mujoco.step_size`), and when the departing foot ceases to collide. `Simulation`
-holds model and state; `mjbiped.engines.mujoco.run` walks it to its end.
+Nothing of the impact maps is used here: the contact solver makes the impacts, and the contact sensors say when support
+is transferred. What the callbacks do take from the terrain's profile is how long a step is, and with it the contacts'
+softness (`mjbiped.engines.mujoco.step_size`), and when the departing foot ceases to collide. `Simulation` holds model
+and state; `mjbiped.engines.mujoco.run` walks it to its end.
 """
 
 from __future__ import annotations
@@ -13,52 +13,49 @@ import warnings
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from functools import cached_property, lru_cache
-from itertools import chain
 from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from mjbiped.control import adapters
 from mjbiped.control.compilation import compilable_law
 from mjbiped.control.compile_errors import refused_in_words
-from mjbiped.control.controller import Controller
-from mjbiped.disturbances.pushes import NONE, Pushes, following
 from mjbiped.disturbances.sampled import SampledController
-from mjbiped.engines.mujoco import callbacks, leapfrog
-from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco.callbacks import Laws, Recording, Setting, SimulationConstants, Userdata
+from mjbiped.engines.mujoco import leapfrog, motors, observation, step_size
 from mjbiped.engines.mujoco.compiled import registry
-from mjbiped.engines.mujoco.compiled.callbacks import Functions, Native, attached, check_offsets
+from mjbiped.engines.mujoco.compiled.callbacks import ACCELERATION, POSITION, Native, attached, check_offsets
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
-from mjbiped.engines.mujoco.contact_events import State
+from mjbiped.engines.mujoco.contacts import refuses
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
 from mjbiped.engines.mujoco.judged import ground_needed, limits_of
-from mjbiped.engines.mujoco.options import Options
+from mjbiped.engines.mujoco.motors import Parts, Recording, Setting
+from mjbiped.engines.mujoco.options import MOTOR, Options
+from mjbiped.engines.mujoco.scene import Scene
+from mjbiped.engines.mujoco.servo import NONE, servo_of
+from mjbiped.engines.mujoco.state import SIZE, Constants, Places, Softness, State, Userdata
+from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
+from mjbiped.records.columns import index_of, tables_of
 from mjbiped.records.recorder import Recorder
-from mjbiped.records.rows import SAMPLED, TOUCHED
-from mjbiped.robots.compass import Compass
-from mjbiped.rules.scuffing import ScuffingRule, chosen
+from mjbiped.records.rows import rows_of
+from mjbiped.robots.bodies import bodies_of
 from mjbiped.rules.termination import Outcome
-from mjbiped.terrain.terrain import Terrain
 
 START_DEPTH = 1e-6  # a foot set exactly on the surface may find a heightfield's inner edge instead, m
-_POSITION, _ACCELERATION = int(mujoco.mjtStage.mjSTAGE_POS), int(mujoco.mjtStage.mjSTAGE_ACC)
-_METHODS = Laws(adapters.torque, adapters.touchdown, adapters.slope_estimate, adapters.tick)
 WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 BLOCK = 500  # steps made at once, at most
 
 
 class Simulation:
-    """A robot, a controller and a terrain in MuJoCo.
+    """A robot, a controller and a terrain in MuJoCo, which `mujoco.mj_step` walks while the callbacks are installed.
 
     ```python
     robot = mjbiped.Compass()
-    gait = mjbiped.find_passive_gait(robot, slope=np.deg2rad(2))
-    controller = AdaptiveController(robot, gait)
-    terrain = mjbiped.Terrain.mixed()
-    simulation = Simulation(controller, terrain, robot=robot, q=gait.start[:2], dq=gait.start[2:], steps=10)
+    controller = AdaptiveController(robot, mjbiped.find_passive_gait(robot, slope=np.deg2rad(2)))
+    simulation = mjbiped.Mujoco().simulation(controller, mjbiped.Terrain.mixed(), steps=10)
     with simulation.callbacks():
         mujoco.mj_step(simulation.model, simulation.data, nstep=1000)
     ```
@@ -70,149 +67,161 @@ class Simulation:
     about the robot: see `move_on`.
 
     Attributes:
-        model: The compiled scene. qpos is hip x, hip z (m), left and right leg angle from the vertical (rad);
-            ctrl is left ankle, right ankle, hip torque (N m).
+        model: The compiled scene; the robot's file in `models/` says what qpos and ctrl are.
         data: Its state.
-        controller: Drives stance ankle and hip.
+        controller: Drives the robot's joints.
         options: The engine's settings.
         limits: What ends the walk.
+        constants: What does not change while the model is the same.
+        inside: Between which places of the hip, x in m, `move_on` has nothing to build.
         recording: Where samples and touchdowns are written as the walk goes on, until there is no room.
         warnings: What MuJoCo warned of while this simulation's callbacks were installed, and how often.
     """
 
-    def __init__(
-        self,
-        controller: Controller,
-        terrain: Terrain,
-        *,
-        robot: Compass,
-        q: Sequence[float],
-        dq: Sequence[float],
-        steps: int | None = None,
-        distance: float | None = None,
-        sample_period: float = math.inf,
-        scuffing: ScuffingRule | None = None,
-        pushes: Pushes = NONE,
-        friction: float | None = None,
-        options: Options | None = None,
-        compile: bool = True,
-        scenery: bool = False,
-    ) -> None:
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    constants: Constants
+    inside: tuple[float, float]
+
+    def __init__(self, plan: Plan, options: Options, *, compile: bool = True, scenery: bool = False) -> None:
         """Build the scene and set the robot on it.
 
         Args:
-            controller: See `controllers.Controller`.
-            terrain: The ground.
-            robot: The robot that walks.
-            q: Stance (left) and swing angle at the start, from the ground's normal under x = 0, rad.
-            dq: Their rates, rad/s.
-            steps: Touchdowns after which the walk is finished; None: no limit.
-            distance: Position x of the stance foot at which it is finished, m; None: no limit.
-            sample_period: Time between two samples, s; infinity: none but the first and the last.
-            scuffing: When the swing foot may touch the ground.
-            pushes: At the hip.
-            friction: Coefficient between feet and ground, other than the scene's.
+            plan: What is walked, as checked.
             options: The engine's settings. Where its steps do not end at touchdowns, the model stays as it is, and may
                 serve many walks at the same time.
             compile: Whether laws that can be compiled are.
             scenery: Add the ground as it is seen from the side, for pictures; the walk is the same.
         """
-        options = options or Options()
-        timestep, contact_timestep, lands = options.timestep, options.contact_timestep, options.lands
-        shortest = min(contact_timestep, timestep) if lands else timestep
-        rule = chosen(scuffing)
-        length = robot.leg_length
-        states = len(controller.states)
-        size = events.CONTROLLER_MEMORY + controller.memory_size + states
-        self._terrain = terrain
-        block = BLOCK * timestep * math.sqrt(robot.gravity * length)  # a faster hip would fly
+        robot, terms, disturbances = plan.robot, plan.terms, plan.disturbances
+        if disturbances.in_loop:
+            options = replace(options, control_period=disturbances.period(options.control_period, options.timestep))
+        self.plan, self.options, self._compile = plan, options, compile
+        self.controller = controller = plan.driven(options.control_period or 0.0)
+        states, self._rows = len(controller.states), rows_of(type(robot))
+        block = BLOCK * options.timestep * math.sqrt(robot.gravity * robot.leg_length)  # a faster hip would fly
         self._windows = GroundWindows(
             robot,
-            terrain,
-            timestep=shortest,
-            reach=ground_needed(robot, steps, distance),
+            plan.terrain,
+            timestep=self._shortest,
+            reach=ground_needed(robot, terms.steps, terms.distance),
             ground=options.ground,
-            userdata=size,
+            userdata=SIZE + self._rows.touched + controller.memory_size + states,
             scenery=scenery,
-            margin=MARGIN * length + block,
+            margin=MARGIN * robot.leg_length + block,
         )
-        scene = self._windows.about(0.0)
-        scene.model.opt.timestep = timestep
-        self._inside = self._windows.inside(scene)
-        self.model = scene.model
-        self.data = mujoco.MjData(scene.model)
-        self.controller = controller
-        self.options = options
         whole = (self._windows.start, self._windows.end)
-        self.limits = limits_of(robot, rule, timestep, whole, steps, distance, lands)
-        self._constants = SimulationConstants(
-            limits=self.limits._replace(start=scene.start, end=scene.end),
-            places=places_in(scene, terrain),
-            stepped=any(terrain.rises),
-            # twice the distance at the fall of a leg
-            deepest=2.0 * timestep * math.sqrt(2.0 * robot.gravity * length),
-            timestep=timestep,
-            contact_timestep=shortest,
-            lands=lands,
-            control_period=options.control_period or 0.0,
-            memory_size=controller.memory_size,
-            states=states,
-            sampled=isinstance(controller, SampledController),
-            pushes=pushes,
+        self.limits = limits_of(
+            robot, terms.scuffing, options.timestep, whole, terms.steps, terms.distance, options.lands
         )
-        room = BLOCK + 1 if math.isfinite(sample_period) else 2
+        period = terms.sample_period
         self.recording = Recording(
-            sample_period=sample_period,
-            samples=np.zeros((room, SAMPLED + states)),
-            rows=np.zeros((BLOCK, TOUCHED)),
+            # also where no samples are kept: the last one tells where a walk that was broken off has been
+            sample_period=DEFAULT_SAMPLE_PERIOD if period is None else period,
+            samples=np.zeros((BLOCK + 1, self._rows.sampled + states)),
+            rows=np.zeros((BLOCK, self._rows.touched)),
         )
-        self._friction = friction
-        self._set_friction()
-        self._compile = compile
-        self._before: dict[str, Any] = {}
         self._attachment: ExitStack | None = None
         self.warnings: Counter[str] = Counter()
-        self._place(terrain, length, q, dq)
+        self._use(self._windows.about(0.0))
+        self._place(plan.q, plan.dq)
+
+    @property
+    def _shortest(self) -> float:
+        """Length of the steps that make impacts, s."""
+        options = self.options
+        return min(options.contact_timestep, options.timestep) if options.lands else options.timestep
+
+    def _use(self, scene: Scene) -> None:
+        """Make a scene this simulation's; its data are those of a new model."""
+        scene.model.opt.timestep = self.options.timestep
+        self.model, self.data = scene.model, mujoco.MjData(scene.model)
+        self.inside = self._windows.inside(scene)
+        places = places_in(scene, self.plan.terrain, self.plan.robot)
+        self.constants = self._constants(scene, places)
+        if self.plan.disturbances.friction is not None:  # the feet's, which have priority over the ground's
+            self.model.geom_friction[[leg.foot for leg in places.legs], 0] = self.plan.disturbances.friction
+        self._here = self._userdata_of(self.data)
+
+    def _constants(self, scene: Scene, places: Places) -> Constants:
+        """What does not change while a scene is used."""
+        plan, options, controller = self.plan, self.options, self.controller
+        robot, columns = plan.robot, tables_of(type(plan.robot)).touchdowns
+        scuffs, shortest = not bodies_of(robot).collides_from_lift_off, self._shortest
+        return Constants(
+            limits=self.limits._replace(start=scene.start, end=scene.end),
+            places=places,
+            joints=(0.0,) * len(robot.joints),
+            scuffs=scuffs,
+            stepped=any(plan.terrain.rises),
+            # twice the distance at the fall of a leg
+            deepest=2.0 * options.timestep * math.sqrt(2.0 * robot.gravity * robot.leg_length),
+            timestep=options.timestep,
+            contact_timestep=shortest,
+            sliding=shortest if scuffs else max(options.timestep / step_size.SLIDING, shortest),
+            lands=options.lands,
+            control_period=options.control_period or 0.0,
+            memory_size=controller.memory_size,
+            states=len(controller.states),
+            sampled=isinstance(controller, SampledController),
+            estimates=(index_of(columns, "slope_estimate_before"), index_of(columns, "slope_estimate")),
+            touched=self._rows.touched,
+            sampled_columns=self._rows.sampled,
+            pushes=plan.disturbances.schedule,
+            servo=servo_of(robot) if options.stance_knee == MOTOR else NONE,
+        )
 
     def restart(self, q: Sequence[float], dq: Sequence[float]) -> None:
         """Set the robot back to its start, as if the simulation had been built with another first state.
 
         Args:
-            q: Stance (left) and swing angle, from the ground's normal under x = 0, rad.
+            q: Angles from the ground's normal under x = 0, rad.
             dq: Their rates, rad/s.
         """
         mujoco.mj_resetData(self.model, self.data)
         self.warnings.clear()
-        self._place(self._terrain, self.limits.leg_length, q, dq)
+        self._place(q, dq)
         self.move_on()
 
-    def _place(self, terrain: Terrain, length: float, q: Sequence[float], dq: Sequence[float]) -> None:
-        """Set the robot with its left foot at x = 0, and begin the controller's memory."""
+    def _place(self, q: Sequence[float], dq: Sequence[float]) -> None:
+        """Set the robot with its first foot at x = 0 on a straight leg, and begin the controller's memory."""
+        terrain, length = self.plan.terrain, self.limits.leg_length
         slope, height = terrain.slope_at(0.0), terrain.height_at(0.0)
-        stance, swing = q[0] + slope, q[1] + slope
-        hip = (length * math.sin(stance), height + length * math.cos(stance) - START_DEPTH)
-        qpos = [*hip, stance, swing]
-        qvel = [length * math.cos(stance) * dq[0], -length * math.sin(stance) * dq[0], dq[0], dq[1]]
+        stance, swing = self.constants.places.legs[:2]
+        leg = q[0] + slope
+        hip = (length * math.sin(leg), height + length * math.cos(leg) - START_DEPTH)
+        qpos, qvel = [*hip, *[0.0] * (self.model.nq - 2)], [0.0] * self.model.nv
+        qpos[stance.hip], qpos[swing.hip] = leg, q[1] + slope
+        qvel[:2] = length * math.cos(leg) * dq[0], -length * math.sin(leg) * dq[0]
+        qvel[stance.hip], qvel[swing.hip] = dq[0], dq[1]
+        if swing.knee >= 0:
+            qpos[swing.knee], qvel[swing.knee] = q[2] + slope - qpos[swing.hip], dq[2] - dq[1]
         self.data.qpos[:] = qpos
         self.data.qvel[:] = qvel
-        userdata = self._userdata()
-        events.begin(userdata.events, State(qpos, qvel), slope, (0.0, height), self._constants.timestep)
-        u = userdata.events
-        u[events.NEXT_PUSH], u[events.PUSH_IMPULSE] = following(self._constants.pushes, 0, 0.0)
-        self.controller.start(userdata.memory, tuple(q), tuple(dq))
-        self.data.userdata[:] = list(chain(*userdata))
+        u, _, memory, _ = self._here
+        observation.begin(self.constants, u, qpos, qvel, slope, height)
+        own = memory.tolist()
+        self.controller.start(own, tuple(q), tuple(dq))
+        memory[:] = own
+        step_size.expect(self.constants, u, _softness_of(self.model, self.data), 0.0)
 
-    def _userdata(self) -> Userdata:
-        """A copy of the userdata, in its parts."""
-        u = self.data.userdata.tolist()
-        memory = events.CONTROLLER_MEMORY
-        rates = memory + self._constants.memory_size
-        return Userdata(u[:memory], u[memory:rates], u[rates:])
+    def _userdata_of(self, data: mujoco.MjData) -> Userdata:
+        """The parts of userdata, which show MuJoCo's memory."""
+        values: Any = data.userdata
+        row, memory = SIZE + self._rows.touched, self.controller.memory_size
+        return Userdata(State.from_buffer(values), values[SIZE:row], values[row : row + memory], values[row + memory :])
 
     @property
-    def _setting(self) -> Setting:
-        """What the callbacks work with in plain Python."""
-        return Setting(_METHODS, self.controller, self._constants, self.recording)
+    def state(self) -> State:
+        """What is remembered of the walk from one physics step to the next."""
+        state: State = self._here.u
+        return state
+
+    @property
+    def memory(self) -> list[float]:
+        """A copy of the controller's memory."""
+        memory: list[float] = self._here.memory.tolist()
+        return memory
 
     def move_on(self) -> bool:
         """Build the ground about the robot, where it comes near the end of what is built of a long terrain.
@@ -224,129 +233,110 @@ class Simulation:
         Returns:
             Whether it was built.
         """
-        data, x = self.data, float(self.data.qpos[0])
-        low, high = self._inside
+        before, data, x = self.model, self.data, float(self.data.qpos[0])
+        low, high = self.inside
         if low < x < high or not math.isfinite(x) or data.warning.number.any():
             return False
-        scene, before = self._windows.about(x), self._constants
-        constants = before._replace(
-            limits=self.limits._replace(start=scene.start, end=scene.end), places=places_in(scene, self._terrain)
-        )
-        scene.model.opt.timestep = self.model.opt.timestep
-        scene.model.geom_solref[list(constants.places.feet)] = self.model.geom_solref[list(before.places.feet)]
-        state = np.empty(mujoco.mj_stateSize(self.model, WHOLE_STATE))
-        mujoco.mj_getState(self.model, data, state, WHOLE_STATE)
-        data = mujoco.MjData(scene.model)
-        mujoco.mj_setState(scene.model, data, state, WHOLE_STATE)
-        self.model, self.data, self._constants, self._inside = scene.model, data, constants, self._windows.inside(scene)
-        self._set_friction()
-        made = self.__dict__.get("_native")  # as `cached_property` keeps it
+        state, timestep = np.empty(mujoco.mj_stateSize(before, WHOLE_STATE)), before.opt.timestep
+        mujoco.mj_getState(before, data, state, WHOLE_STATE)
+        self._use(self._windows.about(x))
+        self.model.opt.timestep = timestep
+        mujoco.mj_setState(self.model, self.data, state, WHOLE_STATE)
+        step_size.expect(self.constants, self.state, _softness_of(self.model, self.data), self.data.time)
+        made = self.__dict__.get("native")  # as `cached_property` keeps it
         if made is not None:
-            check_offsets(self.data)
-            self._native = made.with_constants(self._constants)
+            check_offsets(self.model, self.data)
+            self.native = made.with_constants(self.constants)
             if self._attachment is not None:
                 self._attachment.close()
-                self._attachment.enter_context(attached(self.model, [self._native]))
+                self._attach()
         return True
-
-    def _set_friction(self) -> None:
-        """Write the friction into the model: it is the feet's, which have priority over the ground's."""
-        if self._friction is not None:
-            self.model.geom_friction[list(self._constants.places.feet), 0] = self._friction
-
-    @property
-    def inside(self) -> tuple[float, float]:
-        """Between which places of the hip, x in m, `move_on` has nothing to build."""
-        return self._inside
-
-    @property
-    def constants(self) -> SimulationConstants:
-        """What does not change while the model is the same."""
-        return self._constants
 
     @property
     def outcome(self) -> Outcome:
         """How the walk ended, or `Outcome.WALKING`; a MuJoCo warning means that it diverged."""
-        code = Outcome(int(self.data.userdata[events.OUTCOME]))
-        return Outcome.DIVERGED if self.data.warning.number.any() else code
-
-    def sample(self) -> None:
-        """Record the state now."""
-        userdata = self._userdata()
-        callbacks.take_sample(self._setting, userdata, self.data.time, self.data.qpos.tolist())
-        self.data.userdata[:] = list(chain(*userdata))
-
-    def take(self, recorder: Recorder) -> int:
-        """Hand what was recorded on, and make room; returns the number of touchdowns."""
-        u, recording = self.data.userdata, self.recording
-        rows, samples = recording.rows[: int(u[events.ROWS])], recording.samples[: int(u[events.SAMPLES])]
-        recorder.add(rows, samples)
-        u[events.ROWS] = u[events.SAMPLES] = 0.0
-        return len(rows)
+        return Outcome.DIVERGED if self.data.warning.number.any() else Outcome(int(self.state.outcome))
 
     @property
     def over(self) -> bool:
         """Whether the walk has ended."""
         return self.outcome is not Outcome.WALKING
 
+    def sample(self) -> None:
+        """Record the state now."""
+        motors.take_sample(self._setting, self._here)
+
+    def take(self, recorder: Recorder) -> int:
+        """Hand what was recorded on, and make room; returns the number of touchdowns."""
+        u, recording = self.state, self.recording
+        rows, samples = recording.rows[: int(u.rows)], recording.samples[: int(u.samples)]
+        recorder.add(rows, samples)
+        u.rows = u.samples = 0.0
+        return len(rows)
+
+    def look_ahead(self, u: State, line: NDArray[np.float64]) -> bool:
+        """Let a copy of the state, with the row behind it in `line`, be that of the next tick.
+
+        Returns:
+            Whether the walk is over then.
+        """
+        data = self.data
+        if data.time > u.time:
+            row, parts = line[SIZE:].tolist(), _parts(self._rows)
+            observation.observe(parts, self.constants, u, row, data.time, data.qpos.tolist(), data.qvel.tolist())
+            line[SIZE:] = row
+        return bool(u.outcome)
+
+    def finish(self, recorder: Recorder) -> None:
+        """Hand on what was recorded of a walk that has ended, with a touchdown that the controller was not told of."""
+        self.take(recorder)
+        if self.over and self.state.transferred:
+            recorder.add_touchdown(np.array(self._here.row))
+
     @contextmanager
     def callbacks(self) -> Iterator[None]:
         """Install this simulation's callbacks, which are MuJoCo's process-wide globals; what stood there comes back.
 
-        Compiled ones are not installed over others than their like: those could not be asked for other models.
-
         MuJoCo's warnings are counted meanwhile, where it would write them to the terminal and to MUJOCO_LOG.TXT.
 
-        Within `shared_callbacks` of its functions nothing has to be installed, and any thread may ask.
+        Raises:
+            MjbipedError: The laws are in plain Python, and another thread is walking with such.
         """
-        made = self._native
         with ExitStack() as stack:
-            if made is not None and made.functions is registry.shared():
+            if self.native is not None:
                 self.attach(stack)
-                stack.enter_context(registry.stepped_under_shared(self._on_warning))
-                yield
-                return
-            stack.enter_context(registry.exclusive())
-            self.move_on()
-            before, made = registry.installed(), self._native
-            if made and all(before[name] in (None, getattr(made.functions, name)) for name in registry.CALLBACKS):
-                self.attach(stack)
-                chosen = {name: getattr(made.functions, name) for name in registry.CALLBACKS}
+                stack.enter_context(registry.compiled())
             else:
-                own = (self._on_control, self._on_sensor, self._on_contact)
-                chosen = dict(zip(registry.CALLBACKS, own, strict=True))
-            stack.callback(setattr, self, "_before", self._before)
-            self._before = before
-            stack.enter_context(registry.own_callbacks(self, {**chosen, "mju_user_warning": self._on_warning}))
+                stack.callback(setattr, self, "_attachment", self._attachment)
+                self._attachment = stack.enter_context(ExitStack())
+                self._attach()
+            stack.enter_context(registry.heard_by(self._on_warning))
+            if self.state.running and not self.move_on() and self.data.time > self.state.time:  # a state was set, maybe
+                step_size.expect(self.constants, self.state, _softness_of(self.model, self.data), self.data.time)
             yield
 
     def attach(self, stack: ExitStack) -> None:
         """Tell the compiled callbacks of this walk for as long as `stack` lasts, whatever model it moves on to."""
-        if self._attachment is None and self._native is not None:
+        if self._attachment is None:
             stack.callback(setattr, self, "_attachment", None)
             self._attachment = stack.enter_context(ExitStack())
-            self._attachment.enter_context(attached(self.model, [self._native]))
+            self._attach()
+
+    def _attach(self) -> None:
+        """Let the callbacks know the present model."""
+        assert self._attachment is not None
+        if self.native is not None:
+            self._attachment.enter_context(attached(self.model, [self.native]))
+        else:
+            self._attachment.enter_context(registry.in_python(self, self.model._address))
 
     @property
     def compiled(self) -> bool:
-        """Whether the callbacks can be compiled ones."""
-        return self._native is not None
-
-    @property
-    def native(self) -> Native | None:
-        """The compiled callbacks and this walk's record, None where it needs Python's; raises as `compiled` does."""
-        return self._native
-
-    @property
-    def functions(self) -> Functions | None:
-        """Its compiled callbacks, None where it needs Python's; raises as `compiled` does, where a law will not do.
-
-        Walks of the same kind of law and constants share theirs.
-        """
-        return self._native.functions if self._native is not None else None
+        """Whether the callbacks are compiled ones."""
+        return self.native is not None
 
     @cached_property
-    def _native(self) -> Native | None:
+    def native(self) -> Native | None:
         """The compiled callbacks and this walk's record; None where the walk needs Python's.
 
         Raises:
@@ -357,57 +347,68 @@ class Simulation:
         if law is None:
             return None
         try:
-            check_offsets(self.data)
+            check_offsets(self.model, self.data)
             with refused_in_words(controller, law):
-                return Native(law, self._constants, self.recording)
+                return Native(law, self.constants, self._rows, self.recording)
         except UnknownLayoutError as error:
             warn_once(str(error))
             return None
 
-    def _on_control(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """`mjcb_control`; see `callbacks.control`."""
-        if model is not self.model:
-            self._pass_on("mjcb_control", model, data)
-            return
-        leapfrog.put_back(data.userdata, data.qvel)
-        userdata, state = self._userdata(), State(data.qpos.tolist(), data.qvel.tolist())
-        if callbacks.control(self._setting, userdata, data.ctrl, data.qfrc_applied, data.time, state):
-            data.userdata[:] = list(chain(*userdata))
+    @property
+    def _setting(self) -> Setting:
+        """What the callbacks work with in plain Python."""
+        return Setting(_parts(self._rows), self.controller, self.constants, self.recording)
 
-    def _on_sensor(self, model: mujoco.MjModel, data: mujoco.MjData, stage: int) -> None:
-        """`mjcb_sensor`; see `callbacks.sense`."""
-        if model is not self.model:
-            self._pass_on("mjcb_sensor", model, data, stage)
-        elif stage == _POSITION:
-            leapfrog.show(data.userdata, self._constants, data.qpos.tolist(), data.qvel, data.time)
-        elif stage == _ACCELERATION:
-            state, readings = State(data.qpos.tolist(), data.qvel.tolist()), data.sensordata.tolist()
-            now = (readings, data.time, state, data.qacc.tolist())
-            length, weight = callbacks.sense(self._constants, data.userdata, *now)
-            if length > 0.0:
-                model.opt.timestep = length
-                if weight != 1.0:
-                    data.qacc *= weight
+    def on(self, name: str, model: mujoco.MjModel, data: mujoco.MjData, *arguments: int) -> Any:
+        """Do what a callback of MuJoCo's is to do, by its name, in plain Python; see `motors.control` and `step_size`.
+
+        The contact filter returns whether it refuses the pair.
+        """
+        userdata = self._here if data is self.data else self._userdata_of(data)
+        u, constants = userdata.u, self.constants
+        if not u.running or (name == "mjcb_sensor" and arguments[0] not in (POSITION, ACCELERATION)):
+            return 0
+        if arguments == (ACCELERATION,) and name == "mjcb_sensor":
+            softness = _softness_of(model, data)
+            length = step_size.resolve(constants, u, data.sensordata.tolist(), data.qacc, softness)
+            model.opt.timestep = length
+            return 0
+        if u.shown or data.time > u.time:
+            motors.arrive(self._setting, userdata, data.time, data.qpos.tolist(), data.qvel)
+        if name == "mjcb_control":
+            memory = userdata.memory.tolist()
+            motors.control(self._setting, userdata._replace(memory=memory), data.ctrl, data.qfrc_applied, data.time)
+            userdata.memory[:] = memory
+        elif name == "mjcb_sensor":
+            leapfrog.show(constants, u, data.qpos.tolist(), data.qvel)
+        else:
+            if not u.prepared:
+                step_size.soften(constants, u, _softness_of(model, data))
+            return int(refuses(constants, u, data.geom_xpos, *arguments))
+        return 0
 
     def _on_warning(self, message: str) -> None:
         """`mju_user_warning`: the first line says what it is; what follows differs from time to time."""
         self.warnings[message.partition(" at ")[0].strip()] += 1
 
-    def _on_contact(self, model: mujoco.MjModel, data: mujoco.MjData, first: int, second: int) -> int:
-        """`mjcb_contactfilter`: 1 refuses the pair; see `callbacks.refuses`."""
-        if model is not self.model:
-            return int(self._pass_on("mjcb_contactfilter", model, data, first, second) or 0)
-        solref = callbacks.softness(self._constants, data.userdata, data.time)
-        if solref[0] < 0.0:
-            model.geom_solref[list(self._constants.places.feet)] = solref
-        return int(callbacks.refuses(self._constants, data.userdata, data.geom_xpos, first, second))
 
-    def _pass_on(self, name: str, model: mujoco.MjModel, data: mujoco.MjData, *arguments: int) -> Any:
-        """Hand a callback for another model to what stood there before this simulation's."""
-        before: Any = self._before.get(name)
-        if registry.is_compiled(before):
-            return before(model._address, data._address, *arguments)
-        return before(model, data, *arguments) if callable(before) else None
+def _softness_of(model: mujoco.MjModel, data: mujoco.MjData) -> Softness:
+    return Softness(model.geom_solref, model.jnt_solref, model.eq_solref, model.eq_data, data.eq_active)
+
+
+@lru_cache(maxsize=8)
+def _parts(rows: Any) -> Parts:
+    """A controller's methods, and what writes the record, for callbacks in plain Python."""
+    return Parts(
+        adapters.torque,
+        adapters.touchdown,
+        adapters.slope_estimate,
+        adapters.tick,
+        adapters.knee_strike,
+        motors.told,
+        rows.write_sample,
+        rows.write_touchdown,
+    )
 
 
 @lru_cache(maxsize=1)

@@ -1,4 +1,4 @@
-r"""Landing on the touchdown: how long each physics step is, how its contacts are damped, and how far it is kicked.
+r"""Landing on impacts: how long each physics step is, and how its contacts are damped.
 
 A touchdown falls between two steps of a fixed length: the foot sinks in before its contact counts, and the rates after
 the impact are off by up to 11 %. Here a step ends where the foot meets the ground, and one short *contact step* makes
@@ -23,147 +23,312 @@ short one, would throw the foot back fifty times as fast as it came.
 
 from __future__ import annotations
 
-import math
-from collections.abc import MutableSequence, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
-from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco.contact_events import State
-from mjbiped.engines.mujoco.leapfrog import effective_step, note_lag, planned
+from mjbiped.engines.mujoco.contacts import Felt, felt
+from mjbiped.engines.mujoco.leapfrog import effective_step, note_lag
+from mjbiped.engines.mujoco.observation import SHORTEST, read_contacts
+from mjbiped.engines.mujoco.state import Constants, Places, Softness, X, Z, end_of_leg, stance_of, swing_of
 from mjbiped.terrain.profile import height_over_ground, segment_under
-
-if TYPE_CHECKING:
-    from mjbiped.engines.mujoco.callbacks import Places, SimulationConstants
 
 STIFFNESS = 1e3
 """Of a contact over the mass it meets, 1/s². `solimp` leaves 1e-4 of the load unborne, so a standing foot sinks by
 1e-4 g over it, 1 µm. A stiffer one rests at some 10 nm, where MuJoCo's collision detection misses it now and then."""
+LOCK_STIFFNESS = 1e5
+"""Of a locked or stopped knee over the inertia that it meets, 1/s². `solimp` leaves 1e-4 of the load unborne, and a
+light shank under the robot's weight would be turned at some 1e3 rad/s²: so it bends by 1e-6 rad."""
+PUSHED_OUT = 100.0
+"""Share of its depth by which a foot comes out of a riser's face again, 1/s: in 10 ms, before it slides down to the
+ground, whose edge it would miss by that depth."""
 DEPTH = 1e-6  # under the ground to which a step leads the swing foot, m; single precision of a heightfield is 3e-7
+STOPPED = 1e-9  # beyond its stop, to which a step leads the knee, rad
 SHORTER = 4.0  # factor between the steps of the approach
 MARGIN = 1e-3  # about a riser's face, m
 HALVINGS = 50  # of a step, until only rounding is left
-SHORTEST = 1e-9  # no step is shorter, s
 LOOK_AHEAD = 1.5
 """Times the distance to the ground that a step and its approach may take: it is foreseen a step earlier."""
+TOUCHING = 4.0  # steps are so many times shorter while the swing foot drags along the ground, ...
+SLIDING = 16.0  # ... or on a riser's face, where it may do so
 
 
-def softness(u: Sequence[float], time: float) -> tuple[float, float]:
-    """The feet's `solref` for the step from now on; the same however often it is asked.
+class Lengths(NamedTuple):
+    """Lengths of two steps.
 
-    Args:
-        u: Userdata.
-        time: Now, s.
+    Attributes:
+        length: Of the step under way, s.
+        following: Of the next one, as planned, s.
+        reached: Whether the gap is closed at the step's end, and the next step makes the impact.
     """
-    step = planned(u, time)
-    return -STIFFNESS, -1.0 / effective_step(step.plain, step.before, step.length)
+
+    length: float
+    following: float
+    reached: bool
 
 
-def step_length(
-    u: MutableSequence[float], constants: SimulationConstants, time: float, state: State, qacc: Sequence[float]
-) -> float:
-    """How long the step from now on is, s; notes its effective step, and plans the next one.
+def soften(constants: Constants, u: Any, into: Softness) -> None:
+    """Write how soft contacts are in the step under way: plastic within it. And what `hold_knees` writes.
 
     Args:
-        u: Userdata, after the control callback and `contact_events.read_contacts` of this time.
         constants: The walk's.
-        time: Now, s.
-        state: Now.
-        qacc: The accelerations of the hip and of both legs.
+        u: State, after the observation.
+        into: To be written; it is the same however often that is done.
     """
-    length, following, plain = _approach(u, constants, state, qacc)
-    # an impact is not cut in two; the tick waits for its end
-    if constants.control_period > 0.0 and not u[events.NOTED]:
-        due = u[events.NEXT_CONTROL] - time
-        if due < length - SHORTEST:
-            length, following, plain = due, u[events.PLANNED], 0.0
-    collides = constants.stepped and u[events.CONTACT_ENABLED] and not u[events.NOTED]
-    if collides and length > constants.contact_timestep and _reaches_face(constants, u, length, state, qacc):
-        length = constants.contact_timestep
-    if constants.stepped and u[events.CONTACT_ENABLED] and _near_face(constants, u, length, state, qacc):
-        # the first of them still has half a long step's accelerations to come
-        plain = 1.0 if plain or length <= constants.contact_timestep else 0.0
-        following = constants.contact_timestep
-    u[events.PLANNED_NEXT], u[events.PLAIN_NEXT] = following, plain
-    u[events.EFFECTIVE_STEP] = effective_step(u[events.PLAIN], u[events.LAST_STEP], length)
-    note_lag(u, constants, length, qacc)
+    if u.prepared:
+        return
+    u.prepared = 1.0
+    places = constants.places
+    damping = -1.0 / effective_step(u.plain, u.last_step, u.planned)
+    if into.geom_solref[places.legs[0].foot, 1] != damping:
+        for leg in places.legs:
+            into.geom_solref[leg.foot, 0], into.geom_solref[leg.foot, 1] = -STIFFNESS, damping
+        if not constants.scuffs:
+            for geom in range(len(places.risers)):
+                if places.risers[geom] >= 0.0:  # they decide about their contacts
+                    into.geom_solref[geom, 0], into.geom_solref[geom, 1] = PUSHED_OUT * damping, damping
+    locked = u.locked != 0.0 or u.bent != 0.0
+    hold_knees(constants, u, into, damping, locked, u.bend if u.bent else 0.0, u.lifted == u.stance)
+
+
+def hold_knees(
+    constants: Constants, u: Any, into: Softness, damping: float, locked: bool, bend: float, lands: bool
+) -> None:
+    """Write which knees are locked in a step, at which flexion, and how soft locks and stops are.
+
+    Args:
+        constants: The walk's.
+        u: State.
+        into: To be written.
+        damping: Of constraints that are plastic within the step, as MuJoCo has it.
+        locked: Whether the swing knee is.
+        bend: Flexion at which it is then, rad.
+        lands: Whether the swing foot lands in the step: a stance knee with a servo is locked in that one alone.
+    """
+    legs = constants.places.legs
+    for index in range(len(legs)):
+        leg = legs[index]
+        if leg.knee < 0:
+            continue
+        into.jnt_solref[leg.stop, 0], into.jnt_solref[leg.stop, 1] = -LOCK_STIFFNESS, damping
+        into.eq_solref[leg.lock, 0], into.eq_solref[leg.lock, 1] = -LOCK_STIFFNESS, damping
+        if index != stance_of(u):
+            active, flexion = locked, bend
+        elif constants.servo.stiffness > 0.0:
+            active, flexion = lands, u.q[leg.knee] if lands else 0.0
+        else:
+            active, flexion = True, u.rest
+        into.eq_active[leg.lock], into.eq_data[leg.lock, 0] = 1 if active else 0, flexion
+
+
+def resolve(constants: Constants, u: Any, readings: Any, qacc: Any, into: Softness) -> float:
+    """`mjcb_sensor` at the acceleration stage, after MuJoCo has filled its own contact sensors.
+
+    Notes what the step's forces are, plans the next step, and scales the accelerations to the time for which they act.
+
+    Args:
+        constants: The walk's.
+        u: State, after the control callback of this time.
+        readings: Sensor data.
+        qacc: Accelerations; changed.
+        into: What of the model is written for the next step, in case nothing touches then.
+
+    Returns:
+        Length of the physics step from now on, s; 0: it is not for this walk to say.
+    """
+    if not u.running:
+        return 0.0
+    places = constants.places
+    stance, swing = places.legs[stance_of(u)], places.legs[swing_of(u, places.legs)]
+    for index in range(len(qacc)):
+        u.qacc[index] = qacc[index]
+    u.struck, u.strikes_next, u.prepared = u.strikes, 0.0, 0.0
+    toe = felt(readings, swing.contacts, places.slots)
+    read_contacts(constants, u, felt(readings, stance.contacts, places.slots), toe)
+    found = step_lengths(constants, u, toe)
+    length = found.length
+    u.planned_next, u.plain_next = found.following, 1.0 if found.reached else 0.0
+    u.effective_step = effective_step(u.plain, u.last_step, length)
+    note_lag(constants, u, length, len(qacc))
+    weight = u.effective_step / length
+    if weight != 1.0:
+        for index in range(len(qacc)):
+            qacc[index] *= weight
+    expect(constants, u, into, u.time + length)
     return length
 
 
-def _approach(
-    u: Sequence[float], constants: SimulationConstants, state: State, qacc: Sequence[float]
-) -> tuple[float, float, float]:
-    """Length of this step, and of the next one as planned, and whether that one is plain.
+def expect(constants: Constants, u: Any, into: Softness, time: float) -> None:
+    """Write what `hold_knees` writes for the step from a time on (s), which is not observed yet.
 
-    As the distance of the swing foot to the ground asks for it.
+    The contact filter writes it anew, but is asked only where something is near the ground. A touchdown always is.
     """
-    length, shortest = u[events.PLANNED], constants.contact_timestep
-    if u[events.NOTED] or not u[events.CONTACT_ENABLED]:
-        return length, constants.timestep, 0.0
-    if _clearance(constants, u, 0.0, state, qacc) <= 0.0:
-        return length, shortest, 1.0  # it lies lower than where its contact should have been felt
-    shorter = max(length / SHORTER, shortest)
-    rest, part = 0.0, length  # of the approach
+    if not u.noted:
+        before = 0.0 if u.struck or u.time < 0.0 else time - u.time
+        damping = -1.0 / effective_step(u.plain_next, before, u.planned_next)
+        hold_knees(constants, u, into, damping, u.locked != 0.0 or u.strikes_next != 0.0, 0.0, False)
+
+
+def step_lengths(constants: Constants, u: Any, toe: Felt) -> Lengths:
+    """How long this step and the next one are.
+
+    Args:
+        constants: The walk's.
+        u: State, with the accelerations of this step; it is noted whether the knee strikes in the next one.
+        toe: What the swing foot feels.
+    """
+    planned, usual, shortest = u.planned, constants.timestep, constants.contact_timestep
+    free = u.opened != 0.0 and not u.locked and not u.noted
+    if not constants.lands:
+        u.strikes_next = 1.0 if free and knee_after(constants, u, usual) <= 0.0 else 0.0
+        return Lengths(usual, usual, True)
+    found = _to_the_ground(constants, u, toe)
+    if u.struck:
+        return found
+    if free:
+        if knee_after(constants, u, 0.0) > 0.0:
+            stop = approach(stop_gap, constants, u)
+        else:
+            stop = Lengths(planned, shortest, True)
+        found = sooner(found, stop, planned)
+        u.strikes_next = 1.0 if stop.reached and stop.length == found.length else 0.0
+    # an impact is not cut in two; the tick waits for its end
+    if constants.control_period > 0.0 and not u.noted:
+        due = u.next_control - u.time
+        if due < found.length - SHORTEST:
+            u.strikes_next = 0.0
+            found = Lengths(due, planned, False)
+    return _at_a_face(constants, u, toe, found)
+
+
+def _to_the_ground(constants: Constants, u: Any, toe: Felt) -> Lengths:
+    """What the gap between the swing foot and the ground asks for."""
+    planned, usual, shortest = u.planned, constants.timestep, constants.contact_timestep
+    if u.noted or u.struck or not u.enabled:
+        return Lengths(planned, usual, False)
+    height = swing_height(constants, u, 0.0)
+    if height > 0.0:
+        return approach(swing_gap, constants, u)
+    if toe.ground:
+        return Lengths(planned, max(usual / TOUCHING, shortest), False)
+    if swing_height(constants, u, planned) > height:  # it has left the ground
+        return Lengths(planned, usual, False)
+    return Lengths(planned, shortest, True)  # it lies lower than where its contact should have been felt
+
+
+def _at_a_face(constants: Constants, u: Any, toe: Felt, found: Lengths) -> Lengths:
+    """What a riser near the swing foot makes of the lengths that were found."""
+    shortest = constants.contact_timestep
+    if not (constants.stepped and u.enabled):
+        return found
+    length, following, reached = found
+    if not u.noted and length > shortest and _reaches_face(constants, u, length):
+        length = shortest
+    if not reached and _near_face(constants, u, length):
+        # the first of them still has half a long step's accelerations to come
+        following = constants.sliding if toe.face else shortest
+        reached = length <= shortest and following <= shortest
+    return Lengths(length, following, reached)
+
+
+def approach(gap: Callable[..., float], constants: Any, u: Any) -> Lengths:
+    """The steps that a gap asks for.
+
+    Args:
+        gap: (constants, u, t): what it is after a step of a length t in s, if it is made now; positive while it is
+            open, as it is at 0.
+        constants: The walk's.
+        u: State. The step under way may become shorter than planned, or half as long again.
+    """
+    planned, usual, shortest = u.planned, constants.timestep, constants.contact_timestep
+    shorter = max(planned / SHORTER, shortest)
+    rest, part = 0.0, planned  # of the approach
     while part > shortest:
         part = max(part / SHORTER, shortest)
         rest += part
-    above, below = 0.0, length
-    if _clearance(constants, u, below, state, qacc) > -DEPTH:
-        below = LOOK_AHEAD * (length + rest)  # which may be behind an edge already
-        if _clearance(constants, u, below, state, qacc) > -DEPTH:
-            return length, constants.timestep, 0.0
+    above, below = 0.0, planned
+    if gap(constants, u, below) > 0.0:
+        below = LOOK_AHEAD * (planned + rest)  # which may be behind an edge already
+        if gap(constants, u, below) > 0.0:
+            return Lengths(planned, usual, False)
     for _ in range(HALVINGS):
         middle = 0.5 * (above + below)
-        if _clearance(constants, u, middle, state, qacc) > -DEPTH:
+        if gap(constants, u, middle) > 0.0:
             above = middle
         else:
             below = middle
     if rest == 0.0:
-        return max(below, SHORTEST), shortest, 1.0  # it lands; the next step is the contact step
-    if below > length + rest:
-        return length, length, 0.0
+        return Lengths(max(below, SHORTEST), shortest, True)  # it lands; the next step is the contact step
+    if below > planned + rest:
+        return Lengths(planned, planned, False)
     if below > rest:
-        return max(below - rest, SHORTEST), shorter, 0.0
-    return max(0.5 * below, SHORTEST), shorter, 0.0  # seen late, behind an edge
+        return Lengths(max(below - rest, SHORTEST), shorter, False)
+    return Lengths(max(0.5 * below, SHORTEST), shorter, False)  # seen late, behind an edge
 
 
-def _foot(
-    constants: SimulationConstants, u: Sequence[float], t: float, state: State, qacc: Sequence[float]
-) -> tuple[float, float]:
-    """Place of the swing foot after a step of length t, x and z in m."""
-    qpos, qvel = state
-    k = effective_step(u[events.PLAIN], u[events.LAST_STEP], t)
-    x = qpos[0] + t * (qvel[0] + k * qacc[0])
-    z = qpos[1] + t * (qvel[1] + k * qacc[1])
-    swing = 2 if u[events.STANCE] else 3
-    leg = qpos[swing] + t * (qvel[swing] + k * qacc[swing])
-    length = constants.limits.leg_length
-    return x - length * math.sin(leg), z - length * math.cos(leg)
+def sooner(first: Lengths, second: Lengths, planned: float) -> Lengths:
+    """Combine what two gaps ask for: nothing closes in the step but what is reached at its end.
+
+    Args:
+        first: What one asks for.
+        second: What the other does.
+        planned: Length of the step as planned, s: a gap that asks for no less stays open for half as long again.
+    """
+    if first.length > second.length:
+        first, second = second, first
+    if second.reached and not first.reached and first.length >= planned:
+        return second
+    reached = first.reached or (second.reached and second.length == first.length)
+    return Lengths(first.length, min(first.following, second.following), reached)
 
 
-def _clearance(
-    constants: SimulationConstants, u: Sequence[float], t: float, state: State, qacc: Sequence[float]
-) -> float:
-    """Height of the swing foot over the ground after a step of length t, m."""
-    x, z = _foot(constants, u, t, state, qacc)
+def after(u: Any, index: int, t: float) -> float:
+    """A coordinate after a step of length t in s, if it is made now."""
+    k = effective_step(u.plain, u.last_step, t)
+    return float(u.q[index] + t * (u.qvel[index] + k * u.qacc[index]))
+
+
+def foot_after(constants: Constants, u: Any, t: float) -> tuple[float, float]:
+    """Place of the swing foot after such a step, x and z in m."""
+    legs = constants.places.legs
+    leg = legs[swing_of(u, legs)]
+    flexion = after(u, leg.knee, t) if leg.knee >= 0 else 0.0
+    return end_of_leg(leg, after(u, X, t), after(u, Z, t), after(u, leg.hip, t), flexion)
+
+
+def swing_height(constants: Constants, u: Any, t: float) -> float:
+    """Height of the swing foot over the ground after such a step, m."""
+    x, z = foot_after(constants, u, t)
     return height_over_ground(constants.places.profile, x, z)
 
 
-def _near_face(
-    constants: SimulationConstants, u: Sequence[float], t: float, state: State, qacc: Sequence[float]
-) -> bool:
+def swing_gap(constants: Constants, u: Any, t: float) -> float:
+    """What closes where a step may end for the foot's contact, m."""
+    return swing_height(constants, u, t) + DEPTH
+
+
+def knee_after(constants: Constants, u: Any, t: float) -> float:
+    """Flexion of the swing knee after such a step, rad."""
+    legs = constants.places.legs
+    return after(u, legs[swing_of(u, legs)].knee, t)
+
+
+def stop_gap(constants: Constants, u: Any, t: float) -> float:
+    """What closes where a step may end for the knee's stop, rad."""
+    return knee_after(constants, u, t) + STOPPED
+
+
+def _near_face(constants: Constants, u: Any, t: float) -> bool:
     """Whether the swing foot could touch a riser in the step after this one, which is of length t."""
-    x, z = _foot(constants, u, t, state, qacc)
-    further, _ = _foot(constants, u, t + 2.0 * constants.timestep, state, qacc)
+    x, z = foot_after(constants, u, t)
+    further, _ = foot_after(constants, u, t + 2.0 * constants.timestep)
     margin = MARGIN + abs(further - x)
     return face_between(constants.places, x, z, x - margin, x + margin, margin)
 
 
-def _reaches_face(
-    constants: SimulationConstants, u: Sequence[float], t: float, state: State, qacc: Sequence[float]
-) -> bool:
+def _reaches_face(constants: Constants, u: Any, t: float) -> bool:
     """Whether the swing foot comes to a riser within this step of length t."""
-    here, _ = _foot(constants, u, 0.0, state, qacc)
-    x, z = _foot(constants, u, t, state, qacc)
+    here, _ = foot_after(constants, u, 0.0)
+    x, z = foot_after(constants, u, t)
     return face_between(constants.places, x, z, min(here, x) - MARGIN, max(here, x) + MARGIN, MARGIN)
 
 

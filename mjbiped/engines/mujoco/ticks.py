@@ -13,14 +13,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from mjbiped.engines.mujoco import callbacks
-from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.compiled import registry
 from mjbiped.engines.mujoco.compiled.advance import After, Row, Sizes, advancing, step_address
 from mjbiped.engines.mujoco.compiled.callbacks import Functions
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
-from mjbiped.engines.mujoco.contact_events import State
+from mjbiped.engines.mujoco.motors import NOW
 from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.engines.mujoco.state import SIZE, State
 
 
 class Ticks:
@@ -30,7 +29,7 @@ class Ticks:
         inputs: What the controllers find in their memory at the next tick, shape (robots, floats).
         kept: What `after` keeps of each robot from call to call.
         out: What `after` has filled.
-        now: Userdata up to the controller's memory as the next tick will find them; see `contact_events`.
+        now: What is remembered of each robot's walk, as the next tick will find it.
     """
 
     def __init__(self, count: int, sizes: Sizes, after: After, *, threads: int = 1) -> None:
@@ -43,7 +42,8 @@ class Ticks:
             threads: That step at a time.
         """
         self.inputs, self.kept, self.out = (np.zeros((count, size)) for size in sizes)
-        self.now = np.zeros((count, events.CONTROLLER_MEMORY))
+        self.now = [State() for _ in range(count)]
+        self._lines = [np.zeros(0)] * count  # which these show, with the last touchdown's row
         self._sizes, self._after, self._threads = sizes, after, max(1, min(threads, count))
         self._table = np.zeros((count, len(Row._fields)), dtype=np.int64)
         self._address = self._table.ctypes.data
@@ -51,7 +51,6 @@ class Ticks:
         self._attachments = [ExitStack() for _ in range(count)]
         self._places = [0] * count
         self._functions: Functions | None = None
-        self._momentary: registry.Momentary | None = None
         self._advance: Any = None
         self._warned = registry.warned()
         self._following = np.zeros(1, dtype=np.int64)  # row that is to be stepped next, of whatever thread
@@ -67,15 +66,17 @@ class Ticks:
             place: Index in its controller's memory where the inputs belong.
         """
         self._attachments[index].close()
-        self._simulations[index], self._places[index] = simulation, events.CONTROLLER_MEMORY + place
+        behind = SIZE + simulation.constants.touched
+        self._simulations[index], self._places[index] = simulation, behind + place
+        line: Any = np.zeros(behind)
+        self._lines[index], self.now[index] = line, State.from_buffer(line)
         native = _usable(simulation)
         if native is None:
             return
         if self._functions is None:
             self._advance = advancing(native, self._after, self._sizes)
             self._mj_step = step_address()
-            self._functions, self._momentary = native.functions, registry.Momentary(native.functions)
-            self._words = self._momentary.words.ctypes.data
+            self._functions = native.functions
         elif native.functions is not self._functions:
             raise ValueError("the simulations of a row need the same compiled callbacks")
         simulation.attach(self._attachments[index])
@@ -90,7 +91,7 @@ class Ticks:
             data=simulation.data._address,
             place=self._places[index],
             inputs=self.inputs[index].ctypes.data,
-            now=self.now[index].ctypes.data,
+            now=self._lines[index].ctypes.data,
             kept=self.kept[index].ctypes.data,
             out=self.out[index].ctypes.data,
         )
@@ -122,12 +123,11 @@ class Ticks:
         return self._functions is None or self._warned != before
 
     def _in_threads(self) -> None:
-        """Step all, each thread the row that is next; the callbacks stand there for all of them."""
-        assert self._momentary is not None
+        """Step all, each thread the row that is next."""
         if self._pool is None:
             self._pool = ThreadPoolExecutor(self._threads - 1, thread_name_prefix="robots")
-        arguments = (self._address, self._next, len(self._simulations), self._mj_step, 1, 0)
-        with self._momentary.installed():
+        arguments = (self._address, self._next, len(self._simulations), self._mj_step, 1)
+        with registry.compiled():
             self._following[0] = 0
             others = [self._pool.submit(self._advance, *arguments) for _ in range(self._threads - 1)]
             self._advance(*arguments)
@@ -136,36 +136,35 @@ class Ticks:
 
     def _go(self, first: int, last: int, *, stepped: bool) -> None:
         """Step some, or only look, in this thread."""
-        if self._momentary is None:
+        if self._functions is None:
             for index in range(first, last):
                 self._go_in_python(index, stepped=stepped)
             return
-        with self._momentary.lock:
-            self._following[0] = first
-            if self._advance(self._address, self._next, last, self._mj_step, stepped, self._words):
-                raise self._momentary.refusal()
+        self._following[0] = first
+        registry.enter()
+        try:
+            self._advance(self._address, self._next, last, self._mj_step, stepped)
+        finally:
+            registry.leave()
 
     def _go_in_python(self, index: int, *, stepped: bool) -> None:
         """What `advance` does, where the callbacks are Python's."""
         simulation = self._simulations[index]
         assert simulation is not None
         with simulation.callbacks():
-            model, data = simulation.model, simulation.data
-            u = data.userdata
+            model, data, u = simulation.model, simulation.data, simulation.state
             if stepped and not simulation.over:
                 place = self._places[index]
-                u[place : place + self._sizes.inputs] = self.inputs[index]
+                data.userdata[place : place + self._sizes.inputs] = self.inputs[index]
                 while True:
                     mujoco.mj_step(model, data)
-                    if not data.time <= u[events.NEXT_CONTROL] - callbacks.NOW or simulation.over:
+                    if not data.time <= u.next_control - NOW or simulation.over:
                         break
-            told = u[: events.CONTROLLER_MEMORY].tolist()
-            if not simulation.over and data.time > u[events.TIME]:
-                callbacks.take_in(simulation.constants, told, data.time, State(data.qpos.tolist(), data.qvel.tolist()))
-                if stepped and told[events.OUTCOME]:
-                    mujoco.mj_step(model, data)
-        self.now[index] = told
-        self._after(told, self.kept[index], self.out[index])
+            line = self._lines[index]
+            line[:] = data.userdata[: len(line)]
+            if not simulation.over and simulation.look_ahead(self.now[index], line) and stepped:
+                mujoco.mj_step(model, data)
+        self._after(self.now[index], self.kept[index], self.out[index])
 
     def close(self) -> None:
         """End the threads, and let the simulations go."""

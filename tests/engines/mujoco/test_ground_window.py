@@ -15,7 +15,6 @@ from simulations import build_scene, make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
-from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco import ground_window
 from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, GROUND_KINDS, Ground
@@ -134,7 +133,7 @@ def test_python_callbacks_make_the_same_walk(controller: AdaptiveController, mon
     """Also from the middle: the model held the start's ground when the state was set."""
     compiled = make(controller, LONG["stairs"], steps=8)
     run(compiled)
-    compiled.data.userdata[events.OUTCOME] = 0.0  # the steps are done, and it goes on
+    compiled.state.outcome = 0.0  # the steps are done, and it goes on
     middle = state_of(compiled)
     ends = []
     for compile in (True, False):
@@ -225,7 +224,7 @@ def test_pieces_have_the_same_numbers_in_every_window(name: str, ground: str) ->
         for field in ("type", "pos", "quat", "size", "aabb", "rbound", "condim", "priority", "friction", "solref"):
             mine, theirs = (getattr(each, f"geom_{field}") for each in (model, full))
             assert np.array_equal(mine, theirs[ids]), field
-        places = places_in(scene, terrain)
+        places = places_in(scene, terrain, robot)
         begin = scene.segments.start
         for geom in range(model.ngeom):
             called, riser = model.geom(geom).name, int(places.risers[geom])
@@ -238,7 +237,7 @@ def test_pieces_have_the_same_numbers_in_every_window(name: str, ground: str) ->
                 half = model.geom_size[geom][0] if model.geom_dataid[geom] < 0 else model.hfield(called).size[0]
                 assert model.geom_pos[geom][0] == pytest.approx((low + high) / 2, abs=2e-2)  # a box's leans
                 assert half == pytest.approx((high - low) / 2, rel=0.01)
-        assert [model.geom(foot).name for foot in places.feet] == ["left_foot", "right_foot"]
+        assert [model.geom(leg.foot).name for leg in places.legs] == ["left_foot", "right_foot"]
         for at in np.linspace(scene.start, scene.end, 300, endpoint=False):
             assert height_over(places.profile, at) == terrain.height_at(at)  # the very same numbers
         for index in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_HFIELD):
@@ -350,7 +349,7 @@ def test_nested_blocks_follow_the_window(controller: AdaptiveController) -> None
             mujoco.mj_step(simulation.model, simulation.data, nstep=1000)
             simulation.move_on()
     assert state_of(simulation).tobytes() == state_of(alone).tobytes()
-    assert simulation.data.userdata[events.COUNT] > 6
+    assert simulation.state.count > 6
 
 
 @pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")

@@ -5,19 +5,13 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from simulations import UNEQUAL
+from simulations import UNEQUAL, make_simulation
 
 import mjbiped
-from mjbiped.control.adapters import LAWS
 from mjbiped.control.unpowered import Unpowered
-from mjbiped.disturbances.pushes import NONE
-from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco.kneed import motors, servo, stages
-from mjbiped.engines.mujoco.kneed import state as at
-from mjbiped.engines.mujoco.kneed.simulation import KneedSimulation
-from mjbiped.engines.mujoco.kneed.state import Parts
-
-PARTS = Parts(*LAWS, *stages.STAGES)
+from mjbiped.engines.mujoco import motors, servo
+from mjbiped.engines.mujoco.observation import see_posture
+from mjbiped.engines.mujoco.simulation import Simulation
 
 
 class Springs(Unpowered):
@@ -30,20 +24,16 @@ class Springs(Unpowered):
         """Nothing but the torque is asked for."""
 
 
-def simulated(**settings: Any) -> KneedSimulation:
-    return KneedSimulation(
+def simulated(**settings: Any) -> Simulation:
+    return make_simulation(
         Springs().driving(UNEQUAL),
         mjbiped.Terrain.level(),
         robot=UNEQUAL,
         q=(-0.2, 0.2, 0.2),
         dq=(1.0, 0.3, 0.3),
         steps=2,
-        distance=None,
-        sample_period=1.0,
-        pushes=NONE,
-        friction=None,
-        options=mjbiped.Mujoco(**settings),
         compile=False,
+        **settings,
     )
 
 
@@ -54,30 +44,32 @@ def test_work_is_what_mujocos_actuators_do_over_their_ways(stance: int, stance_k
     """Of the torques' mean at both ends, or of those that a digital controller holds; a servo's is always its mean."""
     simulation = simulated(stance_knee=stance_knee)
     simulation.constants = constants = simulation.constants._replace(sampled=held)
-    u, buffers, draw = simulation._u, simulation.buffers, np.random.default_rng(stance)
-    u[events.STANCE] = stance
+    u, data, draw = simulation.state, simulation.data, np.random.default_rng(stance)
+    legs = constants.places.legs
+    u.stance = stance
     begin, change = draw.uniform(-0.3, 0.3, 6), draw.uniform(-0.1, 0.1, 6)
     begin[4:] = abs(begin[4:])
     if stance_knee == "locked":
-        begin[at.KNEES[stance]] = change[at.KNEES[stance]] = 0.0
+        begin[legs[stance].knee] = change[legs[stance].knee] = 0.0
     given, lengths, works = [], [], []
     for index, place in enumerate((begin, begin + change)):
-        u[at.OLD_Q : at.OLD_Q + 6] = u[at.Q : at.Q + 6]
-        u[at.OLD_TILT], u[at.OLD_SHARE] = u[at.TILT], u[at.SHARE]
-        u[at.Q : at.Q + 6], u[at.RATES : at.RATES + 6] = place.tolist(), draw.uniform(-2.0, 2.0, 6).tolist()
-        u[events.TIME], u[at.TURNS] = 1e-3 * index, float(index)
+        u.old_q[:], u.old_tilt, u.old_share = u.q[:], u.tilt, u.share
+        u.q[:], u.rates[:] = place.tolist(), draw.uniform(-2.0, 2.0, 6).tolist()
+        u.time, u.turns, u.next_sample = 1e-3 * index, float(index), 1.0
         if stance_knee == "motor":
-            servo.lean_on(constants, u, stance)
-        motors.tick(PARTS, simulation.controller, constants, buffers)
-        simulation.data.qpos[:] = place
-        mujoco.mj_fwdPosition(simulation.model, simulation.data)
-        given.append([*buffers.scene.ctrl])
-        lengths.append(simulation.data.actuator_length.copy())
-        works.append([u[events.WORK_NET], u[events.WORK_POSITIVE], u[events.WORK_ABSOLUTE], u[at.WORK_HOLD]])
+            servo.lean_on(legs[stance], u)
+        see_posture(constants, u)
+        userdata = simulation._here._replace(memory=[])
+        motors.control(simulation._setting, userdata, data.ctrl, data.qfrc_applied, u.time)
+        data.qpos[:] = place
+        mujoco.mj_fwdPosition(simulation.model, data)
+        given.append(data.ctrl.copy())
+        lengths.append(data.actuator_length.copy())
+        works.append([u.work_net, u.work_positive, u.work_absolute, u.work_hold])
     assert works[0] == [0.0] * 4
     ankle, hip, mine, other = (
-        *(constants.motors.ankles[stance], constants.motors.hip),
-        *(constants.motors.knees[stance], constants.motors.knees[1 - stance]),
+        *(legs[stance].ankle, constants.places.hip),
+        *(legs[stance].motor, legs[1 - stance].motor),
     )
     ways, torques, own = np.subtract(lengths[1], lengths[0]), np.array(given), 0.0
     if stance_knee == "motor":  # the ankle's torque goes through the knee as well; what the servo adds is told apart

@@ -1,20 +1,19 @@
 """The stance knee in MuJoCo: what its lock bears, by MuJoCo's own forces, and a motor that holds it instead."""
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
-from simulations import build_scene
+from simulations import build_scene, make_simulation
 
 import mjbiped
 from controllers import KneedController, PassiveController
-from mjbiped.disturbances.pushes import NONE
-from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco.kneed import servo
-from mjbiped.engines.mujoco.kneed import state as at
-from mjbiped.engines.mujoco.kneed.simulation import KneedSimulation
+from mjbiped.engines.mujoco import servo
+from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.engines.mujoco.state import State
 from mjbiped.errors import InputError
 from mjbiped.records import measures, stance_knee
 from mjbiped.robots.stance_knee import stance_knee_torque
@@ -25,31 +24,29 @@ LAW = KneedController(ROBOT, mjbiped.find_kneed_gait(ROBOT, math.radians(2.5)))
 ONTO_BENT_KNEES = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)])
 
 
-def simulated(ground: mjbiped.Terrain, steps: int, **settings: Any) -> KneedSimulation:
+def simulated(ground: mjbiped.Terrain, steps: int, **settings: Any) -> Simulation:
     """A walk to be stepped, on feet that hold."""
     assert LAW.gait is not None
-    start = LAW.gait.start.tolist()
-    return KneedSimulation(
-        LAW,
-        ground,
-        robot=ROBOT,
-        q=start[:3],
-        dq=start[3:],
-        steps=steps,
-        distance=None,
-        sample_period=1.0,
-        pushes=NONE,
-        friction=5.0,
-        options=mjbiped.Mujoco(**settings),
+    start, grip = LAW.gait.start.tolist(), mjbiped.Disturbances(friction=5.0)
+    return make_simulation(
+        LAW, ground, robot=ROBOT, q=start[:3], dq=start[3:], steps=steps, disturbances=grip, **settings
     )
 
 
-def borne(simulation: KneedSimulation, leg: int) -> float:
+def stepped(simulation: Simulation, steps: int) -> Iterator[State]:
+    """The state of a walk after so many physics steps each, until it ends."""
+    with simulation.callbacks():
+        while not simulation.over:
+            mujoco.mj_step(simulation.model, simulation.data, nstep=steps)
+            yield simulation.state
+
+
+def borne(simulation: Simulation, leg: int) -> float:
     """What MuJoCo's lock and stop of a leg's knee give against its flexion in the step last made, N m."""
-    model, data, motors = simulation.model, simulation.data, simulation.constants.motors
-    joint = motors.joints[leg]
+    model, data, here = simulation.model, simulation.data, simulation.constants.places.legs[leg]
+    joint = here.stop
     jacobian = data.efc_J.reshape(-1, model.nv)[:, model.jnt_dofadr[joint]]
-    mine = (data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY) & (data.efc_id == motors.locks[leg])
+    mine = (data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY) & (data.efc_id == here.lock)
     mine |= (data.efc_type == mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT) & (data.efc_id == joint)
     return -float(jacobian[mine] @ data.efc_force[mine])
 
@@ -60,21 +57,18 @@ def test_the_torque_of_the_lock_is_mujocos_constraint_force() -> None:
     MuJoCo's ankle acts on the thigh, through the hip's slides; so its lock does not bear the ankle's torque as well.
     """
     simulation, found = simulated(ONTO_BENT_KNEES, 3, timestep=2e-4), []
-    u = simulation._u
-    while simulation.outcome is Outcome.WALKING:
-        simulation.block(37)
-        simulation.buffers.u[events.ROWS] = simulation.buffers.u[events.SAMPLES] = 0.0
-        if u[events.LAST_STEP] == 0.0 or u[events.PLAIN] != 0.0 or u[events.FORCE] == 0.0:
+    for u in stepped(simulation, 37):
+        if u.last_step == 0.0 or u.plain != 0.0 or u.force == 0.0:
             continue  # an impact, or a single step without contact
-        stance, slope = at.stance_of(u), u[events.SLOPE]
-        ankle, bent = u[events.ANKLE], u[at.Q + at.KNEES[stance]]
+        stance = int(u.stance)
+        ankle, bent = u.torque[0], u.q[simulation.constants.places.legs[stance].knee]
         torque = stance_knee_torque(
             ROBOT,
-            at.angles_of(u, at.Q, stance, slope),
-            at.rates_of(u, at.RATES, stance),
-            (ankle, u[events.HIP], u[at.KNEE]),
-            slope,
-            locked=u[at.LOCKED] != 0.0,
+            u.angles[:],
+            u.turning[:],
+            u.torque[:],
+            u.slope,
+            locked=u.locked != 0.0,
             stance_flexion=bent,
         )
         found.append((bent, ankle, float(torque), borne(simulation, stance) + ankle))
@@ -167,18 +161,16 @@ def test_energy_is_what_motors_put_in(monkeypatch: pytest.MonkeyPatch) -> None:
     """Over the free swing of a step: ankle on the shank, hip on the thigh, and a soft servo between them."""
     monkeypatch.setattr(servo, "STIFFNESS", 3.0)
     simulation = simulated(STAIRS, 2, stance_knee="motor", timestep=5e-5)
-    u, found = simulation._u, []
-    while simulation.outcome is Outcome.WALKING:
-        simulation.block(10)
-        simulation.buffers.u[events.ROWS] = simulation.buffers.u[events.SAMPLES] = 0.0
-        if u[events.COUNT] != 1.0 or u[at.LOCKED] != 0.0:
+    legs, found = simulation.constants.places.legs, []
+    for u in stepped(simulation, 10):
+        if u.count != 1.0 or u.locked != 0.0:
             continue
-        stance = at.stance_of(u)
-        chain = [part[leg] for leg in (stance, 1 - stance) for part in (at.THIGHS, at.KNEES)]
-        thigh, bent, swing, below = (u[at.Q + index] for index in chain)
-        turning, bending, swinging, closing = (u[at.RATES + index] for index in chain)
+        stance = int(u.stance)
+        chain = [part for leg in (legs[stance], legs[1 - stance]) for part in (leg.hip, leg.knee)]
+        thigh, bent, swing, below = (u.q[index] for index in chain)
+        turning, bending, swinging, closing = (u.rates[index] for index in chain)
         q, dq = (thigh + bent, thigh, swing, swing + below), (turning + bending, turning, swinging, swinging + closing)
-        found.append((u[events.WORK_NET], u[at.WORK_HOLD], ROBOT.energy(q, dq, 0.0)))
+        found.append((u.work_net, u.work_hold, ROBOT.energy(q, dq, 0.0)))
     net, own, energy = np.array(found).T
     assert np.ptp(energy) > 1.0
     assert np.ptp(own) > 0.05
@@ -217,31 +209,29 @@ def test_a_knee_that_lands_bent_is_held_so_compiled_and_in_python() -> None:
 
 def test_the_knee_is_locked_in_the_heel_strike_alone() -> None:
     simulation = simulated(STAIRS, 2, stance_knee="motor")
-    u, locks = simulation._u, simulation.constants.motors.locks
+    legs, struck = simulation.constants.places.legs, 0
     assert simulation.data.eq_active.tolist() == [0, 0]
-    struck = 0
-    while simulation.outcome is Outcome.WALKING:
-        simulation.block(1)
-        simulation.buffers.u[events.ROWS] = simulation.buffers.u[events.SAMPLES] = 0.0
-        stance = at.stance_of(u)
-        if simulation.outcome is not Outcome.WALKING:
+    for u in stepped(simulation, 1):
+        if simulation.over:
             break
-        impact = u[events.NOTED] != 0.0
-        assert simulation.data.eq_active[locks[stance]] == impact
+        impact = u.noted != 0.0
+        assert simulation.data.eq_active[legs[int(u.stance)].lock] == impact
         struck += impact
     assert struck == 2
 
 
 def test_a_lock_stays_as_bent_as_it_is_where_the_ground_is_built_anew() -> None:
+    """What a model is to have written into it follows from the state at each step."""
     simulation = simulated(ONTO_BENT_KNEES, 3)
-    u = simulation._u
-    while u[events.COUNT] < 2.0:
-        simulation.block(1)
-        simulation.buffers.u[events.ROWS] = simulation.buffers.u[events.SAMPLES] = 0.0
-    lock = simulation.constants.motors.locks[at.stance_of(u)]
+    for u in stepped(simulation, 1):
+        if u.count == 2.0 and u.time > u.transfer_time:
+            break
+    lock = simulation.constants.places.legs[int(u.stance)].lock
     bend = float(simulation.model.eq_data[lock, 0])
     assert bend > 0.4
-    simulation._build(float(simulation.data.qpos[0]), simulation.data)
+    simulation.model.eq_data[:] = 0.0
+    with simulation.callbacks():
+        mujoco.mj_step(simulation.model, simulation.data)
     assert simulation.model.eq_data[lock, 0] == bend
 
 

@@ -11,7 +11,6 @@ from simulations import make_simulation
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco import ground, judged, scene
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.records import measures
@@ -66,11 +65,11 @@ def test_the_last_error_is_not_the_timesteps(controller: AdaptiveController) -> 
 def test_a_standing_foot_stays(terrain: Terrain, controller: AdaptiveController) -> None:
     """At 2 ms, where it slid by 0.6 and 1.3 mm per step, and lost contact every ten physics steps."""
     simulation = make(controller, terrain, timestep=2e-3)
-    u, lost = simulation.data.userdata, 0
+    u, lost = simulation.state, 0
     with simulation.callbacks():
         while not simulation.over:
             mujoco.mj_step(simulation.model, simulation.data)
-            lost += u[events.FORCE] == 0.0 and not u[events.NOTED]
+            lost += u.force == 0.0 and not u.noted
     walk = mjbiped.walk(controller, terrain, steps=6, engine=mjbiped.Mujoco(timestep=2e-3))
     assert lost == 0
     assert walk.touchdowns["slip"].max() < 1e-6  # measured 3e-7
@@ -119,12 +118,12 @@ def test_rates_are_put_back(compile: bool, controller: AdaptiveController) -> No
     model, data = simulation.model, simulation.data
     with simulation.callbacks():
         rates = to_the_position_stage(simulation)
-        assert data.userdata[events.SHOWN]
+        assert simulation.state.shown
         assert np.abs(data.qvel - rates).max() > 1e-4
-        assert data.userdata[events.QVEL : events.QVEL + 4].tolist() == rates.tolist()
+        assert simulation.state.qvel[:4] == rates.tolist()
         for forward in (mujoco.mj_forward, mujoco.mj_step1):
             forward(model, data)
-            assert not data.userdata[events.SHOWN]
+            assert not simulation.state.shown
             assert data.qvel.tolist() == rates.tolist()
 
 
@@ -135,7 +134,7 @@ def test_plain_steps_are_shown_nothing(controller: AdaptiveController) -> None:
         rates = to_the_position_stage(simulation)
         assert data.qvel.tolist() == rates.tolist()
         mujoco.mj_forward(model, data)
-        assert data.userdata[[events.LEFT_RATE, events.RIGHT_RATE]].tolist() == rates[2:].tolist()
+        assert simulation.state.rates[2:4] == rates[2:].tolist()
 
 
 def test_impacts_at_the_default_step(controller: AdaptiveController) -> None:

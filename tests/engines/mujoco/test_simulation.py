@@ -16,10 +16,11 @@ from simulations import make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco.options import Options
-from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.engines.mujoco import observation
+from mjbiped.engines.mujoco.simulation import Simulation, _parts
+from mjbiped.engines.mujoco.state import State
 from mjbiped.records import measures
+from mjbiped.records.rows import rows_of
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.domains import PLACE
 
@@ -29,7 +30,7 @@ CALLBACKS = ("control", "sensor", "contactfilter")
 
 
 def make(controller: Controller, terrain: mjbiped.Terrain | None = None, **parameters: object) -> Simulation:
-    arguments: dict[str, object] = {
+    arguments: dict[str, Any] = {
         "robot": mjbiped.Compass(),
         "q": (0.0, 0.0),
         "dq": (0.0, 0.0),
@@ -49,9 +50,7 @@ def test_example_of_the_docstring_runs() -> None:
     """As it stands, with the names that a reader has imported."""
     example = re.search(r"```python\n(.*?)```", Simulation.__doc__ or "", re.DOTALL)
     assert example
-    names: dict[str, Any] = {
-        name: globals()[name] for name in ("AdaptiveController", "Simulation", "mjbiped", "mujoco", "np")
-    }
+    names: dict[str, Any] = {name: globals()[name] for name in ("AdaptiveController", "mjbiped", "mujoco", "np")}
     exec(textwrap.dedent(example[1]), names)
     assert names["simulation"].data.time > 0.1
     assert names["simulation"].outcome is Outcome.WALKING
@@ -64,12 +63,12 @@ def test_extra_forward_calls_change_nothing(controller: AdaptiveController) -> N
         mujoco.mj_step(plain.model, plain.data, nstep=STEPS)
     with disturbed.callbacks():
         for step in range(STEPS):
-            if step % 7 == 0 or disturbed.data.userdata[events.CONTACT_ENABLED]:  # at every step until a touchdown
+            if step % 7 == 0 or disturbed.state.enabled:  # at every step until a touchdown
                 mujoco.mj_forward(disturbed.model, disturbed.data)
             if step % 11 == 0:
                 mujoco.mj_forward(disturbed.model, disturbed.data)
             mujoco.mj_step(disturbed.model, disturbed.data)
-    assert plain.data.userdata[events.COUNT] == 2
+    assert plain.state.count == 2
     assert state_of(plain) == state_of(disturbed)
 
 
@@ -80,12 +79,12 @@ def test_resumes_bitwise_from_any_moment(controller: AdaptiveController) -> None
     saved: dict[int, np.ndarray] = {}
     with whole.callbacks():
         for step in range(length):
-            noted = bool(whole.data.userdata[events.NOTED])
-            before = int(whole.data.userdata[events.COUNT])
+            noted = bool(whole.state.noted)
+            before = int(whole.state.count)
             if step in (1, 800) or (noted and before == 0):
                 saved[step] = np.frombuffer(state_of(whole)).copy()
             mujoco.mj_step(whole.model, whole.data)
-            if whole.data.userdata[events.COUNT] > before:
+            if whole.state.count > before:
                 saved[step + 1] = np.frombuffer(state_of(whole)).copy()
     assert len(saved) >= 5
     for step, state in saved.items():
@@ -147,11 +146,11 @@ def test_torques_act_on_the_stance_leg(controller: AdaptiveController) -> None:
         for _ in range(340):
             mujoco.mj_step(simulation.model, simulation.data, nstep=10)
             left, right, hip = simulation.data.ctrl
-            u = simulation.data.userdata
-            stance = int(u[events.STANCE])
+            u = simulation.state
+            stance = int(u.stance)
             assert (left, right)[1 - stance] == 0.0
-            assert (left, right)[stance] == u[events.ANKLE]
-            assert hip == (-u[events.HIP] if stance else u[events.HIP])
+            assert (left, right)[stance] == u.torque[0]
+            assert hip == (-u.torque[1] if stance else u.torque[1])
             driven.append(stance)
     assert set(driven) == {0, 1}
 
@@ -190,7 +189,7 @@ def test_work_is_torque_times_way() -> None:
         mujoco.mj_forward(simulation.model, simulation.data)  # counts the last step's work
     left, right = simulation.data.qpos[2:]
     # sums of 400 roundings
-    assert simulation.data.userdata[events.WORK_NET] == pytest.approx(0.5 * (right - left), rel=1e-10)
+    assert simulation.state.work_net == pytest.approx(0.5 * (right - left), rel=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -237,13 +236,13 @@ def test_slipping_is_an_outcome() -> None:
 def test_a_stance_foot_is_not_in_the_ground(behind: float, outcome: Outcome, controller: AdaptiveController) -> None:
     """It slides back by 10 mm and down by 30 mm, at the foot of a step, on the level, or at a step's edge."""
     terrain = mjbiped.Terrain((-1.0, -5e-3), (behind, 0.0), (0.0, 0.0))
-    walker = Simulation(controller, terrain, robot=controller.robot, q=(0.0, 0.0), dq=(0.0, 0.0))
-    u, at_rest = [0.0] * walker.model.nuserdata, (0.0, 0.0, 0.0, 0.0)
-    events.begin(u, events.State((0.0, 1.0, 0.0, 0.0), at_rest), 0.0, (0.0, 0.0), 2e-4)
-    events.observe(u, walker.limits, terrain.profile, 0.0, events.State((0.0, 1.0, 0.0, 0.0), at_rest))
-    assert u[events.OUTCOME] == Outcome.WALKING
-    events.observe(u, walker.limits, terrain.profile, 1e-3, events.State((-0.01, 0.97, 0.0, 0.0), at_rest))
-    assert u[events.OUTCOME] == outcome
+    walker = make_simulation(controller, terrain, robot=controller.robot, q=(0.0, 0.0), dq=(0.0, 0.0))
+    u, at_rest = State(), (0.0, 0.0, 0.0, 0.0)
+    observation.begin(walker.constants, u, (0.0, 1.0, 0.0, 0.0), at_rest, 0.0, 0.0)
+    observation.observe(None, walker.constants, u, [], 0.0, (0.0, 1.0, 0.0, 0.0), at_rest)
+    assert u.outcome == Outcome.WALKING
+    observation.observe(None, walker.constants, u, [], 1e-3, (-0.01, 0.97, 0.0, 0.0), at_rest)
+    assert u.outcome == outcome
 
 
 @pytest.mark.parametrize(
@@ -252,17 +251,18 @@ def test_a_stance_foot_is_not_in_the_ground(behind: float, outcome: Outcome, con
 def test_a_touchdown_off_the_ground_is_none(height: float, outcome: Outcome, controller: AdaptiveController) -> None:
     """A contact with what is not the ground under the foot: no row tells of it."""
     terrain = mjbiped.Terrain.level()
-    walker = Simulation(controller, terrain, robot=controller.robot, q=(0.0, 0.0), dq=(0.0, 0.0))
-    u, qpos, at_rest = [0.0] * walker.model.nuserdata, (0.2, math.cos(0.2) + height, 0.2, -0.2), (0.0, 0.0, 0.0, 0.0)
-    events.begin(u, events.State(qpos, at_rest), 0.0, (0.0, height), 2e-4)
-    u[events.NOTED] = 1.0
-    events.observe(u, walker.limits, terrain.profile, 0.0, events.State(qpos, at_rest))
-    assert u[events.OUTCOME] == outcome
-    assert u[events.COUNT] == u[events.TRANSFERRED] == (outcome is Outcome.WALKING)
+    walker = make_simulation(controller, terrain, robot=controller.robot, q=(0.0, 0.0), dq=(0.0, 0.0))
+    u, qpos, at_rest = State(), (0.2, math.cos(0.2) + height, 0.2, -0.2), (0.0, 0.0, 0.0, 0.0)
+    observation.begin(walker.constants, u, qpos, at_rest, 0.0, height)
+    u.noted = 1.0
+    parts, row = _parts(rows_of(mjbiped.Compass)), [0.0] * walker.constants.touched
+    observation.observe(parts, walker.constants, u, row, 0.0, qpos, at_rest)
+    assert u.outcome == outcome
+    assert u.count == u.transferred == (outcome is Outcome.WALKING)
 
 
 def test_a_walk_that_loses_the_ground_says_why(controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(events, "MISSED", -1.0)  # no foot is on the ground
+    monkeypatch.setattr(observation, "MISSED", -1.0)  # no foot is on the ground
     uncompiled = dataclasses.replace(controller)
     object.__setattr__(uncompiled, "law", lambda: None)
     walk = mjbiped.walk(uncompiled, mjbiped.Terrain.level(), steps=1)
@@ -359,11 +359,11 @@ def test_lifted_leg_has_no_ankle_torque_between_ticks(controller: AdaptiveContro
     simulation = make(controller, control_period=1e-2)
     seen = 0
     with simulation.callbacks():
-        while simulation.data.userdata[events.COUNT] < 3:
+        while simulation.state.count < 3:
             mujoco.mj_step(simulation.model, simulation.data)
-            stance = int(simulation.data.userdata[events.STANCE])
+            stance = int(simulation.state.stance)
             assert simulation.data.ctrl[1 - stance] == 0.0
-            seen += int(simulation.data.userdata[events.TRANSFERRED])
+            seen += int(simulation.state.transferred)
     assert seen > 10
 
 
@@ -410,8 +410,8 @@ def test_outcome_words() -> None:
 
 @pytest.mark.parametrize("ground", ["auto", "boxes", "heightfield"])
 def test_without_a_limit_the_ground_is_long_but_finite(ground: str, robot: mjbiped.Compass) -> None:
-    arguments: dict[str, Any] = {"robot": robot, "q": (0.0, 0.0), "dq": (0.0, 0.0), "options": Options(ground=ground)}
-    simulation = Simulation(PassiveController(), mjbiped.Terrain.stairs(count=2), **arguments)
+    arguments: dict[str, Any] = {"robot": robot, "q": (0.0, 0.0), "dq": (0.0, 0.0), "ground": ground}
+    simulation = make_simulation(PassiveController(), mjbiped.Terrain.stairs(count=2), **arguments)
     assert np.isfinite(simulation.model.geom_size).all()
     assert np.isfinite(simulation.model.geom_pos).all()
     assert simulation.limits.end == pytest.approx(PLACE.high, rel=1e-4)

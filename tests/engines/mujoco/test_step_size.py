@@ -1,7 +1,7 @@
 """Steps that land on the touchdown: where they end, how long they are, and what that does to impacts and walks."""
 
 import math
-from collections.abc import Callable, MutableSequence, Sequence
+from collections.abc import Callable, Sequence
 
 import mujoco
 import numpy as np
@@ -10,13 +10,16 @@ from simulations import make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco import step_size
-from mjbiped.engines.mujoco.contact_events import State
+from mjbiped.engines.mujoco.contacts import Felt
+from mjbiped.engines.mujoco.leapfrog import effective_step
+from mjbiped.engines.mujoco.observation import SHORTEST
 from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.engines.mujoco.state import State
 from mjbiped.records import measures
 
 Terrain = mjbiped.Terrain
+AWAY = Felt(0.0, 0.0, 0.0, 0.0, False, False)
 GROUNDS = {
     "level": Terrain.level(),
     "down 3": Terrain.incline(3.0),
@@ -42,17 +45,17 @@ def test_a_step_ends_where_the_foot_meets_the_ground(
     """An Euler step is known before it is made. The contact step that follows is as long as it should be."""
     terrain = GROUNDS[name]
     simulation = make(controller, terrain, timestep=timestep)
-    data, u, length = simulation.data, simulation.data.userdata, simulation.limits.leg_length
+    data, u, length = simulation.data, simulation.state, simulation.limits.leg_length
     heights, lengths = [], []
     with simulation.callbacks():
-        while not u[events.OUTCOME]:
-            swing = data.qpos[3 if u[events.STANCE] == 0 else 2]
+        while not u.outcome:
+            swing = data.qpos[3 if u.stance == 0 else 2]
             x, z = data.qpos[0] - length * math.sin(swing), data.qpos[1] - length * math.cos(swing)
             mujoco.mj_step(simulation.model, data)
             lengths.append(simulation.model.opt.timestep)
-            if u[events.NOTED]:
+            if u.noted:
                 heights.append(z - terrain.height_at(x))
-                assert (lengths[-1], u[events.EFFECTIVE_STEP], u[events.PLAIN]) == (1e-5, 1e-5, 1.0)
+                assert (lengths[-1], u.effective_step, u.plain) == (1e-5, 1e-5, 1.0)
     assert len(heights) == 6
     # no step is shorter than 1e-9 s, in which the foot falls by 3e-9 m at most
     assert heights == pytest.approx([-step_size.DEPTH] * 6, abs=3e-9)
@@ -153,7 +156,7 @@ def test_steps_of_one_length(controller: AdaptiveController) -> None:
     softness = simulation.model.geom_solref.copy()
     with simulation.callbacks():
         mujoco.mj_step(simulation.model, simulation.data, nstep=9000)
-    assert simulation.data.userdata[events.COUNT] == 2
+    assert simulation.state.count == 2
     assert simulation.data.time == pytest.approx(9000 * 2e-4, rel=1e-9)
     assert np.array_equal(simulation.model.geom_solref, softness)
 
@@ -163,30 +166,25 @@ def flown(
     place: tuple[float, float],
     speed: tuple[float, float],
     until: Callable[[float, float], bool],
-) -> tuple[list[float], list[tuple[float, float]], MutableSequence[float]]:
-    """Lengths of the steps of a swing foot that flies on a parabola, the places that they lead to, and userdata."""
-    constants, u = simulation.constants, [0.0] * events.CONTROLLER_MEMORY
-    u[events.PLANNED] = u[events.LAST_STEP] = constants.timestep
-    u[events.CONTACT_ENABLED], u[events.NEXT_CONTROL] = 1.0, math.inf
+) -> tuple[list[float], list[tuple[float, float]], State]:
+    """Lengths of the steps of a swing foot that flies on a parabola, the places that they lead to, and the state."""
+    constants, u = simulation.constants, State()
+    u.running, u.planned, u.last_step = 1.0, constants.timestep, constants.timestep
+    u.enabled, u.next_control = 1.0, math.inf
     leg, angle = constants.limits.leg_length, -0.2
-    hip, velocity, qacc = (
-        np.add(place, [leg * math.sin(angle), leg * math.cos(angle)]),
-        np.array(speed),
-        [0.5, -9.81, 0, 0],
-    )
+    u.q[:4] = *np.add(place, [leg * math.sin(angle), leg * math.cos(angle)]), 0.0, angle
+    u.qvel[:2], u.qacc[:2] = speed, (0.5, -9.81)
     lengths: list[float] = []
     places = [place]
     while not until(*places[-1]):
-        state = State([*hip.tolist(), 0.0, angle], [*velocity.tolist(), 0.0, 0.0])
-        lengths.append(step_size.step_length(u, constants, sum(lengths), state, qacc))
-        velocity = velocity + u[events.EFFECTIVE_STEP] * np.array(qacc[:2])
-        hip = hip + lengths[-1] * velocity
-        places.append((hip[0] - leg * math.sin(angle), hip[1] - leg * math.cos(angle)))
-        u[events.PLANNED], u[events.PLAIN], u[events.LAST_STEP] = (
-            u[events.PLANNED_NEXT],
-            u[events.PLAIN_NEXT],
-            lengths[-1],
-        )
+        found = step_size.step_lengths(constants, u, AWAY)
+        lengths.append(found.length)
+        for index in range(2):
+            u.qvel[index] += effective_step(u.plain, u.last_step, found.length) * u.qacc[index]
+            u.q[index] += found.length * u.qvel[index]
+        places.append((u.q[0] - leg * math.sin(angle), u.q[1] - leg * math.cos(angle)))
+        u.time += found.length
+        u.planned, u.plain, u.last_step = found.following, float(found.reached), found.length
     return lengths, places, u
 
 
@@ -199,9 +197,9 @@ def test_steps_become_shorter_and_the_last_one_lands(timestep: float, controller
         lengths, places, u = flown(simulation, start, (0.8, -falling), lambda x, z: z < ground.height_at(x))
         x, z = places[-1]
         assert ground.height_at(x) - z == pytest.approx(step_size.DEPTH, abs=1e-12)
-        assert (u[events.PLANNED_NEXT], u[events.PLAIN_NEXT]) == (1e-5, 1.0)
+        assert (u.planned, u.plain) == (1e-5, 1.0)
         # the approach began in time, so that the last step is as long as planned, but for the shortest step there is
-        assert lengths[-1] == pytest.approx(1e-5, abs=2.0 * step_size.SHORTEST)
+        assert lengths[-1] == pytest.approx(1e-5, abs=2.0 * SHORTEST)
         assert max(lengths) <= timestep
         shortened = sum(length < timestep for length in lengths)
         assert shortened < 2 * math.log(timestep / 1e-5, step_size.SHORTER) + 4  # few: the approach, and what rounds
@@ -222,14 +220,13 @@ def test_near_a_face_all_steps_are_contact_steps(height: float, short: bool, con
 def test_a_step_ends_at_the_tick_but_for_an_impact(controller: AdaptiveController) -> None:
     simulation = make(controller, Terrain.level(), timestep=1e-3, control_period=5e-3)
     for noted in (0.0, 1.0):
-        u = [0.0] * events.CONTROLLER_MEMORY
-        u[events.PLANNED], u[events.NEXT_CONTROL], u[events.NOTED] = 1e-3, 0.2004, noted
-        state = State([0.0, 1.2, 0.0, -0.2], [0.0] * 4)
-        length = step_size.step_length(u, simulation.constants, 0.2, state, [0.0] * 4)
-        assert length == pytest.approx(1e-3 if noted else 4e-4, abs=1e-12)
-        assert u[events.PLANNED_NEXT] == 1e-3
-        u[events.NEXT_CONTROL] = 0.2011
-        assert step_size.step_length(u, simulation.constants, 0.2, state, [0.0] * 4) == 1e-3
+        u = State()
+        u.time, u.planned, u.next_control, u.noted, u.q[1] = 0.2, 1e-3, 0.2004, noted, 1.2
+        found = step_size.step_lengths(simulation.constants, u, AWAY)
+        assert found.length == pytest.approx(1e-3 if noted else 4e-4, abs=1e-12)
+        assert found.following == 1e-3
+        u.next_control = 0.2011
+        assert step_size.step_lengths(simulation.constants, u, AWAY).length == 1e-3
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import ctypes
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import mujoco
 import numpy as np
@@ -15,7 +15,6 @@ from mjbiped.engines.mujoco.compiled import registry
 from mjbiped.engines.mujoco.compiled.layout import library
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
-from mjbiped.errors import MjbipedError
 from mjbiped.terrain.terrain import Terrain
 
 
@@ -41,19 +40,32 @@ def test_nothing_is_left_in_mujocos_globals(threads: int) -> None:
     made.close()
 
 
-@pytest.mark.parametrize("ask", [Walkers.step, lambda walkers: walkers.restart(0)], ids=["threads", "one"])
-def test_other_callbacks_are_refused_and_stay(walkers: Walkers, ask: Callable[[Walkers], None]) -> None:
-    def other(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Somebody's."""
+@pytest.mark.parametrize("threads", [1, 2])
+def test_others_callbacks_are_asked_for_their_models_and_stay(threads: int) -> None:
+    """The robots walk as they do without them, bit by bit."""
+    other = mujoco.MjModel.from_xml_string("<mujoco/>")
+    seen: list[mujoco.MjModel] = []
 
-    mujoco.set_mjcb_control(other)
-    try:
-        with pytest.raises(MjbipedError, match="other callbacks of MuJoCo's are installed"):
-            ask(walkers)
-        assert mujoco.get_mjcb_control() is other
-    finally:
-        mujoco.set_mjcb_control(None)
-    walkers.step()
+    def theirs(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        seen.append(model)
+
+    felt = []
+    for callback in (None, theirs):
+        made = Walkers(WalkTask("walk_level", residual=True), 2, threads=threads)
+        mujoco.set_mjcb_control(callback)
+        try:
+            for index in range(2):
+                made.begin(index, np.random.default_rng(index))
+            for _ in range(30):
+                made.step()
+            assert mujoco.get_mjcb_control() is callback
+            mujoco.mj_forward(other, mujoco.MjData(other))
+        finally:
+            mujoco.set_mjcb_control(None)
+        felt.append(made.felt.copy())
+        made.close()
+    np.testing.assert_array_equal(felt[0], felt[1])
+    assert seen == [other]
 
 
 def test_it_can_be_stepped_within_the_compiled_callbacks_of_a_walk(
@@ -61,17 +73,17 @@ def test_it_can_be_stepped_within_the_compiled_callbacks_of_a_walk(
 ) -> None:
     start = controller.gait.start
     simulation = make_simulation(
-        controller, Terrain.level(), robot=controller.robot, q=start[:2], dq=start[2:], steps=3
+        controller, Terrain.level(), robot=controller.robot, q=start[:2].tolist(), dq=start[2:].tolist(), steps=3
     )
     with simulation.callbacks():
         mujoco.mj_step(simulation.model, simulation.data, nstep=10)
         walkers.step()
         mujoco.mj_step(simulation.model, simulation.data, nstep=10)
-    assert simulation.data.userdata[0] == 1.0
+    assert simulation.state.running == 1.0
 
 
-def test_a_walk_and_environments_in_two_threads_wait_for_each_other(controller: AdaptiveController) -> None:
-    """Each is bitwise as alone: MuJoCo's globals belong to one of them at a time."""
+def test_environments_in_two_threads_do_not_mix(controller: AdaptiveController) -> None:
+    """Each is bitwise as alone."""
     task = WalkTask("walk_random", residual=True)
     rows: list[list[bytes]] = [[], []]
 

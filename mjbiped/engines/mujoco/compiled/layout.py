@@ -38,23 +38,30 @@ class Layout(NamedTuple):
     Attributes:
         timestep: In mjModel: the number `opt.timestep`.
         numerics: In mjModel: number of floats in `numeric_data`.
-        numeric_data: In mjModel: pointer.
-        geom_solref: The same.
+        numeric_data: In mjModel: pointer, as all that follow up to `eq_data`.
+        geom_solref: See MuJoCo's documentation for this and all that follow.
+        jnt_solref: See there.
+        eq_solref: See there.
+        eq_data: See there.
         time: In mjData: the number `time`.
         qpos: In mjData: pointer, as all that follow.
-        qvel: The same.
-        ctrl: The same.
-        userdata: The same.
-        sensordata: The same.
-        geom_xpos: The same.
-        qacc: The same.
-        qfrc_applied: The same.
+        qvel: See there.
+        ctrl: See there.
+        userdata: See there.
+        sensordata: See there.
+        geom_xpos: See there.
+        qacc: See there.
+        qfrc_applied: See there.
+        eq_active: See there.
     """
 
     timestep: int
     numerics: int
     numeric_data: int
     geom_solref: int
+    jnt_solref: int
+    eq_solref: int
+    eq_data: int
     time: int
     qpos: int
     qvel: int
@@ -64,6 +71,7 @@ class Layout(NamedTuple):
     geom_xpos: int
     qacc: int
     qfrc_applied: int
+    eq_active: int
 
 
 @lru_cache(maxsize=1)
@@ -130,17 +138,14 @@ def _specimen(joints: int, numerics: int, timestep: float) -> tuple[mujoco.MjMod
 
 def _model_marks(model: mujoco.MjModel) -> dict[str, int]:
     """What stands in mjModel, as 64-bit words."""
-    return {
-        "timestep": _bits(model.opt.timestep),
-        "numerics": int(model.nnumericdata),
-        "numeric_data": _address(model.numeric_data),
-        "geom_solref": _address(model.geom_solref),
-    }
+    arrays = ("numeric_data", "geom_solref", "jnt_solref", "eq_solref", "eq_data")
+    sizes = {"timestep": _bits(model.opt.timestep), "numerics": int(model.nnumericdata)}
+    return {**sizes, **{name: _address(getattr(model, name)) for name in arrays}}
 
 
 def _data_marks(data: mujoco.MjData) -> dict[str, int]:
     """What stands in mjData, as 64-bit words."""
-    arrays = ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos", "qacc", "qfrc_applied")
+    arrays = ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos", "qacc", "qfrc_applied", "eq_active")
     return {"time": _bits(data.time), **{name: _address(getattr(data, name)) for name in arrays}}
 
 

@@ -1,220 +1,272 @@
-"""MuJoCo's callbacks are globals of the process: who may install them, and for whom they are shared."""
+"""MuJoCo's callbacks are globals of the process: what stands there while walks are under way, and for whom.
+
+Compiled walks share `callbacks.trampolines`, which find each walk's own functions: any number of them may be under way,
+in any threads. Walks whose laws are in plain Python share a dispatcher in Python. They are made in one thread at a
+time: while MuJoCo compiles a model, callbacks in Python have to be taken away, for it calls them with models that
+Python cannot hold. What somebody else has installed is asked for all other models, and comes back.
+"""
 
 from __future__ import annotations
 
 import ctypes
-import math
 import threading
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
-from typing import Any
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from typing import Any, Protocol
 
 import mujoco
-import numpy as np
 
-from mjbiped.engines.mujoco.compiled.callbacks import Functions
+from mjbiped.engines.mujoco.compiled.callbacks import address_of, trampolines
 from mjbiped.engines.mujoco.compiled.layout import library
+from mjbiped.engines.mujoco.scene import OWNER, RECORDS_SIZE
 from mjbiped.errors import MjbipedError
 
 CALLBACKS = ("mjcb_control", "mjcb_sensor", "mjcb_contactfilter")
-NO_CALLBACKS = Functions(None, None, None, math.nan)
-"""Of compiled walks that need none: they call the stages of MuJoCo's step themselves."""
-_ONE_THREAD = threading.RLock()  # whose callbacks are installed
-_walking: list[object] = []  # those who installed callbacks of their own, the last one innermost
-_shared: Functions | None = None  # compiled callbacks that are installed for walks in any thread
-_warnings = 0  # that MuJoCo gave under `Momentary` callbacks
-_stepped = threading.local()  # `on_warning`: of the walk that this thread steps under them
+_NAMES = (*CALLBACKS, "mju_user_warning")
+_THEIRS, _TRAMPOLINES, _DISPATCHER, _NOTHING = range(4)  # what can stand in MuJoCo's places
 
 
-def installed() -> dict[str, Any]:
-    """What stands there now, by MuJoCo's names."""
-    return {name: getattr(mujoco, f"get_{name}")() for name in (*CALLBACKS, "mju_user_warning")}
+class Driven(Protocol):
+    """A walk with callbacks in Python."""
+
+    def on(self, name: str, model: mujoco.MjModel, data: mujoco.MjData, *arguments: int) -> Any:
+        """Do what a callback of MuJoCo's, by its name, is to do."""
+
+
+_changed = threading.Condition(threading.RLock())  # held while anything of the following changes
+_compiled = 0  # number of those who need the trampolines
+_driven: dict[int, list[Driven]] = {}  # walks in Python by the addresses of their models
+_walker: int | None = None  # the thread that walks in Python
+_builders = 0  # number of models that are being compiled
+_here = _THEIRS
+_standing: dict[str, Any] = {}  # what somebody else has installed, while something of ours is there
+_pointers: list[int | None] = []  # MuJoCo's, while the trampolines are there
+_warnings = 0  # number that MuJoCo has given while ours were there
+_heard = threading.local()  # `listeners`: of the warnings of this thread's walks, the innermost last
+
+
+def _refresh() -> None:
+    """Put into MuJoCo's places what is needed there now."""
+    global _here, _standing
+    if _here == _THEIRS:
+        _standing = {name: getattr(mujoco, f"get_{name}")() for name in _NAMES}
+    if _builders:
+        wanted = _TRAMPOLINES if _compiled else _NOTHING
+    elif _driven or (_compiled and any(_standing[name] is not None for name in CALLBACKS)):
+        wanted = _DISPATCHER
+    else:
+        wanted = _TRAMPOLINES if _compiled else _THEIRS
+    if wanted == _here:
+        return
+    if _here == _TRAMPOLINES:
+        for slot, address in zip(_slots()[0], _pointers, strict=True):
+            slot.value = address
+    elif _here != _THEIRS:
+        _set(_standing)
+    _here = wanted
+    if wanted == _TRAMPOLINES:
+        slots, chosen = _slots()
+        _pointers[:] = [slot.value for slot in slots]
+        for slot, address in zip(slots, chosen, strict=True):
+            slot.value = address
+    elif wanted == _DISPATCHER:
+        _set(dict(zip(_NAMES, (_control, _sensor, _filter, _on_warning), strict=True)))
+    elif wanted == _NOTHING:
+        _set(dict.fromkeys(CALLBACKS))
+
+
+def _set(callbacks: dict[str, Any]) -> None:
+    for name, callback in callbacks.items():
+        getattr(mujoco, f"set_{name}")(callback)
+
+
+@lru_cache(maxsize=1)
+def _slots() -> tuple[list[ctypes.c_void_p], list[int]]:
+    """MuJoCo's places, and the addresses of the trampolines and of what counts warnings.
+
+    Raises:
+        UnknownLayoutError: MuJoCo's library is not found.
+    """
+    chosen = [*map(address_of, trampolines()[1:]), address_of(_on_c_warning)]
+    return [ctypes.c_void_p.in_dll(library(), name) for name in _NAMES], chosen
+
+
+def enter() -> None:
+    """Have the trampolines stand in MuJoCo's places, until as many calls of `leave`."""
+    global _compiled
+    with _changed:
+        _compiled += 1
+        if _compiled == 1:
+            _refresh()
+
+
+def leave() -> None:
+    """Need the trampolines no more."""
+    global _compiled
+    with _changed:
+        _compiled -= 1
+        if _compiled == 0:
+            _refresh()
 
 
 @contextmanager
-def replaced(chosen: Mapping[str, Any]) -> Iterator[None]:
-    """Install callbacks, by MuJoCo's names; what stood there comes back."""
-    with ExitStack() as stack:
-        for name, callback in chosen.items():
-            install = getattr(mujoco, f"set_{name}")
-            stack.callback(install, getattr(mujoco, f"get_{name}")())
-            install(callback)
+def compiled() -> Iterator[None]:
+    """Have the trampolines stand in MuJoCo's places meanwhile; any thread may step compiled walks."""
+    enter()
+    try:
         yield
+    finally:
+        leave()
+
+
+@contextmanager
+def shared() -> Iterator[None]:
+    """Have the trampolines stand in MuJoCo's places for walks in many threads, which also compile models.
+
+    A clock in Python, as dm_control's profiling sets it, would be taken away by one thread that compiles a model while
+    another one asks it; so there is none meanwhile.
+    """
+    clock = mujoco.get_mjcb_time()
+    mujoco.set_mjcb_time(None)
+    try:
+        with compiled():
+            yield
+    finally:
+        mujoco.set_mjcb_time(clock)
+
+
+@contextmanager
+def in_python(walk: Driven, address: int) -> Iterator[None]:
+    """Have callbacks in Python act on a walk's model, by its address.
+
+    Raises:
+        MjbipedError: Another thread is walking in Python.
+    """
+    global _walker
+    with _changed:
+        _refuse_another_thread()
+        _changed.wait_for(lambda: not _builders)  # some milliseconds
+        _walker = threading.get_ident()
+        _driven.setdefault(address, []).append(walk)
+        _refresh()
+    try:
+        yield
+    finally:
+        with _changed:
+            _driven[address].remove(walk)
+            if not _driven[address]:
+                del _driven[address]
+            if not _driven:
+                _walker = None
+            _refresh()
 
 
 @contextmanager
 def python_callbacks_removed() -> Iterator[None]:
-    """Take MuJoCo's callbacks in Python away meanwhile: its compiler calls them with models that Python cannot hold.
+    """Take MuJoCo's callbacks in Python away meanwhile, so that it can compile a model.
 
-    Compiled ones stay, and must leave alone what is not theirs, as those of `mjbiped.engines.mujoco.compiled.callbacks`
-    do.
-    """
-    names = [name.removeprefix("get_") for name in dir(mujoco) if name.startswith("get_mjcb_")]
-    standing = {name: getattr(mujoco, f"get_{name}")() for name in names}
-    with replaced({name: None for name, each in standing.items() if each is not None and not is_compiled(each)}):
-        yield
-
-
-@contextmanager
-def own_callbacks(owner: object, chosen: dict[str, Any]) -> Iterator[None]:
-    """Install callbacks in this thread alone; what stood there comes back.
-
-    Args:
-        owner: Counts as walking meanwhile.
-        chosen: Callbacks by MuJoCo's names.
-    """
-    _walking.append(owner)
-    try:
-        with replaced(chosen):
-            yield
-    finally:
-        _walking.remove(owner)
-
-
-@contextmanager
-def stepped_under_shared(on_warning: Callable[[str], None]) -> Iterator[None]:
-    """Say who is listener what MuJoCo warns of in this thread, under `shared_callbacks`."""
-    _stepped.on_warning = on_warning
-    try:
-        yield
-    finally:
-        _stepped.on_warning = None
-
-
-def shared() -> Functions | None:
-    """The compiled callbacks that are installed for walks in any thread."""
-    return _shared
-
-
-@contextmanager
-def shared_callbacks(functions: Functions) -> Iterator[None]:
-    """Install compiled callbacks for all simulations that they belong to: any number of threads may step these.
-
-    New models can be compiled meanwhile, unlike under Python's callbacks: what has no record is left alone.
+    The trampolines stay for those who need them.
 
     Raises:
-        MjbipedError: Another thread is walking, or something else's callbacks are installed.
+        MjbipedError: Another thread is walking in Python.
     """
-    global _shared
-    chosen = {name: getattr(functions, name) for name in CALLBACKS}
-    with exclusive():
-        require_no_callbacks()
-        # a clock in Python, as dm_control's profiling sets it, would be taken away by one thread that compiles a model
-        # while another one asks it
-        with replaced({**chosen, "mju_user_warning": _on_shared_warning, "mjcb_time": None}):
-            _shared = functions
-            try:
-                yield
-            finally:
-                _shared = None
+    global _builders
+    with _changed:
+        _refuse_another_thread()
+        _builders += 1
+        _refresh()
+    names = [name.removeprefix("get_") for name in dir(mujoco) if name.startswith("get_mjcb_")]
+    others = {name: getattr(mujoco, f"get_{name}")() for name in names if name not in CALLBACKS}
+    others = {name: each for name, each in others.items() if each is not None and not hasattr(each, "argtypes")}
+    try:
+        _set(dict.fromkeys(others))
+        yield
+    finally:
+        _set(others)
+        with _changed:
+            _builders -= 1
+            _refresh()
+            _changed.notify_all()
 
 
-class Momentary:
-    """Compiled callbacks that are installed for a moment, by their pointers; what stood there comes back.
-
-    Far cheaper than `replaced`: environments do this at every step, so that any number of them, and of walks, can take
-    turns. Another thread that walks or steps is waited for. MuJoCo's warnings are counted meanwhile, see `warned`.
-
-    Attributes:
-        lock: To be held while they stand there.
-        words: For compiled code that installs them itself: of each callback, and of that for warnings, the address of
-            MuJoCo's pointer, what is to stand there, and room for what stood there.
-    """
-
-    def __init__(self, functions: Functions) -> None:
-        """Look where MuJoCo's pointers are.
-
-        Raises:
-            UnknownLayoutError: MuJoCo's library is not found.
-        """
-        self.lock = _ONE_THREAD
-        self._functions = functions  # to be kept alive
-        self._slots = [ctypes.c_void_p.in_dll(library(), name) for name in (*CALLBACKS, "mju_user_warning")]
-        pointers = (*(getattr(functions, name) for name in CALLBACKS), _count_warning)
-        self._chosen = [ctypes.cast(pointer, ctypes.c_void_p).value or 0 for pointer in pointers]
-        addresses = [ctypes.addressof(slot) for slot in self._slots]
-        self.words = np.array([[*pair, 0] for pair in zip(addresses, self._chosen, strict=True)], dtype=np.int64)
-
-    @contextmanager
-    def installed(self) -> Iterator[None]:
-        """Install them, for all threads.
-
-        Raises:
-            MjbipedError: Something else's callbacks are installed.
-        """
-        with self.lock:
-            standing = [slot.value or 0 for slot in self._slots]
-            for before, own in zip(standing[:-1], self._chosen, strict=False):
-                if before not in (0, own):
-                    raise self.refusal()
-            try:
-                for slot, address in zip(self._slots, self._chosen, strict=True):
-                    slot.value = address
-                yield
-            finally:
-                for slot, address in zip(self._slots, standing, strict=True):
-                    slot.value = address
-
-    def refusal(self) -> MjbipedError:
-        """What to raise where something else's callbacks are installed."""
-        return MjbipedError(
-            "other callbacks of MuJoCo's are installed; remove them before an environment is stepped, or step it "
-            "outside of another walk's controller"
+def _refuse_another_thread() -> None:
+    if _walker not in (None, threading.get_ident()):
+        raise MjbipedError(
+            "another thread of this process is walking with a controller in plain Python, and MuJoCo's callbacks are "
+            "shared by all threads; let walks run one after another, or all of them by mjbiped.walk_many"
         )
 
 
-def warned() -> int:
-    """How many warnings MuJoCo has given under `Momentary` callbacks so far."""
-    return _warnings
+def _pass_on(name: str, model: mujoco.MjModel, data: mujoco.MjData, *arguments: int) -> Any:
+    """Hand a callback to the walk in Python of this model, to the trampoline, or to who was there before."""
+    walks = _driven.get(model._address)
+    if walks:
+        return walks[-1].on(name, model, data, *arguments)
+    if model.nnumericdata >= RECORDS_SIZE and model.numeric_data[OWNER] == model._address:
+        return getattr(trampolines(), name)(model._address, data._address, *arguments)
+    before = _standing.get(name)
+    if before is None:
+        return None
+    if hasattr(before, "argtypes"):
+        return before(model._address, data._address, *arguments)
+    return before(model, data, *arguments)
+
+
+def _control(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    _pass_on("mjcb_control", model, data)
+
+
+def _sensor(model: mujoco.MjModel, data: mujoco.MjData, stage: int) -> None:
+    _pass_on("mjcb_sensor", model, data, stage)
+
+
+def _filter(model: mujoco.MjModel, data: mujoco.MjData, first: int, second: int) -> int:
+    return int(_pass_on("mjcb_contactfilter", model, data, first, second) or 0)
+
+
+def _on_warning(message: str) -> None:
+    """`mju_user_warning`: MuJoCo calls it in the thread that steps."""
+    global _warnings
+    _warnings += 1
+    listeners: list[Callable[[str], None]] = getattr(_heard, "listeners", [])
+    if listeners:
+        listeners[-1](message)
 
 
 @ctypes.CFUNCTYPE(None, ctypes.c_char_p)  # type: ignore[untyped-decorator]
-def _count_warning(message: bytes) -> None:  # noqa: ARG001 (MuJoCo gives it)
-    """`mju_user_warning` there."""
-    global _warnings
-    _warnings += 1
+def _on_c_warning(message: bytes) -> None:
+    _on_warning(message.decode(errors="replace"))
+
+
+@contextmanager
+def heard_by(listener: Callable[[str], None]) -> Iterator[None]:
+    """Let MuJoCo's warnings in this thread be told to a listener, where it would write them to the terminal."""
+    listeners = _heard.__dict__.setdefault("listeners", [])
+    listeners.append(listener)
+    try:
+        yield
+    finally:
+        listeners.remove(listener)
+
+
+def walking() -> bool:
+    """Whether a walk is under way in this thread."""
+    return bool(getattr(_heard, "listeners", []))
+
+
+def warned() -> int:
+    """Number of warnings that MuJoCo has given under our callbacks so far."""
+    return _warnings
 
 
 def require_no_callbacks() -> None:
-    """Refuse to begin many walks where something else's callbacks are installed.
+    """Refuse to begin many walks where somebody else's callbacks are installed.
 
     Raises:
         MjbipedError: They are.
     """
-    if any(getattr(mujoco, f"get_{name}")() is not None for name in CALLBACKS):
-        raise MjbipedError("other callbacks of MuJoCo's are installed; remove them before many walks are begun")
-
-
-def _on_shared_warning(message: str) -> None:
-    """`mju_user_warning` of many walks: MuJoCo calls it in the thread that steps."""
-    listener: Callable[[str], None] | None = getattr(_stepped, "on_warning", None)
-    if listener is not None:
-        listener(message)
-
-
-@contextmanager
-def exclusive() -> Iterator[None]:
-    """Keep other threads from building or stepping a walk meanwhile.
-
-    Raises:
-        MjbipedError: Another thread does already.
-    """
-    if not _ONE_THREAD.acquire(blocking=False):
-        raise MjbipedError(
-            "another thread of this process is walking, and MuJoCo's callbacks are shared by all threads; "
-            "let walks run one after another, or all of them by mjbiped.walk_many"
-        )
-    try:
-        yield
-    finally:
-        _ONE_THREAD.release()
-
-
-def walking() -> bool:
-    """Whether callbacks are installed; under Python's MuJoCo cannot compile a model."""
-    return bool(_walking) or _shared is not None
-
-
-def is_compiled(callback: Any) -> bool:
-    """Whether a callback is a C function's pointer of ctypes."""
-    return hasattr(callback, "argtypes")
+    with _changed:
+        standing = _standing if _here != _THEIRS else {name: getattr(mujoco, f"get_{name}")() for name in CALLBACKS}
+        if any(standing.get(name) is not None for name in CALLBACKS):
+            raise MjbipedError("other callbacks of MuJoCo's are installed; remove them before many walks are begun")

@@ -17,13 +17,13 @@ import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
 from mjbiped.control.compile_errors import LawError
 from mjbiped.control.controller import Law
-from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco import simulation as physics
 from mjbiped.engines.mujoco.compiled.callbacks import attached
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
 from mjbiped.engines.mujoco.run import simulate
-from mjbiped.engines.mujoco.scene import RECORDS
+from mjbiped.engines.mujoco.scene import COUNT, RECORDS
 from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.jit import raises
 from mjbiped.numerics.records import NotPackableError, Packer
 from mjbiped.records.recorder import Recorder
@@ -31,7 +31,6 @@ from mjbiped.rules.termination import Outcome
 
 Terrain = mjbiped.Terrain
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-CALLBACKS = ("mjcb_control", "mjcb_sensor", "mjcb_contactfilter")
 
 
 def nine_rates(
@@ -66,10 +65,6 @@ def state_of(model: mujoco.MjModel, data: mujoco.MjData) -> bytes:
     return state.tobytes()
 
 
-def are_compiled() -> bool:
-    return all(hasattr(getattr(mujoco, f"get_{name}")(), "argtypes") for name in CALLBACKS)
-
-
 @pytest.mark.parametrize(
     ("terrain", "parameters"),
     [
@@ -88,9 +83,9 @@ def test_same_walk_bitwise(terrain: Terrain, parameters: dict[str, object], cont
     for compile in (False, True):
         simulation = make(controller, terrain, compile=compile, **parameters)
         with simulation.callbacks():
-            assert are_compiled() == compile
+            assert simulation.compiled == compile
             mujoco.mj_step(simulation.model, simulation.data, nstep=20_000)  # on the riser they are of 10 µs
-        assert simulation.data.userdata[events.COUNT] >= 1
+        assert simulation.state.count >= 1
         states.append(state_of(simulation.model, simulation.data))
     assert states[0] == states[1]
 
@@ -114,7 +109,7 @@ def test_same_record(
 ) -> None:
     """Samples, touchdowns, peaks, end: though compiled walks are stepped in blocks, with touchdowns in their midst."""
     compiled = mjbiped.walk(controller, terrain, engine=engine, steps=3, sample_period=sample_period)
-    monkeypatch.setattr(Simulation, "_native", None)
+    monkeypatch.setattr(Simulation, "native", None)
     assert compiled == mjbiped.walk(controller, terrain, engine=engine, steps=3, sample_period=sample_period)
     assert compiled.steps == 3
 
@@ -180,7 +175,7 @@ def test_warnings_of_steps_made_twice_count_once(
 
     monkeypatch.setattr(mujoco, "mj_step", warning_step)
     simulate(simulation, Recorder())
-    assert simulation.data.userdata[events.COUNT] == 2
+    assert simulation.state.count == 2
     times: list[float] = []
     again = make(controller, steps=2, compile=False)  # whose steps are made one by one
 
@@ -203,7 +198,7 @@ def test_one_model_serves_walks_of_many_gains_in_threads(controller: AdaptiveCon
         alone.append(state_of(walker.model, walker.data))
     fresh = [make(replace(controller, position_gain=gain), lands=False) for gain in gains]
     shared = fresh[0].model
-    natives = [walker._native for walker in fresh]
+    natives = [walker.native for walker in fresh]
     assert natives[0]
     functions = natives[0].functions
     assert all(each and each.functions is functions for each in natives)
@@ -211,7 +206,7 @@ def test_one_model_serves_walks_of_many_gains_in_threads(controller: AdaptiveCon
     for index, walker in enumerate(fresh):
         data = mujoco.MjData(shared)
         data.qpos, data.qvel, data.userdata = walker.data.qpos, walker.data.qvel, walker.data.userdata
-        data.userdata[events.RECORD] = index
+        State.from_buffer(data.userdata).record = index
         datas.append(data)
     with fresh[0].callbacks(), attached(shared, [each for each in natives if each]):
         threads = [threading.Thread(target=mujoco.mj_step, args=(shared, data, 3000)) for data in datas]
@@ -220,8 +215,9 @@ def test_one_model_serves_walks_of_many_gains_in_threads(controller: AdaptiveCon
         for thread in threads:
             thread.join()
     for index, data in enumerate(datas):
-        assert data.userdata[events.RECORD] == index
-        data.userdata[events.RECORD] = 0.0
+        state = State.from_buffer(data.userdata)
+        assert state.record == index
+        state.record = 0.0
         assert state_of(shared, data) == alone[index]
 
 
@@ -230,8 +226,8 @@ def test_records_of_another_kind_are_refused(controller: AdaptiveController) -> 
     """Of laws with more states, or of a ground with another number of risers: C code looks at no bounds."""
     fixed: dict[str, object] = {"lands": False}
     level, stairs = make(controller, Terrain.level(), **fixed), make(controller, Terrain.stairs(rise=-0.06), **fixed)
-    many, lands = make(NineStates(), Terrain.level(), **fixed), make(controller, Terrain.level())._native
-    own, other, unlike = level._native, stairs._native, many._native
+    many, lands = make(NineStates(), Terrain.level(), **fixed), make(controller, Terrain.level()).native
+    own, other, unlike = level.native, stairs.native, many.native
     assert own
     assert other
     assert unlike
@@ -241,13 +237,13 @@ def test_records_of_another_kind_are_refused(controller: AdaptiveController) -> 
     with pytest.raises(ValueError, match="a model each"), attached(level.model, [own, lands]):  # type: ignore[list-item]
         pass
     with attached(level.model, [own, own]):
-        assert level.model.numeric(RECORDS).data[3] == 2
+        assert level.model.numeric(RECORDS).data[COUNT] == 2
 
 
 @pytest.mark.parametrize("record", [1.0, -1.0, math.nan, 1e300])
 def test_a_record_that_is_not_there_is_not_read(record: float, controller: AdaptiveController) -> None:
     simulation = make(controller)
-    simulation.data.userdata[events.RECORD] = record
+    simulation.state.record = record
     with simulation.callbacks():
         mujoco.mj_step(simulation.model, simulation.data, nstep=10)
     assert not simulation.data.ctrl.any()
@@ -295,8 +291,6 @@ def test_what_cannot_be_compiled_runs_in_python() -> None:
     for controller in (Spring(), Raising()):
         simulation = make(controller)
         assert not simulation.compiled
-        with simulation.callbacks():
-            assert not are_compiled()
     assert raises((raising_torque,))
     with pytest.raises(mjbiped.WalkStopped, match="ValueError: late"):
         mjbiped.walk(Raising(), Terrain.incline(2.0), steps=1)
@@ -330,16 +324,16 @@ def test_unknown_mujoco_warns_once_and_walks(monkeypatch: pytest.MonkeyPatch, co
         for _ in range(2):
             simulation = make(controller)
             with simulation.callbacks():
-                assert not are_compiled()
                 mujoco.mj_step(simulation.model, simulation.data, nstep=3)
+            assert not simulation.compiled
             assert simulation.data.ctrl.any()
     words = "MuJoCo 9.9 is not understood; walks run with callbacks in Python, which gives the same, only slower"
     assert [str(warning.message) for warning in caught] == [words]
 
 
 @pytest.mark.slow
-def test_over_callbacks_of_others_python_takes_its_place(controller: AdaptiveController) -> None:
-    """What stands there is asked for other models: Python's, and compiled ones of another kind."""
+def test_callbacks_of_others_are_asked_for_other_models(controller: AdaptiveController) -> None:
+    """Python's that stood there before, and compiled ones of another kind."""
     seen: list[mujoco.MjModel] = []
 
     def standing_there(model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -350,19 +344,21 @@ def test_over_callbacks_of_others_python_takes_its_place(controller: AdaptiveCon
     mujoco.set_mjcb_control(standing_there)
     try:
         with inner.callbacks():
-            assert not are_compiled()
             mujoco.mj_step(outer.model, outer.data)
+            mujoco.mj_step(inner.model, inner.data, nstep=20)
         assert seen == [outer.model]
+        assert inner.state.time > 0.0
+        assert mujoco.get_mjcb_control() is standing_there
     finally:
         mujoco.set_mjcb_control(None)
     alone, outer = make(controller), make(controller)
     with alone.callbacks():
         mujoco.mj_step(alone.model, alone.data, nstep=2000)
+    inner = make(NineStates(), Terrain.incline(2.0))
     with outer.callbacks(), inner.callbacks():
-        assert not are_compiled()
         mujoco.mj_step(outer.model, outer.data, nstep=2000)
         mujoco.mj_step(inner.model, inner.data, nstep=20)
-    assert inner.data.userdata[events.TIME] > 0.0
+    assert inner.state.time > 0.0
     assert state_of(outer.model, outer.data) == state_of(alone.model, alone.data)
 
 

@@ -6,6 +6,7 @@ import math
 import mujoco
 import numpy as np
 import pytest
+from simulations import make_simulation
 
 import mjbiped
 from controllers import PassiveController
@@ -20,7 +21,9 @@ ARRAYS = ("qpos", "qvel", "ctrl", "userdata", "sensordata", "geom_xpos", "qacc")
 @pytest.fixture(scope="module")
 def simulation() -> Simulation:
     robot = mjbiped.Compass()
-    return Simulation(PassiveController(), mjbiped.Terrain.mixed(), robot=robot, q=(0.0, 0.0), dq=(0.0, 0.0), steps=9)
+    return make_simulation(
+        PassiveController(), mjbiped.Terrain.mixed(), robot=robot, q=(0.0, 0.0), dq=(0.0, 0.0), steps=9
+    )
 
 
 def word(address: int) -> int:

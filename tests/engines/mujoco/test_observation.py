@@ -1,18 +1,22 @@
 """What the engine keeps from one physics step to the next, against the geometry and mechanics that it stands for."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from simulations import make_simulation
 
-from mjbiped.engines.mujoco import contact_events as events
-from mjbiped.engines.mujoco.contact_events import State
-from mjbiped.engines.mujoco.contact_forces import Felt
+from controllers import PassiveController
+from mjbiped.engines.mujoco import motors, observation
+from mjbiped.engines.mujoco.contacts import Felt
 from mjbiped.engines.mujoco.judged import limits_of
+from mjbiped.engines.mujoco.simulation import _parts
+from mjbiped.engines.mujoco.state import Constants, State, put
 from mjbiped.records.columns import TOUCHDOWNS, index_of
+from mjbiped.records.rows import rows_of
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.rules.termination import Limits, Outcome
@@ -23,6 +27,10 @@ LENGTH, SLOPE = ROBOT.leg_length, 0.05
 GROUND = Terrain((-5.0, 0.2), (0.3, 0.3 - 5.2 * math.tan(SLOPE)), (SLOPE, -0.03))
 """Down to x = 0.2 m, and up from there."""
 AWAY = Felt(0.0, 0.0, 0.0, 0.0, False, False)
+CONSTANTS = make_simulation(PassiveController(), GROUND, robot=ROBOT, q=(0.0, 0.0), dq=(0.0, 0.0)).constants
+PARTS = _parts(rows_of(Compass))
+Posture = tuple[list[float], list[float]]
+"""qpos and qvel."""
 
 angles, rates = st.floats(-0.5, 0.5), st.floats(-3.0, 3.0)
 torques = st.tuples(*[st.floats(-30.0, 30.0)] * 2)
@@ -32,24 +40,36 @@ def limits(lands: bool = True, steps: int = 9, distance: float | None = None) ->
     return limits_of(ROBOT, ScuffingRule(reach=0.2, delay=0.1), 1e-3, (-3.0, 3.0), steps, distance, lands)
 
 
+def constants(lands: bool = True, sampled: bool = False) -> Constants:
+    return CONSTANTS._replace(limits=limits(lands), sampled=sampled)
+
+
 def standing_at(
     x: float, stance: float, swing: float, dq: tuple[float, float] = (0.0, 0.0), left: bool = True
-) -> State:
+) -> Posture:
     """The robot with its stance foot on the ground at x, its legs at angles from the vertical, rad."""
     hip = (x + LENGTH * math.sin(stance), GROUND.height_at(x) + LENGTH * math.cos(stance))
     turning = (LENGTH * math.cos(stance) * dq[0], -LENGTH * math.sin(stance) * dq[0])
     legs, turns = ((stance, swing), dq) if left else ((swing, stance), dq[::-1])
-    return State([*hip, *legs], [*turning, *turns])
+    return [*hip, *legs], [*turning, *turns]
 
 
-def begun(state: State, x: float = 0.0) -> list[float]:
-    u = [0.0] * events.CONTROLLER_MEMORY
-    events.begin(u, state, GROUND.slope_at(x), (x, GROUND.height_at(x)), 1e-3)
+def begun(state: Posture) -> State:
+    u = State()
+    observation.begin(constants(), u, *state, GROUND.slope_at(0.0), GROUND.height_at(0.0))
     return u
 
 
-def told(u: list[float], name: str) -> float:
-    return u[events.LAST_TOUCHDOWN + index_of(TOUCHDOWNS, name)]
+def observe(u: State, time: float, state: Posture) -> list[float]:
+    """Take a state in; returns the touchdown's row."""
+    row = [0.0] * CONSTANTS.touched
+    observation.observe(PARTS, constants(), u, row, time, *state)
+    return row
+
+
+def told(row: Sequence[float], name: str, width: int = 1) -> list[float]:
+    first = index_of(TOUCHDOWNS, name)
+    return [*row[first : first + width]]
 
 
 @given(angles, angles, st.tuples(rates, rates), st.tuples(rates, rates))
@@ -59,10 +79,11 @@ def test_a_support_transfer_tells_both_roles_each_from_its_own_ground(
 ) -> None:
     """The new foot is on the segment behind the edge; rates before are of the observation before, angles of now."""
     u = begun(standing_at(0.0, stance, swing, before))
-    u[events.ANKLE], u[events.HIP], u[events.NOTED], u[events.CONTACT_ENABLED] = 3.0, 2.0, 1.0, 1.0
-    u[events.NORMAL_FORCE], u[events.FRICTION], u[events.WORK_NET], u[events.COUNT] = 50.0, 0.3, -1.5, 4.0
+    u.noted, u.enabled = 1.0, 1.0
+    put(u.torque, (3.0, 2.0, 0.0))
+    u.normal_force, u.friction, u.work_net, u.count = 50.0, 0.3, -1.5, 4.0
     now = standing_at(0.45, swing, stance, after[::-1], left=False)  # on the right foot, with the same angles
-    events.observe(u, limits(), GROUND.profile, 0.7, now)
+    row = observe(u, 0.7, now)
     here, there = GROUND.slope_at(0.0), GROUND.slope_at(0.45)
     assert (here, there) == pytest.approx((SLOPE, -0.03))
     expected = {
@@ -70,35 +91,32 @@ def test_a_support_transfer_tells_both_roles_each_from_its_own_ground(
         "friction": 0.3, "normal_force": 50.0, "work_net": -1.5,
     }  # fmt: skip
     for name, value in expected.items():
-        assert told(u, name) == pytest.approx(value, abs=1e-12), name
+        assert told(row, name) == pytest.approx([value], abs=1e-12), name
     pairs = {
-        events.TOLD_Q_BEFORE: (stance - here, swing - here),
-        events.TOLD_Q: (swing - there, stance - there),
-        events.TOLD_DQ: after[::-1],
-        events.LAST_TOUCHDOWN + index_of(TOUCHDOWNS, "dq_before"): before,
+        "q_before": (stance - here, swing - here),
+        "q": (swing - there, stance - there),
+        "dq": after[::-1],
+        "dq_before": before,
     }
-    for first, pair in pairs.items():
-        assert u[first : first + 2] == pytest.approx(pair, abs=1e-12)
-    assert (u[events.ANKLE], u[events.HIP]) == (0.0, -2.0)  # the hip's motor goes on, between legs in new roles
-    assert [u[index] for index in (events.STANCE, events.COUNT, events.TRANSFERRED, events.TRANSFER_TIME)] == [
-        1,
-        5,
-        1,
-        0.7,
-    ]
-    assert [u[index] for index in (events.NOTED, events.FRICTION, events.NORMAL_FORCE)] == [0.0, 0.0, math.inf]
-    assert u[events.SLOPE] == pytest.approx(there)
-    assert u[events.OUTCOME] == 0.0
+    for name, pair in pairs.items():
+        assert told(row, name, 2) == pytest.approx(pair, abs=1e-12)
+    for field, name in ((u.told_before, "q_before"), (u.told_q, "q"), (u.told_dq, "dq")):
+        assert field[:2] == told(row, name, 2)
+    assert u.torque[:2] == [0.0, -2.0]  # the hip's motor goes on, between legs in new roles
+    assert (u.stance, u.count, u.transferred, u.transfer_time) == (1, 5, 1, 0.7)
+    assert (u.noted, u.friction, u.normal_force) == (0.0, 0.0, math.inf)
+    assert u.slope == pytest.approx(there)
+    assert u.outcome == 0.0
 
 
 @pytest.mark.parametrize("off", [-0.03, 0.03])
 def test_a_touchdown_off_the_ground_is_no_row(off: float) -> None:
     u = begun(standing_at(0.0, 0.1, -0.2))
-    u[events.NOTED] = 1.0
+    u.noted = 1.0
     state = standing_at(0.45, -0.2, 0.1, left=False)
-    state.qpos[1] += off * LENGTH  # type: ignore[index]  # a list here
-    events.observe(u, limits(), GROUND.profile, 0.5, state)
-    assert (u[events.OUTCOME], u[events.COUNT]) == (float(Outcome.DIVERGED), 0.0)
+    state[0][1] += off * LENGTH
+    observe(u, 0.5, state)
+    assert (u.outcome, u.count) == (float(Outcome.DIVERGED), 0.0)
 
 
 @given(st.tuples(angles, angles), st.tuples(angles, angles), torques, torques, st.booleans())
@@ -112,58 +130,57 @@ def test_work_is_torque_times_what_was_turned(
 ) -> None:
     """Of the mean of both ends' torques, or of those that a digital controller holds; the hip turns the legs apart."""
     for held in (False, True):
-        u = [0.0] * events.CONTROLLER_MEMORY
-        u[events.STANCE], u[events.LEFT], u[events.RIGHT] = float(right), *now
-        u[events.ANKLE], u[events.HIP] = first
-        events.count_work(u, before, last, held)
+        u = State()
+        u.stance, u.old_q[2:4], u.q[2:4], u.torque[:2] = float(right), before, now, last
+        motors.count_work(constants(sampled=held), u, (*first, 0.0), 0.0)
         turned = np.subtract(now, before)[:: -1 if right else 1]
-        acting = np.array(last) if held else 0.5 * np.add(first, last)
+        acting = np.array(first) if held else 0.5 * np.add(first, last)
         works = acting * [turned[0], turned[1] - turned[0]]
-        assert u[events.WORK_NET] == pytest.approx(works.sum(), abs=1e-12)
-        assert u[events.WORK_ABSOLUTE] == pytest.approx(np.abs(works).sum(), abs=1e-12)
-        assert u[events.WORK_POSITIVE] == pytest.approx(np.maximum(works, 0.0).sum(), abs=1e-12)
+        assert u.work_net == pytest.approx(works.sum(), abs=1e-12)
+        assert u.work_absolute == pytest.approx(np.abs(works).sum(), abs=1e-12)
+        assert u.work_positive == pytest.approx(np.maximum(works, 0.0).sum(), abs=1e-12)
 
 
 def test_friction_counts_that_lasts() -> None:
     """In a step of 10 µs after an impact a foot is at the limit of friction, and slides by less than a micrometre."""
     lim, u = limits(), begun(standing_at(0.0, 0.1, -0.2))
     for step, ratio, expected in ((1e-5, 0.8, 0.0), (1e-3, 0.3, 0.3), (1e-3, 0.4, 0.4), (1e-3, 0.2, 0.4)):
-        u[events.EFFECTIVE_STEP], u[events.RATIO] = step, ratio
-        events.weigh(u, lim)
-        assert u[events.FRICTION] == expected
+        u.effective_step, u.ratio = step, ratio
+        observation.weigh(u, lim)
+        assert u.friction == expected
 
 
 def test_the_normal_force_is_averaged_over_stretches_that_end_in_contact() -> None:
     """Single physics steps without contact do not count; a foot that is off the ground for longer bears nothing."""
     lim, u = limits(), begun(standing_at(0.0, 0.1, -0.2))
-    u[events.EFFECTIVE_STEP], u[events.ANKLE] = 1e-3, 4.0
+    u.effective_step, u.torque[0] = 1e-3, 4.0
     count = math.ceil(lim.averaged / 1e-3 - 1e-9)
     forces = [60.0 + 2.0 * k for k in range(count - 1)]
     for force in [*forces, 0.0]:
-        u[events.FORCE] = force
-        events.weigh(u, lim)
-    assert u[events.NORMAL_FORCE] == math.inf  # it ends out of contact: not yet
-    u[events.FORCE] = 100.0
-    events.weigh(u, lim)
+        u.force = force
+        observation.weigh(u, lim)
+    assert u.normal_force == math.inf  # it ends out of contact: not yet
+    u.force = 100.0
+    observation.weigh(u, lim)
     average = (sum(forces) + 100.0) / (count + 1)
-    assert u[events.NORMAL_FORCE] == pytest.approx(average)
-    assert -u[events.PRESSURE_AHEAD] == u[events.PRESSURE_BEHIND] == pytest.approx(4.0 / average)
-    assert events.pressure_times(u).sum() == pytest.approx((count + 1) * 1e-3)
-    assert u[events.STRETCH] == u[events.IMPULSE] == u[events.ANKLE_IMPULSE] == 0.0
-    u[events.FORCE] = 0.0
+    assert u.normal_force == pytest.approx(average)
+    assert -u.pressure[0] == u.pressure[1] == pytest.approx(4.0 / average)
+    assert observation.pressure_times(u).sum() == pytest.approx((count + 1) * 1e-3)
+    assert u.stretch == u.impulse == u.ankle_impulse == 0.0
+    u.force = 0.0
     for k in range(math.ceil(lim.airborne / 1e-3 - 1e-9)):
-        assert u[events.NORMAL_FORCE] > 0.0, k
-        events.weigh(u, lim)
-    assert u[events.NORMAL_FORCE] == 0.0
+        assert u.normal_force > 0.0, k
+        observation.weigh(u, lim)
+    assert u.normal_force == 0.0
 
 
 def test_a_step_too_short_for_an_average_tells_the_mean_of_what_there_was() -> None:
     u = begun(standing_at(0.0, 0.1, -0.2))
-    assert math.isnan(events.least_normal_force(u))
-    u[events.IMPULSE], u[events.STRETCH] = 0.12, 2e-3
-    assert events.least_normal_force(u) == pytest.approx(60.0)
-    u[events.NORMAL_FORCE] = 7.0
-    assert events.least_normal_force(u) == 7.0
+    assert math.isnan(observation.least_normal_force(u))
+    u.impulse, u.stretch = 0.12, 2e-3
+    assert observation.least_normal_force(u) == pytest.approx(60.0)
+    u.normal_force = 7.0
+    assert observation.least_normal_force(u) == 7.0
 
 
 @given(st.booleans(), st.floats(0.0, 0.08), st.floats(-0.01, 0.01), st.floats(-0.3, 0.3))
@@ -176,13 +193,15 @@ def test_a_foot_slips_along_the_ground_but_for_what_it_rolls(
     place += along * np.array([math.cos(SLOPE), -math.sin(SLOPE)]) + across * np.array(
         [math.sin(SLOPE), math.cos(SLOPE)]
     )
-    events.judge(u, lim, GROUND.profile, 0.1, (0.05, 1.2), (float(place[0]), float(place[1])), 0.1 + turned)
+    u.time = 0.1
+    observation.judge(u, lim, GROUND.profile, (0.05, 1.2), (float(place[0]), float(place[1])), 0.1 + turned)
     slip = abs(along - (0.0 if lands else lim.foot_radius * turned))
-    assert u[events.SLIP] == pytest.approx(slip, abs=1e-12)
-    assert u[events.SLIDES] == float(slip > events.SLID * LENGTH)
-    assert u[events.OUTCOME] == 0.0
-    events.judge(u, lim, GROUND.profile, 0.1, (0.05, 1.2), (float(place[0]), float(place[1])), 0.1 + turned)
-    assert u[events.SLIDES] == float(slip > events.SLID * LENGTH)  # counted once a step
+    assert u.slip == pytest.approx(slip, abs=1e-12)
+    assert u.slides == float(slip > observation.SLID * LENGTH)
+    assert u.outcome == 0.0
+    u.time = 0.1
+    observation.judge(u, lim, GROUND.profile, (0.05, 1.2), (float(place[0]), float(place[1])), 0.1 + turned)
+    assert u.slides == float(slip > observation.SLID * LENGTH)  # counted once a step
 
 
 def fallen(low: float) -> tuple[float, float]:
@@ -211,8 +230,9 @@ STILL = (0.0, GROUND.height_at(0.0))
 )
 def test_how_a_walk_ends(hip: tuple[float, float], foot: tuple[float, float], time: float, outcome: Outcome) -> None:
     u = begun(standing_at(0.0, 0.1, -0.2))
-    events.judge(u, limits(), GROUND.profile, time, hip, foot, 0.1)
-    assert Outcome(int(u[events.OUTCOME])) is outcome
+    u.time = time
+    observation.judge(u, limits(), GROUND.profile, hip, foot, 0.1)
+    assert Outcome(int(u.outcome)) is outcome
 
 
 @pytest.mark.parametrize(
@@ -221,18 +241,18 @@ def test_how_a_walk_ends(hip: tuple[float, float], foot: tuple[float, float], ti
 )
 def test_a_walk_is_finished_by_steps_or_by_distance(count: int, x: float, outcome: Outcome) -> None:
     u = begun(standing_at(0.0, 0.1, -0.2))
-    u[events.COUNT], u[events.FOOT_X] = count, x
-    events.judge_touchdown(u, limits(distance=2.0))
-    assert Outcome(int(u[events.OUTCOME])) is outcome
-    u[events.FOOT_X], u[events.OUTCOME], u[events.COUNT] = 3.0, 0.0, 1.0
-    events.judge_touchdown(u, limits())
-    assert Outcome(int(u[events.OUTCOME])) is Outcome.LEFT_TERRAIN
+    u.count, u.foot_x = count, x
+    observation.judge_touchdown(u, limits(distance=2.0))
+    assert Outcome(int(u.outcome)) is outcome
+    u.foot_x, u.outcome, u.count = 3.0, 0.0, 1.0
+    observation.judge_touchdown(u, limits())
+    assert Outcome(int(u.outcome)) is Outcome.LEFT_TERRAIN
 
 
-def ahead(distance: float) -> State:
+def ahead(distance: float) -> Posture:
     """The swing foot so far ahead of the stance foot and clear of the ground, m."""
     state = standing_at(0.0, 0.05, math.asin(0.05 - distance / LENGTH))
-    state.qpos[1] += 0.1  # type: ignore[index]  # as if the stance leg were longer
+    state[0][1] += 0.1  # as if the stance leg were longer
     return state
 
 
@@ -243,9 +263,9 @@ def ahead(distance: float) -> State:
 def test_the_scuffing_rule_lets_the_swing_foot_collide(enabled: int, reach: float, time: float, expected: int) -> None:
     """0.18 m ahead at least, 0.1 s after the transfer, in the air; drawn in, it ceases to."""
     u = begun(ahead(reach))
-    u[events.CONTACT_ENABLED] = float(enabled)
-    events.observe(u, limits(), GROUND.profile, time, ahead(reach))
-    assert u[events.CONTACT_ENABLED] == expected
+    u.enabled = float(enabled)
+    observe(u, time, ahead(reach))
+    assert u.enabled == expected
 
 
 @pytest.mark.parametrize("enabled", [False, True])
@@ -254,25 +274,25 @@ def test_what_the_feet_feel(enabled: bool) -> None:
     light = 0.005 * ROBOT.weight
     stance = Felt(40.0, 12.0, 40.0, 2e-6, True, False)
     used = abs(12.0 * math.cos(SLOPE) + 40.0 * math.sin(SLOPE)) / (40.0 * math.cos(SLOPE) - 12.0 * math.sin(SLOPE))
-    made: Callable[[], list[float]] = lambda: begun(standing_at(0.0, 0.1, -0.2))  # noqa: E731
-    u = made()
-    u[events.CONTACT_ENABLED] = float(enabled)
-    events.read_contacts(u, limits(), stance, Felt(9.0, 1.0, 9.0, 5e-6, True, True))
-    assert (u[events.NOTED], u[events.FACE_IMPACTS], u[events.FORCE]) == (float(enabled), float(enabled), 40.0)
-    assert u[events.PENETRATION] == (5e-6 if enabled else 2e-6)
-    assert u[events.RATIO] == (0.0 if enabled else pytest.approx(used))
-    events.read_contacts(u, limits(), Felt(light, light, light, 1e-6, True, False), AWAY)
-    assert (u[events.NOTED], u[events.FORCE]) == (0.0, light)
-    assert u[events.PENETRATION] == (5e-6 if enabled else 2e-6)  # the greatest stays
-    u = made()
-    events.read_contacts(u, limits(), Felt(light, light, light, 1e-6, True, False), AWAY)
-    assert u[events.RATIO] == 0.0  # hardly a contact
-    events.read_contacts(u, limits(), AWAY, AWAY)
-    assert u[events.FORCE] == 0.0
+    swinging = standing_at(0.0, 0.1, -0.2)
+    u = begun(swinging)
+    u.enabled = float(enabled)
+    observation.read_contacts(constants(), u, stance, Felt(9.0, 1.0, 9.0, 5e-6, True, True))
+    assert (u.noted, u.face_impacts, u.force) == (float(enabled), float(enabled), 40.0)
+    assert u.penetration == (5e-6 if enabled else 2e-6)
+    assert u.ratio == (0.0 if enabled else pytest.approx(used))
+    observation.read_contacts(constants(), u, Felt(light, light, light, 1e-6, True, False), AWAY)
+    assert (u.noted, u.force) == (0.0, light)
+    assert u.penetration == (5e-6 if enabled else 2e-6)  # the greatest stays
+    u = begun(swinging)
+    observation.read_contacts(constants(), u, Felt(light, light, light, 1e-6, True, False), AWAY)
+    assert u.ratio == 0.0  # hardly a contact
+    observation.read_contacts(constants(), u, AWAY, AWAY)
+    assert u.force == 0.0
 
 
 def test_a_foot_that_slid_is_told_in_words() -> None:
     u = begun(standing_at(0.0, 0.1, -0.2))
-    assert events.warned({"other": 2}, u) == {"other": 2}
-    u[events.SLIDES] = 3.0
-    assert events.warned({"other": 2}, u) == {"other": 2, events.SLIDING_WORDS: 3}
+    assert observation.warned({"other": 2}, u) == {"other": 2}
+    u.slides = 3.0
+    assert observation.warned({"other": 2}, u) == {"other": 2, observation.SLIDING_WORDS: 3}

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mjbiped.engines.mujoco import contact_forces
-from mjbiped.engines.mujoco.contact_forces import Felt, felt, friction_ratio
+from mjbiped.engines.mujoco import contacts
+from mjbiped.engines.mujoco.contacts import Felt, felt, friction_ratio
 
 forces = st.tuples(st.floats(0.0, 300.0), st.floats(-200.0, 200.0))
 slots = st.lists(st.tuples(st.booleans(), st.floats(-0.7, 0.7), forces, st.floats(-1e-3, 1e-3)), min_size=1, max_size=3)
@@ -43,10 +43,10 @@ def test_a_face_presses_and_is_no_ground() -> None:
     """Its forces are none of the ground's, and its depth neither."""
     face = reading(True, math.radians(91.0), (50.0, 20.0), -1e-3)
     tread = reading(True, 0.0, (100.0, 30.0), -1e-6)
-    assert felt(face + tread, 0, 2 * contact_forces.READING) == pytest.approx(
+    assert felt(face + tread, 0, 2 * contacts.READING) == pytest.approx(
         Felt(150.0, 30.0, 100.0, 1e-6, True, True), abs=1e-12
     )
-    assert felt(face, 0, contact_forces.READING) == Felt(50.0, 0.0, 0.0, 0.0, False, True)
+    assert felt(face, 0, contacts.READING) == Felt(50.0, 0.0, 0.0, 0.0, False, True)
 
 
 @given(st.floats(-0.5, 0.5), st.floats(1.0, 500.0), st.floats(-300.0, 300.0))

@@ -1,1 +1,0 @@
-"""The biped with knees in MuJoCo."""

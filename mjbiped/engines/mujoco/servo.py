@@ -1,0 +1,74 @@
+"""The servo that holds the stance knee in place of its lock: a spring and a damper about the flexion of its landing.
+
+It is the motor's own loop, which acts at every physics step whatever the controller's period is.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from mjbiped.engines.mujoco.state import Leg, Servo
+from mjbiped.robots.bent_leg import bent_leg
+from mjbiped.robots.bodies import bodies_of
+from mjbiped.robots.chain import chain_of
+from mjbiped.robots.robot import Robot
+
+STIFFNESS = 30.0
+"""In weights times leg lengths per rad: 0.3 of those, twice what stairs of 4 cm ask for, bend the knee by 10 mrad."""
+
+LONGEST = 0.75
+"""Greatest product of timestep and natural frequency: critically damped, an explicit step is stable to 0.83."""
+
+NONE = Servo(0.0, 0.0)
+
+
+def frequency_of(robot: Robot) -> float:
+    """Natural frequency of the servo while the foot is off the ground, which is its highest, rad/s."""
+    return math.sqrt(_stiffness(robot) / free_inertia(robot))
+
+
+def servo_of(robot: Robot) -> Servo:
+    """The servo of a robot, critically damped while the foot is off the ground.
+
+    A foot that slides or hops leaves the servo little more than the shank to move: more damping would then be unstable.
+    """
+    return Servo(_stiffness(robot), 2.0 * math.sqrt(_stiffness(robot) * free_inertia(robot)))
+
+
+def _stiffness(robot: Robot) -> float:
+    return STIFFNESS * robot.weight * robot.leg_length
+
+
+def free_inertia(robot: Robot) -> float:
+    """What a torque at a knee accelerates, over its flexion, of a robot in the air whose legs hang straight, kg m²."""
+    bodies = bodies_of(robot)
+    thigh, shank = bodies.leg
+    hanging = chain_of(  # the hip's way forward, then thigh and shank of each leg
+        [
+            (bodies.hip_mass, 0.0, None, (1.0, 0.0, 0.0, 0.0, 0.0)),
+            (thigh.mass, thigh.inertia, 1, (1.0, -thigh.centre, 0.0, 0.0, 0.0)),
+            (shank.mass, shank.inertia, 2, (1.0, -thigh.length, -shank.centre, 0.0, 0.0)),
+            (thigh.mass, thigh.inertia, 3, (1.0, 0.0, 0.0, -thigh.centre, 0.0)),
+            (shank.mass, shank.inertia, 4, (1.0, 0.0, 0.0, -thigh.length, -shank.centre)),
+        ],
+        reach=(0.0,) * 5,
+        gravity=robot.gravity,
+    )
+    between = np.array([0.0, 1.0, -1.0, 0.0, 0.0])
+    return 1.0 / float(between @ np.linalg.solve(hanging.weights, between))
+
+
+def lean_on(leg: Leg, u: Any) -> None:
+    """Note how the line from foot to hip stands of a stance leg whose knee gives."""
+    flexion = u.q[leg.knee]
+    reach, lean = bent_leg(leg.upper, leg.lower, flexion)
+    u.reach, u.tilt = reach, flexion - lean
+    u.share = leg.lower * (leg.lower + leg.upper * math.cos(flexion)) / (reach * reach)
+
+
+def torque(servo: Servo, leg: Leg, u: Any) -> float:
+    """Torque of the servo at a leg's knee now, N m, against its flexion."""
+    return float(servo.stiffness * (u.q[leg.knee] - u.rest) + servo.damping * u.rates[leg.knee])

@@ -1,0 +1,372 @@
+"""What a walk consists of in MuJoCo: the robot's legs, the places in its scene, and what is remembered between steps.
+
+`State` stands at the beginning of `mjData.userdata`, so that a walk can be copied, saved and resumed with MuJoCo's own
+state functions. Behind it stand the last touchdown's row, the controller's memory, and the rates of its integrated
+states. One source works on all of it as plain Python and compiled, bit by bit the same.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import MutableSequence, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mjbiped.disturbances.pushes import Pushes
+from mjbiped.records.pressure import BINS
+from mjbiped.rules.termination import Limits
+from mjbiped.terrain.profile import Floats, Profile
+
+COORDINATES = 6
+"""Room for as many coordinates of a robot: hip x and z, and the angles of its legs' joints."""
+ANGLES = 3
+"""Room for as many angles, and joints with motors."""
+
+X, Z = 0, 1
+
+
+class State(ctypes.Structure):
+    """What is remembered from one physics step to the next: plain numbers, zeros before a walk begins.
+
+    A field of coordinates is in the order of `qpos`, one of angles in the order of `Robot.angles`, or of
+    `Robot.joints` where it is of torques.
+    """
+
+    running: float  # 0 in zeroed userdata: then nothing acts
+    time: float  # of the last observation, s
+    asked: float  # time of the last control callback, s
+    record: float  # which of its model's records holds for this walk where the callbacks are compiled
+    planned: float  # length of the physics step from the observation on that its contacts are made for, s
+    planned_next: float  # length of the step after it, s
+    plain: float  # 1: the effective step is as long as the step itself
+    plain_next: float  # whether that of the step after it is
+    effective_step: float  # time for which the accelerations act in the step, s
+    last_step: float  # length of the step before, s; 0 just after an impact
+    smooth: float  # 1: the accelerations of the step before are those of a motion without an impact
+    smooth_next: float  # whether those of this step are
+    prepared: float  # 1: what `step_size.soften` writes is written for this step
+    shown: float  # 1: `mjData.qvel` is what MuJoCo's velocity stage is to see
+    stance: float  # leg that stands: 0 left, 1 right
+    transfer_time: float  # of the last support transfer, s
+    next_control: float  # when the controller ticks next, s
+    next_sample: float  # when a sample is due, s
+    samples: float  # number that waits to be taken from the recording
+    rows: float  # number of touchdowns that waits there
+    transferred: float  # 1: there was a support transfer that the controller does not know of yet
+    enabled: float  # 1: the swing foot may collide, by the scuffing rule
+    collides: float  # 1: it does in this step
+    slope: float  # of the ground under the stance foot, rad
+    old_slope: float  # that at the observation before
+    foot_x: float  # stance foot at the support transfer, m
+    foot_z: float
+    foot_angle: float  # what stands on it at the support transfer, from the vertical, rad
+    noted: float  # 1: a touchdown was resolved in the last step
+    work_absolute: float  # since the start, J
+    work_net: float
+    work_positive: float
+    turns: float  # 1: motors have turned the joints since the observation before
+    slip: float  # greatest distance that the stance foot slid along the ground in this gait step, m
+    slides: float  # gait steps in which it slid farther than a standing foot does
+    penetration: float  # greatest depth of a foot in this gait step, m
+    friction: float  # greatest |F_t| / F_n in this gait step, of those that last
+    ratio: float  # |F_t| / F_n in the physics step last resolved
+    least_ratio: float  # least of those since a ratio was last taken
+    ratio_time: float  # how long that is ago, s
+    force: float  # normal force of the stance foot in the physics step last resolved, N
+    impulse: float  # of that force since the last stretch ended over which it is averaged, N s
+    stretch: float  # how long that is ago, s
+    without_contact: float  # how long the stance foot has had none, s
+    normal_force: float  # least average in this gait step, N
+    ankle_impulse: float  # of the ankle's torque over the same stretch, N m s
+    face_impacts: float  # 1: the swing foot struck a vertical face in this gait step
+    next_push: float  # when the next push begins, or the present one has begun, s
+    push_impulse: float  # of it, N s
+    pushes: float  # number that has ended
+    pushing: float  # 1: a push is under way
+    push_left: float  # what is left of its impulse, N s
+    push: float  # its force at the hip along x, N
+    count: float  # touchdowns so far
+    outcome: float
+    over: float  # 1: the outcome was known at the last control callback
+    # what a knee needs
+    locked: float  # 1: the swing knee is, against its stop
+    opened: float  # 1: it has been bent in this gait step
+    strikes: float  # 1: it strikes its stop in the step under way
+    strikes_next: float  # 1: it does in the step after it
+    struck: float  # 1: it did in the step last resolved
+    strike_untold: float  # 1: the controller does not know of the strike yet
+    strike_time: float  # of the knee strike, from the support transfer on, s; NaN: there was none
+    flexion: float  # greatest in this gait step, rad
+    lifted: float  # leg whose foot passes through the ground, as it leaves it in this step; -1: none
+    clear: float  # height of the swing foot over the ground, m
+    touching: float  # 1: the swing foot has not left the ground since it last touched it
+    stubs: float  # in this gait step
+    bent: float  # 1: the swing knee is locked as it is, for a touchdown in this step
+    bend: float  # flexion at which it is, rad
+    rest: float  # flexion at which the stance knee is locked, or held by its servo, rad
+    tilt: float  # of the line from stance foot to hip, from the stance thigh, rad: 0 where that knee is straight
+    old_tilt: float  # that at the observation before
+    share: float  # of the stance knee's rate in the rate of that line, beside the thigh's: 0 where the knee is locked
+    old_share: float
+    reach: float  # length of that line, m
+    hold: float  # torque of the servo at the stance knee, N m
+    peak_hold: float  # greatest in this gait step, N m
+    work_hold: float  # its absolute work since the start, J
+
+    q: Coordinates  # qpos at the last observation
+    rates: Coordinates  # their rates then
+    old_q: Coordinates  # qpos at the observation before
+    old_rates: Coordinates
+    qvel: Coordinates  # `mjData.qvel` where it shows something else meanwhile
+    qacc: Coordinates  # accelerations in the step last resolved
+    acceleration: Coordinates  # those of the step before it, where `smooth` says so
+    lag: Coordinates  # what `qvel` lacks to be the rates of the observation's time; see `leapfrog`
+    lag_next: Coordinates  # what it will lack after this step
+    angles: Angles  # from the normal of the ground under the stance foot, rad
+    turning: Angles  # their rates, rad/s
+    torque: Angles  # held, N m
+    peak: Angles  # greatest magnitudes since the start, N m
+    told_before: Angles  # angles at the touchdown, in the roles of the gait step that ended, rad
+    told_q: Angles  # those in the new roles
+    told_dq: Angles  # their rates just after it, rad/s
+    strike_q: Angles  # angles just before the knee strike, rad
+    strike_rates: Angles  # their rates, rad/s
+    struck_q: Angles  # angles just after it, rad
+    struck_rates: Angles  # their rates, rad/s
+    posture: Coordinates  # in the order of `Robot.places`
+    pressure: Pressure  # greatest distances of the centre of pressure ahead of the ankle and behind it, m, then times
+    """Times by places of the centre of pressure, s; see `records.pressure`."""
+
+
+_KINDS: dict[str, Any] = {
+    "float": ctypes.c_double,
+    "Coordinates": ctypes.c_double * COORDINATES,
+    "Angles": ctypes.c_double * ANGLES,
+    "Pressure": ctypes.c_double * (2 + BINS),
+}
+State._fields_ = [(name, _KINDS[kind]) for name, kind in State.__annotations__.items()]
+
+SIZE = ctypes.sizeof(State) // ctypes.sizeof(ctypes.c_double)
+"""Floats of `State`."""
+
+Coordinates = MutableSequence[float]
+Angles = MutableSequence[float]
+Pressure = MutableSequence[float]
+
+
+class Leg(NamedTuple):
+    """A leg: a chain of one segment or two that hangs at the hip, with a foot at its end.
+
+    Attributes:
+        hip: Index in qpos of its upper segment's angle from the vertical.
+        knee: Index in qpos of its knee's flexion; -1: it is straight, and has none.
+        upper: Length of its upper segment, m.
+        lower: Length of its lower segment, m.
+        foot: Geom.
+        contacts: Index in the sensor data where the foot's contacts begin.
+        ankle: Actuator.
+        motor: Actuator of the knee.
+        stop: Joint of the knee, which has a limit.
+        lock: Equality constraint of the knee.
+    """
+
+    hip: int
+    knee: int
+    upper: float
+    lower: float
+    foot: int
+    contacts: int
+    ankle: int
+    motor: int = -1
+    stop: int = -1
+    lock: int = -1
+
+
+class Places(NamedTuple):
+    """Where things are in a scene.
+
+    Attributes:
+        profile: The ground, as far as it was built.
+        rises: Steps up at the starts of its segments, m.
+        legs: The robot's legs, in the order in which they stand.
+        hip: Actuator between the legs.
+        order: For each of the robot's `places` its index in qpos.
+        slots: Floats of one foot's contacts in the sensor data.
+        readings: Floats of all sensor data.
+        actuators: Number of actuators.
+        locks: Number of equality constraints.
+        risers: For each geom the segment at whose start it is the riser; -1 for the others.
+        first: For each geom the first of the segments that it is the ground of; all are where it is none.
+        last: The last of them.
+    """
+
+    profile: Profile
+    rises: Floats
+    legs: tuple[Leg, ...]
+    hip: int
+    order: tuple[int, ...]
+    slots: int
+    readings: int
+    actuators: int
+    locks: int
+    risers: Floats
+    first: Floats
+    last: Floats
+
+
+def in_arrays(places: Places) -> Places:
+    """The same places as compiled code reads them; plain Python reads tuples faster."""
+    return places._replace(
+        profile=Profile(*(np.array(values, dtype=np.float64) for values in places.profile)),
+        rises=np.array(places.rises),
+        risers=np.array(places.risers),
+        first=np.array(places.first),
+        last=np.array(places.last),
+    )
+
+
+class Servo(NamedTuple):
+    """A servo at the knee.
+
+    Attributes:
+        stiffness: N m/rad; 0: there is none, and the stance knee is locked.
+        damping: N m s/rad.
+    """
+
+    stiffness: float
+    damping: float
+
+
+class Constants(NamedTuple):
+    """What does not change in a walk while its scene is the same, beside the controller's parameters.
+
+    Attributes:
+        limits: What the walk is judged by.
+        places: In the scene.
+        joints: As many zeros as the robot has angles and joints with motors: a tuple's length is part of its type.
+        scuffs: Whether the scuffing rule says when the swing foot collides; else it always does.
+        stepped: Whether there are steps in the ground.
+        deepest: No foot is deeper in the ground than this in the first step of a contact, m.
+        timestep: Longest physics step, s.
+        contact_timestep: Length of the step that makes an impact, s.
+        sliding: Length of the steps in which the swing foot slides on a riser's face, s.
+        lands: Whether steps end at impacts; else they all are of one length, and MuJoCo's own.
+        control_period: Time between two ticks of the controller, s; 0: it ticks at every physics step.
+        memory_size: Floats of the controller's memory.
+        states: Number of its integrated states.
+        sampled: Whether its law has a tick.
+        estimates: Indices of the slope estimates before and after a touchdown in its row.
+        touched: Floats of that row.
+        sampled_columns: Floats of a sample; the controller's integrated states stand behind them.
+        pushes: At the hip.
+        servo: At the stance knee.
+    """
+
+    limits: Limits
+    places: Places
+    joints: tuple[float, ...]
+    scuffs: bool
+    stepped: bool
+    deepest: float
+    timestep: float
+    contact_timestep: float
+    sliding: float
+    lands: bool
+    control_period: float
+    memory_size: int
+    states: int
+    sampled: bool
+    estimates: tuple[int, int]
+    touched: int
+    sampled_columns: int
+    pushes: Pushes
+    servo: Servo
+
+
+class Userdata(NamedTuple):
+    """The parts of `mjData.userdata`.
+
+    Attributes:
+        u: The state.
+        row: Of the last touchdown, in the order of the record's columns.
+        memory: The controller's memory.
+        rates: Of its integrated states, held between ticks.
+    """
+
+    u: Any
+    row: Any
+    memory: Any
+    rates: Any
+
+
+class Softness(NamedTuple):
+    """What is written into a model and its data before a step's constraints are made, arrays that show its memory.
+
+    Attributes:
+        geom_solref: Softness of contacts, by geom.
+        jnt_solref: Softness of the joints' limits.
+        eq_solref: Softness of equality constraints.
+        eq_data: Of each, the flexion first at which a lock holds.
+        eq_active: Whether each is switched on.
+    """
+
+    geom_solref: Any
+    jnt_solref: Any
+    eq_solref: Any
+    eq_data: Any
+    eq_active: Any
+
+
+def stance_of(u: Any) -> int:
+    """Index of the leg that stands."""
+    return int(u.stance)
+
+
+def swing_of(u: Any, legs: Sequence[Leg]) -> int:
+    """Index of the leg that stands next."""
+    return (int(u.stance) + 1) % len(legs)
+
+
+def foot_of(leg: Leg, q: Any) -> tuple[float, float]:
+    """Place of a leg's foot, x and z in m, by the robot's coordinates."""
+    return end_of_leg(leg, q[X], q[Z], q[leg.hip], q[leg.knee] if leg.knee >= 0 else 0.0)
+
+
+def end_of_leg(leg: Leg, x: float, z: float, angle: float, flexion: float) -> tuple[float, float]:
+    """Place of a leg's foot, x and z in m, by the hip's, the upper segment's angle and the knee's flexion in rad."""
+    x, z = x - leg.upper * math.sin(angle), z - leg.upper * math.cos(angle)
+    if leg.knee < 0:
+        return x, z
+    return x - leg.lower * math.sin(angle + flexion), z - leg.lower * math.cos(angle + flexion)
+
+
+def angles_of(legs: Sequence[Leg], q: Any, stance: int, tilt: float, slope: float) -> tuple[float, float, float]:
+    """Stance leg, swing thigh and swing shank from a slope's normal, rad; a straight leg is thigh and shank in one.
+
+    A stance leg whose knee is bent has the angle of the line from its foot to the hip.
+    """
+    standing, swinging = legs[stance], legs[(stance + 1) % len(legs)]
+    thigh = q[swinging.hip]
+    shank = thigh + q[swinging.knee] if swinging.knee >= 0 else thigh
+    return q[standing.hip] + tilt - slope, thigh - slope, shank - slope
+
+
+def rates_of(legs: Sequence[Leg], rates: Any, stance: int, share: float) -> tuple[float, float, float]:
+    """Rates of these angles, rad/s; `share` is that of the stance knee's rate."""
+    standing, swinging = legs[stance], legs[(stance + 1) % len(legs)]
+    thigh = rates[swinging.hip]
+    shank = thigh + rates[swinging.knee] if swinging.knee >= 0 else thigh
+    return turning_of(standing, rates, share), thigh, shank
+
+
+def turning_of(leg: Leg, rates: Any, share: float) -> float:
+    """Rate of a stance leg's line from foot to hip, rad/s: its thigh's, while the knee is locked."""
+    rate: float = rates[leg.hip]
+    return rate + share * rates[leg.knee] if leg.knee >= 0 else rate
+
+
+def put(into: Any, three: tuple[float, float, float]) -> None:
+    """Write three angles, or their rates."""
+    into[0], into[1], into[2] = three
