@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 import reprlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 LONGEST_SHOWN = 80
 
@@ -29,6 +31,15 @@ class RecordError(MjbipedError):
 
 class RenderError(MjbipedError):
     """Nothing can be drawn: no GL platform, no video encoder, or nothing to show."""
+
+
+@contextmanager
+def prefixed(words: str) -> Iterator[None]:
+    """Put words, such as an option's name, before the message of an `InputError` that is raised within."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{words}{error}") from error
 
 
 class _Short(reprlib.Repr):

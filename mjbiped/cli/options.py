@@ -1,28 +1,18 @@
-"""Options that several commands share: of the walk, the controller, the robot, and the results."""
+"""Options that several commands share: walk, controller, robot, disturbances, results, video, studies."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields
-from typing import Any, TypeVar
+from pathlib import Path
+from typing import Any
 
 import click
 
 from controllers import AdaptiveController
 from controllers.comparison.known_slope import SLOPE_SOURCES
-from mjbiped.cli.kinds import (
-    CONTROLLER,
-    Kind,
-    delay,
-    gain,
-    initial_state,
-    model_error,
-    output,
-    push,
-    reference,
-    robot_name,
-)
-from mjbiped.cli.sections import Row, SectionOption, options
+from mjbiped.cli import kinds
+from mjbiped.cli.sections import Function, Row, options, together
 from mjbiped.control.loading import FORMS
 from mjbiped.control.registry import DEFAULT_CONTROLLER, SHARED, controller_names, settings_of
 from mjbiped.control.settings import shown_defaults
@@ -30,26 +20,26 @@ from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP, LOCKED, STANCE_KNEES
 from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES
 from mjbiped.engines.plan import DEFAULT_STEPS
-from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, figure_width
+from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS
+from mjbiped.rendering.look import ALL, ELEMENTS
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.utils import domains
 
-_Function = TypeVar("_Function", bound=Callable[..., Any])
-
-PLOT = output(".png", ".pdf", ".svg")
 _LAW = AdaptiveController  # for its defaults
 COMPARED = ("passivity", "energy-constraint", "kinetic-energy", "limit-cycle")  # in the paper
 OTHERS = (*COMPARED, *(name for name in controller_names() if name not in ("adaptive", "passive", *COMPARED)))
 
 
 def gains_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
-    """Names of the settings that `--gain` sets, with their defaults; those left out have options of their own."""
+    """Names and defaults of the settings that `--gain` sets; the others have options of their own."""
     return {key: value for key, value in settings_of(name, robot).items() if key not in (*SHARED, "slope_source")}
 
 
 ADAPTIVE, COMPARISON, MUJOCO = "Adaptive controller", "Comparison controllers", "MuJoCo"
+LEGS, KNEES, VIDEO = "Robot", "Robot with knees", "Video"
+"""Sections of the help."""
 
 walk_options = options(
     "Walk",
@@ -58,14 +48,14 @@ walk_options = options(
     ("--distance", domains.DISTANCE, None, "End at this position x of the stance foot, m."),
     (
         "--initial",
-        Kind("STATE", initial_state),
+        kinds.INITIAL_STATE,
         "gait",
         "First state: 'gait' (on the limit cycle), 'rest' (legs together, at rest), or q1,q2,dq1,dq2 of stance and "
         "swing leg from the ground's normal, rad and rad/s; with knees q1,q2,q3,dq1,dq2,dq3.",
     ),
     (
         "--controller",
-        CONTROLLER,
+        kinds.CONTROLLER,
         DEFAULT_CONTROLLER,
         "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque; "
         f"{', '.join(COMPARED)} are those that the paper compares with, see docs/comparison.md. Your own by its class: "
@@ -74,11 +64,11 @@ walk_options = options(
 )
 
 
-def gain_option(section: str) -> Callable[[_Function], _Function]:
+def gain_option(section: str) -> Callable[[Function], Function]:
     """The option that sets a controller's fields."""
     known = "; ".join(f"{name}: {shown_defaults(gains_of(name))}" for name in COMPARED)
     text = f"Sets a field of the controller, may be repeated; {known}; your own: those of its dataclass."
-    return options(section, ("--gain", Kind("NAME=VALUE", gain), (), text))
+    return options(section, ("--gain", kinds.SETTING, (), text))
 
 
 mujoco_options = options(
@@ -106,8 +96,8 @@ mujoco_options = options(
 )
 
 
-def scuffing_option(section: str) -> Callable[[_Function], _Function]:
-    """The option for the scuffing rule: which scuffs are passed through, and which steps are long enough."""
+def scuffing_option(section: str) -> Callable[[Function], Function]:
+    """The option of the scuffing rule: which scuffs are ignored, and which steps are long enough."""
     text = "Leg lengths ahead of the stance foot from which the swing foot may touch the ground; steps must be longer."
     return options(section, ("--scuffing-reach", domains.REACH, ScuffingRule.reach, text))
 
@@ -124,27 +114,29 @@ engine_option = options(
 
 REFERENCE: Row = (
     "--reference",
-    Kind("GOAL", reference),
+    kinds.REFERENCE,
     SHARED["reference"],
     "Track an optimised gait instead: clearance=X,retraction=no,speed=X,torque_limit=X,friction=X, any of them, in m, "
     "m/s and N m; for adaptive and limit-cycle.",
 )
 
+IMITATE: Row = (
+    "--imitate-slope-deg",
+    domains.SLOPE_DEG,
+    SHARED["imitate_slope_deg"],
+    "Slope of the passive gait that is imitated; for all but passive.",
+)
+
 adaptive_options = options(
     ADAPTIVE,
-    (
-        "--imitate-slope-deg",
-        domains.SLOPE_DEG,
-        SHARED["imitate_slope_deg"],
-        "Slope of the passive gait that is imitated; for all but passive.",
-    ),
+    IMITATE,
     REFERENCE,
     ("--position-gain", domains.GAIN, _LAW.position_gain, "K1, 1/s."),
     ("--velocity-gain", domains.GAIN, _LAW.velocity_gain, "K2, 1/s."),
     ("--adaptation-gain", domains.ADAPTATION_GAIN, _LAW.adaptation_gain, "gamma of the slope estimator."),
     (
         "--replanning-delay",
-        Kind("ZETA", delay),
+        kinds.DELAY,
         _LAW.replanning_delay,
         "Gait periods, in (0, 1], in which re-planning leads back to the gait; 'none' switches it off.",
     ),
@@ -170,17 +162,12 @@ comparison_options = options(
 
 KIND: Row = (
     "--robot",
-    Kind("NAME|FILE", robot_name),
+    kinds.ROBOT,
     Compass.kind,
     "'compass' has straight legs; 'kneed' has knees, light shanks and a heavy hip; 'halved-rods' has the legs of Table "
     'I cut at the knee; or a .toml file with kind = "kneed" (or "compass") and parameters as in the record. The '
     "options below change single parameters.",
 )
-"""Which robot, for `options`."""
-
-LEGS, KNEES = "Robot", "Robot with knees"
-"""Sections of a robot's options."""
-
 knee_options = options(
     KNEES,
     ("--thigh-mass", domains.LEG_MASS, None, "Mass of one thigh, kg."),
@@ -209,15 +196,8 @@ leg_options = options(
 )
 
 
-def robot_options(function: _Function) -> _Function:
-    """Which robot, and its parameters."""
-    return options(LEGS, KIND)(leg_options(knee_options(function)))
+robot_options = together(options(LEGS, KIND), leg_options, knee_options)
 
-
-records_option = options(
-    "Results",
-    ("--out", output(".npz"), None, "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz."),
-)
 _DISTURBANCES = ", ".join(
     f"{field.name}={'none' if field.default is None else f'{field.default:g}'}"
     for field in fields(Disturbances)
@@ -228,70 +208,99 @@ disturbance_options = options(
     "Disturbances",
     (
         "--disturb",
-        Kind("NAME=VALUE", gain),
+        kinds.SETTING,
         (),
         f"Noise, delay, weak motors, random pushes, in SI units; may be repeated: {_DISTURBANCES}. "
         "docs/disturbances.md explains them.",
     ),
     (
         "--push pushes",
-        Kind("TIME:IMPULSE", push),
+        kinds.PUSH,
         (),
         "Push the hip forward from this time on, s, by so many N s (backward: negative); may be repeated.",
     ),
     (
         "--model-error",
-        Kind("NAME=FACTOR", model_error),
+        kinds.MODEL_ERROR,
         (),
         "The controller takes the robot's NAME, as leg_mass, for FACTOR times what it is; may be repeated.",
     ),
 )
 
-record_option = options("Results", ("--out", output(".npz"), None, "Write the record, an .npz file."))
+walker_options = together(
+    walk_options,
+    gain_option("Walk"),
+    scuffing_option("Walk"),
+    mujoco_options,
+    adaptive_options,
+    comparison_options,
+    robot_options,
+    disturbance_options,
+)
+"""All options of a walk but the engine."""
 
+# ---- results, for `mjbiped.cli.sections.results` ---------------------------------------------------------------------
 
-def width_option(function: _Function) -> _Function:
-    """How wide figures are: it holds for all that the command draws, and the command itself takes no notice."""
-    sizes = ", ".join(f"{name} {size.inches:g} in" for name, size in WIDTHS.items())
-    return click.option(
-        "--plot-width",
-        cls=SectionOption,
-        section="Results",
-        type=click.Choice(tuple(WIDTHS)),
-        default=DEFAULT_WIDTH,
-        show_default=True,
-        expose_value=False,
-        callback=lambda ctx, _, name: ctx.with_resource(figure_width(name)),
-        help=f"Width of figures: {sizes}; page is for the screen, double and single are columns in print.",
-    )(function)
+RECORD: Row = ("--out", kinds.output(".npz"), None, "Write the record, an .npz file.")
+RECORDS: Row = (
+    "--out",
+    kinds.output(".npz"),
+    None,
+    "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz.",
+)
+DATA: Row = ("--out", kinds.output(".npz"), None, "Write the data, an .npz file.")
+_WIDTHS = ", ".join(f"{name} {size.inches:g} in" for name, size in WIDTHS.items())
+WIDTH: Row = (
+    "--plot-width",
+    kinds.Width(tuple(WIDTHS)),
+    DEFAULT_WIDTH,
+    f"Width of figures: {_WIDTHS}; page is for the screen, double and single are columns in print.",
+)
+PLOT: tuple[Row, ...] = (("--plot", kinds.PLOT, None, "Write a figure, .png, .pdf or .svg."), WIDTH)
+VIDEO_FILE: Row = ("--video", kinds.VIDEO, None, "Write a video, .mp4 or .gif; see below.")
+JSON: Row = ("--json", bool, False, "Print the results as JSON instead of a table.")
+QUIET: Row = ("--quiet", bool, False, "Print errors only, and JSON if asked for.")
+PRINTED = (JSON, QUIET)
 
+# ---- video -----------------------------------------------------------------------------------------------------------
 
-def plot_option(function: _Function) -> _Function:
-    """A figure, and how wide it is."""
-    return options("Results", ("--plot", PLOT, None, "Write a figure, .png, .pdf or .svg."))(width_option(function))
+CAMERAS = ("track", "side", "overview")
+video_options = options(
+    VIDEO,
+    ("--video-size", kinds.VIDEO_SIZE, "1280x720", "Width and height, pixels."),
+    ("--camera", click.Choice(CAMERAS), CAMERAS[0], "Where it is seen from."),
+    ("--from start", domains.TIME, None, "Time of the walk at which the video begins, s."),
+    ("--to stop", domains.TIME, None, "Time of the walk at which it ends, s."),
+    ("--slow-motion", domains.SLOW_MOTION, 1.0, "Seconds of video per second of the walk."),
+    ("--fps", domains.FPS, 30, "Frames per second."),
+    ("--hide", kinds.HIDDEN, (), f"What is not shown, parted by commas: {', '.join(ELEMENTS)}, or {ALL}."),
+    (
+        "--flag flags",
+        kinds.VISUAL_FLAG,
+        (),
+        "A visual flag of MuJoCo's to set, as contactpoint, shadow or wireframe; with no- before it to clear, as "
+        "no-skin; may be repeated.",
+    ),
+)
+"""Options of a video, named as the arguments of `mjbiped.rendering.video.render_video`, `video_size` apart."""
 
+# ---- studies ---------------------------------------------------------------------------------------------------------
 
-json_option = options("Results", ("--json", bool, False, "Print the results as JSON instead of a table."))
-quiet_option = options("Results", ("--quiet", bool, False, "Print errors only, and JSON if asked for."))
-
-
-def walker_options(function: _Function) -> _Function:
-    """All options that say who walks where and how, but for the engine."""
-    parts = (
-        walk_options,
-        gain_option("Walk"),
-        scuffing_option("Walk"),
-        mujoco_options,
-        adaptive_options,
-        comparison_options,
-        robot_options,
-        disturbance_options,
-    )
-    for part in reversed(parts):
-        function = part(function)
-    return function
-
-
-def printed_options(function: _Function) -> _Function:
-    """What a command prints."""
-    return json_option(quiet_option(function))
+study_argument = click.argument("study", type=click.Path(path_type=Path))
+WORKERS: Row = ("--workers", domains.WORKERS, None, "Processes; one for each core unless given.")
+STUDY: tuple[Row, ...] = (
+    WORKERS,
+    (
+        "--scheduler",
+        kinds.Kind("ADDRESS", str),
+        None,
+        "Let the workers of this Dask scheduler walk, as tcp://host:8786; needs pip install 'mjbiped[cluster]'.",
+    ),
+    ("--fresh", bool, False, "Delete the rows of an earlier run and begin again."),
+)
+STUDY_FOLDER: Row = (
+    "--out",
+    kinds.Folder(),
+    None,
+    "Where table and figures go; unless given, a folder beside STUDY that has its name.",
+)

@@ -11,10 +11,10 @@ import numpy as np
 from mjbiped.terrain.segments import Segment
 
 START = 2.0
-"""Level and smooth ground that every one begins with, m: the first steps are the same everywhere."""
+"""Length of the level and smooth ground at the start, m: the first steps are the same everywhere."""
 
 GROWN = 3.0
-"""Longest waves in which the heights of waves grow to 95 % of what they are from there on: 1 - exp(-3)."""
+"""Distance, in longest waves, in which heights grow to 95 % of their final size: 1 - exp(-3)."""
 
 _WAVES = 64  # of band-limited ground; their sum is nearly normal
 
@@ -22,11 +22,11 @@ _WAVES = 64  # of band-limited ground; their sum is nearly normal
 def tread_rows(
     seed: int, length: float, tread: float, deviation: float, slope_deg: tuple[float, float]
 ) -> list[Segment]:
-    """Segments of treads, each of which has a slope of its own and begins with a step.
+    """Draw segments of treads, each with a slope of its own and a step at its start.
 
     Args:
-        seed: Of the generator.
-        length: Of the ground along itself, m.
+        seed: Seed of the generator.
+        length: Length of the ground along itself, m.
         tread: Depth of a tread, m.
         deviation: Standard deviation of the normally distributed steps, m.
         slope_deg: Range of the uniformly distributed slopes, degrees.
@@ -40,15 +40,15 @@ def tread_rows(
 def wave_rows(
     seed: int, length: float, deviation: float, shortest: float, longest: float, spacing: float
 ) -> list[Segment]:
-    """Segments through the sum of waves whose wave numbers are uniformly distributed in a band.
+    """Draw segments along a sum of waves whose wave numbers are uniformly distributed in a band.
 
     Args:
-        seed: Of the generator.
-        length: Of the ground along x, m.
+        seed: Seed of the generator.
+        length: Length of the ground along x, m.
         deviation: Standard deviation of the heights, m.
         shortest: Shortest wave, m.
         longest: Longest wave, m.
-        spacing: Of the points that the ground is straight between, m.
+        spacing: Distance between the points that straight segments join, m.
     """
     draw = np.random.Generator(np.random.PCG64(seed))
     numbers = 2.0 * math.pi * draw.uniform(1.0 / longest, 1.0 / shortest, _WAVES)
@@ -63,17 +63,17 @@ def wave_rows(
 
 
 def recorded_rows(seed: int, length: float, x: Sequence[float], z: Sequence[float]) -> list[Segment]:
-    """Segments of a stretch of a recorded profile that begins anywhere and goes either way.
+    """Draw a stretch of a recorded profile: it begins anywhere and goes in either direction.
 
     The straight line that fits the samples best is taken away. The record is thought to go on mirrored at both ends,
     to and fro; a stretch begins at a place that is uniformly distributed over once there and back, so its direction is
     random as well.
 
     Args:
-        seed: Of the generator.
-        length: Of the ground along x, m.
-        x: Places of the samples, ascending, m; one that stands twice is a vertical step, and no end is.
-        z: Their heights, m.
+        seed: Seed of the generator.
+        length: Length of the ground along x, m.
+        x: Places of the samples, ascending, m; a place that occurs twice is a vertical step, but not at the ends.
+        z: Heights of the samples, m.
     """
     places, heights = np.array(x) - x[0], np.array(z)
     heights -= np.polyval(np.polyfit(places, heights, 1), places)
@@ -91,7 +91,7 @@ def recorded_rows(seed: int, length: float, x: Sequence[float], z: Sequence[floa
 
 
 def _pieces(points: Sequence[tuple[float, float]]) -> Iterator[Segment]:
-    """Segments between points, of which two above one another are a step."""
+    """Segments between points; two points above one another are a step."""
     step = 0.0
     for (x, z), (next_x, next_z) in pairwise(points):
         dx, dz = next_x - x, next_z - z

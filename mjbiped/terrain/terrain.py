@@ -16,7 +16,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.errors import InputError, shortened, shown
+from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.terrain.families import recorded_rows
 from mjbiped.terrain.files import FILE_SUFFIXES, parse_parameters, read_samples, read_segments
 from mjbiped.terrain.presets import PRESETS, Presets
@@ -148,15 +148,12 @@ class Terrain(Presets):
             raise InputError(f"a terrain file must be given as its path, got {shown(path)}")
         path = Path(path)
         suffix = path.suffix.lower()
-        try:
+        with prefixed(f"terrain file {shortened(str(path))}: "):
+            known_name("suffix", suffix, FILE_SUFFIXES)
             if suffix == ".csv":
                 return cls._from_samples(path)
-            if suffix in FILE_SUFFIXES:
-                rows = checked_segments(read_segments(path))
-                return cls._of_segments(rows, path.name, segments=rows)
-            raise InputError(f"unknown suffix {shown(suffix)}: valid are {', '.join(FILE_SUFFIXES)}")
-        except InputError as error:
-            raise InputError(f"terrain file {shortened(str(path))}: {error}") from error
+            rows = checked_segments(read_segments(path))
+            return cls._of_segments(rows, path.name, segments=rows)
 
     @classmethod
     def _from_samples(cls, path: Path) -> Terrain:
@@ -290,7 +287,7 @@ class Terrain(Presets):
         if at.ndim == 0:
             return self.height_at(float(at))
         starts, heights, gradients, _ = self._arrays
-        i = np.maximum(np.searchsorted(starts, at, side="right") - 1, 0)
+        i = self._segments_at(at)
         with np.errstate(invalid="ignore"):  # level ground at infinity has no height: NaN, as in height_at
             return np.asarray(heights[i] + gradients[i] * (at - starts[i]))
 
@@ -314,9 +311,11 @@ class Terrain(Presets):
         at = _places(x)
         if at.ndim == 0:
             return self.slope_at(float(at))
-        starts, _, _, angles = self._arrays
-        i = np.maximum(np.searchsorted(starts, at, side="right") - 1, 0)
-        return np.where(np.isnan(at), at, angles[i])
+        return np.where(np.isnan(at), at, self._arrays[3][self._segments_at(at)])
+
+    def _segments_at(self, x: NDArray[np.float64]) -> NDArray[np.intp]:
+        """Indices of the segments under the places x (m)."""
+        return np.maximum(np.searchsorted(self._arrays[0], x, side="right") - 1, 0)
 
     @property
     def samples(self) -> tuple[list[float], list[float]]:
@@ -356,10 +355,8 @@ class Terrain(Presets):
         missing = [key for key in names if key not in written]
         if missing:
             raise InputError(f"a terrain's record lacks {', '.join(missing)}; it has {', '.join(names)}")
-        try:
+        with prefixed("not a terrain's record: "):
             return cls(**{**written, "end": math.inf if written["end"] is None else written["end"]})
-        except InputError as error:
-            raise InputError(f"not a terrain's record: {error}") from error
 
 
 def parse_terrain(text: str) -> Terrain:
@@ -375,10 +372,8 @@ def parse_terrain(text: str) -> Terrain:
     text = text.strip()
     name, colon, rest = text.partition(":")
     if name.strip() in PRESETS:
-        try:
+        with prefixed(f"terrain {name.strip()}: "):
             parameters = parse_parameters(rest) if colon else {}
-        except InputError as error:
-            raise InputError(f"terrain {name.strip()}: {error}") from error
         return Terrain.preset(name.strip(), **parameters)
     suffix = Path(text).suffix.lower()
     if suffix in FILE_SUFFIXES or (not colon and (suffix or "/" in text)):
