@@ -24,7 +24,7 @@ from mjbiped.utils import domains
 
 
 @click.command("gait", cls=sections.SectionCommand)
-@sections.options("Gait", ("--slope-deg", domains.SLOPE_DEG, 2.0, "Slope that it walks down."))
+@sections.options("Gait", ("--slope-deg", domains.SLOPE_DEG, "Slope that it walks down.", 2.0))
 @options.robot_options
 @results(*options.PLOT, options.JSON)
 @click.pass_context
@@ -54,21 +54,21 @@ def gait(ctx: click.Context, /, results: Results, slope_deg: float, **values: An
 @click.command("reference", cls=sections.SectionCommand)
 @sections.options(
     "Gait",
-    ("--speed", domains.SPEED, SPEED, "Mean speed on level ground, m/s."),
+    ("--speed", domains.SPEED, "Mean speed on level ground, m/s.", SPEED),
     (
         "--clearance",
         domains.CLEARANCE,
-        0.06,
         "Height of the swing foot at some moment of the step, m; 0 for no demand on its path.",
+        0.06,
     ),
     (
         "--retraction/--no-retraction",
         bool,
-        True,
         "Let the foot go no further forward from that moment on; without it the same height costs less.",
+        True,
     ),
-    ("--torque-limit", domains.TORQUE, None, "Greatest torque of each joint, N m; no limit unless given."),
-    ("--friction", domains.NEEDED_FRICTION, FRICTION, "Greatest friction that is asked of the ground."),
+    ("--torque-limit", domains.TORQUE, "Greatest torque of each joint, N m; no limit unless given."),
+    ("--friction", domains.NEEDED_FRICTION, "Greatest friction that is asked of the ground.", FRICTION),
 )
 @options.robot_options
 @results(*options.PLOT, options.JSON)
@@ -101,7 +101,6 @@ def reference(ctx: click.Context, /, results: Results, **values: Any) -> None:
     (
         "--controller",
         kinds.OWN_CONTROLLER,
-        None,
         "Where the law is that walked, if it is one of your own: no record decides what code is loaded.",
     ),
 )

@@ -198,9 +198,7 @@ PLOT = output(".png", ".pdf", ".svg")
 VIDEO = output(*SUFFIXES)
 DELAY = Kind("ZETA", _delay, f"{domains.REPLANNING_DELAY.words}, or 'none' to switch re-planning off")
 INITIAL_STATE = Kind(
-    "STATE",
-    _initial_state,
-    f"{', '.join(map(repr, INITIAL_STATES))} or four numbers q1,q2,dq1,dq2 (rad, rad/s)",
+    "STATE", _initial_state, f"{', '.join(map(repr, INITIAL_STATES))} or four numbers q1,q2,dq1,dq2 (rad, rad/s)"
 )
 SETTING = Kind("NAME=VALUE", pair, "NAME=VALUE, as gain=10")
 PUSH = Kind("TIME:IMPULSE", _push, "TIME:IMPULSE in s and N s, as 2:-5")

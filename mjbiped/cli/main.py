@@ -186,7 +186,7 @@ for _command in (gaits.gait, gaits.reference, maps.bifurcation, maps.basin, gait
 @main.command("render", cls=sections.SectionCommand)
 @click.argument("record", type=click.Path(path_type=Path))
 @click.argument("video", required=False, type=kinds.VIDEO)
-@results(*options.PLOT, ("--no-video", bool, False, "Write the figure only."), options.QUIET)
+@results(*options.PLOT, ("--no-video", bool, "Write the figure only."), options.QUIET)
 @options.video_options
 def _render(record: Path, results: Results, **pictures: Any) -> None:
     """Draw the walk of RECORD, an .npz file: a video, a figure.

@@ -29,18 +29,18 @@ _MULTIPLIERS_EVERY = math.radians(0.02)
 @click.command("bifurcation", cls=sections.SectionCommand)
 @sections.options(
     "Diagram",
-    ("--slope-deg", kinds.span(domains.SLOPE_DEG), "2.4..3.6", "Slopes of the diagram."),
-    ("--slopes", domains.SLOPES, 1000, "How many; half of them where the period doubles again and again."),
-    ("--steps", domains.MAP_STEPS, 600, "Steps on each slope."),
-    ("--keep", domains.MAP_STEPS, 100, "The last so many of them are kept."),
-    ("--doublings", domains.DOUBLINGS, 4, "Period doublings to look for."),
+    ("--slope-deg", kinds.span(domains.SLOPE_DEG), "Slopes of the diagram.", "2.4..3.6"),
+    ("--slopes", domains.SLOPES, "How many; half of them where the period doubles again and again.", 1000),
+    ("--steps", domains.MAP_STEPS, "Steps on each slope.", 600),
+    ("--keep", domains.MAP_STEPS, "The last so many of them are kept.", 100),
+    ("--doublings", domains.DOUBLINGS, "Period doublings to look for.", 4),
 )
 @options.scuffing_option("Diagram")
 @options.leg_options
 @results(
     options.DATA,
     *options.PLOT,
-    ("--plot-multipliers", kinds.PLOT, None, "Write a figure of the multipliers."),
+    ("--plot-multipliers", kinds.PLOT, "Write a figure of the multipliers."),
     *options.PRINTED,
 )
 @click.pass_context
@@ -96,39 +96,24 @@ def bifurcation(ctx: click.Context, /, results: Results, **values: Any) -> None:
 @click.command("basin", cls=sections.SectionCommand)
 @sections.options(
     "Map",
-    (
-        "--slope-deg",
-        domains.SLOPE_DEG,
-        None,
-        "Slope of the plane; 2 for the passive robot, 0 with a controller.",
-    ),
+    ("--slope-deg", domains.SLOPE_DEG, "Slope of the plane; 2 for the passive robot, 0 with a controller."),
     (
         "--controller",
         kinds.CONTROLLER,
-        "passive",
         f"Who walks: 'passive', or a controller that imitates a gait, as 'adaptive'; your own by its class: {FORMS}.",
+        "passive",
     ),
     (
         "--stance-rates",
         kinds.span(domains.RATE),
-        None,
         "First rates of the stance leg, rad/s; around the gait's if left out.",
     ),
-    (
-        "--swing-rates",
-        kinds.span(domains.RATE),
-        None,
-        "First rates of the swing leg, rad/s; around the gait's if left out.",
-    ),
-    ("--grid", domains.GRID, None, "Starts along each side; 300, or 100 with a controller."),
-    ("--limit", domains.LIMIT, None, "Steps at most; 100, or 10 with a controller."),
-    ("--threads", domains.WORKERS, None, "Threads; one for each core unless given."),
+    ("--swing-rates", kinds.span(domains.RATE), "First rates of the swing leg, rad/s; around the gait's if left out."),
+    ("--grid", domains.GRID, "Starts along each side; 300, or 100 with a controller."),
+    ("--limit", domains.LIMIT, "Steps at most; 100, or 10 with a controller."),
+    ("--threads", domains.WORKERS, "Threads; one for each core unless given."),
 )
-@sections.options(
-    options.ADAPTIVE,
-    options.IMITATE,
-    options.REFERENCE,
-)
+@sections.options(options.ADAPTIVE, options.IMITATE, options.REFERENCE)
 @options.gain_option("Map")
 @options.scuffing_option("Map")
 @options.robot_options

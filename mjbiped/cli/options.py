@@ -43,23 +43,23 @@ LEGS, KNEES, VIDEO = "Robot", "Robot with knees", "Video"
 
 walk_options = options(
     "Walk",
-    ("--seed", domains.SEED, None, "Seed of random ground."),
-    ("--steps", domains.STEPS, None, f"End after so many steps; {DEFAULT_STEPS} without a distance."),
-    ("--distance", domains.DISTANCE, None, "End at this position x of the stance foot, m."),
+    ("--seed", domains.SEED, "Seed of random ground."),
+    ("--steps", domains.STEPS, f"End after so many steps; {DEFAULT_STEPS} without a distance."),
+    ("--distance", domains.DISTANCE, "End at this position x of the stance foot, m."),
     (
         "--initial",
         kinds.INITIAL_STATE,
-        "gait",
         "First state: 'gait' (on the limit cycle), 'rest' (legs together, at rest), or q1,q2,dq1,dq2 of stance and "
         "swing leg from the ground's normal, rad and rad/s; with knees q1,q2,q3,dq1,dq2,dq3.",
+        "gait",
     ),
     (
         "--controller",
         kinds.CONTROLLER,
-        DEFAULT_CONTROLLER,
         "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque; "
         f"{', '.join(COMPARED)} are those that the paper compares with, see docs/comparison.md. Your own by its class: "
         f"{FORMS}, as spread.py:HipSpread.",
+        DEFAULT_CONTROLLER,
     ),
 )
 
@@ -68,30 +68,28 @@ def gain_option(section: str) -> Callable[[Function], Function]:
     """The option that sets a controller's fields."""
     known = "; ".join(f"{name}: {shown_defaults(gains_of(name))}" for name in COMPARED)
     text = f"Sets a field of the controller, may be repeated; {known}; your own: those of its dataclass."
-    return options(section, ("--gain", kinds.SETTING, (), text))
+    return options(section, ("--gain", kinds.SETTING, text, ()))
 
 
 mujoco_options = options(
     MUJOCO,
-    ("--timestep", domains.TIMESTEP, DEFAULT_TIMESTEP, "Longest physics step, s."),
-    ("--contact-timestep", domains.CONTACT_TIMESTEP, DEFAULT_CONTACT_TIMESTEP, "Physics step that makes an impact, s."),
+    ("--timestep", domains.TIMESTEP, "Longest physics step, s.", DEFAULT_TIMESTEP),
+    ("--contact-timestep", domains.CONTACT_TIMESTEP, "Physics step that makes an impact, s.", DEFAULT_CONTACT_TIMESTEP),
     (
         "--control-period",
         domains.CONTROL_PERIOD,
-        None,
         "Time between ticks of the controller, s; each physics step unless given.",
     ),
     (
         "--plain-steps",
         bool,
-        False,
         "Steps of the one length --timestep (0.1 ms or less): none ends at a touchdown, and contacts alone tell of it.",
     ),
     (
         "--stance-knee",
         click.Choice(STANCE_KNEES),
-        LOCKED,
         "What holds the stance knee of a robot with knees: a lock, or a motor, whose torque and work are told.",
+        LOCKED,
     ),
 )
 
@@ -99,7 +97,7 @@ mujoco_options = options(
 def scuffing_option(section: str) -> Callable[[Function], Function]:
     """The option of the scuffing rule: which scuffs are ignored, and which steps are long enough."""
     text = "Leg lengths ahead of the stance foot from which the swing foot may touch the ground; steps must be longer."
-    return options(section, ("--scuffing-reach", domains.REACH, ScuffingRule.reach, text))
+    return options(section, ("--scuffing-reach", domains.REACH, text, ScuffingRule.reach))
 
 
 engine_option = options(
@@ -107,45 +105,45 @@ engine_option = options(
     (
         "--engine",
         click.Choice(tuple(ENGINES)),
-        DEFAULT_ENGINE,
         "The physics: MuJoCo's contacts, or the paper's impact map.",
+        DEFAULT_ENGINE,
     ),
 )
 
 REFERENCE: Row = (
     "--reference",
     kinds.REFERENCE,
-    SHARED["reference"],
     "Track an optimised gait instead: clearance=X,retraction=no,speed=X,torque_limit=X,friction=X, any of them, in m, "
     "m/s and N m; for adaptive and limit-cycle.",
+    SHARED["reference"],
 )
 
 IMITATE: Row = (
     "--imitate-slope-deg",
     domains.SLOPE_DEG,
-    SHARED["imitate_slope_deg"],
     "Slope of the passive gait that is imitated; for all but passive.",
+    SHARED["imitate_slope_deg"],
 )
 
 adaptive_options = options(
     ADAPTIVE,
     IMITATE,
     REFERENCE,
-    ("--position-gain", domains.GAIN, _LAW.position_gain, "K1, 1/s."),
-    ("--velocity-gain", domains.GAIN, _LAW.velocity_gain, "K2, 1/s."),
-    ("--adaptation-gain", domains.ADAPTATION_GAIN, _LAW.adaptation_gain, "gamma of the slope estimator."),
+    ("--position-gain", domains.GAIN, "K1, 1/s.", _LAW.position_gain),
+    ("--velocity-gain", domains.GAIN, "K2, 1/s.", _LAW.velocity_gain),
+    ("--adaptation-gain", domains.ADAPTATION_GAIN, "gamma of the slope estimator.", _LAW.adaptation_gain),
     (
         "--replanning-delay",
         kinds.DELAY,
-        _LAW.replanning_delay,
         "Gait periods, in (0, 1], in which re-planning leads back to the gait; 'none' switches it off.",
+        _LAW.replanning_delay,
     ),
-    ("--estimate-update/--no-estimate-update", bool, _LAW.estimate_update, "Correct the slope estimate at touchdown."),
+    ("--estimate-update/--no-estimate-update", bool, "Correct the slope estimate at touchdown.", _LAW.estimate_update),
     (
         "--initial-slope-estimate-deg",
         domains.SLOPE_DEG,
-        SHARED["initial_slope_estimate_deg"],
         "Slope estimate at the start; for the comparison controllers the slope that they are given.",
+        SHARED["initial_slope_estimate_deg"],
     ),
 )
 
@@ -154,7 +152,6 @@ comparison_options = options(
     (
         "--slope-source",
         click.Choice(SLOPE_SOURCES),
-        None,
         "The slope that gravity is compensated for: as given at the start, dead reckoned under the stance foot, or of "
         "the line through both feet; two_point for passivity, local for the others unless given.",
     ),
@@ -163,36 +160,35 @@ comparison_options = options(
 KIND: Row = (
     "--robot",
     kinds.ROBOT,
-    Compass.kind,
     "'compass' has straight legs; 'kneed' has knees, light shanks and a heavy hip; 'halved-rods' has the legs of Table "
     'I cut at the knee; or a .toml file with kind = "kneed" (or "compass") and parameters as in the record. The '
     "options below change single parameters.",
+    Compass.kind,
 )
 knee_options = options(
     KNEES,
-    ("--thigh-mass", domains.LEG_MASS, None, "Mass of one thigh, kg."),
-    ("--shank-mass", domains.LEG_MASS, None, "Mass of one shank, kg."),
-    ("--thigh-length", domains.LENGTH, None, "From the hip to the knee, m."),
-    ("--shank-length", domains.LENGTH, None, "From the knee to the foot, m."),
-    ("--thigh-centre", domains.LENGTH, None, "From the hip down to the thigh's centre of mass, m."),
-    ("--shank-centre", domains.LENGTH, None, "From the knee down to the shank's centre of mass, m."),
-    ("--thigh-inertia", domains.INERTIA, None, "Of a thigh about its centre of mass, kg m^2; a rod's unless given."),
-    ("--shank-inertia", domains.INERTIA, None, "Of a shank, the same."),
+    ("--thigh-mass", domains.LEG_MASS, "Mass of one thigh, kg."),
+    ("--shank-mass", domains.LEG_MASS, "Mass of one shank, kg."),
+    ("--thigh-length", domains.LENGTH, "From the hip to the knee, m."),
+    ("--shank-length", domains.LENGTH, "From the knee to the foot, m."),
+    ("--thigh-centre", domains.LENGTH, "From the hip down to the thigh's centre of mass, m."),
+    ("--shank-centre", domains.LENGTH, "From the knee down to the shank's centre of mass, m."),
+    ("--thigh-inertia", domains.INERTIA, "Of a thigh about its centre of mass, kg m^2; a rod's unless given."),
+    ("--shank-inertia", domains.INERTIA, "Of a shank, the same."),
 )
 
 leg_options = options(
     LEGS,
-    ("--leg-mass", domains.LEG_MASS, Compass.leg_mass, "Mass of one leg, kg."),
-    ("--hip-mass", domains.HIP_MASS, Compass.hip_mass, "Mass at the hip, kg."),
-    ("--lower-length", domains.LENGTH, Compass.lower_length, "From the foot to the leg's centre of mass, m."),
-    ("--upper-length", domains.LENGTH, Compass.upper_length, "From the leg's centre of mass to the hip, m."),
+    ("--leg-mass", domains.LEG_MASS, "Mass of one leg, kg.", Compass.leg_mass),
+    ("--hip-mass", domains.HIP_MASS, "Mass at the hip, kg.", Compass.hip_mass),
+    ("--lower-length", domains.LENGTH, "From the foot to the leg's centre of mass, m.", Compass.lower_length),
+    ("--upper-length", domains.LENGTH, "From the leg's centre of mass to the hip, m.", Compass.upper_length),
     (
         "--leg-inertia",
         domains.INERTIA,
-        None,
         "Inertia of a leg about its centre of mass, kg m^2; a uniform rod's unless given.",
     ),
-    ("--gravity", domains.GRAVITY, Compass.gravity, "Acceleration of gravity, m/s^2."),
+    ("--gravity", domains.GRAVITY, "Acceleration of gravity, m/s^2.", Compass.gravity),
 )
 
 
@@ -209,21 +205,21 @@ disturbance_options = options(
     (
         "--disturb",
         kinds.SETTING,
-        (),
         f"Noise, delay, weak motors, random pushes, in SI units; may be repeated: {_DISTURBANCES}. "
         "docs/disturbances.md explains them.",
+        (),
     ),
     (
         "--push pushes",
         kinds.PUSH,
-        (),
         "Push the hip forward from this time on, s, by so many N s (backward: negative); may be repeated.",
+        (),
     ),
     (
         "--model-error",
         kinds.MODEL_ERROR,
-        (),
         "The controller takes the robot's NAME, as leg_mass, for FACTOR times what it is; may be repeated.",
+        (),
     ),
 )
 
@@ -241,25 +237,20 @@ walker_options = together(
 
 # ---- results, for `mjbiped.cli.sections.results` ---------------------------------------------------------------------
 
-RECORD: Row = ("--out", kinds.output(".npz"), None, "Write the record, an .npz file.")
-RECORDS: Row = (
-    "--out",
-    kinds.output(".npz"),
-    None,
-    "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz.",
-)
-DATA: Row = ("--out", kinds.output(".npz"), None, "Write the data, an .npz file.")
+RECORD: Row = ("--out", kinds.output(".npz"), "Write the record, an .npz file.")
+RECORDS: Row = ("--out", kinds.output(".npz"), "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz.")
+DATA: Row = ("--out", kinds.output(".npz"), "Write the data, an .npz file.")
 _WIDTHS = ", ".join(f"{name} {size.inches:g} in" for name, size in WIDTHS.items())
 WIDTH: Row = (
     "--plot-width",
     kinds.Width(tuple(WIDTHS)),
-    DEFAULT_WIDTH,
     f"Width of figures: {_WIDTHS}; page is for the screen, double and single are columns in print.",
+    DEFAULT_WIDTH,
 )
-PLOT: tuple[Row, ...] = (("--plot", kinds.PLOT, None, "Write a figure, .png, .pdf or .svg."), WIDTH)
-VIDEO_FILE: Row = ("--video", kinds.VIDEO, None, "Write a video, .mp4 or .gif; see below.")
-JSON: Row = ("--json", bool, False, "Print the results as JSON instead of a table.")
-QUIET: Row = ("--quiet", bool, False, "Print errors only, and JSON if asked for.")
+PLOT: tuple[Row, ...] = (("--plot", kinds.PLOT, "Write a figure, .png, .pdf or .svg."), WIDTH)
+VIDEO_FILE: Row = ("--video", kinds.VIDEO, "Write a video, .mp4 or .gif; see below.")
+JSON: Row = ("--json", bool, "Print the results as JSON instead of a table.")
+QUIET: Row = ("--quiet", bool, "Print errors only, and JSON if asked for.")
 PRINTED = (JSON, QUIET)
 
 # ---- video -----------------------------------------------------------------------------------------------------------
@@ -267,19 +258,19 @@ PRINTED = (JSON, QUIET)
 CAMERAS = ("track", "side", "overview")
 video_options = options(
     VIDEO,
-    ("--video-size", kinds.VIDEO_SIZE, "1280x720", "Width and height, pixels."),
-    ("--camera", click.Choice(CAMERAS), CAMERAS[0], "Where it is seen from."),
-    ("--from start", domains.TIME, None, "Time of the walk at which the video begins, s."),
-    ("--to stop", domains.TIME, None, "Time of the walk at which it ends, s."),
-    ("--slow-motion", domains.SLOW_MOTION, 1.0, "Seconds of video per second of the walk."),
-    ("--fps", domains.FPS, 30, "Frames per second."),
-    ("--hide", kinds.HIDDEN, (), f"What is not shown, parted by commas: {', '.join(ELEMENTS)}, or {ALL}."),
+    ("--video-size", kinds.VIDEO_SIZE, "Width and height, pixels.", "1280x720"),
+    ("--camera", click.Choice(CAMERAS), "Where it is seen from.", CAMERAS[0]),
+    ("--from start", domains.TIME, "Time of the walk at which the video begins, s."),
+    ("--to stop", domains.TIME, "Time of the walk at which it ends, s."),
+    ("--slow-motion", domains.SLOW_MOTION, "Seconds of video per second of the walk.", 1.0),
+    ("--fps", domains.FPS, "Frames per second.", 30),
+    ("--hide", kinds.HIDDEN, f"What is not shown, parted by commas: {', '.join(ELEMENTS)}, or {ALL}.", ()),
     (
         "--flag flags",
         kinds.VISUAL_FLAG,
-        (),
         "A visual flag of MuJoCo's to set, as contactpoint, shadow or wireframe; with no- before it to clear, as "
         "no-skin; may be repeated.",
+        (),
     ),
 )
 """Options of a video, named as the arguments of `mjbiped.rendering.video.render_video`, `video_size` apart."""
@@ -287,20 +278,18 @@ video_options = options(
 # ---- studies ---------------------------------------------------------------------------------------------------------
 
 study_argument = click.argument("study", type=click.Path(path_type=Path))
-WORKERS: Row = ("--workers", domains.WORKERS, None, "Processes; one for each core unless given.")
+WORKERS: Row = ("--workers", domains.WORKERS, "Processes; one for each core unless given.")
 STUDY: tuple[Row, ...] = (
     WORKERS,
     (
         "--scheduler",
         kinds.Kind("ADDRESS", str),
-        None,
         "Let the workers of this Dask scheduler walk, as tcp://host:8786; needs pip install 'mjbiped[cluster]'.",
     ),
-    ("--fresh", bool, False, "Delete the rows of an earlier run and begin again."),
+    ("--fresh", bool, "Delete the rows of an earlier run and begin again."),
 )
 STUDY_FOLDER: Row = (
     "--out",
     kinds.Folder(),
-    None,
     "Where table and figures go; unless given, a folder beside STUDY that has its name.",
 )

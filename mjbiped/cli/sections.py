@@ -15,8 +15,8 @@ from mjbiped.utils.domains import Count, Domain
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-Row = tuple[str, Any, Any, str]
-"""An option: its names, type (numbers: their domain), default, and help."""
+Row = tuple[str, Any, str] | tuple[str, Any, str, Any]
+"""An option: its names, type (numbers: their domain), help, and default if it has one; () lets it be repeated."""
 
 
 class SectionOption(click.Option):
@@ -48,8 +48,9 @@ def options(section: str, *rows: Row) -> Callable[[Function], Function]:
     """Give a command the options of one section."""
 
     def decorate(function: Function) -> Function:
-        for name, given, default, text in reversed(rows):
+        for name, given, text, *rest in reversed(rows):
             kind = quantity(given) if isinstance(given, Domain | Count) else given
+            default = rest[0] if rest else False if kind is bool else None
             function = click.option(
                 *name.split(),
                 cls=SectionOption,

@@ -24,13 +24,12 @@ from mjbiped.records.record import Walk
     (
         "--trajectories",
         bool,
-        False,
         "Keep the samples of all walks too, in trajectories.parquet; needs pip install 'mjbiped[data]'.",
     ),
 )
 @results(
     options.STUDY_FOLDER,
-    ("--parquet", bool, False, "Write the table as study.parquet too; needs pip install 'mjbiped[data]'."),
+    ("--parquet", bool, "Write the table as study.parquet too; needs pip install 'mjbiped[data]'."),
     options.WIDTH,
     *options.PRINTED,
 )
@@ -125,13 +124,13 @@ def robustness(study: Path, results: Results, workers: int | None, scheduler: st
 @click.command("reproduce", cls=sections.SectionCommand)
 @sections.options(
     "Walks",
-    ("--quick", bool, False, "Only a few short walks in MuJoCo; all of the hybrid engine's."),
+    ("--quick", bool, "Only a few short walks in MuJoCo; all of the hybrid engine's."),
     options.WORKERS,
-    ("--fresh", bool, False, "Delete the finished walks of an earlier run and begin again."),
+    ("--fresh", bool, "Delete the finished walks of an earlier run and begin again."),
 )
 @results(
-    ("--out", kinds.Folder(), "reproduction", "Finished walks, kept."),
-    ("--report", kinds.Folder(), None, "Where page, table and figures go; --out unless given."),
+    ("--out", kinds.Folder(), "Finished walks, kept.", "reproduction"),
+    ("--report", kinds.Folder(), "Where page, table and figures go; --out unless given."),
     options.WIDTH,
     *options.PRINTED,
 )
@@ -170,10 +169,9 @@ def reproduce(results: Results, quick: bool, workers: int | None, fresh: bool, r
     (
         "--out",
         kinds.output(".html"),
-        None,
         "The page, an .html file; unless given, it is named after RECORD and stands beside it (of a folder: in it).",
     ),
-    ("--no-video", bool, False, "Leave out the video, which takes longest."),
+    ("--no-video", bool, "Leave out the video, which takes longest."),
     options.QUIET,
 )
 def report(source: Path, results: Results) -> None:
@@ -221,7 +219,7 @@ def report(source: Path, results: Results) -> None:
 @click.argument("controllers", nargs=-1)
 @sections.options(
     "Machine code",
-    ("--engine", click.Choice(tuple(ENGINES)), None, "For this engine alone; for all unless given."),
+    ("--engine", click.Choice(tuple(ENGINES)), "For this engine alone; for all unless given."),
     options.WORKERS,
 )
 @results(*options.PRINTED)

@@ -75,11 +75,7 @@ _THEOREM: tuple[Line, ...] = (
     ("excitation, smallest eigenvalue of ∫WW'", "{excitation_smallest_eigenvalue}", "1/s³"),
     ("excitation, largest eigenvalue", "{excitation_largest_eigenvalue}", "1/s³"),
     ("its weak direction, from the cosine's", "{excitation_weak_direction_from_cosine_deg}", "deg"),
-    (
-        "norm of the transition matrix of a step (23)",
-        "{transition_norm_smallest} to {transition_norm_largest}",
-        "",
-    ),
+    ("norm of the transition matrix of a step (23)", "{transition_norm_smallest} to {transition_norm_largest}", ""),
     ("left side of (24), smallest", "{condition_24_smallest}", ""),
     ("left side of (24), smallest of any constants", "{condition_24_smallest_for_any_constants}", ""),
     ("steps where (24) holds", "{condition_24_holds_steps}", ""),

@@ -42,20 +42,15 @@ class _KeysInHelp(sections.SectionCommand):
 @click.argument("what", metavar="[TERRAIN | RECORD]", default="mixed")
 @sections.options(
     _VIEW,
-    ("--slow-motion", domains.SLOW_MOTION, 1.0, "Seconds of watching per second of the walk, to begin with."),
-    (
-        "--hide",
-        kinds.HIDDEN,
-        (),
-        f"What is not shown, parted by commas: {', '.join(_MARKS)}, or {ALL}.",
-    ),
+    ("--slow-motion", domains.SLOW_MOTION, "Seconds of watching per second of the walk, to begin with.", 1.0),
+    ("--hide", kinds.HIDDEN, f"What is not shown, parted by commas: {', '.join(_MARKS)}, or {ALL}.", ()),
     (
         "--flag flags",
         kinds.VISUAL_FLAG,
-        (),
         "A visual flag of MuJoCo's to begin with, as contactforce; with no- before it to clear; may be repeated.",
+        (),
     ),
-    ("--for seconds", domains.TIME, None, "Close the window after so many seconds."),
+    ("--for seconds", domains.TIME, "Close the window after so many seconds."),
 )
 @options.walker_options
 @click.pass_context
