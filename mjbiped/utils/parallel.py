@@ -1,4 +1,4 @@
-"""Processes that work for this one, behind the interface of `concurrent.futures`."""
+"""Worker processes, here or on a cluster, with the interface of `concurrent.futures`."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from mjbiped.utils.files import remove_unfinished
 from mjbiped.utils.main_guard import check_guarded
 
 _PATIENCE = 30.0
-"""How long a scheduler, and then its first worker, is waited for, s."""
+"""Time to wait for a scheduler, and then for its first worker, s."""
 
 _MERCY = 5.0
-"""How long a process may take to end that is told to, s: compiled code does not hear it before it returns."""
+"""Time that a terminated process may take to end, s: compiled code handles no signal before it returns."""
 
 
 def cores() -> int:
@@ -31,20 +31,20 @@ def cores() -> int:
 
 @contextmanager
 def processes(count: int | None = None) -> Iterator[Executor]:
-    """Have work done in processes of their own, which end with this one, however it ends.
+    """Start worker processes, which end with this process, however it ends.
 
-    They are spawned, for a fork of a process with threads can hang: what is submitted must be picklable, and a program
-    that does so needs its `if __name__ == "__main__"`. Ctrl-C reaches this process alone.
+    They are spawned, since a fork of a process with threads can hang: submitted work must be picklable, and the main
+    program needs `if __name__ == "__main__"`. Ctrl-C reaches this process only.
 
     Args:
         count: Number of processes; one for each core unless given.
 
     Yields:
-        The executor. Its futures raise `concurrent.futures.BrokenExecutor` where a process has died. Where the block
-        raises, work not begun is dropped and the processes are ended; else all that was submitted is waited for.
+        The executor. Its futures raise `concurrent.futures.BrokenExecutor` if a process has died. If the block raises,
+        work not begun is dropped and the processes are terminated; otherwise all submitted work is awaited.
 
     Raises:
-        UnguardedError: The program has no guard there.
+        UnguardedError: The program has no such guard.
     """
     check_guarded()
     before = set(multiprocessing.active_children())
@@ -52,7 +52,7 @@ def processes(count: int | None = None) -> Iterator[Executor]:
     pool = ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"), initializer=_begin)
     try:
         with _deaf_children():
-            for _ in range(count):  # each finds no worker idle, and starts one
+            for _ in range(count):  # each submission finds no idle worker, and starts one
                 pool.submit(_nothing)
         yield pool
     except BaseException:
@@ -62,7 +62,7 @@ def processes(count: int | None = None) -> Iterator[Executor]:
         end = time.monotonic() + _MERCY
         for child in started:
             child.join(max(0.0, end - time.monotonic()))
-            child.kill()  # which does nothing to those that have ended
+            child.kill()  # does nothing to those that have ended
         pool.shutdown(cancel_futures=True)
         raise
     pool.shutdown()
@@ -70,13 +70,13 @@ def processes(count: int | None = None) -> Iterator[Executor]:
 
 @contextmanager
 def cluster(address: str) -> Iterator[Executor]:
-    """Have work done by the workers of a Dask scheduler.
+    """Connect to the workers of a Dask scheduler.
 
     Args:
-        address: Of the scheduler, as "tcp://host:8786".
+        address: Address of the scheduler, such as "tcp://host:8786".
 
     Yields:
-        The executor. Work of a worker that died is given to another. Where the block raises, work not begun is dropped.
+        The executor. Work of a worker that died goes to another. If the block raises, work not begun is dropped.
 
     Raises:
         InputError: Dask Distributed is not installed, nobody answers at the address, or there are no workers.
@@ -106,7 +106,7 @@ def cluster(address: str) -> Iterator[Executor]:
 
 @contextmanager
 def _deaf_children() -> Iterator[None]:
-    """Hold back Ctrl-C for a moment: a process that begins now does not hear it even before `_begin`."""
+    """Block Ctrl-C while processes start: they inherit the mask and ignore it even before `_begin`."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
@@ -122,12 +122,12 @@ def _nothing() -> None:
 
 
 def _begin() -> None:
-    """Leave Ctrl-C to the parent, and end where it ends, killed or not; leave no unfinished file in either case."""
+    """Ignore Ctrl-C, and end when the parent ends or on SIGTERM, without leaving unfinished files."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda number, _: _leave(128 + number))
     from tqdm.auto import tqdm
 
-    # tqdm's own lock is a semaphore of the system, which a worker that is ended would leave behind
+    # tqdm's own lock is a system semaphore, which a terminated worker would leave behind
     tqdm.set_lock(threading.RLock())
     parent = multiprocessing.parent_process()
     assert parent is not None
@@ -140,6 +140,6 @@ def _begin() -> None:
 
 
 def _leave(status: int) -> NoReturn:
-    """End this process at once, whatever it is doing."""
+    """End this process at once."""
     remove_unfinished()
     os._exit(status)
