@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from inspect import signature
+from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
 
 from mjbiped.errors import InputError, prefixed
-from mjbiped.terrain.families import START, tread_rows, wave_rows
 from mjbiped.terrain.segments import MOST_SEGMENTS, Segment, chained, check_slope, checked_slope
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Count, Domain, check_interval, known_name
@@ -20,6 +20,16 @@ PRESETS = ("level", "incline", "slopes", "stairs", "mixed", "random", "treads", 
 
 RANDOM = ("random", "treads", "waves", "recorded")
 """Names of the terrains that have a seed."""
+
+START = 2.0
+"""Length of the level and smooth ground at the start, m: the first steps are the same everywhere."""
+
+GROWN = 3.0
+"""Distance, in longest waves, in which heights grow to 95 % of their final size: 1 - exp(-3)."""
+
+_WAVES = 64  # of band-limited ground; their sum is nearly normal
+
+_LEVEL: Segment = (START, 0.0, 0.0)
 
 _MIXED: tuple[Segment, ...] = (
     (2.0, 0.0, 0.0),
@@ -177,7 +187,7 @@ class Presets:
                 f"{length + lengths[1]:g} m in pieces of {finest:g} m can be more than {MOST_SEGMENTS} segments; "
                 "take a shorter length, segments of longer least and shorter greatest length, or a wider spacing"
             )
-        draw = np.random.Generator(np.random.PCG64(given["seed"]))
+        draw = _generator(given["seed"])
         rows, done = [(1.0, 0.0, 0.0)], 1.0
         while done < length:
             piece, slope, step = (float(draw.uniform(*ends)) for ends in (lengths, slopes, rises))
@@ -218,8 +228,11 @@ class Presets:
             deviation=(domains.DEVIATION, deviation),
         )
         given["slope_deg"] = _checked_slopes(slope_deg)
-        _check_pieces(given["length"], given["tread"], "tread")
-        return cls._of_segments(tread_rows(**given), "treads", **given)
+        count = _pieces(given["length"], given["tread"], "tread")
+        draw = _generator(given["seed"])
+        drawn = ((draw.uniform(*given["slope_deg"]), given["deviation"] * draw.standard_normal()) for _ in range(count))
+        rows = [(given["tread"], float(slope), float(step)) for slope, step in drawn]
+        return cls._of_segments([_LEVEL, *rows], "treads", **given)
 
     @classmethod
     def waves(
@@ -262,8 +275,15 @@ class Presets:
                 f"shortest = {shortest:g} m must be at least four times spacing = {spacing:g} m, and less than longest "
                 f"= {longest:g} m"
             )
-        _check_pieces(given["length"], given["spacing"], "spacing")
-        return cls._of_segments(wave_rows(**given), "waves", **given)
+        count = _pieces(given["length"], given["spacing"], "spacing")
+        draw = _generator(given["seed"])
+        spacing, longest = given["spacing"], given["longest"]
+        numbers = 2.0 * math.pi * draw.uniform(1.0 / longest, 1.0 / given["shortest"], _WAVES)
+        phases = draw.uniform(0.0, 2.0 * math.pi, _WAVES)
+        x = np.arange(count + 1) * spacing
+        heights = math.sqrt(2.0 / _WAVES) * given["deviation"] * np.sin(numbers * x[:, None] + phases).sum(axis=1)
+        rises = np.diff(heights * (1.0 - np.exp(-x / longest)))  # the ground leaves the start without a step
+        return cls._of_segments([_LEVEL, *(_straight(spacing, rise) for rise in rises.tolist())], "waves", **given)
 
     @classmethod
     def preset(cls, name: str, **parameters: Any) -> Self:
@@ -299,13 +319,23 @@ def _checked_slopes(slope_deg: object) -> tuple[float, float]:
     return slopes
 
 
-def _check_pieces(length: float, piece: float, name: str) -> None:
-    """Refuse more segments than a terrain may have."""
+def _generator(seed: int) -> np.random.Generator:
+    return np.random.Generator(np.random.PCG64(seed))
+
+
+def _straight(dx: float, dz: float, step: float = 0.0) -> Segment:
+    """The segment that leads so far forward and up, m, after a step."""
+    return math.hypot(dx, dz), math.degrees(math.atan2(-dz, dx)), step
+
+
+def _pieces(length: float, piece: float, name: str) -> int:
+    """Number of pieces after the level start; refuse more segments than a terrain may have."""
     if (length - START) / piece > MOST_SEGMENTS - 2:
         raise InputError(
             f"{length:g} m in pieces of {piece:g} m are more than {MOST_SEGMENTS} segments; take a shorter length or a "
             f"longer {name}"
         )
+    return max(1, math.ceil((length - START) / piece))
 
 
 def _roughened(rows: Sequence[Segment], spacing: float, height: Callable[[], float]) -> list[Segment]:
@@ -320,5 +350,45 @@ def _roughened(rows: Sequence[Segment], spacing: float, height: Callable[[], flo
             last = k == len(rows) - 1 and cell == cells - 1
             before, added = added, 0.0 if last else height()
             dz = (added - before) - math.tan(angle) * dx
-            rough.append((math.hypot(dx, dz), math.degrees(math.atan2(-dz, dx)), step if cell == 0 else 0.0))
+            rough.append(_straight(dx, dz, step if cell == 0 else 0.0))
     return [*rough, (1.0, rows[-1][1], 0.0)]
+
+
+def recorded_rows(seed: int, length: float, x: Sequence[float], z: Sequence[float]) -> list[Segment]:
+    """Draw a stretch of a recorded profile: it begins anywhere and goes in either direction.
+
+    The straight line that fits the samples best is taken away. The record is thought to go on mirrored at both ends,
+    to and fro; a stretch begins at a place that is uniformly distributed over once there and back, so its direction is
+    random as well.
+
+    Args:
+        seed: Seed of the generator.
+        length: Length of the ground along x, m.
+        x: Places of the samples, ascending, m; a place that occurs twice is a vertical step, but not at the ends.
+        z: Heights of the samples, m.
+    """
+    places, heights = np.array(x) - x[0], np.array(z)
+    heights -= np.polyval(np.polyfit(places, heights, 1), places)
+    once = float(places[-1])
+    places, heights = np.append(places, 2.0 * once - places[-2::-1]), np.append(heights, heights[-2::-1])
+    first = float(_generator(seed).uniform(0.0, 2.0 * once))
+    last = first + max(length - START, 0.0)
+    rounds = [2.0 * once * k for k in range(math.ceil(last / (2.0 * once)))]
+    places = np.concatenate([places[:-1] + passed for passed in rounds])  # the last sample is the next round's first
+    heights = np.tile(heights[:-1], len(rounds))
+    inside = (places > first) & (places < last)
+    ends = np.interp((first, last), (*places, 2.0 * once * len(rounds)), (*heights, heights[0]))
+    points = zip((first, *places[inside], last), (ends[0], *heights[inside], ends[1]), strict=True)
+    return [_LEVEL, *_joined([(float(place), float(height)) for place, height in points])]
+
+
+def _joined(points: Sequence[tuple[float, float]]) -> Iterator[Segment]:
+    """Segments between points; two points above one another are a step."""
+    step = 0.0
+    for (x, z), (next_x, next_z) in pairwise(points):
+        dx, dz = next_x - x, next_z - z
+        if dx == 0.0:
+            step = dz
+            continue
+        yield _straight(dx, dz, step)
+        step = 0.0

@@ -17,9 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, prefixed, shortened, shown
-from mjbiped.terrain.families import recorded_rows
 from mjbiped.terrain.files import FILE_SUFFIXES, parse_parameters, read_samples, read_segments
-from mjbiped.terrain.presets import PRESETS, Presets
+from mjbiped.terrain.presets import PRESETS, Presets, recorded_rows
 from mjbiped.terrain.profile import Profile, height_of, segment_under
 from mjbiped.terrain.segments import HIGHEST_STEP, MOST_SEGMENTS, check_slope, checked_segments
 from mjbiped.utils import domains
