@@ -1,4 +1,4 @@
-"""The commands `mjbiped gait`, `reference` and `stability`: one gait, or one walk beside its theorem."""
+"""The commands `mjbiped gait`, `reference` and `stability`."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from mjbiped.utils import domains
 
 
 @click.command("gait", cls=sections.SectionCommand)
-@sections.options("Gait", ("--slope-deg", domains.SLOPE_DEG, "Slope that it walks down.", 2.0))
+@sections.options("Gait", ("--slope-deg", domains.SLOPE_DEG, "Slope of the plane, positive downhill.", 2.0))
 @options.robot_options
 @results(*options.PLOT, options.JSON)
 @click.pass_context
 def gait(ctx: click.Context, /, results: Results, slope_deg: float, **values: Any) -> None:
-    """Find the passive gait of a slope, its limit cycle and stability.
+    """Find the passive gait on a slope, its limit cycle and its stability.
 
     With straight legs the swing foot passes through the ground while it is beside the stance foot; with knees it clears
     the ground.
@@ -58,26 +58,26 @@ def gait(ctx: click.Context, /, results: Results, slope_deg: float, **values: An
     (
         "--clearance",
         domains.CLEARANCE,
-        "Height of the swing foot at some moment of the step, m; 0 for no demand on its path.",
+        "Height that the swing foot reaches in the step, m; 0 for no demand on its path.",
         0.06,
     ),
     (
         "--retraction/--no-retraction",
         bool,
-        "Let the foot go no further forward from that moment on; without it the same height costs less.",
+        "Move the foot no further forward once it is there; without it the same height costs less.",
         True,
     ),
     ("--torque-limit", domains.TORQUE, "Greatest torque of each joint, N m; no limit unless given."),
-    ("--friction", domains.NEEDED_FRICTION, "Greatest friction that is asked of the ground.", FRICTION),
+    ("--friction", domains.NEEDED_FRICTION, "Greatest coefficient of friction that the gait needs.", FRICTION),
 )
 @options.robot_options
 @results(*options.PLOT, options.JSON)
 @click.pass_context
 def reference(ctx: click.Context, /, results: Results, **values: Any) -> None:
-    """Find the gait on level ground that costs least and lifts its swing foot so high.
+    """Find the cheapest gait on level ground that lifts its swing foot to a given height.
 
-    Controllers track it with `mjbiped walk --reference`. What has been found is kept in the user's cache folder, or
-    where the environment variable MJBIPED_CACHE_DIR says.
+    Controllers track it with `mjbiped walk --reference`. Results are kept in the user's cache folder, or in
+    the folder that the environment variable MJBIPED_CACHE_DIR names.
 
     \b
     Examples:
@@ -101,7 +101,7 @@ def reference(ctx: click.Context, /, results: Results, **values: Any) -> None:
     (
         "--controller",
         kinds.OWN_CONTROLLER,
-        "Where the law is that walked, if it is one of your own: no record decides what code is loaded.",
+        "Your own controller class, if it made the walk: a record never decides which code is loaded.",
     ),
 )
 @results(*options.PLOT, options.JSON)

@@ -83,8 +83,8 @@ def main() -> None:
       mjbiped reproduce --quick
       mjbiped compile
 
-    `mjbiped COMMAND --help` tells more. The exit status is 0 also where the robot falls, for that is a result; 2 where
-    something has to be put right, 130 after Ctrl-C, 143 after SIGTERM.
+    `mjbiped COMMAND --help` describes a command. The exit status is 0 even if the robot falls, which is a result; 2 if
+    the input has to be corrected, 130 after Ctrl-C, 143 after SIGTERM.
     """  # noqa: D301 (click reads the backspace)
 
 
@@ -96,7 +96,7 @@ def main() -> None:
 @options.video_options
 @click.pass_context
 def _walk(ctx: click.Context, /, results: Results, **values: Any) -> None:
-    """Let the biped walk on TERRAIN, and tell how it went.
+    """Simulate a walk on TERRAIN, and report how it went.
 
     TERRAIN is a preset, a preset with parameters, or a file; "mixed" if left out. Slopes are positive downhill, steps
     positive up. A file is a .csv of elevations, columns x,z in m, or a .toml or .yaml with segments = [[length_m,
@@ -145,7 +145,7 @@ def _walk(ctx: click.Context, /, results: Results, **values: Any) -> None:
 @results(options.RECORDS, *options.PLOT, *options.PRINTED)
 @click.pass_context
 def _compare(ctx: click.Context, /, results: Results, **values: Any) -> None:
-    """Let the biped walk on TERRAIN in both engines, and tell where they part, and why.
+    """Simulate a walk on TERRAIN in both engines, and report where they diverge and why.
 
     The same controller walks in MuJoCo (contacts resolved in time) and in the hybrid engine (the paper's equations and
     impact map). TERRAIN is as for `mjbiped walk`. A fall is a result: the exit status stays 0.
@@ -191,8 +191,7 @@ for _command in (gaits.gait, gaits.reference, maps.bifurcation, maps.basin, gait
 def _render(record: Path, results: Results, **pictures: Any) -> None:
     """Draw the walk of RECORD, an .npz file: a video, a figure.
 
-    The video goes to VIDEO, an .mp4 or .gif file; if left out, an .mp4 file is named after the record and stands beside
-    it.
+    The video goes to VIDEO, an .mp4 or .gif file; if left out, to an .mp4 file beside the record, with its name.
 
     \b
     Examples:

@@ -30,9 +30,9 @@ _MULTIPLIERS_EVERY = math.radians(0.02)
 @sections.options(
     "Diagram",
     ("--slope-deg", kinds.span(domains.SLOPE_DEG), "Slopes of the diagram.", "2.4..3.6"),
-    ("--slopes", domains.SLOPES, "How many; half of them where the period doubles again and again.", 1000),
+    ("--slopes", domains.SLOPES, "Number of slopes; half of them where the period keeps doubling.", 1000),
     ("--steps", domains.MAP_STEPS, "Steps on each slope.", 600),
-    ("--keep", domains.MAP_STEPS, "The last so many of them are kept.", 100),
+    ("--keep", domains.MAP_STEPS, "Number of last steps that are kept.", 100),
     ("--doublings", domains.DOUBLINGS, "Period doublings to look for.", 4),
 )
 @options.scuffing_option("Diagram")
@@ -45,7 +45,7 @@ _MULTIPLIERS_EVERY = math.radians(0.02)
 )
 @click.pass_context
 def bifurcation(ctx: click.Context, /, results: Results, **values: Any) -> None:
-    """Follow the passive gait with slope: where its period doubles, and where the robot is lost.
+    """Follow the passive gait over the slope: where its period doubles, and where the robot falls.
 
     The onsets are zeros of a multiplier plus one on the branches of gaits, found by Newton's method; the diagram is
     walked, slope by slope.
@@ -100,18 +100,22 @@ def bifurcation(ctx: click.Context, /, results: Results, **values: Any) -> None:
     (
         "--controller",
         kinds.CONTROLLER,
-        f"Who walks: 'passive', or a controller that imitates a gait, as 'adaptive'; your own by its class: {FORMS}.",
+        f"'passive', or a controller that imitates a gait, such as 'adaptive'; your own by its class: {FORMS}.",
         "passive",
     ),
     (
         "--stance-rates",
         kinds.span(domains.RATE),
-        "First rates of the stance leg, rad/s; around the gait's if left out.",
+        "Initial rates of the stance leg, rad/s; around the gait's if left out.",
     ),
-    ("--swing-rates", kinds.span(domains.RATE), "First rates of the swing leg, rad/s; around the gait's if left out."),
-    ("--grid", domains.GRID, "Starts along each side; 300, or 100 with a controller."),
-    ("--limit", domains.LIMIT, "Steps at most; 100, or 10 with a controller."),
-    ("--threads", domains.WORKERS, "Threads; one for each core unless given."),
+    (
+        "--swing-rates",
+        kinds.span(domains.RATE),
+        "Initial rates of the swing leg, rad/s; around the gait's if left out.",
+    ),
+    ("--grid", domains.GRID, "Number of starts along each side; 300, or 100 with a controller."),
+    ("--limit", domains.LIMIT, "Greatest number of steps; 100, or 10 with a controller."),
+    ("--threads", domains.WORKERS, "Number of threads; one for each core unless given."),
 )
 @sections.options(options.ADAPTIVE, options.IMITATE, options.REFERENCE)
 @options.gain_option("Map")
@@ -120,10 +124,10 @@ def bifurcation(ctx: click.Context, /, results: Results, **values: Any) -> None:
 @results(options.DATA, *options.PLOT, *options.PRINTED)
 @click.pass_context
 def basin(ctx: click.Context, /, results: Results, scuffing_reach: float, **values: Any) -> None:
-    """Map from which first rates of the legs the robot comes to walk, and from which it falls.
+    """Map the initial rates of the legs from which the robot settles into walking, or falls.
 
     Each start stands just after an impact, both feet on the plane and the legs as far apart as in the gait. A
-    controller's torques are not bounded; the map shows how great they were.
+    controller's torques are not bounded; the map shows the greatest.
 
     \b
     Examples:
@@ -170,7 +174,7 @@ def basin(ctx: click.Context, /, results: Results, scuffing_reach: float, **valu
 
 
 def _rates(gait: Any, count: int, controlled: bool, values: dict[str, Any]) -> dict[str, NDArray[np.float64]]:
-    """The first rates along both sides of the map, rad/s; around those of the gait unless given."""
+    """The initial rates along both sides of the map, rad/s; around those of the gait unless given."""
     rates = gait.start[len(gait.start) // 2 :] if gait is not None else np.zeros(1)  # refused later
     greatest = float(np.abs(rates).max())
     around = ((-2.0, 11.0), (-25.0, 25.0)) if controlled else ((0.7, 1.45), (-1.5, 2.2))

@@ -27,7 +27,7 @@ from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.utils import domains
 
-_LAW = AdaptiveController  # for its defaults
+_LAW = AdaptiveController  # its defaults
 COMPARED = ("passivity", "energy-constraint", "kinetic-energy", "limit-cycle")  # in the paper
 OTHERS = (*COMPARED, *(name for name in controller_names() if name not in ("adaptive", "passive", *COMPARED)))
 
@@ -44,7 +44,7 @@ LEGS, KNEES, VIDEO = "Robot", "Robot with knees", "Video"
 walk_options = options(
     "Walk",
     ("--seed", domains.SEED, "Seed of random ground."),
-    ("--steps", domains.STEPS, f"End after so many steps; {DEFAULT_STEPS} without a distance."),
+    ("--steps", domains.STEPS, f"End after this many steps; {DEFAULT_STEPS} unless a distance is given."),
     ("--distance", domains.DISTANCE, "End at this position x of the stance foot, m."),
     (
         "--initial",
@@ -67,14 +67,14 @@ walk_options = options(
 def gain_option(section: str) -> Callable[[Function], Function]:
     """The option that sets a controller's fields."""
     known = "; ".join(f"{name}: {shown_defaults(gains_of(name))}" for name in COMPARED)
-    text = f"Sets a field of the controller, may be repeated; {known}; your own: those of its dataclass."
+    text = f"Set a field of the controller, may be repeated; {known}; your own: its dataclass fields."
     return options(section, ("--gain", kinds.SETTING, text, ()))
 
 
 mujoco_options = options(
     MUJOCO,
     ("--timestep", domains.TIMESTEP, "Longest physics step, s.", DEFAULT_TIMESTEP),
-    ("--contact-timestep", domains.CONTACT_TIMESTEP, "Physics step that makes an impact, s.", DEFAULT_CONTACT_TIMESTEP),
+    ("--contact-timestep", domains.CONTACT_TIMESTEP, "Physics step during an impact, s.", DEFAULT_CONTACT_TIMESTEP),
     (
         "--control-period",
         domains.CONTROL_PERIOD,
@@ -83,12 +83,12 @@ mujoco_options = options(
     (
         "--plain-steps",
         bool,
-        "Steps of the one length --timestep (0.1 ms or less): none ends at a touchdown, and contacts alone tell of it.",
+        "Keep all physics steps at --timestep (0.1 ms or less): none ends at a touchdown, contacts alone detect it.",
     ),
     (
         "--stance-knee",
         click.Choice(STANCE_KNEES),
-        "What holds the stance knee of a robot with knees: a lock, or a motor, whose torque and work are told.",
+        "What holds the stance knee of a robot with knees: a lock, or a motor, whose torque and work are recorded.",
         LOCKED,
     ),
 )
@@ -173,8 +173,8 @@ knee_options = options(
     ("--shank-length", domains.LENGTH, "From the knee to the foot, m."),
     ("--thigh-centre", domains.LENGTH, "From the hip down to the thigh's centre of mass, m."),
     ("--shank-centre", domains.LENGTH, "From the knee down to the shank's centre of mass, m."),
-    ("--thigh-inertia", domains.INERTIA, "Of a thigh about its centre of mass, kg m^2; a rod's unless given."),
-    ("--shank-inertia", domains.INERTIA, "Of a shank, the same."),
+    ("--thigh-inertia", domains.INERTIA, "Inertia of a thigh about its centre of mass, kg m^2; a rod's unless given."),
+    ("--shank-inertia", domains.INERTIA, "Inertia of a shank about its centre of mass, kg m^2; a rod's unless given."),
 )
 
 leg_options = options(
@@ -212,13 +212,13 @@ disturbance_options = options(
     (
         "--push pushes",
         kinds.PUSH,
-        "Push the hip forward from this time on, s, by so many N s (backward: negative); may be repeated.",
+        "Push the hip at TIME, s, with IMPULSE, N s, positive forward; may be repeated.",
         (),
     ),
     (
         "--model-error",
         kinds.MODEL_ERROR,
-        "The controller takes the robot's NAME, as leg_mass, for FACTOR times what it is; may be repeated.",
+        "Give the controller's model FACTOR times the robot's NAME, such as leg_mass; may be repeated.",
         (),
     ),
 )
@@ -259,16 +259,16 @@ CAMERAS = ("track", "side", "overview")
 video_options = options(
     VIDEO,
     ("--video-size", kinds.VIDEO_SIZE, "Width and height, pixels.", "1280x720"),
-    ("--camera", click.Choice(CAMERAS), "Where it is seen from.", CAMERAS[0]),
+    ("--camera", click.Choice(CAMERAS), "Camera of the video.", CAMERAS[0]),
     ("--from start", domains.TIME, "Time of the walk at which the video begins, s."),
     ("--to stop", domains.TIME, "Time of the walk at which it ends, s."),
     ("--slow-motion", domains.SLOW_MOTION, "Seconds of video per second of the walk.", 1.0),
     ("--fps", domains.FPS, "Frames per second.", 30),
-    ("--hide", kinds.HIDDEN, f"What is not shown, parted by commas: {', '.join(ELEMENTS)}, or {ALL}.", ()),
+    ("--hide", kinds.HIDDEN, f"Elements to hide, separated by commas: {', '.join(ELEMENTS)}, or {ALL}.", ()),
     (
         "--flag flags",
         kinds.VISUAL_FLAG,
-        "A visual flag of MuJoCo's to set, as contactpoint, shadow or wireframe; with no- before it to clear, as "
+        "A visual flag of MuJoCo's to set, such as contactpoint, shadow or wireframe; with no- before it to clear, as "
         "no-skin; may be repeated.",
         (),
     ),
@@ -278,18 +278,18 @@ video_options = options(
 # ---- studies ---------------------------------------------------------------------------------------------------------
 
 study_argument = click.argument("study", type=click.Path(path_type=Path))
-WORKERS: Row = ("--workers", domains.WORKERS, "Processes; one for each core unless given.")
+WORKERS: Row = ("--workers", domains.WORKERS, "Number of processes; one for each core unless given.")
 STUDY: tuple[Row, ...] = (
     WORKERS,
     (
         "--scheduler",
         kinds.Kind("ADDRESS", str),
-        "Let the workers of this Dask scheduler walk, as tcp://host:8786; needs pip install 'mjbiped[cluster]'.",
+        "Run on the workers of this Dask scheduler, such as tcp://host:8786; needs pip install 'mjbiped[cluster]'.",
     ),
     ("--fresh", bool, "Delete the rows of an earlier run and begin again."),
 )
 STUDY_FOLDER: Row = (
     "--out",
     kinds.Folder(),
-    "Where table and figures go; unless given, a folder beside STUDY that has its name.",
+    "Folder for table and figures; beside STUDY, with its name, unless given.",
 )

@@ -1,4 +1,4 @@
-"""The commands of many walks and what they leave: `sweep`, `robustness`, `reproduce`, `report` and `compile`."""
+"""The commands `mjbiped sweep`, `robustness`, `reproduce`, `report` and `compile`."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ def sweep(
     trajectories: bool,
     parquet: bool,
 ) -> None:
-    """Walk all the walks that STUDY asks for, a .toml file: grids, random samples, or both.
+    """Run the walks that STUDY, a .toml file, describes: grids, random samples, or both.
 
-    Each walk is a row of the table, kept as soon as it has ended: interrupted or killed, the same command goes on where
-    it was stopped. docs/sweeps.md describes the file.
+    Each walk is a row of the table, kept as soon as it has ended: if interrupted or killed, the same command
+    resumes. docs/sweeps.md describes the file.
 
     \b
     Examples:
@@ -95,8 +95,8 @@ def robustness(study: Path, results: Results, workers: int | None, scheduler: st
     """Measure how robust the controllers of STUDY are, a .toml file.
 
     Each controller walks on level ground, over single steps and changes of slope that come at all phases of its step,
-    and on random ground until it falls. The walks are kept as they end: interrupted or killed, the same command goes on
-    where it was stopped. docs/robustness.md describes the file and what is measured.
+    and on random ground until it falls. Finished walks are kept: if interrupted or killed, the same command
+    resumes. docs/robustness.md describes the file and what is measured.
 
     \b
     Examples:
@@ -129,15 +129,15 @@ def robustness(study: Path, results: Results, workers: int | None, scheduler: st
     ("--fresh", bool, "Delete the finished walks of an earlier run and begin again."),
 )
 @results(
-    ("--out", kinds.Folder(), "Finished walks, kept.", "reproduction"),
-    ("--report", kinds.Folder(), "Where page, table and figures go; --out unless given."),
+    ("--out", kinds.Folder(), "Folder where finished walks are kept.", "reproduction"),
+    ("--report", kinds.Folder(), "Folder for page, table and figures; --out unless given."),
     options.WIDTH,
     *options.PRINTED,
 )
 def reproduce(results: Results, quick: bool, workers: int | None, fresh: bool, report: Path | None) -> None:
-    """Walk section V of the paper again, in both engines: tables II and III, figures 4 to 6, and a report.
+    """Reproduce section V of the paper in both engines: tables II and III, figures 4 to 6, and a report.
 
-    Each finished walk is kept in --out: interrupted or killed, the same command goes on where it was stopped.
+    Finished walks are kept in --out: if interrupted or killed, the same command resumes.
 
     \b
     Examples:
@@ -169,7 +169,7 @@ def reproduce(results: Results, quick: bool, workers: int | None, fresh: bool, r
     (
         "--out",
         kinds.output(".html"),
-        "The page, an .html file; unless given, it is named after RECORD and stands beside it (of a folder: in it).",
+        "The page, an .html file; unless given, beside RECORD with its name (for a folder: in it).",
     ),
     ("--no-video", bool, "Leave out the video, which takes longest."),
     options.QUIET,
@@ -219,18 +219,18 @@ def report(source: Path, results: Results) -> None:
 @click.argument("controllers", nargs=-1)
 @sections.options(
     "Machine code",
-    ("--engine", click.Choice(tuple(ENGINES)), "For this engine alone; for all unless given."),
+    ("--engine", click.Choice(tuple(ENGINES)), "Only for this engine; for all unless given."),
     options.WORKERS,
 )
 @results(*options.PRINTED)
 def compile_(results: Results, controllers: tuple[str, ...], engine: str | None, workers: int | None) -> None:
-    """Compile what walks of the CONTROLLERS (all that are registered) need, so that none has to wait for it.
+    """Compile the machine code for walks with CONTROLLERS in advance; for all registered ones unless given.
 
-    One of your own is named by its class, as for `mjbiped walk`.
+    Name your own by its class, as for `mjbiped walk`.
 
-    The machine code is kept beside the package, else in the user's cache, or in the folder that the environment
-    variable NUMBA_CACHE_DIR names: set it for an image or a cluster, here and where the walks are made. It is for one
-    kind of processor and one version of the project. What is there already is not compiled again.
+    The machine code is kept beside the package, otherwise in the user's cache, or in the folder that the environment
+    variable NUMBA_CACHE_DIR names: set it for an image or a cluster, here and where the walks are made. It fits one
+    kind of processor and one version of the project. Existing machine code is not compiled again.
 
     \b
     Examples:
@@ -248,7 +248,7 @@ def compile_(results: Results, controllers: tuple[str, ...], engine: str | None,
 
 @contextmanager
 def _resumable(folder: Path, kept: str = "what had ended is") -> Iterator[None]:
-    """Say after Ctrl-C that the same command continues a study."""
+    """Report Ctrl-C, and that the same command resumes the study."""
     try:
         yield
     except KeyboardInterrupt:

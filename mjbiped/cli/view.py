@@ -29,10 +29,10 @@ _RECORD = ".npz"
 
 
 class _KeysInHelp(sections.SectionCommand):
-    """A command whose help ends with the keys."""
+    """A command whose help ends with the keys of the window."""
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the options, then what keys and mouse do in the window."""
+        """Write the options, then the keys and the mouse."""
         super().format_options(ctx, formatter)
         with formatter.section("Keys and mouse in the window"):
             formatter.write_dl([*((key.name, key.does) for key in KEYS.values()), *MOUSE.items()])
@@ -42,24 +42,24 @@ class _KeysInHelp(sections.SectionCommand):
 @click.argument("what", metavar="[TERRAIN | RECORD]", default="mixed")
 @sections.options(
     _VIEW,
-    ("--slow-motion", domains.SLOW_MOTION, "Seconds of watching per second of the walk, to begin with.", 1.0),
-    ("--hide", kinds.HIDDEN, f"What is not shown, parted by commas: {', '.join(_MARKS)}, or {ALL}.", ()),
+    ("--slow-motion", domains.SLOW_MOTION, "Seconds in the window per second of the walk, at the start.", 1.0),
+    ("--hide", kinds.HIDDEN, f"Elements to hide, separated by commas: {', '.join(_MARKS)}, or {ALL}.", ()),
     (
         "--flag flags",
         kinds.VISUAL_FLAG,
-        "A visual flag of MuJoCo's to begin with, as contactforce; with no- before it to clear; may be repeated.",
+        "A visual flag of MuJoCo to set at first, such as contactforce; with no- before it to clear; may be repeated.",
         (),
     ),
-    ("--for seconds", domains.TIME, "Close the window after so many seconds."),
+    ("--for seconds", domains.TIME, "Time after which the window closes, s."),
 )
 @options.walker_options
 @click.pass_context
 def view(ctx: click.Context, /, what: str, **values: Any) -> None:
     """Watch the biped walk on TERRAIN in a window, and push it; or watch the walk of RECORD, an .npz file, again.
 
-    The window is MuJoCo's viewer; the controller, the contacts and all else are those of `mjbiped walk` in MuJoCo, and
-    so is the walk as long as nobody pushes. TERRAIN is as for `mjbiped walk`. Without a screen use `mjbiped render`. On
-    macOS it needs MuJoCo's own Python: mjpython -m mjbiped view.
+    The window is MuJoCo's viewer. As long as nobody pushes, the walk is that of `mjbiped walk` in MuJoCo, with the same
+    options. TERRAIN is as for `mjbiped walk`. Without a screen use `mjbiped render`. On macOS the window needs MuJoCo's
+    own Python: mjpython -m mjbiped view.
 
     \b
     Examples:
