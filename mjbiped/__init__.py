@@ -1,8 +1,7 @@
 """A laboratory for underactuated biped walking on rough ground.
 
-One controller, one terrain, one record: `walk(controller, terrain)` lets a compass biped walk in MuJoCo and returns a
-`Walk`; `walk_many` lets many walk at once. Control laws are in the package `controllers`, which is installed beside
-this one.
+`walk(controller, terrain)` simulates a biped in MuJoCo or in the hybrid model and returns its record, a `Walk`;
+`walk_many` simulates many at once. The control laws are in the package `controllers`, installed with this one.
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-# first of all: it imports MuJoCo, also where MUJOCO_GL names a platform that is not there
+# first, because it imports MuJoCo, even if MUJOCO_GL names a missing platform
 from mjbiped.rendering import gl as gl  # isort: split
 
 from mjbiped.analysis.compare import Comparison, compare
@@ -98,7 +97,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Load what few need only where it is used: who walks waits for neither pictures nor environments."""
+    """Import videos and environments only when they are used."""
     if name in ("render_frame", "render_video"):
         from mjbiped.rendering import video
 

@@ -1,7 +1,6 @@
-"""What users hand to a `Terrain`: elevation and segment files, text on the command line.
+"""Read terrains as users give them: elevation and segment files, and text on the command line.
 
-Everything here turns such input into plain Python values or refuses it with an `InputError` that says what was
-wrong, what was expected and what to do. Nothing here knows what a terrain is.
+Input becomes plain Python values, or an `InputError` says what was wrong, what was expected and what to do.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mjbiped.errors import InputError, shortened, shown
+from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name
 from mjbiped.utils.reading import read_text
@@ -220,11 +219,9 @@ def _check_order(samples: Sequence[Sample], new: Sample) -> None:
 def _read_segment(k: int, segment: object, yaml_file: bool) -> tuple[object, ...]:
     """Bring the k-th segment of a file (1-based), a list or a table, into a tuple."""
     if isinstance(segment, dict):
-        for key in segment:
-            try:
+        with prefixed(f"segment {k}: "):
+            for key in segment:
                 known_name("key", key, SEGMENT_KEYS)
-            except InputError as error:
-                raise InputError(f"segment {k}: {error}") from error
         for key in SEGMENT_KEYS[:2]:
             if key not in segment:
                 raise InputError(

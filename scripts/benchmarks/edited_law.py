@@ -1,4 +1,4 @@
-"""A user's program with a control law of its own, a constant of which `startup_benchmark` changes from run to run.
+"""A user's program with a control law of its own, a constant of which the benchmark `edited` changes from run to run.
 
 The paper's law without re-planning, the hip torque multiplied by that constant, is walked 60 steps on level ground. It
 is put together here as its author would do it, so that a law of usual length has to be compiled:

@@ -37,8 +37,7 @@ from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.panels import legend_below
 from mjbiped.records import measures
-from scripts.benchmarks.benchmark import machine
-from scripts.benchmarks.timing import Case, Timing, interleaved
+from scripts.benchmarks.timing import Case, Timing, interleaved, machine
 from scripts.pages import write_table
 from scripts.studies.gallery import TERRAINS
 

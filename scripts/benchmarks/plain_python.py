@@ -1,10 +1,7 @@
-"""How much slower a walk is whose controller cannot be compiled: whole walks in both engines, in pairs.
+"""Benchmark of controllers that cannot be compiled: whole walks in both engines, in pairs.
 
-A controller without `law()` runs as ordinary Python. In the hybrid engine all of the engine does so with it, in MuJoCo
-the three callbacks. CPU times of the thread; compilation is not counted. The result stands in
-`docs/tables/performance.md`.
-
-    python -m scripts.benchmarks.plain_python_benchmark        (part of: make bench)
+A controller without `law()` runs as ordinary Python; with it so does all of the hybrid engine, and in MuJoCo the three
+callbacks.
 """
 
 from __future__ import annotations
@@ -13,15 +10,12 @@ import time
 from collections.abc import Sequence
 from functools import partial
 
-import click
-
 import mjbiped
 from controllers import AdaptiveController, Controller, KneedController, Memory, PassiveController
 from mjbiped.gaits.gait import Periodic
 from mjbiped.terrain.terrain import Terrain
-from scripts.benchmarks.benchmark import GAIT, ROBOT
-from scripts.benchmarks.timing import PAGE, interleaved
-from scripts.pages import write_table
+from scripts.benchmarks.hybrid import GAIT, ROBOT
+from scripts.benchmarks.timing import Rows, interleaved
 
 STEPS = {("hybrid", True): 3000, ("hybrid", False): 20, ("mujoco", True): 20, ("mujoco", False): 4}
 """Gait steps of a timed walk, by engine and whether it is compiled: some tenths of a second each."""
@@ -79,10 +73,8 @@ def walking(controller: Controller, terrain: Terrain, gait: Periodic, engine: st
     return taken
 
 
-@click.command(help=__doc__)
-@click.option("--repeats", default=9, show_default=True, type=click.IntRange(3), help="Repetitions of each case.")
-def main(repeats: int) -> None:
-    """Measure, and write the table of docs/tables/performance.md."""
+def against_compiled(repeats: int) -> Rows:
+    """Compare each controller as plain Python with the compiled one."""
     rows = []
     for name, (compiled, plain, terrain, gait) in PAIRS.items():
         for engine in ("hybrid", "mujoco"):
@@ -94,10 +86,4 @@ def main(repeats: int) -> None:
             fast_one, slow_one = timings["True"], timings["False"]
             each = [timing.each(1e-3, DIGITS[engine]) for timing in (fast_one, slow_one)]
             rows.append([name, engine, *each, fast_one.ratio(slow_one)])
-    headings = ("walk", "engine", "compiled, ms per gait step", "plain Python, ms per gait step", "times as fast")
-    write_table(PAGE, "plain python", headings, rows)
-    click.echo("\n".join(" | ".join(row) for row in [list(headings), *rows]))
-
-
-if __name__ == "__main__":
-    main()
+    return rows

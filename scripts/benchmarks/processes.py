@@ -1,8 +1,6 @@
-"""What one waits for: imports, the first walk, a walk after a law was changed, and video frames.
+"""Benchmarks of what a user waits for: imports, the first walk, a walk with a changed law, and video frames.
 
-    python -m scripts.benchmarks.startup_benchmark        (part of: make bench)
-
-Processes of their own, in turn; CPU times with those of their threads. Cold: with an empty cache of machine code.
+Processes are timed with all their threads. "The first time" is with an empty cache of machine code.
 """
 
 from __future__ import annotations
@@ -17,15 +15,11 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-import click
-
 import mjbiped
 from controllers import PassiveController
-from mjbiped.errors import RenderError
 from mjbiped.rendering.video import render_frames
 from mjbiped.terrain.terrain import Terrain
-from scripts.benchmarks.timing import PAGE, Case, Timing, interleaved
-from scripts.pages import write_table
+from scripts.benchmarks.timing import Case, Rows, Timing, interleaved
 
 FRAMES = 30
 SIZE = (1280, 720)
@@ -41,7 +35,7 @@ COLD = ("`mjbiped walk level --steps 3`", "the same, `--engine hybrid`")
 
 
 def process(words: Sequence[str], cache: str | None = None) -> Case:
-    """A Python process; its CPU time."""
+    """Time a Python process with these arguments, and perhaps a cache folder of its own."""
     environment = {**os.environ, **({"NUMBA_CACHE_DIR": cache} if cache else {})}
 
     def run() -> float:
@@ -53,8 +47,8 @@ def process(words: Sequence[str], cache: str | None = None) -> Case:
     return run
 
 
-def startup(repeats: int) -> list[list[str]]:
-    """Rows of the processes: with machine code on disk, and the first time."""
+def startup(repeats: int) -> Rows:
+    """Time processes with machine code on disk, and the first time."""
     warm = interleaved({name: (process(words), 1) for name, words in PROCESSES.items()}, repeats, "start")
     rows = []
     for name, timing in warm.items():
@@ -66,8 +60,8 @@ def startup(repeats: int) -> list[list[str]]:
     return rows
 
 
-def edited(repeats: int) -> list[list[str]]:
-    """Rows of a program with a law of its own: a constant of it just changed, and as it was in the run before."""
+def edited(repeats: int) -> Rows:
+    """Time a program with a law of its own, after a constant in it has changed and once more unchanged."""
     source = Path(__file__).with_name("edited_law.py").read_text()
     with tempfile.TemporaryDirectory() as folder:
         program = Path(folder) / "edited_law.py"
@@ -95,8 +89,8 @@ def edited(repeats: int) -> list[list[str]]:
     return rows
 
 
-def frames(repeats: int) -> list[list[str]]:
-    """Rows of frames per second, by the clock on the wall: the renderer has threads."""
+def frames(repeats: int) -> Rows:
+    """Time frames by wall-clock time, since the renderer has threads."""
     walk = mjbiped.walk(PassiveController(), Terrain.incline(2.0), steps=4)
     times = [walk.end[0] * index / FRAMES for index in range(FRAMES)]
 
@@ -115,22 +109,3 @@ def frames(repeats: int) -> list[list[str]]:
         "frames",
     )
     return [[name, timing.rate] for name, timing in timings.items()]
-
-
-@click.command()
-@click.option("--repeats", default=7, show_default=True, type=click.IntRange(3), help="Repetitions of each case.")
-def main(repeats: int) -> None:
-    """Measure, and write the tables of docs/tables/performance.md."""
-    write_table(PAGE, "startup", ("process", "CPU time, s", "the first time"), startup(repeats))
-    headings = ("60 steps in", "a constant changed, s", "the same again, s", "compiling the law, s")
-    write_table(PAGE, "edited", headings, edited(repeats))
-    try:
-        rows = frames(repeats)
-    except RenderError as error:
-        click.echo(f"the table of frames stays as it is: {error}")
-    else:
-        write_table(PAGE, "frames", (f"{SIZE[0]} × {SIZE[1]}", "frames/s"), rows)
-
-
-if __name__ == "__main__":
-    main()

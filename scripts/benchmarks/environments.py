@@ -1,9 +1,6 @@
 """Environment steps per second, beside Gymnasium's Walker2d-v5 and dm_control's walker-walk at the same control period.
 
-    python -m scripts.benchmarks.env_benchmark        (part of: make bench)
-
-Random actions over the whole of each action space; episodes are begun anew when they end, outside of the time. CPU
-times of the thread, but for the comparison of threads, which is by the clock on the wall.
+Actions are random over the whole of each action space. Episodes restart when they end; restarts are not timed.
 """
 
 from __future__ import annotations
@@ -13,15 +10,13 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-import click
 import gymnasium
 import numpy as np
 
 import mjbiped.envs
 from mjbiped.envs.tasks import CONTROL_PERIOD
 from mjbiped.envs.vector import CompassWalkVectorEnv
-from scripts.benchmarks.timing import PAGE, Case, interleaved, side_by_side
-from scripts.pages import write_table
+from scripts.benchmarks.timing import Case, Rows, interleaved, side_by_side
 
 STEPS = 1500  # of one environment in a repetition
 ROBOTS = 64
@@ -52,7 +47,7 @@ def of_dm_control(env: Any) -> Case:
 
 
 def stepping(reset: Callable[[], object], step: Callable[[Any], bool], actions: Any) -> Case:
-    """CPU time of the steps, without that of the resets."""
+    """Time steps, without the resets."""
 
     def run() -> float:
         reset()
@@ -68,7 +63,7 @@ def stepping(reset: Callable[[], object], step: Callable[[Any], bool], actions: 
 
 
 def many(threads: int) -> Case:
-    """Steps of many robots, each on ground of its own, by the clock on the wall."""
+    """Steps of many robots, each on ground of its own."""
     env = CompassWalkVectorEnv(ROBOTS, "walk_random", residual=True, threads=threads)
     random = np.random.default_rng(0)
     actions = random.uniform(-1.0, 1.0, (VECTOR_STEPS, ROBOTS, 2)).astype(np.float32)
@@ -84,7 +79,7 @@ def many(threads: int) -> Case:
 
 
 def hashing(threads: int) -> Case:
-    """Two pieces of work that share nothing, by the clock on the wall: what threads can gain on this machine now."""
+    """Two pieces of work that share nothing: what threads can gain on this machine at the moment."""
     block = bytes(20_000_000)
 
     def run() -> float:
@@ -103,10 +98,8 @@ def walker_of_dm_control() -> Any:
     return control.Environment(physics, task, time_limit=25.0, control_timestep=CONTROL_PERIOD)
 
 
-@click.command()
-@click.option("--repeats", default=11, show_default=True, type=click.IntRange(3), help="Repetitions of each case.")
-def main(repeats: int) -> None:
-    """Measure, and write the table of docs/tables/performance.md."""
+def over_environments(repeats: int) -> Rows:
+    """Time environments one by one, and many robots in threads."""
     tasks = {"residual": True, "random": 0}
     cases: dict[str, tuple[Case, int]] = {
         "Gymnasium: Walker2d-v5": (of_gymnasium("Walker2d-v5", frame_skip=10), STEPS),
@@ -127,9 +120,4 @@ def main(repeats: int) -> None:
     names = list(cases)
     measure = dict.fromkeys(names[:3], names[0]) | dict.fromkeys(names[3:6], names[3])
     measure |= dict.fromkeys(names[6:8], names[6]) | dict.fromkeys(names[8:], names[8])
-    rows = [[name, timings[name].rate, timings[name].ratio(timings[measure[name]])] for name in names]
-    write_table(PAGE, "environments", ("environment", "steps per second", "times the first of its kind"), rows)
-
-
-if __name__ == "__main__":
-    main()
+    return [[name, timings[name].rate, timings[name].ratio(timings[measure[name]])] for name in names]
