@@ -237,12 +237,12 @@ def _gait(ctx: click.Context, /, slope_deg: float, plot: Path | None, json: bool
     robot = robot_of(ctx, values)
     if isinstance(robot, KneedBiped):
         kneed = find_kneed_gait(robot, math.radians(slope_deg))
-        files.plot(plot, "kneed:plot_kneed_gait", kneed)
+        files.plot(plot, "gait:plot_gait", kneed)
         summary = tables.kneed_gait_summary(kneed)
         files.end(summary, [tables.kneed_gait_table(summary)], json=json, quiet=False)
         return
     gait = find_passive_gait(compass_of(robot, "this gait"), math.radians(slope_deg))
-    files.plot(plot, "walk:plot_gait", gait)
+    files.plot(plot, "gait:plot_gait", gait)
     summary = tables.gait_summary(gait)
     files.end(summary, [tables.gait_table(summary)], json=json, quiet=False)
 

@@ -76,8 +76,7 @@ def reference(
         friction=friction,
     )
     files = Files()
-    kneed = isinstance(gait, OptimisedKneedGait)
-    files.plot(plot, "kneed:plot_kneed_reference" if kneed else "reference:plot_reference", gait)
+    files.plot(plot, "gait:plot_gait", gait)
     files.end(_summary(gait), [_table(gait)], json=json, quiet=False)
 
 

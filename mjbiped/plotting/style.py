@@ -97,6 +97,11 @@ def note_at(axes: Axes, text: str, x: float, height: float, offset: tuple[float,
     axes.annotate(text, (x, height), offset, textcoords="offset points", **usual | look)
 
 
+def zero_line(axes: Axes) -> None:
+    """Draw a thin line at zero, behind everything else."""
+    axes.axhline(0.0, color=GUIDE, linewidth=0.5, zorder=0)
+
+
 def widen(axes: Axes, least: float) -> None:
     """Give the vertical axis at least this span, in its own unit."""
     low, high = axes.get_ylim()

@@ -8,13 +8,14 @@ from base64 import b64encode
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import LONGEST_SHOWN, MjbipedError, RecordError, shown
-from mjbiped.records import measures, views
+from mjbiped.records import measures
 from mjbiped.records.arrays import read_arrays, write_arrays
 from mjbiped.records.frames import Frames, frames
 from mjbiped.records.pressure import unknown
@@ -162,7 +163,7 @@ class Walk:
             InputError: The path has another suffix; nothing has been drawn then.
             RenderError: The record holds no samples, or the file cannot be written.
         """
-        figure: Figure = views.drawer("figure")(self, path)
+        figure: Figure = resolve_name("mjbiped.plotting.walk:plot_walk")(self, path)
         return figure
 
     def video(self, path: str | Path | None = None, **settings: Any) -> None:
@@ -177,7 +178,7 @@ class Walk:
             InputError: An argument is outside its domain; nothing has been drawn then.
             RenderError: The record holds no samples, no OpenGL platform works, or the file cannot be written.
         """
-        views.drawer("video")(self, path, **settings)
+        resolve_name("mjbiped.rendering.video:render_video")(self, path, **settings)
 
     def to_pandas(self) -> Frames:
         """The walk as two data frames of pandas, `samples` and `touchdowns`.
@@ -199,7 +200,7 @@ class Walk:
         """What a notebook shows: outcome and measures, and the time lapse where there are samples."""
         shown_first = html_table(tuple(row for row in self.summary().rows if row[0] in _SHOWN_FIRST))
         try:
-            picture = b64encode(views.drawer("picture")(self)).decode()
+            picture = b64encode(resolve_name("mjbiped.plotting.walk:time_lapse_picture")(self)).decode()
         except MjbipedError:  # nothing to draw
             return shown_first
         return f'{shown_first}<img alt="time lapse of the walk" src="data:image/png;base64,{picture}">'

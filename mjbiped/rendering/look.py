@@ -45,6 +45,12 @@ class Look(NamedTuple):
     visual: Mapping[int, bool]
     rendering: Mapping[int, bool]
 
+    def set_flags(self, visual: Any, rendering: Any, usual: Mapping[int, bool]) -> None:
+        """Set MuJoCo's flags: the usual rendering flags of a window or picture first, then those of the look."""
+        for flags, values in ((rendering, usual), (visual, self.visual), (rendering, self.rendering)):
+            for flag, value in values.items():
+                flags[flag] = value
+
 
 def look(hide: str | Iterable[str] = (), flags: str | Iterable[str] = ()) -> Look:
     """The look of a picture.

@@ -16,7 +16,6 @@ import numpy as np
 
 from mjbiped.engines.mujoco.scenery import CUT
 from mjbiped.records.signals import SIGNALS, torques_of
-from mjbiped.rendering.geoms import add_geom
 from mjbiped.rendering.moments import Moment, Pair, Points
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import palette
@@ -218,3 +217,32 @@ class _Pen:
         frame = np.array((cosine, 0.0, sine, 0.0, 1.0, 0.0, -sine, 0.0, cosine))
         thick = 0.02 * size[1]
         self._geom(mujoco.mjtGeom.mjGEOM_ELLIPSOID, np.array((*size, thick)), np.array(place), frame, rgba)
+
+
+def add_geom(
+    scene: Any, geoms: Sequence[Any], kind: Any, size: Any, place: Any, frame: Any, rgba: tuple[float, ...]
+) -> Any:
+    """Add a geom that neither casts nor takes shadows to a scene; None where the scene is full.
+
+    Args:
+        scene: A `mujoco.MjvScene`.
+        geoms: `scene.geoms`, which makes an object of each when it is asked for.
+        kind: Of `mujoco.mjtGeom`.
+        size: Three numbers, m.
+        place: Its centre, m.
+        frame: Its axes, nine numbers.
+        rgba: Colour and opacity, each from 0 to 1.
+
+    Returns:
+        The geom; emission, specular and shininess are zero.
+    """
+    if scene.ngeom >= scene.maxgeom:
+        return None
+    geom = geoms[scene.ngeom]
+    mujoco.mjv_initGeom(geom, kind, size, place, frame, np.array(rgba, dtype=np.float32))
+    # mjv_initGeom leaves these as they are in memory, and pixels depend on them
+    geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+    geom.objtype, geom.objid, geom.segid = mujoco.mjtObj.mjOBJ_UNKNOWN, -1, -1
+    geom.emission, geom.specular, geom.shininess = 0.0, 0.0, 0.0
+    scene.ngeom += 1
+    return geom

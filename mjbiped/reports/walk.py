@@ -21,9 +21,6 @@ from mjbiped.reports.page import check_installed, write_page
 from mjbiped.reports.repeat import command_of, python_of
 from mjbiped.reports.walk_figures import shown_samples, walk_figures
 
-_TOLD = ("slope", "torque", "knee torque")
-"""Panels of signals that the page tells of in words, too."""
-
 _MOST_LISTED = 12  # numbers of a parameter; a ground may have thousands
 
 
@@ -109,7 +106,7 @@ def _touchdowns(walk: Walk) -> dict[str, NDArray[np.float64]]:
         "friction used": measures.friction_asked(rows),
         "least normal force (N)": rows["normal_force"],
     }
-    if walk.robot.knees:
+    if "knee_strike" in rows:
         columns |= {"knee strike after (s)": rows["knee_strike"], "greatest flexion (°)": np.degrees(rows["flexion"])}
     return columns
 
@@ -127,7 +124,7 @@ def _number(value: float) -> str:
 def _data(walk: Walk) -> dict[str, Any]:
     """What the page's program needs to show a moment: the samples that are drawn, by names."""
     keep, samples, robot = shown_samples(walk), walk.samples, type(walk.robot)
-    told = {name: signal for name, signal in signals_of(robot).items() if signal.panel in _TOLD}
+    told = {name: signal for name, signal in signals_of(robot).items() if PANELS[signal.panel].in_words}
     legs = walk.robot.limbs(samples["qpos"][keep])
     rows, stance = np.arange(len(keep)), samples["stance"][keep]
     return {

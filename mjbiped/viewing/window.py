@@ -53,10 +53,7 @@ def view(player: Player, look: Look, *, seconds: float | None = None) -> None:
     with _opened(viewer, player) as window:
         with window.lock():
             show_section(window.opt)
-            for flag, value in look.visual.items():
-                window.opt.flags[flag] = value
-            for flag, value in look.rendering.items():
-                window.user_scn.flags[flag] = value
+            look.set_flags(window.opt.flags, window.user_scn.flags, {})
             camera = _Camera(window.cam, player.source.moment(), player.source.robot.leg_length)
         shown = player.source.model
         while window.is_running():
