@@ -1,4 +1,4 @@
-"""The record of a walk: what every engine returns, on disk as in memory."""
+"""Record of a walk, which every engine returns, in memory and on disk."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _SHOWN_FIRST = ("outcome", "ended at", "terrain", "controller", "warning", "step
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """One walk of a biped, from its start to its outcome.
+    """Walk of a biped, from its start to its outcome.
 
     Attributes:
         samples: Arrays over time, empty where no samples were asked for, by name:
@@ -79,12 +79,12 @@ class Walk:
 
     @property
     def robot(self) -> Robot:
-        """The robot that walked."""
+        """Robot that walked."""
         return robot_from(self.settings["robot"])
 
     @property
     def terrain(self) -> Terrain:
-        """The ground that it walked on."""
+        """Ground that the robot walked on."""
         return Terrain.from_dict(self.settings["terrain"])
 
     @property
@@ -94,18 +94,18 @@ class Walk:
 
     @property
     def fell(self) -> bool:
-        """Whether the robot fell. Other bad ends have outcomes of their own."""
+        """Whether the robot fell; other failures have outcomes of their own."""
         return self.outcome == "fell"
 
     @property
     def warnings(self) -> Mapping[str, int]:
-        """What the engine said of the walk, and how often: why it diverged or could not be resolved, for example."""
+        """Warnings of the engine with their counts, for example why the walk diverged."""
         warnings: Mapping[str, int] = self.settings.get("warnings", {})
         return warnings
 
     @property
     def ground_pulls(self) -> NDArray[np.bool_]:
-        """For each touchdown, whether the ground would have had to pull in the step that it ends, shape (steps,).
+        """Whether the ground would have had to pull in the step that each touchdown ends, shape (steps,).
 
         `touchdowns["normal_force"]` has the least force; see `mjbiped.records.measures.pulls`.
         """
@@ -113,7 +113,7 @@ class Walk:
 
     @property
     def contact_violations(self) -> NDArray[np.bool_]:
-        """For each touchdown, whether the step that it ends asks for ground that no foot has, shape (steps,).
+        """Whether the step that each touchdown ends violates the contact, shape (steps,).
 
         The ground would have to pull, or to have friction over 0.8; see `mjbiped.records.measures.violations`.
         """
@@ -121,7 +121,7 @@ class Walk:
 
     @property
     def verdict(self) -> str:
-        """The outcome, where "finished" is "through", or "through, contact violated"; see `contact_violations`."""
+        """Outcome, with "finished" split into "through" and "through, contact violated"; see `contact_violations`."""
         return measures.verdict(self.outcome, int(self.contact_violations.sum()))
 
     @property
@@ -131,18 +131,18 @@ class Walk:
 
     @property
     def cost_of_transport(self) -> float:
-        """c_mt of all joints' absolute work; see `mjbiped.records.measures.cost_of_transport` for the variants."""
+        """Cost of transport c_mt of the absolute work; `mjbiped.records.measures.cost_of_transport` has variants."""
         return measures.cost_of_transport(self)
 
     def __repr__(self) -> str:
-        """One line; the tables are long."""
+        """Describe the walk in one line."""
         name = textwrap.shorten(self.settings["terrain"]["name"], LONGEST_SHOWN, placeholder="...")
         x = self.distance
         said = "".join(f"; {text}" for text in self.warnings)
         return f"<Walk on {name}: {self.outcome} after {self.steps} steps, {x:.3f} m, {self.end[0]:.3f} s{said}>"
 
     def summary(self) -> WalkSummary:
-        """All measures of the walk.
+        """Compute all measures of the walk.
 
         Returns:
             What prints as the table of `mjbiped walk`, and has each measure by its name:
@@ -181,7 +181,7 @@ class Walk:
         resolve_name("mjbiped.rendering.video:render_video")(self, path, **settings)
 
     def to_pandas(self) -> Frames:
-        """The walk as two data frames of pandas, `samples` and `touchdowns`.
+        """Return the walk as two data frames of pandas, `samples` and `touchdowns`.
 
         Columns are flat, one number each: `q_stance`, `q_swing`, `torque_ankle`, `qpos_hip_x`, ..., and
         `controller_state_0`, ... for the controller's integrated states. Both frames have `step`, from 1 on: a sample
@@ -197,7 +197,7 @@ class Walk:
         return frames(self)
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: outcome and measures, and the time lapse where there are samples."""
+        """Return outcome, measures and, if there are samples, the time lapse for a notebook."""
         shown_first = html_table(tuple(row for row in self.summary().rows if row[0] in _SHOWN_FIRST))
         try:
             picture = b64encode(resolve_name("mjbiped.plotting.walk:time_lapse_picture")(self)).decode()
@@ -206,7 +206,7 @@ class Walk:
         return f'{shown_first}<img alt="time lapse of the walk" src="data:image/png;base64,{picture}">'
 
     def __eq__(self, other: object) -> bool:
-        """Bitwise equality of everything recorded."""
+        """Compare everything recorded, bit by bit."""
         if not isinstance(other, Walk):
             return NotImplemented
         return self._identity() == other._identity()
@@ -223,7 +223,7 @@ class Walk:
         return [*tables, self.outcome, self.end, self.peak_torque.tobytes(), self.pressure_times.tobytes(), plain]
 
     def save(self, path: str | Path) -> None:
-        """Write the record as `.npz`; the file appears whole or not at all.
+        """Write the record as `.npz`, which appears whole or not at all.
 
         Args:
             path: File to write; its name must end in `.npz`.
@@ -252,7 +252,7 @@ class Walk:
 
     @classmethod
     def load(cls, path: str | Path) -> Walk:
-        """Read a record.
+        """Load a record.
 
         Args:
             path: File that `save` wrote.

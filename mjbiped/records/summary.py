@@ -1,4 +1,4 @@
-"""What came of a walk, as a table for people and by name for programs."""
+"""Results of a walk, as a table for people and by name for programs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _WIDTH = 100  # characters of the table as text
 
 
 def _in_words(disturbances: Mapping[str, Any]) -> str:
-    """What is not as usual, in a line."""
+    """Describe the disturbances in one line."""
     words: dict[str, Callable[[Any], object]] = {"pushes": len, "seed": str}
     return ", ".join(
         f"{name.replace('_', ' ')} {words.get(name, '{:g}'.format)(value)}" for name, value in disturbances.items()
@@ -26,10 +26,10 @@ def _in_words(disturbances: Mapping[str, Any]) -> str:
 
 
 class WalkSummary(Mapping[str, Any]):
-    """The measures of a walk: printed, a table; by name, what `mjbiped.records.measures.summary` gives.
+    """Measures of a walk, printed as a table, and by name as in `mjbiped.records.measures.summary`.
 
     Attributes:
-        rows: Label, value in words, and unit of each line of the table.
+        rows: Label, formatted value, and unit of each line of the table.
     """
 
     def __init__(self, walk: Walk) -> None:
@@ -54,25 +54,25 @@ class WalkSummary(Mapping[str, Any]):
         self.rows = tuple(rows)
 
     def __getitem__(self, key: str) -> Any:
-        """A measure by its name."""
+        """Return a measure by its name."""
         return self._values[key]
 
     def __iter__(self) -> Iterator[str]:
-        """The measures' names."""
+        """Iterate over the names of the measures."""
         return iter(self._values)
 
     def __len__(self) -> int:
-        """How many there are."""
+        """Return the number of measures."""
         return len(self._values)
 
     def __rich__(self) -> Table:
-        """The table, for Rich."""
+        """Return the table for Rich."""
         from mjbiped.records.tables import table_of
 
         return table_of(self.rows)
 
     def __str__(self) -> str:
-        """The table as text."""
+        """Return the table as text."""
         from rich.console import Console
 
         text = StringIO()
@@ -82,12 +82,12 @@ class WalkSummary(Mapping[str, Any]):
     __repr__ = __str__
 
     def _repr_html_(self) -> str:
-        """The table, for a notebook."""
+        """Return the table for a notebook."""
         return html_table(self.rows)
 
 
 def html_table(rows: tuple[tuple[str, str, str], ...]) -> str:
-    """Rows of label, value and unit as HTML."""
+    """Write rows of label, value and unit as HTML."""
     lines = (
         f"<tr><th style='text-align:left'>{escape(label)}</th><td style='text-align:left'>{escape(value)} "
         f"{escape(unit)}</td></tr>"

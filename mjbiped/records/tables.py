@@ -1,4 +1,4 @@
-"""Tables on a terminal, in the house's one way."""
+"""Tables on a terminal, all in one style."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rich.text import Text
 
 
 def bare_table(*headings: str, numbers: bool = False) -> Table:
-    """An empty table: words to the left, numbers to the right; all are numbers if told so."""
+    """Make an empty table with words to the left and numbers to the right; `numbers` tells that all are numbers."""
     table = Table(box=box.SIMPLE, pad_edge=False)
     for heading in headings:
         words = heading in (headings[0], "unit") and not numbers
@@ -19,7 +19,7 @@ def bare_table(*headings: str, numbers: bool = False) -> Table:
 
 
 def table_of(rows: Iterable[tuple[str, str, str]]) -> Table:
-    """Rows of label, value and unit; nothing in them is taken for markup."""
+    """Make a table of rows of label, value and unit, without interpreting markup."""
     table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
     for _ in range(3):
         table.add_column(overflow="fold")

@@ -1,4 +1,4 @@
-"""The strip chart below a picture: slope, estimate and torques over time, drawn once, and a cursor that moves."""
+"""Strip chart below a picture: slope, estimate and torques over time, drawn once, with a moving cursor."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mjbiped.records.record import Walk
 from mjbiped.records.signals import PANELS, SIGNALS, Panel, Signal, Values, panels_of, values_of
 from mjbiped.rendering.overlay import Pixels
 
-_LONGEST = 20.0  # seconds of a page; a longer walk has several
+_LONGEST = 20.0  # longest time on a page, s; a longer walk has several pages
 _DPI = 100.0
 _LETTERS = 1 / 11.5  # height of the letters, per chart height
 _MARGIN = 7.2  # beside the panels, in letters: for names and numbers on the left, names of the lines on the right
@@ -29,17 +29,17 @@ Line = tuple[Signal, Values]
 
 
 class Chart:
-    """The strip chart of a part of a walk."""
+    """Strip chart of a part of a walk."""
 
     def __init__(self, walk: Walk, start: float, stop: float, width: int, height: int) -> None:
-        """Prepare; the pages are drawn when they are first shown.
+        """Prepare the values; pages are drawn when they are first shown.
 
         Args:
             walk: A record with samples.
-            start: Of the part that is shown, s.
-            stop: Its end, s.
-            width: Pixels.
-            height: Pixels.
+            start: Start of the part that is shown, s.
+            stop: End of the part that is shown, s.
+            width: Width, pixels.
+            height: Height, pixels.
         """
         self._size = width, height
         self._letters = max(7.0, height * _LETTERS)
@@ -67,8 +67,8 @@ class Chart:
         """Draw the chart, with the cursor at a time (s).
 
         Args:
-            frame: RGB, to be filled; rows of a picture.
-            time: Seconds since the walk's start.
+            frame: RGB pixels to fill, the lower rows of a picture.
+            time: Time since the start of the walk, s.
         """
         long = (self._stop - self._start) / self._pages
         page = min(self._pages - 1, max(0, int((time - self._start) / long))) if long > 0.0 else 0
@@ -85,7 +85,7 @@ class Chart:
         frame[round(height * (1.0 - high)) : round(height * (1.0 - low)), left : left + thick] = _CURSOR
 
     def _draw_page(self, begin: float, end: float) -> Pixels:
-        """A page from a time to another, s."""
+        """Draw a page from one time to another, s."""
         width, height = self._size
         letters = self._letters * 72.0 / _DPI
         figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, facecolor="white")
@@ -140,7 +140,7 @@ class Chart:
 
 
 def _limits(columns: Sequence[Values], least: float) -> tuple[float, float]:
-    """Ends of an axis that has all finite values on it, zero too, and at least such a span."""
+    """Ends of an axis that shows zero, all finite values, and at least a span of `least`."""
     values = np.concatenate([np.zeros(1), *(column[np.isfinite(column)] for column in columns)])
     low, high = float(values.min()), float(values.max())
     room = max(0.0, least - (high - low)) / 2.0 + 0.06 * max(high - low, least)
