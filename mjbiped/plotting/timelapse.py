@@ -104,28 +104,16 @@ def draw_row(axes: Axes, walk: Walk, row: Row) -> None:
     thick = min(1.6, max(0.5, 1.3 * scale))
     between = _times_between(walk, scale)
     stance = samples["stance"][np.searchsorted(time, between, side="right") - 1]
-    _draw_sticks(axes, row, _postures(walk, between), stance, robot, 0.55 * thick, 0.35)
+    postures = np.stack([np.interp(between, time, column) for column in qpos.T], axis=1)
+    _draw_sticks(axes, row, postures, stance, robot, 0.55 * thick, 0.35)
     # at a touchdown the old stance leg still is the one that stands
     _draw_sticks(axes, row, touchdowns["qpos"], 1 - touchdowns["stance"], robot, thick, 1.0)
     if walk.outcome != "finished" and row.start <= qpos[-1, 0] <= row.stop:
         _draw_sticks(axes, row, qpos[-1:], samples["stance"][-1:], robot, 1.3 * thick, 1.0, VERMILLION)
         x, z, *_ = qpos[-1].tolist()
         shift, side = (-5, "right") if x > row.start + 0.8 * (row.stop - row.start) else (5, "left")
-        look = {
-            "fontsize": width().font,
-            "color": VERMILLION,
-            "weight": "bold",
-            "ha": side,
-            "va": "center",
-            "zorder": 8,
-        }
-        note_at(axes, walk.outcome, x, z, (shift, 0), xycoords="data", **look)
-
-
-def _postures(walk: Walk, times: Array) -> Array:
-    """Interpolate recorded postures at some times (s), shape (times, len(robot.places))."""
-    columns = [np.interp(times, walk.samples["time"], column) for column in walk.samples["qpos"].T]
-    return np.stack(columns, axis=1)
+        look = {"fontsize": width().font, "color": VERMILLION, "weight": "bold", "zorder": 8}
+        note_at(axes, walk.outcome, x, z, (shift, 0), xycoords="data", ha=side, va="center", **look)
 
 
 def _times_between(walk: Walk, scale: float) -> Array:
@@ -181,16 +169,15 @@ def _draw_ground(axes: Axes, terrain: Terrain, row: Row, scale: float) -> None:
         stop = min(terrain.x[index + 1], row.stop) if index + 1 < len(terrain.x) else row.stop
         slope = f"{math.degrees(terrain.angle[index]) + 0.0:.1f}°".replace("-", "−")
         labels = [slope]
-        rise = terrain.rises[index]
+        rise, height = terrain.rises[index], terrain.z[index]
         begins_here = index > 0 and terrain.x[index] > row.start
         if begins_here:
-            axes.plot([start] * 2, [row.low, terrain.z[index]], color=SHADE, linewidth=0.5, linestyle=":", zorder=2)
+            axes.plot([start] * 2, [row.low, height], color=SHADE, linewidth=0.5, linestyle=":", zorder=2)
         if rise and begins_here:
-            ends = (terrain.z[index] - rise, terrain.z[index])
-            axes.plot([start] * 2, ends, color=VERMILLION, linewidth=2.2, solid_capstyle="butt", zorder=3.5)
-            axes.plot(
-                start, min(ends) - 0.045 / scale, "^" if rise > 0 else "v", color=VERMILLION, markersize=4.5, zorder=5
-            )
+            step: dict[str, Any] = {"color": VERMILLION, "markersize": 4.5}
+            axes.plot([start] * 2, [height - rise, height], linewidth=2.2, solid_capstyle="butt", zorder=3.5, **step)
+            below = min(height - rise, height) - 0.045 / scale
+            axes.plot(start, below, "^" if rise > 0 else "v", zorder=5, **step)
             labels.insert(0, f"{1000 * rise:+.3g} mm  {slope}".replace("-", "−"))
         for label in labels:
             room = _LETTER * (len(label) + 1) / scale

@@ -22,13 +22,14 @@ from mjbiped.records.pressure import unknown
 from mjbiped.records.schema import FORMAT as FORMAT
 from mjbiped.records.schema import FORMAT_VERSION as FORMAT_VERSION
 from mjbiped.records.schema import checked_fields
-from mjbiped.records.summary import WalkSummary, html_table
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.terrain import Terrain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from mjbiped.records.tables import WalkSummary
 
 _SHOWN_FIRST = ("outcome", "ended at", "terrain", "controller", "warning", "steps", "distance", "speed",
                 "cost of transport, absolute", "peak torque, ankle", "peak torque, hip")  # fmt: skip
@@ -148,6 +149,8 @@ class Walk:
             What prints as the table of `mjbiped walk`, and has each measure by its name:
             `walk.summary()["cost_of_transport"]`. A measure that does not exist is None.
         """
+        from mjbiped.records.tables import WalkSummary  # Rich takes long to load
+
         return WalkSummary(self)
 
     def plot(self, path: str | Path | None = None) -> Figure:
@@ -198,7 +201,9 @@ class Walk:
 
     def _repr_html_(self) -> str:
         """Return outcome, measures and, if there are samples, the time lapse for a notebook."""
-        shown_first = html_table(tuple(row for row in self.summary().rows if row[0] in _SHOWN_FIRST))
+        from mjbiped.records.tables import html_table
+
+        shown_first = html_table(row for row in self.summary().rows if row[0] in _SHOWN_FIRST)
         try:
             picture = b64encode(resolve_name("mjbiped.plotting.walk:time_lapse_picture")(self)).decode()
         except MjbipedError:  # nothing to draw

@@ -191,6 +191,9 @@ class Player:
     def _pause(self) -> None:
         self.paused = not self.paused
 
+    def _help(self) -> None:
+        self.helps = not self.helps
+
     def _slower(self) -> None:
         self.speed = max(SLOWEST, 0.5 * self.speed)
         self._measure()
@@ -198,32 +201,6 @@ class Player:
     def _faster(self) -> None:
         self.speed = min(FASTEST, 2.0 * self.speed)
         self._measure()
-
-    def _forward(self) -> None:
-        self.paused = True
-        self.source.go_to(self.source.time + STRIDE)
-        self._jumped()
-
-    def _back(self) -> None:
-        if self._can_go_back():
-            self.source.go_to(self.source.time - STRIDE)
-            self._jumped()
-
-    def _next_touchdown(self) -> None:
-        self.paused = True
-        self.source.touchdown_beside(1)
-        self._jumped()
-
-    def _last_touchdown(self) -> None:
-        if self._can_go_back():
-            self.source.touchdown_beside(-1)
-            self._jumped()
-
-    def _can_go_back(self) -> bool:
-        self.paused = True
-        if not self.source.goes_back:
-            self.source.news = "a walk under way cannot go back: write a record (mjbiped walk --out) and view that"
-        return self.source.goes_back
 
     def _restart(self) -> None:
         self.source.restart()
@@ -233,5 +210,23 @@ class Player:
         self.source.next_seed()
         self._jumped()
 
-    def _help(self) -> None:
-        self.helps = not self.helps
+    def _forward(self) -> None:
+        self._go(lambda: self.source.go_to(self.source.time + STRIDE))
+
+    def _back(self) -> None:
+        self._go(lambda: self.source.go_to(self.source.time - STRIDE), back=True)
+
+    def _next_touchdown(self) -> None:
+        self._go(lambda: self.source.touchdown_beside(1))
+
+    def _last_touchdown(self) -> None:
+        self._go(lambda: self.source.touchdown_beside(-1), back=True)
+
+    def _go(self, move: Callable[[], object], *, back: bool = False) -> None:
+        """Pause, and move the walk to another time if it can go there."""
+        self.paused = True
+        if back and not self.source.goes_back:
+            self.source.news = "a walk under way cannot go back: write a record (mjbiped walk --out) and view that"
+            return
+        move()
+        self._jumped()
