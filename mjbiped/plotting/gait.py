@@ -131,7 +131,8 @@ def _draw_postures(axes: Axes, gait: Any, phases: list[_Phase], count: int) -> N
         axes.plot(*knees.T, "o", color="white", markeredgecolor=SHADE, markersize=3.5)
         axes.plot(*stance[0], "o", color=SHADE, markersize=5)
         words = f"{time:.3f} s" + ("\nknee strike" if time in strike else "")
-        note_at(axes, words, *stance[0], (0, 5), xycoords="data", ha="center")
+        hip_x, hip_z = stance[0].tolist()
+        note_at(axes, words, hip_x, hip_z, (0, 5), xycoords="data", ha="center")
     low = -(ground * sine).max() - 0.12 * leg
     axes.fill_between(ground * cosine, -ground * sine, low, color=GROUND, linewidth=0)
     axes.plot(ground * cosine, -ground * sine, color=SHADE, linewidth=0.8)
@@ -158,8 +159,9 @@ def _draw_cycle(axes: Axes, letter: str, gait: Any, phases: list[_Phase]) -> Non
         middle = len(q) // 4
         arrow = {"arrowstyle": "-|>", "color": style["color"], "mutation_scale": 12}
         axes.annotate("", (q[middle + 2], dq[middle + 2]), (q[middle], dq[middle]), arrowprops=arrow)
-    for before, after in ((0, 1), (1, 0)):  # the legs change roles
-        ends = (gait.end[before], gait.start[after]), (gait.end[len(angles) + before], gait.start[len(angles) + after])
+    n = len(angles)
+    for old, new in ((0, 1), (1, 0)):  # the legs change roles
+        ends = (gait.end[old], gait.start[new]), (gait.end[n + old], gait.start[n + new])
         axes.plot(*ends, color=GUIDE, linestyle=":", marker="o", markersize=2.5, zorder=1)
     axes.set(xlabel="angle from the ground's normal (rad)", ylabel="rate (rad/s)")
     titled(axes, letter, "Limit cycle; impacts dotted")

@@ -71,7 +71,8 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
         histories_height, phases_height = history * len(panels), portrait * math.ceil(portraits / across)
         heights = [sum(row.height + 0.25 for row in rows) + margin, histories_height, phases_height]
         figure.set_figheight(sum(heights) + 0.1 + head(figure, title))
-        lapse, histories, phases = figure.subfigures(3, 1, height_ratios=heights)
+        parts: Any = figure.subfigures(3, 1, height_ratios=heights)
+        lapse, histories, phases = parts
         grid = _draw_rows(lapse, walk, rows)
         titled(grid[0], "a", "Time lapse")
         labelled(grid[-1], "x (m);  under the ground: step height and slope, positive downhill")

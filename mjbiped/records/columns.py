@@ -51,78 +51,93 @@ class Tables(NamedTuple):
 @cache
 def tables_of(robot: type[Robot]) -> Tables:
     """Columns of the walks of a kind of robot."""
+    return Tables(_samples_of(robot), _touchdowns_of(robot))
 
-    def of_angles(unit: str, meaning: str, **more: Any) -> Column:
-        return Column(len(robot.angles), unit, meaning, parts=robot.angles, **more)
 
-    def from_controller(unit: str, meaning: str, **more: Any) -> Column:
-        return Column(1, unit, meaning, finite=False, **more)
+_MOTOR: Mapping[str, Any] = {"since": 3, "optional": True}  # of the stance knee, which may be locked instead
 
+
+def _of_angles(robot: type[Robot], unit: str, meaning: str, **more: Any) -> Column:
+    return Column(len(robot.angles), unit, meaning, parts=robot.angles, **more)
+
+
+def _from_controller(unit: str, meaning: str, **more: Any) -> Column:
+    return Column(1, unit, meaning, finite=False, **more)
+
+
+def _posture_of(robot: type[Robot]) -> Column:
     units = ", ".join(["m", "m", *["rad"] * (len(robot.places) - 2)])
-    qpos = Column(len(robot.places), units, "posture: hip, legs from the vertical, flexions", parts=robot.places)
+    return Column(len(robot.places), units, "posture: hip, legs from the vertical, flexions", parts=robot.places)
+
+
+def _samples_of(robot: type[Robot]) -> dict[str, Column]:
     samples = {
         "time": Column(1, "s", "time since the start of the walk"),
-        "q": of_angles("rad", "angles from the ground's normal under the stance foot"),
-        "dq": of_angles("rad/s", "rates of the angles"),
+        "q": _of_angles(robot, "rad", "angles from the ground's normal under the stance foot"),
+        "dq": _of_angles(robot, "rad/s", "rates of the angles"),
         "torque": Column(len(robot.joints), "N m", "joint torques from now on", finite=False, parts=robot.joints),
         "slope": Column(1, "rad", "slope of the ground under the stance foot"),
-        "slope_estimate": from_controller("rad", "slope that the controller estimates; NaN if it makes no estimate"),
+        "slope_estimate": _from_controller("rad", "slope that the controller estimates; NaN if it makes no estimate"),
         "stance": Column(1, "", "stance leg, 0 left, 1 right"),
-        "qpos": qpos,
+        "qpos": _posture_of(robot),
     }
+    if "knee" in robot.joints:
+        samples["locked"] = Column(1, "", "1 where the swing knee has struck its stop and is locked")
+        samples["stance_knee_torque"] = _from_controller(
+            "N m", "torque of the motor that holds the stance knee; NaN where the knee is locked", **_MOTOR
+        )
+    return samples
+
+
+def _touchdowns_of(robot: type[Robot]) -> dict[str, Column]:
     touchdowns = {
         "time": Column(1, "s", "time of the support transfer"),
-        "qpos": qpos,
+        "qpos": _posture_of(robot),
         "x": Column(1, "m", "position of the new stance foot"),
         "z": Column(1, "m", "height of the new stance foot"),
         "stance": Column(1, "", "new stance leg, 0 left, 1 right"),
         "slope": Column(1, "rad", "slope of the ground under the new stance foot"),
-        "q_before": of_angles("rad", "angles in the old roles, from the normal of the old ground"),
-        "dq_before": of_angles("rad/s", "rates in the old roles, just before the impact"),
-        "q": of_angles("rad", "angles in the new roles, from the normal of the new ground"),
-        "dq": of_angles("rad/s", "rates in the new roles, just after the impact"),
-        "work_absolute": from_controller("J", "absolute work of all joints since the start"),
-        "work_net": from_controller("J", "net work of all joints since the start"),
-        "work_positive": from_controller("J", "positive work of all joints since the start"),
+        "q_before": _of_angles(robot, "rad", "angles in the old roles, from the normal of the old ground"),
+        "dq_before": _of_angles(robot, "rad/s", "rates in the old roles, just before the impact"),
+        "q": _of_angles(robot, "rad", "angles in the new roles, from the normal of the new ground"),
+        "dq": _of_angles(robot, "rad/s", "rates in the new roles, just after the impact"),
+        "work_absolute": _from_controller("J", "absolute work of all joints since the start"),
+        "work_net": _from_controller("J", "net work of all joints since the start"),
+        "work_positive": _from_controller("J", "positive work of all joints since the start"),
         "slip": Column(1, "m", "greatest distance that the old stance foot slid along the ground"),
         "penetration": Column(1, "m", "deepest contact of the step that ends"),
         "friction": Column(1, "", "greatest |F_t| / F_n of the old stance foot"),
         "strikes": Column(1, "", "1 where the swing foot struck a vertical face"),
-        "slope_estimate_before": from_controller("rad", "slope estimate at the end of the step, before its update"),
-        "slope_estimate": from_controller("rad", "slope estimate after its update"),
-        "normal_force": from_controller(
+        "slope_estimate_before": _from_controller("rad", "slope estimate at the end of the step, before its update"),
+        "slope_estimate": _from_controller("rad", "slope estimate after its update"),
+        "normal_force": _from_controller(
             "N", "least normal force on the old stance foot; below zero the ground would have to pull", since=2
         ),
-        "pressure_ahead": from_controller(
+        "pressure_ahead": _from_controller(
             "m", "farthest centre of pressure ahead of the old stance foot; -inf where it hardly bore load", since=4
         ),
-        "pressure_behind": from_controller(
+        "pressure_behind": _from_controller(
             "m", "farthest centre of pressure behind the old stance foot; -inf where it hardly bore load", since=4
         ),
     }
     if "knee" in robot.joints:
-        motor: dict[str, Any] = {"since": 3, "optional": True}
-        samples |= {
-            "locked": Column(1, "", "1 where the swing knee has struck its stop and is locked"),
-            "stance_knee_torque": from_controller(
-                "N m", "torque of the motor that holds the stance knee; NaN where the knee is locked", **motor
-            ),
-        }
         touchdowns |= {
-            "knee_strike": from_controller("s", "time from the start of the step to the knee strike; NaN without one"),
-            "knee_q": of_angles("rad", "angles at the knee strike; NaN without one", finite=False),
-            "knee_dq_before": of_angles("rad/s", "rates just before the knee strike; NaN without one", finite=False),
-            "knee_dq": of_angles("rad/s", "rates just after the knee strike; NaN without one", finite=False),
+            "knee_strike": _from_controller("s", "time from the start of the step to the knee strike; NaN without one"),
+            "knee_q": _of_angles(robot, "rad", "angles at the knee strike; NaN without one", finite=False),
+            "knee_dq_before": _of_angles(
+                robot, "rad/s", "rates just before the knee strike; NaN without one", finite=False
+            ),
+            "knee_dq": _of_angles(robot, "rad/s", "rates just after the knee strike; NaN without one", finite=False),
             "flexion": Column(1, "rad", "greatest flexion of the swing knee in the step that ends"),
             "stubs": Column(1, "", "number of times that the swing foot struck the ground and did not take the load"),
-            "stance_knee_torque": from_controller(
-                "N m", "greatest torque of the stance knee's motor in the step that ends", **motor
+            "stance_knee_torque": _from_controller(
+                "N m", "greatest torque of the stance knee's motor in the step that ends", **_MOTOR
             ),
-            "stance_knee_work": from_controller(
-                "J", "absolute work of the stance knees' motor since the start", **motor
+            "stance_knee_work": _from_controller(
+                "J", "absolute work of the stance knees' motor since the start", **_MOTOR
             ),
         }
-    return Tables(samples, touchdowns)
+    return touchdowns
 
 
 SAMPLES, TOUCHDOWNS = tables_of(Compass)

@@ -280,8 +280,8 @@ class Summary:
         def cost(work: str) -> float:
             return _transport(last[work], robot, last["x"])
 
-        known = not math.isnan(self._least_force)
-        pulls, violations, strikes = (int(self._sums[name]) for name in ("pulls", "violations", "strikes"))
+        unknown = math.isnan(self._least_force)
+        pulls, violations = (None if unknown else int(self._sums[name]) for name in ("pulls", "violations"))
         ahead, behind = largest("pressure_ahead"), largest("pressure_behind")
         sole = Sole(pressure_times, end[0], ahead, behind, robot.leg_length)
         measured: dict[str, Any] = {
@@ -308,16 +308,16 @@ class Summary:
             "largest_penetration_m": largest("penetration"),
             "largest_stance_friction": largest("friction"),
             "least_normal_force_weights": self._least_force / robot.weight if steps else math.nan,
-            "steps_that_pull": pulls if known else None,
-            "steps_violating_contact": violations if known else None,
+            "steps_that_pull": pulls,
+            "steps_violating_contact": violations,
             "pressure_ahead_m": ahead,
             "pressure_behind_m": behind,
             "foot_length_99_percent_m": sole.length(),
-            "strikes": strikes,
+            "strikes": int(self._sums["strikes"]),
         }
         return {
             "outcome": outcome,
-            "verdict": verdict(outcome, measured["steps_violating_contact"]),
+            "verdict": verdict(outcome, violations),
             "ended_at_time_s": end[0],
             "ended_at_x_m": end[1],
             **{name: None if value != value else value for name, value in measured.items()},

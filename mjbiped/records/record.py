@@ -166,6 +166,7 @@ class Walk:
             InputError: The path has another suffix; nothing has been drawn then.
             RenderError: The record holds no samples, or the file cannot be written.
         """
+        # by name: a record imports nothing that draws, and what draws imports records
         figure: Figure = resolve_name("mjbiped.plotting.walk:plot_walk")(self, path)
         return figure
 

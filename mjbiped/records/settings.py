@@ -168,12 +168,12 @@ _Check = tuple[Callable[[Any], bool], str]
 """Function that tells whether a value is valid, and what is expected in words."""
 
 
-def _text(value: Any) -> bool:
+def _is_text(value: Any) -> bool:
     return isinstance(value, str)
 
 
-def _truth(value: Any) -> bool:
-    return isinstance(value, bool)
+_NAME: _Check = (_is_text, "a name")
+_TRUTH: _Check = (lambda value: isinstance(value, bool), "true or false")
 
 
 def _in(domain: Domain | Count, *, needed: bool = True) -> _Check:
@@ -191,13 +191,13 @@ def _table_of(holds: Callable[[Any], bool], expected: str) -> _Check:
 
 
 _CHECKS: Mapping[str, _Check] = {
-    "engine": (_text, "a name"),
-    "controller": (lambda told: isinstance(told, dict) and _text(told.get("name")), "a table with a name"),
+    "engine": _NAME,
+    "controller": (lambda told: isinstance(told, dict) and _is_text(told.get("name")), "a table with a name"),
     "controller_source": (
         lambda told: (
             isinstance(told, dict)
             and told.keys() == {"class", "sha256"}
-            and all(map(_text, told.values()))
+            and all(map(_is_text, told.values()))
             and len(told["sha256"]) == _DIGEST
         ),
         "a class and the digest of its source",
@@ -205,7 +205,7 @@ _CHECKS: Mapping[str, _Check] = {
     "steps": _in(domains.STEPS, needed=False),
     "distance": _in(domains.DISTANCE, needed=False),
     "sample_period": _in(domains.SAMPLE_PERIOD, needed=False),
-    "versions": _table_of(_text, "texts"),
+    "versions": _table_of(_is_text, "texts"),
     "warnings": _table_of(lambda count: type(count) is int and count > 0, "numbers of times"),
 }
 """Checks of the settings of all engines, beside those that are built."""
@@ -221,10 +221,10 @@ _OF_ENGINES: Mapping[str, Mapping[str, _Check]] = {
         "timestep": _in(domains.TIMESTEP),
         "contact_timestep": _in(domains.CONTACT_TIMESTEP),
         "control_period": _in(domains.CONTROL_PERIOD, needed=False),
-        "ground": (_text, "a name"),
-        "lands": (_truth, "true or false"),
-        "stance_knee": (_text, "a name"),
+        "ground": _NAME,
+        "lands": _TRUTH,
+        "stance_knee": _NAME,
     },
-    "hybrid": {"tolerance": _in(domains.TOLERANCE), "compiled": (_truth, "true or false")},
+    "hybrid": {"tolerance": _in(domains.TOLERANCE), "compiled": _TRUTH},
 }
 """Checks of the settings of this package's engines; other engines have their own settings."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING, Any
@@ -108,6 +108,6 @@ class WalkSummary(Mapping[str, Any]):
 
 def _in_words(disturbances: Mapping[str, Any]) -> str:
     """Describe the disturbances in one line."""
-    forms = {"pushes": len, "seed": str}
+    forms: dict[str, Callable[[Any], object]] = {"pushes": len, "seed": str}
     values = ((name, forms.get(name, "{:g}".format)(value)) for name, value in disturbances.items())
     return ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in values)

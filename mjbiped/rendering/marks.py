@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -186,12 +187,7 @@ class _Pen:
     """Adds geoms to a scene, in planes of y in leg lengths."""
 
     def __init__(self, scene: Any, length: float) -> None:
-        self._scene, self._geoms, self._length = scene, scene.geoms, length
-        self._none, self._level = np.zeros(3), np.eye(3).ravel()
-
-    def _geom(self, kind: Any, size: Any, place: Any, frame: Any, rgba: tuple[float, ...]) -> Any:
-        """Add a geom; return None if the scene is full."""
-        return add_geom(self._scene, self._geoms, kind, size, place, frame, rgba)
+        self._add, self._length = partial(add_geom, scene, scene.geoms), length
 
     def bar(self, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
         """Add a square bar of half width `width` (m) between two points x, z (m) of the plane at y."""
@@ -202,11 +198,11 @@ class _Pen:
         x, z = x / long, z / long
         frame = np.array((x, 0.0, -z, 0.0, 1.0, 0.0, z, 0.0, x))
         place = np.array((0.5 * (start[0] + stop[0]), y * self._length, 0.5 * (start[1] + stop[1])))
-        self._geom(mujoco.mjtGeom.mjGEOM_BOX, np.array((0.5 * long, width, width)), place, frame, rgba)
+        self._add(mujoco.mjtGeom.mjGEOM_BOX, np.array((0.5 * long, width, width)), place, frame, rgba)
 
     def connect(self, kind: Any, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
         """Add a capsule of radius `width` (m), or a line `width` pixels wide, between two points of the plane at y."""
-        geom = self._geom(kind, self._none, self._none, self._level, rgba)
+        geom = self._add(kind, np.zeros(3), np.zeros(3), np.eye(3).ravel(), rgba)
         if geom is not None:
             y *= self._length
             mujoco.mjv_connector(geom, kind, width, np.array((start[0], y, start[1])), np.array((stop[0], y, stop[1])))
@@ -216,7 +212,7 @@ class _Pen:
         cosine, sine = math.cos(slope), math.sin(slope)
         frame = np.array((cosine, 0.0, sine, 0.0, 1.0, 0.0, -sine, 0.0, cosine))
         thick = 0.02 * size[1]
-        self._geom(mujoco.mjtGeom.mjGEOM_ELLIPSOID, np.array((*size, thick)), np.array(place), frame, rgba)
+        self._add(mujoco.mjtGeom.mjGEOM_ELLIPSOID, np.array((*size, thick)), np.array(place), frame, rgba)
 
 
 def add_geom(

@@ -171,7 +171,6 @@ class Overlay:
         pitch = view.pixel(here + 1.0, cut, 0.0)[0] - origin
         first, last = (terrain.segment_at(here + (edge - origin) / pitch) for edge in (0.0, width))
         written: list[str] = []
-        written: list[str] = []
         taken: list[tuple[float, float]] = []
 
         def write(text: str, middle: float, low: float, high: float) -> None:

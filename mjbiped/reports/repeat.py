@@ -165,7 +165,11 @@ def _controller(walk: Walk) -> Iterator[str]:
             next(described[key] for key in SLOPE_FIELDS if key in described)
         )
     # of a robot with knees the usual gait is no passive one
-    chosen |= {key: value for key, value in shared.items() if value != SHARED[key] or (robot.knees and key == _PASSIVE)}
+    chosen |= {
+        key: value
+        for key, value in shared.items()
+        if value != SHARED[key] or ("shank" in robot.angles and key == _PASSIVE)
+    }
     if make_controller(name, robot, chosen).describe() != described:
         raise _NotSayableError
     yield from ("--controller", name) if name != "adaptive" else ()

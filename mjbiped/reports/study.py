@@ -66,7 +66,7 @@ def report_study(folder: Path, path: Path) -> None:
             for label, key, factor, form, unit in SHOWN
             if summary["finished"].get(key) is not None
         ],
-        table_note=f"A click on a heading sorts by it. {told}".strip(),
+        table_note=f"Click a heading to sort by it. {told}".strip(),
         headings=[listed.get(name, name) for name in names],
         rows=[[_cell(row[name], forms.get(name)) for name in names] for row in rows[:MOST_ROWS]],
         parameters=list(flattened(declared)) if isinstance(declared, dict) else [],

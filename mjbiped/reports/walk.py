@@ -40,7 +40,7 @@ def report_walk(walk: Walk, path: Path, *, record: str, video: bool = True, prog
     """
     check_installed()
     sampled = bool(len(walk.samples["time"]))
-    film, why_none = (None, "No video was asked for.")
+    film, why_none = (None, "No video was requested.")
     if video:
         film, why_none = _video(walk, progress=progress)
     summary, touchdowns = walk.summary(), _touchdowns(walk)

@@ -77,22 +77,15 @@ def _over_time(walk: Walk, keep: NDArray[np.int64], video: bool) -> Shown:
             },
             heading=f"<b>{panel.title}</b>",
         )
+        at = breaks if panel.by_legs else breaks[:0]
         for name, values in shown.items():
-            signal, x, y = lines.signals[name], time, values
-            if panel.by_legs:
-                x, y = np.insert(time, breaks, time[breaks]), np.insert(values, breaks, np.nan)
+            signal = lines.signals[name]
             symbol = f"{signal.symbol} = " if signal.symbol else ""
             panels.figure.add_scatter(
-                x=small(x),
-                y=small(y),
-                name=signal.name,
-                legendgroup=signal.name,
-                showlegend=signal.name not in named,
-                mode="lines",
-                line=line(name),
-                hovertemplate=f"{symbol}%{{y:.4f}} {panel.unit}",
-                **place,
-            )
+                x=small(np.insert(time, at, time[at])), y=small(np.insert(values, at, np.nan)), name=signal.name,
+                legendgroup=signal.name, showlegend=signal.name not in named, mode="lines", line=line(name),
+                hovertemplate=f"{symbol}%{{y:.4f}} {panel.unit}", **place,
+            )  # fmt: skip
             named.add(signal.name)
         if panel.events:
             panels.figure.add_scatter(
@@ -210,8 +203,8 @@ def _phases(walk: Walk, keep: NDArray[np.int64]) -> Shown:
             add("re-planned reference", curves[:, k], curves[:, len(angles) + k], line=band)
         told = "%{x:.4f} rad, %{y:.4f} rad/s<extra></extra>"
         look = line(f"q_{part}", dash="solid", width=1)
-        path = (np.insert(values, breaks, np.nan) for values in (q, dq))
-        add(angle.name, *path, line=look, showlegend=True, hoverinfo="all", hovertemplate=told)
+        path, rates = (np.insert(values, breaks, np.nan) for values in (q, dq))
+        add(angle.name, path, rates, line=look, showlegend=True, hoverinfo="all", hovertemplate=told)
         if gait is not None:
             cycle = gait.reference(np.linspace(0.0, gait.period, _POINTS))
             add("imitated gait", cycle[0][:, k], cycle[1][:, k], line=line("slope", width=2))
