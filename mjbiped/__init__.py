@@ -29,7 +29,6 @@ from mjbiped.limit_cycles.bifurcation import bifurcation_diagram, find_cascade
 from mjbiped.limit_cycles.periodic import find_periodic_gait
 from mjbiped.limit_cycles.return_map import ReturnMap
 from mjbiped.records.record import Walk
-from mjbiped.records.views import register as _register
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
@@ -44,12 +43,6 @@ if TYPE_CHECKING:
     from mjbiped.rendering.video import render_frame, render_video
 
 warn_of_hidden_laws()
-
-_register(
-    figure="mjbiped.plotting.walk:plot_walk",
-    picture="mjbiped.plotting.small:time_lapse_picture",
-    video="mjbiped.rendering.video:render_video",
-)
 
 __all__ = [
     "Comparison",

@@ -14,7 +14,6 @@ from mjbiped.cli.sections import results
 from mjbiped.cli.walkers import robot_of
 from mjbiped.gaits.kneed import find_kneed_gait
 from mjbiped.gaits.optimised import FRICTION, SPEED, find_reference
-from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
@@ -43,11 +42,11 @@ def gait(ctx: click.Context, /, results: Results, slope_deg: float, **values: An
     robot, slope = robot_of(ctx, values), math.radians(slope_deg)
     if isinstance(robot, KneedBiped):
         kneed = find_kneed_gait(robot, slope)
-        results.draw("kneed:plot_kneed_gait", kneed)
+        results.draw("gait:plot_gait", kneed)
         results.end(*tables.kneed_gait_told(kneed))
         return
     found = find_passive_gait(compass_of(robot, "this gait"), slope)
-    results.draw("walk:plot_gait", found)
+    results.draw("gait:plot_gait", found)
     results.end(*tables.gait_told(found))
 
 
@@ -89,8 +88,7 @@ def reference(ctx: click.Context, /, results: Results, **values: Any) -> None:
     robot = robot_of(ctx, values)
     assert isinstance(robot, Compass | KneedBiped)
     found = find_reference(robot, **values)
-    kneed = isinstance(found, OptimisedKneedGait)
-    results.draw("kneed:plot_kneed_reference" if kneed else "reference:plot_reference", found)
+    results.draw("gait:plot_gait", found)
     results.end(*tables.reference_told(found))
 
 

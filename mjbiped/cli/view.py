@@ -20,8 +20,7 @@ from mjbiped.rendering.look import ALL, look
 from mjbiped.rollout.walk import WalkStopped
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.viewing.player import KEYS, MOUSE, Player
-from mjbiped.viewing.source import Source
+from mjbiped.viewing.player import KEYS, MOUSE, Player, Source
 
 _VIEW = "View"
 _MARKS = ("torque", "force", "ghost", "estimate", "traces", "shadows", "caption")
@@ -69,8 +68,7 @@ def view(ctx: click.Context, /, what: str, **values: Any) -> None:
       mjbiped view walk.npz --hide ghost,traces
     """  # noqa: D301 (click reads the backspace)
     settings = taken(ctx, values, _VIEW)
-    from mjbiped.viewing import words  # they are for this command alone
-    from mjbiped.viewing.window import require_screen, view
+    from mjbiped.viewing.window import ground, require_screen, view  # for this command alone
 
     if what.endswith(_RECORD):
         walks = [each for each in ctx.command.params if getattr(each, "section", _VIEW) != _VIEW]
@@ -87,7 +85,7 @@ def view(ctx: click.Context, /, what: str, **values: Any) -> None:
     finally:
         player.source.close()
     source, moment = player.source, player.source.moment()
-    told = f"closed at {moment.time:.2f} s, step {moment.step}, of the walk on {words.ground(source.terrain)}"
+    told = f"closed at {moment.time:.2f} s, step {moment.step}, of the walk on {ground(source.terrain)}"
     click.echo(f"{told}: {source.ended or 'walking'}")
 
 

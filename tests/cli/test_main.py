@@ -106,7 +106,7 @@ def drawings(monkeypatch: pytest.MonkeyPatch) -> Drawings:
     """Nothing is drawn in earnest."""
     fake = Drawings()
     monkeypatch.setattr(plots, "plot_walk", fake.plot_walk)
-    monkeypatch.setattr(plots, "plot_gait", fake.plot_gait)
+    monkeypatch.setattr("mjbiped.plotting.gait.plot_gait", fake.plot_gait)
     monkeypatch.setattr(plot_comparison, "plot_comparison", fake.plot_comparison)
     monkeypatch.setattr(video, "render_video", fake.render_video)
     monkeypatch.setattr(gl, "gl_available", lambda: "egl")
