@@ -16,9 +16,8 @@ from mjbiped.control.tracking import AdaptiveTracking, Tracking
 from mjbiped.disturbances.disturbances import DEFAULT_PERIOD, Disturbances
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.errors import InputError, MjbipedError
-from mjbiped.gaits.branches import Branched
 from mjbiped.gaits.described import gait_from
-from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.gait import Branched, Gait
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
 

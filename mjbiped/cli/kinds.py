@@ -13,7 +13,7 @@ from mjbiped.control.loading import FORMS, is_reference
 from mjbiped.control.registry import controller_names
 from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
-from mjbiped.gaits.optimised import parse_reference
+from mjbiped.gaits.described import parse_reference
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import NAMED
 from mjbiped.robots.kneed import KneedBiped

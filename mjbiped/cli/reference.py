@@ -10,8 +10,7 @@ import click
 from mjbiped.cli import options, sections
 from mjbiped.cli.files import Files
 from mjbiped.cli.robots import robot_of
-from mjbiped.gaits.optimised import FRICTION, SPEED, OptimisedGait, find_reference
-from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
+from mjbiped.gaits.optimised import FRICTION, SPEED, OptimisedGait, OptimisedKneedGait, find_reference
 from mjbiped.records.tables import table_of
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped

@@ -12,15 +12,17 @@ Everything is scaled by the robot's weight, leg length and gravity, so that alik
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Protocol
+from functools import lru_cache
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mjbiped.errors import GaitError, InputError, shown
-from mjbiped.gaits.bezier import DEGREE, Numbers
+from mjbiped.gaits.pieces import DEGREE, Numbers
+from mjbiped.robots.robot import Array
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain
 
@@ -35,6 +37,7 @@ _STAIRS = 0.04  # leg lengths by which the clearance is raised from solution to 
 _SMOOTHING = (1e-2, 3e-3, 1e-3, 2e-4)  # of the absolute power, in weights times speed
 _TORQUE_WEIGHT = 1e-3  # of the mean square torque in (weight x leg length)², beside the cost of transport
 _FAR = 0.05  # leg lengths or weights: a trial that breaks a constraint by more is not worked on
+_COMPLEX_STEP = 1e-30  # so small that no derivative has any error but rounding
 TOLERANCE = 5e-4  # leg lengths, weights: what a constraint may be broken by between the points where it is kept
 
 
@@ -78,53 +81,60 @@ class Motion(NamedTuple):
     period: Numbers
 
 
-class StepModel(Protocol):
-    """What a robot brings to the optimiser. Its functions take complex arrays, and are analytic in them.
+@dataclass(frozen=True)
+class StepModel(ABC):
+    """A robot's step on level ground, which begins and ends on two straight legs.
+
+    Its functions take complex arrays, and are analytic in them.
 
     Attributes:
-        joints: How many angles are Bézier curves over the whole step.
+        robot: The robot that walks.
+        joints: Number of angles that are Bézier curves over the whole step.
         own: Bounds of the numbers that the robot adds, each of the kind (least, greatest).
-        intervals: Of the quadrature between the moments at which something changes abruptly: the clearance's phase and
-            those of `breaks`. All even.
+        intervals: Intervals of the quadrature between the moments at which something changes abruptly: the clearance's
+            phase and those of `breaks`. All even.
         starts: Half angles (rad) and phases of clearance from which searches begin.
         lifted: Leg lengths by which the foot is lifted even where no clearance is asked for; 0: it may scuff.
-        length: Of a leg, m.
-        weight: N.
-        gravity: m/s².
     """
 
-    @property
-    def joints(self) -> int: ...  # noqa: D102
-    @property
-    def own(self) -> Sequence[tuple[float, float]]: ...  # noqa: D102
-    @property
-    def intervals(self) -> tuple[int, ...]: ...  # noqa: D102
-    @property
-    def starts(self) -> Sequence[tuple[float, float]]: ...  # noqa: D102
-    @property
-    def lifted(self) -> float: ...  # noqa: D102
-    @property
-    def length(self) -> float: ...  # noqa: D102
-    @property
-    def weight(self) -> float: ...  # noqa: D102
-    @property
-    def gravity(self) -> float: ...  # noqa: D102
+    robot: Any
+    joints: ClassVar[int] = 2
+    own: ClassVar[Sequence[tuple[float, float]]] = ()
+    intervals: ClassVar[Sequence[int]]
+    starts: ClassVar[Sequence[tuple[float, float]]]
+    lifted: ClassVar[float] = 0.0
 
     def postures(self, half: Numbers) -> tuple[Numbers, Numbers]:
-        """Angles after and before the impact, rad, shape half.shape + (joints,), of half the angle between the legs."""
+        """Angles after and before the impact, rad, shape half.shape + (joints,): the legs `half` from the vertical."""
+        return np.stack([-half, half], axis=-1), np.stack([half, -half], axis=-1)
 
     def step_length(self, half: Numbers) -> Numbers:
-        """Between the feet, m."""
+        """Distance between the feet, m."""
+        return np.asarray(2.0 * self.robot.leg_length * np.sin(half))
 
-    def rates_after_impact(self, half: Numbers, rates: Numbers) -> Numbers:
-        """Rates after the impact, in the new roles, of the rates before it (rad/s)."""
+    def guess(self, half: float) -> tuple[Array, Array]:
+        """Control points to begin the search with, shape (DEGREE + 1, joints), and the robot's own numbers.
+
+        The stance leg turns evenly; the swing leg swings out and comes back.
+        """
+        stance = np.linspace(-half, half, DEGREE + 1)
+        swing = np.linspace(half, -half, DEGREE + 1)
+        swing[3:DEGREE] -= 0.5 * half * np.sin(np.linspace(0.25, 0.9, DEGREE - 3) * math.pi)
+        return np.stack([stance, swing], axis=-1), np.empty(0)
 
     def breaks(self, own: Numbers) -> tuple[Numbers, ...]:
         """Phases after the clearance's at which the motion changes abruptly, of its own numbers, shape (..., n)."""
+        return ()
 
+    @abstractmethod
+    def rates_after_impact(self, half: Numbers, rates: Numbers) -> Numbers:
+        """Rates after the impact, in the new roles, of the rates before it (rad/s)."""
+
+    @abstractmethod
     def along(self, motion: Motion, stretches: Sequence[Numbers]) -> Course:
         """What a motion asks of the robot at phases in each stretch between the breaks, each of shape (..., m)."""
 
+    @abstractmethod
     def keeps(self, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int) -> Mapping[str, Numbers]:
         """What must not be negative for the way that this robot swings its leg, scaled, shapes (..., n), by name.
 
@@ -135,9 +145,6 @@ class StepModel(Protocol):
             phases: Of the course, shape (..., m).
             second: Index of the moment at which the swing foot has its clearance.
         """
-
-    def guess(self, half: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Control points to begin the search with, shape (DEGREE + 1, joints), and the robot's own numbers."""
 
 
 @dataclass(frozen=True)
@@ -170,24 +177,6 @@ class Goal:
             raise InputError(f"retraction = {shown(self.retraction)}: must be True or False")
 
 
-class Solution(NamedTuple):
-    """A reference.
-
-    Attributes:
-        clearance_phase: Phase, 0 to 1, at which the swing foot has its clearance.
-        half: Half the angle between the legs, rad.
-        points: Control points, rad, shape (DEGREE + 1, joints).
-        own: Numbers of the robot's own; none of the compass.
-        period: s.
-    """
-
-    clearance_phase: float
-    half: float
-    points: NDArray[np.float64]
-    own: NDArray[np.float64]
-    period: float
-
-
 class Told(NamedTuple):
     """What a reference asks, found on a grid twenty times as fine as the optimiser's.
 
@@ -210,8 +199,8 @@ class Told(NamedTuple):
     broken: Mapping[str, float]
 
 
-def optimise(model: StepModel, goal: Goal) -> Solution:
-    """The cheapest reference of several searches.
+def optimise(model: StepModel, goal: Goal) -> Array:
+    """The numbers of the cheapest reference of several searches; see `motion_of`.
 
     Raises:
         GaitError: None keeps the constraints; the message says what stands in the way, and what to do.
@@ -222,122 +211,111 @@ def optimise(model: StepModel, goal: Goal) -> Solution:
     return found
 
 
-def _best(model: StepModel, goal: Goal) -> tuple[Solution | None, Mapping[str, float]]:
+def _best(model: StepModel, goal: Goal) -> tuple[Array | None, Mapping[str, float]]:
     """The cheapest solution that keeps the constraints, if any; and by how much the least bad one breaks them."""
-    found = [solution for start in model.starts for solution in _search(model, goal, *start)]
-    told = [tell(model, goal, solution) for solution in found]
+    found = [x for start in model.starts if (x := _searched(model, goal, *start)) is not None]
+    told = [tell(model, goal, x) for x in found]
     kept = [k for k, each in enumerate(told) if max(each.broken.values()) < TOLERANCE]
     best = found[min(kept, key=lambda k: told[k].cost_of_transport)] if kept else None
     return best, min((each.broken for each in told), key=lambda broken: max(broken.values()), default={})
 
 
-def solution_of(model: StepModel, goal: Goal, clearance_phase: float, free: NDArray[np.float64]) -> Solution:
-    """A reference of the numbers that are chosen: half the angle between the legs, free control points, robot's own."""
-    motion = _motion(model, goal, free)
-    return Solution(clearance_phase, float(motion.half), motion.points, motion.own, float(motion.period))
-
-
-def free_numbers(solution: Solution) -> NDArray[np.float64]:
-    """What `solution_of` makes a solution of again, bit by bit."""
-    return np.concatenate([[solution.half], solution.points[2:-1].ravel(), solution.own])
-
-
-def tell(model: StepModel, goal: Goal, solution: Solution) -> Told:
+def tell(model: StepModel, goal: Goal, x: Array) -> Told:
     """What a reference asks, on a grid twenty times as fine as the optimiser's."""
-    motion = Motion(np.array(solution.half), solution.points, solution.own, np.array(solution.period))
-    stretches, weights, second = _grid(
-        (np.array(solution.clearance_phase), *model.breaks(motion.own)), [_FINER * count for count in model.intervals]
-    )
-    course = model.along(motion, stretches)
-    work = float((np.abs(course.powers).sum(axis=-1) * weights).sum() * solution.period)
-    distance = goal.speed * solution.period
-    ahead = course.ahead > 0.0
-    kept = _constraints(model, goal, motion, course, np.concatenate(stretches, axis=-1), second)
-    broken = {name: float(-values.min()) for name, values in kept.items()}
+    motion = motion_of(model, goal, x)
+    period = float(motion.period)
+    course, phases, weights, second = _walked(model, motion, x, _FINER)
+    work = float((np.abs(course.powers).sum(axis=-1) * weights).sum() * period)
+    kept = _constraints(model, goal, motion, course, phases, second)
     return Told(
-        cost_of_transport=work / (model.weight * distance),
+        cost_of_transport=work / (model.robot.weight * (goal.speed * period)),
         peak_torque=tuple(np.abs(course.torques).max(axis=0).tolist()),
         normal_force=float(course.normal_force.min()),
         friction=float(np.abs(course.tangential_force / course.normal_force).max()),
         clearance=float(course.height[second]),
-        greatest_clearance=float(course.height[ahead].max()),
-        broken=broken,
+        greatest_clearance=float(course.height[course.ahead > 0.0].max()),
+        broken={name: float(-values.min()) for name, values in kept.items()},
     )
 
 
-def _search(model: StepModel, goal: Goal, half: float, phase: float) -> Iterator[Solution]:
+def _searched(model: StepModel, goal: Goal, half: float, phase: float) -> Array | None:
     """One search: without clearance first, then with more and more of it, then with the cost's corners sharpened."""
-    from scipy.optimize import minimize
-
     points, own = model.guess(half)
     x = np.concatenate([[phase, half], points[2:-1].ravel(), own])
-    wide = [*[(-3.0, 3.0)] * (model.joints * (DEGREE - 2)), *model.own]
-    stairs = math.ceil(goal.clearance / (_STAIRS * model.length) - 1e-9)
+    stairs = math.ceil(goal.clearance / (_STAIRS * model.robot.leg_length) - 1e-9)
     stages = [(goal.clearance * k / max(stairs, 1), _SMOOTHING[0]) for k in range(stairs + 1)]
     stages += [(goal.clearance, smoothing) for smoothing in _SMOOTHING[1:]]
     for clearance, smoothing in stages:
-        problem = _Problem(model, replace(goal, clearance=clearance), smoothing)
-        bounds = [
-            CLEARANCE_PHASES if clearance or model.lifted else (x[0], x[0]),
-            (HALF_ANGLE.low, HALF_ANGLE.high),
-            *wide,
-        ]
-        kept = {"type": "ineq", "fun": problem.kept, "jac": problem.kept_jacobian}
-        options = {"maxiter": 150, "ftol": 1e-9}
-        done = minimize(  # type: ignore[call-overload]  # the stubs know no constraints with keys of type str
-            problem.cost, x, jac=problem.gradient, bounds=bounds, constraints=kept, method="SLSQP", options=options
-        )
-        if not np.isfinite(done.x).all():
-            return
-        x = np.clip(done.x, *np.array(bounds).T)
-        if problem.kept(x).min() < -_FAR:
+        x, kept = _improved(model, replace(goal, clearance=clearance), smoothing, x)
+        if not np.isfinite(x).all():
+            return None
+        if kept < -_FAR:
             break  # hopeless, for more clearance too; told below what it lacks
-    yield solution_of(model, goal, float(x[0]), x[1:])
+    return x
 
 
-class _Problem:
-    """Cost and constraints of the numbers (clearance's phase, half angle, free control points), with derivatives."""
+def _improved(model: StepModel, goal: Goal, smoothing: float, x: Array) -> tuple[Array, float]:
+    """The numbers that SLSQP comes to from x, and the least of the values that must not be negative."""
+    from scipy.optimize import minimize
 
-    _STEP = 1e-30  # so small that no derivative has any error but rounding
+    @lru_cache(maxsize=1)
+    def at(x: bytes) -> Evaluation:
+        return evaluate(model, goal, smoothing, np.frombuffer(x))
 
-    def __init__(self, model: StepModel, goal: Goal, smoothing: float) -> None:
-        self._model, self._goal, self._smoothing = model, goal, smoothing
-        self._at: bytes = b""
-        self._values: tuple[Any, ...] = ()
+    bounds = [
+        CLEARANCE_PHASES if goal.clearance or model.lifted else (x[0], x[0]),
+        (HALF_ANGLE.low, HALF_ANGLE.high),
+        *[(-3.0, 3.0)] * (model.joints * (DEGREE - 2)),
+        *model.own,
+    ]
+    done = minimize(  # type: ignore[call-overload]  # the stubs know no constraints with keys of type str
+        lambda x: at(x.tobytes()).cost,
+        x,
+        jac=lambda x: at(x.tobytes()).gradient,
+        bounds=bounds,
+        constraints={"type": "ineq", "fun": lambda x: at(x.tobytes()).kept, "jac": lambda x: at(x.tobytes()).jacobian},
+        method="SLSQP",
+        options={"maxiter": 150, "ftol": 1e-9},
+    )
+    x = np.clip(done.x, *np.array(bounds).T)
+    return x, float(at(x.tobytes()).kept.min()) if np.isfinite(x).all() else -math.inf
 
-    def cost(self, x: NDArray[np.float64]) -> float:
-        return float(self._evaluated(x)[0])
 
-    def gradient(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(self._evaluated(x)[1])
+class Evaluation(NamedTuple):
+    """What the optimiser asks of one set of numbers.
 
-    def kept(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(self._evaluated(x)[2])
+    Attributes:
+        cost: The cost.
+        gradient: Its gradient, shape (n,).
+        kept: What must not be negative, shape (m,).
+        jacobian: Its Jacobian, shape (m, n).
+    """
 
-    def kept_jacobian(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(self._evaluated(x)[3])
+    cost: float
+    gradient: Array
+    kept: Array
+    jacobian: Array
 
-    def _evaluated(self, x: NDArray[np.float64]) -> tuple[Any, ...]:
-        """Cost, its gradient, what must not be negative, and its Jacobian: one evaluation for all."""
-        if x.tobytes() != self._at:
-            directions = np.vstack([np.zeros((1, len(x))), np.eye(len(x))])
-            cost, kept = self._of(x + 1j * self._STEP * directions)
-            derivative, jacobian = cost.imag / self._STEP, kept.imag / self._STEP
-            self._values = float(cost[0].real), derivative[1:], kept[0].real, jacobian[1:].T
-            self._at = x.tobytes()
-        return self._values
 
-    def _of(self, x: Numbers) -> tuple[Numbers, Numbers]:
-        model, goal = self._model, self._goal
-        motion = _motion(model, goal, x[:, 1:])
-        stretches, weights, second = _grid((x[:, 0], *model.breaks(motion.own)), model.intervals)
-        course = model.along(motion, stretches)
-        power = course.powers / (model.weight * goal.speed)
-        smooth = np.sqrt(power * power + self._smoothing**2) - self._smoothing
-        squares = (course.torques / (model.weight * model.length)) ** 2
-        cost = ((smooth + _TORQUE_WEIGHT * squares).sum(axis=-1) * weights).sum(axis=-1)
-        kept = _constraints(model, goal, motion, course, np.concatenate(stretches, axis=-1), second)
-        return cost, np.concatenate(list(kept.values()), axis=-1)
+def evaluate(model: StepModel, goal: Goal, smoothing: float, x: Array) -> Evaluation:
+    """Cost and constraints with their derivatives by complex steps."""
+    numbers = x + 1j * _COMPLEX_STEP * np.vstack([np.zeros((1, len(x))), np.eye(len(x))])
+    motion = motion_of(model, goal, numbers)
+    course, phases, weights, second = _walked(model, motion, numbers, 1)
+    power = course.powers / (model.robot.weight * goal.speed)
+    smooth = np.sqrt(power * power + smoothing**2) - smoothing
+    squares = (course.torques / (model.robot.weight * model.robot.leg_length)) ** 2
+    cost = ((smooth + _TORQUE_WEIGHT * squares).sum(axis=-1) * weights).sum(axis=-1)
+    kept = np.concatenate(list(_constraints(model, goal, motion, course, phases, second).values()), axis=-1)
+    derivative, jacobian = cost.imag / _COMPLEX_STEP, kept.imag / _COMPLEX_STEP
+    return Evaluation(float(cost[0].real), derivative[1:], kept[0].real, jacobian[1:].T)
+
+
+def _walked(model: StepModel, motion: Motion, x: Numbers, finer: int) -> tuple[Course, Numbers, Numbers, int]:
+    """What a motion asks, at which phases, the weights of their quadrature, and the index of the clearance's phase."""
+    intervals = [finer * count for count in model.intervals]
+    stretches, weights, second = _grid((x[..., 0], *model.breaks(motion.own)), intervals)
+    return model.along(motion, stretches), np.concatenate(stretches, axis=-1), weights, second
 
 
 def _constraints(
@@ -353,8 +331,8 @@ def _constraints(
         phases: Of the course.
         second: Index of the moment at which the swing foot has its clearance.
     """
-    length, weight = model.length, model.weight
-    rate = math.sqrt(model.gravity * length)
+    length, weight = model.robot.leg_length, model.robot.weight
+    rate = math.sqrt(model.robot.gravity * length)
     normal, tangential = course.normal_force / weight, course.tangential_force / weight
     found = {
         "normal force": normal - LEAST_LOAD,
@@ -374,17 +352,24 @@ def _constraints(
     return found
 
 
-def _motion(model: StepModel, goal: Goal, free: Numbers) -> Motion:
-    """The motion of the numbers that are chosen; the second control points follow from the impact map."""
-    half = free[..., 0]
+def motion_of(model: StepModel, goal: Goal, x: Numbers) -> Motion:
+    """The motion of the numbers that are chosen; the second control points follow from the impact map.
+
+    Args:
+        model: The robot.
+        goal: What is asked.
+        x: Phase at which the swing foot has its clearance, half the angle between the legs (rad), free control points
+            (rad), and the robot's own numbers, shape (..., n).
+    """
+    half = x[..., 1]
     start, end = model.postures(half)
-    count = 1 + (DEGREE - 2) * model.joints
-    inner = free[..., 1:count].reshape(*free.shape[:-1], DEGREE - 2, model.joints)
+    count = 2 + (DEGREE - 2) * model.joints
+    inner = x[..., 2:count].reshape(*x.shape[:-1], DEGREE - 2, model.joints)
     period = model.step_length(half) / goal.speed
     share = period[..., None] / DEGREE
     after = model.rates_after_impact(half, (end - inner[..., -1, :]) / share)
     points = np.concatenate([np.stack([start, start + share * after], axis=-2), inner, end[..., None, :]], -2)
-    return Motion(half, points, free[..., count:], period)
+    return Motion(half, points, x[..., count:], period)
 
 
 def _grid(breaks: Sequence[Numbers], intervals: Sequence[int]) -> tuple[list[Numbers], Numbers, int]:
@@ -398,7 +383,7 @@ def _grid(breaks: Sequence[Numbers], intervals: Sequence[int]) -> tuple[list[Num
     return stretches, np.concatenate(weights, axis=-1), intervals[0] + 1
 
 
-def _simpson(intervals: int) -> NDArray[np.float64]:
+def _simpson(intervals: int) -> Array:
     weights = np.ones(intervals + 1)
     weights[1:-1:2], weights[2:-1:2] = 4.0, 2.0
     return np.asarray(weights / weights.sum())

@@ -24,9 +24,8 @@ from mjbiped.engines.hybrid.simulation import HybridSimulation
 from mjbiped.engines.hybrid.state import ROWS, SAMPLES
 from mjbiped.engines.plan import check_controller, check_robot
 from mjbiped.errors import InputError, MjbipedError, explained
-from mjbiped.gaits.branches import Branched
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.gaits.gait import Gait, Periodic
+from mjbiped.gaits.gait import Branched, Gait, Periodic
 from mjbiped.limit_cycles import return_map
 from mjbiped.limit_cycles.return_map import ReturnMap, check_rule, kicked, plane_of, walk_all
 from mjbiped.records.columns import index_of, tables_of

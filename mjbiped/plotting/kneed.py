@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from mjbiped.gaits.kneed import SAMPLES, KneedGait
-from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
+from mjbiped.gaits.optimised import OptimisedKneedGait
 from mjbiped.plotting.panels import head, legend_above, titled, wrapped
 from mjbiped.plotting.style import ANKLE, C_MT, GROUND, GUIDE, HIP, KNEE, SHADE, SHANK, STANCE, SWING, drawn, note_at
 from mjbiped.plotting.width import width

@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mjbiped.gaits.compass_step import CompassStep
 from mjbiped.gaits.optimised import OptimisedGait
 from mjbiped.plotting.panels import head, legend_above, titled, wrapped
 from mjbiped.plotting.style import ANKLE, C_MT, GUIDE, HIP, SWING, drawn
@@ -96,14 +95,14 @@ def _draw_path(axes: Axes, gait: OptimisedGait) -> None:
 
 
 def _foot(gait: OptimisedGait, times: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[Any, Any]:
-    course = CompassStep(gait.robot).course(*gait.reference(times))
+    course = gait.model.course(*gait.reference(times))
     return course.ahead, course.height
 
 
 def _draw_torques(axes: Axes, gait: OptimisedGait) -> None:
     """Panel (c)."""
     times = np.linspace(0.0, gait.period, _MOMENTS)
-    torques = CompassStep(gait.robot).course(*gait.reference(times)).torques
+    torques = gait.model.course(*gait.reference(times)).torques
     for joint, (label, look) in enumerate((("ankle", ANKLE), ("hip", HIP))):
         axes.plot(times, torques[:, joint], label=label, **look)
     axes.axhline(0.0, color=GUIDE, linewidth=0.5, zorder=0)
