@@ -34,7 +34,7 @@ def regressor(constants: compass.Constants, q: Array) -> Array:
     """W(t) of (22), its two columns that are not zero: [g_c, g_s]' M^-1.
 
     Args:
-        constants: Of the controller's robot model.
+        constants: Constants of the controller's robot model.
         q: Stance and swing angle, rad, shape (n, 2).
 
     Returns:
@@ -64,7 +64,7 @@ def system_matrix(controller: AdaptiveTracking, w: Array) -> Array:
 
 
 class Evolution(NamedTuple):
-    """What (22) does along one stretch of motion.
+    """The solution of (22) along one stretch of motion.
 
     Attributes:
         transitions: Phi(t, t_0) at each time, shape (n, 6, 6); the first is the identity.
@@ -83,7 +83,7 @@ def evolve(controller: AdaptiveTracking, time: Array, q: Array, dq: Array) -> Ev
     order in the distance of the times. The expansion solves stretches of constant W exactly, however large the gains.
 
     Args:
-        controller: Its robot model and gains.
+        controller: The controller, of which robot model and gains are used.
         time: Ascending, shape (n,), s.
         q: Stance and swing angle, shape (n, 2), rad.
         dq: Their rates, rad/s.
@@ -101,7 +101,7 @@ def evolve(controller: AdaptiveTracking, time: Array, q: Array, dq: Array) -> Ev
 
 
 def _hermite(h: Array, q: Array, dq: Array, x: float) -> Array:
-    """Angles at the share x of each interval, of the cubic through angles and rates at its ends."""
+    """Angles at the share x of each interval, on the cubic through angles and rates at its ends."""
     q0, q1, dq0, dq1 = q[:-1], q[1:], h * dq[:-1], h * dq[1:]
     y = 1.0 - x
     result: Array = y * y * (1 + 2 * x) * q0 + x * x * (1 + 2 * y) * q1 + x * y * (y * dq0 - x * dq1)
@@ -109,7 +109,7 @@ def _hermite(h: Array, q: Array, dq: Array, x: float) -> Array:
 
 
 class Envelope(NamedTuple):
-    """k exp(-rate (t - t_0)), a bound of the norm of Phi over a step that is sharp at its end: (23).
+    """The bound (23) of the norm of Phi over a step, gain exp(-rate (t - t_0)), which is sharp at its end.
 
     Attributes:
         gain: k_C.
@@ -148,6 +148,6 @@ def impact_matrix(constants: compass.Constants, q: Array) -> Array:
 
 
 def impact_gain(position_gain: float, alpha: float, beta: float) -> float:
-    """k_Delta of (20)."""
+    """The constant k_Delta of (20)."""
     first = 2 * position_gain**2 + 8 * beta**2 * position_gain**2 + 4 * alpha**2 + 1
     return math.sqrt(max(first, 8 * beta**2))

@@ -20,10 +20,10 @@ from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
 
 RESOLVED = 1e-8
-"""Norm of eta below which nothing is made of it: in the hybrid engine it is the integration's error there."""
+"""Norm of eta below which errors are not evaluated: in the hybrid engine it is the integration's error."""
 
 _SAME_TIME = 1e-9  # s; a sample nearer to a touchdown is the touchdown's own
-_FEWEST = 8  # points of a step, its ends among them
+_FEWEST = 8  # least number of points in a step, its ends included
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class Stability:
 
     Attributes:
         controller: The law that walked.
-        time: Since the walk's start, s, shape (n,). Both ends of each step are in it, so touchdowns stand there twice.
+        time: Time since the walk's start, s, shape (n,), with both ends of each step, so that touchdowns occur twice.
         step: The step of each time, shape (n,).
         errors: eta = (z1, z2, error of sine, error of cosine), truth minus estimate, shape (n, 6).
         lyapunov: V_a (15), shape (n,).
@@ -47,11 +47,11 @@ class Stability:
         transition: Phi of (22) over the step, shape (steps, 6, 6).
         envelope_gain: k_C of (23), with the bound sharp at the step's end, shape (steps,).
         envelope_rate: lambda_alpha of (23), 1/s, shape (steps,).
-        alpha: Of (19) at the step's first touchdown: the smallest that makes (19) true there with this beta, so large
-            as one likes where the rates' error comes from nothing. NaN for the first step.
-        beta: Of (19): norm of the impact map in the posture of the touchdown. NaN for the first step.
-        impact_gain: k_Delta of (20) from them. NaN for the first step.
-        residual: Norm of (end - Phi start), shape (steps,): how far the walk was from (22). In the hybrid engine the
+        alpha: The smallest alpha with which (19) holds at the step's first touchdown with this beta; unbounded where an
+            error of the rates arises without one of the angles. NaN for the first step.
+        beta: Norm of the impact map in the posture of the touchdown, beta of (19). NaN for the first step.
+        impact_gain: k_Delta of (20) from alpha and beta. NaN for the first step.
+        residual: Norm of (end - Phi start), shape (steps,): the walk's deviation from (22). In the hybrid engine the
             error of integration and interpolation, unless the swing foot struck a riser.
         balance: V_a(end) - V_a(start) + integral of the dissipation, shape (steps,): zero where (16) with (17) holds.
     """

@@ -1,8 +1,8 @@
-"""Passive gaits of the biped with knees: found, followed over slopes, and how fast disturbances die out.
+"""Passive gaits of the biped with knees: a finder, and the branches of gaits over the slope.
 
 A step begins just after a heel impact, both feet on the plane and both legs straight. The stance knee stays locked. The
-swing knee is free, bends, and strikes its stop; it locks, and the swing foot comes down. Where it touches the ground on
-the way, or the knee does not bend, there is no gait: no scuff is passed through, as it has to be with straight legs.
+swing knee is free, bends, and strikes its stop; it locks, and the swing foot comes down. If the foot touches the ground
+earlier, or the knee does not bend, there is no gait: unlike straight legs, legs with knees may not scuff.
 
 A gait is a fixed point of the map from (q1, dq1, dq2) just after one heel impact to the next. SciPy integrates the
 motion and finds the strikes, and finds the fixed point from starts on a grid that covers walkers of all kinds. Lengths
@@ -31,13 +31,13 @@ from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Array
 from mjbiped.utils import domains
 
-LONGEST = 10.0  # no phase of a step takes longer, sqrt(l/g); steps take 2
+LONGEST = 10.0  # longest phase of a step, sqrt(l/g); steps take 2
 COARSE = 1e-6  # tolerance of the integration of the grid's starts
 STARTS = tuple(product((0.10, 0.16, 0.22, 0.28, 0.34), (1.25, 1.45, 1.65, 1.9), (0.0, 0.4, 0.8, 1.2)))
 """Half angle between the legs, rad, and the rates of stance and swing leg over it, in sqrt(g/l). Gaits of light and
 heavy shanks on 1 to 5 degrees lie between them."""
-TRIED = 8  # of these starts, those that repeat themselves best
-SAMPLES = 400  # of a gait's motion
+TRIED = 8  # number of starts that are refined: those that repeat themselves best
+SAMPLES = 400  # samples of a gait's motion
 
 
 @dataclass(frozen=True, repr=False)
@@ -85,7 +85,7 @@ def find_kneed_gait(robot: KneedBiped, slope: float) -> KneedGait:
 
     Args:
         robot: A biped with knees.
-        slope: Of the plane, rad, > 0 (downhill).
+        slope: Slope of the plane, rad, > 0 (downhill).
 
     Raises:
         InputError: The slope is no number within a right angle of level, or the robot is no `KneedBiped`.
@@ -96,15 +96,15 @@ def find_kneed_gait(robot: KneedBiped, slope: float) -> KneedGait:
 
 
 def follow_kneed_gaits(gait: KneedGait, to: float, step: float = math.radians(0.25)) -> Iterator[KneedGait]:
-    """The gaits next to a gait on gentler or steeper slopes, one after the other, until they end.
+    """The gaits that continue a gait on gentler or steeper slopes, one after the other, until they end.
 
     Near the end of a branch the steps become shorter, down to 0.002 degrees; a gait counts only if it lies close to the
     one extrapolated, so that the search does not slip onto another branch.
 
     Args:
-        gait: Where to begin; it is not among the results.
-        to: Slope to stop at, rad, > 0.
-        step: Between slopes, rad, > 0.
+        gait: The gait to begin with; it is not among the results.
+        to: Last slope, rad, > 0.
+        step: Difference of slopes, rad, > 0.
     """
     known = [(gait.slope, _scaled(gait.robot, gait.start))]
     goal, width = domains.DOWNHILL.check("to", to), domains.DOWNHILL.check("step", step)
@@ -130,7 +130,7 @@ def _find(robot: KneedBiped, slope: float) -> KneedGait:
 
 
 def _search(robot: KneedBiped, slope: float) -> dict[str, Any]:
-    """The attributes of the most stable gait that is found from the starts of the grid which repeat themselves best."""
+    """The attributes of the most stable gait found from the starts that repeat themselves best."""
     starts = []
     for half, stance, swing in STARTS:
         scaled = np.array([-half, half * stance, half * swing])
@@ -159,7 +159,7 @@ _Event = Callable[[float, Array], float]
 
 
 class _Phase(NamedTuple):
-    """Part of a step: its duration, the state at its end, and the solution in between where it was asked for."""
+    """Part of a step: its duration, the state at its end, and the solution in between if it was asked for."""
 
     duration: float
     end: Array
@@ -167,7 +167,7 @@ class _Phase(NamedTuple):
 
 
 class _Step(NamedTuple):
-    """One step: both phases, and where it leads, in scaled form."""
+    """One step: both phases, and the scaled start of the next step."""
 
     free: _Phase
     locked: _Phase
@@ -262,7 +262,7 @@ def _solve(robot: KneedBiped, slope: float, guess: Array) -> KneedGait | None:
 
 
 def _described(robot: KneedBiped, slope: float, scaled: Array) -> KneedGait:
-    """The gait of a scaled start that repeats itself."""
+    """The gait with a scaled start that repeats itself."""
     step = _step(robot, slope, scaled, dense=True)
     (strike, struck, free), (locked_time, end, locked) = step.free, step.locked
     period, start = strike + locked_time, _start(robot, scaled)

@@ -26,33 +26,33 @@ from mjbiped.robots.robot import Array
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain
 
-LEAST_LOAD = 0.05  # of the weight: the ground bears at least this much
-LANDING_RATE = 0.02  # of sqrt(g l): the swing foot comes down at the end at least so fast
+LEAST_LOAD = 0.05  # least normal force, weights
+LANDING_RATE = 0.02  # least rate at which the swing foot comes down at the end, sqrt(g l)
 HALF_ANGLE = Domain(0.02, 0.7, "rad")
 """Half the angle between the legs at the impact."""
-CLEARANCE_PHASES = (0.5, 0.95)  # between which the swing foot has its clearance
+CLEARANCE_PHASES = (0.5, 0.95)  # bounds of the phase at which the swing foot has its clearance
 
-_FINER = 20  # times as many intervals as the optimiser's are checked and told at the end
-_STAIRS = 0.04  # leg lengths by which the clearance is raised from solution to solution
+_FINER = 20  # factor on the optimiser's intervals for the final check and the measures
+_STAIRS = 0.04  # increment of the clearance from solution to solution, leg lengths
 _SMOOTHING = (1e-2, 3e-3, 1e-3, 2e-4)  # of the absolute power, in weights times speed
 _TORQUE_WEIGHT = 1e-3  # of the mean square torque in (weight x leg length)², beside the cost of transport
-_FAR = 0.05  # leg lengths or weights: a trial that breaks a constraint by more is not worked on
+_FAR = 0.05  # violation of a constraint beyond which a search is given up, leg lengths or weights
 _COMPLEX_STEP = 1e-30  # so small that no derivative has any error but rounding
-TOLERANCE = 5e-4  # leg lengths, weights: what a constraint may be broken by between the points where it is kept
+TOLERANCE = 5e-4  # violation of a constraint that is tolerated between the optimiser's points, leg lengths or weights
 
 
 class Course(NamedTuple):
-    """What happens along a motion, at m moments; shapes (..., m), torques and powers (..., m, actuators).
+    """Dynamics along a motion at m moments: shapes (..., m), torques and powers (..., m, actuators).
 
     Attributes:
-        torques: Of the actuators, N m.
-        powers: Of the actuators, W.
-        tangential_force: Of the ground on the stance foot, N.
-        normal_force: N.
-        ahead: Place of the swing foot ahead of the stance foot, m.
-        height: Of the swing foot over the ground, m.
-        ahead_rate: m/s.
-        height_rate: m/s.
+        torques: Torques of the actuators, N m.
+        powers: Powers of the actuators, W.
+        tangential_force: Tangential force of the ground on the stance foot, N.
+        normal_force: Normal force of the ground on the stance foot, N.
+        ahead: Distance of the swing foot ahead of the stance foot, m.
+        height: Height of the swing foot over the ground, m.
+        ahead_rate: Rate of `ahead`, m/s.
+        height_rate: Rate of `height`, m/s.
     """
 
     torques: Numbers
@@ -66,13 +66,13 @@ class Course(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """A step as it is tried; shapes may have further axes in front.
+    """A step that is tried; shapes may have further axes in front.
 
     Attributes:
         half: Half the angle between the legs at the impact, rad.
         points: Control points, rad, shape (..., DEGREE + 1, joints).
-        own: What the robot adds, shape (..., n).
-        period: s.
+        own: Numbers that the robot adds, shape (..., n).
+        period: Duration of the step, s.
     """
 
     half: Numbers
@@ -132,17 +132,17 @@ class StepModel(ABC):
 
     @abstractmethod
     def along(self, motion: Motion, stretches: Sequence[Numbers]) -> Course:
-        """What a motion asks of the robot at phases in each stretch between the breaks, each of shape (..., m)."""
+        """Dynamics of a motion at phases in each stretch between the breaks, each of shape (..., m)."""
 
     @abstractmethod
     def keeps(self, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int) -> Mapping[str, Numbers]:
-        """What must not be negative for the way that this robot swings its leg, scaled, shapes (..., n), by name.
+        """Constraints on the way that this robot swings its leg: scaled values >= 0, shapes (..., n), by name.
 
         Args:
             goal: What is asked.
-            motion: As it is tried.
-            course: Along it.
-            phases: Of the course, shape (..., m).
+            motion: The motion that is tried.
+            course: Its dynamics.
+            phases: Phases of the course, shape (..., m).
             second: Index of the moment at which the swing foot has its clearance.
         """
 
@@ -178,16 +178,16 @@ class Goal:
 
 
 class Told(NamedTuple):
-    """What a reference asks, found on a grid twenty times as fine as the optimiser's.
+    """Measures of a reference on a grid twenty times as fine as the optimiser's.
 
     Attributes:
         cost_of_transport: Absolute work for weight and distance.
         peak_torque: Greatest torque of each actuator, N m.
-        normal_force: Least, N.
+        normal_force: Least normal force, N.
         friction: Greatest ratio of tangential to normal force.
         clearance: Height of the swing foot at its phase, m.
         greatest_clearance: Greatest height of the swing foot while it is ahead of the stance foot, m.
-        broken: By how much each constraint is broken, scaled; zero or less where it is kept.
+        broken: Violation of each constraint, scaled; zero or less where it holds.
     """
 
     cost_of_transport: float
@@ -212,7 +212,7 @@ def optimise(model: StepModel, goal: Goal) -> Array:
 
 
 def _best(model: StepModel, goal: Goal) -> tuple[Array | None, Mapping[str, float]]:
-    """The cheapest solution that keeps the constraints, if any; and by how much the least bad one breaks them."""
+    """The cheapest feasible solution, if any; and the violations of the least infeasible one."""
     found = [x for start in model.starts if (x := _searched(model, goal, *start)) is not None]
     told = [tell(model, goal, x) for x in found]
     kept = [k for k, each in enumerate(told) if max(each.broken.values()) < TOLERANCE]
@@ -221,7 +221,7 @@ def _best(model: StepModel, goal: Goal) -> tuple[Array | None, Mapping[str, floa
 
 
 def tell(model: StepModel, goal: Goal, x: Array) -> Told:
-    """What a reference asks, on a grid twenty times as fine as the optimiser's."""
+    """The measures of a reference."""
     motion = motion_of(model, goal, x)
     period = float(motion.period)
     course, phases, weights, second = _walked(model, motion, x, _FINER)
@@ -239,7 +239,7 @@ def tell(model: StepModel, goal: Goal, x: Array) -> Told:
 
 
 def _searched(model: StepModel, goal: Goal, half: float, phase: float) -> Array | None:
-    """One search: without clearance first, then with more and more of it, then with the cost's corners sharpened."""
+    """One search: first without clearance, then with more and more of it, then with the cost's corners sharpened."""
     points, own = model.guess(half)
     x = np.concatenate([[phase, half], points[2:-1].ravel(), own])
     stairs = math.ceil(goal.clearance / (_STAIRS * model.robot.leg_length) - 1e-9)
@@ -255,7 +255,7 @@ def _searched(model: StepModel, goal: Goal, half: float, phase: float) -> Array 
 
 
 def _improved(model: StepModel, goal: Goal, smoothing: float, x: Array) -> tuple[Array, float]:
-    """The numbers that SLSQP comes to from x, and the least of the values that must not be negative."""
+    """The numbers that SLSQP finds from x, and the least value of the constraints."""
     from scipy.optimize import minimize
 
     @lru_cache(maxsize=1)
@@ -282,12 +282,12 @@ def _improved(model: StepModel, goal: Goal, smoothing: float, x: Array) -> tuple
 
 
 class Evaluation(NamedTuple):
-    """What the optimiser asks of one set of numbers.
+    """Cost and constraints for one set of numbers.
 
     Attributes:
         cost: The cost.
         gradient: Its gradient, shape (n,).
-        kept: What must not be negative, shape (m,).
+        kept: Values of the constraints, >= 0 where they hold, shape (m,).
         jacobian: Its Jacobian, shape (m, n).
     """
 
@@ -312,7 +312,7 @@ def evaluate(model: StepModel, goal: Goal, smoothing: float, x: Array) -> Evalua
 
 
 def _walked(model: StepModel, motion: Motion, x: Numbers, finer: int) -> tuple[Course, Numbers, Numbers, int]:
-    """What a motion asks, at which phases, the weights of their quadrature, and the index of the clearance's phase."""
+    """Dynamics of a motion, its phases, the weights of their quadrature, and the index of the clearance's phase."""
     intervals = [finer * count for count in model.intervals]
     stretches, weights, second = _grid((x[..., 0], *model.breaks(motion.own)), intervals)
     return model.along(motion, stretches), np.concatenate(stretches, axis=-1), weights, second
@@ -321,14 +321,14 @@ def _walked(model: StepModel, motion: Motion, x: Numbers, finer: int) -> tuple[C
 def _constraints(
     model: StepModel, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int
 ) -> dict[str, Numbers]:
-    """What must not be negative, scaled by weight, leg length and gravity, shapes (..., n), by name.
+    """All constraints: values >= 0, scaled by weight, leg length and gravity, shapes (..., n), by name.
 
     Args:
-        model: The robot.
+        model: The step of the robot.
         goal: What is asked.
-        motion: As it is tried.
-        course: Along it.
-        phases: Of the course.
+        motion: The motion that is tried.
+        course: Its dynamics.
+        phases: Phases of the course.
         second: Index of the moment at which the swing foot has its clearance.
     """
     length, weight = model.robot.leg_length, model.robot.weight
@@ -353,10 +353,10 @@ def _constraints(
 
 
 def motion_of(model: StepModel, goal: Goal, x: Numbers) -> Motion:
-    """The motion of the numbers that are chosen; the second control points follow from the impact map.
+    """The motion of the numbers that the optimiser chooses; the second control points follow from the impact map.
 
     Args:
-        model: The robot.
+        model: The step of the robot.
         goal: What is asked.
         x: Phase at which the swing foot has its clearance, half the angle between the legs (rad), free control points
             (rad), and the robot's own numbers, shape (..., n).
@@ -373,7 +373,7 @@ def motion_of(model: StepModel, goal: Goal, x: Numbers) -> Motion:
 
 
 def _grid(breaks: Sequence[Numbers], intervals: Sequence[int]) -> tuple[list[Numbers], Numbers, int]:
-    """Phases in the stretches between breaks, weights of Simpson's rule, and where the second stretch begins."""
+    """Phases in the stretches between breaks, weights of Simpson's rule, and the index of the second stretch."""
     ends = [np.zeros_like(breaks[0]), *breaks, np.ones_like(breaks[0])]
     stretches, weights = [], []
     for first, last, count in zip(ends[:-1], ends[1:], intervals, strict=True):
@@ -396,7 +396,7 @@ def _asked(goal: Goal) -> str:
 
 
 def _hindrance(model: StepModel, goal: Goal, broken: Mapping[str, float]) -> str:
-    """What stands in the way of a reference, found by asking for less; and what to do."""
+    """Why there is no reference, found by asking for less, and what to do."""
     if goal.torque_limit is not None:
         freely = replace(goal, torque_limit=None)
         found, _ = _best(model, freely)

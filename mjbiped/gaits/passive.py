@@ -72,12 +72,12 @@ def find_passive_gait(robot: Compass, slope: float) -> PassiveGait:
     loses it much earlier. Results are cached.
 
     Args:
-        robot: any compass biped.
-        slope: of the plane, rad, > 0 (downhill).
+        robot: Any compass biped.
+        slope: Slope of the plane, rad, > 0 (downhill).
 
     Raises:
-        InputError: the slope is no number within a right angle of level, or the robot is no `Compass`.
-        GaitError: the robot has no such gait on that slope.
+        InputError: The slope is no number within a right angle of level, or the robot is no `Compass`.
+        GaitError: The robot has no such gait on that slope.
     """
     domains.check_kind("robot", robot, Compass)
     return _find(robot, checked_slope(slope))
@@ -102,11 +102,11 @@ _TABLE_ONE = Compass()
 class _Model(NamedTuple):
     """A robot in units in which its legs and gravity are those of Table I: 1 m and 9.81 m/s^2.
 
-    So the search, its tolerances included, is the same for all sizes and gravities.
+    This makes the search and its tolerances the same for all sizes and gravities.
 
     Attributes:
-        constants: As of `Compass`.
-        weight: N.
+        constants: Constants of the robot in these units, as of `Compass`.
+        weight: Its weight, N.
         metre: The unit of length, m; exactly 1 for the legs of Table I.
         second: The unit of time, s; exactly 1 for its legs and gravity.
     """
@@ -137,7 +137,7 @@ def _find(robot: Compass, slope: float) -> PassiveGait:
 
 
 def _search(robot: Compass, slope: float) -> dict[str, Any]:
-    """The numbers of a gait; see `PassiveGait` and `table_of`."""
+    """The attributes of a gait, with the pieces of its table."""
     model = _model(robot)
     scaled = _follow_branch(model, slope)
     start, period = _unscale(slope, scaled)
@@ -176,7 +176,7 @@ def no_gait(slope: float, reason: str, what: str = "passive gait") -> GaitError:
 
 
 def _passive(model: _Model, slope: float) -> Callable[[Array], list[float]]:
-    """The unpowered motion's law: state -> its rates (dq1, dq2, ddq1, ddq2)."""
+    """The unpowered motion: a function from the state to its rates (dq1, dq2, ddq1, ddq2)."""
     constants, sine, cosine = model.constants, math.sin(slope), math.cos(slope)
 
     def rates(state: Array) -> list[float]:
@@ -264,7 +264,7 @@ def _solve(model: _Model, slope: float, guess: Array, steps: int, tolerance: flo
 
 
 def _follow_branch(model: _Model, slope: float) -> Array:
-    """Follow the gaits from level ground to `slope`; returns the scaled gait there.
+    """The scaled gait on a slope, found by following the gaits from level ground.
 
     The scaled gait is smooth in slope^(2/3), in which the steps are taken; one counts only if the gait found is close
     to the one extrapolated, so that the search does not slip onto the other family (the "short" gaits).
