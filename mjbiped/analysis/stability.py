@@ -40,7 +40,7 @@ class Stability:
         errors: eta = (z1, z2, error of sine, error of cosine), truth minus estimate, shape (n, 6).
         lyapunov: V_a (15), shape (n,).
         dissipation: z1' K1 z1 + z2' K2 z2, what V_a loses by (16) with (17), 1/s, shape (n,).
-        slope_change: At the touchdown where the step starts, rad, shape (steps,); 0 for the first step.
+        slope_change: Change of slope at the touchdown where the step starts, rad, shape (steps,); 0 for the first step.
         start: eta at the step's start, shape (steps, 6).
         end: eta at the step's end, shape (steps, 6).
         gramian: Integral of W W' over the step, shape (steps, 2, 2) in (sine, cosine), 1/s³.
@@ -108,7 +108,7 @@ class Stability:
 
     @property
     def condition_floor(self) -> Array:
-        """The same with alpha = beta = 0, shape (steps,): where this is not below 1, no constants make (24) true."""
+        """Left side of (24) with alpha = beta = 0, shape (steps,): no constants make (24) true unless it is below 1."""
         return error_dynamics.impact_gain(self.controller.position_gain, 0.0, 0.0) * self.contraction
 
     @property
@@ -148,7 +148,7 @@ def stability(walk: Walk, controller: AdaptiveTracking | None = None) -> Stabili
     (0.1 ms: 1.4e-3).
 
     Args:
-        walk: Of an adaptive controller, in either engine, with a touchdown at least.
+        walk: A walk of an adaptive controller, in either engine, with at least one touchdown.
         controller: The law that walked, where the record does not say it: an object of a derived class.
 
     Raises:

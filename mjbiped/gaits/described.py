@@ -1,4 +1,4 @@
-"""Gaits of robots, and of their descriptions in records and on the command line."""
+"""Gaits found by robot and slope, and by descriptions in records and on the command line."""
 
 from __future__ import annotations
 
@@ -56,10 +56,10 @@ def gait_from(described: Mapping[str, Any]) -> Periodic:
 
 
 def parse_reference(text: str) -> dict[str, Any]:
-    """The arguments of `find_reference` of a text such as "clearance=0.06,retraction=no", as the command line takes it.
+    """The arguments of `find_reference` from a text of the command line such as "clearance=0.06,retraction=no".
 
     Raises:
-        InputError: A name is unknown or stands twice, or a value is none.
+        InputError: A name is unknown or stands twice, or a value cannot be read.
     """
     found: dict[str, Any] = {}
     for part in text.split(","):
@@ -69,22 +69,15 @@ def parse_reference(text: str) -> dict[str, Any]:
         domains.known_name("part of a reference", name, _PARTS)
         if name in found:
             raise InputError(f"reference {shown(text)}: {name} stands twice")
-        found[name] = _value(text, name, value)
+        try:
+            found[name] = _WORDS[value] if name == "retraction" else float(value)
+        except KeyError:
+            raise InputError(f"reference {shown(text)}: {name} = {shown(value)}; expected yes or no") from None
+        except ValueError:
+            raise InputError(f"reference {shown(text)}: {name} = {shown(value)} is no number") from None
+        if not math.isfinite(found[name]):
+            raise InputError(f"reference {shown(text)}: {name} must be finite")
     return found
-
-
-def _value(text: str, name: str, value: str) -> float | bool:
-    if name == "retraction":
-        if value not in _WORDS:
-            raise InputError(f"reference {shown(text)}: retraction = {shown(value)}; expected yes or no")
-        return _WORDS[value]
-    try:
-        number = float(value)
-    except ValueError:
-        raise InputError(f"reference {shown(text)}: {name} = {shown(value)} is no number") from None
-    if not math.isfinite(number):
-        raise InputError(f"reference {shown(text)}: {name} must be finite")
-    return number
 
 
 def words_of(goal: Goal) -> str:

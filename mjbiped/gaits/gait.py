@@ -45,7 +45,7 @@ class Periodic:
         return self.step_length / self.period
 
     def describe(self) -> dict[str, Any]:
-        """What the gait is found by again, in plain JSON types; `mjbiped.gaits.described.gait_from` reads it."""
+        """A description in plain JSON types, from which `mjbiped.gaits.described.gait_from` makes the gait again."""
         return {"slope": self.slope, "robot": self.robot.to_dict()}
 
 

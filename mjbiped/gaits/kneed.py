@@ -81,7 +81,8 @@ class KneedGait(Passive, Branched):
 def find_kneed_gait(robot: KneedBiped, slope: float) -> KneedGait:
     """A passive gait of period one on a plane, with knee strike and heel strike.
 
-    Where the search finds several, it is a stable one, or else the least unstable. Results are cached.
+    Where the search finds several, it is a stable one, or else the least unstable. Results are kept in the user's
+    cache folder, or where the environment variable MJBIPED_CACHE_DIR says.
 
     Args:
         robot: A biped with knees.

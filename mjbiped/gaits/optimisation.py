@@ -149,7 +149,7 @@ class StepModel(ABC):
 
 @dataclass(frozen=True)
 class Goal:
-    """What is asked of a reference.
+    """Requirements on a reference.
 
     Attributes:
         speed: Mean speed, m/s.

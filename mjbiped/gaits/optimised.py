@@ -34,7 +34,7 @@ SPEED = 0.494
 """Speed of the passive gait on 2 degrees, which the paper imitates, m/s."""
 
 FRICTION = 0.6
-"""What a reference may ask of the ground, of the 0.8 that it has in MuJoCo."""
+"""Friction coefficient that a reference may use, of the 0.8 that the ground has in MuJoCo."""
 
 _STEP, _BENT = 25, 22  # pieces of a step with knees, and those of them before the knee strike: KNEE_STRIKE of them
 
@@ -73,7 +73,7 @@ class Optimised(Periodic):
 
     @cached_property
     def measures(self) -> Told:
-        """What the gait asks on level ground, tracked without error: cost, torques, forces, clearance."""
+        """Measures of the gait on level ground, tracked without error: cost, torques, forces, clearance."""
         half, points = float(self.end[0]), self.control_points[2:-1].ravel()
         return tell(self.model, self.goal, np.concatenate([[self.clearance_phase, half], points, self.own]))
 
@@ -83,7 +83,7 @@ class Optimised(Periodic):
         return self.measures.cost_of_transport
 
     def describe(self) -> dict[str, Any]:
-        """The trajectory and what it was found for, in plain JSON types; `gait_from` reads it."""
+        """The trajectory and its goal in plain JSON types, from which `gait_from` makes the gait again."""
         return {
             "goal": dataclasses.asdict(self.goal),
             "clearance_phase": self.clearance_phase,
@@ -264,7 +264,7 @@ def find_reference(
     torque_limit: float | None = None,
     friction: float = FRICTION,
 ) -> OptimisedGait | OptimisedKneedGait:
-    """The gait on level ground that costs least work and lifts its swing foot so high.
+    """The gait on level ground with the least cost of transport for a speed and a clearance of the swing foot.
 
     A controller that tracks it climbs steps somewhat higher than the clearance. Results are kept in the user's cache
     folder, or where the environment variable MJBIPED_CACHE_DIR says.
@@ -273,7 +273,7 @@ def find_reference(
         robot: Any compass biped, or any biped with knees, whose swing foot stays above the ground at all times.
         speed: Mean speed, m/s.
         clearance: Height of the swing foot over level ground at some moment of the step, m. With 0 nothing is asked
-            of its path but that it lands where it shall. With knees the foot rises to it within the first quarter of
+            of its path but where it lands. With knees the foot rises to it within the first quarter of
             the step, and is so high until that moment.
         retraction: Whether the foot goes no further forward from that moment on, so that no riser can meet it from
             ahead. Without it the same height costs less.
@@ -324,7 +324,7 @@ def _find(robot: Compass | KneedBiped, goal: Goal) -> OptimisedGait | OptimisedK
 
 
 def optimised_from(described: Mapping[str, Any]) -> OptimisedGait | OptimisedKneedGait:
-    """The gait of `Optimised.describe`, bit by bit; nothing is optimised again.
+    """The gait that `Optimised.describe` described, bit by bit and without optimising again.
 
     Raises:
         KeyError: Something is missing.

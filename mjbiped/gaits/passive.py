@@ -69,7 +69,8 @@ def find_passive_gait(robot: Compass, slope: float) -> PassiveGait:
 
     Where several gaits exist, it is the one whose swing leg swings out and comes back (the "long" gait), on the branch
     that leaves level ground. Table I has it beyond 20 degrees, stable up to 2.728; a leg with all its mass near the hip
-    loses it much earlier. Results are cached.
+    loses it much earlier. Results are kept in the user's cache folder, or where the environment variable
+    MJBIPED_CACHE_DIR says.
 
     Args:
         robot: Any compass biped.

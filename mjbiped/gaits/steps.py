@@ -52,7 +52,7 @@ class CompassStep(StepModel):
         return np.stack(after, axis=-1)
 
     def along(self, motion: Motion, stretches: Sequence[Numbers]) -> Course:
-        """What a motion asks of the robot at all phases."""
+        """Dynamics of a motion at phases in all stretches."""
         return self.course(*curve(motion.points, np.concatenate(stretches, axis=-1), motion.period))
 
     def keeps(self, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int) -> dict[str, Numbers]:
@@ -145,7 +145,7 @@ class KneedStep(StepModel):
         return _solved(groups.T @ matrix @ groups, _times(groups.T @ matrix, dq)) - dq[..., :2]
 
     def along(self, motion: Motion, stretches: Sequence[Numbers]) -> Course:
-        """What a step asks of the robot, with its knee bent in all stretches but the last."""
+        """Dynamics of a motion whose knee is bent in all stretches but the last."""
         bent = self.course(*self.bent(motion, np.concatenate(stretches[:-1], axis=-1)))
         straight = self.course(*self.straight(motion, stretches[-1]))
         axes = [-2 if name in ("torques", "powers") else -1 for name in Course._fields]
