@@ -1,9 +1,9 @@
-"""What optimised references cost on level ground, and what they climb: the figures of `docs/references.md`.
+"""What optimised references cost on level ground, and what they climb: the tables and figure behind `docs/references.md`.
 
 A controller climbs a rise if it goes on walking at 99 of 100 places of the step's edge between two footholds; in
 brackets is what it climbs on ground that no foot has as well. Some minutes; the checks in MuJoCo take most of it.
 
-    python -m scripts.studies.reference_study --page docs/references.md --plot docs/images/references.png
+    python -m scripts.studies.reference_study --page docs/tables/references.md --plot docs/images/references.png
 """
 
 from __future__ import annotations
