@@ -1,4 +1,4 @@
-"""What optimised references cost on level ground, and what they climb: the tables and figure behind `docs/references.md`.
+"""What optimised references cost on level ground, and what they climb: tables and figure behind `docs/references.md`.
 
 A controller climbs a rise if it goes on walking at 99 of 100 places of the step's edge between two footholds; in
 brackets is what it climbs on ground that no foot has as well. Some minutes; the checks in MuJoCo take most of it.
