@@ -43,7 +43,7 @@ from controllers.settings import COS, SIN, PaperSettings
 from mjbiped.control.controller import Law, Memory
 from mjbiped.control.tracking import Tracking
 from mjbiped.errors import InputError
-from mjbiped.gaits.branches import Branched
+from mjbiped.gaits.gait import Branched
 from mjbiped.gaits.reference import in_arrays, table_of
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.utils import domains

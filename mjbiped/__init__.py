@@ -21,8 +21,7 @@ from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.errors import GaitError, InputError, MjbipedError, RecordError, RenderError
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
-from mjbiped.gaits.optimised import OptimisedGait, find_reference
-from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
+from mjbiped.gaits.optimised import OptimisedGait, OptimisedKneedGait, find_reference
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait
 from mjbiped.limit_cycles.basin import basin_of_attraction, basin_of_control
 from mjbiped.limit_cycles.bifurcation import bifurcation_diagram, find_cascade

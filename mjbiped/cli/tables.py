@@ -14,8 +14,7 @@ from rich.text import Text
 
 from mjbiped.analysis.divergence import COLUMNS, DISPLAYED
 from mjbiped.gaits.kneed import KneedGait
-from mjbiped.gaits.optimised import OptimisedGait
-from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
+from mjbiped.gaits.optimised import OptimisedGait, OptimisedKneedGait
 from mjbiped.gaits.passive import PassiveGait
 from mjbiped.limit_cycles.basin import Basin, Fate
 from mjbiped.records.measures import MEASURES, in_words

@@ -19,8 +19,7 @@ from numbers import Real
 from typing import Any, ClassVar, NamedTuple
 
 from mjbiped.errors import InputError
-from mjbiped.gaits.branches import Branched
-from mjbiped.gaits.gait import Gait, Periodic
+from mjbiped.gaits.gait import Branched, Gait, Periodic
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 

@@ -28,9 +28,9 @@ from mjbiped.control.error_location import place_of
 from mjbiped.control.loading import FORMS, is_reference, own_class, recorded_class
 from mjbiped.control.settings import REQUIRED, checked, default_of, fields_of, shown_defaults, why_none
 from mjbiped.errors import InputError, MjbipedError, explained, shown
-from mjbiped.gaits.described import gait_from, passive_gait_of
+from mjbiped.gaits.described import gait_from, parse_reference, passive_gait_of
 from mjbiped.gaits.gait import Periodic
-from mjbiped.gaits.optimised import find_reference, only_kept, parse_reference
+from mjbiped.gaits.optimised import find_reference, only_kept
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
@@ -48,7 +48,7 @@ SHARED: Mapping[str, Any] = MappingProxyType(
 )
 """Settings of all controllers that imitate a gait, with their defaults: the slope of that passive gait, and the slope
 estimate at the start, degrees; and an optimised reference in the passive gait's stead, as "clearance=0.06" (see
-`mjbiped.gaits.optimised.parse_reference`)."""
+`mjbiped.gaits.described.parse_reference`)."""
 
 KNEED_REFERENCE = "clearance=0.08"
 """What a robot with knees tracks unless told: its passive gaits clear 2 cm, and not every such robot has one on gentle

@@ -21,9 +21,8 @@ from mjbiped.control.validation import try_out
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.errors import GaitError, InputError, MjbipedError, explained, shown
-from mjbiped.gaits.branches import Branched
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.gaits.gait import Gait, Periodic
+from mjbiped.gaits.gait import Branched, Gait, Periodic
 from mjbiped.records.settings import described
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot

@@ -1,7 +1,4 @@
-"""A reference trajectory as controllers read it: pieces of polynomials, evaluated in plain floats.
-
-`mjbiped.gaits.passive` makes the table of a passive gait; a control law evaluates it at every tick, wherever it runs.
-"""
+"""A reference trajectory as control laws read it: pieces of polynomials, evaluated in plain floats at every tick."""
 
 import math
 from collections.abc import Sequence

@@ -13,8 +13,9 @@ from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.errors import MjbipedError
+from mjbiped.gaits.described import words_of
 from mjbiped.gaits.optimisation import Goal
-from mjbiped.gaits.optimised import only_kept, words_of
+from mjbiped.gaits.optimised import only_kept
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import NAMED

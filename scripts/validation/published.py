@@ -1,8 +1,8 @@
 """Numbers that others have published about walkers which this laboratory can simulate, digit by digit as printed.
 
 Each stands here once, with its source, and with its fault where it has one. `python -m scripts.validation.page`
-computes them again and writes docs/tables/validation.md; `tests/analysis/test_published.py` holds them. The tables of
-the paper that this project implements stand in `mjbiped.reproduction.published`.
+computes them again and writes docs/tables/validation.md; `tests/scripts/validation` holds them. The tables of the paper
+that this project implements stand in `mjbiped.reproduction.published`.
 
 Angles and rates keep the signs and the names that they have in their source.
 """

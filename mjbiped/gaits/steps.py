@@ -1,9 +1,10 @@
-"""The step of the biped with knees as the reference optimiser takes it: its laws of motion on arrays.
+"""The steps of both robots as the reference optimiser takes them: their laws of motion on arrays.
 
-Stance leg and swing thigh follow Bézier curves over the whole step. The flexion of the swing knee follows one until the
-knee strikes its stop, and is zero from then on. The strike changes the rates of both by the robot's impact map; that
-change is added to their curves afterwards, and fades until the heel strike. So either branch of the motion, with the
-knee bent and with the knee straight, can be carried on beyond the strike, for a knee that strikes late or early.
+With knees, stance leg and swing thigh follow Bézier curves over the whole step. The flexion of the swing knee follows
+one until the knee strikes its stop, and is zero from then on. The strike changes the rates of both by the robot's
+impact map; that change is added to their curves afterwards, and fades until the heel strike. So either branch of the
+motion, with the knee bent and with the knee straight, can be carried on beyond the strike, for a knee that strikes late
+or early.
 """
 
 from __future__ import annotations
@@ -11,23 +12,81 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from mjbiped.gaits.bezier import DEGREE, Numbers, curve
-from mjbiped.gaits.compass_step import straight_guess
-from mjbiped.gaits.optimisation import Course, Goal, Motion
-from mjbiped.gaits.straight_legs import StraightLegs
-from mjbiped.robots.chain import Array
+from mjbiped.gaits.optimisation import Course, Goal, Motion, StepModel
+from mjbiped.gaits.pieces import DEGREE, Numbers, curve
+from mjbiped.robots import compass
+from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import SWING_LOCKED, KneedBiped
+from mjbiped.robots.robot import Array
 
-RISEN = 0.25  # of the step: from this phase on the swing foot has its clearance, which rises smoothly until then
-LANDS = 0.12  # of the step: so long before its end the foot is still lifted by `KneedStep.lifted` at least
+REACH = 0.2  # of the compass, leg lengths ahead of the stance foot: from there on the swing foot may touch the ground
+_CORNER = 1e-3  # leg lengths: how much the corner of "above the ground or not yet ahead" is rounded
+RISEN = 0.25  # phase from which on the swing foot has its clearance, which rises smoothly until then
+LANDS = 0.12  # phases before the end, until which the foot is lifted by `KneedStep.lifted` at least
 KNEE_STRIKE = 0.88  # phase at which the knee strikes its stop
-KNEE_RATES = (0.1, 0.3)  # between which it closes then, in sqrt(g / l): softly, but so that it does come to its stop
-GREATEST_FLEXION = 2.0  # of the control points, rad
-STRAIGHTENS = 0.02  # of the step, at least, from the clearance's phase to the knee strike
+KNEE_RATES = (0.1, 0.3)  # least and greatest closing rate at the strike, sqrt(g/l): soft, but sure to reach the stop
+GREATEST_FLEXION = 2.0  # upper bound of the flexion's control points, rad
+STRAIGHTENS = 0.02  # least difference between the phases of clearance and knee strike
+
+
+@dataclass(frozen=True)
+class CompassStep(StepModel):
+    """The step of the compass biped.
+
+    The laws are those of `mjbiped.robots.compass`, whose functions of plain numbers take arrays as well.
+    """
+
+    robot: Compass
+    intervals: ClassVar[Sequence[int]] = (48, 32)
+    starts: ClassVar[Sequence[tuple[float, float]]] = ((0.15, 0.86), (0.22, 0.80))
+
+    def rates_after_impact(self, half: Numbers, rates: Numbers) -> Numbers:
+        """Rates after the impact of rates before it (eq. 2), rad/s."""
+        legs: Any = (-np.sin(half), np.cos(half), np.sin(half), np.cos(half))
+        cosine: Any = np.cos(2.0 * half)
+        after = compass.rates_after_impact(self.robot.constants, legs, cosine, *np.moveaxis(rates, -1, 0))
+        return np.stack(after, axis=-1)
+
+    def along(self, motion: Motion, stretches: Sequence[Numbers]) -> Course:
+        """Dynamics of a motion at phases in all stretches."""
+        return self.course(*curve(motion.points, np.concatenate(stretches, axis=-1), motion.period))
+
+    def keeps(self, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int) -> dict[str, Numbers]:
+        """The foot is above the ground wherever it might touch it."""
+        # the greater of height and what is missing to the reach, rounded
+        height = course.height[..., :-1] / self.robot.leg_length
+        missing = REACH - course.ahead[..., :-1] / self.robot.leg_length
+        greater = 0.5 * (height + missing + np.sqrt((height - missing) ** 2 + _CORNER**2) - _CORNER)
+        return {"foot above the ground": greater + 0.5 * _CORNER}  # just above zero at the end, where the foot lands
+
+    def course(self, q: Numbers, dq: Numbers, ddq: Numbers) -> Course:
+        """Inverse dynamics (eq. 1) and the swing foot's path (eq. 4)."""
+        constants, length = self.robot.constants, self.robot.leg_length
+        (q1, q2), (dq1, dq2), (ddq1, ddq2) = (tuple(np.moveaxis(each, -1, 0)) for each in (q, dq, ddq))
+        legs: Any = np.sin(q1), np.cos(q1), np.sin(q2), np.cos(q2)
+        m11, m12, m22 = compass.mass_terms(constants, legs)
+        c1, c2 = compass.coriolis_terms(constants, legs, dq1, dq2)
+        _, _, g1, g2 = compass.gravity_terms(constants, legs)
+        ankle, hip = compass.joint_torques(m11 * ddq1 + m12 * ddq2 + c1 + g1, m12 * ddq1 + m22 * ddq2 + c2 + g2)
+        forward, upward = compass.ground_force(
+            constants, self.robot.total_mass, self.robot.gravity, legs, dq1, dq2, ddq1, ddq2
+        )
+        sine1, cosine1, sine2, cosine2 = legs
+        ahead, height = compass.swing_foot(length, legs)
+        return Course(
+            torques=np.stack(np.broadcast_arrays(ankle, hip), axis=-1),
+            powers=np.stack([ankle * dq1, hip * (dq2 - dq1)], axis=-1),
+            tangential_force=np.asarray(forward),
+            normal_force=np.asarray(upward),
+            ahead=np.asarray(ahead),
+            height=np.asarray(height),
+            ahead_rate=length * (cosine1 * dq1 - cosine2 * dq2),
+            height_rate=length * (sine2 * dq2 - sine1 * dq1),
+        )
 
 
 class Moved(NamedTuple):
@@ -39,18 +98,17 @@ class Moved(NamedTuple):
 
 
 @dataclass(frozen=True)
-class KneedStep(StraightLegs):
-    """A `mjbiped.gaits.optimisation.StepModel` of the biped with knees on level ground.
+class KneedStep(StepModel):
+    """The step of the biped with knees.
 
     Its own numbers are the five control points of the flexion that are not zero.
     """
 
     robot: KneedBiped
-    joints: int = 2
-    own: tuple[tuple[float, float], ...] = ((0.0, GREATEST_FLEXION),) * 5
-    intervals: tuple[int, ...] = (40, 16, 16)
-    starts: tuple[tuple[float, float], ...] = ((0.22, 0.80), (0.15, 0.60))
-    lifted: float = 0.005
+    own: ClassVar[Sequence[tuple[float, float]]] = ((0.0, GREATEST_FLEXION),) * 5
+    intervals: ClassVar[Sequence[int]] = (40, 16, 16)
+    starts: ClassVar[Sequence[tuple[float, float]]] = ((0.22, 0.80), (0.15, 0.60))
+    lifted: ClassVar[float] = 0.005
 
     def rates_after_impact(self, half: Numbers, rates: Numbers) -> Numbers:
         """Rates of stance and swing leg after the heel strike, of rates before it, rad/s."""
@@ -87,14 +145,14 @@ class KneedStep(StraightLegs):
         return _solved(groups.T @ matrix @ groups, _times(groups.T @ matrix, dq)) - dq[..., :2]
 
     def along(self, motion: Motion, stretches: Sequence[Numbers]) -> Course:
-        """What a step asks of the robot, with its knee bent in all stretches but the last."""
+        """Dynamics of a motion whose knee is bent in all stretches but the last."""
         bent = self.course(*self.bent(motion, np.concatenate(stretches[:-1], axis=-1)))
         straight = self.course(*self.straight(motion, stretches[-1]))
         axes = [-2 if name in ("torques", "powers") else -1 for name in Course._fields]
         return Course(*(np.concatenate(pair, axis) for *pair, axis in zip(bent, straight, axes, strict=True)))
 
     def course(self, q: Numbers, dq: Numbers, ddq: Numbers) -> Course:
-        """Inverse dynamics and the swing foot's way, for three angles or, with the knee locked, for two."""
+        """Inverse dynamics and the swing foot's path, for three angles or, with the knee locked, for two."""
         chain = self.robot.chains[q.shape[-1]]
         even, odd = _weighted(chain.weights, q)
         forces = _times(even, ddq) + _times(odd, dq * dq) - chain.moments * np.sin(q)
@@ -117,13 +175,13 @@ class KneedStep(StraightLegs):
 
     def keeps(self, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int) -> dict[str, Numbers]:
         """The foot is above the ground at all times, with its clearance from `RISEN` on; the knee lands softly."""
-        last, unit = motion.own[..., -1:], math.sqrt(self.length / self.gravity)
+        last, unit = motion.own[..., -1:], math.sqrt(self.robot.leg_length / self.robot.gravity)
         closing = DEGREE * last * unit / (KNEE_STRIKE * motion.period[..., None])
         risen, lands = _smoothly(phases / RISEN), _smoothly((1.0 - phases) / LANDS)
-        height = course.height / self.length
+        height = course.height / self.robot.leg_length
         above = (height - self.lifted * risen * lands)[..., 1:-1]
         until = slice(1, second)  # at the clearance's phase itself it is a constraint of all robots
-        cleared = (height - goal.clearance / self.length * risen)[..., until]
+        cleared = (height - goal.clearance / self.robot.leg_length * risen)[..., until]
         return {
             "foot above the ground": np.concatenate([above, cleared], axis=-1),
             "knee strike": np.concatenate([closing - KNEE_RATES[0], KNEE_RATES[1] - closing], axis=-1),
@@ -131,8 +189,8 @@ class KneedStep(StraightLegs):
         }
 
     def guess(self, half: float) -> tuple[Array, Array]:
-        """As the compass biped's, and a knee that bends by some 40 degrees."""
-        return straight_guess(half), np.array([0.4, 1.0, 1.0, 0.4, 0.05])
+        """Control points of straight legs, and of a knee that bends by some 40 degrees."""
+        return super().guess(half)[0], np.array([0.4, 1.0, 1.0, 0.4, 0.05])
 
 
 def flexion_points(own: Numbers) -> Numbers:
@@ -159,6 +217,6 @@ def _solved(matrices: Numbers, vectors: Numbers) -> Numbers:
 
 
 def _smoothly(x: Numbers) -> Numbers:
-    """From 0 to 1 at x = 1, and 1 from there on."""
+    """A cubic that rises from 0 at x = 0 to 1 at x = 1, and is 1 beyond."""
     x = np.where(x.real < 1.0, x, 1.0)
     return np.asarray(x * x * (3.0 - 2.0 * x))

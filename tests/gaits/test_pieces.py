@@ -1,4 +1,4 @@
-"""The hold after the period: continuous to the acceleration, and its ends are what they are said to be."""
+"""Bézier curves against SciPy's Bernstein polynomials, their pieces against the curves, and the hold after a period."""
 
 import math
 
@@ -6,9 +6,52 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.interpolate import BPoly
 
-from mjbiped.gaits.hold import FALLEN, hold, pieces_of
+from mjbiped.gaits.pieces import DEGREE, FALLEN, bernstein, count_of_pieces, curve, curve_in_pieces, hold
 from mjbiped.gaits.reference import reference_at, table_of
+
+control_points = st.lists(st.tuples(st.floats(-1, 1), st.floats(-1, 1)), min_size=DEGREE + 1, max_size=DEGREE + 1).map(
+    np.array
+)
+durations = st.floats(0.1, 3.0)
+
+
+@given(control_points, durations, st.floats(0, 1))
+@settings(deadline=None, derandomize=True)
+def test_curve_and_derivatives_are_scipys(points: np.ndarray, duration: float, s: float) -> None:
+    expected = BPoly(points[:, None, :], [0.0, duration])
+    found = curve(points, np.array([s]), duration)
+    for order, values in enumerate(found):
+        # rounding: each derivative multiplies differences of numbers near 1 by at most 7 / T
+        tolerance = 1e-13 * (4 * DEGREE / duration) ** order
+        np.testing.assert_allclose(values[0], expected.derivative(order)(s * duration), rtol=0, atol=tolerance)
+
+
+@given(control_points, durations, st.integers(1, 20), st.floats(0, 1, exclude_max=True))
+@settings(deadline=None, derandomize=True)
+def test_the_table_in_pieces_is_the_curve(points: np.ndarray, duration: float, count: int, s: float) -> None:
+    table = table_of(count / duration, curve_in_pieces(points, count))
+    q, dq, ddq = (values[0] for values in curve(points, np.array([s]), duration))
+    found = reference_at(table, s * duration)
+    # a piece's coefficients carry rounding of the solution of ten equations, whose condition number is 1e6; each
+    # derivative multiplies it by the pieces per second and by at most 9
+    for order, (values, expected) in enumerate(zip(np.reshape(found, (3, 2)), (q, dq, ddq), strict=True)):
+        np.testing.assert_allclose(values, expected, rtol=0, atol=1e-11 * (9 * max(1.0, count / duration)) ** order)
+
+
+def test_bernsteins_polynomials_add_up_to_one() -> None:
+    s = np.linspace(0, 1, 11)
+    np.testing.assert_allclose(bernstein(DEGREE, s).sum(axis=-1), 1.0, rtol=1e-14)
+    assert bernstein(DEGREE, s).shape == (11, DEGREE + 1)
+
+
+def test_complex_steps_give_derivatives() -> None:
+    points = np.linspace(0, 1, DEGREE + 1)[:, None] ** 2
+    step = 1e-30
+    q, dq, _ = curve(points, np.array([0.3 + 1j * step]), 1.0)
+    assert q.imag[0, 0] / step == pytest.approx(dq.real[0, 0], rel=1e-13)
+
 
 WIDTH = 0.05
 ends = st.tuples(
@@ -64,6 +107,6 @@ def test_it_ends_before_the_stance_leg_has_fallen() -> None:
 
 
 def test_pieces_scale_with_the_leg_and_gravity() -> None:
-    assert pieces_of(0.8, 1.0, 9.81) == 16
-    assert pieces_of(0.8 * 2, 4.0, 9.81) == 16
-    assert pieces_of(0.801, 1.0, 9.81) == 17
+    assert count_of_pieces(0.8, 1.0, 9.81) == 16
+    assert count_of_pieces(0.8 * 2, 4.0, 9.81) == 16
+    assert count_of_pieces(0.801, 1.0, 9.81) == 17

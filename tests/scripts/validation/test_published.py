@@ -1,6 +1,6 @@
 """What others have published, against this laboratory; where they are wrong, the calculation that gives their digits.
 
-Tolerances are those of the published digits and of ours, as `mjbiped.analysis.published` and `scripts.validation` tell.
+Tolerances are those of the published digits and of ours, as `scripts.validation` tells them.
 """
 
 import math
@@ -15,7 +15,12 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
 import mjbiped
-from mjbiped.analysis.published import (
+from mjbiped.gaits.passive import find_passive_gait
+from mjbiped.limit_cycles.periodic import first_gait
+from mjbiped.robots.compass import Array, Compass
+from scripts.validation import compass_gait, drake_invariants, kneed_walker, rimless_wheel, simplest_walker
+from scripts.validation.page import SOURCES, cells, main, minus
+from scripts.validation.published import (
     DRAKE,
     GARCIA,
     GARCIA_SLOPE,
@@ -25,11 +30,6 @@ from mjbiped.analysis.published import (
     HSU_CHEN_ROBOT,
     Published,
 )
-from mjbiped.gaits.passive import find_passive_gait
-from mjbiped.limit_cycles.periodic import first_gait
-from mjbiped.robots.compass import Array, Compass
-from scripts.validation import compass_gait, drake_invariants, kneed_walker, rimless_wheel, simplest_walker
-from scripts.validation.page import SOURCES, cells, main, minus
 
 PAGE = Path(__file__).parents[2] / "docs" / "tables" / "validation.md"
 
