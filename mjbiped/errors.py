@@ -1,12 +1,15 @@
 """The package's exceptions: one base, so that `except MjbipedError` catches everything that is a user's to mend.
 
-Beside them, how a value that a user gave is shown in their messages: short, whatever it is.
+Beside them, how their messages show a value that a user gave, and where in the user's code something went wrong.
 """
 
 from __future__ import annotations
 
 import math
 import reprlib
+import sys
+import traceback
+from pathlib import Path
 
 LONGEST_SHOWN = 80
 
@@ -80,6 +83,35 @@ def explained(error: BaseException) -> str:
         return f"{name}: {error}".rstrip(": ")
     except Exception:  # its words are that code's, too
         return f"{name}, whose words cannot be told"
+
+
+def place_of(error: BaseException, source: type | Path) -> str:
+    """Where in a user's code an error arose: file, line, function and the line's text, in brackets.
+
+    Args:
+        error: What was raised.
+        source: The class, or the file, whose code it is. The last line in it, or in the files of the class's bases, is
+            told; else the last one outside this package.
+
+    Returns:
+        The words, with a blank before them; empty where no place outside this package is known.
+    """
+    if isinstance(source, Path):
+        files = {str(source)}
+    else:
+        files = {getattr(sys.modules.get(kind.__module__), "__file__", None) for kind in source.__mro__}
+    frames = [
+        frame
+        for frame in traceback.extract_tb(error.__traceback__)
+        if not frame.filename.startswith("<") and Path(__file__).parent not in Path(frame.filename).parents
+    ]
+    chosen = [frame for frame in frames if frame.filename in files] or frames
+    if not chosen:
+        return ""
+    last = chosen[-1]
+    text = f": {shortened(last.line, 80)}" if last.line else ""
+    within = f", in {last.name}" if last.name != "<module>" else ""
+    return f" ({Path(last.filename).name}, line {last.lineno}{within}{text})"
 
 
 def shortened(text: str, longest: int = 300) -> str:

@@ -22,8 +22,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from mjbiped.control.controller import Controller
-from mjbiped.control.error_location import place_in
-from mjbiped.errors import InputError, explained, shown
+from mjbiped.errors import InputError, explained, place_of, shown
 from mjbiped.utils.domains import check_text, known_name
 from mjbiped.utils.reading import read_bytes
 from mjbiped.utils.shadows import hidden_laws
@@ -223,7 +222,7 @@ def _failing(place: str, error: BaseException, path: Path | None = None) -> Inpu
         said = f"{error.msg} ({where}: {(error.text or '').strip()})" if error.lineno else str(error)
         return InputError(f"{place} cannot be loaded: {type(error).__name__}: {said}")
     hint = f"; {hidden}" if isinstance(error, ImportError) and (hidden := hidden_laws()) else ""
-    where = place_in(error, {str(path)} if path else set())
+    where = place_of(error, path or Path())
     return InputError(f"{place} cannot be loaded: {explained(error)}{where}{hint}")
 
 

@@ -24,10 +24,9 @@ from types import MappingProxyType
 from typing import Any
 
 from mjbiped.control.controller import Controller
-from mjbiped.control.error_location import place_of
 from mjbiped.control.loading import FORMS, is_reference, own_class, recorded_class
 from mjbiped.control.settings import REQUIRED, checked, default_of, fields_of, shown_defaults, why_none
-from mjbiped.errors import InputError, MjbipedError, explained, shown
+from mjbiped.errors import InputError, MjbipedError, explained, place_of, shown
 from mjbiped.gaits.described import gait_from, passive_gait_of
 from mjbiped.gaits.gait import Periodic
 from mjbiped.gaits.optimised import find_reference, only_kept, parse_reference

@@ -17,8 +17,7 @@ from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 from mjbiped.control.adapters import gives_its_law, values_of
-from mjbiped.control.error_location import place_of
-from mjbiped.errors import InputError, explained, shown
+from mjbiped.errors import InputError, explained, place_of, shown
 
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller

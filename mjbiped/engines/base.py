@@ -5,14 +5,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
+import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.control.error_location import place_of
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.engines.plan import Plan
-from mjbiped.errors import InputError, explained
+from mjbiped.errors import InputError, explained, place_of
 from mjbiped.numerics.jit import announced
 from mjbiped.records.measures import Summary
 from mjbiped.records.pressure import unknown
@@ -22,11 +22,6 @@ from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.progress import hidden
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from mjbiped.rollout.batch import Batch
 
 Show: TypeAlias = Callable[[int, float], None]
 """Takes the number of touchdowns since the last call, and where the stance foot is, m."""
@@ -75,17 +70,6 @@ class Engine(ABC):
         Raises:
             MjbipedError: The walk cannot be started.
         """
-
-    def run_many(self, batch: Batch) -> None:
-        """Make all walks of a batch; by default compiled ones in threads, and the others in processes.
-
-        An engine that steps many walks at once overrides this.
-
-        Raises:
-            InputError: A controller's laws cannot be compiled, or it cannot be sent to another process.
-            KeyboardInterrupt: Ctrl-C.
-        """
-        batch.run()
 
     def session(self, *, many: bool = False) -> AbstractContextManager[None]:
         """What is held while a walk of this engine, or a batch of them, is under way; by default nothing.
@@ -166,11 +150,9 @@ class Run(ABC):
             progress: Show a progress bar (never where the output is not a terminal), and say it on stderr when
                 something has to be compiled first.
         """
-        if progress:
-            with self._progress_bar() as show:
-                self.outcome = self.walk(show)
-        else:  # a bar that is not shown costs as much as two gait steps of the hybrid engine
-            self.outcome = self.walk(_show_nothing)
+        # a bar that is not shown costs as much as two gait steps of the hybrid engine
+        with self._progress_bar() if progress else nullcontext(lambda *_: None) as show:
+            self.outcome = self.walk(show)
 
     def record(self) -> Walk:
         """The record so far."""
@@ -219,7 +201,3 @@ class Run(ABC):
                 bar.update(steps if terms.steps else max(0.0, round(x, 2) - bar.n))
 
             yield show
-
-
-def _show_nothing(steps: int, x: float) -> None:
-    """No progress bar."""

@@ -157,7 +157,7 @@ def walk_many(
     ):
         batch = Batch(plans, summaries, workers, bar)
         try:
-            terms.engine.run_many(batch)
+            batch.run()
         except KeyboardInterrupt as stop:
             raise WalksInterrupted(batch.results, batch.errors) from stop
     if batch.errors:
