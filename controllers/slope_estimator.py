@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
+from controllers.settings import COS, SIN, Gains
+from mjbiped.control.controller import Memory
 from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.robots import compass
 from mjbiped.robots.bent_leg import gravity_beside
@@ -93,3 +96,16 @@ def updated_estimate(
         return sin_slope, cos_slope
     slope = slope_of(sin_slope) + change
     return math.sin(slope), math.cos(slope)
+
+
+def update_estimate(gains: Gains, memory: Memory, stance_before: float, swing_after: float) -> None:
+    """Update (27) of the estimates in the memory, where it is wanted; see `updated_estimate`."""
+    if gains.estimate_update:
+        memory[SIN], memory[COS] = updated_estimate(
+            memory[SIN], memory[COS], gains.update_threshold, stance_before, swing_after
+        )
+
+
+def slope_estimate_law(parameters: Any, memory: Memory) -> float:
+    """The slope estimate, rad."""
+    return slope_of(memory[SIN])

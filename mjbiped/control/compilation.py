@@ -93,6 +93,11 @@ def can_be_compiled(law: Law) -> bool:
     return not raises(tuple(law.functions.values()))
 
 
+def floats_taken(name: str, joints: int) -> int:
+    """How many floats one of a law's functions takes beside parameters and memory."""
+    return {"touchdown": 3 * joints, "slope_estimate": 0, "next_discontinuity": 1}.get(name, 1 + 2 * joints)
+
+
 @lru_cache(maxsize=256)
 def _function(
     name: str,
@@ -111,37 +116,26 @@ def _function(
     from mjbiped.numerics import addresses
 
     values, q, dq = joints + states, _numbered("q", joints), _numbered("dq", joints)
-    state, postures = f"t, {q}, {dq}", f"{_numbered('before', joints)}, {q}, {dq}"
     values_of = ", ".join(f"value_{index}" for index in range(values))  # unpacked: their number is looked at
     given = [f"value_{index}" for index in range(values)]
     given[joints:joints] = ["0.0"] * idle
     written = "; ".join(f"o[{index}] = float({value})" for index, value in enumerate(given))
     memory = f"numbers(m + {WORD * idle}, {memory_size})" if idle else f"numbers(m, {memory_size})"
-    # once a law has failed, be it at a touchdown, no torque is a number: the walk goes no further
-    lost = f"if numbers(record, 1)[{_FAILED}] != 0.0: o[:] = NAN"
-    arguments, before, call, after = {
-        "torque": (
-            f"{state}, out",
-            f"o = numbers(out, {len(given)})",
-            f"{values_of} = law(parameters(record), {memory}, {state}); {written}",
-            lost,
-        ),
-        "tick": (state, "pass", f"law(parameters(record), {memory}, {state})", "pass"),
-        "knee_strike": (state, "pass", f"law(parameters(record), {memory}, {state})", "pass"),
-        "touchdown": (postures, "pass", f"law(parameters(record), {memory}, {postures})", "pass"),
-        "slope_estimate": (
-            "t",
-            "x = NAN",
-            f"x = float(law(parameters(record), {memory}))",
-            "return x",
-        ),
-        "next_discontinuity": (
-            "t",
-            "x = NAN",
-            f"x = float(law(parameters(record), {memory}, t))",
-            "return x",
-        ),
-    }[name]
+    state, postures = f"t, {q}, {dq}", f"{_numbered('before', joints)}, {q}, {dq}"
+    taken = {"touchdown": postures, "slope_estimate": "", "next_discontinuity": "t"}.get(name, state)
+    call = f"law(parameters(record), {memory}, {taken})"
+    types: Any = numba.types
+    word, number, returned = types.int64, types.float64, types.void
+    arguments, before, after = taken or "t", "pass", "pass"
+    passed = [number] * floats_taken(name, joints)
+    if name == "torque":
+        arguments, before = f"{state}, out", f"o = numbers(out, {len(given)})"
+        call = f"{values_of} = {call}; {written}"
+        # once a law has failed, be it at a touchdown, no torque is a number: the walk goes no further
+        after = f"if numbers(record, 1)[{_FAILED}] != 0.0: o[:] = NAN"
+        passed.append(word)
+    elif name in ("slope_estimate", "next_discontinuity"):
+        before, call, after, returned, passed = "x = NAN", f"x = float({call})", "return x", number, [number]
     made_law, digest = kept_apart(law, contract, _strange(classes))
     source = f"""def {name}(record, m, {arguments}):
     {before}
@@ -157,13 +151,7 @@ def _function(
         "law": made_law,
         "parameters": _unpacking(made, classes, contract),
     }
-    word, number = numba.types.int64, numba.types.float64
-    signature = {
-        "torque": numba.types.void(word, word, *[number] * (1 + 2 * joints), word),
-        "touchdown": numba.types.void(word, word, *[number] * (3 * joints)),
-        "tick": numba.types.void(word, word, *[number] * (1 + 2 * joints)),
-        "knee_strike": numba.types.void(word, word, *[number] * (1 + 2 * joints)),
-    }.get(name, number(word, word, number))
+    signature = returned(word, word, *passed)
     known = (digest, made, _kinds(classes), contract)
     return from_source(partial(c_function, signature=signature, **options(contract)), name, source, space, known)
 

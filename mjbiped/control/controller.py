@@ -21,6 +21,7 @@ from typing import Any, ClassVar, NamedTuple
 from mjbiped.errors import InputError
 from mjbiped.gaits.branches import Branched
 from mjbiped.gaits.gait import Gait, Periodic
+from mjbiped.gaits.reference import in_arrays
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 
@@ -189,6 +190,45 @@ class Controller(ABC):
                     value = repr(value)
                 description[field.name] = value
         return description
+
+
+class LawController(Controller):
+    """A controller whose methods call the functions of its law: each is written once, and compiled as it stands."""
+
+    @property
+    @abstractmethod
+    def plain_law(self) -> Law:
+        """The law for plain Python, with tables in tuples, which it reads faster than arrays."""
+
+    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
+        """Take notice of a support transfer; see `Controller.on_touchdown`."""
+        law = self.plain_law
+        law.touchdown(law.parameters, memory, *q_before, *q, *dq)
+
+    def on_knee_strike(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
+        """Take notice that the swing knee is locked; see `Controller.on_knee_strike`."""
+        law = self.plain_law
+        if law.knee_strike is not None:
+            law.knee_strike(law.parameters, memory, t, *q, *dq)
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        """Torques now, and the rates of the states; see `Controller.torque`."""
+        law = self.plain_law
+        return law.torque(law.parameters, memory, t, *q, *dq)
+
+    def slope_estimate(self, memory: Memory) -> float:
+        """The controller's estimate of the slope under its stance foot, rad."""
+        law = self.plain_law
+        return law.slope_estimate(law.parameters, memory)
+
+    def next_discontinuity(self, memory: Memory, t: float) -> float:
+        """The first time after t at which `torque` may have a kink, s; see `Controller.next_discontinuity`."""
+        law = self.plain_law
+        return law.next_discontinuity(law.parameters, memory, t)
+
+    def law(self) -> Law:
+        """The law for compilation; see `Controller.law`."""
+        return self.plain_law._replace(parameters=in_arrays(self.plain_law.parameters))
 
 
 def never(parameters: Any, memory: Memory, t: float) -> float:  # noqa: ARG001 (a law has all of them)

@@ -15,7 +15,7 @@ import os
 import re
 import sys
 import sysconfig
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import redirect_stdout
 from pathlib import Path
 from types import ModuleType
@@ -89,7 +89,10 @@ def own_class(reference: str) -> type[Controller]:
             f"`class {part.name}(Controller):`"
         )
     if inspect.isabstract(found):
-        lacking = ", ".join(f"{name}{_signature(getattr(found, name))}" for name in sorted(found.__abstractmethods__))
+        lacking = ", ".join(
+            f"{name}({', '.join(inspect.signature(getattr(found, name)).parameters)})"
+            for name in sorted(found.__abstractmethods__)
+        )
         raise InputError(f"{part.name} in {part.place} lacks what every controller must have: {lacking}")
     if found not in _named:
         _named[found] = {"class": reference, "sha256": digest_of(reference)}
@@ -149,11 +152,6 @@ def _parts(reference: str) -> _Reference:
 
 def _is_law(value: Any) -> bool:
     return isinstance(value, type) and issubclass(value, Controller) and not inspect.isabstract(value)
-
-
-def _signature(function: Any) -> str:
-    """The parameters of a method, as they stand in its source."""
-    return f"({', '.join(inspect.signature(function).parameters)})"
 
 
 def _module_of_file(place: str) -> ModuleType:
@@ -235,46 +233,38 @@ def _import_from(folder: Path) -> None:
 def _sources(part: _Reference) -> Mapping[str, bytes]:
     """Contents of a controller's source files, by their places in the folder that they are imported from."""
     if part.is_file:
-        file, _ = _read(part.place)
-        return dict(_imported([file], file.parent))
-    _import_from(Path.cwd())
-    top = part.place.partition(".")[0]
-    spec = importlib.util.find_spec(top)
-    if spec is None or not (spec.origin or spec.submodule_search_locations):
-        raise InputError(f"there is no module {shown(top)} to take a controller from")
-    folders = [Path(place) for place in spec.submodule_search_locations or ()]
-    files = [file for folder in folders for file in folder.rglob("*.py")] or [Path(str(spec.origin))]
-    return dict(_imported(files, folders[0].parent if folders else files[0].parent))
-
-
-def _imported(files: Iterable[Path], root: Path) -> Iterator[tuple[str, bytes]]:
-    """Files and what they import, directly or not, from a folder; from those of installed libraries nothing."""
-    installed = str(root) in (
-        sysconfig.get_path("purelib"),
-        sysconfig.get_path("platlib"),
-        sysconfig.get_path("stdlib"),
-    )
-    waiting, seen = list(files), set()
+        waiting = [_read(part.place)[0]]
+        root = waiting[0].parent
+    else:
+        _import_from(Path.cwd())
+        top = part.place.partition(".")[0]
+        spec = importlib.util.find_spec(top)
+        if spec is None or not (spec.origin or spec.submodule_search_locations):
+            raise InputError(f"there is no module {shown(top)} to take a controller from")
+        folders = [Path(place) for place in spec.submodule_search_locations or ()]
+        waiting = [file for folder in folders for file in folder.rglob("*.py")] or [Path(str(spec.origin))]
+        root = folders[0].parent if folders else waiting[0].parent
+    installed = str(root) in {sysconfig.get_path(name) for name in ("purelib", "platlib", "stdlib")}
+    found: dict[str, bytes] = {}
     while waiting:
         file = waiting.pop()
-        if file in seen:
-            continue
-        seen.add(file)
-        text = read_bytes(file)
-        yield file.relative_to(root).as_posix(), text
-        for name in () if installed else _modules_in(text):
-            if (root / f"{name}.py").is_file():
-                waiting.append(root / f"{name}.py")
-            else:
-                waiting += (root / name).rglob("*.py")
+        place = file.relative_to(root).as_posix()
+        if place not in found:
+            found[place] = read_bytes(file)
+            waiting += [] if installed else _imported(found[place], root)
+    return found
 
 
-def _modules_in(text: bytes) -> set[str]:
-    """Modules and packages that a source imports, those of this project apart: no file of the user's replaces them."""
+def _imported(text: bytes, root: Path) -> list[Path]:
+    """Files in a folder that a source imports; this project's packages are not looked for there."""
     try:
-        tree = ast.parse(text)
+        nodes = list(ast.walk(ast.parse(text)))
     except (SyntaxError, ValueError):
-        return set()
-    names = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
-    names |= {str(node.module) for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and not node.level}
-    return {name.partition(".")[0] for name in names} - {*_OURS}
+        return []
+    names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+    names += [str(node.module) for node in nodes if isinstance(node, ast.ImportFrom) and not node.level]
+    files: list[Path] = []
+    for name in {name.partition(".")[0] for name in names} - {*_OURS}:
+        module = root / f"{name}.py"
+        files += [module] if module.is_file() else (root / name).rglob("*.py")
+    return files

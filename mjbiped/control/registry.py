@@ -164,10 +164,8 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
             math.radians(SLOPE_DEG.check(key, values.pop(key)))
             for key in ("imitate_slope_deg", "initial_slope_estimate_deg")
         )
-        asked = _asked(values.pop("reference"), settings)
-        if asked is None and robot.knees and "imitate_slope_deg" not in settings:
-            asked = parse_reference(KNEED_REFERENCE)
-        values["gait"] = gait or _gait(robot, slope, asked)
+        reference = values.pop("reference")
+        values["gait"] = gait or _imitated(robot, slope, reference, passive="imitate_slope_deg" in settings)
         values |= {key: estimate for key in SLOPE_FIELDS if key in own}
     try:
         return kind(**values)
@@ -179,32 +177,29 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
         ) from error
 
 
-def _gait(robot: Robot, slope: float, asked: Mapping[str, Any] | None) -> Periodic:
-    """The gait that a controller imitates: a passive one, or the optimised one that is asked for."""
-    if asked is None:
-        return passive_gait_of(robot, slope)
-    assert isinstance(robot, Compass | KneedBiped)
-    return find_reference(robot, **asked)
+def _imitated(robot: Robot, slope: float, reference: object, *, passive: bool) -> Periodic:
+    """The gait that a controller imitates.
 
-
-def _asked(reference: object, settings: Mapping[str, Any]) -> dict[str, Any] | None:
-    """What is asked of the optimised reference; None where there is none.
+    Args:
+        robot: Whose gait it is.
+        slope: Of the passive gait, rad.
+        reference: What is asked of an optimised one, as text; None: nothing.
+        passive: Whether the passive gait was asked for by its slope.
 
     Raises:
         InputError: It is no text of a reference, or a passive gait is asked for as well.
+        GaitError: The slope has no passive gait.
     """
     if reference is None:
-        return None
+        if passive or not robot.knees:
+            return passive_gait_of(robot, slope)
+        reference = KNEED_REFERENCE
     if not isinstance(reference, str):
         raise InputError(f"reference = {shown(reference)}: must be text, as 'clearance=0.06', or None")
-    if "imitate_slope_deg" in settings:
+    if passive:
         raise InputError("imitate_slope_deg is of a passive gait, and reference of an optimised one; give one of them")
-    return parse_reference(reference)
-
-
-def _is_gait(described: object) -> bool:
-    """Whether a field's description is that of a gait, which tells whose it is."""
-    return isinstance(described, Mapping) and "robot" in described
+    assert isinstance(robot, Compass | KneedBiped)
+    return find_reference(robot, **parse_reference(reference))
 
 
 def check_setting(name: str, key: str, valid: Mapping[str, Any], what: str = "setting") -> None:
@@ -268,8 +263,9 @@ def controller_from(
             f"the record's {wanted} has not the parameters of this version's: {', '.join(sorted(odd))} differ"
         )
     try:
-        gaits = {key: gait_from(value) for key, value in described.items() if _is_gait(value)}
-        described |= gaits
+        # only a gait's description tells whose it is
+        gaits = [key for key, value in described.items() if isinstance(value, Mapping) and "robot" in value]
+        described |= {key: gait_from(described[key]) for key in gaits}
         if robot is not None:
             described["robot"] = robot
         with only_kept():

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
+from typing import Any
 
 from mjbiped.control import adapters
 from mjbiped.control.compilation import MachineCode, compilable_law
@@ -74,9 +75,7 @@ class SampledController(Controller):
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Begin a walk; the left leg stands."""
-        own = list(memory[: self.loop.size])
-        self.inner.start(own, q, dq)
-        memory[: self.loop.size] = own
+        self._tell(self.inner.start, memory, q, dq)
         memory[self.loop.size + laws.SIDE] = 1.0
 
     def tick(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
@@ -96,20 +95,22 @@ class SampledController(Controller):
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
         """Exchange the motors, and tell the controller what its sensors show."""
         told = laws.touchdown(self.loop, memory, tuple(q_before), tuple(q), tuple(dq))
-        own = list(memory[: self.loop.size])
-        self.inner.on_touchdown(own, *told)
-        memory[: self.loop.size] = own
+        self._tell(self.inner.on_touchdown, memory, *told)
 
     def on_knee_strike(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
         """Tell the controller what its sensors show."""
         told = laws.knee_strike(self.loop, memory, tuple(q), tuple(dq))
-        own = list(memory[: self.loop.size])
-        self.inner.on_knee_strike(own, t, *told)
-        memory[: self.loop.size] = own
+        self._tell(self.inner.on_knee_strike, memory, t, *told)
 
     def slope_estimate(self, memory: Memory) -> float:
         """The controller's."""
         return self.inner.slope_estimate(memory[: self.loop.size])
+
+    def _tell(self, method: Callable[..., None], memory: Memory, *arguments: Any) -> None:
+        """Call a method of the controller, which changes its own part of the memory."""
+        own = list(memory[: self.loop.size])
+        method(own, *arguments)
+        memory[: self.loop.size] = own
 
     @cached_property
     def _code(self) -> MachineCode | None:
