@@ -26,7 +26,7 @@ class Parameters(NamedTuple):
     """What the laws of this module take: `AdaptiveController`'s attributes in plain numbers.
 
     Attributes:
-        constants: Of the robot model.
+        constants: Lumped constants of the robot model.
         gains: Gains and switches.
         cycle: First state on the limit cycle.
         table: The gait's trajectory.
@@ -58,7 +58,7 @@ class AdaptiveController(PaperSettings, AdaptiveTracking):
     with_knees: ClassVar[str | None] = "controllers.kneed:KneedController"
 
     def check_imitated(self) -> None:
-        """Refuse a robot or a gait that is none of the compass biped's."""
+        """Refuse any robot but a compass biped, and any gait but one of it."""
         check_imitation(self)
 
     @cached_property

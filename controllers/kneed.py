@@ -234,7 +234,7 @@ def torque_law(
 
 
 def _stand(parameters: Parameters, flexion: float) -> None:
-    """Let the model be that of a stance leg whose knee is locked at a flexion, rad."""
+    """Adapt the model to a stance leg whose knee is locked at a flexion, rad."""
     if flexion == parameters.standing[FLEXION]:
         return
     three, two = parameters.free, parameters.locked

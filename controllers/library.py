@@ -16,18 +16,18 @@ from mjbiped.robots import compass
 from mjbiped.utils import domains
 
 _CLIMBING = AdaptiveController.memory_size
-"""Index in the memory: how many steps are still to be made with the climbing gait, this one included."""
+"""Index in the memory of the number of steps left with the climbing gait, this one included."""
 
 
 class Parameters(NamedTuple):
-    """What the laws of this module take.
+    """Parameters of the laws of this module.
 
     Attributes:
-        economical: Of the adaptive laws with the economical gait.
-        climbing: With the climbing gait.
-        length: Of a leg, m.
-        threshold: Height change, m, above which the ground counts as uneven.
-        steps: Made with the climbing gait after such a change.
+        economical: Parameters of the adaptive laws with the economical gait.
+        climbing: Parameters of the adaptive laws with the climbing gait.
+        length: Leg length, m.
+        threshold: Height change above which the ground counts as uneven, m.
+        steps: Number of steps made with the climbing gait after such a change.
     """
 
     economical: adaptive.Parameters
@@ -101,7 +101,7 @@ class LibraryController(AdaptiveController):
         )
 
     def parameters_of(self, memory: Memory) -> adaptive.Parameters:
-        """Of the gait that this step is made with."""
+        """The parameters of the gait that this step is made with."""
         return self.library.climbing if memory[_CLIMBING] > 0.0 else self.library.economical
 
     @cached_property

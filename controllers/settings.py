@@ -151,19 +151,19 @@ class PaperSettings(LawController):
         """Lay the transition curves where the walk starts off the limit cycle."""
 
     def transition_end(self, memory: Memory) -> float:
-        """Until when a re-planned transition is tracked in the step, s; 0 where the step was not re-planned."""
+        """Time at which the re-planned transition of the step ends, s; 0 where the step was not re-planned."""
         return float(self.parameters_of(memory).gains.transition_time) if memory[REPLANNED] else 0.0
 
 
 def check_imitation(controller: Controller, *, passive: bool = False) -> None:
-    """Refuse a controller whose robot or gait is none.
+    """Refuse a controller without a compass biped's model and gait.
 
     Args:
-        controller: To be checked.
-        passive: Whether its law imitates the passive motion itself, and so needs a gait that has one.
+        controller: The controller.
+        passive: Whether its law imitates the passive motion itself, and so needs a passive gait.
 
     Raises:
-        InputError: One is not.
+        InputError: Its robot or gait is of another kind.
     """
     if not isinstance(controller.robot, Compass) or not isinstance(controller.gait, Gait):
         raise InputError(

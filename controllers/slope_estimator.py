@@ -40,7 +40,7 @@ def estimate_rates(
 def estimate_rates_of_chain(
     moments: Array, across: float, adaptation_gain: float, q: Array, momentum: Array
 ) -> tuple[float, float]:
-    """The same for a chain of segments (`mjbiped.robots.chain`), whose stance leg may be bent.
+    """Adaptive law (17) for a chain of segments (`mjbiped.robots.chain`), whose stance leg may be bent.
 
     Args:
         moments: Of the controller's robot model, shape (n,), N m.
@@ -61,7 +61,7 @@ def estimate_rates_of_chain(
 
 
 def slope_of(sin_slope: float) -> float:
-    """Slope estimate arcsin(s), rad; beyond the sine's range the nearest right angle."""
+    """Slope estimate arcsin(s), rad; a sine beyond ±1 is cut to it."""
     return math.asin(min(1.0, max(-1.0, sin_slope)))
 
 

@@ -96,9 +96,8 @@ def place_of(error: BaseException, source: type | Path) -> str:
     Returns:
         The words, with a blank before them; empty where no place outside this package is known.
     """
-    if isinstance(source, Path):
-        files = {str(source)}
-    else:
+    files: set[str | None] = {str(source)}
+    if not isinstance(source, Path):
         files = {getattr(sys.modules.get(kind.__module__), "__file__", None) for kind in source.__mro__}
     frames = [
         frame

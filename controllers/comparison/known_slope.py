@@ -1,4 +1,4 @@
-"""The slope of the ground as controllers have it that compensate gravity but do not estimate: given, or dead reckoned.
+"""Controllers that compensate gravity on a slope that is given or dead reckoned, not estimated.
 
 `KnownSlopeController` is what the comparison controllers of the paper's section V have in common.
 """
@@ -30,8 +30,8 @@ class Parameters(NamedTuple):
     """What the laws of these controllers take: the attributes in plain numbers.
 
     Attributes:
-        constants: Of the robot model.
-        source: Of the slope, its place in `SLOPE_SOURCES`.
+        constants: Lumped constants of the robot model.
+        source: Index of the slope's source in `SLOPE_SOURCES`.
         imitated_slope: phi_r, rad.
         energy: E_ref, J; NaN for a gait that has none.
         gains: The law's own attributes, in the order of `KnownSlopeController.gains`.
@@ -85,10 +85,10 @@ class KnownSlopeController(LawController):
     """(parameters, memory, t, q1, q2, dq1, dq2) -> ankle and hip torque, N m; a function at a module's top level."""
 
     def __post_init__(self) -> None:
-        """Refuse what is no robot, gait, source or slope, and gains outside their domains.
+        """Refuse a robot or gait of another kind, an unknown source, and numbers outside their domains.
 
         Raises:
-            InputError: One is; see `mjbiped.utils.domains`.
+            InputError: An attribute is so; see `mjbiped.utils.domains`.
         """
         check_imitation(self, passive=not self.follows)
         domains.known_name("slope_source", self.slope_source, SLOPE_SOURCES)

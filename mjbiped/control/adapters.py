@@ -1,4 +1,4 @@
-"""A controller's methods behind the calls that engines make: `mjbiped.control.machine_code` has them for compiled laws.
+"""Calls of a controller's methods by the signatures of compiled laws, which `mjbiped.control.machine_code` calls.
 
 Angles q and rates dq are tuples, with a number for each of the robot's angles.
 """
@@ -33,13 +33,13 @@ def gives_its_law(controller: Controller) -> bool:
 def torque(
     controller: Controller, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
 ) -> Sequence[float]:
-    """The method `torque`, with the controller in the place of its law's parameters.
+    """Call the method `torque`, with the controller in the place of its law's parameters.
 
     Raises:
         InputError: It returned another number of values than it should, or no numbers.
     """
     given: Any = controller.torque(memory, t, q, dq)
-    # what most laws return, and nothing else, is seen at once: a walk asks thousands of times
+    # a walk asks thousands of times: what most laws return passes without further checks
     wanted = len(controller.joints) + len(controller.states)
     if type(given) is tuple and len(given) == wanted and type(given[0]) is type(given[-1]) is float:
         return given
@@ -47,7 +47,7 @@ def torque(
 
 
 def values_of(controller: Controller, given: Any) -> tuple[float, ...]:
-    """What `torque` returned, if it is as many numbers as it must be.
+    """Check that `torque` returned as many numbers as it must, and return them as a tuple.
 
     Raises:
         InputError: It is not.
@@ -74,7 +74,7 @@ def values_of(controller: Controller, given: Any) -> tuple[float, ...]:
 
 
 def _method(name: str) -> Callable[..., Any]:
-    """A call of a controller's method, with the controller in the place of its law's parameters."""
+    """A function that calls a method, with the controller in the place of its law's parameters."""
     return lambda controller, *arguments: getattr(controller, name)(*arguments)
 
 

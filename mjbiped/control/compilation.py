@@ -1,4 +1,4 @@
-"""Compiles a controller's laws, by themselves; see `mjbiped.control.machine_code`."""
+"""Compiles a controller's laws apart from any engine; see `mjbiped.control.machine_code`."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ class MachineCode:
             contract: Whether products and sums may be made in one operation, with one rounding: faster, and not bitwise
                 what plain Python computes.
             joints: Number of torques, and of angles.
-            room: So many rates `values` has room for at least, that one engine may serve laws with fewer.
-            idle: So many numbers stand before the law's own in the memory that an engine hands over, states that the
-                law knows nothing of: `torque` gives zeros for their rates, before those of its own states.
+            room: Least number of rates that `values` has room for, so that one engine serves laws with fewer.
+            idle: Number of padding states, which stand before the law's own in the memory that an engine hands over and
+                which the law does not see: `torque` gives zeros for their rates, before those of its own states.
 
         Raises:
             NotPackableError: `can_be_compiled` says no.
@@ -70,7 +70,7 @@ class MachineCode:
 
     @property
     def failed(self) -> bool:
-        """Whether a law has raised an exception; its torques are no numbers since."""
+        """Whether a law has raised an exception; its torques are NaN from then on."""
         return bool(self._record[_FAILED])
 
 
@@ -110,7 +110,7 @@ def _function(
     contract: bool,
     idle: int,
 ) -> Any:
-    """One of the C functions, for one kind of law and parameters. What did not change is not compiled again."""
+    """Compile one of a law's C functions for one kind of parameters; unchanged functions come from the cache."""
     import numba
 
     from mjbiped.numerics import addresses
@@ -149,7 +149,7 @@ def _function(
         "NAN": float("nan"),
         "numbers": addresses.numbers,
         "law": made_law,
-        "parameters": _unpacking(made, classes, contract),
+        "parameters": unpacking(made, classes, contract),
     }
     signature = returned(word, word, *passed)
     known = (digest, made, _kinds(classes), contract)
@@ -157,13 +157,13 @@ def _function(
 
 
 def _numbered(name: str, count: int) -> str:
-    """A parameter for each of the robot's angles."""
+    """Names of one parameter for each of the robot's angles, separated by commas."""
     return ", ".join(f"{name}{index + 1}" for index in range(count))
 
 
 @lru_cache(maxsize=256)
-def _unpacking(made: str, classes: tuple[tuple[str, type], ...], contract: bool) -> Any:
-    """A compiled function that makes a law's parameters of the address of their record."""
+def unpacking(made: str, classes: tuple[tuple[str, type], ...], contract: bool) -> Any:
+    """Compile the function that reads a law's parameters from the address of their record."""
     from mjbiped.numerics import addresses
 
     source = f"""def parameters(record):
@@ -177,11 +177,11 @@ def _unpacking(made: str, classes: tuple[tuple[str, type], ...], contract: bool)
 
 
 def _kinds(classes: tuple[tuple[str, type], ...]) -> list[tuple[str, str, Any]]:
-    """What tells the classes of parameters from others."""
+    """Modules, names and fields of the classes of parameters, by which compiled code is told apart."""
     return [(kind.__module__, kind.__qualname__, getattr(kind, "_fields", ())) for _, kind in classes]
 
 
 def _strange(classes: tuple[tuple[str, type], ...]) -> tuple[str, ...]:
-    """Those of the classes that a program without the user's module cannot import, as what is kept of them asks for."""
+    """Names of the classes that a program without the user's module cannot import when it reads the cache."""
     names = (f"{kind.__module__}.{kind.__qualname__}" for _, kind in classes)
     return tuple(name for name in names if not name.startswith(("mjbiped.", "controllers.")))

@@ -29,14 +29,14 @@ class LawError(InputError):
 
 @contextmanager
 def refused_in_words(controller: Controller, law: Law | None) -> Iterator[None]:
-    """Say of laws that a block calls, where they cannot be compiled, which one is to blame, why, and where.
+    """Tell which law is to blame, why, and where, if the laws that a block calls cannot be compiled.
 
     Args:
         controller: Whose laws they are.
-        law: What it gave; None where nothing is compiled.
+        law: What `compilable_law` gave; None where nothing is compiled.
 
     Raises:
-        LawError: They cannot be compiled. What a law that runs has raised is left as it is.
+        LawError: They cannot be compiled. An exception that a running law raised passes unchanged.
     """
     try:
         yield
@@ -48,7 +48,7 @@ def refused_in_words(controller: Controller, law: Law | None) -> Iterator[None]:
 
 
 def _blame(law: Law, states: Sequence[str], joints: int = 2) -> str:
-    """The first law that will not do by itself, and why; empty if all do."""
+    """The first law that cannot be compiled by itself, and why; empty if all can."""
     numba: Any = import_module("numba")  # slow to import, and without types
     types = numba.types
     prepared(tuple(law.functions.values()), inlined=())

@@ -44,8 +44,9 @@ class Law(NamedTuple):
         touchdown: (parameters, memory, q1 and q2 before, q1, q2, dq1, dq2), as `Controller.on_touchdown`.
         slope_estimate: (parameters, memory) -> float.
         next_discontinuity: (parameters, memory, t) -> float.
-        tick: None, but for `mjbiped.disturbances.sampled.SampledController`: arguments as of `torque`.
-        knee_strike: As `Controller.on_knee_strike`, arguments as of `torque`; for robots with knees, which need it.
+        tick: What `mjbiped.disturbances.sampled.SampledController` does once in each control period, with the
+            arguments of `torque`; None for all others.
+        knee_strike: `Controller.on_knee_strike`, with the arguments of `torque`; robots with knees need it.
     """
 
     parameters: Any
@@ -58,7 +59,7 @@ class Law(NamedTuple):
 
     @property
     def functions(self) -> dict[str, Callable[..., Any]]:
-        """Those that there are, by their names."""
+        """The functions that are not None, by their names."""
         return {name: each for name, each in self._asdict().items() if name != "parameters" and each is not None}
 
 
@@ -96,7 +97,7 @@ class Controller(ABC):
     gait: Periodic | None = None
 
     def driving(self, robot: Robot) -> Controller:
-        """What drives a robot of some kind in this controller's name: by default itself.
+        """The controller that drives a given robot on behalf of this one: by default itself.
 
         Raises:
             InputError: It does not drive such a robot.
@@ -144,7 +145,7 @@ class Controller(ABC):
 
     @abstractmethod
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        """Torques now.
+        """Joint torques at the current time and state.
 
         Args:
             memory: Not to be changed here.
@@ -169,7 +170,7 @@ class Controller(ABC):
         return math.inf
 
     def law(self) -> Law | None:
-        """The laws for compilation, or None: then an engine calls the methods, which is slower and gives the same."""
+        """The laws for compilation; None if an engine shall call the methods, with the same result, but slower."""
         return None
 
     def describe(self) -> dict[str, Any]:
@@ -212,7 +213,7 @@ class LawController(Controller):
             law.knee_strike(law.parameters, memory, t, *q, *dq)
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        """Torques now, and the rates of the states; see `Controller.torque`."""
+        """Joint torques and the rates of the states; see `Controller.torque`."""
         law = self.plain_law
         return law.torque(law.parameters, memory, t, *q, *dq)
 

@@ -46,25 +46,23 @@ class _Reference(NamedTuple):
 
 
 def is_reference(name: object) -> bool:
-    """Whether a controller's name is meant to name a class in a file or a module."""
+    """Whether a controller's name is a reference to a class in a file or a module."""
     return isinstance(name, str) and (":" in name or name.endswith(".py"))
 
 
 def located(reference: str, folder: Path) -> str:
-    """A reference whose file is looked for in a folder; all other names stay as they are.
+    """Resolve a reference's file against a folder; all other names stay as they are.
 
     Modules are looked for in the working directory, and among the installed ones.
     """
     if not is_reference(reference):
         return reference
-    place, name = _parts(reference)
-    if not _Reference(place, name).is_file:
-        return reference
-    return f"{_whole(folder / Path(place).expanduser())}:{name}"
+    part = _parts(reference)
+    return f"{_whole(folder / Path(part.place).expanduser())}:{part.name}" if part.is_file else reference
 
 
 def own_class(reference: str) -> type[Controller]:
-    """The class that a reference names; its file or module is loaded, once as long as it stays as it is.
+    """Load the class that a reference names; an unchanged file or module is loaded once.
 
     Raises:
         InputError: There is no such file, module or class, loading it fails, or the class is no controller.
@@ -100,7 +98,7 @@ def own_class(reference: str) -> type[Controller]:
 
 
 def recorded_class(source: Mapping[str, str], named: str | None) -> type[Controller]:
-    """The class of the user's own that a record tells of, loaded only if the user names it and its sources agree.
+    """Load the class that a record's controller came from, if the user names it and its source is unchanged.
 
     Args:
         source: What the record tells, as `source_of`; its place is never loaded.
@@ -123,7 +121,7 @@ def recorded_class(source: Mapping[str, str], named: str | None) -> type[Control
 
 
 def source_of(kind: type) -> dict[str, str] | None:
-    """What a record tells of a class that was named by a reference: that, and the digest of its sources."""
+    """The reference and the digest of its sources that a record keeps of a class loaded by `own_class`."""
     return _named.get(kind)
 
 
@@ -155,7 +153,7 @@ def _is_law(value: Any) -> bool:
 
 
 def _module_of_file(place: str) -> ModuleType:
-    """The module of a file; see `own_class`."""
+    """Load a file as a module; see `own_class`."""
     path, text = _read(place)
     if path in _loaded and _loaded[path][0] == text:
         return _loaded[path][1]
@@ -180,7 +178,7 @@ def _module_of_file(place: str) -> ModuleType:
 
 
 def _whole(path: Path) -> Path:
-    """A path from the root, links in it left as they are: what stands beside a link is meant to be imported."""
+    """An absolute path that keeps links: the files beside a link can be imported, not those beside its target."""
     return Path(os.path.normpath(Path.cwd() / path))
 
 
@@ -195,7 +193,7 @@ def _read(place: str) -> tuple[Path, bytes]:
 
 
 def _module(name: str) -> ModuleType:
-    """The module of a name; see `own_class`."""
+    """Import the module of a name; see `own_class`."""
     if not all(part.isidentifier() for part in name.split(".")):
         raise InputError(f"{shown(name)} is no name of a module; expected {FORMS}")
     _import_from(Path.cwd())
@@ -214,7 +212,7 @@ def _module(name: str) -> ModuleType:
 
 
 def _failing(place: str, error: BaseException, path: Path | None = None) -> InputError:
-    """What is wrong with a file that cannot be loaded."""
+    """The error that says why a file or module cannot be loaded."""
     if isinstance(error, SyntaxError):
         where = f"{Path(error.filename or place).name}, line {error.lineno}"
         said = f"{error.msg} ({where}: {(error.text or '').strip()})" if error.lineno else str(error)
@@ -225,7 +223,7 @@ def _failing(place: str, error: BaseException, path: Path | None = None) -> Inpu
 
 
 def _import_from(folder: Path) -> None:
-    """Let modules of a folder be imported; last of all, so that none of them stands in the way of a library's."""
+    """Let modules of a folder be imported, after all others, so that none of them hides a library's."""
     if str(folder) not in sys.path:
         sys.path.append(str(folder))
 

@@ -87,7 +87,7 @@ def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
 
     Args:
         name: Of a registered controller, or where a class of the user's stands: see `mjbiped.control.loading`.
-        robot: That it is to drive: for one with knees a law may have a class of its own.
+        robot: The robot to be driven; a law may have a class of its own for robots with knees.
 
     Raises:
         InputError: The name is unknown, or the class cannot be imported.
@@ -111,7 +111,7 @@ def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
 
 
 def names_by_class(robot: Robot | None = None) -> dict[str, str]:
-    """Names of registered controllers by the names of their classes, those for a robot with knees where it has them."""
+    """Names of registered controllers by the names of the classes that drive a robot."""
     if robot is not None and robot.knees:
         return {controller_class(name, robot).__name__: name for name in registered()}
     return {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
@@ -129,7 +129,7 @@ def settings_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
 
 
 def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: Periodic | None = None) -> Controller:
-    """The controller of a name.
+    """Make the controller of a name.
 
     Args:
         name: As for `controller_class`.
@@ -221,7 +221,7 @@ def check_setting(name: str, key: str, valid: Mapping[str, Any], what: str = "se
 def controller_from(
     description: Mapping[str, Any], source: Mapping[str, str] | None = None, named: str | None = None
 ) -> Controller:
-    """The controller that a record describes, built anew; see `Controller.describe`.
+    """Build anew the controller that a record describes; see `Controller.describe`.
 
     A field that the class has got since then has its default, with which the class does what it did before. A record
     may come from anyone: it never decides which code is loaded, nor does it begin a search for a reference.

@@ -12,7 +12,7 @@ from mjbiped.robots.robot import Robot
 
 @dataclass(frozen=True)
 class Unpowered(LawController):
-    """Zero torque at all joints of any robot, for walks that no controller of `controllers` is asked for."""
+    """Zero torque at all joints of any robot, for walks without a controller from `controllers`."""
 
     def driving(self, robot: Robot) -> Controller:
         """The same controller with as many torques as the robot has joints."""

@@ -1,4 +1,4 @@
-"""A controller's methods tried once before a walk, so that what is wrong with them is told in words, and in time.
+"""Tries a controller's methods once before a walk, so that errors in them are told early and in words.
 
 What the contract asks for (`mjbiped.control.controller.Controller`) and a first step would show: parameters, the
 memory's size, the numbers that `torque` returns, and that these depend on nothing but its arguments and the memory.
@@ -84,7 +84,7 @@ def _try_out(controller: Controller, q: State, dq: State) -> None:
 
 
 def _given(controller: Controller, method: str, *arguments: Any) -> Any:
-    """What a method returns that is called before there is a walk that could tell of its failure.
+    """Call a method whose failure no walk could report, because none has begun.
 
     Raises:
         InputError: It fails.
@@ -104,7 +104,7 @@ def _given(controller: Controller, method: str, *arguments: Any) -> Any:
 
 
 def fault_in(controller: Controller, values: Sequence[float], t: float, q: State, dq: State) -> str:
-    """Which of the numbers that `torque` gave is no finite one, and when, in words; empty where all are.
+    """Describe which numbers that `torque` gave are not finite, and when; empty where all are.
 
     Args:
         controller: The law.
@@ -129,7 +129,7 @@ def fault_in(controller: Controller, values: Sequence[float], t: float, q: State
 
 
 def fault_at(controller: Controller, memory: Sequence[float], t: float, q: State, dq: State) -> str:
-    """What `fault_in` finds in a state that a walk could not go beyond.
+    """Describe what `fault_in` finds in the state in which a walk ended.
 
     The law is also asked a little later, for the walk ends just before the state in which it fails.
 
@@ -152,9 +152,9 @@ def fault_at(controller: Controller, memory: Sequence[float], t: float, q: State
 
 
 def _stand_in(controller: Controller) -> Controller:
-    """A copy of a controller, which may keep something of the calls in its attributes: in a list that it fills.
+    """A copy of a controller for the trial, since methods may change the controller's attributes.
 
-    What is a frozen dataclass with compiled laws keeps nothing, and costs nothing here.
+    A controller whose law speaks for it keeps nothing, and is not copied.
     """
     if gives_its_law(controller):
         return controller
@@ -195,7 +195,7 @@ def _check_memory(controller: Controller, method: str, memory: list[Any]) -> Non
 
 
 def _asked(controller: Controller, memory: list[float], t: float, q: State, dq: State) -> tuple[float, ...]:
-    """What `torque` returns; it must not have written into the memory.
+    """Call `torque`, and check that it leaves the memory unchanged.
 
     Raises:
         InputError: It has, or its values are not as they must be.
@@ -213,7 +213,7 @@ def _asked(controller: Controller, memory: list[float], t: float, q: State, dq: 
 
 
 def _step_on(controller: Controller, memory: list[float], q: State, dq: State) -> None:
-    """Ask for what a walk asks for, on a copy of the memory: whatever stays behind is in the object."""
+    """Call all methods that a step calls, on a copy of the memory: only attributes of the object can change."""
     kept = list(memory)
     try:
         _asked(controller, kept, _LATER, tuple(0.5 * angle for angle in q), dq)
@@ -231,7 +231,7 @@ def _step_on(controller: Controller, memory: list[float], q: State, dq: State) -
 
 
 def _attributes(controller: Controller) -> dict[str, Any]:
-    """What the object holds, apart from what it computes once."""
+    """Attributes of the object, except cached properties."""
     kind = type(controller)
     return {
         key: value

@@ -1,4 +1,4 @@
-"""What a disturbed control loop does at its ticks and at a touchdown, as functions of plain numbers.
+"""A disturbed control loop at its ticks, at touchdowns and at knee strikes, as functions of plain numbers.
 
 `mjbiped.disturbances.sampled` calls them with a controller's methods, `mjbiped.disturbances.compiled` with its machine
 code. The loop's own memory stands behind the controller's: `at` counts from there.
@@ -32,17 +32,17 @@ Angles: TypeAlias = tuple[float, ...]
 
 
 class Loop(NamedTuple):
-    """What does not change in a disturbed loop.
+    """Parameters of a disturbed loop.
 
     Attributes:
-        size: Floats of the controller's memory; the loop's memory begins behind them.
+        size: Number of floats of the controller's memory; the loop's memory begins behind them.
         joints: Number of motors: ankle, hip and, with knees, the swing knee.
-        held: Index in the loop's memory of the torques held until the next tick, N m; right behind them are ...
-        rates: ... the held rates of the controller's integrated states.
-        states: Number of these.
-        ring: Index in the loop's memory of the torques that wait, those of all joints in turn.
-        room: For so many ticks there is room.
-        delay: Ticks until a torque acts.
+        held: Index in the loop's memory of the torques held until the next tick, N m.
+        rates: Index of the held rates of the controller's integrated states, right behind the torques.
+        states: Number of integrated states.
+        ring: Index in the loop's memory of the delayed torques, those of all joints in turn.
+        room: Number of ticks whose torques the ring holds.
+        delay: Number of ticks until a torque acts.
         senses: Whether the sensors differ from the truth.
         angle_noise: Standard deviation of the noise of each joint's angle, rad.
         rate_noise: Standard deviation of the noise of each joint's rate, rad/s.
@@ -50,10 +50,9 @@ class Loop(NamedTuple):
         rate_bias: Constant error of each joint's rate, rad/s.
         angle_resolution: Step of the encoders, rad; 0: none.
         torque_limit: Greatest torque of each motor, N m; infinity: none.
-        remaining: Share of a torque's deviation from what is asked for that is left after a tick; 0: the motor has no
-            lag.
-        mean: The mean over the tick of the share that is left.
-        seed: Of the noise.
+        remaining: Fraction of the difference between commanded and actual torque that is left after a tick; 0: no lag.
+        mean: Mean of that fraction over the tick.
+        seed: Seed of the noise.
     """
 
     size: int
@@ -109,7 +108,7 @@ def tick(
 
 
 def _drive(loop: Loop, memory: MutableSequence[float], joint: int, torque: float) -> None:
-    """Give a motor what the law asks of it, through limit, delay and lag."""
+    """Pass a commanded torque through the motor's limit, delay and lag."""
     at = loop.size
     number = int(memory[at + TICKS])
     asked, begun, held = limited(loop, torque), at + BEGUN + joint, at + loop.held + joint
@@ -154,7 +153,7 @@ def knee_strike(loop: Loop, memory: MutableSequence[float], q: Angles, dq: Angle
 
 
 def _exchanged(loop: Loop, memory: MutableSequence[float]) -> int:
-    """Give the legs their new roles; returns the number of the touchdown.
+    """Give the legs their new roles, and return the number of the touchdown.
 
     The motors are those of the hip and of each leg's ankle and knee: what still waits for the ankle that leaves the
     ground, or for the knee that is locked now, moves nothing, and a torque between the legs has the other sign in
@@ -172,7 +171,7 @@ def _exchanged(loop: Loop, memory: MutableSequence[float]) -> int:
 
 
 def _reassign(loop: Loop, memory: MutableSequence[float], first: int) -> None:
-    """Torques of ankle, hip and, with knees, swing knee in the new roles; the first one's index is given."""
+    """Exchange the roles of the torques of ankle, hip and swing knee, whose first one's index is given."""
     memory[first], memory[first + 1] = 0.0, -memory[first + 1]
     if loop.joints > 2:
         memory[first + 2] = 0.0
@@ -207,7 +206,7 @@ def _sensed(
 
 
 def read_angle(loop: Loop, angle: float, number: int, channel: int) -> float:
-    """What an encoder shows of an angle, rad."""
+    """Reading of an encoder at an angle, rad."""
     shown = angle + loop.angle_bias
     if loop.angle_noise > 0.0:
         shown += loop.angle_noise * normal(loop.seed, number, channel)
@@ -217,13 +216,13 @@ def read_angle(loop: Loop, angle: float, number: int, channel: int) -> float:
 
 
 def read_rate(loop: Loop, rate: float, number: int, channel: int) -> float:
-    """What a sensor shows of a rate, rad/s."""
+    """Reading of a rate sensor, rad/s."""
     shown = rate + loop.rate_bias
     return shown + loop.rate_noise * normal(loop.seed, number, channel) if loop.rate_noise > 0.0 else shown
 
 
 def limited(loop: Loop, torque: float) -> float:
-    """A torque within the motor's limit, N m; one that is no number stays so."""
+    """A torque cut to the motor's limit, N m; NaN stays NaN."""
     if torque > loop.torque_limit:
         return loop.torque_limit
     return -loop.torque_limit if torque < -loop.torque_limit else torque

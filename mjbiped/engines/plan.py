@@ -1,4 +1,4 @@
-"""What `walk()` and `walk_many()` are asked for, checked before anything is computed."""
+"""A walk's arguments, checked and put together before anything is computed."""
 
 from __future__ import annotations
 
@@ -46,15 +46,15 @@ _ON_GROUND = 1e-6  # of leg lengths: a foot so deep stands on the ground
 
 @dataclass(frozen=True)
 class Terms:
-    """What walks have in common; see `mjbiped.rollout.walk.walk` for the meanings.
+    """Settings that several walks share; see `mjbiped.rollout.walk.walk` for the meanings.
 
     Attributes:
-        engine: Makes the walks.
-        steps: With neither a number of steps nor a distance given, `DEFAULT_STEPS`.
-        distance: m.
-        robot: None: the controller's own, or Table I.
-        sample_period: s; None: no samples.
-        scuffing: The default rule unless given.
+        engine: The engine that makes the walks.
+        steps: Number of touchdowns; `DEFAULT_STEPS` where neither it nor a distance is given.
+        distance: Position of the stance foot at which a walk is finished, m.
+        robot: The robot that walks; None: the controller's own, or that of Table I.
+        sample_period: Time between two samples, s; None: no samples.
+        scuffing: The scuffing rule.
 
     Raises:
         InputError: A value is outside its domain.
@@ -81,15 +81,15 @@ class Plan:
     """One walk, checked and not yet started.
 
     Attributes:
-        terms: What it has in common with others.
+        terms: Settings that it shares with other walks.
         controller: The controller that was asked for.
         driver: What drives the robot's joints in its name; see `Controller.driving`.
         terrain: The ground.
         robot: The robot that walks.
         q: Its angles at the start, from the ground's normal under x = 0, rad, the stance leg's first.
         dq: Their rates, rad/s.
-        description: What `controller.describe()` gave.
-        disturbances: What the walk is disturbed by.
+        description: The controller's description of itself; see `Controller.describe`.
+        disturbances: Noise, delay, motor limits and pushes.
     """
 
     terms: Terms
@@ -108,7 +108,7 @@ class Plan:
         return compilable_law(self.driver)
 
     def driven(self, period: float) -> Controller:
-        """What an engine drives the robot with: the driver, in a loop that ticks where the loop is disturbed.
+        """The controller that an engine calls: the driver, or the driver in its disturbed loop.
 
         Args:
             period: Time between two ticks, s.
@@ -119,7 +119,7 @@ class Plan:
         return SampledController(self.driver, self.disturbances, period) if self.disturbances.in_loop else self.driver
 
     def arguments(self) -> dict[str, Any]:
-        """What a simulation of either engine is made with, beside controller and terrain."""
+        """Arguments of either engine's simulation, beside controller and terrain."""
         terms = self.terms
         return {
             "robot": self.robot,
@@ -132,7 +132,7 @@ class Plan:
         }
 
     def settings(self) -> dict[str, Any]:
-        """All that is needed to repeat the walk, in plain JSON types, but for what its engine adds."""
+        """Settings that repeat the walk, in plain JSON types, except those of its engine."""
         terms, source = self.terms, source_of(type(self.controller))
         return {
             "engine": terms.engine.name,
@@ -161,12 +161,12 @@ def make_plan(
     """Check a controller, a terrain and an initial state, and put them together.
 
     Args:
-        terms: The rest.
+        terms: Engine, robot and limits of the walk.
         controller: See `controllers.Controller`.
         terrain: The ground.
         initial: A name of `INITIAL_STATES`, or the robot's angles and rates.
-        description: What this controller has said of itself in an earlier plan; it is not tried again then.
-        disturbances: What the walk is disturbed by; None: by nothing.
+        description: The controller's description from an earlier plan; it is not tried again then.
+        disturbances: Noise, delay, motor limits and pushes; None: none.
 
     Raises:
         InputError: One of them is not what is expected, the scuffing rule would never let the gait land, the robot
@@ -208,10 +208,10 @@ def _check_engine(plan: Plan) -> None:
 
 
 def check_robot(name: str, robot: object) -> None:
-    """Refuse what is no robot.
+    """Refuse an object that is no robot.
 
     Raises:
-        InputError: It is none.
+        InputError: The object is no robot.
     """
     if not isinstance(robot, Robot):
         raise InputError(
@@ -221,7 +221,7 @@ def check_robot(name: str, robot: object) -> None:
 
 
 def check_controller(controller: object) -> dict[str, Any]:
-    """Refuse what is no controller; returns its description.
+    """Refuse an object that is no controller, and return a controller's description.
 
     Raises:
         InputError: It is none, or one of its parts fails or is of another kind.
@@ -264,7 +264,7 @@ def _checked_parts(controller: Controller) -> dict[str, Any]:
 
 
 def _numbers_of(robot: Robot) -> str:
-    """The numbers of a first state, in words."""
+    """Name the numbers of a first state in words."""
     names = [f"{kind}{k + 1}" for kind in ("q", "dq") for k in range(len(robot.angles))]
     return f"{ {4: 'four', 6: 'six'}[len(names)] } numbers {', '.join(names)}"
 
@@ -272,7 +272,7 @@ def _numbers_of(robot: Robot) -> str:
 def _first_state(
     controller: Controller, robot: Robot, terrain: Terrain, initial: str | Sequence[float], rule: ScuffingRule
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Choose the gait, and the angles from the ground's normal (rad) and rates (rad/s) at the start, stance leg first.
+    """Choose the gait, and from it the first angles from the ground's normal (rad) and rates (rad/s).
 
     Raises:
         InputError: The name is unknown, the numbers are not as many finite ones as the robot has, the rule would never
@@ -304,7 +304,7 @@ def _first_state(
 
 
 def _passive_gait(controller: Controller, robot: Robot, slope: float) -> Periodic:
-    """The passive gait of a slope, for a controller that imitates none.
+    """Find the passive gait of a slope, for a controller that imitates none.
 
     Raises:
         GaitError: There is none.

@@ -1,4 +1,4 @@
-"""Many walks under way: which of them share threads, which need processes, and what has come of them."""
+"""A batch of walks: those with compiled laws share threads, the others run in processes."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ Result: TypeAlias = Walk | dict[str, Any]
 
 
 class _Ended(NamedTuple):
-    """What came of a walk.
+    """The result of one walk.
 
     Attributes:
-        result: What is kept of it.
-        error: What went wrong, empty if nothing did.
-        trace: Where, as Python tells it.
-        interrupted: Whether that was Ctrl-C.
+        result: Its record or summary; None where the walk could not begin.
+        error: What went wrong; empty if nothing did.
+        trace: Python's traceback of the error.
+        interrupted: Whether Ctrl-C ended the walk.
     """
 
     result: Result | None
@@ -53,7 +53,7 @@ class _Ended(NamedTuple):
 def _walked(
     plan: Plan, summarised: bool, cancellation: Cancellation = never_cancelled, first: Run | None = None
 ) -> _Ended | None:
-    """Walk once.
+    """Make one walk to its end.
 
     Args:
         plan: What is walked.
@@ -62,7 +62,7 @@ def _walked(
         first: A walk whose `sharing()` is held while this one is made in a thread; None: it is made alone.
 
     Returns:
-        What came of the walk; None where it cannot be made beside the first one.
+        Its result; None where it cannot be made beside the first one.
     """
     try:
         run = plan.terms.engine.start(plan, summarised=summarised, cancellation=cancellation)
@@ -85,7 +85,7 @@ def _walked(
 
 
 def _as_they_end(futures: Collection[Future[_Ended | None]]) -> Iterator[Future[_Ended | None]]:
-    """As `concurrent.futures.as_completed`, whose wait Ctrl-C does not end on every system."""
+    """Yield futures as they end; on some systems Ctrl-C does not end the wait of `concurrent.futures.as_completed`."""
     ended: SimpleQueue[Future[_Ended | None]] = SimpleQueue()
     for future in futures:
         future.add_done_callback(ended.put)
@@ -97,22 +97,22 @@ def _as_they_end(futures: Collection[Future[_Ended | None]]) -> Iterator[Future[
 
 
 class Batch:
-    """Many walks and what has come of them so far.
+    """Many walks and their results so far.
 
     Attributes:
-        results: What is kept of each.
+        results: Record or summary of each walk; None where there is none yet.
         errors: What went wrong, by the walk's index.
-        traces: Where it did.
+        traces: Tracebacks of the errors, by the walk's index.
     """
 
     def __init__(self, plans: Sequence[Plan], summarised: bool, workers: int, bar: tqdm[Any]) -> None:
-        """Gather walks that have not been started.
+        """Prepare a batch of walks.
 
         Args:
             plans: What is walked.
             summarised: Whether summaries are kept, and no records.
             workers: Walks at a time.
-            bar: Goes on by one with each walk that ends.
+            bar: Progress bar, advanced by one with each walk that ends.
         """
         self._plans = plans
         self._summarised = summarised
@@ -125,7 +125,7 @@ class Batch:
         self.traces: dict[int, str] = {}
 
     def run(self) -> None:
-        """Walk those with compiled laws in threads, then the others in processes; laws are compiled first of all.
+        """Compile all laws, then make the walks: those with compiled laws in threads, the others in processes.
 
         Raises:
             InputError: Laws cannot be compiled, or a controller cannot be pickled.
@@ -155,7 +155,7 @@ class Batch:
                 self._take(futures[future], ended)
 
     def _groups(self) -> list[list[int]]:
-        """Walks whose laws are the same compiled functions; those in plain Python are set apart.
+        """Group walks whose laws are the same compiled functions; walks in plain Python are set apart.
 
         Raises:
             InputError: Laws cannot be compiled, or a controller that runs in plain Python cannot be pickled.
@@ -189,7 +189,7 @@ class Batch:
         return min(self._workers, len(self._apart)) > 1
 
     def _in_threads(self, indices: Sequence[int], first: Run) -> list[int]:
-        """Walk in threads; returns those that cannot share them."""
+        """Make walks in threads; return the indices of those that cannot share them."""
         others: list[int] = []
         with ThreadPoolExecutor(self._workers, thread_name_prefix="walk") as pool:
             futures = {
