@@ -1,4 +1,4 @@
-"""The package's exceptions, and how their messages show values.
+"""The package's exceptions, how their messages show values, and where in a user's code something went wrong.
 
 `except MjbipedError` catches every error that a user can correct.
 """
@@ -7,8 +7,11 @@ from __future__ import annotations
 
 import math
 import reprlib
+import sys
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 LONGEST_SHOWN = 80
 
@@ -90,6 +93,34 @@ def explained(error: BaseException) -> str:
         return f"{name}: {error}".rstrip(": ")
     except Exception:  # its message is foreign code, too
         return f"{name}, whose words cannot be told"
+
+
+def place_of(error: BaseException, source: type | Path) -> str:
+    """Where in a user's code an error arose: file, line, function and the line's text, in brackets.
+
+    Args:
+        error: What was raised.
+        source: The class, or the file, whose code it is. The last line in it, or in the files of the class's bases, is
+            told; else the last one outside this package.
+
+    Returns:
+        The words, with a blank before them; empty where no place outside this package is known.
+    """
+    files: set[str | None] = {str(source)}
+    if not isinstance(source, Path):
+        files = {getattr(sys.modules.get(kind.__module__), "__file__", None) for kind in source.__mro__}
+    frames = [
+        frame
+        for frame in traceback.extract_tb(error.__traceback__)
+        if not frame.filename.startswith("<") and Path(__file__).parent not in Path(frame.filename).parents
+    ]
+    chosen = [frame for frame in frames if frame.filename in files] or frames
+    if not chosen:
+        return ""
+    last = chosen[-1]
+    text = f": {shortened(last.line, 80)}" if last.line else ""
+    within = f", in {last.name}" if last.name != "<module>" else ""
+    return f" ({Path(last.filename).name}, line {last.lineno}{within}{text})"
 
 
 def shortened(text: str, longest: int = 300) -> str:

@@ -36,7 +36,7 @@ WANTED = 0.95
 
 _HYBRID, _MUJOCO, _KNEED = "mjbiped/engines/hybrid/", "mjbiped/engines/mujoco/", "mjbiped/engines/mujoco/kneed/"
 ROOMS = {
-    "controllers/kneed_laws.py": ("control_laws/test_kneed.py",),
+    "controllers/kneed.py": ("control_laws/test_kneed.py",),
     _HYBRID + "accounting.py": ("engines/hybrid/test_accounting.py",),
     _HYBRID + "events.py": ("engines/hybrid/test_events.py", "engines/hybrid/test_simulation.py"),
     _HYBRID + "kneed.py": ("engines/hybrid/test_kneed_motion.py", "engines/hybrid/test_kneed.py"),

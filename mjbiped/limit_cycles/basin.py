@@ -18,12 +18,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.control.compile_errors import LawError
 from mjbiped.control.controller import Controller
-from mjbiped.control.error_location import place_of
 from mjbiped.control.validation import try_out
 from mjbiped.engines.hybrid.simulation import HybridSimulation
 from mjbiped.engines.hybrid.state import ROWS, SAMPLES
 from mjbiped.engines.plan import check_controller, check_robot
-from mjbiped.errors import InputError, MjbipedError, explained
+from mjbiped.errors import InputError, MjbipedError, explained, place_of
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Branched, Gait, Periodic
 from mjbiped.limit_cycles import return_map
