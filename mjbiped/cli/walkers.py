@@ -1,4 +1,4 @@
-"""Who walks where, in which engine: what the options of a command say."""
+"""Make terrain, robot, controller and engine from the options of a command."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def robot_of(ctx: click.Context, values: dict[str, Any]) -> Robot:
 
 
 def _named(name: str) -> tuple[type[Robot], dict[str, Any]]:
-    """Kind and parameters of a robot by its name or file."""
+    """Kind and parameters of a robot, by its name or its file."""
     if name in NAMED:
         return named(name)
     with prefixed(f"--robot {shown(name)}: "):
@@ -102,8 +102,8 @@ def controller_of(ctx: click.Context, robot: Robot, values: dict[str, Any]) -> C
     for twice in given.keys() & gains.keys():
         raise click.UsageError(f"--gain {twice} and --{twice.replace('_', '-')} say the same; give one of them.")
     with prefixed("--gain "):
-        values_of_gains = {key: value_of(controller_class(name, robot), key, text) for key, text in gains.items()}
-    return make_controller(name, robot, {**given, **values_of_gains})
+        chosen = {key: value_of(controller_class(name, robot), key, text) for key, text in gains.items()}
+    return make_controller(name, robot, {**given, **chosen})
 
 
 def _refuse_options(ctx: click.Context, name: str, valid: Iterable[str]) -> None:
@@ -127,7 +127,7 @@ def _refuse_options(ctx: click.Context, name: str, valid: Iterable[str]) -> None
 
 
 def disturbances_of(given: Iterable[tuple[str, str]], pushes: Sequence[tuple[float, float]]) -> Disturbances | None:
-    """The disturbances of a command; None where there are none.
+    """The disturbances of a command; None if there are none.
 
     Args:
         given: Names and values as texts.
@@ -147,7 +147,7 @@ def disturbances_of(given: Iterable[tuple[str, str]], pushes: Sequence[tuple[flo
 
 
 def model_of(robot: _Robot, errors: Sequence[tuple[str, float]]) -> _Robot:
-    """The model that a controller has of a robot.
+    """The controller's model of a robot.
 
     Args:
         robot: The robot that walks.
