@@ -31,7 +31,7 @@ from scripts.validation.published import (
     Published,
 )
 
-PAGE = Path(__file__).parents[2] / "docs" / "tables" / "validation.md"
+PAGE = Path(__file__).parents[3] / "docs" / "tables" / "validation.md"
 
 SLOW = {"doubling", "lost", "first doubling", "second doubling", "third doubling", "no period"}
 """Numbers that take seconds; those of Hsu Chen's second robot do as well."""
