@@ -155,7 +155,7 @@ def _function(
         "NAN": float("nan"),
         "numbers": addresses.numbers,
         "law": made_law,
-        "parameters": _unpacking(made, classes, contract),
+        "parameters": unpacking(made, classes, contract),
     }
     word, number = numba.types.int64, numba.types.float64
     signature = {
@@ -174,7 +174,7 @@ def _numbered(name: str, count: int) -> str:
 
 
 @lru_cache(maxsize=256)
-def _unpacking(made: str, classes: tuple[tuple[str, type], ...], contract: bool) -> Any:
+def unpacking(made: str, classes: tuple[tuple[str, type], ...], contract: bool) -> Any:
     """A compiled function that makes a law's parameters of the address of their record."""
     from mjbiped.numerics import addresses
 

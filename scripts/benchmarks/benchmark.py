@@ -24,15 +24,16 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
-from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
+from mjbiped.engines.plan import Plan, Terms
 from mjbiped.numerics.jit import compiled
-from mjbiped.records.recorder import Recorder
+from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
 from scripts.benchmarks.scipy_walk import ScipyWalk
 from scripts.benchmarks.timing import PAGE, Case, Timing, interleaved, side_by_side
 from scripts.pages import write_table
 
+ENGINE = mjbiped.Hybrid()
 ROBOT = mjbiped.Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))
 ADAPTIVE = AdaptiveController(ROBOT, GAIT)
@@ -50,7 +51,7 @@ def hybrid_case(
     terrain: Terrain,
     steps: int,
     *,
-    sample_period: float = math.inf,
+    sample_period: float | None = None,
     clock: Callable[[], float] = time.thread_time,
     walks: int = 1,
 ) -> Case:
@@ -59,21 +60,14 @@ def hybrid_case(
     def run() -> float:
         taken = 0.0
         for _ in range(walks):
-            start = GAIT.start.tolist()
-            simulation = HybridSimulation(
-                controller,
-                terrain,
-                robot=ROBOT,
-                q=start[:2],
-                dq=start[2:],
-                steps=steps,
-                sample_period=sample_period,
-            )
+            start = tuple(GAIT.start.tolist())
+            terms = Terms(ENGINE, steps, None, ROBOT, sample_period, ScuffingRule())
+            walk = ENGINE.start(Plan(terms, controller, terrain, ROBOT, start[:2], start[2:], {}))
             started = clock()
-            outcome = simulate(simulation, Recorder())
+            walk.go()
             taken += clock() - started
-            if outcome is not Outcome.FINISHED:
-                raise RuntimeError(f"the walk {outcome.words}")
+            if walk.outcome is not Outcome.FINISHED:
+                raise RuntimeError(f"the walk {walk.outcome.words}")
         return taken
 
     return run

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 import mjbiped
 from controllers import PassiveController
-from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
-from mjbiped.records.recorder import Recorder
+from mjbiped.engines.plan import Plan, Terms
+from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
 from scripts.benchmarks.scipy_walk import ScipyWalk
 from scripts.benchmarks.timing import PAGE, Case, interleaved
@@ -62,20 +62,14 @@ def hybrid_error(robot: mjbiped.Compass, slope: float) -> tuple[float, NDArray[n
 
 def hybrid_case(robot: mjbiped.Compass, slope: float, steps: int) -> Case:
     """A walk of the hybrid engine, without what builds it and without samples."""
-    start = start_of(robot, slope).tolist()
+    start, engine = tuple(start_of(robot, slope).tolist()), mjbiped.Hybrid()
 
     def run() -> float:
-        simulation = HybridSimulation(
-            PassiveController(),
-            Terrain.incline(math.degrees(slope)),
-            robot=robot,
-            q=start[:2],
-            dq=start[2:],
-            steps=steps,
-            sample_period=math.inf,
-        )
+        terms = Terms(engine, steps, None, robot, None, ScuffingRule())
+        terrain = Terrain.incline(math.degrees(slope))
+        walk = engine.start(Plan(terms, PassiveController(), terrain, robot, start[:2], start[2:], {}))
         started = time.thread_time()
-        simulate(simulation, Recorder())
+        walk.go()
         return time.thread_time() - started
 
     return run
