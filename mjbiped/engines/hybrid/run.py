@@ -25,7 +25,7 @@ from mjbiped.engines.hybrid.dynamics import rates
 from mjbiped.engines.hybrid.gait_step import advance
 from mjbiped.engines.hybrid.state import Constants, Ground, Laws, State, Tables, Walk
 from mjbiped.engines.hybrid.transfer import begin_gait_step
-from mjbiped.engines.hybrid.tuples import tuples_of
+from mjbiped.engines.hybrid.tuples import Tuples, tuples_of
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
 from mjbiped.numerics.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
@@ -103,14 +103,15 @@ class HybridRun(Run):
         self.tables = self._begin_tables()
         self.constants = self._begin_constants(control_period)
         self.state = self._begin()
-        self.functions = _functions(robot, self._own)
+        tuples = tuples_of(len(robot.angles), len(robot.joints), self._own)
+        self.functions = _functions(robot, tuples, len(self.state.y))
         if self.compiled:
             from mjbiped.control import machine_code
 
             self._packed, unpack = packed(self.tables)
             self.constants.tables = self._packed.ctypes.data
             self.constants, self.state = in_one_block(self.constants), in_one_block(self.state)
-            inlined = (rates, machine_code.torque, *self.functions[3:10])
+            inlined = (rates, machine_code.torque, *tuples)
             if robot.equations.inlined:
                 inlined += (robot.equations.accelerations,)
             functions = (*machine_code.LAWS, unpack, *self.functions)
@@ -369,12 +370,15 @@ def _stall_time(robot: Robot) -> float:
     return STALL_TIME * math.sqrt(robot.leg_length / robot.gravity)
 
 
-def _functions(robot: Robot, own: int) -> tuple[Any, ...]:
-    """The functions of `Laws` behind those of the controller and the tables, for a controller with so many states."""
-    angles, joints, rows = len(robot.angles), len(robot.joints), rows_of(type(robot))
-    integrator = unrolled(2 * angles + own + joints, untested=joints, arguments=("s",))
-    equations = robot.equations[1:-1]
-    return (*integrator, *tuples_of(angles, joints, own), *equations, rows.write_sample, rows.write_touchdown)
+def _functions(robot: Robot, tuples: Tuples, size: int) -> tuple[Any, ...]:
+    """The functions of `Laws` behind those of the controller and the tables, for states of so many components."""
+    rows, e = rows_of(type(robot)), robot.equations
+    return (
+        *unrolled(size, untested=len(robot.joints), arguments=("s",)),
+        *tuples,
+        *(e.accelerations, e.stop_foot, e.lands, e.exchange, e.lock_knee, e.limbs),
+        *(rows.write_sample, rows.write_touchdown),
+    )
 
 
 def packed(tables: Tables) -> tuple[NDArray[np.float64], Any]:

@@ -242,6 +242,14 @@ def test_a_foot_released_at_the_base_of_a_riser_does_not_pass_through_it(beyond:
     assert simulation.state.face_impacts or recorder.touchdowns()["strikes"][0]
 
 
+def test_a_first_step_without_a_knee_strike_tells_of_none() -> None:
+    simulation = hybrid_simulation(Terrain.level(), (-0.1, 0.1, 0.6, 1.2, 0.5, 0.0), steps=1)
+    simulation.go()
+    touched = simulation.recorder.touchdowns()
+    for name in ("knee_strike", "knee_q", "knee_dq_before", "knee_dq"):
+        assert np.isnan(touched[name]).all(), name
+
+
 def test_the_ground_force_is_the_centre_of_masss(gait: mjbiped.KneedGait) -> None:
     """Least normal force of a step, again from second differences of the recorded places."""
     walk = walked(gait.start.tolist(), Terrain.incline(2.5), steps=1, sample_period=1e-4)
