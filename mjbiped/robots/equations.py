@@ -31,11 +31,12 @@ class Equations(NamedTuple):
 
     Attributes:
         constants: (robot) -> `c`, what the others take of the robot, with room to compute in that is of one walk alone:
-            `chain` (`mjbiped.robots.chain.with_room`) of all angles, `stance` (`mjbiped.robots.bent_leg.stand`), and
-            `thigh` and `shank`, indices of the angles between which the swing knee bends, equal where there is none.
+            `chain` (`mjbiped.robots.chain.with_room`) of all angles; `stance`, how the stance leg stands
+            (`mjbiped.robots.bent_leg.stand`), zeros where it is straight; and `thigh` and `shank`, indices of the
+            angles between which the swing knee bends, equal where there is none.
         accelerations: (c, w, q, dq, torques, push) -> accelerations, rad/s^2. The push is a torque on the stance leg.
-        stop_foot: (c, w) -> impulse along (pushed_x, pushed_z), N s. A plastic, frictionless impact of the swing foot,
-            of which the stance foot takes no leave: changes the rates in `y`.
+        stop_foot: (c, w) -> impulse along (pushed_x, pushed_z), N s. Changes the rates in `y` by a plastic,
+            frictionless impact of the swing foot, in which the stance foot stays where it is.
         lands: (c, w, ahead) -> whether a swing foot that comes down so far ahead of the other becomes the stance foot.
         exchange: (c, w, q, dq, slope) -> angles and rates in the new roles, after the impact of a support transfer; the
             angles are from the normal of the ground under the new stance foot, whose slope is given, rad.

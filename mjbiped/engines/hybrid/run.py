@@ -111,7 +111,7 @@ class HybridRun(Run):
             self._packed, unpack = packed(self.tables)
             self.constants.tables = self._packed.ctypes.data
             self.constants, self.state = in_one_block(self.constants), in_one_block(self.state)
-            inlined = (rates, machine_code.torque, *tuples)
+            inlined: tuple[Any, ...] = (rates, machine_code.torque, *tuples)
             if robot.equations.inlined:
                 inlined += (robot.equations.accelerations,)
             functions = (*machine_code.LAWS, unpack, *self.functions)
