@@ -39,11 +39,10 @@ ROOMS = {
     "controllers/kneed.py": ("control_laws/test_kneed.py",),
     _HYBRID + "accounting.py": ("engines/hybrid/test_accounting.py",),
     _HYBRID + "events.py": ("engines/hybrid/test_events.py", "engines/hybrid/test_simulation.py"),
-    _HYBRID + "kneed.py": ("engines/hybrid/test_kneed_motion.py", "engines/hybrid/test_kneed.py"),
-    _HYBRID + "kneed_impacts.py": ("engines/hybrid/test_kneed_impacts.py", "engines/hybrid/test_kneed.py"),
-    _HYBRID + "kneed_posture.py": ("engines/hybrid/test_kneed_posture.py", "engines/hybrid/test_kneed.py"),
-    _HYBRID + "sliding.py": (
+    _HYBRID + "forces.py": ("engines/hybrid/test_impulses.py", "engines/hybrid/test_accounting.py"),
+    _HYBRID + "transfer.py": (
         "engines/hybrid/test_sliding.py",
+        "engines/hybrid/test_kneed_impacts.py",
         "engines/hybrid/test_kneed.py",
         "engines/hybrid/test_events.py",
     ),
@@ -66,6 +65,12 @@ ROOMS = {
         "control_laws/test_kneed.py",
     ),
     "mjbiped/robots/bent_leg.py": ("robots/test_bent_leg.py",),
+    "mjbiped/robots/kneed_equations.py": (
+        "engines/hybrid/test_kneed_motion.py",
+        "engines/hybrid/test_kneed_impacts.py",
+        "engines/hybrid/test_kneed_posture.py",
+        "engines/hybrid/test_kneed.py",
+    ),
     "mjbiped/robots/kneed.py": ("robots/test_kinds.py", "robots/test_kneed.py", "robots/test_bent_leg.py"),
 }
 """The modules, and the files in tests/ that stand for them, the quickest first."""
@@ -73,8 +78,8 @@ ROOMS = {
 EQUIVALENT = {
     (
         _HYBRID + "events.py",
-        "room = foot_acceleration(laws, constants, b) * h * h / 8.0",
-        "room = (foot_acceleration(laws, constants, b) * h * h * 8.0)",
+        "room = foot_acceleration(s) * h * h / 8.0",
+        "room = (foot_acceleration(s) * h * h * 8.0)",
     ): "with more room than the foot needs, more intervals are looked into, for the same result: it takes longer",
     (
         _MUJOCO + "step_size.py",

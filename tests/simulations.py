@@ -8,14 +8,18 @@ from typing import Any
 
 from mjbiped.control.controller import Controller
 from mjbiped.control.unpowered import Unpowered
-from mjbiped.engines.hybrid.simulation import HybridSimulation
+from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
+from mjbiped.engines.hybrid.engine import Hybrid
+from mjbiped.engines.hybrid.run import TOLERANCE, HybridRun
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.scene import Scene, compose_scene
 from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.engines.plan import Plan, Terms
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
+from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
 
 OPTIONS = {field.name for field in fields(Options)}
@@ -31,12 +35,35 @@ class Plain(Unpowered):
         return None
 
 
-def hybrid_simulation(terrain: Terrain, start: Sequence[float], **settings: Any) -> HybridSimulation:
+def hybrid_simulation(terrain: Terrain, start: Sequence[float], **settings: Any) -> HybridRun:
     """An unpowered robot in the hybrid engine in plain Python: with knees, if the state has six numbers."""
     half = len(start) // 2
     robot = KneedBiped() if half == 3 else Compass()
-    given = {"robot": robot, "q": start[:half], "dq": start[half:], "compile": False, **settings}
-    return HybridSimulation(Unpowered().driving(robot), terrain, **given)
+    return hybrid_run(
+        Unpowered(), terrain, **{"robot": robot, "compile": False, **settings}, q=start[:half], dq=start[half:]
+    )
+
+
+def hybrid_run(
+    controller: Controller,
+    terrain: Terrain,
+    *,
+    robot: Robot,
+    q: Sequence[float],
+    dq: Sequence[float],
+    steps: int | None = None,
+    distance: float | None = None,
+    sample_period: float | None = 0.005,
+    scuffing: ScuffingRule = ScuffingRule(),  # noqa: B008 (frozen)
+    disturbances: Disturbances = UNDISTURBED,
+    tolerance: float = TOLERANCE,
+    compile: bool = True,
+) -> HybridRun:
+    """A walk in the hybrid engine that nobody has checked; with neither steps nor distance it goes on for long."""
+    steps = 10**6 if steps is None and distance is None else steps
+    terms = Terms(Hybrid(tolerance), steps, distance, robot, sample_period, scuffing)
+    plan = Plan(terms, controller, controller.driving(robot), terrain, robot, tuple(q), tuple(dq), {}, disturbances)
+    return HybridRun(plan, tolerance, compile=compile)
 
 
 def make_simulation(controller: Controller, terrain: Terrain, **settings: Any) -> Simulation:

@@ -99,7 +99,7 @@ class Plan:
     q: tuple[float, ...]
     dq: tuple[float, ...]
     description: Mapping[str, Any]
-    disturbances: Disturbances
+    disturbances: Disturbances = UNDISTURBED
 
     @cached_property
     def law(self) -> Law | None:

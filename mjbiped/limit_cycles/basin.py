@@ -11,7 +11,6 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from enum import IntEnum
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,9 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 from mjbiped.control.compile_errors import LawError
 from mjbiped.control.controller import Controller
 from mjbiped.control.validation import try_out
-from mjbiped.engines.hybrid.simulation import HybridSimulation
-from mjbiped.engines.hybrid.state import ROWS, SAMPLES
-from mjbiped.engines.plan import check_controller, check_robot
+from mjbiped.engines.hybrid.engine import Hybrid
+from mjbiped.engines.hybrid.run import HybridRun
+from mjbiped.engines.plan import Plan, Terms, check_controller, check_robot
 from mjbiped.errors import InputError, MjbipedError, explained, place_of
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Branched, Gait, Periodic
@@ -226,9 +225,9 @@ def basin_of_control(
             "field gait: mjbiped.Gait, and the robot's model in a field robot: mjbiped.Compass"
         )
     controller = controller.driving(walker)
-    _check_scuffing(gait, domains.SLOPE.check("slope", slope), chosen(scuffing))
+    engine, rule = Hybrid(), chosen(scuffing)
+    _check_scuffing(gait, domains.SLOPE.check("slope", slope), rule)
     terrain = Terrain.incline(math.degrees(slope))
-    started = partial(HybridSimulation, controller, terrain, robot=walker, sample_period=math.inf, scuffing=scuffing)
     start, half = gait.start.tolist(), len(walker.angles)
     q = tuple(start[:half])
     try_out(controller, q, tuple(start[half:]))
@@ -241,8 +240,10 @@ def basin_of_control(
         for column, rate1 in enumerate(basin.stance_rates.tolist()):
             try:
                 for steps in sorted({min(_FIRST_LOOK, limit), limit}):
-                    simulation = started(q=q, dq=(rate1, *(rate2,) * (half - 1)), steps=steps)
-                    walked, fate = _walk_controlled(simulation, walker, gait.start, near)
+                    terms = Terms(engine, steps, None, walker, None, rule)
+                    dq = (rate1, *(rate2,) * (half - 1))
+                    run = engine.start(Plan(terms, controller, controller.driving(walker), terrain, walker, q, dq, {}))
+                    walked, fate = _walk_controlled(run, gait.start, near)
                     if fate is not Fate.UNDECIDED:
                         break
             except LawError:
@@ -254,7 +255,7 @@ def basin_of_control(
                     basin,
                 ) from error
             basin.steps[number, column], basin.fates[number, column] = walked, fate
-            basin.peak_torque[number, column] = simulation.peak_torque.max()
+            basin.peak_torque[number, column] = run.peak_torque().max()
 
     return _filled(basin, row, threads, progress)
 
@@ -266,20 +267,20 @@ def _check_scuffing(gait: Periodic, slope: float, rule: ScuffingRule) -> None:
         check_landing(gait, slope, rule)
 
 
-def _walk_controlled(simulation: HybridSimulation, robot: Robot, goal: Array, near: Array) -> tuple[int, Fate]:
+def _walk_controlled(run: HybridRun, goal: Array, near: Array) -> tuple[int, Fate]:
     """Walk until a state after an impact is near the goal, or the walk ends; the number of steps, and the fate."""
-    columns = tables_of(type(robot)).touchdowns
-    first, last = index_of(columns, "q"), index_of(columns, "dq") + len(robot.angles)
-    walked, buffers = 0, simulation.buffers
-    while simulation.outcome is Outcome.WALKING:
-        simulation.go_on()
-        count = int(buffers.w[ROWS])
-        inside = (np.abs(buffers.rows[:count, first:last] - goal) < near).all(axis=1)
+    columns = tables_of(type(run.plan.robot)).touchdowns
+    first, last = index_of(columns, "q"), index_of(columns, "dq") + len(run.plan.robot.angles)
+    walked, w = 0, run.state
+    while run.ended is Outcome.WALKING:
+        run.go_on()
+        count = int(w.rows)
+        inside = (np.abs(run.tables.rows[:count, first:last] - goal) < near).all(axis=1)
         if inside.any():
             return walked + int(inside.argmax()) + 1, Fate.SETTLED
         walked += count
-        buffers.w[ROWS] = buffers.w[SAMPLES] = 0.0
-    return walked, _FATES.get(int(simulation.outcome), Fate.UNDECIDED)
+        w.rows = w.samples = 0
+    return walked, _FATES.get(int(run.ended), Fate.UNDECIDED)
 
 
 def _empty(

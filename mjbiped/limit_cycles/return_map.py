@@ -18,11 +18,10 @@ from numpy.typing import ArrayLike
 
 from mjbiped.control.compilation import MachineCode
 from mjbiped.control.unpowered import Unpowered
-from mjbiped.engines.hybrid import state as indices
-from mjbiped.engines.hybrid.models import model_of
-from mjbiped.engines.hybrid.simulation import HybridSimulation
-from mjbiped.engines.hybrid.state import Buffers, SimulationConstants
-from mjbiped.engines.plan import check_robot
+from mjbiped.engines.hybrid.engine import Hybrid
+from mjbiped.engines.hybrid.run import packed
+from mjbiped.engines.hybrid.state import Tables
+from mjbiped.engines.plan import Plan, Terms, check_robot
 from mjbiped.errors import InputError
 from mjbiped.numerics.jit import compiled
 from mjbiped.robots.robot import Array, Robot
@@ -58,7 +57,7 @@ class EngineCode(NamedTuple):
     """The hybrid engine's machine code for the unpowered robot.
 
     Attributes:
-        advance: The engine's loop; see `mjbiped.engines.hybrid.simulation.HybridSimulation`.
+        advance: See `mjbiped.engines.hybrid.run.HybridRun`.
     """
 
     advance: Any
@@ -68,18 +67,18 @@ class Plane(NamedTuple):
     """A robot on a plane in the form that the hybrid engine takes.
 
     Attributes:
-        robot: The robot that walks.
-        code: The engine's machine code.
-        law: The machine code of a controller without torques.
-        constants: Robot, plane and rules in plain numbers.
-        buffers: Buffers of a walk just after an impact, with room for one touchdown; copied for each batch.
+        code: What walks it.
+        law: The machine code of no torque.
+        constants: Robot and rules; to be copied for each batch, as they have room to compute in.
+        tables: The plane, and room for one touchdown; likewise.
+        state: State of a walk just after an impact.
     """
 
-    robot: Robot
     code: EngineCode
     law: MachineCode
-    constants: SimulationConstants
-    buffers: Buffers
+    constants: Any
+    tables: Tables
+    state: Any
 
 
 class Batch(NamedTuple):
@@ -88,10 +87,12 @@ class Batch(NamedTuple):
     Attributes:
         law: The law of the unpowered robot.
         starts: First states, shape (walks, m), of m = 4 numbers, or 6 with knees.
-        limit: Greatest number of steps.
-        goals: States near which a walk has settled and ends, shape (n, m); n may be 0.
-        near: Greatest distance from a goal in each component, shape (m,).
-        scalars: Scalars of the engine just after an impact.
+        limit: Steps at most.
+        goals: States near which a walk is settled and ends, shape (n, m); n may be 0.
+        near: How near to one of them, shape (m,).
+        start: Room for the first state of a step, shape (m,).
+        memory: The engine's state, an array of one.
+        fresh: What it is just after an impact.
         states: Last states after impacts, shape (walks, room, m): step n stands in row n % room.
         periods: Periods of the same steps, shape (walks, room), s.
         counts: Number of steps walked, shape (walks,).
@@ -103,7 +104,9 @@ class Batch(NamedTuple):
     limit: int
     goals: Any
     near: Any
-    scalars: Any
+    start: Any
+    memory: Any
+    fresh: Any
     states: Any
     periods: Any
     counts: Any
@@ -120,32 +123,36 @@ def check_rule(robot: Robot, scuffing: ScuffingRule) -> None:
         raise InputError("scuffing is for straight legs: with knees the swing foot collides from lift-off on")
 
 
-def walk_batch(code: EngineCode, constants: SimulationConstants, b: Buffers, batch: Batch) -> None:
-    """Walk a batch and fill in its outputs.
+def walk_batch(code: EngineCode, constants: Any, room: int, batch: Batch) -> None:
+    """Walk each walk of a batch, and fill in the rest of it.
 
-    Place and time begin at zero after each impact, so that a step depends only on its first state, and on the flexion
-    of the stance knee after a touchdown with a bent knee.
+    Place and time begin at zero after each impact, so that a step depends on its first state alone, and on the flexion
+    of the stance knee after a touchdown with a bent one. Of each walk the last `room` steps are kept.
     """
-    room, numbers = batch.states.shape[1], batch.states.shape[2]
+    w, numbers = batch.memory[0], batch.states.shape[2]
     for walk in range(len(batch.starts)):
-        for c in range(len(b.y)):
-            b.y[c] = batch.starts[walk, c] if c < numbers else 0.0
-        n, outcome, flexion, knee = 0, TOUCHDOWN, 0.0, batch.scalars[indices.LOCKED]
+        batch.memory[0] = batch.fresh[0]
+        for c in range(numbers):
+            w.y[c] = batch.starts[walk, c]
+        n, outcome, flexion, knee = 0, TOUCHDOWN, 0.0, w.locked
         while True:
-            if is_near(b.y, batch.goals, batch.near):
+            if is_near(w.y, batch.goals, batch.near):
                 outcome = SETTLED
             if outcome != TOUCHDOWN or n == batch.limit:
                 break
-            for place in range(len(b.w)):
-                b.w[place] = batch.scalars[place]
-            b.w[indices.STANCE_FLEXION], b.w[indices.LOCKED] = flexion, knee
-            code.advance(batch.law, constants, b)
-            outcome = int(b.w[indices.OUTCOME])
+            for c in range(numbers):
+                batch.start[c] = w.y[c]
+            batch.memory[0] = batch.fresh[0]
+            for c in range(numbers):
+                w.y[c] = batch.start[c]
+            w.stance_flexion, w.locked = flexion, knee
+            code.advance(batch.law, constants, w)
+            outcome = int(w.outcome)
             if outcome == TOUCHDOWN:
-                batch.periods[walk, n % room] = b.w[indices.TIME]
+                batch.periods[walk, n % room] = w.time
                 for c in range(numbers):
-                    batch.states[walk, n % room, c] = b.y[c]
-                flexion, knee = b.w[indices.STANCE_FLEXION], b.w[indices.LOCKED]
+                    batch.states[walk, n % room, c] = w.y[c]
+                flexion, knee = w.stance_flexion, w.locked
                 n += 1
             elif outcome == UNRESOLVED:  # without torques only an unbounded motion is unresolved
                 outcome = DIVERGED
@@ -168,22 +175,24 @@ def walk_all(
 ) -> Batch:
     """Walk from many states by compiled code, which lets other threads run; `Batch` explains arguments and result."""
     walks, numbers = starts.shape
+    constants = plane.constants.copy()
+    table, _ = packed(plane.tables._replace(rows=plane.tables.rows.copy()))
+    constants.tables = table.ctypes.data
     batch = Batch(
         law=plane.law.law,
         starts=starts,
         limit=limit,
         goals=np.empty((0, numbers)) if goals is None else goals,
         near=np.zeros(numbers) if near is None else near,
-        scalars=plane.buffers.w,
+        start=np.empty(numbers),
+        memory=np.array([plane.state]),
+        fresh=np.array([plane.state]),
         states=np.empty((walks, room, numbers)),
         periods=np.empty((walks, room)),
         counts=np.empty(walks, dtype=np.int64),
         outcomes=np.empty(walks, dtype=np.int64),
     )
-    walk = compiled(walk_batch, EngineCode, plane.code, inlined=())
-    # a robot's constants may have room to compute in, which is of one thread alone
-    constants = plane.constants._replace(robot=model_of(plane.robot).constants(plane.robot, True))
-    walk(constants, Buffers(*(buffer.copy() for buffer in plane.buffers)), batch)
+    compiled(walk_batch, EngineCode, plane.code, inlined=())(constants, room, batch)
     return batch
 
 
@@ -194,28 +203,20 @@ def plane_of(robot: Robot, slope: float, scuffing: ScuffingRule) -> Plane:
     pull = robot.gravity_vector(np.full(angles, 0.5 * math.pi), 0.0)  # at right angles to gravity: the whole moments
     fastest = scipy.linalg.eigvalsh(np.diag(pull), robot.mass_matrix(np.zeros(angles)))
     step = STEP / math.sqrt(float(np.abs(fastest).max()))
-    simulation = HybridSimulation(
-        Unpowered().driving(robot),
-        Terrain.level(),
-        robot=robot,
-        q=(0.0,) * angles,
-        dq=(0.0,) * angles,
-        sample_period=math.inf,
-        scuffing=scuffing,
-        tolerance=TOLERANCE,
-    )
-    constants = simulation.constants._replace(
-        angle=np.array([slope]),  # by hand, for a terrain refuses slopes on which no foot would stand
-        gradient=np.array([-math.tan(slope)]),
-        mass=math.nan,  # without a weight the engine does not look for the least force on the ground, which takes time
-        longest_step=step,
-    )
-    buffers = simulation.buffers._replace(rows=simulation.buffers.rows[:1].copy())
-    buffers.w[indices.SLOPE] = slope
-    buffers.w[indices.SINE], buffers.w[indices.COSINE] = math.sin(slope), math.cos(slope)
-    buffers.w[indices.NEXT_STEP], buffers.w[indices.PAUSE] = step, math.inf
-    assert simulation.code is not None
-    return Plane(robot, EngineCode(simulation.advance), simulation.code, constants, buffers)
+    engine, still = Hybrid(TOLERANCE), (0.0,) * angles
+    terms = Terms(engine, None, None, robot, None, scuffing)
+    controller = Unpowered().driving(robot)
+    run = engine.start(Plan(terms, controller, controller, Terrain.level(), robot, still, still, {}))
+    constants, state = run.constants, run.state
+    constants.mass = math.nan  # without a weight the engine does not look for the least force on the ground
+    constants.longest_step = step
+    # by hand, for a terrain refuses slopes on which no foot would stand
+    ground = run.tables.ground._replace(angle=np.array([slope]), gradient=np.array([-math.tan(slope)]))
+    state.slope, state.sine, state.cosine = slope, math.sin(slope), math.cos(slope)
+    state.next_step, state.pause = step, math.inf
+    assert run.code is not None
+    tables = run.tables._replace(ground=ground, rows=run.tables.rows[:1].copy())
+    return Plane(EngineCode(run.advance), run.code, constants, tables, state)
 
 
 @dataclass(frozen=True)

@@ -276,7 +276,7 @@ def _bound(function: Function, group: Callable[..., Any], functions: tuple[Funct
     return {name}
 """
     # machine code has an address, which cannot be kept on disk: pass a function that calls it
-    source += "".join(f"def {name}(x, y, z):\n    return made_{name}(x, y, z)\n" for name in made)
+    source += "".join(f"def {name}(*given):\n    return made_{name}(*given)\n" for name in made)
     space: dict[str, Any] = {"__name__": __name__, **{f"made_{name}": member for name, member in made.items()}}
     exec(compile(source, f"<compiled {name}>", "exec"), space)
     for calling in made:

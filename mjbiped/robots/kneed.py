@@ -26,12 +26,12 @@ from numpy.typing import ArrayLike
 from mjbiped.errors import InputError
 from mjbiped.robots.bent_leg import ACROSS, bent_leg, force_beside, gravity_beside, stand
 from mjbiped.robots.chain import Array, Chain, chain_of, ground_force
+from mjbiped.robots.equations import Equations
+from mjbiped.robots.kneed_equations import EQUATIONS, LEGS, SWING_LOCKED
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
 STANCE_LOCKED = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-LEGS = np.array([0, 0, 1, 1])  # of four segments
-SWING_LOCKED = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
 STRAIGHT = 1e-6  # rad; integrators find the stop more exactly than that
 
 
@@ -75,6 +75,7 @@ class KneedBiped(Robot):
     joints: ClassVar[tuple[str, ...]] = ("ankle", "hip", "knee")
     places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "left", "right", "left_knee", "right_knee")
     knees: ClassVar[bool] = True
+    equations: ClassVar[Equations] = EQUATIONS
 
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""

@@ -10,6 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped.robots.equations import Equations
+
 Array = NDArray[np.float64]
 
 
@@ -25,6 +27,7 @@ class Robot(ABC):
         places: Names of the numbers of a posture `qpos`: hip x and z (m), left and right thigh, or leg, from the
             vertical (rad), and what the robot has beyond that.
         knees: Whether it has knees, and so needs no rule that lets the swing foot pass through the ground.
+        equations: Equations of motion, guards and reset maps for event-driven engines.
         gravity: m/s^2.
     """
 
@@ -33,6 +36,7 @@ class Robot(ABC):
     joints: ClassVar[tuple[str, ...]]
     places: ClassVar[tuple[str, ...]]
     knees: ClassVar[bool]
+    equations: ClassVar[Equations]
     gravity: float
 
     @property

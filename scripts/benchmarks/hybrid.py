@@ -14,14 +14,15 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
-from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
+from mjbiped.engines.plan import Terms, make_plan
 from mjbiped.numerics.jit import compiled
-from mjbiped.records.recorder import Recorder
+from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
 from scripts.benchmarks.scipy_walk import ScipyWalk
 from scripts.benchmarks.timing import Case, Rows, interleaved, side_by_side
 
+ENGINE = mjbiped.Hybrid()
 ROBOT = mjbiped.Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))
 ADAPTIVE = AdaptiveController(ROBOT, GAIT)
@@ -70,30 +71,22 @@ class Walked(NamedTuple):
         steps: int,
         *,
         start: NDArray[np.float64] = GAIT.start,
-        sample_period: float = math.inf,
+        sample_period: float | None = None,
         clock: Callable[[], float] = time.thread_time,
         walks: int = 1,
     ) -> Case:
         """Time repeated walks in the hybrid engine, without building the simulation."""
-        first = start.tolist()
+        terms = Terms(ENGINE, steps, None, self.robot, sample_period, ScuffingRule())
 
         def run() -> float:
             taken = 0.0
             for _ in range(walks):
-                simulation = HybridSimulation(
-                    self.controller,
-                    self.terrain,
-                    robot=self.robot,
-                    q=first[:2],
-                    dq=first[2:],
-                    steps=steps,
-                    sample_period=sample_period,
-                )
+                walk = ENGINE.start(make_plan(terms, self.controller, self.terrain, start.tolist()))
                 started = clock()
-                outcome = simulate(simulation, Recorder())
+                walk.go()
                 taken += clock() - started
-                if outcome is not Outcome.FINISHED:
-                    raise RuntimeError(f"the walk {outcome.words}")
+                if walk.outcome is not Outcome.FINISHED:
+                    raise RuntimeError(f"the walk {walk.outcome.words}")
             return taken
 
         return run

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped import Terrain
-from mjbiped.engines.hybrid.events import CORNER
-from mjbiped.engines.hybrid.transfer import FACE_WIDTH
+from mjbiped.engines.hybrid.events import CORNER, FACE_WIDTH
 from mjbiped.engines.mujoco import contact_events as events
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.simulation import Simulation

@@ -151,7 +151,7 @@ def nothing_computed(monkeypatch: pytest.MonkeyPatch) -> None:
         "limit_cycles.periodic": ("walk_all",),
         "limit_cycles.return_map": ("walk_all",),
         "limit_cycles.bifurcation": ("walk_all",),
-        "limit_cycles.basin": ("walk_all", "HybridSimulation"),
+        "limit_cycles.basin": ("walk_all",),
         "sweeps.run": ("run",),
         "reproduction.reproduce": ("reproduce",),
         "rendering.video": ("render_video",),

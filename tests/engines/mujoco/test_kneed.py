@@ -22,7 +22,7 @@ from mjbiped.engines.mujoco.kneed.lengths import Lengths, approach, sooner
 from mjbiped.engines.mujoco.kneed.simulation import KneedSimulation
 from mjbiped.engines.mujoco.simulation import warn_once
 from mjbiped.records import measures
-from mjbiped.robots.kneed import SWING_LOCKED
+from mjbiped.robots.kneed_equations import SWING_LOCKED
 
 ROBOT = mjbiped.KneedBiped()
 
