@@ -7,10 +7,11 @@ import io
 import math
 
 from mjbiped.records.measures import WORK_KINDS
+from mjbiped.reproduction.cell import LENGTHS
 from mjbiped.reproduction.methods import Variant
 from mjbiped.reproduction.published import GROUNDS, TABLE_3
 from mjbiped.reproduction.random_grounds import RandomGround
-from mjbiped.reproduction.rows import LENGTHS, Row
+from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.scan import Tried
 from mjbiped.reproduction.traces import Traces
 

@@ -112,7 +112,7 @@ def reading_at(place: Place) -> Reading:
 def found_terrain() -> Terrain:
     """The mixed ground on which Table III comes out nearest, of the data file beside this module.
 
-    `mjbiped.reproduction.search` found it.
+    `scripts/paper/search_table_3.py` found it.
     """
     with resources.as_file(resources.files("mjbiped.reproduction") / "table_3_terrain.toml") as path:
         return Terrain.from_file(path)

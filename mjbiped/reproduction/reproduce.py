@@ -12,15 +12,15 @@ from mjbiped.plotting.style import make_small
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records.record import Walk
 from mjbiped.reproduction import plan, random_grounds
+from mjbiped.reproduction.cell import LENGTHS, Walks, opened_walks
 from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS
 from mjbiped.reproduction.methods import BLIND, METHODS, SETTLED, Variant, settled
 from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.reproduction.report.page import GROUNDS, PICTURES, TABLE, TABLES, TRIED, engine_shown, render
-from mjbiped.reproduction.rows import LENGTHS, Entry, Row, write_rows
+from mjbiped.reproduction.rows import Entry, Row, write_rows
 from mjbiped.reproduction.scan import fitted, scan, write_tried
 from mjbiped.reproduction.table_2 import Choice, agreements, choices
 from mjbiped.reproduction.traces import traced
-from mjbiped.reproduction.walks import Walks, opened_walks
 from mjbiped.sweeps.cell import FAILED
 from mjbiped.sweeps.store import make_folder
 from mjbiped.utils.files import saved
@@ -61,11 +61,11 @@ def reproduce(
     report = report or folder
     for needed in (report / PICTURES, (report / TABLES).parent, folder / PRINTS):
         make_folder(needed)
-    with opened_walks(folder / "walks", fresh=fresh) as walks:
+    with opened_walks(folder / "walks", fresh=fresh, workers=workers, progress=progress) as walks:
         entries = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
-        rows = walked(entries, walks, workers=workers, progress=progress)
+        rows = walked(entries, walks)
         best = choices(rows)[0]
-        tried = scan(best, walks, workers=workers, progress=progress)
+        tried = scan(best, walks)
         nearest = [each.variant for each in fitted(tried).values()]
         more = [
             *plan.gravity(best.places, best.delay),
@@ -74,8 +74,8 @@ def reproduce(
             *plan.misjudged(best, nearest),
             *in_mujoco(best, agreements(rows, best)[0].source, nearest, quick),
         ]
-        rows += walked(more, walks, workers=workers, progress=progress)
-        grounds = random_grounds.walked(random_grounds.drawn(), walks, workers=workers, progress=progress)
+        rows += walked(more, walks)
+        grounds = random_grounds.walked(random_grounds.drawn(), walks)
         written = [
             _write(report / TABLE, write_rows(rows)),
             _write(report / TRIED, write_tried(tried)),
@@ -85,13 +85,13 @@ def reproduce(
         return rows, [*written, *draw([*entries, *more], rows, walks, report / PICTURES, folder / PRINTS)]
 
 
-def walked(entries: Sequence[Entry], walks: Walks, *, workers: int | None = None, progress: bool = False) -> list[Row]:
-    """The rows of some walks, which are made where they are not kept yet; arguments as of `Walks.results`."""
-    results = walks.results([entry.cell for entry in entries], workers=workers, progress=progress)
+def walked(entries: Sequence[Entry], walks: Walks) -> list[Row]:
+    """Rows of some walks, which are made where they are not kept yet."""
+    results = walks.results(entry.cell for entry in entries)
     rows = []
     for entry in entries:
         result = results[entry.cell.key]
-        recorded = entry.cell.record and result.outcome != FAILED
+        recorded = entry.cell.record and result["outcome"] != FAILED
         rows.append(entry.row(result, traced(walks.record(entry.cell)) if recorded else None))
     return rows
 

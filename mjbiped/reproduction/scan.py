@@ -6,13 +6,12 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from mjbiped.reproduction.cell import Cell
+from mjbiped.reproduction.cell import Cell, Walks
 from mjbiped.reproduction.grounds import reading_at
 from mjbiped.reproduction.methods import SLOPE_SOURCES, Variant
 from mjbiped.reproduction.published import GROUNDS
 from mjbiped.reproduction.rows import as_csv, rounded
 from mjbiped.reproduction.table_2 import Agreement, Choice, agreement
-from mjbiped.reproduction.walks import Walks
 
 GAINS = (
     0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 50.0,
@@ -58,22 +57,13 @@ def settings() -> list[Variant]:
     return [Variant(method, slope_source=source, gains=each) for method, each in gains for source in SLOPE_SOURCES]
 
 
-def scan(
-    choice: Choice,
-    kept: Walks,
-    tried: Sequence[Variant] | None = None,
-    *,
-    workers: int | None = None,
-    progress: bool = False,
-) -> list[Tried]:
-    """Let every setting walk the five grounds of a reading in the hybrid engine, as many steps as the reading's.
+def scan(choice: Choice, kept: Walks, tried: Sequence[Variant] | None = None) -> list[Tried]:
+    """Walk the five grounds of a reading with every setting in the hybrid engine, as many steps as the reading's.
 
     Args:
         choice: The reading.
         kept: Where finished walks are.
         tried: The settings; `settings()` unless given.
-        workers: Processes; one for each core unless given.
-        progress: Show a progress bar (never where the output is not a terminal).
     """
     chosen = settings() if tried is None else list(tried)
     grounds = {place[0]: reading_at(place).terrain for place in choice.places}
@@ -82,16 +72,15 @@ def scan(
         for name, ground in grounds.items()
         for variant in chosen
     }
-    results = kept.results(cells.values(), workers=workers, progress=progress)
+    results = kept.results(cells.values())
     found = []
     for variant in chosen:
         walks = {name: results[cells[variant, name].key] for name in grounds}
-        finished = {name for name, walk in walks.items() if walk.outcome == "finished"}
+        finished = {name for name, walk in walks.items() if walk["outcome"] == "finished"}
         cost = {
-            name: rounded(walk.cost_of_transport(choice.kind)) if name in finished else math.nan
-            for name, walk in walks.items()
+            name: rounded(walk[f"{choice.kind}_end"]) if name in finished else math.nan for name, walk in walks.items()
         }
-        ended = {name: walk.steps + 1 for name, walk in walks.items() if name not in finished}
+        ended = {name: (walk["steps"] or 0) + 1 for name, walk in walks.items() if name not in finished}
         found.append(Tried(variant, cost, ended))
     return found
 

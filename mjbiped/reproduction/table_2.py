@@ -8,10 +8,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from mjbiped.records.measures import WORK_KINDS
+from mjbiped.reproduction.cell import LENGTHS
 from mjbiped.reproduction.grounds import Place
 from mjbiped.reproduction.methods import SLOPE_SOURCES
 from mjbiped.reproduction.published import TABLE_2, meets
-from mjbiped.reproduction.rows import LENGTHS, Row
+from mjbiped.reproduction.rows import Row
 
 UNEVEN = ("stair 1", "stair 2", "slope 1", "slope 2")
 

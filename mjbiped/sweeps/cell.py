@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import Any
@@ -194,10 +194,7 @@ def state_of(robot: type[Robot]) -> dict[str, Domain]:
 
 
 def measured(cell: Cell, *, trajectory: bool = False) -> Row:
-    """Let a cell walk.
-
-    An error is a result: its text is kept, and the measures of the steps before it where there were any. What is the
-    machine's fault and not the walk's is raised.
+    """Walk a cell of a study.
 
     Args:
         cell: What walks.
@@ -206,16 +203,33 @@ def measured(cell: Cell, *, trajectory: bool = False) -> Row:
     Returns:
         Outcome, error and measures; None for what does not exist.
     """
+    period = DEFAULT_SAMPLE_PERIOD if trajectory else SPARSE
+    with _MUJOCO if cell.values["engine"] == "mujoco" else nullcontext():
+        return attempt(lambda: cell.walk(period), lambda done: {**_measures(done), **_samples(done, trajectory)})
+
+
+def attempt(walked: Callable[[], Walk], measure: Callable[[Walk], Row]) -> Row:
+    """Measure a walk that may fail.
+
+    An error is a result: its text is kept, and the measures of the steps before it where there were any. What is the
+    machine's fault and not the walk's is raised.
+
+    Args:
+        walked: Makes the walk.
+        measure: Measures it.
+
+    Returns:
+        Outcome, error, and the measures where there are any.
+    """
     try:
-        with _MUJOCO if cell.values["engine"] == "mujoco" else nullcontext():
-            done = cell.walk(DEFAULT_SAMPLE_PERIOD if trajectory else SPARSE)
+        done = walked()
     except WalkStopped as stop:
-        return {**_measures(stop.walk), **_samples(stop.walk, trajectory), "outcome": FAILED, "error": str(stop)}
+        return {**measure(stop.walk), "outcome": FAILED, "error": str(stop)}
     except (MemoryError, OSError):
         raise
     except Exception as error:
-        return {**dict.fromkeys(KNEES_MEASURES), "outcome": FAILED, "error": explained(error)}
-    return {**_measures(done), **_samples(done, trajectory), "outcome": done.outcome, "error": None}
+        return {"outcome": FAILED, "error": explained(error)}
+    return {**measure(done), "outcome": done.outcome, "error": None}
 
 
 def _samples(done: Walk, wanted: bool) -> Row:

@@ -17,8 +17,7 @@ from tqdm.auto import tqdm
 from mjbiped.control.loading import digest_of
 from mjbiped.engines.plan import versions
 from mjbiped.errors import MjbipedError
-from mjbiped.records.schema import OUTCOMES
-from mjbiped.sweeps.cell import FAILED, KNEES_MEASURES, Cell, Row, measured
+from mjbiped.sweeps.cell import KNEES_MEASURES, Cell, Row, measured
 from mjbiped.sweeps.plan import Study
 from mjbiped.sweeps.provenance import sources
 from mjbiped.sweeps.store import Layout, Store, opened
@@ -34,19 +33,9 @@ AnyCell = TypeVar("AnyCell")
 
 
 def layout_of(study: Study) -> Layout:
-    """What a study's table holds."""
+    """Describe what a study's table holds."""
     columns = ("cell", *(("sample",) if study.drawn else ()), *study.varied, "outcome", "error", *study.measures)
-
-    def fits(name: str, value: Any) -> bool:
-        if name == "cell":
-            return type(value) is int and value in range(len(study.cells))
-        if name == "outcome":
-            return value in (*OUTCOMES, FAILED)
-        if name == "error":
-            return isinstance(value, str | None)
-        return isinstance(value, float | int | None) or (name not in KNEES_MEASURES and isinstance(value, str))
-
-    return Layout("study", columns, fits)
+    return Layout("study", columns, range(len(study.cells)), frozenset(KNEES_MEASURES))
 
 
 def run(

@@ -5,13 +5,14 @@ from __future__ import annotations
 import csv
 import json
 import sqlite3
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from mjbiped.errors import InputError, RecordError, shortened, shown
-from mjbiped.sweeps.cell import Row
+from mjbiped.records.schema import OUTCOMES
+from mjbiped.sweeps.cell import FAILED, Row
 from mjbiped.utils.files import saved
 
 _LOCK = ".running"
@@ -30,14 +31,26 @@ class Layout(NamedTuple):
     """What a table holds.
 
     Attributes:
-        name: Of its files, without their suffixes.
-        columns: Names; no two rows have the same value in the first, the key.
-        fits: Whether a value can stand in a column, given the column's name and the value.
+        name: Name of its files, without their suffixes.
+        columns: Names of the columns; no two rows have the same value in the first, the key.
+        keys: The numbers that can be keys; None: keys are texts.
+        numbers: Columns that hold numbers or nothing; others, apart from "outcome" and "error", can hold texts too.
     """
 
     name: str
     columns: tuple[str, ...]
-    fits: Callable[[str, Any], bool]
+    keys: range | None
+    numbers: frozenset[str]
+
+    def fits(self, name: str, value: Any) -> bool:
+        """Whether a value can stand in a column."""
+        if name == self.columns[0]:
+            return isinstance(value, str) if self.keys is None else type(value) is int and value in self.keys
+        if name == "outcome":
+            return value in (*OUTCOMES, FAILED)
+        if name == "error":
+            return isinstance(value, str | None)
+        return isinstance(value, float | int | None) or (name not in self.numbers and isinstance(value, str))
 
 
 class Store:

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from reproduction_rows import read_grounds, read_tried
 
-from mjbiped.reproduction import placebo, random_grounds, search
+from mjbiped.reproduction import placebo, random_grounds
+from mjbiped.reproduction.cell import opened_walks
 from mjbiped.reproduction.placebo import ROWS, Placebo
 from mjbiped.reproduction.published import GROUNDS as OF_TABLE_2
 from mjbiped.reproduction.published import TABLE_2, TABLE_3
@@ -21,7 +22,6 @@ from mjbiped.reproduction.report.page import GROUNDS, TABLE, TRIED
 from mjbiped.reproduction.rows import Row, read_rows
 from mjbiped.reproduction.scan import Tried, fitted
 from mjbiped.reproduction.table_2 import choices
-from mjbiped.reproduction.walks import opened_walks
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -121,7 +121,7 @@ def test_grounds_are_of_the_family_and_the_same_again(grounds: list[RandomGround
     assert len(grounds) == COUNT
     for each in grounds[::50]:
         flat = [value for k, row in enumerate(each.segments) for value in row[: 3 if k else 2]]
-        assert all(low <= value <= high for value, (low, high) in zip(flat, search.bounds(), strict=True))
+        assert all(low <= value <= high for value, (low, high) in zip(flat, random_grounds.bounds(), strict=True))
     assert write_grounds(grounds) == (DOCS / GROUNDS).read_text(encoding="utf-8")
 
 

@@ -11,8 +11,9 @@ import pytest
 from reproduction_rows import read_tried
 
 import mjbiped
-from mjbiped.reproduction import plan, scan, walks
-from mjbiped.reproduction.cell import measured
+from mjbiped.reproduction import cell as walks
+from mjbiped.reproduction import plan, scan
+from mjbiped.reproduction.cell import measures_of, opened_walks
 from mjbiped.reproduction.methods import BLIND, BLIND_SOURCE, SETTLED, SLOPE_SOURCES, Variant, gains_told, settled
 from mjbiped.reproduction.published import GROUNDS, TABLE_2
 from mjbiped.reproduction.report.fit import walks_shown
@@ -20,7 +21,6 @@ from mjbiped.reproduction.report.page import TABLE, TRIED
 from mjbiped.reproduction.rows import read_rows
 from mjbiped.reproduction.scan import Tried, fitted, ranked, settings, write_tried
 from mjbiped.reproduction.table_2 import Choice, agreement_of, agreements, choices, walks_read
-from mjbiped.reproduction.walks import opened_walks
 from mjbiped.terrain.terrain import Terrain
 from scripts.paper.gain_search import blind_trials, choose
 
@@ -77,16 +77,16 @@ def test_scan_is_that_of_single_walks_and_repeats_itself(tmp_path: Path, monkeyp
     assert [each.variant for each in found] == SOME
     for each in found[:2]:
         for entry in plan.compared("fitted", SHORT, [each.variant], "hybrid", SHORT.length):
-            result = measured(entry.cell)[0]
-            if result.outcome == "finished":
+            walk = entry.cell.walk()
+            if walk.outcome == "finished":
                 # six digits are kept
-                assert each.cost[entry.ground] == pytest.approx(result.cost_of_transport("absolute"), rel=1e-5)
+                assert each.cost[entry.ground] == pytest.approx(measures_of(walk)["absolute_end"], rel=1e-5)
             else:
                 assert math.isnan(each.cost[entry.ground])
-                assert each.ended[entry.ground] == result.steps + 1
+                assert each.ended[entry.ground] == walk.steps + 1
     text = write_tried(found)
     assert write_tried(read_tried(text)) == text
-    monkeypatch.setattr(walks, "measured", lambda _: pytest.fail("what was walked is walked again"))
+    monkeypatch.setattr(walks, "walked", lambda *_: pytest.fail("what was walked is walked again"))
     with opened_walks(tmp_path) as kept:
         assert write_tried(scan.scan(SHORT, kept, SOME)) == text
 

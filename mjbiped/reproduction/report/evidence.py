@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from mjbiped.records.measures import WORK_KINDS
-from mjbiped.reproduction import placebo, search
+from mjbiped.reproduction import placebo, random_grounds
+from mjbiped.reproduction.cell import LENGTHS
 from mjbiped.reproduction.grounds import FIRST_CHANGES, FIRST_RISERS, SLOPE_PATTERNS, STAIR_PATTERNS
 from mjbiped.reproduction.methods import DELAYS
 from mjbiped.reproduction.placebo import Placebo
@@ -17,7 +18,7 @@ from mjbiped.reproduction.published import GROUNDS, TABLE_2
 from mjbiped.reproduction.random_grounds import RandomGround
 from mjbiped.reproduction.report import table_3
 from mjbiped.reproduction.report.markdown import NONE, cost, number, table
-from mjbiped.reproduction.rows import LENGTHS, Row
+from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.scan import Tried, fitted
 from mjbiped.reproduction.table_2 import Choice
 
@@ -47,7 +48,7 @@ def sections(
         "grounds_walked": str(walked),
         "to_another": _percent(float(np.median(others)), ".1f"),
         "to_another_share": _percent(float(np.mean(others <= found))),
-        "table_3_free": str(len(search.bounds())),
+        "table_3_free": str(len(random_grounds.bounds())),
         "start_error": f"{START_ERROR:g}",
         "misjudged": _misjudged(rows, best),
         "misjudged_turned": turned(rows, best),
@@ -61,7 +62,7 @@ def _worth(rows: Sequence[Row], tried: Sequence[Tried], grounds: Sequence[Random
         crosses = f" and {sum(value is None for value in TABLE_2[method].values())} X"
         found = placebo.of_method(tried, method)
         lines.append(_line(f"gains and slope source of {method}", len(each.variant.gains) + 1, crosses, found))
-    free, searched = len(search.bounds()), table_3.distance(table_3.walks_of(rows, "found", "hybrid"))
+    free, searched = len(random_grounds.bounds()), table_3.distance(table_3.walks_of(rows, "found", "hybrid"))
     found = placebo.of_table_3(grounds)
     distance = number(100 * searched, ".1f")
     lines.append(["ground of Table III, searched", str(free), str(found.numbers), NONE, distance, NONE, NONE, NONE])

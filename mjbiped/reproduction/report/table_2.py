@@ -8,11 +8,12 @@ from typing import TypeAlias
 
 import numpy as np
 
+from mjbiped.reproduction.cell import LENGTHS
 from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS, SLOPE_PATTERNS, STAIR_PATTERNS, Place
 from mjbiped.reproduction.methods import DELAYS, METHODS, SETTLED, SLOPE_SOURCES
 from mjbiped.reproduction.published import GROUNDS, TABLE_2
 from mjbiped.reproduction.report.markdown import NONE, cost, delay, ending, number, paper, percent, table
-from mjbiped.reproduction.rows import LENGTHS, Row
+from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.table_2 import UNEVEN, Choice, agreements, choices, side_distances, walks_read
 
 _NEAREST = 10  # readings that are listed

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from mjbiped.control.registry import settings_of
-from mjbiped.reproduction import search
+from mjbiped.reproduction import random_grounds as family
 from mjbiped.reproduction.grounds import found_segments
 from mjbiped.reproduction.plan import MIXED_STEPS, START_ESTIMATES
 from mjbiped.reproduction.published import TABLE_3
@@ -132,9 +132,9 @@ def _segments() -> str:
 
 def _family() -> str:
     """The grounds that were searched."""
-    (short, long), (up, down), (low, high) = search.LENGTHS, search.SLOPES, search.RISES
+    (short, long), (up, down), (low, high) = family.LENGTHS, family.SLOPES, family.RISES
     return (
-        f"grounds of {search.SEGMENTS} segments of {short:g} to {long:g} m, slopes of {number(up, 'g')}° to {down:g}° "
+        f"grounds of {family.SEGMENTS} segments of {short:g} to {long:g} m, slopes of {number(up, 'g')}° to {down:g}° "
         f"and steps of {number(1000 * low, 'g')} to {1000 * high:g} mm between them"
     )
 
