@@ -87,12 +87,12 @@ class Robustness:
 
     def summary(self) -> dict[str, Any]:
         """All of it in plain JSON types; null stands for what is infinite or was not walked."""
-        plan = self.plan
+        plan, limits, margins = self.plan, self.plan.limits, self.plan.margins
         return {
             "confidence": CONFIDENCE,
             "scuffing": {"reach_leg_lengths": plan.scuffing.reach, "delay_s": plan.scuffing.delay},
-            "limits": {"share": plan.share, "phases": plan.phases, "torque_Nm": plan.torque, "basin": plan.basin},
-            "margins": {"share": plan.margin_share, "ground": plan.margin_ground, "steps": plan.margin_steps},
+            "limits": {"share": limits.share, "phases": plan.phases, "torque_Nm": limits.torque, "basin": plan.basin},
+            "margins": {"share": margins.share, "ground": plan.margin_ground, "steps": margins.steps},
             "random_ground": {"seeds": plan.seeds, "steps": plan.steps},
             "controllers": [_summary(self, each) for each in self.findings],
         }
@@ -123,13 +123,13 @@ def _findings(plan: Plan, controller: str, engine: str, rows: Iterable[Row]) -> 
             soles[ground] = float(np.median(lengths)) if lengths else math.nan
             violating[ground] = sum(_number(row, VIOLATING) for row in there) / max(sum(survival[ground].steps), 1)
     limits, limits_violating = (
-        {test: _limit(plan, test, mine, on_any_ground) for test in (*plan.disturbances, *plan.margins)}
+        {test: _limit(plan, test, mine, on_any_ground) for test in (*plan.limits.magnitudes, *plan.margins.magnitudes)}
         for on_any_ground in (False, True)
     )
     for test, limit in limits.items():
         at = [_number(row, SOLE) for row in mine if row["test"] == test and row["magnitude"] == limit.greatest]
         soles[test] = max(at, default=math.nan)
-    recovered = [_survived(row, plan.torque) for row in mine if row["test"] == BASIN]
+    recovered = [_survived(row, plan.limits.torque) for row in mine if row["test"] == BASIN]
     basin = sum(recovered) / len(recovered) if recovered else math.nan
     errors = tuple(dict.fromkeys(row["error"] for row in mine if row["outcome"] == FAILED))
     area = basin * _window(plan, controller)
@@ -165,15 +165,14 @@ def _cost(rows: Sequence[Row]) -> float:
 
 def _limit(plan: Plan, test: str, rows: Iterable[Row], on_any_ground: bool) -> Limit:
     """The greatest magnitude of a test that a controller survives, be it on ground that no foot has or not."""
-    single = test in DISTURBANCES
+    kind = {**DISTURBANCES, **MARGINS}[test]
+    trial = plan.limits if test in DISTURBANCES else plan.margins
     survived: dict[float, list[bool]] = {}
     for row in rows:
         if row["test"] == test:
-            borne = _survived(row, plan.torque if single else None, on_any_ground)
-            survived.setdefault(row["magnitude"], []).append(borne and (single or MARGINS[test].borne(row)))
-    if single:
-        return limit_of(DISTURBANCES[test], survived, plan.share)
-    return limit_of(MARGINS[test], survived, plan.margin_share)
+            walked_on = _survived(row, trial.torque, on_any_ground)
+            survived.setdefault(row["magnitude"], []).append(walked_on and kind.borne(row))
+    return limit_of(kind, survived, trial.share)
 
 
 def _window(plan: Plan, controller: str) -> float:
