@@ -9,10 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from mjbiped.robots.robot import Robot
 from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.values import Scalar
+
+Told: TypeAlias = Mapping[str, Scalar]
+Values: TypeAlias = Callable[[float, Robot, float], Told]
+"""Values of a study's cell for a magnitude, the robot that walks, and the place of a single disturbance, m."""
 
 FAR = 1e4  # of ground that goes on behind the disturbance, m
 
@@ -24,14 +29,14 @@ class Disturbance:
     Attributes:
         unit: Unit of its magnitudes; empty for plain numbers.
         magnitudes: Those that are tried unless a study says otherwise, the gentlest first.
-        values: Values of a study's cell for a magnitude, the robot that walks, and the place (m) of a single one.
+        values: Values of a study's cell.
         asked: Column of what a walk asks for, of a disturbance that the hybrid engine does not know: a walk survives
             those magnitudes there that are no less.
     """
 
     unit: str
     magnitudes: tuple[float, ...]
-    values: Callable[[float, Robot, float], Mapping[str, Scalar]]
+    values: Values
     asked: str | None = None
 
     @property
@@ -39,7 +44,7 @@ class Disturbance:
         """Whether lower magnitudes are harder."""
         return self.magnitudes[0] > self.magnitudes[-1]
 
-    def told(self, magnitude: float, engine: str, robot: Robot, place: float = 0.0) -> Mapping[str, Scalar]:
+    def told(self, magnitude: float, engine: str, robot: Robot, place: float = 0.0) -> Told:
         """Values of a study's cell for a robot's walk in an engine."""
         return {} if self.asked is not None and engine == "hybrid" else self.values(magnitude, robot, place)
 
@@ -51,13 +56,13 @@ class Disturbance:
         return asked is not None and bool(asked <= row["magnitude"])
 
 
-def _step(sign: float) -> Callable[[float, Robot, float], Mapping[str, Scalar]]:
-    usual = {"terrain.name": "stairs", "terrain.tread": FAR, "terrain.count": 1}
+def _step(sign: float) -> Values:
+    usual: Told = {"terrain.name": "stairs", "terrain.tread": FAR, "terrain.count": 1}
     return lambda height, _, place: {**usual, "terrain.rise": sign * height, "terrain.first": place}
 
 
-def _bend(sign: float) -> Callable[[float, Robot, float], Mapping[str, Scalar]]:
-    usual = {"terrain.name": "slopes", "terrain.count": 1}
+def _bend(sign: float) -> Values:
+    usual: Told = {"terrain.name": "slopes", "terrain.count": 1}
     return lambda change, _, place: {**usual, "terrain.length": place, "terrain.change_deg": sign * change}
 
 
@@ -74,15 +79,15 @@ DISTURBANCES: Mapping[str, Disturbance] = {
 """Single disturbances of level ground, by name."""
 
 
-def _of(field: str, **others: Scalar) -> Callable[[float, Robot, float], Mapping[str, Scalar]]:
+def _of(field: str, **others: Scalar) -> Values:
     told = {f"disturbances.{name}": value for name, value in others.items()}
     return lambda magnitude, *_: {f"disturbances.{field}": magnitude, **told}
 
 
-def _believed(sign: float, *endings: str) -> Callable[[float, Robot, float], Mapping[str, Scalar]]:
+def _believed(sign: float, *endings: str) -> Values:
     """Make the controller's model of its robot's legs wrong by so many percent."""
 
-    def values(percent: float, robot: Robot, _: float) -> Mapping[str, Scalar]:
+    def values(percent: float, robot: Robot, _: float) -> Told:
         factor = 1.0 + sign * percent / 100.0
         wrong = [name for name in robot.parameters() if name.endswith(endings) and name != "hip_mass"]
         return {f"model.{name}": round(getattr(robot, name) * factor, 12) for name in wrong}

@@ -153,7 +153,7 @@ def _asked(wanted: Plan, plain: Mapping[str, Cell], records: dict[Scalar | None,
             for test, magnitude, phase in _cases(wanted.limits, wanted.phases):
                 place = (_BEFORE + (phase + 0.5) / wanted.phases) * length
                 told = DISTURBANCES[test].told(magnitude, engine, robot, place)
-                columns = {"magnitude": magnitude, "case": phase}
+                columns: dict[str, Scalar] = {"magnitude": magnitude, "case": phase}
                 yield _Asked(engine, test, label, _BEFORE + 1 + after, told, columns)
             for case, rates in enumerate(_first_rates(gait, wanted.basin)):
                 yield _Asked(engine, BASIN, label, after, {**level, **rates}, {"case": case})
