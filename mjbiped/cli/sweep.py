@@ -54,12 +54,11 @@ def sweep(
       mjbiped sweep study.toml --parquet --trajectories
       mjbiped sweep study.toml --scheduler tcp://10.0.0.1:8786
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.sweeps import trajectories as samples
+    from mjbiped.sweeps.bins import summarised
     from mjbiped.sweeps.figures import draw
-    from mjbiped.sweeps.parquet import check_installed, write_table
+    from mjbiped.sweeps.parquet import FILE, check_installed, write_table
     from mjbiped.sweeps.plan import read_study
     from mjbiped.sweeps.run import run
-    from mjbiped.sweeps.summary import summarised
 
     check_walkers(workers, scheduler)
     for option, wanted in (("--parquet", parquet), ("--trajectories", trajectories)):
@@ -78,7 +77,7 @@ def sweep(
             progress=not quiet,
         )
         tables = [table, write_table(table.with_suffix(".parquet"), rows)] if parquet else [table]
-        tables += [folder / samples.FILE] if trajectories else []
+        tables += [folder / FILE] if trajectories else []
         files = [*tables, *draw(planned, rows, folder)]
     except KeyboardInterrupt:
         end(INTERRUPTED, f"interrupted; what had ended is in {folder}: the same command goes on from there")

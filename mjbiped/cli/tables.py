@@ -219,7 +219,7 @@ def checks_table(checks: Iterable[Check]) -> Table:
 
 
 def sweep_tables(summary: Mapping[str, Any]) -> list[Table]:
-    """What `mjbiped.sweeps.summary.summarised` says of a study: outcomes, quantiles, and errors where there are any."""
+    """What `mjbiped.sweeps.bins.summarised` says of a study: outcomes, quantiles, and errors where there are any."""
     outcomes = bare_table("outcome", "walks", "%")
     for outcome, count in summary["verdicts"].items():
         outcomes.add_row(outcome, str(count), f"{100.0 * count / summary['walks']:.1f}")

@@ -1,4 +1,4 @@
-"""The walks of the reproduction: what one depends on, what is measured of it, and the finished ones on disk."""
+"""The walks of the reproduction: their inputs, their measures, and the finished ones on disk."""
 
 from __future__ import annotations
 
@@ -22,8 +22,7 @@ from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from mjbiped.rollout.walk import walk
 from mjbiped.sweeps.cell import FAILED, SPARSE, Row, attempt
-from mjbiped.sweeps.provenance import sources
-from mjbiped.sweeps.run import walk_cells
+from mjbiped.sweeps.run import sources, walk_cells
 from mjbiped.sweeps.store import Layout, Store, opened
 from mjbiped.terrain.terrain import Terrain
 
@@ -52,8 +51,8 @@ class Cell:
         terrain: The ground.
         initial: First state, "gait" or "rest".
         steps: Touchdowns after which the walk is finished, or None.
-        distance: Place x at which it is finished, m, or None.
-        timestep: Of MuJoCo, s; the hybrid engine has none.
+        distance: Position x at which it is finished, m, or None.
+        timestep: Time step of MuJoCo, s; the hybrid engine has none.
         record: Whether the whole record is kept, for figures, and not the measures alone.
     """
 
@@ -139,19 +138,19 @@ def cost_after(done: Walk, kind: str, steps: int | None = None) -> float:
 
 
 class Walks:
-    """A folder with a table of finished cells, and a file for each record that is kept, named by the cell's key.
+    """Finished cells in a folder: a table, and a file for each record that is kept, named by the cell's key.
 
     Attributes:
-        folder: Where they are.
+        folder: The folder.
     """
 
     def __init__(self, store: Store, workers: int | None, progress: bool) -> None:
-        """Take an open table; see `opened_walks`."""
+        """Wrap an open table; `opened_walks` does so."""
         self.folder = store.folder
         self._store, self._workers, self._progress = store, workers, progress
 
     def results(self, cells: Iterable[Cell]) -> dict[str, Row]:
-        """Walk all cells that are not kept yet, and keep each when it has ended.
+        """Return the measures of cells; those that are not kept yet are walked, and kept as they end.
 
         The results do not depend on the number of workers. A cell that fails is a result with an error's text, and is
         tried again the next time.
@@ -202,11 +201,11 @@ class Walks:
 def opened_walks(
     folder: Path, *, fresh: bool = False, workers: int | None = None, progress: bool = False
 ) -> Iterator[Walks]:
-    """Take a folder for finished walks; no other process can meanwhile.
+    """Open a folder of finished walks, and keep other processes out.
 
     Args:
-        folder: Made if it is not there.
-        fresh: Delete the walks that are there.
+        folder: The folder; it is made if missing.
+        fresh: Delete the walks that are kept.
         workers: Number of processes that walk; one for each core unless given.
         progress: Show a progress bar (never where the output is not a terminal).
 
@@ -222,12 +221,12 @@ def opened_walks(
 
 
 def record_path(folder: Path, cell: Cell) -> Path:
-    """File of a cell's record."""
+    """Path of a cell's record."""
     return folder / f"{cell.key}.npz"
 
 
 def walked(folder: Path, cell: Cell) -> Row:
-    """Walk a cell, and keep its record where it asks for it; return its row."""
+    """Walk a cell, keep its record if the cell says so, and return its row."""
 
     def measure(done: Walk) -> Row:
         if cell.record:

@@ -1,4 +1,4 @@
-"""The grounds of section V: every reading of Table II's, and the one that was found for Table III.
+"""The grounds of section V: all readings of Table II's grounds, and the ground that was found for Table III.
 
 Of Table II's the paper gives the treads' depth, the steps' height, the slopes' length and change. It does not say
 whether each step goes the same way, nor where the first one lies.
@@ -22,13 +22,13 @@ Place: TypeAlias = tuple[str, str, float]
 """A ground of Table II as it is read: the ground, its pattern, and its first change, m."""
 
 COUNT = 30
-"""Steps or changes of slope of a ground: more than 100 steps of 0.38 m can reach."""
+"""Number of steps or changes of slope of a ground, which 100 steps of 0.38 m do not reach the end of."""
 
 FIRST_RISERS = (0.9, 1.8)
-"""Places of the first riser, m: half a tread, a whole one."""
+"""Positions of the first riser, m: after half a tread, and after a whole one."""
 
 FIRST_CHANGES = (1.5, 0.9)
-"""Lengths of the first slope segment, m: a whole one, and as on the stairs."""
+"""Lengths of the first slope segment, m: as long as the others, and as on the stairs."""
 
 STAIR_PATTERNS: dict[str, Sequence[int]] = {
     "descending": [-1] * COUNT,
@@ -64,9 +64,9 @@ class Reading:
     """A ground of Table II, read in one way.
 
     Attributes:
-        ground: The paper's name.
-        pattern: Which way the changes go; empty for level ground.
-        first: Where the first one lies, m; 0 for level ground.
+        ground: The paper's name of the ground.
+        pattern: Pattern of the changes; empty for level ground.
+        first: Position of the first change, m; 0 for level ground.
         terrain: The ground.
     """
 
@@ -77,12 +77,12 @@ class Reading:
 
     @property
     def place(self) -> Place:
-        """What tells it apart from all other readings."""
+        """Ground, pattern and first change, which identify the reading."""
         return self.ground, self.pattern, self.first
 
 
 def readings(ground: str) -> list[Reading]:
-    """All readings of a ground of Table II.
+    """List all readings of a ground of Table II.
 
     Args:
         ground: One of `mjbiped.reproduction.published.GROUNDS`.
@@ -105,12 +105,12 @@ def readings(ground: str) -> list[Reading]:
 
 
 def reading_at(place: Place) -> Reading:
-    """The reading of a ground, a pattern and a first change."""
+    """Return the reading with a ground, a pattern and a first change."""
     return next(found for found in readings(place[0]) if found.place == place)
 
 
 def found_terrain() -> Terrain:
-    """The mixed ground on which Table III comes out nearest, of the data file beside this module.
+    """Read the mixed ground that comes nearest to Table III from the data file beside this module.
 
     `scripts/paper/search_table_3.py` found it.
     """
@@ -119,11 +119,11 @@ def found_terrain() -> Terrain:
 
 
 def found_segments() -> Segments:
-    """Its segments."""
+    """Segments of that ground."""
     segments: Segments = dict(found_terrain().parameters)["segments"]
     return segments
 
 
 def end_of(segments: Segments) -> float:
-    """Place x of the end of the last segment, m: where the ground has been walked."""
+    """Position x of the end of the last segment, m, at which the walk is finished."""
     return math.fsum(length * math.cos(math.radians(slope)) for length, slope, _ in segments)

@@ -15,13 +15,13 @@ from mjbiped.robots.compass import Compass
 from mjbiped.terrain.terrain import Terrain
 
 DELAYS = (None, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
-"""zeta of the adaptive controller: the paper gives none for Table II."""
+"""Values of the adaptive controller's zeta that are tried; the paper gives none for Table II."""
 
 SLOPE_SOURCES = ("two_point", "local", "none")
-"""What the comparison controllers take for the slope: the paper does not say for all of them."""
+"""Sources of the slope for the comparison controllers; the paper does not name it for all of them."""
 
 METHODS = ("adaptive", "PBC", "ECC", "KETC", "LCTC")
-"""The paper's names; LCTC, limit cycle tracking [20], is not in its Table II."""
+"""The paper's names of the controllers; LCTC, limit cycle tracking [20], is not in its Table II."""
 
 _NAMES: Mapping[str, str] = {
     "PBC": "passivity",
@@ -53,7 +53,7 @@ class Variant:
     start_error: float = 0.0
 
     def controller(self, terrain: Terrain, robot: Compass | None = None) -> Controller:
-        """The law, for a ground: comparison controllers are told its slope at the start."""
+        """Make the controller for a ground; comparison controllers are given its slope at the start."""
         model = robot or Compass()
         if self.method == "adaptive":
             return _law("adaptive", model, replanning_delay=self.delay)
@@ -87,12 +87,12 @@ the rule of docs/comparison.md finds with it."""
 
 
 def settled(method: str, source: str) -> Variant:
-    """A comparison method with the gains that settle, and any slope source."""
+    """Combine a comparison method's gains that settle with a slope source."""
     return replace(SETTLED[method], slope_source=source)
 
 
 def variants(method: str) -> Iterator[Variant]:
-    """The adaptive controller with every zeta; a comparison method, its gains settled, with every slope source."""
+    """List the adaptive controller with every zeta, or a comparison method with every slope source."""
     if method == "adaptive":
         yield from (Variant(method, delay) for delay in DELAYS)
     else:
@@ -100,12 +100,12 @@ def variants(method: str) -> Iterator[Variant]:
 
 
 def gains_told(law: Mapping[str, Any]) -> str:
-    """A comparison controller's gains in words, of its description or of pairs of names and numbers."""
+    """Write a comparison controller's gains in words, from its description or any mapping of gains."""
     return ", ".join(f"{name} {law[name]:g}" for name in _GAINS if name in law)
 
 
 def adaptive(delay: float | None, **settings: Any) -> Controller:
-    """The paper's controller with its gains and Table I's robot, but for these settings."""
+    """Make the paper's controller with its gains and Table I's robot, apart from some settings."""
     return _law("adaptive", Compass(), replanning_delay=delay, **settings)
 
 

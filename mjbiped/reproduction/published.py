@@ -32,7 +32,7 @@ DIGITS = 4
 
 
 def meets(ours: float, paper: float) -> bool:
-    """Whether a c_mt is the printed one: no farther from it than half a unit of its last digit."""
+    """Whether a c_mt agrees with a printed one within half a unit of the last digit."""
     return abs(ours - paper) <= 0.5 * 10.0**-DIGITS
 
 

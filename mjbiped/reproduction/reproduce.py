@@ -1,25 +1,31 @@
-"""All of section V, in one go."""
+"""The whole reproduction of section V: walks, tables, page and figures."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from importlib import resources
 from pathlib import Path
+from string import Template
 from typing import Any
 
 from mjbiped.plotting.style import make_small
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records.record import Walk
-from mjbiped.reproduction import plan, random_grounds
+from mjbiped.reproduction import placebo, plan
 from mjbiped.reproduction.cell import LENGTHS, Walks, opened_walks
 from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS
 from mjbiped.reproduction.methods import BLIND, METHODS, SETTLED, Variant, settled
+from mjbiped.reproduction.placebo import RandomGround
+from mjbiped.reproduction.report import checks
+from mjbiped.reproduction.report import fit as report_fit
+from mjbiped.reproduction.report import table_2 as report_table_2
+from mjbiped.reproduction.report import table_3 as report_table_3
 from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
-from mjbiped.reproduction.report.page import GROUNDS, PICTURES, TABLE, TABLES, TRIED, engine_shown, render
+from mjbiped.reproduction.report.markdown import table
 from mjbiped.reproduction.rows import Entry, Row, write_rows
-from mjbiped.reproduction.scan import fitted, scan, write_tried
-from mjbiped.reproduction.table_2 import Choice, agreements, choices
+from mjbiped.reproduction.table_2 import Choice, Tried, agreements, choices, fitted, scan, write_tried
 from mjbiped.reproduction.traces import traced
 from mjbiped.sweeps.cell import FAILED
 from mjbiped.sweeps.store import make_folder
@@ -75,18 +81,18 @@ def reproduce(
             *in_mujoco(best, agreements(rows, best)[0].source, nearest, quick),
         ]
         rows += walked(more, walks)
-        grounds = random_grounds.walked(random_grounds.drawn(), walks)
+        grounds = placebo.walked(placebo.drawn(), walks)
         written = [
             _write(report / TABLE, write_rows(rows)),
             _write(report / TRIED, write_tried(tried)),
-            _write(report / GROUNDS, random_grounds.write_grounds(grounds)),
+            _write(report / GROUNDS, placebo.write_grounds(grounds)),
             *(_write(report / name, text) for name, text in render(rows, tried, grounds).items()),
         ]
         return rows, [*written, *draw([*entries, *more], rows, walks, report / PICTURES, folder / PRINTS)]
 
 
 def walked(entries: Sequence[Entry], walks: Walks) -> list[Row]:
-    """Rows of some walks, which are made where they are not kept yet."""
+    """Return the rows of some entries; cells that are not kept yet are walked."""
     results = walks.results(entry.cell for entry in entries)
     rows = []
     for entry in entries:
@@ -97,7 +103,7 @@ def walked(entries: Sequence[Entry], walks: Walks) -> list[Row]:
 
 
 def in_mujoco(best: Choice, source: str, nearest: Sequence[Variant], quick: bool) -> list[Entry]:
-    """The walks that MuJoCo repeats.
+    """List the walks that MuJoCo repeats.
 
     Args:
         best: The reading of Table II's grounds that fits.
@@ -160,7 +166,7 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], kept: Walks, pages: Path
 
 
 def _of_records(entries: Sequence[Entry], kept: Walks) -> dict[str, Callable[[Path], object]]:
-    """Figs. 4 to 6 of one engine's records, by name: what draws them to a path."""
+    """Functions that draw Figs. 4 to 6 of one engine's records to a path, by name."""
     drawings: dict[str, Callable[[Path], object]] = {}
     walks = {
         _law(entry)["replanning_delay"]: kept.record(entry.cell)
@@ -189,3 +195,49 @@ def _write(path: Path, text: str) -> Path:
     with saved(path) as unfinished:
         unfinished.write_text(text, encoding="utf-8")
     return path
+
+
+PAGE = "reproduction.md"
+TABLES = "tables/reproduction.md"
+TABLE = "reproduction.csv"
+TRIED = "reproduction_gains.csv"
+GROUNDS = "reproduction_grounds.csv"
+PICTURES = "images"
+
+
+def render(rows: Sequence[Row], tried: Sequence[Tried], grounds: Sequence[RandomGround]) -> dict[str, str]:
+    """Write the page and its tables, by file name; every number comes from the arguments.
+
+    Args:
+        rows: Of a whole reproduction; walks in MuJoCo may be missing.
+        tried: Gains and slope sources of the comparison methods, on the reading that the rows choose.
+        grounds: Random ones with their own Tables III.
+    """
+    best = choices(rows)[0]
+    failed = [[row.ground, row.method, row.engine, row.error] for row in rows if row.outcome == "failed"]
+    mujoco_steps = [row.steps for row in rows if (row.part, row.engine) == ("table 2", "mujoco")]
+    parts = {
+        **report_table_2.sections(rows),
+        **report_fit.sections(rows, best, tried),
+        **report_table_3.sections(rows),
+        **report_fit.worth_sections(rows, best, tried, grounds),
+        **checks.sections(checks.checks(rows, best)),
+        "engine": engine_shown(rows),
+        "walks": str(len(rows)),
+        "in_mujoco": str(sum(row.engine == "mujoco" for row in rows)),
+        "mujoco_steps": str(max(mujoco_steps, default=0)),
+        "engine_name": {"mujoco": "MuJoCo", "hybrid": "hybrid engine"}[engine_shown(rows)],
+        "failed": table(("ground", "method", "engine", "error"), failed) if failed else "None.",
+    }
+    return {PAGE: _filled("template_page.md", parts), TABLES: _filled("template_tables.md", parts)}
+
+
+def _filled(template: str, parts: Mapping[str, str]) -> str:
+    """Fill the places of a template of this package."""
+    text = (resources.files("mjbiped.reproduction") / template).read_text(encoding="utf-8")
+    return Template(text).substitute(parts)
+
+
+def engine_shown(rows: Sequence[Row]) -> str:
+    """Name of the engine whose figures the page shows: MuJoCo where it has any."""
+    return "mujoco" if any(row.part == "table 3" and row.engine == "mujoco" for row in rows) else "hybrid"

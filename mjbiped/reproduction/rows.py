@@ -1,4 +1,4 @@
-"""The table that the report is made of: one row per walk, in plain numbers of six digits; and what is walked for it."""
+"""The table behind the report, with a row for each walk and numbers of six digits; and the entries that are walked."""
 
 from __future__ import annotations
 
@@ -21,36 +21,36 @@ _DIGITS = 6
 
 @dataclass(frozen=True)
 class Row:
-    """A walk and what was measured. Missing numbers are NaN.
+    """A walk and its measures. Missing numbers are NaN.
 
     Attributes:
-        part: What it is for, "table 2", "table 3", "figure 5" and so on.
+        part: Part of the report that needs it, "table 2", "table 3", "figure 5" and so on.
         ground: The paper's name of the ground, or ours.
-        pattern: How Table II's ground was read.
-        first: Where its first change lies, m.
+        pattern: Pattern in which Table II's ground was read.
+        first: Position of its first change, m.
         engine: "mujoco" or "hybrid".
         method: The paper's name of the controller.
         delay: zeta; None without re-planning.
-        slope_source: Of comparison controllers.
-        gains: The same.
+        slope_source: Slope source of a comparison controller.
+        gains: Gains of a comparison controller, in words.
         adaptation_gain: gamma; NaN for controllers without one.
         update: Whether the estimate is updated (27), "yes", "no", or empty.
         start_estimate: Slope that the controller estimates, or is told, at the start, degrees; NaN for those without.
-        outcome: Of the walk.
-        steps: Touchdowns.
-        place: Hip's x when it ended, m.
-        ankle: Greatest |torque|, N m.
-        hip: The same.
+        outcome: Outcome of the walk; "failed" where an error ended it.
+        steps: Number of touchdowns.
+        place: Position x of the hip at the end, m.
+        ankle: Greatest |torque| of the ankle, N m.
+        hip: Greatest |torque| of the hip, N m.
         friction: Greatest |F_t|/F_n asked of a stance foot.
         least_force: Least normal force of the ground on a stance foot, weights; below zero it would have to pull.
-        strikes: Swing feet that struck a riser.
+        strikes: Number of times that a swing foot struck a riser.
         begun: Greatest error of the slope estimate at a step's beginning, degrees.
-        ended: The same at the steps' ends.
+        ended: Greatest error of the slope estimate at a step's end, degrees.
         rms: Root mean square of the errors at the steps' ends, degrees.
         jump: Greatest change of the size of the error at a touchdown, degrees.
         cost: c_mt by (kind, steps); None: to the last touchdown.
         traces: See `mjbiped.reproduction.traces.Traces`; all NaN where no record was kept.
-        error: Why a walk failed that has no outcome of its own.
+        error: Text of the error that ended the walk.
     """
 
     part: str
@@ -88,12 +88,12 @@ class Row:
 
     @property
     def finished(self) -> bool:
-        """Whether the robot walked as far as it should."""
+        """Whether the robot walked to the planned end."""
         return self.outcome == "finished"
 
     @property
     def pulls(self) -> bool:
-        """Whether the motion needs a ground that pulls at the stance foot."""
+        """Whether the ground would have to pull at the stance foot."""
         return self.least_force < 0.0
 
     @property
@@ -104,15 +104,15 @@ class Row:
 
 @dataclass(frozen=True)
 class Entry:
-    """A cell and its place in the report.
+    """A cell and its role in the report.
 
     Attributes:
         part: "table 2", "blind", "fitted", "misjudged", "gravity", "table 3", "start" or "figure 5".
         ground: The ground's name.
         method: The paper's name of the controller.
         cell: The walk.
-        pattern: How Table II's ground was read.
-        first: Where its first change lies, m.
+        pattern: Pattern in which Table II's ground was read.
+        first: Position of its first change, m.
     """
 
     part: str
@@ -123,7 +123,7 @@ class Entry:
     first: float = 0.0
 
     def row(self, measured: Measured, traces: Traces | None = None) -> Row:
-        """Combine the entry with what was measured of its finished cell, and of the record where it keeps one."""
+        """Combine the entry with the measures of its finished cell, and those of its record where it keeps one."""
         law = self.cell.controller.describe()
         update = law.get("estimate_update")
         start = law.get("initial_slope_estimate", law.get("initial_slope", math.nan))
@@ -148,7 +148,7 @@ class Entry:
 
 
 def write_rows(rows: Iterable[Row]) -> str:
-    """Rows as CSV, a heading first; an empty cell is a number that does not exist."""
+    """Write rows as CSV with headings; an empty cell is a number that does not exist."""
     values = (
         (*(getattr(row, name) for name in _PLAIN), *(row.cost[key] for key in COSTS.values()), *row.traces)
         for row in rows
@@ -157,7 +157,7 @@ def write_rows(rows: Iterable[Row]) -> str:
 
 
 def as_csv(headings: Sequence[str], lines: Iterable[Iterable[object]]) -> str:
-    """A table as CSV, the headings first."""
+    """Write a table as CSV with headings."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows([headings, *lines])
     return text.getvalue()
@@ -187,7 +187,7 @@ _COLUMNS = [*_PLAIN, *COSTS, *map(_trace, Traces._fields)]
 
 
 def _row(columns: Mapping[str, Any]) -> Row:
-    """A row from the columns of its table, texts or numbers."""
+    """Make a row from the columns of its table, given as texts or numbers."""
     plain: dict[str, Any] = {name: _read(columns[name], kind) for name, kind in _PLAIN.items()}
     cost = {key: _read(columns[name], "float") for name, key in COSTS.items()}
     traces = Traces(*(_read(columns[_trace(name)], "float") for name in Traces._fields))
@@ -205,5 +205,5 @@ def _read(value: Any, kind: str) -> Any:
 
 
 def rounded(value: float) -> float:
-    """A number of six digits, as tables keep it."""
+    """Round a number to the six digits that tables keep."""
     return float(f"{value:.{_DIGITS}g}")

@@ -1,8 +1,8 @@
-"""Greatest disturbances that are survived: what is disturbed, how much at most, and what came of it.
+"""Kinds of disturbances, and the greatest magnitude of each that is survived.
 
-A disturbance meets the robot in many cases: at many phases of its step, or on many rough grounds. It is survived where
-nearly all cases are. The greatest that is survived is the hardest one of those tried before which none is not: a robot
-that survives 60 mm and 80 mm, but not 70 mm, survives 60 mm.
+A disturbance meets the robot in many cases: at many phases of its step, or on many rough grounds. A magnitude is
+survived where nearly all cases are. The greatest one survived is the last before the first that is not: a robot that
+survives 60 mm and 80 mm, but not 70 mm, survives 60 mm.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Disturbance:
         return {} if self.asked is not None and engine == "hybrid" else self.values(magnitude, robot, place)
 
     def borne(self, row: Row) -> bool:
-        """Whether a walk of an engine that does not know the disturbance asks for no more than there is."""
+        """Whether a walk in an engine without this disturbance demands no more than the magnitude."""
         if self.asked is None or row["engine"] != "hybrid":
             return True
         asked = row[self.asked]
@@ -150,7 +150,7 @@ class Limit:
 
     @property
     def greatest(self) -> float | None:
-        """The hardest one before which none is not survived; None where the gentlest is not."""
+        """The hardest magnitude up to which all are survived; None where the gentlest is not."""
         found = None
         for magnitude, share in zip(self.magnitudes, self.shares, strict=True):
             if share < self.wanted:
@@ -160,12 +160,12 @@ class Limit:
 
     @property
     def reached(self) -> bool:
-        """Whether a magnitude was tried that is not survived: else `greatest` is only the greatest that was tried."""
+        """Whether a magnitude was not survived; otherwise `greatest` is only the greatest that was tried."""
         return any(share < self.wanted for share in self.shares)
 
 
 def limit_of(kind: Disturbance, survived: Mapping[float, Sequence[bool]], wanted: float) -> Limit:
-    """Find the limit of cases that were survived or not.
+    """Find the limit from cases that were survived or not.
 
     Args:
         kind: The disturbance, which says in what order magnitudes become harder.

@@ -1,4 +1,4 @@
-"""A robustness study's file, and the walks that it asks for; docs/robustness.md describes it."""
+"""Reading the file of a robustness study; docs/robustness.md describes it."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ MARGIN_GROUND = "treads:deviation=0.01"
 
 
 class _Table:
-    """A table of the file, whose keys are known."""
+    """A table of the file that has valid keys only."""
 
     def __init__(self, name: str, content: Mapping[str, Any], valid: Sequence[str]) -> None:
-        """Take the table of this name; the content itself where there is no name.
+        """Take the table of a name; an empty name stands for the whole content.
 
         Raises:
-            InputError: It is no table, or has an unknown key.
+            InputError: The content has no such table, or the table has an unknown key.
         """
         table = content.get(name, {}) if name else content
         if not isinstance(table, Mapping):
@@ -50,11 +50,11 @@ class _Table:
         self._where = f"{name}." if name else ""
 
     def number(self, key: str, domain: Domain | Count, usual: float) -> Any:
-        """A number of the table in its domain."""
+        """Read a number of the table, and check its domain."""
         return domain.check(f"{self._where}{key}", self.values.get(key, usual))
 
     def magnitudes(self, kinds: Mapping[str, Disturbance]) -> dict[str, tuple[float, ...]]:
-        """The magnitudes of each disturbance that is tried; all kinds, unless the file names some."""
+        """Read the magnitudes of each disturbance that is tried; all disturbances, unless the file names some."""
         named = {name: self.values[name] for name in kinds if name in self.values}
         if not named:
             return {name: kind.magnitudes for name, kind in kinds.items()}
@@ -139,7 +139,7 @@ def _texts(key: str, value: object) -> tuple[str, ...]:
 
 
 def _basin(limits: _Table) -> int:
-    """Number of first rates of either leg; `BASIN_RATES`, unless the file names other disturbances alone."""
+    """Read the number of first rates of either leg; `BASIN_RATES`, unless the file names disturbances but no basin."""
     given = limits.values.get(BASIN, not any(name in limits.values for name in DISTURBANCES))
     if isinstance(given, bool):
         return BASIN_RATES if given else 0
@@ -147,7 +147,7 @@ def _basin(limits: _Table) -> int:
 
 
 def _controllers(tables: object, usual: object, folder: Path) -> tuple[dict[str, dict[str, Scalar]], dict[str, str]]:
-    """Settings of controllers and their robots by label, and where the user's own controllers are."""
+    """Read settings of controllers and their robots by label, and the places of the user's own controllers."""
     if not isinstance(tables, list) or not all(isinstance(table, Mapping) for table in tables):
         raise InputError(f"controller must be tables [[controller]], got {shown(tables)}")
     labelled: dict[str, dict[str, Scalar]] = {}

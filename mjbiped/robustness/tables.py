@@ -1,4 +1,4 @@
-"""The findings of a robustness study as tables that put all controllers side by side, on a terminal and in a file."""
+"""Tables of a robustness study that put all controllers side by side, on a terminal and in a file."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from mjbiped.robustness.walks import LEVEL, LEVEL_STEPS, Trial, rough_from
 from mjbiped.utils.files import saved
 
 TABLES = "robustness.md"
-"""File in a study's folder that the tables stand in."""
+"""Name of the file with the tables in a study's folder."""
 
 SOLE_WORDS = "sole: length of the foot that would hold the ankle's centre of pressure for 99 % of the time"
 VIOLATING_WORDS = "in brackets on ground that no foot has as well: it pulls, or has friction over 0.8"
 
 
 Columns: TypeAlias = dict[str, Callable[[Findings], str]]
-"""By heading: a controller's cell."""
+"""Functions that write a controller's cell, by the column's heading."""
 
 
 class Sheet(NamedTuple):
@@ -47,7 +47,7 @@ class Sheet(NamedTuple):
 
 
 def sheets(robustness: Robustness) -> Iterator[Sheet]:
-    """For each engine a table of level walking and single disturbances, of margins, and one for each random ground."""
+    """Make each engine's tables: level walking and single disturbances, soles, margins, and each random ground."""
     plan = robustness.plan
     for engine in plan.engines:
         yield _level(robustness, engine)
@@ -60,7 +60,7 @@ def sheets(robustness: Robustness) -> Iterator[Sheet]:
 
 
 def _sheet(title: str, findings: Sequence[Findings], columns: Columns, caption: str) -> Sheet:
-    """A table with a row for each controller."""
+    """Make a table with a row for each controller."""
     rows = tuple((each.controller, *(cell(each) for cell in columns.values())) for each in findings)
     return Sheet(title, ("controller", *columns), rows, caption)
 
@@ -128,7 +128,7 @@ def _random(robustness: Robustness, engine: str, ground: str) -> Sheet:
 
 
 def robustness_tables(robustness: Robustness) -> list[Table]:
-    """The tables for a terminal."""
+    """Make the tables for a terminal."""
     tables = []
     for sheet in sheets(robustness):
         table = bare_table(*sheet.headings)
@@ -157,7 +157,7 @@ def write_tables(robustness: Robustness, path: Path) -> Path:
 
 
 def scuffing_words(robustness: Robustness) -> str:
-    """The scuffing rule in words: results on ascending steps depend on it."""
+    """Describe the scuffing rule, on which results on ascending steps depend."""
     rule, knees = robustness.plan.scuffing, {cell.knees for cell in robustness.plan.study.cells}
     if knees == {True}:
         return "the swing foot collides from lift-off on"
@@ -166,7 +166,7 @@ def scuffing_words(robustness: Robustness) -> str:
 
 
 def conditions(robustness: Robustness) -> str:
-    """What the greatest disturbances are of, in words."""
+    """Describe the cases in which the greatest disturbances were found."""
     plan, limits, parts = robustness.plan, robustness.plan.limits, []
     if limits.magnitudes:
         parts.append(f"greatest disturbances that {limits.share:.0%} of {plan.phases} phases of the step survive")
@@ -183,7 +183,7 @@ def _digits(value: float | None, form: str) -> str:
 
 
 def _limits(findings: Sequence[Findings], trial: Trial) -> Columns:
-    """Columns of the greatest disturbances survived."""
+    """Make the columns of the greatest disturbances survived."""
     units = {test: findings[0].limits[test].unit for test in trial.magnitudes}
     return {f"{test} ({unit})" if unit else test: partial(_limit, test=test) for test, unit in units.items()}
 
@@ -220,7 +220,7 @@ def _count(value: float) -> str:
 
 
 def _survival(walks: Survival | None) -> tuple[str, ...]:
-    """Falls, mean number of steps to one with its interval, second eigenvalue and misfit."""
+    """Write the number of falls, the mean number of steps to a fall with its interval, second eigenvalue and misfit."""
     if walks is None or not (walks.falls or any(walks.steps)):
         return ("-",) * 4
     low, high = walks.interval
@@ -231,7 +231,7 @@ def _survival(walks: Survival | None) -> tuple[str, ...]:
 
 
 def _times(robustness: Robustness, each: Findings, ground: str) -> str:
-    """How many times as many steps as the first controller, and the interval."""
+    """Write the ratio of the number of steps to a fall to the first controller's, with its interval."""
     first = robustness.of(each.engine)[0]
     if each is first or ground not in each.settled or ground not in first.settled:
         return ""

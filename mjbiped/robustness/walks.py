@@ -1,4 +1,4 @@
-"""The walks that a robustness study asks for."""
+"""The plan of a robustness study, and its walks."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ level ground from other first rates than the gait's."""
 
 LEVEL_STEPS = 40
 BASIN_WIDTH = 3.0
-"""How many times as wide as usual the basin's grid is: from all of the usual one controllers find back."""
+"""Width of the basin's grid in multiples of the usual one, from all of which controllers return to their cycle."""
 
 _BEFORE = 3  # steps before a disturbance comes
 
 LONGEST_STEP = 0.6
-"""Ground that each step of a walk on random ground is given, m."""
+"""Length of random ground that is laid for each step of a walk, m."""
 
 _FALLBACK = 0.38  # step length of a controller that imitates no gait, in leg lengths
 
@@ -58,7 +58,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a robustness study is.
+    """What a robustness study tries.
 
     Attributes:
         study: Its walks.
@@ -111,7 +111,7 @@ def walks_of(wanted: Plan) -> Iterator[Cell]:
     """Make all walks of a plan, whose study has no cells yet; the short walks come first.
 
     Raises:
-        InputError: A random ground is none.
+        InputError: The words of a random ground are not valid.
     """
     rule = {"scuffing.reach": wanted.scuffing.reach, "scuffing.delay": wanted.scuffing.delay}
     records: dict[Scalar | None, Terrain] = {}
@@ -133,13 +133,13 @@ def walks_of(wanted: Plan) -> Iterator[Cell]:
 
 
 def _plain_cell(wanted: Plan, label: str) -> Cell:
-    """A cell with nothing but a controller and its robot."""
+    """Make a cell with nothing but a controller and its robot."""
     settings = wanted.controllers[label]
     return Cell(0, None, settings, None, wanted.study.laws.get(str(settings["controller.name"])))
 
 
 def _asked(wanted: Plan, plain: Mapping[str, Cell], records: dict[Scalar | None, Terrain]) -> Iterator[_Asked]:
-    """All walks, and the files of their grounds."""
+    """List all walks, and read the files of their grounds into the records."""
     folder, level = wanted.study.path.parent, {"terrain.name": "level"}
     grounds = {words: _ground(words, wanted.steps, folder, records) for words in wanted.grounds}
     after, whole = wanted.limits.steps, wanted.margins.steps
@@ -169,23 +169,23 @@ def _asked(wanted: Plan, plain: Mapping[str, Cell], records: dict[Scalar | None,
 
 
 def _cases(trial: Trial, count: int) -> Iterator[tuple[str, float, int]]:
-    """Name, magnitude and case of all that is tried, so many cases of each magnitude."""
+    """List name, magnitude and case of all that is tried, with a number of cases of each magnitude."""
     for test, magnitudes in trial.magnitudes.items():
         for magnitude, case in itertools.product(magnitudes, range(count)):
             yield test, magnitude, case
 
 
 def _ground(words: object, steps: int, folder: Path, records: dict[Scalar | None, Terrain]) -> dict[str, Scalar]:
-    """A random ground of the command line's words, as a cell takes it; the file that it names is added to the records.
+    """Read a random ground as a cell takes it; the file that it names is added to the records.
 
     Args:
-        words: As the study says them.
-        steps: Of the walks on it.
-        folder: Where files are looked for.
+        words: The ground as the command line writes it.
+        steps: Number of steps of the walks on it.
+        folder: Folder in which files are looked for.
         records: Terrains of files that have been read, by their names.
 
     Raises:
-        InputError: They mean none.
+        InputError: The words describe no random ground.
     """
     if not isinstance(words, str):
         raise InputError(f"a random ground is a text, as 'treads:deviation=0.03', got {shown(words)}")
@@ -210,7 +210,7 @@ def _ground(words: object, steps: int, folder: Path, records: dict[Scalar | None
 
 
 def rough_from(words: str) -> float:
-    """Where a random ground, as the command line writes it, has grown as rough as it goes on, m."""
+    """Distance after which a random ground, as the command line writes it, has its full roughness, m."""
     name, _, rest = words.partition(":")
     if name != "waves":
         return START
@@ -219,7 +219,7 @@ def rough_from(words: str) -> float:
 
 
 def _first_rates(gait: Periodic | None, count: int) -> Iterator[dict[str, Scalar]]:
-    """First states of the basin's slice, as a cell takes them; none where there is no gait to be found again."""
+    """Initial states of the basin's slice, as a cell takes them; none for a controller without a gait."""
     if gait is None or not count:
         return
     half = len(gait.start) // 2

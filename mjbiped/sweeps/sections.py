@@ -1,4 +1,4 @@
-"""The sections of a study file, read: which names they may hold, and what each can be."""
+"""Reading the sections of a study file: the valid names, and the choices for each."""
 
 from __future__ import annotations
 
@@ -76,10 +76,10 @@ def parts_of(content: Mapping[str, Any], folder: Path) -> Iterator[list[Settings
 
 
 def _tables(key: str, value: object) -> list[Mapping[str, Any]]:
-    """The alternatives of a section: one table, or several.
+    """Return the alternatives of a section: one table, or several.
 
     Raises:
-        InputError: It is no table.
+        InputError: The value is neither.
     """
     tables: list[Any] = value if isinstance(value, list) else [value]
     if not tables or not all(isinstance(table, Mapping) for table in tables):
@@ -95,15 +95,15 @@ def _named(
     valid: Callable[[str], Iterable[str]],
     read: Callable[[str, object], Settings] | None = None,
 ) -> Settings:
-    """Read a table one of whose settings names what the other settings are of.
+    """Read a table in which one setting, a name, decides what other settings are valid.
 
     Args:
         section: The table's name.
         table: The table.
-        key: The setting that names.
+        key: Key of that setting.
         usual: Its value unless the table has it.
-        valid: Names of the other settings, by a name; it refuses an unknown one.
-        read: Reads a setting, given where it stands and its value; `read_choice` unless given.
+        valid: Valid other settings for a name; raises an error for an unknown name.
+        read: Reads a setting from its dotted name and value; `read_choice` unless given.
 
     Raises:
         InputError: A name is unknown, or a setting is unknown to one of the names.
@@ -135,7 +135,7 @@ def read_robot(table: Mapping[str, Any]) -> Settings:
 
 
 def kinds_of(robots: Iterable[Settings]) -> tuple[type[Robot], ...]:
-    """The kinds of robots that a study's sections `robot` name."""
+    """Kinds of robots that the sections `robot` of a study name."""
     names = [str(name) for settings in robots for name in _texts("robot", settings.get(f"robot.{KIND}", (ROBOT,)))]
     return tuple(dict.fromkeys(named(name)[0] for name in names))
 
@@ -202,10 +202,10 @@ def _terrain(table: Mapping[str, Any]) -> Settings:
 
 
 def _read_range_setting(where: str, value: object) -> Settings:
-    """Choices for a setting that is a range itself.
+    """Read a setting that is a range of numbers.
 
     Raises:
-        InputError: It is not a text, a list of texts, nor a table of `_PARTS_OF_RANGE`.
+        InputError: The value is not a text, a list of texts or a table of `_PARTS_OF_RANGE`.
     """
     if isinstance(value, Mapping):
         check_keys(f"part of the range {where}", value, _PARTS_OF_RANGE)
@@ -222,10 +222,10 @@ def _read_range_setting(where: str, value: object) -> Settings:
 
 
 def _texts(where: str, choice: Choice) -> tuple[str, ...]:
-    """A choice that must be of texts.
+    """Return the texts of a choice.
 
     Raises:
-        InputError: It is of something else.
+        InputError: The choice holds something else.
     """
     if isinstance(choice, Draw) or not all(isinstance(name, str) for name in choice):
         raise InputError(f"{where} must be a name, or a list of names")

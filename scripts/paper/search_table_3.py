@@ -19,8 +19,8 @@ from tqdm.auto import tqdm
 
 from mjbiped.reproduction.cell import measures_of
 from mjbiped.reproduction.grounds import Segments
+from mjbiped.reproduction.placebo import bounds, cells, segments_of
 from mjbiped.reproduction.published import TABLE_3
-from mjbiped.reproduction.random_grounds import bounds, cells, segments_of
 from mjbiped.sweeps.cell import Row, attempt
 from mjbiped.utils.progress import hidden
 

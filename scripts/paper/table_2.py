@@ -16,8 +16,7 @@ from mjbiped.reproduction.methods import BLIND
 from mjbiped.reproduction.report import fit as report_fit
 from mjbiped.reproduction.report import table_2 as report_table_2
 from mjbiped.reproduction.reproduce import walked
-from mjbiped.reproduction.scan import fitted, scan
-from mjbiped.reproduction.table_2 import choices
+from mjbiped.reproduction.table_2 import choices, fitted, scan
 
 
 @click.command(help=__doc__)

@@ -10,7 +10,7 @@ from command_line import run
 
 from mjbiped.plotting.style import new_figure, save_figure
 from mjbiped.reproduction import cell as walks
-from mjbiped.reproduction import methods, plan, random_grounds, scan
+from mjbiped.reproduction import methods, placebo, plan, table_2
 from mjbiped.reproduction import reproduce as whole
 from mjbiped.reproduction.cell import Cell, opened_walks, walked
 from mjbiped.reproduction.methods import settled
@@ -26,9 +26,9 @@ def small(monkeypatch: pytest.MonkeyPatch, studies_in_threads: None) -> None:
     monkeypatch.setattr(methods, "DELAYS", (0.6,))
     monkeypatch.setattr(plan, "table_2", lambda: all_of_table_2(methods=("adaptive",)))
     monkeypatch.setattr(whole, "in_mujoco", lambda *_: [])
-    monkeypatch.setattr(scan, "settings", lambda: [settled("PBC", "none")])
-    some = random_grounds.drawn(4)
-    monkeypatch.setattr(random_grounds, "drawn", lambda: some)
+    monkeypatch.setattr(table_2, "settings", lambda: [settled("PBC", "none")])
+    some = placebo.drawn(4)
+    monkeypatch.setattr(placebo, "drawn", lambda: some)
     # these take seconds to draw, and have tests of their own
     for name in ("plot_walk", "plot_figure_5", "plot_figure_6"):
         monkeypatch.setattr(whole, name, lambda _, path: save_figure(new_figure(1.0), path))

@@ -16,14 +16,13 @@ from controllers import PassiveController
 from mjbiped.errors import InputError, RecordError
 from mjbiped.reproduction import cell as walks
 from mjbiped.reproduction.cell import Cell, opened_walks, record_path
-from mjbiped.reproduction.report.page import TABLE
+from mjbiped.reproduction.reproduce import TABLE
 from mjbiped.reproduction.rows import read_rows
-from mjbiped.sweeps.bins import binned
+from mjbiped.sweeps.bins import binned, summarised
 from mjbiped.sweeps.cell import MEASURES, Row
 from mjbiped.sweeps.plan import plan
 from mjbiped.sweeps.run import layout_of
 from mjbiped.sweeps.store import Layout, opened
-from mjbiped.sweeps.summary import summarised
 
 FEW, MANY = 120, 4000
 LONGEST = 20.0  # s for one case

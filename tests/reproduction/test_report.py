@@ -13,8 +13,8 @@ from mjbiped.reproduction import plan
 from mjbiped.reproduction.cell import measures_of
 from mjbiped.reproduction.grounds import AS_PRINTED
 from mjbiped.reproduction.published import TABLE_3
-from mjbiped.reproduction.report.page import GROUNDS, PAGE, TABLE, TABLES, TRIED, render
 from mjbiped.reproduction.report.table_3 import distance, walks_of
+from mjbiped.reproduction.reproduce import GROUNDS, PAGE, TABLE, TABLES, TRIED, render
 from mjbiped.reproduction.rows import Entry, Row, read_rows, write_rows
 from mjbiped.reproduction.table_2 import UNEVEN, choices, side_distances
 from mjbiped.reproduction.traces import RESOLVED_SLOPE, traced

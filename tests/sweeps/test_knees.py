@@ -11,8 +11,8 @@ import mjbiped
 from controllers import AdaptiveController, KneedController
 from mjbiped.errors import InputError
 from mjbiped.records import measures
+from mjbiped.sweeps.bins import measure_label, parameter_label
 from mjbiped.sweeps.cell import KNEES_MEASURES, MEASURES
-from mjbiped.sweeps.labels import measure_label, parameter_label
 from mjbiped.sweeps.plan import Study, plan
 from mjbiped.sweeps.run import run
 

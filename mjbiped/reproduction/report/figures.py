@@ -161,14 +161,14 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
 def _draw_over_zeta(
     axes: Axes, label: str, values: Sequence[float], without: float, look: Mapping[str, object]
 ) -> None:
-    """A line over zeta, and the value without re-planning as a level."""
+    """Draw a line over zeta, and the value without re-planning as a horizontal line."""
     zetas = [zeta for zeta in TABLE_3 if zeta is not None]
     axes.plot(zetas, values, label=label, **look)  # type: ignore[arg-type]
     axes.axhline(without, color=look["color"], linestyle=look["linestyle"], linewidth=0.8, alpha=0.8)
 
 
 def _draw_truth(axes: Axes, walk: Walk, named: bool = True) -> None:
-    """The slope under the stance foot; in the legend, and with the touchdowns, where it is named."""
+    """Draw the slope under the stance foot; with a legend entry and the touchdowns where it is named."""
     label = "true" if named else None
     axes.plot(walk.samples["time"], np.degrees(walk.samples["slope"]), label=label, **TRUTH)
     if not named:

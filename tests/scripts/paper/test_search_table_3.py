@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mjbiped import Terrain
-from mjbiped.reproduction import random_grounds as family
+from mjbiped.reproduction import placebo as family
 from mjbiped.reproduction.grounds import end_of, found_segments, found_terrain
 from mjbiped.reproduction.published import TABLE_3
 from mjbiped.sweeps.cell import Row
