@@ -8,9 +8,9 @@ import math
 
 from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.cell import LENGTHS
+from mjbiped.reproduction.grounds import GROUNDS, TABLE_3
 from mjbiped.reproduction.methods import Variant
 from mjbiped.reproduction.placebo import RandomGround
-from mjbiped.reproduction.published import GROUNDS, TABLE_3
 from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.table_2 import Tried
 from mjbiped.reproduction.traces import Traces

@@ -10,7 +10,7 @@ from typing import Any
 from mjbiped.control.controller import Controller
 from mjbiped.control.registry import make_controller
 from mjbiped.gaits.passive import find_passive_gait
-from mjbiped.reproduction.published import IMITATED_SLOPE
+from mjbiped.reproduction.grounds import IMITATED_SLOPE
 from mjbiped.robots.compass import Compass
 from mjbiped.terrain.terrain import Terrain
 

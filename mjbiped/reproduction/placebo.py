@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from mjbiped.reproduction.cell import Cell, Walks
-from mjbiped.reproduction.grounds import Segments, end_of
+from mjbiped.reproduction.grounds import GROUNDS, TABLE_2, TABLE_3, Segments, end_of
 from mjbiped.reproduction.methods import adaptive
-from mjbiped.reproduction.published import GROUNDS, TABLE_2, TABLE_3
 from mjbiped.reproduction.rows import Row, as_csv, rounded
 from mjbiped.reproduction.table_2 import UNEVEN, Tried, choices, logs
 from mjbiped.terrain.terrain import Terrain

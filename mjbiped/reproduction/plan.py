@@ -6,9 +6,18 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from mjbiped.reproduction.cell import LENGTHS, Cell
-from mjbiped.reproduction.grounds import Place, Reading, end_of, found_segments, found_terrain, reading_at, readings
+from mjbiped.reproduction.grounds import (
+    GROUNDS,
+    TABLE_3,
+    Place,
+    Reading,
+    end_of,
+    found_segments,
+    found_terrain,
+    reading_at,
+    readings,
+)
 from mjbiped.reproduction.methods import METHODS, Variant, adaptive, variants
-from mjbiped.reproduction.published import GROUNDS, TABLE_3
 from mjbiped.reproduction.rows import Entry
 from mjbiped.reproduction.table_2 import Choice
 from mjbiped.robots.compass import Compass

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.cell import LENGTHS, Cell, Walks
-from mjbiped.reproduction.grounds import Place, reading_at
+from mjbiped.reproduction.grounds import GROUNDS, TABLE_2, Place, meets, reading_at
 from mjbiped.reproduction.methods import SLOPE_SOURCES, Variant
-from mjbiped.reproduction.published import GROUNDS, TABLE_2, meets
 from mjbiped.reproduction.rows import Row, as_csv, rounded
 
 UNEVEN = ("stair 1", "stair 2", "slope 1", "slope 2")

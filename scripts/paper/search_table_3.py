@@ -18,9 +18,8 @@ from scipy.optimize import Bounds, OptimizeResult, differential_evolution
 from tqdm.auto import tqdm
 
 from mjbiped.reproduction.cell import measures_of
-from mjbiped.reproduction.grounds import Segments
+from mjbiped.reproduction.grounds import TABLE_3, Segments
 from mjbiped.reproduction.placebo import bounds, cells, segments_of
-from mjbiped.reproduction.published import TABLE_3
 from mjbiped.sweeps.cell import Row, attempt
 from mjbiped.utils.progress import hidden
 

@@ -12,9 +12,9 @@ from reproduction_rows import read_grounds, read_tried
 
 from mjbiped.reproduction import placebo
 from mjbiped.reproduction.cell import opened_walks
+from mjbiped.reproduction.grounds import GROUNDS as OF_TABLE_2
+from mjbiped.reproduction.grounds import TABLE_2, TABLE_3
 from mjbiped.reproduction.placebo import COUNT, ROWS, Placebo, RandomGround, drawn, write_grounds
-from mjbiped.reproduction.published import GROUNDS as OF_TABLE_2
-from mjbiped.reproduction.published import TABLE_2, TABLE_3
 from mjbiped.reproduction.report import fit, table_3
 from mjbiped.reproduction.report.fit import SMALL_SHARE
 from mjbiped.reproduction.reproduce import GROUNDS, TABLE, TRIED

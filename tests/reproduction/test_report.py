@@ -11,8 +11,7 @@ from reproduction_rows import read_grounds, read_tried
 
 from mjbiped.reproduction import plan
 from mjbiped.reproduction.cell import measures_of
-from mjbiped.reproduction.grounds import AS_PRINTED
-from mjbiped.reproduction.published import TABLE_3
+from mjbiped.reproduction.grounds import AS_PRINTED, TABLE_3
 from mjbiped.reproduction.report.table_3 import distance, walks_of
 from mjbiped.reproduction.reproduce import GROUNDS, PAGE, TABLE, TABLES, TRIED, render
 from mjbiped.reproduction.rows import Entry, Row, read_rows, write_rows

@@ -14,8 +14,8 @@ import mjbiped
 from mjbiped.reproduction import cell as walks
 from mjbiped.reproduction import plan, table_2
 from mjbiped.reproduction.cell import measures_of, opened_walks
+from mjbiped.reproduction.grounds import GROUNDS, TABLE_2
 from mjbiped.reproduction.methods import BLIND, BLIND_SOURCE, SETTLED, SLOPE_SOURCES, Variant, gains_told, settled
-from mjbiped.reproduction.published import GROUNDS, TABLE_2
 from mjbiped.reproduction.report.fit import walks_shown
 from mjbiped.reproduction.reproduce import TABLE, TRIED
 from mjbiped.reproduction.rows import read_rows

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
 from mjbiped.control.registry import settings_of
+from mjbiped.reproduction.grounds import TABLE_3
 from mjbiped.reproduction.plan import ADAPTATION_GAINS, DRAWN_DELAYS, PAPER_GAIN, START_ESTIMATES
-from mjbiped.reproduction.published import TABLE_3
 from mjbiped.reproduction.report.markdown import Answer, answer, delay, number, printed
 from mjbiped.reproduction.report.table_3 import walks_of
 from mjbiped.reproduction.rows import Row

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
-from mjbiped.reproduction.published import DIGITS, GROUNDS, IMITATED_SLOPE, TABLE_2, meets
+from mjbiped.reproduction.grounds import DIGITS, GROUNDS, IMITATED_SLOPE, TABLE_2, meets
 from mjbiped.reproduction.report.markdown import Answer, cost, number, printed
 from mjbiped.reproduction.report.table_2 import walks_asked
 from mjbiped.reproduction.rows import Row

@@ -17,7 +17,7 @@ from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import ANKLE, BLACK, C_MT, ESTIMATE, GUIDE, HIP, HYBRID, MUJOCO, TRUTH, drawn
 from mjbiped.plotting.width import width
 from mjbiped.records.record import Walk
-from mjbiped.reproduction.published import TABLE_3
+from mjbiped.reproduction.grounds import TABLE_3
 from mjbiped.reproduction.report.markdown import ENGINES
 from mjbiped.reproduction.report.table_3 import walks_of
 from mjbiped.reproduction.rows import Row

@@ -10,7 +10,15 @@ import numpy as np
 from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction import placebo
 from mjbiped.reproduction.cell import LENGTHS
-from mjbiped.reproduction.grounds import FIRST_CHANGES, FIRST_RISERS, SLOPE_PATTERNS, STAIR_PATTERNS, Place
+from mjbiped.reproduction.grounds import (
+    FIRST_CHANGES,
+    FIRST_RISERS,
+    GROUNDS,
+    SLOPE_PATTERNS,
+    STAIR_PATTERNS,
+    TABLE_2,
+    Place,
+)
 from mjbiped.reproduction.methods import (
     BLIND,
     BLIND_SOURCE,
@@ -23,7 +31,6 @@ from mjbiped.reproduction.methods import (
 )
 from mjbiped.reproduction.placebo import Placebo, RandomGround
 from mjbiped.reproduction.plan import START_ERROR
-from mjbiped.reproduction.published import GROUNDS, TABLE_2
 from mjbiped.reproduction.report import table_3
 from mjbiped.reproduction.report.markdown import ENGINES, NONE, cost, ending, number, paper, percent, table
 from mjbiped.reproduction.report.table_2 import walk_of, walks_asked

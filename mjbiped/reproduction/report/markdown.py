@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from mjbiped.reproduction.published import DIGITS, TABLE_2
+from mjbiped.reproduction.grounds import DIGITS, TABLE_2
 from mjbiped.reproduction.rows import Row
 
 NONE = "–"

@@ -9,9 +9,17 @@ from typing import TypeAlias
 import numpy as np
 
 from mjbiped.reproduction.cell import LENGTHS
-from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS, SLOPE_PATTERNS, STAIR_PATTERNS, Place
+from mjbiped.reproduction.grounds import (
+    AS_PRINTED,
+    FIRST_CHANGES,
+    FIRST_RISERS,
+    GROUNDS,
+    SLOPE_PATTERNS,
+    STAIR_PATTERNS,
+    TABLE_2,
+    Place,
+)
 from mjbiped.reproduction.methods import DELAYS, METHODS, SETTLED, SLOPE_SOURCES
-from mjbiped.reproduction.published import GROUNDS, TABLE_2
 from mjbiped.reproduction.report.markdown import NONE, cost, delay, ending, number, paper, percent, table
 from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.table_2 import UNEVEN, Choice, agreements, choices, side_distances, walks_read

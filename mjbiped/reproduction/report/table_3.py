@@ -9,9 +9,8 @@ import numpy as np
 
 from mjbiped.control.registry import settings_of
 from mjbiped.reproduction import placebo as family
-from mjbiped.reproduction.grounds import found_segments
+from mjbiped.reproduction.grounds import TABLE_3, found_segments
 from mjbiped.reproduction.plan import MIXED_STEPS, START_ESTIMATES
-from mjbiped.reproduction.published import TABLE_3
 from mjbiped.reproduction.report.markdown import ENGINES, NONE, cost, delay, ending, number, percent, table
 from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.traces import RESOLVED_SLOPE
