@@ -33,7 +33,7 @@ from mjbiped.sweeps.values import Scalar
 from mjbiped.terrain.files import FILE_KEY, parse_parameters
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Count, Domain
+from mjbiped.utils.domains import Domain
 
 Row = dict[str, Any]
 """A row of the table: values by the names of columns."""
@@ -53,14 +53,14 @@ have locked stance knees and usually no samples, so that measures of the stance 
 ROBOT = Compass.kind
 """The robot that walks unless a study names another, by its name in `mjbiped.robots.kinds.NAMED`."""
 
-LIMITS: Mapping[str, Count | Domain] = {"steps": domains.STEPS, "distance": domains.DISTANCE}
-"""Domains of the limits of a walk, which `walk` takes as they are."""
+LIMITS = ("steps", "distance")
+"""Limits of a walk, which `walk` takes as they are."""
 
 LIMIT = "limit"
 """Section of `LIMITS` in a cell's values; the number of steps that were walked is a measure."""
 
-OPTIONS: Mapping[str, Domain] = {"timestep": domains.TIMESTEP, "contact_timestep": domains.CONTACT_TIMESTEP}
-"""Domains of settings of the engine mujoco, s."""
+OPTIONS = ("timestep", "contact_timestep")
+"""Settings of the engine mujoco, s."""
 
 FAILED = "failed"
 """Outcome of a walk that an error kept from ending."""

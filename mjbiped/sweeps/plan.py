@@ -12,6 +12,8 @@ from itertools import count, product
 from pathlib import Path
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from mjbiped.control.loading import is_reference, located
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.control.validation import try_out
@@ -23,8 +25,7 @@ from mjbiped.gaits.optimised import find_reference
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.sweeps.cell import KNEES_MEASURES, LIMIT, LIMITS, MEASURES, OPTIONS, Cell, state_of
+from mjbiped.sweeps.cell import KNEES_MEASURES, LIMIT, MEASURES, OPTIONS, Cell, state_of
 from mjbiped.sweeps.sections import OF_WALK, SECTIONS, Settings, parts_of
 from mjbiped.sweeps.values import Draw, Scalar, check_keys
 from mjbiped.terrain.files import FILE_SUFFIXES, parse_toml
@@ -204,21 +205,19 @@ def check_cells(cells: Sequence[Cell], varied: Sequence[str]) -> None:
     """
     seen: set[tuple[object, ...]] = set()
     for cell in cells:
-        for part in (
-            ("engine", LIMIT, *OPTIONS, "initial", "robot"),
-            ("disturbances", "robot", "engine", *OPTIONS),
-            ("robot", "model", "controller"),
-            ("scuffing", "robot"),
-            ("terrain",),
+        for sections, check in (
+            (("engine", LIMIT, *OPTIONS, "initial", "robot", "disturbances", "scuffing"), _check_walk),
+            (("robot", "model", "controller"), _check_controller),
+            (("terrain",), Cell.terrain),
         ):
-            mine = {name: value for name, value in cell.values.items() if name.split(".")[0] in part}
+            mine = {name: value for name, value in cell.values.items() if name.split(".")[0] in sections}
             # any seed is as good as another: thousands of terrains are not made for a check
             key = tuple((name, type(value), value) for name, value in mine.items() if not _is_fine_seed(name, value))
             if key in seen:
                 continue
             seen.add(key)
             try:
-                _check_part(cell, part[0])
+                check(cell)
             except (InputError, TypeError) as error:
                 named = ", ".join(f"{name} = {shown(value)}" for name, value in mine.items() if name in varied)
                 place = f"cell {cell.index} ({named}): " if named else ""
@@ -235,36 +234,29 @@ def _stand_in(*, knees: bool) -> Periodic:
     return find_reference(KneedBiped(), clearance=0.08) if knees else find_passive_gait(Compass(), _STAND_IN_SLOPE)
 
 
-def _check_part(cell: Cell, first: str) -> None:
-    if first == "terrain":
-        cell.terrain()
-    elif first == "scuffing":
-        if cell.scuffing() != ScuffingRule() and cell.knees:
-            raise InputError("scuffing is for straight legs: with knees the swing foot collides from lift-off on")
-    elif first == "disturbances":
-        _check_disturbances(cell)
-    elif first == "robot":
-        cell.robot()
-        gait = _stand_in(knees=cell.knees)
-        controller = cell.controller(gait)
-        if cell.law is not None:
-            state = gait.start.tolist()
-            half = len(state) // 2
-            check_controller(controller)
-            try_out(controller, tuple(state[:half]), tuple(state[half:]))
-    else:
-        _check_limits(cell.values)
-        _check_initial(cell)
+def _check_controller(cell: Cell) -> None:
+    """Refuse settings of the robot and of the controller that are not valid; a user's own law is tried out."""
+    cell.robot()
+    gait = _stand_in(knees=cell.knees)
+    controller = cell.controller(gait)
+    if cell.law is not None:
+        q, dq = np.split(gait.start, 2)
+        check_controller(controller)
+        try_out(controller, tuple(q.tolist()), tuple(dq.tolist()))
 
 
-def _check_disturbances(cell: Cell) -> None:
-    """Refuse disturbances and robots that the engine does not support."""
-    disturbances = cell.disturbances()
-    if cell.knees:
-        terms = Terms(cell.engine(), None, None, cell.robot(), None, ScuffingRule())
-        make_plan(terms, Unpowered(), Terrain.level(), "rest", disturbances=disturbances)
-    elif disturbances is not None:
-        cell.engine().check_disturbances(disturbances)
+def _check_walk(cell: Cell) -> None:
+    """Refuse engine, limits, initial state, scuffing rule or disturbances that no walk of the robot can have."""
+    engine = known_name("engine", cell.values["engine"], ENGINES)
+    for key in OPTIONS:
+        if key in cell.values and engine != "mujoco":
+            raise InputError(f"{key} is for the engine mujoco; the engine {engine} has none")
+    if "initial" in cell.values:
+        known_name("initial state", cell.values["initial"], INITIAL_STATES)
+    _check_initial(cell)
+    limits = cell.section(LIMIT)
+    terms = Terms(cell.engine(), limits.get("steps"), limits.get("distance"), cell.robot(), None, cell.scuffing())
+    make_plan(terms, Unpowered(), Terrain.level(), "rest", disturbances=cell.disturbances())
 
 
 def _check_initial(cell: Cell) -> None:
@@ -278,20 +270,6 @@ def _check_initial(cell: Cell) -> None:
     missing = [name for name in valid if name not in given]
     if missing and "around" not in given:
         raise InputError(f"initial needs {', '.join(missing)} as well, or around")
-
-
-def _check_limits(values: Mapping[str, Scalar]) -> None:
-    engine = known_name("engine", values["engine"], ENGINES)
-    if "initial" in values:
-        known_name("initial state", values["initial"], INITIAL_STATES)
-    for key, domain in LIMITS.items():
-        if f"{LIMIT}.{key}" in values:
-            domain.check(key, values[f"{LIMIT}.{key}"])
-    for key, domain in OPTIONS.items():
-        if key in values:
-            domain.check(key, values[key])
-            if engine != "mujoco":
-                raise InputError(f"{key} is for the engine mujoco; the engine {engine} has none")
 
 
 def _plot(table: object, varied: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
