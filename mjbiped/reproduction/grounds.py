@@ -68,7 +68,7 @@ Place: TypeAlias = tuple[str, str, float]
 """A ground of Table II as it is read: the ground, its pattern, and its first change, m."""
 
 COUNT = 30
-"""Number of steps or changes of slope of a ground, which 100 steps of 0.38 m do not reach the end of."""
+"""Number of steps or changes of slope of a ground: more than 100 steps of 0.38 m can reach."""
 
 FIRST_RISERS = (0.9, 1.8)
 """Positions of the first riser, m: after half a tread, and after a whole one."""

@@ -41,9 +41,9 @@ class Variant:
     Attributes:
         method: One of `METHODS`.
         delay: zeta of the adaptive controller.
-        slope_source: Of the comparison controllers; empty for the adaptive one, which estimates.
-        gains: Of the comparison controllers, by the names of their classes' fields.
-        start_error: How wrong the slope is that a comparison controller is told at the start, degrees.
+        slope_source: Slope source of a comparison controller; empty for the adaptive one, which estimates.
+        gains: Gains of a comparison controller, by the names of its class's fields.
+        start_error: Error of the slope that a comparison controller is given at the start, degrees.
     """
 
     method: str
@@ -70,11 +70,11 @@ _SETTLED = (
     Variant("LCTC", slope_source="local", gains=(("rate_gain", 10.0), ("position_gain", 25.0))),
 )
 SETTLED: Mapping[str, Variant] = {variant.method: variant for variant in _SETTLED}
-"""Gains with which every step on level ground becomes like the one before, found as docs/comparison.md says and without
-a look at Table II, and the slope source with which they were found; LCTC's are its source's own."""
+"""Gains with which steps on level ground converge, found as docs/comparison.md says and without a look at Table II, and
+the slope source with which they were found; LCTC's gains are those of its source."""
 
 BLIND_SOURCE = "two_point"
-"""The one slope source that the paper names for an energy-based method: its introduction says it of PBC."""
+"""The only slope source that the paper names for an energy-based method, in its introduction for PBC."""
 
 _BLIND = (
     Variant("PBC", slope_source=BLIND_SOURCE, gains=(("gain", 5.0),)),
@@ -82,7 +82,7 @@ _BLIND = (
     Variant("KETC", slope_source=BLIND_SOURCE, gains=(("gain", 4.0), ("hip_weight", 1.0))),
 )
 BLIND: Mapping[str, Variant] = {variant.method: variant for variant in _BLIND}
-"""The energy-based methods as they stand without a look at Table II: `BLIND_SOURCE` for all of them, and the gains that
+"""Settings of the energy-based methods without a look at Table II: `BLIND_SOURCE` for all of them, and the gains that
 the rule of docs/comparison.md finds with it."""
 
 

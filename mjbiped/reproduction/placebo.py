@@ -43,7 +43,7 @@ class RandomGround:
     """A ground, and how the adaptive controller walks it from rest in the hybrid engine.
 
     Attributes:
-        segments: Of the ground.
+        segments: Segments of the ground.
         torques: Greatest torque of either joint by zeta, in Table III's order, N m, six digits; empty where one of the
             walks did not come to its end.
         costs: c_mt by zeta, six digits; empty in the same case.

@@ -24,19 +24,19 @@ from mjbiped.robots.compass import Compass
 from mjbiped.terrain.terrain import Terrain
 
 DRAWN_DELAYS = (0.4, 0.8, None)
-"""zeta in Fig. 6; Fig. 4 has the second."""
+"""Values of zeta in Fig. 6; Fig. 4 has the second."""
 
 PAPER_GAIN = 0.3
-"""gamma of section V-B."""
+"""Value of gamma in section V-B."""
 
 ADAPTATION_GAINS = (0.03, PAPER_GAIN, 3.0, 30.0)
-"""gamma in Fig. 5."""
+"""Values of gamma in Fig. 5."""
 
 START_ESTIMATES = (3.0, -3.0)
-"""Slope estimate at the start of Fig. 5, degrees: wrong by so much, for `mixed` begins level. Fig. 4 has the first."""
+"""Slope estimates at the start of Fig. 5, degrees, on ground that begins level; Fig. 4 has the first."""
 
 START_ERROR = 0.05
-"""Of the slope that the comparison methods are told at the start, degrees: how well a fit bears a small error."""
+"""Error of the start slope that the comparison methods are given, degrees, to test how well a fit bears it."""
 
 MIXED_STEPS = 60
 OTHER_GRAVITY = 9.8  # m/s²
@@ -70,7 +70,7 @@ def compared(part: str, choice: Choice, chosen: Iterable[Variant], engine: str, 
         choice: The reading.
         chosen: The settings.
         engine: "hybrid" or "mujoco".
-        steps: Of each walk.
+        steps: Number of steps of each walk.
     """
     chosen = list(chosen)
     return [_walked(part, engine, reading_at(place), variant, steps) for place in choice.places for variant in chosen]

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from importlib import resources
 from pathlib import Path
 from string import Template
-from typing import Any
 
 from mjbiped.plotting.style import make_small
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records.record import Walk
 from mjbiped.reproduction import placebo, plan
-from mjbiped.reproduction.cell import LENGTHS, Walks, opened_walks
+from mjbiped.reproduction.cell import LENGTHS, Cell, Walks, opened_walks
 from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS
 from mjbiped.reproduction.methods import BLIND, METHODS, SETTLED, Variant, settled
 from mjbiped.reproduction.placebo import RandomGround
@@ -31,6 +29,12 @@ from mjbiped.sweeps.cell import FAILED
 from mjbiped.sweeps.store import make_folder
 from mjbiped.utils.files import saved
 
+PAGE = "reproduction.md"
+TABLES = "tables/reproduction.md"
+TABLE = "reproduction.csv"
+TRIED = "reproduction_gains.csv"
+GROUNDS = "reproduction_grounds.csv"
+PICTURES = "images"
 PRINTS = "figures"
 MUJOCO_STEPS = 60
 QUICK_STEPS = 20
@@ -48,7 +52,7 @@ def reproduce(
     """Walk everything, and write the table, the pages and the figures.
 
     Args:
-        folder: For the finished walks; what is in there already is not walked again.
+        folder: Folder of the finished walks, which are not walked again.
         quick: All walks in the hybrid engine, but only a few short ones in MuJoCo.
         workers: Processes; one for each core unless given.
         report: Folder for table, page and figures; by default the same.
@@ -107,7 +111,7 @@ def in_mujoco(best: Choice, source: str, nearest: Sequence[Variant], quick: bool
 
     Args:
         best: The reading of Table II's grounds that fits.
-        source: Of the slope, for the energy-based methods with gains that settle.
+        source: Slope source for the energy-based methods with gains that settle.
         nearest: These methods with the gains and sources nearest to Table II.
         quick: Whether only a few short ones.
     """
@@ -139,8 +143,8 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], kept: Walks, pages: Path
     """Draw Figs. 4 to 6 of each engine that has the walks, and Table III.
 
     Args:
-        entries: All that was walked.
-        rows: Their rows.
+        entries: All entries that were walked.
+        rows: Rows of the entries.
         kept: Where the records are.
         pages: Folder for the figures that the page shows, small PNG files.
         prints: Folder for all figures as PDF files.
@@ -151,7 +155,8 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], kept: Walks, pages: Path
     drawings: dict[str, Callable[[Path], object]] = {"table_3": partial(plot_table_3, rows)}
     shown = engine_shown(rows)
     for engine in ("hybrid", "mujoco"):
-        mine = [entry for entry in entries if entry.cell.record and entry.cell.engine == engine]
+        pairs = ((row, entry.cell) for row, entry in zip(rows, entries, strict=True))
+        mine = [(row, cell) for row, cell in pairs if cell.record and cell.engine == engine]
         for name, make in _of_records(mine, kept).items():
             drawings[f"{name}_{engine}"] = make
     written = []
@@ -165,30 +170,20 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], kept: Walks, pages: Path
     return written
 
 
-def _of_records(entries: Sequence[Entry], kept: Walks) -> dict[str, Callable[[Path], object]]:
+def _of_records(recorded: Sequence[tuple[Row, Cell]], kept: Walks) -> dict[str, Callable[[Path], object]]:
     """Functions that draw Figs. 4 to 6 of one engine's records to a path, by name."""
     drawings: dict[str, Callable[[Path], object]] = {}
-    walks = {
-        _law(entry)["replanning_delay"]: kept.record(entry.cell)
-        for entry in entries
-        if (entry.part, entry.ground) == ("table 3", "mixed")
-    }
+    walks = {row.delay: kept.record(cell) for row, cell in recorded if (row.part, row.ground) == ("table 3", "mixed")}
     if walks:
         drawings["fig_6_mixed"] = partial(plot_figure_6, {delay: walks[delay] for delay in plan.DRAWN_DELAYS})
     curves: dict[float, dict[tuple[float, bool], Walk]] = {}
-    for entry in entries:
-        if entry.part == "figure 5":
-            law = _law(entry)
-            start = round(math.degrees(law["initial_slope_estimate"]), 9)
-            curves.setdefault(law["adaptation_gain"], {})[start, law["estimate_update"]] = kept.record(entry.cell)
+    for row, cell in recorded:
+        if row.part == "figure 5":
+            curves.setdefault(row.adaptation_gain, {})[row.start_estimate, row.update == "yes"] = kept.record(cell)
     if curves:
         drawings["fig_5"] = partial(plot_figure_5, curves)
         drawings["fig_4_mixed"] = partial(plot_walk, curves[plan.PAPER_GAIN][plan.START_ESTIMATES[0], True])
     return drawings
-
-
-def _law(entry: Entry) -> dict[str, Any]:
-    return entry.cell.controller.describe()
 
 
 def _write(path: Path, text: str) -> Path:
@@ -197,21 +192,13 @@ def _write(path: Path, text: str) -> Path:
     return path
 
 
-PAGE = "reproduction.md"
-TABLES = "tables/reproduction.md"
-TABLE = "reproduction.csv"
-TRIED = "reproduction_gains.csv"
-GROUNDS = "reproduction_grounds.csv"
-PICTURES = "images"
-
-
 def render(rows: Sequence[Row], tried: Sequence[Tried], grounds: Sequence[RandomGround]) -> dict[str, str]:
     """Write the page and its tables, by file name; every number comes from the arguments.
 
     Args:
-        rows: Of a whole reproduction; walks in MuJoCo may be missing.
+        rows: Rows of a whole reproduction; walks in MuJoCo may be missing.
         tried: Gains and slope sources of the comparison methods, on the reading that the rows choose.
-        grounds: Random ones with their own Tables III.
+        grounds: Random grounds with their own Tables III.
     """
     best = choices(rows)[0]
     failed = [[row.ground, row.method, row.engine, row.error] for row in rows if row.outcome == "failed"]

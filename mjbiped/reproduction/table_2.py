@@ -25,7 +25,7 @@ class Choice:
 
     Attributes:
         delay: zeta; None without re-planning.
-        kind: Of work.
+        kind: Kind of work.
         length: Steps of the mean.
         stairs: Pattern and first riser, m.
         slopes: Pattern and first change, m.
@@ -73,7 +73,7 @@ class Agreement:
         met: Numbers of the paper's that ours are to the last digit.
         numbers: Numbers that the paper has.
         distance: Root mean square of ln(ours / paper's) where both have a number; NaN where that is nowhere.
-        source: Of the slope, where all of them have the same.
+        source: Slope source, where all of them have the same.
     """
 
     agreeing: int
@@ -94,7 +94,7 @@ def agreement(costs: Iterable[tuple[str, str, float]], source: str = "") -> Agre
 
     Args:
         costs: Method, ground, and c_mt, which is NaN where the robot did not come to the end.
-        source: Of the slope, where all have the same.
+        source: Slope source, where all have the same.
     """
     agreeing, met, logs = [], [], []
     for method, ground, ours in costs:
@@ -112,12 +112,12 @@ def walks_read(rows: Iterable[Row], choice: Choice, part: str, engine: str, sour
     """Find the energy-based methods' walks on a reading's grounds.
 
     Args:
-        rows: Of the report.
+        rows: Rows of the report.
         choice: The reading.
         part: "table 2" for the gains that settle, "blind" for those with the source that is chosen without the table,
             "fitted" for those nearest to the table.
         engine: "hybrid" or "mujoco".
-        source: Of the slope; any unless given.
+        source: Slope source; any unless given.
     """
     return [
         row
@@ -181,16 +181,16 @@ GAINS = (
     0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 50.0,
     60.0, 80.0, 100.0, 150.0, 200.0, 300.0,
 )  # fmt: skip
-"""k of PBC in s, zeta of ECC and lambda of KETC in 1/s."""
+"""Values of k of PBC in s, and of zeta of ECC and lambda of KETC in 1/s."""
 
 RATIOS = (
     -3.5, -3.25, -3.0, -2.75, -2.5, -2.4, -2.3, -2.25, -2.2, -2.15, -2.1, -2.05, -2.0, -1.95, -1.9, -1.8, -1.75, -1.7,
     -1.6, -1.5, -1.4, -1.25, -1.0,
 )  # fmt: skip
-"""mu of ECC; docs/comparison.md says why positive ones are of no use."""
+"""Values of mu of ECC; docs/comparison.md says why positive ones are useless."""
 
 HIP_WEIGHTS = (0.0, 1.0)
-"""w of KETC: the ankle alone, or both legs alike."""
+"""Values of w of KETC: the ankle alone, or both legs alike."""
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ def traced(walk: Walk) -> Traces:
     """Measure a record.
 
     Args:
-        walk: Of the adaptive controller, with samples.
+        walk: A walk of the adaptive controller, with samples.
 
     Raises:
         InputError: Another controller walked.

@@ -33,6 +33,9 @@ MOST_IN_BATCH = 32
 LONGEST_BATCH = 0.5
 """Seconds after which a worker hands back what it has, so that little is lost when it is killed."""
 
+_NO_NUMBERS = ("cli", "plotting", "rendering", "reports", "reproduction", "sweeps")
+"""Packages that change no number of a walk, apart from their files `cell.py`, which define walks and measures."""
+
 AnyCell = TypeVar("AnyCell")
 
 
@@ -211,10 +214,6 @@ def _walked(cell: Cell, *, trajectory: bool = False) -> Row:
     """Walk a study's cell, and return its row with truth values as text."""
     plain = {name: str(value).lower() if isinstance(value, bool) else value for name, value in cell.values.items()}
     return {"cell": cell.index, "sample": cell.sample, **plain, **measured(cell, trajectory=trajectory)}
-
-
-_NO_NUMBERS = ("cli", "plotting", "rendering", "reports", "reproduction", "sweeps")
-"""Packages that change no number of a walk, apart from their files `cell.py`, which define walks and measures."""
 
 
 @lru_cache(maxsize=1)

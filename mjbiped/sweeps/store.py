@@ -256,7 +256,7 @@ def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], ide
             "--out, undo the change, or delete these rows and begin again with --fresh"
         )
     if found != made:
-        raise _damaged(path, "its tables are others than they must be")
+        raise _damaged(path, "its tables are others than they must be, or another version of mjbiped made them")
 
 
 def _damaged(path: Path, why: str) -> RecordError:

@@ -11,7 +11,7 @@ from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.table_2 import Choice
 
 UNFITTED, BLIND, FITTED, FOUND = "unfitted", "blind", "fitted", "found"
-"""What the walks that are asked owe to the paper's numbers: nothing; the reading of the grounds alone; the other
+"""What is fitted to the paper's numbers in the walks that are tested: nothing; the reading of the grounds; the other
 methods' settings as well; the ground."""
 
 
@@ -62,7 +62,7 @@ def sections(asked: Sequence[Check]) -> dict[str, str]:
 
 
 Asked = Mapping[tuple[str, str, str], Mapping[str, Answer]]
-"""By group, claim and source: each engine's answer. A claim counts once, in however many engines it is asked."""
+"""Each engine's answer by group, claim and source. A claim counts once, in however many engines it is tested."""
 
 
 def _by_claim(asked: Iterable[Check]) -> Asked:

@@ -21,7 +21,7 @@ _NEXT_TO_NONE = (0.4, 0.5)  # zeta between whose torques Table III's without re-
 _EPSILON = math.degrees(RESOLVED_SLOPE)
 _ON_CYCLE = math.degrees(settings_of("adaptive")["replanning_threshold"])
 ZERO = 0.01
-"""Share of what z2 is without re-planning up to which it counts as reduced to zero: our bound."""
+"""Greatest ratio of z2 with to without re-planning that counts as reduced to zero; our own bound."""
 _SLOW_GAIN = min(ADAPTATION_GAINS)
 _FROM = " and ".join(f"{start:+g}°" for start in START_ESTIMATES).replace("-", "−")
 

@@ -117,7 +117,7 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
     """Draw Table III, the paper's and ours: greatest torque and c_mt over zeta, on both mixed grounds.
 
     Args:
-        rows: Of the report.
+        rows: Rows of the report.
         path: File to write as well, `.png`, `.pdf` or `.svg`.
 
     Returns:

@@ -101,9 +101,9 @@ def walks_shown(
     The adaptive controller has the paper's gains, and its zeta was chosen with the reading: its walks are "fitted".
 
     Args:
-        rows: Of the report.
+        rows: Rows of the report.
         best: The reading.
-        source: Of the slope, with the gains that settle.
+        source: Slope source with the gains that settle.
         place: Ground, pattern and first change.
         method: One of `METHODS`.
     """

@@ -83,11 +83,11 @@ def walks_asked(rows: Sequence[Row], best: Choice, engine: str, ground: str, par
     """Find the walks on which Table II's claims are tested, on a ground as the best reading has it.
 
     Args:
-        rows: Of the report.
+        rows: Rows of the report.
         best: The reading.
         engine: "hybrid" or "mujoco".
-        ground: Of the table.
-        part: Of the comparison methods' walks, "blind" or "fitted".
+        ground: A ground of the table.
+        part: Part of the comparison methods' walks, "blind" or "fitted".
     """
     place = next(place for place in best.places if place[0] == ground)
     walks: dict[str, Row | None] = dict.fromkeys(TABLE_2)
