@@ -35,19 +35,19 @@ STEP = 0.24
 """Integration step times the fastest rate of the linearised motion: 50 ms for Table I's robot."""
 
 TOLERANCE = 1e-9
-"""Of an integration step. One of full length is better than that near a gait; only wild motions take shorter ones."""
+"""Tolerance of an integration step. Near a gait steps of full length keep it; wild motions take shorter ones."""
 
 KICK = 1e-4
-"""What pushes the robot off a gait that may be unstable, so that it walks to a stable one: rad."""
+"""Angle by which the robot is pushed off a gait that may be unstable, so that it walks to a stable one, rad."""
 
-SETTLED = -1  # beside the engines' outcomes
+SETTLED = -1  # an outcome of walks in addition to those of the engines
 TOUCHDOWN, FELL, STALLED, DIVERGED, UNRESOLVED = (
     int(outcome) for outcome in (Outcome.WALKING, Outcome.FELL, Outcome.STALLED, Outcome.DIVERGED, Outcome.UNRESOLVED)
 )
 
 
 def kicked(state: Array) -> Array:
-    """A state whose legs are both a little ahead of where they were to each other."""
+    """A state pushed off a gait: the stance leg is `KICK` further forward, the swing leg as far back."""
     pushed, half = state.copy(), len(state) // 2
     pushed[0] += KICK
     pushed[1:half] -= KICK
@@ -58,21 +58,21 @@ class EngineCode(NamedTuple):
     """The hybrid engine's machine code for the unpowered robot.
 
     Attributes:
-        advance: See `mjbiped.engines.hybrid.simulation.HybridSimulation`.
+        advance: The engine's loop; see `mjbiped.engines.hybrid.simulation.HybridSimulation`.
     """
 
     advance: Any
 
 
 class Plane(NamedTuple):
-    """A robot on a plane, as the hybrid engine takes it.
+    """A robot on a plane in the form that the hybrid engine takes.
 
     Attributes:
-        robot: The robot.
-        code: What walks it.
-        law: The machine code of no torque.
-        constants: Robot, plane and rules.
-        buffers: Of a walk just after an impact, with room for one touchdown; to be copied for each batch.
+        robot: The robot that walks.
+        code: The engine's machine code.
+        law: The machine code of a controller without torques.
+        constants: Robot, plane and rules in plain numbers.
+        buffers: Buffers of a walk just after an impact, with room for one touchdown; copied for each batch.
     """
 
     robot: Robot
@@ -83,19 +83,19 @@ class Plane(NamedTuple):
 
 
 class Batch(NamedTuple):
-    """Walks to be walked, and what comes of them.
+    """Inputs and outputs of a batch of walks.
 
     Attributes:
-        law: Of the unpowered robot.
+        law: The law of the unpowered robot.
         starts: First states, shape (walks, m), of m = 4 numbers, or 6 with knees.
-        limit: Steps at most.
-        goals: States near which a walk is settled and ends, shape (n, m); n may be 0.
-        near: How near to one of them, shape (m,).
-        scalars: The engine's, just after an impact.
+        limit: Greatest number of steps.
+        goals: States near which a walk has settled and ends, shape (n, m); n may be 0.
+        near: Greatest distance from a goal in each component, shape (m,).
+        scalars: Scalars of the engine just after an impact.
         states: Last states after impacts, shape (walks, room, m): step n stands in row n % room.
-        periods: Of the same steps, shape (walks, room), s.
-        counts: Steps walked, shape (walks,).
-        outcomes: `SETTLED`, `TOUCHDOWN` for a walk that reached the limit, or what became of the robot, shape (walks,).
+        periods: Periods of the same steps, shape (walks, room), s.
+        counts: Number of steps walked, shape (walks,).
+        outcomes: `SETTLED`, `TOUCHDOWN` for a walk that reached the limit, or the engine's outcome, shape (walks,).
     """
 
     law: Any
@@ -111,20 +111,20 @@ class Batch(NamedTuple):
 
 
 def check_rule(robot: Robot, scuffing: ScuffingRule) -> None:
-    """Refuse a scuffing rule for a robot that needs none.
+    """Refuse a scuffing rule for a robot with knees.
 
     Raises:
-        InputError: There is one.
+        InputError: The rule is not the default one.
     """
     if robot.knees and scuffing != ScuffingRule():
         raise InputError("scuffing is for straight legs: with knees the swing foot collides from lift-off on")
 
 
 def walk_batch(code: EngineCode, constants: SimulationConstants, b: Buffers, batch: Batch) -> None:
-    """Walk each walk of a batch, and fill in the rest of it.
+    """Walk a batch and fill in its outputs.
 
-    Place and time begin at zero after each impact, so that a step depends on its first state alone, and on the flexion
-    of the stance knee after a touchdown with a bent one.
+    Place and time begin at zero after each impact, so that a step depends only on its first state, and on the flexion
+    of the stance knee after a touchdown with a bent knee.
     """
     room, numbers = batch.states.shape[1], batch.states.shape[2]
     for walk in range(len(batch.starts)):
@@ -147,7 +147,7 @@ def walk_batch(code: EngineCode, constants: SimulationConstants, b: Buffers, bat
                     batch.states[walk, n % room, c] = b.y[c]
                 flexion, knee = b.w[indices.STANCE_FLEXION], b.w[indices.LOCKED]
                 n += 1
-            elif outcome == UNRESOLVED:  # without torques only a motion beyond all bounds is
+            elif outcome == UNRESOLVED:  # without torques only an unbounded motion is unresolved
                 outcome = DIVERGED
         batch.counts[walk], batch.outcomes[walk] = n, outcome
 
@@ -166,7 +166,7 @@ def is_near(y: Any, goals: Any, near: Any) -> bool:
 def walk_all(
     plane: Plane, starts: Array, limit: int, room: int = 1, goals: Array | None = None, near: Array | None = None
 ) -> Batch:
-    """Walk from many states by compiled code, which lets other threads run; see `Batch`."""
+    """Walk from many states by compiled code, which lets other threads run; `Batch` explains arguments and result."""
     walks, numbers = starts.shape
     batch = Batch(
         law=plane.law.law,
@@ -189,7 +189,7 @@ def walk_all(
 
 @lru_cache(maxsize=4096)
 def plane_of(robot: Robot, slope: float, scuffing: ScuffingRule) -> Plane:
-    """What the compiled functions take for a robot on a plane under a rule."""
+    """A robot on a plane under a scuffing rule, in the form that compiled functions take."""
     angles = len(robot.angles)
     pull = robot.gravity_vector(np.full(angles, 0.5 * math.pi), 0.0)  # at right angles to gravity: the whole moments
     fastest = scipy.linalg.eigvalsh(np.diag(pull), robot.mass_matrix(np.zeros(angles)))
@@ -225,8 +225,8 @@ class Steps:
     Attributes:
         states: (q1, q2, dq1, dq2) just after each impact, with knees (q1, q2, q3, dq1, dq2, dq3), shape (steps, 4) or
             (steps, 6), rad and rad/s.
-        periods: Time of each step, shape (steps,), s.
-        outcome: "walking", or what became of the robot after these steps: "fell", "stalled" or "diverged".
+        periods: Duration of each step, shape (steps,), s.
+        outcome: "walking", or the end of the walk after these steps: "fell", "stalled" or "diverged".
     """
 
     states: Array
@@ -244,7 +244,7 @@ class ReturnMap:
 
     Attributes:
         robot: Any robot.
-        slope: Of the plane, rad, positive downhill.
+        slope: Slope of the plane, rad, positive downhill.
         scuffing: When the swing foot of straight legs may touch the ground; the engines' rule unless given.
 
     Raises:
@@ -264,22 +264,22 @@ class ReturnMap:
 
     @cached_property
     def plane(self) -> Plane:
-        """Robot, plane and rule in plain numbers."""
+        """Robot, plane and rule in the form that compiled functions take."""
         return plane_of(self.robot, self.slope, self.scuffing)
 
     def walk(self, state: ArrayLike, steps: int) -> Steps:
-        """Walk from a state, by rule one just after an impact: both feet on the plane.
+        """Walk from a state just after an impact, with both feet on the plane.
 
         Args:
             state: (q1, q2, dq1, dq2), rad and rad/s; with knees (q1, q2, q3, dq1, dq2, dq3), the swing leg straight.
-            steps: How many.
+            steps: Number of steps.
 
         Raises:
-            InputError: The state is not so many finite numbers, its swing knee is bent, or steps is below 1.
+            InputError: The state has another shape or is not finite, its swing knee is bent, or steps is below 1.
         """
         angles = len(self.robot.angles)
         start = domains.check_states("state", state, (2 * angles,))
-        if self.robot.knees and (start[2] != start[1] or start[5] != start[4]):
+        if np.ptp(start[1:angles]) or np.ptp(start[angles + 1 :]):
             raise InputError("state: just after an impact the swing leg is straight: q3 = q2 and dq3 = dq2")
         steps = domains.MAP_STEPS.check("steps", steps)
         batch = walk_all(self.plane, start[None], steps, room=steps)

@@ -312,7 +312,7 @@ class Compass(Robot):
         legs = np.stack([np.sin(places[..., 2:]).sum(axis=-1), np.cos(places[..., 2:]).sum(axis=-1)], axis=-1)
         return np.asarray(places[..., :2] - self.leg_mass * self.upper_length / self.total_mass * legs)
 
-    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike) -> Array:
+    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
         """The impact map (2), of unchecked numbers; see `Robot.rates_after_touchdown`."""
         return np.array(impact_rates(self.constants, *np.asarray(q).tolist(), *np.asarray(dq).tolist()))
 

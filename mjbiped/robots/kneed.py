@@ -18,7 +18,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -228,6 +228,14 @@ class KneedBiped(Robot):
         """Flexion of the knee of a leg (0 left, 1 right) in postures `qpos`, shape (..., 6): shape (...,), rad."""
         places, legs = np.asarray(qpos, dtype=np.float64), np.asarray(leg)
         return np.where(legs == 0, places[..., 4], places[..., 5])
+
+    def posture(self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0) -> tuple[float, ...]:
+        """Posture `qpos` on one foot, of stance leg, swing thigh and swing shank; see `Robot.posture`."""
+        line, swing, shank = angles
+        length, lean = bent_leg(self.thigh_length, self.shank_length, stance_flexion)
+        hip = (foot[0] + length * math.sin(line), foot[1] + length * math.cos(line))
+        thighs, knees = [line + lean - stance_flexion, swing], [stance_flexion, shank - swing]
+        return (*hip, *(thighs[::-1] if stance else thighs), *(knees[::-1] if stance else knees))
 
     def limbs(self, qpos: ArrayLike) -> Array:
         """Hip, knee and foot of either leg, shape (..., 2, 3, 2); see `Robot.limbs`."""

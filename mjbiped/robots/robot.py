@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar
 
@@ -118,13 +119,31 @@ class Robot(ABC):
         """
 
     @abstractmethod
-    def rates_after_touchdown(self, q: Any, dq: Any) -> Array:
+    def rates_after_touchdown(self, q: Any, dq: Any, stance_flexion: float = 0.0) -> Array:
         """Rates after the swing foot's plastic impact in a touchdown, in the new roles, shape (len(angles),), rad/s.
 
         Args:
             q: Angles just before it, in the old roles, shape (len(angles),), rad.
             dq: Their rates, rad/s.
+            stance_flexion: Flexion at which the stance knee is locked, rad.
         """
+
+    def flexion(self, qpos: Any, leg: Any) -> Array:
+        """Flexion of the knee of a leg (0 left, 1 right) in postures `qpos`, shape (...,), rad; 0 of straight legs."""
+        return np.zeros(np.broadcast_shapes(np.shape(qpos)[:-1], np.shape(leg)))
+
+    def posture(self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0) -> tuple[float, ...]:
+        """Posture `qpos` of the robot on one foot.
+
+        Args:
+            foot: Place of the stance foot, x and z in m.
+            stance: 0 left, 1 right.
+            angles: Angles from the vertical, stance leg first, shape (len(angles),), rad.
+            stance_flexion: Flexion of the stance knee, rad.
+        """
+        x, z = foot
+        hip = (x + self.leg_length * math.sin(angles[0]), z + self.leg_length * math.cos(angles[0]))
+        return (*hip, *(angles[::-1] if stance else angles))
 
     @classmethod
     def parameters(cls) -> tuple[str, ...]:

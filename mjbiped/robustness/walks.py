@@ -17,9 +17,8 @@ from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.sweeps.cell import LIMIT, Cell
 from mjbiped.sweeps.plan import Study
 from mjbiped.sweeps.values import Scalar
-from mjbiped.terrain.families import GROWN, START
 from mjbiped.terrain.files import FILE_KEY, parse_parameters
-from mjbiped.terrain.presets import RANDOM
+from mjbiped.terrain.presets import GROWN, RANDOM, START
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import known_name
 

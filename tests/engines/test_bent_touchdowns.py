@@ -7,7 +7,7 @@ import pytest
 
 import mjbiped
 from controllers import KneedController
-from controllers.kneed_laws import BENT
+from controllers.kneed import BENT
 from mjbiped.engines.hybrid import state as at
 from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
 from mjbiped.records import measures

@@ -155,7 +155,8 @@ def nothing_computed(monkeypatch: pytest.MonkeyPatch) -> None:
         "sweeps.run": ("run",),
         "reproduction.reproduce": ("reproduce",),
         "rendering.video": ("render_video",),
-        "plotting.walk": ("plot_walk", "plot_gait"),
+        "plotting.walk": ("plot_walk",),
+        "plotting.gait": ("plot_gait",),
     }.items():
         __import__(f"mjbiped.{module}")
         for name in names:

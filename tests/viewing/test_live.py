@@ -150,7 +150,6 @@ def test_a_push_changes_the_walk_and_landings_still_end_steps(controller: Adapti
 def test_the_force_drawn_is_that_of_the_contacts(controller: AdaptiveController, ground: str) -> None:
     """Of the equations of motion it is known independently; contacts agree on it in the middle of a step."""
     from mjbiped.engines.mujoco.callbacks import posture
-    from mjbiped.rendering.moments import ground_force
 
     live = LiveWalk(planned(controller, ground=ground))
     live.go_to(1.0)
@@ -162,7 +161,7 @@ def test_the_force_drawn_is_that_of_the_contacts(controller: AdaptiveController,
     live.go_to(live.time + 0.05)
     moment = live.moment()
     q, dq = posture(u.tolist())
-    expected = ground_force(mjbiped.Compass(), moment.slope, q, dq, moment.torque)
+    expected = mjbiped.Compass().ground_force(q, dq, moment.torque, moment.slope)
     live.close()
     # a mean over 50 ms, in which the force changes by some percent
     assert moment.force == pytest.approx(expected, rel=0.1, abs=0.05 * live.robot.weight)
