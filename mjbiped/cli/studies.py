@@ -54,12 +54,11 @@ def sweep(
       mjbiped sweep study.toml --parquet --trajectories
       mjbiped sweep study.toml --scheduler tcp://10.0.0.1:8786
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.sweeps import trajectories as samples
+    from mjbiped.sweeps.bins import summarised
     from mjbiped.sweeps.figures import draw
-    from mjbiped.sweeps.parquet import check_installed, write_table
+    from mjbiped.sweeps.parquet import FILE, check_installed, write_table
     from mjbiped.sweeps.plan import read_study
     from mjbiped.sweeps.run import run
-    from mjbiped.sweeps.summary import summarised
 
     _check_walkers(workers, scheduler)
     for option, wanted in (("--parquet", parquet), ("--trajectories", trajectories)):
@@ -81,7 +80,7 @@ def sweep(
         if parquet:
             files.append(write_table(table.with_suffix(".parquet"), rows))
         if trajectories:
-            files.append(folder / samples.FILE)
+            files.append(folder / FILE)
         files += draw(planned, rows, folder)
     summary = summarised(rows)
     results.end(summary, tables.sweep_tables(summary), files)

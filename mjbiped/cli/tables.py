@@ -298,7 +298,7 @@ def checks_table(checks: Iterable[Check]) -> Table:
 
 
 def sweep_tables(summary: Mapping[str, Any]) -> list[Table]:
-    """A study's summary by `mjbiped.sweeps.summary.summarised`: outcomes, quantiles, and errors if there are any."""
+    """A study's summary by `mjbiped.sweeps.bins.summarised`: outcomes, quantiles, and errors if there are any."""
     outcomes = bare_table("outcome", "walks", "%")
     for outcome, count in summary["verdicts"].items():
         outcomes.add_row(outcome, str(count), f"{100.0 * count / summary['walks']:.1f}")

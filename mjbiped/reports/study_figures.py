@@ -17,13 +17,13 @@ from mjbiped.sweeps.bins import (
     binned,
     chosen,
     grouped,
+    measure_label,
     middle,
     quartiles,
     values_of,
     without_seeds,
 )
 from mjbiped.sweeps.cell import Row
-from mjbiped.sweeps.labels import measure_label
 from mjbiped.sweeps.plan import FINISHED
 
 MEASURES = ("cost_of_transport", FINISHED, "peak_ankle_torque_Nm")

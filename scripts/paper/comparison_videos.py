@@ -15,10 +15,10 @@ import mjbiped
 from mjbiped.rendering.encoding import encoder
 from mjbiped.rendering.overlay import Pixels, overlay
 from mjbiped.rendering.video import render_frames
+from mjbiped.reproduction import reproduce as report
 from mjbiped.reproduction import rows, table_2
 from mjbiped.reproduction.grounds import reading_at
 from mjbiped.reproduction.methods import METHODS, Variant, settled
-from mjbiped.reproduction.report import page as report
 from mjbiped.utils.files import written_whole
 
 WIDTH, HEIGHT = 720, 180

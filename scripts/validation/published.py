@@ -2,7 +2,7 @@
 
 Each stands here once, with its source, and with its fault where it has one. `python -m scripts.validation.page`
 computes them again and writes docs/tables/validation.md; `tests/scripts/validation` holds them. The tables of the paper
-that this project implements stand in `mjbiped.reproduction.published`.
+that this project implements stand in `mjbiped.reproduction.grounds`.
 
 Angles and rates keep the signs and the names that they have in their source.
 """
