@@ -86,14 +86,7 @@ notebooks: setup ## execute docs/notebooks/ again, in place
 
 bench: setup ## measure the speed, some seventeen minutes: docs/tables/performance.md
 	@$(PIP_INSTALL) imageio # without which Gymnasium's own walker does not begin; Drake and JAX are compared where they are: .[bench]
-	$(BIN)/python -m scripts.benchmarks.benchmark
-	$(BIN)/python -m scripts.benchmarks.step_benchmark
-	$(BIN)/python -m scripts.benchmarks.long_benchmark
-	$(BIN)/python -m scripts.benchmarks.many_benchmark
-	$(BIN)/python -m scripts.benchmarks.env_benchmark
-	$(BIN)/python -m scripts.benchmarks.startup_benchmark
-	$(BIN)/python -m scripts.benchmarks.plain_python_benchmark
-	$(BIN)/python -m scripts.benchmarks.peer_benchmark
+	$(BIN)/python -m scripts.benchmarks
 
 docs: setup ## the site: site/index.html
 	@$(PIP_INSTALL) -e '.[docs]'

@@ -2,33 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import ClassVar, NamedTuple
 
 from controllers import adaptive
 from controllers.adaptive import AdaptiveController
+from controllers.slope_estimator import slope_estimate_law
 from mjbiped.control.controller import Law, Memory
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.optimised import find_reference
-from mjbiped.gaits.reference import in_arrays
 from mjbiped.robots import compass
 from mjbiped.utils import domains
 
-_CLIMBING = 15
-"""Index in the memory: how many steps are still to be made with the climbing gait, this one included."""
+_CLIMBING = AdaptiveController.memory_size
+"""Index in the memory of the number of steps left with the climbing gait, this one included."""
 
 
 class Parameters(NamedTuple):
-    """What the laws of this module take.
+    """Parameters of the laws of this module.
 
     Attributes:
-        economical: Of the adaptive laws with the economical gait.
-        climbing: With the climbing gait.
-        length: Of a leg, m.
-        threshold: Height change, m, above which the ground counts as uneven.
-        steps: Made with the climbing gait after such a change.
+        economical: Parameters of the adaptive laws with the economical gait.
+        climbing: Parameters of the adaptive laws with the climbing gait.
+        length: Leg length, m.
+        threshold: Height change above which the ground counts as uneven, m.
+        steps: Number of steps made with the climbing gait after such a change.
     """
 
     economical: adaptive.Parameters
@@ -68,7 +67,7 @@ class LibraryController(AdaptiveController):
     height_threshold: float = 0.005
     climbing_gait: Gait | None = None
 
-    memory_size: ClassVar[int] = 16
+    memory_size: ClassVar[int] = _CLIMBING + 1
     with_knees: ClassVar[str | None] = None
 
     def __post_init__(self) -> None:
@@ -102,20 +101,13 @@ class LibraryController(AdaptiveController):
         )
 
     def parameters_of(self, memory: Memory) -> adaptive.Parameters:
-        """Of the gait that this step is made with."""
+        """The parameters of the gait that this step is made with."""
         return self.library.climbing if memory[_CLIMBING] > 0.0 else self.library.economical
 
-    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
-        """Choose the gait by the height change, then update the estimate and plan as `AdaptiveController` does."""
-        _touchdown(self.library, memory, q_before[0], q_before[1], q[0], q[1], dq[0], dq[1])
-
-    def law(self) -> Law:
-        """The same laws for compilation; see `Controller.law`."""
-        economical, climbing = (
-            each._replace(table=in_arrays(each.table)) for each in (self.library.economical, self.library.climbing)
-        )
-        parameters = self.library._replace(economical=economical, climbing=climbing)
-        return Law(parameters, _torque, _touchdown, _slope_estimate, _next_discontinuity)
+    @cached_property
+    def plain_law(self) -> Law:
+        """The laws of `AdaptiveController`, with the gait of the step; see `LawController.plain_law`."""
+        return Law(self.library, _torque, _touchdown, slope_estimate_law, _next_discontinuity)
 
     def _with(self, gait: Gait | None) -> AdaptiveController:
         """The adaptive controller of one gait."""
@@ -126,37 +118,22 @@ class LibraryController(AdaptiveController):
 def _torque(
     parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> tuple[float, float, float, float]:
-    if memory[_CLIMBING] > 0.0:
-        return adaptive.torque_law(parameters.climbing, memory, t, q1, q2, dq1, dq2)
-    return adaptive.torque_law(parameters.economical, memory, t, q1, q2, dq1, dq2)
+    gait = parameters.climbing if memory[_CLIMBING] > 0.0 else parameters.economical
+    return adaptive.torque_law(gait, memory, t, q1, q2, dq1, dq2)
 
 
 def _touchdown(
-    parameters: Parameters,
-    memory: Memory,
-    q1_before: float,
-    q2_before: float,
-    q1: float,
-    q2: float,
-    dq1: float,
-    dq2: float,
+    parameters: Parameters, memory: Memory, before1: float, before2: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> None:
-    _, change = compass.swing_foot(parameters.length, compass.legs_of(q1_before, q2_before))
+    _, change = compass.swing_foot(parameters.length, compass.legs_of(before1, before2))
     if abs(change) > parameters.threshold:
         memory[_CLIMBING] = parameters.steps
     elif memory[_CLIMBING] > 0.0:
         memory[_CLIMBING] -= 1.0
-    if memory[_CLIMBING] > 0.0:
-        adaptive.touchdown_law(parameters.climbing, memory, q1_before, q2_before, q1, q2, dq1, dq2)
-    else:
-        adaptive.touchdown_law(parameters.economical, memory, q1_before, q2_before, q1, q2, dq1, dq2)
-
-
-def _slope_estimate(parameters: Parameters, memory: Memory) -> float:
-    return adaptive.slope_estimate_law(parameters.economical, memory)
+    gait = parameters.climbing if memory[_CLIMBING] > 0.0 else parameters.economical
+    adaptive.touchdown_law(gait, memory, before1, before2, q1, q2, dq1, dq2)
 
 
 def _next_discontinuity(parameters: Parameters, memory: Memory, t: float) -> float:
-    if memory[_CLIMBING] > 0.0:
-        return adaptive.next_discontinuity_law(parameters.climbing, memory, t)
-    return adaptive.next_discontinuity_law(parameters.economical, memory, t)
+    gait = parameters.climbing if memory[_CLIMBING] > 0.0 else parameters.economical
+    return adaptive.next_discontinuity_law(gait, memory, t)

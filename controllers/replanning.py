@@ -3,6 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.settings import REPLANNED, Gains
+from mjbiped.control.controller import Memory
+from mjbiped.gaits.reference import Table, reference_at, reference_discontinuity
+
+POINTS = 6
+"""Control points of one angle's curve."""
+
+Motion: TypeAlias = tuple[float, float, float, float, float, float]
+"""q (rad), its rates and its accelerations of stance and swing leg, stance leg first in each pair."""
 
 
 def transition(
@@ -60,3 +74,64 @@ def transition_at(points: Sequence[float], first: int, duration: float, t: float
     dq = v2 * v2 * d0 + u2 * u2 * d4 + 4.0 * u * v * (v2 * d1 + u2 * d3) + 6.0 * u2 * v2 * d2
     ddq = v3 * e0 + u3 * e3 + 3.0 * u * v * (v * e1 + u * e2)
     return q, 5.0 * rate * dq, 20.0 * rate * rate * ddq
+
+
+def begin_step(
+    gains: Gains,
+    memory: Memory,
+    first: int,
+    cycle: Sequence[float] | NDArray[np.float64],
+    q: tuple[float, ...],
+    dq: tuple[float, ...],
+) -> bool:
+    """Note whether the step starts off the limit cycle and is re-planned; lay the curves that are added to the gait.
+
+    Args:
+        gains: Of the law.
+        memory: To be changed.
+        first: Index of the first angle's curve; the others follow.
+        cycle: First state on the limit cycle, angles then rates.
+        q: Angles now, rad.
+        dq: Their rates, rad/s.
+
+    Returns:
+        Whether curves are wanted that lead to the gait in its stead; `lay` lays them.
+    """
+    off = 0.0
+    for index in range(len(q)):
+        off = max(off, abs(q[index] - cycle[index]), abs(dq[index] - cycle[len(q) + index]))
+    memory[REPLANNED] = 0.0
+    if gains.transition_time == 0.0 or off <= gains.replanning_threshold:
+        return False
+    memory[REPLANNED] = 1.0
+    if gains.additive:
+        for index in range(len(q)):
+            away, rate = q[index] - cycle[index], dq[index] - cycle[len(q) + index]
+            lay(memory, first, index, transition(gains.transition_time, away, rate, 0.0, 0.0, 0.0, 0.0))
+    return not gains.additive
+
+
+def lay(memory: Memory, first: int, index: int, points: Motion) -> None:
+    """Write the control points of one angle's curve into the memory, where `first` is the first angle's."""
+    for point in range(POINTS):
+        memory[first + POINTS * index + point] = points[point]
+
+
+def legs_at(gains: Gains, memory: Memory, first: int, table: Table, t: float) -> Motion:
+    """What both legs are to do at time t of the step: the transition's curves until they end, then the gait."""
+    duration = gains.transition_time
+    if memory[REPLANNED] == 0.0 or t >= duration:
+        return reference_at(table, t)
+    q1, dq1, ddq1 = transition_at(memory, first, duration, t)
+    q2, dq2, ddq2 = transition_at(memory, first + POINTS, duration, t)
+    if not gains.additive:
+        return q1, q2, dq1, dq2, ddq1, ddq2
+    gait = reference_at(table, t)
+    return gait[0] + q1, gait[1] + q2, gait[2] + dq1, gait[3] + dq2, gait[4] + ddq1, gait[5] + ddq2
+
+
+def discontinuity_after(gains: Gains, memory: Memory, table: Table, t: float) -> float:
+    """The first time after t at which what is tracked has a kink, s: the transition's end, then the gait's."""
+    if memory[REPLANNED] != 0.0 and t < gains.transition_time:
+        return gains.transition_time
+    return reference_discontinuity(table, t)

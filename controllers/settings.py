@@ -1,27 +1,57 @@
-"""What the paper's adaptive controller is set by, for any robot."""
+"""What the paper's adaptive controller is set by, for any robot; the check of a compass biped and its gait."""
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple
 
-from controllers.slope_estimator import slope_of
-from mjbiped.control.controller import Controller, Memory
+from mjbiped.control.controller import Controller, LawController, Memory
 from mjbiped.errors import InputError, shown
-from mjbiped.gaits.gait import Periodic
+from mjbiped.gaits.gait import Gait, Periodic
+from mjbiped.gaits.passive import PassiveGait
+from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
-SIN, COS = 0, 1
-"""Indices of the estimates in the memory."""
+SIN, COS, REPLANNED = 0, 1, 2
+"""Indices in the memory of the estimates of the slope's sine and cosine, and of whether the step is re-planned."""
 
 REPLANNINGS = ("paper", "additive")
 """Values of `PaperSettings.replanning`."""
 
 
+class Gains(NamedTuple):
+    """Gains and switches of the law as plain numbers; see `PaperSettings`.
+
+    Attributes:
+        position: K1, 1/s.
+        velocity: K2, 1/s.
+        adaptation: gamma.
+        transition_time: t_c = zeta T, s; 0 where re-planning is off.
+        additive: Whether the transition is added to the gait, or leads to it in its stead.
+        estimate_update: Whether (27) acts.
+        update_threshold: epsilon of (27), rad.
+        replanning_threshold: rad and rad/s.
+        imitated_slope: phi_r, rad.
+    """
+
+    position: float
+    velocity: float
+    adaptation: float
+    transition_time: float
+    additive: bool
+    estimate_update: bool
+    update_threshold: float
+    replanning_threshold: float
+    imitated_slope: float
+
+
 @dataclass(frozen=True)
-class PaperSettings(Controller):
+class PaperSettings(LawController):
     """Gains and switches of the paper's law, with the checks of their domains.
 
     Attributes:
@@ -87,6 +117,62 @@ class PaperSettings(Controller):
             InputError: One is not.
         """
 
-    def slope_estimate(self, memory: Memory) -> float:
-        """Slope estimate arcsin(s), rad."""
-        return slope_of(memory[SIN])
+    @cached_property
+    def gains(self) -> Gains:
+        """Gains and switches in plain numbers, as the laws take them."""
+        return Gains(
+            position=self.position_gain,
+            velocity=self.velocity_gain,
+            adaptation=self.adaptation_gain,
+            transition_time=float((self.replanning_delay or 0.0) * self.gait.period),
+            additive=self.replanning == "additive",
+            estimate_update=self.estimate_update,
+            update_threshold=self.update_threshold,
+            replanning_threshold=self.replanning_threshold,
+            imitated_slope=float(self.gait.slope),
+        )
+
+    @property
+    @abstractmethod
+    def parameters(self) -> Any:
+        """What the laws take: the attributes in plain numbers."""
+
+    def parameters_of(self, memory: Memory) -> Any:
+        """The parameters that act in the step that the memory is of: by default the same in all."""
+        return self.parameters
+
+    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+        """Begin with the initial estimate, and plan the way from the first state to the limit cycle."""
+        memory[SIN], memory[COS] = math.sin(self.initial_slope_estimate), math.cos(self.initial_slope_estimate)
+        self.plan_first_step(memory, q, dq)
+
+    @abstractmethod
+    def plan_first_step(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+        """Lay the transition curves where the walk starts off the limit cycle."""
+
+    def transition_end(self, memory: Memory) -> float:
+        """Time at which the re-planned transition of the step ends, s; 0 where the step was not re-planned."""
+        return float(self.parameters_of(memory).gains.transition_time) if memory[REPLANNED] else 0.0
+
+
+def check_imitation(controller: Controller, *, passive: bool = False) -> None:
+    """Refuse a controller without a compass biped's model and gait.
+
+    Args:
+        controller: The controller.
+        passive: Whether its law imitates the passive motion itself, and so needs a passive gait.
+
+    Raises:
+        InputError: Its robot or gait is of another kind.
+    """
+    if not isinstance(controller.robot, Compass) or not isinstance(controller.gait, Gait):
+        raise InputError(
+            f"{type(controller).__name__} needs a mjbiped.Compass and a mjbiped.Gait (see mjbiped.find_passive_gait), "
+            f"got {type(controller.robot).__name__} and {type(controller.gait).__name__}"
+        )
+    if passive and not isinstance(controller.gait, PassiveGait):
+        raise InputError(
+            f"{type(controller).__name__} imitates how a passive walker's energy goes, and needs a passive gait (see "
+            "mjbiped.find_passive_gait); an optimised reference is tracked by controllers that follow it in time, as "
+            "AdaptiveController and LimitCycleController"
+        )

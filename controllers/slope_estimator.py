@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
+from controllers.settings import COS, SIN, Gains
+from mjbiped.control.controller import Memory
 from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.robots import compass
 from mjbiped.robots.bent_leg import gravity_beside
@@ -37,7 +40,7 @@ def estimate_rates(
 def estimate_rates_of_chain(
     moments: Array, across: float, adaptation_gain: float, q: Array, momentum: Array
 ) -> tuple[float, float]:
-    """The same for a chain of segments (`mjbiped.robots.chain`), whose stance leg may be bent.
+    """Adaptive law (17) for a chain of segments (`mjbiped.robots.chain`), whose stance leg may be bent.
 
     Args:
         moments: Of the controller's robot model, shape (n,), N m.
@@ -58,7 +61,7 @@ def estimate_rates_of_chain(
 
 
 def slope_of(sin_slope: float) -> float:
-    """Slope estimate arcsin(s), rad; beyond the sine's range the nearest right angle."""
+    """Slope estimate arcsin(s), rad; a sine beyond ±1 is cut to it."""
     return math.asin(min(1.0, max(-1.0, sin_slope)))
 
 
@@ -93,3 +96,16 @@ def updated_estimate(
         return sin_slope, cos_slope
     slope = slope_of(sin_slope) + change
     return math.sin(slope), math.cos(slope)
+
+
+def update_estimate(gains: Gains, memory: Memory, stance_before: float, swing_after: float) -> None:
+    """Update (27) of the estimates in the memory, where it is wanted; see `updated_estimate`."""
+    if gains.estimate_update:
+        memory[SIN], memory[COS] = updated_estimate(
+            memory[SIN], memory[COS], gains.update_threshold, stance_before, swing_after
+        )
+
+
+def slope_estimate_law(parameters: Any, memory: Memory) -> float:
+    """The slope estimate, rad."""
+    return slope_of(memory[SIN])

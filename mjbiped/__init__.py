@@ -1,8 +1,7 @@
 """A laboratory for underactuated biped walking on rough ground.
 
-One controller, one terrain, one record: `walk(controller, terrain)` lets a compass biped walk in MuJoCo and returns a
-`Walk`; `walk_many` lets many walk at once. Control laws are in the package `controllers`, which is installed beside
-this one.
+`walk(controller, terrain)` simulates a biped in MuJoCo or in the hybrid model and returns its record, a `Walk`;
+`walk_many` simulates many at once. The control laws are in the package `controllers`, installed with this one.
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-# first of all: it imports MuJoCo, also where MUJOCO_GL names a platform that is not there
+# first, because it imports MuJoCo, even if MUJOCO_GL names a missing platform
 from mjbiped.rendering import gl as gl  # isort: split
 
 from mjbiped.analysis.compare import Comparison, compare
@@ -22,15 +21,13 @@ from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.errors import GaitError, InputError, MjbipedError, RecordError, RenderError
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
-from mjbiped.gaits.optimised import OptimisedGait, find_reference
-from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
+from mjbiped.gaits.optimised import OptimisedGait, OptimisedKneedGait, find_reference
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait
 from mjbiped.limit_cycles.basin import basin_of_attraction, basin_of_control
 from mjbiped.limit_cycles.bifurcation import bifurcation_diagram, find_cascade
 from mjbiped.limit_cycles.periodic import find_periodic_gait
 from mjbiped.limit_cycles.return_map import ReturnMap
 from mjbiped.records.record import Walk
-from mjbiped.records.views import register as _register
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
@@ -45,12 +42,6 @@ if TYPE_CHECKING:
     from mjbiped.rendering.video import render_frame, render_video
 
 warn_of_hidden_laws()
-
-_register(
-    figure="mjbiped.plotting.walk:plot_walk",
-    picture="mjbiped.plotting.small:time_lapse_picture",
-    video="mjbiped.rendering.video:render_video",
-)
 
 __all__ = [
     "Comparison",
@@ -98,7 +89,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Load what few need only where it is used: who walks waits for neither pictures nor environments."""
+    """Import videos and environments only when they are used."""
     if name in ("render_frame", "render_video"):
         from mjbiped.rendering import video
 

@@ -1,12 +1,17 @@
-"""The package's exceptions: one base, so that `except MjbipedError` catches everything that is a user's to mend.
+"""The package's exceptions, how their messages show values, and where in a user's code something went wrong.
 
-Beside them, how a value that a user gave is shown in their messages: short, whatever it is.
+`except MjbipedError` catches every error that a user can correct.
 """
 
 from __future__ import annotations
 
 import math
 import reprlib
+import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 LONGEST_SHOWN = 80
 
@@ -20,19 +25,28 @@ class InputError(MjbipedError, ValueError):
 
 
 class GaitError(MjbipedError):
-    """No gait exists, or none was found, for the robot and what was asked for."""
+    """No gait exists, or none was found, for the robot and the request."""
 
 
 class RecordError(MjbipedError):
-    """A record on disk cannot be written, or read as a walk."""
+    """A record cannot be written, or cannot be read as a walk."""
 
 
 class RenderError(MjbipedError):
     """Nothing can be drawn: no GL platform, no video encoder, or nothing to show."""
 
 
+@contextmanager
+def prefixed(words: str) -> Iterator[None]:
+    """Put words, such as an option's name, before the message of an `InputError` that is raised within."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{words}{error}") from error
+
+
 class _Short(reprlib.Repr):
-    """Values cut to what fits into a sentence; containers show their first entries."""
+    """Shortens values until they fit into a sentence; containers show their first entries."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -49,7 +63,7 @@ class _Short(reprlib.Repr):
     def repr_instance(self, x: object, level: int) -> str:
         try:
             return " ".join(repr(x).split())
-        except Exception:  # anything may be given, and its own repr may be what is wrong with it
+        except Exception:  # a user's object may fail in its own repr
             return f"<an object of type {type(x).__name__}>"
 
 
@@ -57,14 +71,13 @@ _SHORT = _Short()
 
 
 def shown(value: object) -> str:
-    """A value as an error message repeats it.
+    """Describe a value in an error message; never raises.
 
     Args:
         value: Anything that a user may have given.
 
     Returns:
-        Its `repr` on one line where that is short, else the beginning and the end of it with `...` between; never more
-        than `LONGEST_SHOWN` characters, and never an exception.
+        Its `repr` on one line, with `...` in the middle if it has more than `LONGEST_SHOWN` characters.
     """
     try:
         text = _SHORT.repr(value)
@@ -74,20 +87,48 @@ def shown(value: object) -> str:
 
 
 def explained(error: BaseException) -> str:
-    """The kind and the words of an exception that somebody else's code raised; never an exception itself."""
+    """Describe an exception that foreign code raised; never raises itself."""
     name = type(error).__name__
     try:
         return f"{name}: {error}".rstrip(": ")
-    except Exception:  # its words are that code's, too
+    except Exception:  # its message is foreign code, too
         return f"{name}, whose words cannot be told"
 
 
-def shortened(text: str, longest: int = 300) -> str:
-    """A text that must not be quoted, as a path or the words of another library, without its middle where it is long.
+def place_of(error: BaseException, source: type | Path) -> str:
+    """Where in a user's code an error arose: file, line, function and the line's text, in brackets.
 
     Args:
-        text: Any.
-        longest: Characters that are left of it at most.
+        error: What was raised.
+        source: The class, or the file, whose code it is. The last line in it, or in the files of the class's bases, is
+            told; else the last one outside this package.
+
+    Returns:
+        The words, with a blank before them; empty where no place outside this package is known.
+    """
+    files: set[str | None] = {str(source)}
+    if not isinstance(source, Path):
+        files = {getattr(sys.modules.get(kind.__module__), "__file__", None) for kind in source.__mro__}
+    frames = [
+        frame
+        for frame in traceback.extract_tb(error.__traceback__)
+        if not frame.filename.startswith("<") and Path(__file__).parent not in Path(frame.filename).parents
+    ]
+    chosen = [frame for frame in frames if frame.filename in files] or frames
+    if not chosen:
+        return ""
+    last = chosen[-1]
+    text = f": {shortened(last.line, 80)}" if last.line else ""
+    within = f", in {last.name}" if last.name != "<module>" else ""
+    return f" ({Path(last.filename).name}, line {last.lineno}{within}{text})"
+
+
+def shortened(text: str, longest: int = 300) -> str:
+    """Cut the middle out of a long text, such as a path or the message of another library.
+
+    Args:
+        text: The text.
+        longest: Greatest number of characters that remain.
     """
     if len(text) <= longest:
         return text

@@ -36,14 +36,13 @@ WANTED = 0.95
 
 _HYBRID, _MUJOCO = "mjbiped/engines/hybrid/", "mjbiped/engines/mujoco/"
 ROOMS = {
-    "controllers/kneed_laws.py": ("control_laws/test_kneed.py",),
+    "controllers/kneed.py": ("control_laws/test_kneed.py",),
     _HYBRID + "accounting.py": ("engines/hybrid/test_accounting.py",),
     _HYBRID + "events.py": ("engines/hybrid/test_events.py", "engines/hybrid/test_simulation.py"),
-    _HYBRID + "kneed.py": ("engines/hybrid/test_kneed_motion.py", "engines/hybrid/test_kneed.py"),
-    _HYBRID + "kneed_impacts.py": ("engines/hybrid/test_kneed_impacts.py", "engines/hybrid/test_kneed.py"),
-    _HYBRID + "kneed_posture.py": ("engines/hybrid/test_kneed_posture.py", "engines/hybrid/test_kneed.py"),
-    _HYBRID + "sliding.py": (
+    _HYBRID + "forces.py": ("engines/hybrid/test_impulses.py", "engines/hybrid/test_accounting.py"),
+    _HYBRID + "transfer.py": (
         "engines/hybrid/test_sliding.py",
+        "engines/hybrid/test_kneed_impacts.py",
         "engines/hybrid/test_kneed.py",
         "engines/hybrid/test_events.py",
     ),
@@ -56,9 +55,20 @@ ROOMS = {
     _MUJOCO + "observation.py": ("engines/mujoco/test_observation.py", "engines/mujoco/test_kneed.py"),
     _MUJOCO + "step_size.py": ("engines/mujoco/test_step_size.py", "engines/mujoco/test_kneed.py"),
     "mjbiped/envs/walkers.py": ("envs/test_walkers.py",),
-    "mjbiped/gaits/branches.py": ("gaits/test_branches.py", "gaits/test_kneed.py", "control_laws/test_kneed.py"),
     "mjbiped/gaits/optimisation.py": ("gaits/test_optimised.py", "gaits/test_optimised_kneed.py"),
+    "mjbiped/gaits/pieces.py": (
+        "gaits/test_pieces.py",
+        "gaits/test_branches.py",
+        "gaits/test_kneed.py",
+        "control_laws/test_kneed.py",
+    ),
     "mjbiped/robots/bent_leg.py": ("robots/test_bent_leg.py",),
+    "mjbiped/robots/kneed_equations.py": (
+        "engines/hybrid/test_kneed_motion.py",
+        "engines/hybrid/test_kneed_impacts.py",
+        "engines/hybrid/test_kneed_posture.py",
+        "engines/hybrid/test_kneed.py",
+    ),
     "mjbiped/robots/kneed.py": ("robots/test_kinds.py", "robots/test_kneed.py", "robots/test_bent_leg.py"),
 }
 """The modules, and the files in tests/ that stand for them, the quickest first."""
@@ -66,8 +76,8 @@ ROOMS = {
 EQUIVALENT = {
     (
         _HYBRID + "events.py",
-        "room = foot_acceleration(laws, constants, b) * h * h / 8.0",
-        "room = (foot_acceleration(laws, constants, b) * h * h * 8.0)",
+        "room = foot_acceleration(s) * h * h / 8.0",
+        "room = (foot_acceleration(s) * h * h * 8.0)",
     ): "with more room than the foot needs, more intervals are looked into, for the same result: it takes longer",
     (
         _MUJOCO + "step_size.py",
@@ -75,10 +85,15 @@ EQUIVALENT = {
         "further, _ = foot_after(constants, u, (t - 2.0 * constants.timestep))",
     ): "the size of the foot's way alone is taken, as long back as ahead but for its acceleration, some 1e-5 m",
     (
-        "mjbiped/gaits/branches.py",
-        "ddq = locked(0.0, end.copy())[2:]",
-        "ddq = locked((1.0), end.copy())[2:]",
+        "mjbiped/gaits/pieces.py",
+        "ddq, slowing = locked(0.0, end)[2:], free(0.0, last)[3:]",
+        "ddq, slowing = locked((1.0), end)[2:], free(0.0, last)[3:]",
     ): "the motion does not depend on the time",
+    (
+        "mjbiped/gaits/pieces.py",
+        "ddq, slowing = locked(0.0, end)[2:], free(0.0, last)[3:]",
+        "ddq, slowing = locked(0.0, end)[2:], free((1.0), last)[3:]",
+    ): "the free motion does not depend on the time either",
 }
 """Mutants that no test can notice, as (module, line, its line), and why: told in the report, and not counted."""
 

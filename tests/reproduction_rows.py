@@ -7,11 +7,12 @@ import io
 import math
 
 from mjbiped.records.measures import WORK_KINDS
+from mjbiped.reproduction.cell import LENGTHS
+from mjbiped.reproduction.grounds import GROUNDS, TABLE_3
 from mjbiped.reproduction.methods import Variant
-from mjbiped.reproduction.published import GROUNDS, TABLE_3
-from mjbiped.reproduction.random_grounds import RandomGround
-from mjbiped.reproduction.rows import LENGTHS, Row
-from mjbiped.reproduction.scan import Tried
+from mjbiped.reproduction.placebo import RandomGround
+from mjbiped.reproduction.rows import Row
+from mjbiped.reproduction.table_2 import Tried
 from mjbiped.reproduction.traces import Traces
 
 
@@ -34,7 +35,7 @@ def fallen(**others: object) -> Row:
 
 
 def read_tried(text: str) -> list[Tried]:
-    """The settings that `mjbiped.reproduction.scan.write_tried` wrote."""
+    """The settings that `mjbiped.reproduction.table_2.write_tried` wrote."""
     found = []
     for line in csv.DictReader(io.StringIO(text)):
         gains = tuple((name, float(line[name])) for name in ("ratio", "gain", "hip_weight") if line[name])
@@ -45,7 +46,7 @@ def read_tried(text: str) -> list[Tried]:
 
 
 def read_grounds(text: str) -> list[RandomGround]:
-    """The grounds that `mjbiped.reproduction.random_grounds.write_grounds` wrote."""
+    """The grounds that `mjbiped.reproduction.placebo.write_grounds` wrote."""
     found = []
     for line in list(csv.reader(io.StringIO(text)))[1:]:
         tables = [float(value) for value in line[-2 * len(TABLE_3) :] if value]

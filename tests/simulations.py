@@ -8,8 +8,9 @@ from typing import Any
 
 from mjbiped.control.controller import Controller
 from mjbiped.control.unpowered import Unpowered
-from mjbiped.disturbances.disturbances import UNDISTURBED
-from mjbiped.engines.hybrid.simulation import HybridSimulation
+from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
+from mjbiped.engines.hybrid.engine import Hybrid
+from mjbiped.engines.hybrid.run import TOLERANCE, HybridRun
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.options import Options
@@ -35,12 +36,35 @@ class Plain(Unpowered):
         return None
 
 
-def hybrid_simulation(terrain: Terrain, start: Sequence[float], **settings: Any) -> HybridSimulation:
+def hybrid_simulation(terrain: Terrain, start: Sequence[float], **settings: Any) -> HybridRun:
     """An unpowered robot in the hybrid engine in plain Python: with knees, if the state has six numbers."""
     half = len(start) // 2
     robot = KneedBiped() if half == 3 else Compass()
-    given = {"robot": robot, "q": start[:half], "dq": start[half:], "compile": False, **settings}
-    return HybridSimulation(Unpowered().driving(robot), terrain, **given)
+    return hybrid_run(
+        Unpowered(), terrain, **{"robot": robot, "compile": False, **settings}, q=start[:half], dq=start[half:]
+    )
+
+
+def hybrid_run(
+    controller: Controller,
+    terrain: Terrain,
+    *,
+    robot: Robot,
+    q: Sequence[float],
+    dq: Sequence[float],
+    steps: int | None = None,
+    distance: float | None = None,
+    sample_period: float | None = 0.005,
+    scuffing: ScuffingRule = ScuffingRule(),  # noqa: B008 (frozen)
+    disturbances: Disturbances = UNDISTURBED,
+    tolerance: float = TOLERANCE,
+    compile: bool = True,
+) -> HybridRun:
+    """A walk in the hybrid engine that nobody has checked; with neither steps nor distance it goes on for long."""
+    steps = 10**6 if steps is None and distance is None else steps
+    terms = Terms(Hybrid(tolerance), steps, distance, robot, sample_period, scuffing)
+    plan = Plan(terms, controller, controller.driving(robot), terrain, robot, tuple(q), tuple(dq), {}, disturbances)
+    return HybridRun(plan, tolerance, compile=compile)
 
 
 def make_simulation(
@@ -54,7 +78,7 @@ def make_simulation(
     terms = Terms(engine, robot=robot, **given)
     if settings.get("steps") is None:
         object.__setattr__(terms, "steps", None)  # without an end, where `walk` has one
-    plan = Plan(terms, controller, terrain, robot, tuple(q), tuple(dq), {}, disturbances)
+    plan = Plan(terms, controller, controller.driving(robot), terrain, robot, tuple(q), tuple(dq), {}, disturbances)
     return Simulation(plan, engine, **built)
 
 

@@ -1,4 +1,4 @@
-"""The slope of the ground as controllers have it that compensate gravity but do not estimate: given, or dead reckoned.
+"""Controllers that compensate gravity on a slope that is given or dead reckoned, not estimated.
 
 `KnownSlopeController` is what the comparison controllers of the paper's section V have in common.
 """
@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
-from controllers.imitation import check_imitation
+from controllers.settings import check_imitation
 from controllers.slope_estimator import slope_change
-from mjbiped.control.controller import Controller, Law, Memory, never
+from mjbiped.control.controller import Law, LawController, Memory, never
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.passive import PassiveGait
 from mjbiped.robots import compass
@@ -30,8 +30,8 @@ class Parameters(NamedTuple):
     """What the laws of these controllers take: the attributes in plain numbers.
 
     Attributes:
-        constants: Of the robot model.
-        source: Of the slope, its place in `SLOPE_SOURCES`.
+        constants: Lumped constants of the robot model.
+        source: Index of the slope's source in `SLOPE_SOURCES`.
         imitated_slope: phi_r, rad.
         energy: E_ref, J; NaN for a gait that has none.
         gains: The law's own attributes, in the order of `KnownSlopeController.gains`.
@@ -47,7 +47,7 @@ class Parameters(NamedTuple):
 
 
 @dataclass(frozen=True)
-class KnownSlopeController(Controller):
+class KnownSlopeController(LawController):
     r"""A law of the ground's slope, which is given at the start and then, by choice, dead reckoned at touchdown.
 
     | `slope_source` | the law's slope :math:`\varphi`, which its angles are taken from the normal of |
@@ -85,10 +85,10 @@ class KnownSlopeController(Controller):
     """(parameters, memory, t, q1, q2, dq1, dq2) -> ankle and hip torque, N m; a function at a module's top level."""
 
     def __post_init__(self) -> None:
-        """Refuse what is no robot, gait, source or slope, and gains outside their domains.
+        """Refuse a robot or gait of another kind, an unknown source, and numbers outside their domains.
 
         Raises:
-            InputError: One is; see `mjbiped.utils.domains`.
+            InputError: An attribute is so; see `mjbiped.utils.domains`.
         """
         check_imitation(self, passive=not self.follows)
         domains.known_name("slope_source", self.slope_source, SLOPE_SOURCES)
@@ -110,20 +110,9 @@ class KnownSlopeController(Controller):
         """Begin with the slope given."""
         memory[_LOCAL], memory[_TILT] = float(self.initial_slope), 0.0
 
-    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
-        """Reckon the new slope."""
-        _touchdown(self.parameters, memory, q_before[0], q_before[1], q[0], q[1], dq[0], dq[1])
-
-    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        """The control law; see `Controller.torque`."""
-        return type(self).torque_law(self.parameters, memory, t, q[0], q[1], dq[0], dq[1])
-
-    def slope_estimate(self, memory: Memory) -> float:
-        """Slope under the stance foot as given or dead reckoned, rad; with `"two_point"` too, whose line differs."""
-        return _slope_estimate(self.parameters, memory)
-
-    def law(self) -> Law:
-        """The same laws for compilation; see `Controller.law`."""
+    @cached_property
+    def plain_law(self) -> Law:
+        """The law of the class; see `LawController.plain_law`."""
         return Law(self.parameters, type(self).torque_law, _touchdown, _slope_estimate, never)
 
 
@@ -133,20 +122,14 @@ def against_slope(memory: Memory, q1: float, q2: float) -> tuple[float, float, f
 
 
 def _touchdown(
-    parameters: Parameters,
-    memory: Memory,
-    q1_before: float,
-    q2_before: float,
-    q1: float,
-    q2: float,
-    dq1: float,
-    dq2: float,
+    parameters: Parameters, memory: Memory, before1: float, before2: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> None:
     if parameters.source >= 1:  # all but "none"
-        memory[_LOCAL] += slope_change(q1_before, q2)
+        memory[_LOCAL] += slope_change(before1, q2)
     if parameters.source == 2:  # "two_point"
         memory[_TILT] = 0.5 * (q1 + q2)
 
 
 def _slope_estimate(parameters: Parameters, memory: Memory) -> float:
+    """Slope under the stance foot as given or dead reckoned, rad; with "two_point" too, whose line differs."""
     return memory[_LOCAL]

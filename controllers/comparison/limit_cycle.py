@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 from controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
 from controllers.tracking import computed_torque, tracking_errors
 from mjbiped.control.controller import Law, Memory
-from mjbiped.gaits.reference import in_arrays, reference_at, reference_discontinuity
+from mjbiped.gaits.reference import reference_at, reference_discontinuity
 from mjbiped.robots.compass import legs_of
 from mjbiped.utils import domains
 
@@ -43,14 +44,10 @@ class LimitCycleController(KnownSlopeController):
     gains: ClassVar[Mapping[str, domains.Domain]] = {"rate_gain": domains.GAIN, "position_gain": domains.POSITION_GAIN}
     follows: ClassVar[bool] = True
 
-    def next_discontinuity(self, memory: Memory, t: float) -> float:
-        """The end of the gait's trajectory; see `Controller.next_discontinuity`."""
-        return _next_discontinuity(self.parameters, memory, t)
-
-    def law(self) -> Law:
-        """The same laws for compilation; see `Controller.law`."""
-        arrays = self.parameters._replace(table=in_arrays(self.gait.table))
-        return super().law()._replace(parameters=arrays, next_discontinuity=_next_discontinuity)
+    @cached_property
+    def plain_law(self) -> Law:
+        """The law of the class, with the end of the gait's trajectory; see `LawController.plain_law`."""
+        return super().plain_law._replace(next_discontinuity=_next_discontinuity)
 
 
 def _torque(

@@ -16,7 +16,7 @@ def energy_error(
     dq1: float,
     dq2: float,
 ) -> float:
-    r"""How far the energy that the robot would have on a slope is from what is wanted.
+    r"""Error of the energy that the robot would have on a slope.
 
     .. math:: E - E_{ref} = T(q, \dot q) + V(q, \varphi) - E_{ref}
 

@@ -1,1 +1,1 @@
-"""What a record tells: comparison, stability."""
+"""Analysis of records: engines compared, stability, survival."""

@@ -35,14 +35,14 @@ from mjbiped.utils.domains import check_kind
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Two records of one walk, side by side.
+    """The records of one walk in both engines.
 
     Attributes:
         mujoco: The walk in MuJoCo.
         hybrid: The walk in the hybrid engine.
-        touchdowns: Differences MuJoCo - hybrid, a row per touchdown that both walks have, of the columns in
-            `mjbiped.analysis.divergence.COLUMNS`, with `limit_` columns beside them: what the contact's resolution
-            explains.
+        touchdowns: Differences MuJoCo - hybrid at each touchdown that both walks have, in the columns of
+            `mjbiped.analysis.divergence.COLUMNS`, with `limit_` columns beside them: the differences that the contact's
+            resolution explains.
         divergence: The first touchdown at which the walks differ by more, and the causes; None where they never do.
     """
 
@@ -63,7 +63,7 @@ class Comparison:
 
     @property
     def verdict(self) -> str:
-        """In one or more sentences: whether they agree, or where and why they part."""
+        """Whether the engines agree, or where and why they part, in one or more sentences."""
         if self.divergence is not None:
             return str(self.divergence)
         steps, both = len(self.touchdowns["x"]), f"{self.mujoco.outcome} in both"
@@ -78,7 +78,7 @@ class Comparison:
 
         Returns:
             By name of the measure: "mujoco", "hybrid", "difference", and "difference_percent" of the hybrid engine's
-            value; the last two are None where they do not exist or say nothing, as shares of a rounding error.
+            value; the last two are None where they do not exist or mean nothing, as shares of a rounding error.
         """
         there, here = measures.summary(self.mujoco), measures.summary(self.hybrid)
         table: dict[str, dict[str, Any]] = {}
@@ -91,7 +91,7 @@ class Comparison:
         return table
 
     def to_dict(self) -> dict[str, Any]:
-        """All of it in plain JSON types, the samples apart."""
+        """The comparison without its samples, in plain JSON types."""
         return {
             "verdict": self.verdict,
             "parting": None if self.divergence is None else self.divergence.to_dict(),
@@ -116,7 +116,7 @@ def compare(
     disturbances: Disturbances | None = None,
     progress: bool = False,
 ) -> Comparison:
-    """Let the same robot walk the same ground in both engines.
+    """Compare the walk of one robot on one ground in both engines.
 
     A fall, in one engine or in both, is a result.
 
@@ -135,13 +135,13 @@ def compare(
         progress: Show progress bars.
 
     Returns:
-        Both records and what they say of each other.
+        Both records, their differences, and the causes.
 
     Raises:
         InputError: An argument is outside its domain; nothing has been computed then.
         GaitError: `initial="gait"` with a controller that imitates none, on a slope that has no passive gait.
-        WalkStopped: The controller raised an exception; where MuJoCo's walk has ended, the error carries that too.
-        WalkInterrupted: Ctrl-C; likewise.
+        WalkStopped: The controller raised an exception; if MuJoCo's walk was complete, the error carries its record.
+        WalkInterrupted: Ctrl-C was pressed; if MuJoCo's walk was complete, the error carries its record.
     """
     if sample_period is None:
         raise InputError("sample_period = None: must be a number, for the records' samples are compared")
@@ -171,9 +171,9 @@ def compare(
 
 
 def torque_differences(comparison: Comparison) -> tuple[Array, Array]:
-    """Torque MuJoCo - hybrid at the same time since the same touchdown.
+    """The difference of torques MuJoCo - hybrid at the same time since the same touchdown.
 
-    At the same time since the start, a step that began 0.1 ms later would show as a spike at each touchdown.
+    Compared at the same time since the start, a step that begins 0.1 ms later would show as a spike.
 
     Returns:
         Times of MuJoCo's samples (s) and differences of all joints (N m), shapes (n,) and (n, joints); NaN beyond the
@@ -181,22 +181,17 @@ def torque_differences(comparison: Comparison) -> tuple[Array, Array]:
     """
     there, here = comparison.mujoco, comparison.hybrid
     time, torque = there.samples["time"], there.samples["torque"]
+    others, other_torque = here.samples["time"], here.samples["torque"]
     difference = np.full(torque.shape, math.nan)
-    starts = [np.append(0.0, w.touchdowns["time"]) for w in (there, here)]
-    ends = [np.append(w.touchdowns["time"], w.end[0]) for w in (there, here)]
-    for k in range(min(map(len, starts))):
-        (start, other_start), (end, other_end) = ([column[k] for column in columns] for columns in (starts, ends))
+    bounds = [np.concatenate([[0.0], walk.touchdowns["time"], walk.end[:1]]) for walk in (there, here)]
+    for k in range(min(map(len, bounds)) - 1):
+        (start, end), (other_start, other_end) = (each[k : k + 2] for each in bounds)
         inside = (time >= start) & (time < end) & (time - start <= other_end - other_start)
-        others = here.samples["time"]
         own = (others > other_start) & (others < other_end)
         if own.sum() < 2:
             continue
+        at = time[inside] - start + other_start
         for joint in range(torque.shape[1]):
-            difference[inside, joint] = torque[inside, joint] - np.interp(
-                time[inside] - start + other_start,
-                others[own],
-                here.samples["torque"][own, joint],
-                left=math.nan,
-                right=math.nan,
-            )
+            known = np.interp(at, others[own], other_torque[own, joint], left=math.nan, right=math.nan)
+            difference[inside, joint] = torque[inside, joint] - known
     return time, difference

@@ -1,4 +1,4 @@
-"""Where two records of one walk part, and why: the diagnosis behind `mjbiped.compare`."""
+"""Diagnosis of `mjbiped.compare`: where two records of one walk part, and why."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ COLUMNS: Mapping[str, Column] = {
     "slope_estimate": Column(1, "rad", "slope estimate after its update"),
     "work": Column(1, "J", "absolute work of the step"),
 }
-"""Differences MuJoCo - hybrid at each touchdown and in the step that ends with it; of two legs the greater one."""
+"""Differences MuJoCo - hybrid at each touchdown and in the step that ends with it; the greater one of both legs."""
 
 DISPLAYED: Mapping[str, tuple[float, str]] = {
     "m": (1e3, "mm"),
@@ -37,7 +37,7 @@ DISPLAYED: Mapping[str, tuple[float, str]] = {
     "rad/s": (1.0, "rad/s"),
     "J": (1.0, "J"),
 }
-"""Factor and unit that differences of a unit are told in."""
+"""Factor and unit in which differences are printed, by their SI unit."""
 
 # What the resolution of contacts and motion at the default steps explains: over five times the greatest difference seen
 # on 138 rough terrains (scripts/studies/agreement_study.py; docs/tables/convergence.md has them), up to the first
@@ -54,9 +54,9 @@ _WORK, _WORK_SHARE = 1.2e-4, 0.012  # weight times leg length; and of the step's
 
 SLID = 1e-4  # leg lengths; ordinary steps slide by 2e-6 to 2e-5
 EDGE = 5e-4  # m; a foot nearer to a break of the ground may meet its edge
-GRAZED = 3e-3  # leg lengths of clearance, with which one engine passes where the other lands
-ROUNDING = 1e-12  # rad: of a slope that is reckoned anew at every touchdown, and is the same
-GROWN = 0.25  # of the limit, a step before: differences that grew to it
+GRAZED = 3e-3  # leg lengths; one engine lands where the other passes with no more clearance
+ROUNDING = 1e-12  # rad; error of a slope that is recomputed at every touchdown
+GROWN = 0.25  # share of the limit that a growing difference has reached one step before
 
 
 @dataclass(frozen=True)
@@ -64,11 +64,11 @@ class Divergence:
     """The first touchdown at which two walks differ by more than the contact's resolution explains.
 
     Attributes:
-        touchdown: Its number, from 1; the number after the last common one where a walk ended.
-        time: When, in MuJoCo, s.
-        x: Where the stance foot of the step that ends with it stands, m.
-        differences: What is different, in words and numbers.
-        causes: Why, in words; empty where no cause was found.
+        touchdown: Its number, from 1; where a walk ended, the number after the last common one.
+        time: Its time in MuJoCo, s.
+        x: Position of the stance foot in the step that ends with it, m.
+        differences: The differences in words and numbers.
+        causes: The causes in words; empty where none was found.
     """
 
     touchdown: int
@@ -89,7 +89,7 @@ class Divergence:
 
 
 def differences(there: Walk, here: Walk) -> dict[str, Array]:
-    """Differences at each touchdown that both walks have, and their limits; see `Comparison.touchdowns`."""
+    """Differences at each touchdown that both walks have, and their limits, as `Comparison.touchdowns` holds them."""
     n = min(there.steps, here.steps)
     one, two = there.touchdowns, here.touchdowns
 
@@ -122,8 +122,8 @@ def find(there: Walk, here: Walk, table: Mapping[str, Array], controller: Contro
     Args:
         there: The walk in MuJoCo.
         here: The walk in the hybrid engine.
-        table: Their `differences`.
-        controller: That walked.
+        table: Their differences, as `differences` finds them.
+        controller: The controller of both walks.
     """
     shares = {name: np.abs(np.nan_to_num(table[name])) / table[f"limit_{name}"] for name in COLUMNS}
     beyond = np.any([share > 1.0 for share in shares.values()], axis=0)
@@ -164,7 +164,7 @@ def _engine(walk: Walk) -> str:
 
 
 def explanations(there: Walk, here: Walk, k: int, controller: Controller) -> Iterator[str]:
-    """What happened in the step that ends with touchdown k (from 0) or the one before, likeliest first."""
+    """Causes in the step that ends with touchdown k (from 0) or in the one before, the likeliest first."""
     steps = [row for row in (k - 1, k) if row >= 0]
 
     def greatest(walk: Walk, name: str) -> float:
@@ -193,7 +193,7 @@ def explanations(there: Walk, here: Walk, k: int, controller: Controller) -> Ite
 
 
 def _edges(there: Walk, here: Walk, steps: list[int]) -> Iterator[str]:
-    """Footholds so near to a break of the ground that the foot may meet its edge."""
+    """Footholds so close to a break of the ground that the foot may meet its edge."""
     breaks = np.array(there.terrain.x[1:])
     if not len(breaks):
         return
@@ -211,7 +211,7 @@ def _edges(there: Walk, here: Walk, steps: list[int]) -> Iterator[str]:
 
 
 def _grazing(there: Walk, here: Walk, k: int) -> Iterator[str]:
-    """One engine's swing foot lands where the other's passes close to the ground."""
+    """A foothold in one engine that the swing foot passes close to the ground in the other."""
     if k >= min(there.steps, here.steps):
         return
     first, second = sorted((there, here), key=lambda walk: float(measures.step_periods(walk)[k]))
@@ -234,8 +234,8 @@ def _grazing(there: Walk, here: Walk, k: int) -> Iterator[str]:
 def _decisions(there: Walk, here: Walk, steps: list[int], controller: Controller) -> Iterator[str]:
     """Touchdowns at which the controller decided differently, because its states lie on both sides of a threshold.
 
-    Its own events are asked again with the recorded states: when its law breaks next (a re-planned step has a break
-    that others lack), and whether it corrected its slope estimate.
+    Its decisions are repeated with the recorded states: the law's next discontinuity (re-planned steps have one that
+    others lack), and whether it corrected its slope estimate.
     """
     breaks = [_next_breaks(walk, controller, steps[-1]) for walk in (there, here)]
     corrected = [
@@ -252,7 +252,7 @@ def _decisions(there: Walk, here: Walk, steps: list[int], controller: Controller
 
 
 def _next_breaks(walk: Walk, controller: Controller, last: int) -> list[float]:
-    """When the controller's law breaks next, just after each touchdown up to the last one asked for, s."""
+    """Time of the law's next discontinuity just after each touchdown up to `last`, s."""
     if not hasattr(controller, "next_discontinuity"):
         return [math.inf] * (last + 1)
     own, found = len(controller.states), []

@@ -1,4 +1,4 @@
-"""What a recorded walk's controller tracked: the law built anew, its plans made again at the recorded touchdowns."""
+"""The reference that a recorded walk's controller tracked: the law built anew, and its plans at the touchdowns."""
 
 from __future__ import annotations
 
@@ -16,13 +16,12 @@ from mjbiped.control.tracking import AdaptiveTracking, Tracking
 from mjbiped.disturbances.disturbances import DEFAULT_PERIOD, Disturbances
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.errors import InputError, MjbipedError
-from mjbiped.gaits.branches import Branched
 from mjbiped.gaits.described import gait_from
-from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.gait import Branched, Gait
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
 
-_POINTS = 60  # of a transition's curve
+_POINTS = 60  # on the curve of a transition
 
 
 def recorded_controller(walk: Walk, named: str | None = None) -> AdaptiveTracking:
@@ -30,7 +29,7 @@ def recorded_controller(walk: Walk, named: str | None = None) -> AdaptiveTrackin
 
     Args:
         walk: The record.
-        named: Where the class is, if it is the user's own; see `mjbiped.control.registry.controller_from`.
+        named: Module and name of the class, if it is the user's own; see `mjbiped.control.registry.controller_from`.
 
     Raises:
         InputError: Another controller walked.
@@ -49,10 +48,10 @@ def recorded_tracking(walk: Walk, named: str | None = None) -> Tracking:
 
     Args:
         walk: The record.
-        named: As for `recorded_controller`.
+        named: Module and name of the class, if it is the user's own; see `mjbiped.control.registry.controller_from`.
 
     Raises:
-        InputError: It does not, or is the user's own and not named.
+        InputError: It does not track a reference, or is the user's own and not named.
         GaitError: The gait that it imitated is not found.
     """
     controller = controller_from(walk.settings["controller"], walk.settings.get("controller_source"), named)
@@ -64,11 +63,11 @@ def recorded_tracking(walk: Walk, named: str | None = None) -> Tracking:
 
 
 class StepStart(NamedTuple):
-    """A step at its beginning.
+    """The beginning of a step.
 
     Attributes:
-        time: Since the walk's start, s.
-        slope: Of the ground under its stance foot, rad.
+        time: Time since the walk's start, s.
+        slope: Slope of the ground under the stance foot, rad.
         q: Angles of the robot from the ground's normal, stance leg first, rad.
         dq: Their rates, rad/s.
     """
@@ -82,12 +81,12 @@ class StepStart(NamedTuple):
 def replayed(walk: Walk, controller: Controller) -> Iterator[tuple[StepStart, list[float]]]:
     """The controller's memory at each step's beginning; the step that the walk's end cut off is the last.
 
-    What is planned at touchdowns is in it: where the sensors differed from the truth, the controller is told what they
-    showed then, as it was in the walk. The integrated states are not carried on through a step: who needs them
-    writes those of the step's end into the memory before the next step is asked for.
+    It includes what was planned at touchdowns, with the sensors' errors at the time. The integrated states are not
+    carried on through a step: a caller who needs them writes those of the step's end into the memory before asking for
+    the next step.
 
     Args:
-        walk: A record.
+        walk: The record.
         controller: The law that walked.
     """
     walked = _behind_its_sensors(walk, controller)
@@ -108,14 +107,14 @@ def replayed(walk: Walk, controller: Controller) -> Iterator[tuple[StepStart, li
 
 
 def knee_strikes(walk: Walk) -> list[float]:
-    """When the swing knee struck its stop in each step that ended, since the step's beginning, s; infinity: never."""
-    if not walk.robot.knees:
+    """Time of the knee strike in each complete step, since the step's beginning, s; infinite where there was none."""
+    if "knee_strike" not in walk.touchdowns:
         return [math.inf] * len(walk.touchdowns["time"])
     return [strike if math.isfinite(strike) else math.inf for strike in walk.touchdowns["knee_strike"].tolist()]
 
 
 def _behind_its_sensors(walk: Walk, controller: Controller) -> Controller:
-    """The controller with what disturbed its sensors; nothing else of the loop matters at touchdowns."""
+    """The controller behind disturbed sensors; nothing else of the disturbed loop matters at touchdowns."""
     disturbances = Disturbances.from_dict(walk.settings.get("disturbances", {}))
     if not disturbances.in_loop:
         return controller
@@ -126,7 +125,7 @@ def transitions(walk: Walk, controller: Tracking) -> list[Array]:
     """The re-planned trajectories of a walk (section IV-B), each as far as it was walked with the swing knee free.
 
     Args:
-        walk: A record.
+        walk: The record.
         controller: The law that walked.
 
     Returns:
@@ -145,7 +144,7 @@ def transitions(walk: Walk, controller: Tracking) -> list[Array]:
 
 
 def drawn_transitions(walk: Walk) -> list[Array]:
-    """As `transitions`, for pictures: none where the record does not tell what was planned."""
+    """The re-planned trajectories for pictures; none where the record does not tell what was planned."""
     try:
         return transitions(walk, recorded_tracking(walk))
     except (MjbipedError, ArithmeticError, ValueError):
@@ -153,23 +152,23 @@ def drawn_transitions(walk: Walk) -> list[Array]:
 
 
 def drawn_gait(walk: Walk) -> Gait | Branched | None:
-    """The gait that a walk's controller imitated, for pictures: None where the record does not tell of one."""
+    """The gait that a walk's controller imitated, for pictures; None where the record has none for this robot."""
     described = walk.settings["controller"].get("gait")
     try:
         gait = None if described is None else gait_from(described)
     except MjbipedError:
         return None
-    return gait if isinstance(gait, Branched if walk.robot.knees else Gait) else None
+    return gait if isinstance(gait, Gait | Branched) and gait.robot.kind == walk.robot.kind else None
 
 
 class TrackedReference:
-    """What a walk's controller tracked, at any time of the record."""
+    """The reference that a walk's controller tracked, at any time of the record."""
 
     def __init__(self, walk: Walk, controller: Tracking) -> None:
-        """Make all plans of a walk again.
+        """Repeat all plans of a walk.
 
         Args:
-            walk: A record.
+            walk: The record.
             controller: The law that walked.
         """
         self._controller = controller
@@ -186,11 +185,11 @@ class TrackedReference:
                 memory[: states.shape[1]] = states[last].tolist()
 
     def at(self, time: float, *, locked: bool = False) -> tuple[float, ...]:
-        """The angles from the ground's normal, stance leg first, rad.
+        """Angles of the reference from the ground's normal, stance leg first, rad.
 
         Args:
-            time: Of the record, s.
-            locked: Whether the swing knee is, if there is one.
+            time: Time in the record, s.
+            locked: Whether the swing knee is locked, if there is one.
         """
         step = max(0, bisect.bisect_right(self._starts, time + 1e-9) - 1)
         memory, t = self._memories[step], time - self._starts[step]

@@ -20,10 +20,10 @@ from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
 
 RESOLVED = 1e-8
-"""Norm of eta below which nothing is made of it: in the hybrid engine it is the integration's error there."""
+"""Norm of eta below which errors are not evaluated: in the hybrid engine it is the integration's error."""
 
 _SAME_TIME = 1e-9  # s; a sample nearer to a touchdown is the touchdown's own
-_FEWEST = 8  # points of a step, its ends among them
+_FEWEST = 8  # least number of points in a step, its ends included
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,23 +35,23 @@ class Stability:
 
     Attributes:
         controller: The law that walked.
-        time: Since the walk's start, s, shape (n,). Both ends of each step are in it, so touchdowns stand there twice.
+        time: Time since the walk's start, s, shape (n,), with both ends of each step, so that touchdowns occur twice.
         step: The step of each time, shape (n,).
         errors: eta = (z1, z2, error of sine, error of cosine), truth minus estimate, shape (n, 6).
         lyapunov: V_a (15), shape (n,).
         dissipation: z1' K1 z1 + z2' K2 z2, what V_a loses by (16) with (17), 1/s, shape (n,).
-        slope_change: At the touchdown where the step starts, rad, shape (steps,); 0 for the first step.
+        slope_change: Change of slope at the touchdown where the step starts, rad, shape (steps,); 0 for the first step.
         start: eta at the step's start, shape (steps, 6).
         end: eta at the step's end, shape (steps, 6).
         gramian: Integral of W W' over the step, shape (steps, 2, 2) in (sine, cosine), 1/s³.
         transition: Phi of (22) over the step, shape (steps, 6, 6).
         envelope_gain: k_C of (23), with the bound sharp at the step's end, shape (steps,).
         envelope_rate: lambda_alpha of (23), 1/s, shape (steps,).
-        alpha: Of (19) at the step's first touchdown: the smallest that makes (19) true there with this beta, so large
-            as one likes where the rates' error comes from nothing. NaN for the first step.
-        beta: Of (19): norm of the impact map in the posture of the touchdown. NaN for the first step.
-        impact_gain: k_Delta of (20) from them. NaN for the first step.
-        residual: Norm of (end - Phi start), shape (steps,): how far the walk was from (22). In the hybrid engine the
+        alpha: The smallest alpha with which (19) holds at the step's first touchdown with this beta; unbounded where an
+            error of the rates arises without one of the angles. NaN for the first step.
+        beta: Norm of the impact map in the posture of the touchdown, beta of (19). NaN for the first step.
+        impact_gain: k_Delta of (20) from alpha and beta. NaN for the first step.
+        residual: Norm of (end - Phi start), shape (steps,): the walk's deviation from (22). In the hybrid engine the
             error of integration and interpolation, unless the swing foot struck a riser.
         balance: V_a(end) - V_a(start) + integral of the dissipation, shape (steps,): zero where (16) with (17) holds.
     """
@@ -108,7 +108,7 @@ class Stability:
 
     @property
     def condition_floor(self) -> Array:
-        """The same with alpha = beta = 0, shape (steps,): where this is not below 1, no constants make (24) true."""
+        """Left side of (24) with alpha = beta = 0, shape (steps,): no constants make (24) true unless it is below 1."""
         return error_dynamics.impact_gain(self.controller.position_gain, 0.0, 0.0) * self.contraction
 
     @property
@@ -148,7 +148,7 @@ def stability(walk: Walk, controller: AdaptiveTracking | None = None) -> Stabili
     (0.1 ms: 1.4e-3).
 
     Args:
-        walk: Of an adaptive controller, in either engine, with a touchdown at least.
+        walk: A walk of an adaptive controller, in either engine, with at least one touchdown.
         controller: The law that walked, where the record does not say it: an object of a derived class.
 
     Raises:

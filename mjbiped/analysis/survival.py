@@ -1,9 +1,9 @@
-"""How many steps a robot makes until it falls, of walks that ended with a fall and of walks that did not.
+"""Survival: the number of steps until a robot falls, from walks that ended with a fall and from censored ones.
 
-Once the way a walk began is forgotten, falls on random ground come without memory, so that one number says nearly all:
-the mean number of steps to a fall, or the probability that the next step is made (the second eigenvalue of the walk as
-a Markov chain; Byl and Tedrake, 2009). A walk that is still going at its last step is censored: it counts the steps
-that it made, and no fall.
+Once the transient has died out, falls on random ground come without memory, so that one number says nearly all: the
+mean number of steps to a fall, or the probability that the next step succeeds (the second eigenvalue of the walk as a
+Markov chain; Byl and Tedrake, 2009). A walk that is still going at its last step is censored: it contributes its steps,
+and no fall.
 """
 
 from __future__ import annotations
@@ -21,13 +21,12 @@ from mjbiped.errors import InputError
 from mjbiped.records.record import Walk
 
 CONFIDENCE = 0.95
-"""Of all intervals."""
+"""Confidence of all intervals."""
 
 SURVIVED = ("finished", "left the terrain")
-"""Outcomes of walks that were broken off, and not ended by a fall of any kind."""
+"""Outcomes of walks that were broken off rather than ended by a fall."""
 
-_RESAMPLES = 2000  # of walks, for the interval of a ratio
-_SEED = 0  # of these resamples
+_RESAMPLES, _SEED = 2000, 0  # number and seed of the resamples for the interval of a ratio
 
 
 @dataclass(frozen=True)
@@ -36,7 +35,7 @@ class Survival:
 
     Attributes:
         steps: Number of steps of each walk.
-        fell: Whether it ended with them, rather than at the most steps that it was to make.
+        fell: Whether each walk ended with a fall, rather than at the greatest number of steps asked for.
     """
 
     steps: tuple[int, ...]
@@ -65,10 +64,10 @@ class Survival:
         return cls(tuple(steps for steps, _ in ends), tuple(fell for _, fell in ends))
 
     def after(self, transient: int) -> Survival:
-        """What the walks did after so many steps; one that ended before then counts neither steps nor a fall.
+        """The survival after a transient; a walk that ended within it contributes neither steps nor a fall.
 
         Args:
-            transient: Number of steps in which the way the walks began is forgotten.
+            transient: Number of steps after which the initial state no longer matters.
         """
         pairs = list(zip(self.steps, self.fell, strict=True))
         return Survival(
@@ -83,7 +82,7 @@ class Survival:
 
     @property
     def eigenvalue(self) -> float:
-        """Probability that the next step is made, of greatest likelihood: steps by steps and falls; NaN of neither.
+        """Maximum-likelihood probability that the next step succeeds: steps over steps plus falls; NaN without either.
 
         It estimates the second eigenvalue of the walk as a Markov chain whose first one, 1, is that of having fallen.
         """
@@ -104,7 +103,7 @@ class Survival:
 
     @property
     def mean(self) -> float:
-        """Mean number of steps to a fall, of greatest likelihood: all steps by all falls.
+        """Maximum-likelihood mean number of steps to a fall: all steps over all falls.
 
         Infinite without a fall; NaN without a step either.
         """
@@ -114,7 +113,7 @@ class Survival:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Where the mean lies with 95 % confidence, if falls come without memory.
+        """The 95 % confidence interval of the mean, if falls come without memory.
 
         Garwood's exact interval (1936) for the mean of a Poisson-distributed number, that of the falls in all T steps:
         2 T / mean between quantiles of the chi-squared distributions of 2 n and 2 n + 2 degrees of freedom for n falls.
@@ -125,7 +124,7 @@ class Survival:
         return low, high
 
     def curve(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """The Kaplan-Meier estimate: at which steps walks ended, the share that walks on after them, and its 95 % band.
+        """The Kaplan-Meier estimate: steps at which walks ended, the share that survives them, and its 95 % band.
 
         The band is that of Greenwood's formula for the logarithm of the logarithm. It begins with (0, 1, 1, 1).
         """
@@ -146,18 +145,18 @@ class Survival:
 
 
 def ratio(better: Survival, worse: Survival) -> tuple[float, float, float]:
-    """How many times as many steps one makes to a fall as another, walk by walk on the same grounds.
+    """The ratio of two mean numbers of steps to a fall, of walks on the same grounds.
 
     Args:
-        better: Its walks, in the order of the grounds.
-        worse: The other's, in the same order.
+        better: Walks whose mean is the numerator, in the order of the grounds.
+        worse: Walks whose mean is the denominator, in the same order.
 
     Returns:
         The ratio of the means, and its 95 % interval: percentiles over resampled grounds. Where the better one never
-        fell, ratio and upper end are infinite, and the lower end is that of its mean by the upper end of the other's.
+        fell, ratio and upper end are infinite, and the lower end is its interval's over the upper end of the other's.
 
     Raises:
-        InputError: They are not of the same number of grounds.
+        InputError: The numbers of grounds differ.
     """
     if len(better.steps) != len(worse.steps):
         raise InputError(
@@ -165,17 +164,12 @@ def ratio(better: Survival, worse: Survival) -> tuple[float, float, float]:
         )
     if not better.falls:
         return math.inf, better.interval[0] / worse.interval[1], math.inf
-
-    def of(
-        one: NDArray[np.float64], one_fell: NDArray[np.float64], two: NDArray[np.float64], two_fell: NDArray[np.float64]
-    ) -> float:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return float(np.float64(one.sum()) / one_fell.sum() / (two.sum() / two_fell.sum()))
-
-    data = [np.array(part, dtype=float) for part in (better.steps, better.fell, worse.steps, worse.fell)]
-    draws = np.random.Generator(np.random.PCG64(_SEED)).integers(len(data[0]), size=(_RESAMPLES, len(data[0])))
-    ratios = np.array([of(*(part[draw] for part in data)) for draw in draws])
-    ratios = ratios[~np.isnan(ratios)]
+    data = np.array([better.steps, better.fell, worse.steps, worse.fell], dtype=float)
+    count = data.shape[1]
+    draws = np.random.Generator(np.random.PCG64(_SEED)).integers(count, size=(_RESAMPLES, count))
+    steps, falls, other_steps, other_falls = data[:, np.vstack([np.arange(count), draws])].sum(axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        whole, *drawn = (steps / falls / (other_steps / other_falls)).tolist()
     tail = (1.0 - CONFIDENCE) / 2.0
-    low, high = np.quantile(ratios, (tail, 1.0 - tail), method="nearest").tolist()
-    return of(*data), low, high
+    low, high = np.quantile([each for each in drawn if not math.isnan(each)], (tail, 1.0 - tail), method="nearest")
+    return whole, float(low), float(high)

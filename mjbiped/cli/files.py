@@ -1,11 +1,12 @@
-"""The files that a command writes, and how a command ends."""
+"""What a command writes and prints, and how it ends."""
 
 from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from pkgutil import resolve_name
@@ -24,52 +25,68 @@ INTERRUPTED, TERMINATED = 130, 143
 """Exit status after Ctrl-C and after SIGTERM, as shells have it."""
 
 LONGEST_LINE = 1000
-"""Characters of an error, at most."""
+"""Greatest number of characters in an error message."""
 
 
-class Files:
-    """Files that a command has written, and what went wrong on the way; one failure does not stop the next file.
+@dataclass
+class Results:
+    """The results that a command was asked for, what it has written, and what went wrong.
+
+    One failure does not stop the next file.
 
     Attributes:
-        written: Paths by kind of file.
-        failures: Messages.
+        out: File or folder of the results; None where it is not asked for, as the other paths.
+        plot: File of a figure.
+        plot_multipliers: File of a figure of multipliers.
+        plot_width: Name of the figures' width, which is already set.
+        video: File of a video.
+        no_video: Whether there is to be no video.
+        json: Whether the results are printed as JSON.
+        quiet: Whether only errors (and JSON) are printed.
+        written: Paths written, by kind of file.
+        failures: Messages of what failed.
     """
 
-    def __init__(self) -> None:
-        """Begin with none."""
-        self.written: dict[str, str] = {}
-        self.failures: list[str] = []
-        self._status = 0
+    out: Path | None = None
+    plot: Path | None = None
+    plot_multipliers: Path | None = None
+    plot_width: str = ""
+    video: Path | None = None
+    no_video: bool = False
+    json: bool = False
+    quiet: bool = False
+    written: dict[str, str] = field(default_factory=dict, init=False)
+    failures: list[str] = field(default_factory=list, init=False)
+    _status: int = field(default=0, init=False)
 
-    def save_arrays(self, path: Path | None, arrays: Mapping[str, Any]) -> None:
-        """Write arrays, an .npz file."""
-        self.write("data", path, partial(write_arrays, arrays=arrays))
+    def save_arrays(self, arrays: Mapping[str, Any]) -> None:
+        """Write arrays into `out`, an .npz file."""
+        self.write("data", self.out, partial(write_arrays, arrays=arrays))
 
-    def plot(self, path: Path | None, function: str, *shown: object) -> None:
-        """Write a figure.
+    def draw(self, function: str, *shown: object) -> None:
+        """Write the figure `plot`.
 
         Args:
-            path: Its file; None where no figure is asked for.
-            function: What draws it, as "module:name" in `mjbiped.plotting`. It is imported only where it is used, for
-                Matplotlib takes long to load, and called with what is shown and then the path.
-            *shown: What the figure is of.
+            function: The function that draws it, as "module:name" in `mjbiped.plotting`; it is called with what is
+                shown and the path. It is imported only here, since Matplotlib takes long to load.
+            *shown: What the figure shows.
         """
-        self.write("plot", path, lambda file: resolve_name(f"mjbiped.plotting.{function}")(*shown, file))
+        self.write("plot", self.plot, lambda file: resolve_name(f"mjbiped.plotting.{function}")(*shown, file))
 
-    def render(self, walk: Walk, path: Path | None, pictures: dict[str, Any], *, progress: bool) -> None:
-        """Write a video of a walk; `pictures` are the values of `mjbiped.cli.video_options.video_options`."""
+    def render(self, walk: Walk, pictures: dict[str, Any]) -> None:
+        """Write the video of a walk; `pictures` are the options in the section "Video"."""
 
         def draw(file: Path) -> None:
             from mjbiped.rendering.video import render_video
 
             width, height = pictures["video_size"]
             settings = {name: value for name, value in pictures.items() if name != "video_size"}
-            render_video(walk, file, width=width, height=height, progress=progress, **settings)
+            render_video(walk, file, width=width, height=height, progress=not self.quiet, **settings)
 
-        self.write("video", path, draw)
+        self.write("video", self.video, draw)
 
     def write(self, kind: str, path: Path | None, make: Callable[[Path], None]) -> None:
-        """Write a file of any kind, if one is asked for and Ctrl-C has not been pressed while another was written."""
+        """Write a file of any kind, if one is asked for and Ctrl-C was not pressed during an earlier one."""
         if path is None or self._status == INTERRUPTED:
             return
         try:
@@ -78,7 +95,7 @@ class Files:
             self.fail(INTERRUPTED, f"the {kind} {path} was not written: interrupted")
         except MjbipedError as error:
             self.fail(2, f"the {kind} {path} was not written: {error}")
-        except Exception as error:  # whatever a drawing fails of must not hide what has been computed
+        except Exception as error:  # a drawing that fails must not hide what has been computed
             self.fail(1, f"the {kind} {path} was not written: {explained(error)}")
         else:
             self.written[kind] = str(path)
@@ -88,45 +105,39 @@ class Files:
         self.failures.append(message)
         self._status = max(self._status, status)
 
-    def end(self, summary: Mapping[str, Any], shown: Iterable[RenderableType], *, json: bool, quiet: bool) -> None:
-        """Print what came of the command, as `tell`, and end it, with its failures if there are any."""
-        tell({**summary, "files": self.written}, shown, self.written.values(), json=json, quiet=quiet)
+    def end(
+        self, summary: Mapping[str, Any], shown: Iterable[RenderableType], files: Sequence[Path] | None = None
+    ) -> None:
+        """Print the results, and end the command if there were failures.
+
+        Args:
+            summary: All results, for JSON.
+            shown: Tables and sentences; a text is a line of its own, however long.
+            files: Files that were written; those of `written` unless given.
+        """
+        paths = list(self.written.values()) if files is None else [str(file) for file in files]
+        if self.json:
+            click.echo(as_json({**summary, "files": self.written if files is None else paths}))
+        elif not self.quiet:
+            for each in shown:
+                if isinstance(each, str):
+                    click.echo(click.format_filename(each))
+                else:
+                    Console(highlight=False).print(each)
+            for path in paths:
+                click.echo(f"wrote {click.format_filename(path)}")  # a name may not be valid UTF-8
         if self.failures:
             end(self._status, *self.failures)
 
 
-def tell(
-    summary: Mapping[str, Any], shown: Iterable[RenderableType], files: Iterable[object], *, json: bool, quiet: bool
-) -> None:
-    """Print what came of a command on the standard output.
-
-    Args:
-        summary: All of it, for machines.
-        shown: Tables and sentences, for people; a text is a line of its own however long it is.
-        files: That were written.
-        json: Whether machines read it.
-        quiet: Whether people want none of it.
-    """
-    if json:
-        click.echo(as_json(summary))
-    elif not quiet:
-        for each in shown:
-            if isinstance(each, str):
-                click.echo(click.format_filename(each))
-            else:
-                Console(highlight=False).print(each)
-        for file in files:
-            click.echo(f"wrote {click.format_filename(str(file))}")  # its name may be no UTF-8
-
-
 @contextmanager
 def terminable() -> Iterator[None]:
-    """Let SIGTERM do what Ctrl-C does, with an exit status of its own: what has been done is kept, and told.
+    """Let SIGTERM act like Ctrl-C with an exit status of its own: what has been done is kept, and reported.
 
-    A second one ends the process at once.
+    A second SIGTERM ends the process at once.
     """
     if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
-        yield  # somebody else's to decide
+        yield  # the calling program handles signals
         return
     received = []
 

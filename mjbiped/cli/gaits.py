@@ -1,248 +1,124 @@
-"""The commands `mjbiped bifurcation` and `mjbiped basin`: many passive gaits at once."""
+"""The commands `mjbiped gait`, `reference` and `stability`."""
 
 from __future__ import annotations
 
 import math
-import time
 from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 
 from mjbiped.cli import kinds, options, sections, tables
-from mjbiped.cli.files import INTERRUPTED, Files
-from mjbiped.cli.laws import controller_of
-from mjbiped.cli.robots import robot_of
-from mjbiped.control.loading import FORMS
-from mjbiped.control.registry import SHARED
-from mjbiped.gaits.described import passive_gait_of
+from mjbiped.cli.files import Results
+from mjbiped.cli.sections import results
+from mjbiped.cli.walkers import robot_of
+from mjbiped.gaits.kneed import find_kneed_gait
+from mjbiped.gaits.optimised import FRICTION, SPEED, find_reference
 from mjbiped.gaits.passive import find_passive_gait
-from mjbiped.numerics.jit import announced
-from mjbiped.records.tables import bare_table
+from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
-from mjbiped.rules.scuffing import ScuffingRule, check_landing
+from mjbiped.robots.kinds import compass_of
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.utils import domains
 
-_MULTIPLIERS_EVERY = math.radians(0.02)
 
+@click.command("gait", cls=sections.SectionCommand)
+@sections.options("Gait", ("--slope-deg", domains.SLOPE_DEG, "Slope of the plane, positive downhill.", 2.0))
+@options.robot_options
+@results(*options.PLOT, options.JSON)
+@click.pass_context
+def gait(ctx: click.Context, /, results: Results, slope_deg: float, **values: Any) -> None:
+    """Find the passive gait on a slope, its limit cycle and its stability.
 
-_out = sections.options("Results", ("--out", kinds.output(".npz"), None, "Write the data, an .npz file."))
-
-
-@click.command("bifurcation", cls=sections.SectionCommand)
-@sections.options(
-    "Diagram",
-    ("--slope-deg", kinds.span(domains.SLOPE_DEG), "2.4..3.6", "Slopes of the diagram."),
-    ("--slopes", domains.SLOPES, 1000, "How many; half of them where the period doubles again and again."),
-    ("--steps", domains.MAP_STEPS, 600, "Steps on each slope."),
-    ("--keep", domains.MAP_STEPS, 100, "The last so many of them are kept."),
-    ("--doublings", domains.DOUBLINGS, 4, "Period doublings to look for."),
-)
-@options.scuffing_option("Diagram")
-@options.leg_options
-@_out
-@options.plot_option
-@sections.options("Results", ("--plot-multipliers", options.PLOT, None, "Write a figure of the multipliers."))
-@options.printed_options
-def bifurcation(
-    slope_deg: tuple[float, float],
-    slopes: int,
-    steps: int,
-    keep: int,
-    doublings: int,
-    out: Path | None,
-    plot: Path | None,
-    plot_multipliers: Path | None,
-    json: bool,
-    quiet: bool,
-    scuffing_reach: float,
-    **values: Any,
-) -> None:
-    """Follow the passive gait with slope: where its period doubles, and where the robot is lost.
-
-    The onsets are zeros of a multiplier plus one on the branches of gaits, found by Newton's method; the diagram is
-    walked, slope by slope.
+    With straight legs the swing foot passes through the ground while it is beside the stance foot; with knees it clears
+    the ground.
 
     \b
     Examples:
-      mjbiped bifurcation --plot bifurcation.png --plot-multipliers multipliers.png
-      mjbiped bifurcation --slope-deg 4..5.2 --hip-mass 10 --leg-inertia 0 --json
+      mjbiped gait --slope-deg 3 --plot cycle.pdf
+      mjbiped gait --slope-deg 3 --leg-inertia 0 --hip-mass 10 --json
+      mjbiped gait --robot kneed --slope-deg 2.5 --plot knees.png
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.limit_cycles.bifurcation import bifurcation_diagram, find_cascade
-    from mjbiped.limit_cycles.periodic import first_gait, follow
-
-    if math.radians(slope_deg[0]) < domains.DOWNHILL.low:
-        raise click.UsageError("--slope-deg: slopes must be above 0, downhill.")
-    if keep > steps:
-        raise click.UsageError(f"--keep {keep} is more than the {steps} steps that are walked.")
-    domains.KEPT.check("--keep times --slopes", keep * slopes)
-    robot, rule, (low, high) = Compass(**values), ScuffingRule(reach=scuffing_reach), np.radians(slope_deg).tolist()
-    check_landing(find_passive_gait(robot, low), low, rule)  # before the search
-    began = time.perf_counter()
-    with announced("the return map", wanted=not quiet):
-        cascade = find_cascade(robot, doublings, progress=not quiet)
-    grid = np.linspace(low, high, slopes)
-    if cascade.window is not None:
-        near = np.clip(cascade.window, low, high)
-        if near[0] < near[1]:
-            grid = np.union1d(np.linspace(low, high, slopes // 2), np.linspace(near[0], near[1], slopes - slopes // 2))
-    searched = time.perf_counter()
-    diagram = bifurcation_diagram(robot, grid, steps=steps, keep=keep, scuffing=rule, progress=not quiet)
-    ended = time.perf_counter()
-    files = Files()
-    columns = ("slopes", "states", "periods", "step_lengths", "outcomes")
-    files.save_arrays(out, {**{name: getattr(diagram, name) for name in columns}, "onsets": cascade.onsets})
-
-    def draw_multipliers(path: Path) -> None:
-        from mjbiped.plotting import gaits as plot_gaits
-
-        first = cascade.branches[0].gaits[0]
-        places = np.arange(first.slope, high * 1.2, _MULTIPLIERS_EVERY)[1:].tolist()
-        one = list(follow(first_gait(robot, first.slope), places))
-        plot_gaits.plot_multipliers([one, *(branch.gaits for branch in cascade.branches[1:4])], path)
-
-    files.plot(plot, "gaits:plot_bifurcation", diagram, cascade)
-    files.write("multipliers", plot_multipliers, draw_multipliers)
-    summary = {
-        "onsets_deg": np.degrees(cascade.onsets).tolist(),
-        "ratios": cascade.ratios.tolist(),
-        "accumulation_deg": math.degrees(cascade.accumulation),
-        "cascade_end": cascade.end,
-        "lost_deg": math.degrees(diagram.lost),
-        "slopes": len(diagram.slopes),
-        "steps": steps,
-        "search_s": searched - began,
-        "diagram_s": ended - searched,
-    }
-    files.end(summary, tables.bifurcation_told(summary), json=json, quiet=quiet)
+    robot, slope = robot_of(ctx, values), math.radians(slope_deg)
+    if isinstance(robot, KneedBiped):
+        kneed = find_kneed_gait(robot, slope)
+        results.draw("gait:plot_gait", kneed)
+        results.end(*tables.kneed_gait_told(kneed))
+        return
+    found = find_passive_gait(compass_of(robot, "this gait"), slope)
+    results.draw("gait:plot_gait", found)
+    results.end(*tables.gait_told(found))
 
 
-@click.command("basin", cls=sections.SectionCommand)
+@click.command("reference", cls=sections.SectionCommand)
 @sections.options(
-    "Map",
+    "Gait",
+    ("--speed", domains.SPEED, "Mean speed on level ground, m/s.", SPEED),
     (
-        "--slope-deg",
-        domains.SLOPE_DEG,
-        None,
-        "Slope of the plane; 2 for the passive robot, 0 with a controller.",
+        "--clearance",
+        domains.CLEARANCE,
+        "Height that the swing foot reaches in the step, m; 0 for no demand on its path.",
+        0.06,
     ),
+    (
+        "--retraction/--no-retraction",
+        bool,
+        "Move the foot no further forward once it is there; without it the same height costs less.",
+        True,
+    ),
+    ("--torque-limit", domains.TORQUE, "Greatest torque of each joint, N m; no limit unless given."),
+    ("--friction", domains.NEEDED_FRICTION, "Greatest coefficient of friction that the gait needs.", FRICTION),
+)
+@options.robot_options
+@results(*options.PLOT, options.JSON)
+@click.pass_context
+def reference(ctx: click.Context, /, results: Results, **values: Any) -> None:
+    """Find the cheapest gait on level ground that lifts its swing foot to a given height.
+
+    Controllers track it with `mjbiped walk --reference`. Results are kept in the user's cache folder, or in
+    the folder that the environment variable MJBIPED_CACHE_DIR names.
+
+    \b
+    Examples:
+      mjbiped reference --clearance 0.06 --plot reference.png
+      mjbiped reference --speed 0.6 --clearance 0 --json
+      mjbiped reference --robot kneed --clearance 0.08 --plot knees.png
+      mjbiped walk stairs:rise=0.05 --reference clearance=0.06 --gain replanning=additive
+    """  # noqa: D301 (click reads the backspace)
+    robot = robot_of(ctx, values)
+    assert isinstance(robot, Compass | KneedBiped)
+    found = find_reference(robot, **values)
+    results.draw("gait:plot_gait", found)
+    results.end(*tables.reference_told(found))
+
+
+@click.command("stability", cls=sections.SectionCommand)
+@click.argument("record", type=click.Path(path_type=Path))
+@sections.options(
+    "Walk",
     (
         "--controller",
-        kinds.CONTROLLER,
-        "passive",
-        f"Who walks: 'passive', or a controller that imitates a gait, as 'adaptive'; your own by its class: {FORMS}.",
+        kinds.OWN_CONTROLLER,
+        "Your own controller class, if it made the walk: a record never decides which code is loaded.",
     ),
-    (
-        "--stance-rates",
-        kinds.span(domains.RATE),
-        None,
-        "First rates of the stance leg, rad/s; around the gait's if left out.",
-    ),
-    ("--swing-rates", kinds.span(domains.RATE), None, "First rates of the swing leg, rad/s; the same."),
-    ("--grid", domains.GRID, None, "Starts along each side; 300, or 100 with a controller."),
-    ("--limit", domains.LIMIT, None, "Steps at most; 100, or 10 with a controller."),
-    ("--threads", domains.WORKERS, None, "Threads; one for each core unless given."),
 )
-@sections.options(
-    options.ADAPTIVE,
-    (
-        "--imitate-slope-deg",
-        domains.SLOPE_DEG,
-        SHARED["imitate_slope_deg"],
-        "Slope of the passive gait that is imitated; for all but passive.",
-    ),
-    options.REFERENCE,
-)
-@options.gain_option("Map")
-@options.scuffing_option("Map")
-@options.robot_options
-@_out
-@options.plot_option
-@options.printed_options
-@click.pass_context
-def basin(
-    ctx: click.Context,
-    /,
-    slope_deg: float | None,
-    stance_rates: tuple[float, float] | None,
-    swing_rates: tuple[float, float] | None,
-    grid: int | None,
-    limit: int | None,
-    threads: int | None,
-    out: Path | None,
-    plot: Path | None,
-    json: bool,
-    quiet: bool,
-    scuffing_reach: float,
-    **values: Any,
-) -> None:
-    """Map from which first rates of the legs the robot comes to walk, and from which it falls.
+@results(*options.PLOT, options.JSON)
+def stability(record: Path, results: Results, controller: str | None) -> None:
+    """Evaluate the paper's Theorem 1 along the walk of RECORD, an .npz file.
 
-    Each start stands just after an impact, both feet on the plane and the legs as far apart as in the gait. A
-    controller's torques are not bounded; the map shows how great they were.
+    The walk is an adaptive controller's, of either engine. docs/stability.md explains the numbers.
 
     \b
     Examples:
-      mjbiped basin --slope-deg 2 --plot basin.png --out basin.npz
-      mjbiped basin --controller adaptive --stance-rates=-2..12 --swing-rates=-30..30 --plot controlled.png
-      mjbiped basin --robot kneed --slope-deg 2.5
-      mjbiped basin --controller my_law.py:MyLaw --gain stiffness=25 --grid 20
+      mjbiped walk mixed --engine hybrid --no-estimate-update --out walk.npz
+      mjbiped stability walk.npz --plot stability.png
+      mjbiped stability mine.npz --controller mine.py:MyAdaptive
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.limit_cycles.basin import BasinInterrupted, BasinStopped, Fate, basin_of_attraction, basin_of_control
+    # only this command needs SciPy's linear algebra
+    from mjbiped.analysis.stability import recorded_controller
+    from mjbiped.analysis.stability import stability as evaluated
 
-    robot = robot_of(ctx, values)
-    controlled = values["controller"] != "passive"
-    law = controller_of(ctx, robot, values)
-    slope = math.radians(slope_deg if slope_deg is not None else (0.0 if controlled else 2.0))
-    count = grid or (100 if controlled else 300)
-    gait = law.gait if controlled else passive_gait_of(robot, slope)
-    rates = gait.start[len(gait.start) // 2 :] if gait is not None else np.zeros(1)  # which is refused
-    greatest = float(np.abs(rates).max())
-    around = ((-2.0, 11.0), (-25.0, 25.0)) if controlled else ((0.7, 1.45), (-1.5, 2.2))
-    sides = []
-    for wanted, (low, high) in zip((stance_rates, swing_rates), around, strict=True):
-        first, last = wanted or (low * greatest, high * greatest)
-        sides.append(np.linspace(first, last, count))
-    settings: dict[str, Any] = {
-        "stance_rates": sides[0],
-        "swing_rates": sides[1],
-        "limit": limit or (10 if controlled else 100),
-        "threads": threads,
-        "scuffing": ScuffingRule(reach=scuffing_reach),
-        "progress": not quiet,
-    }
-    files, began, trouble = Files(), time.perf_counter(), (0, "")
-    try:
-        with announced("the walks of this map", wanted=not quiet):
-            if controlled:
-                found = basin_of_control(law, slope, robot=robot, **settings)
-            else:
-                found = basin_of_attraction(robot, slope, **settings)
-    except BasinInterrupted as stop:
-        found, trouble = stop.basin, (INTERRUPTED, "the map was interrupted")
-    except BasinStopped as stop:
-        found, trouble = stop.basin, (1, str(stop))
-    seconds = time.perf_counter() - began
-    columns = ("slope", "start", "stance_rates", "swing_rates", "fates", "steps", "peak_torque")
-    names = [fate.name.lower() for fate in Fate]
-    files.save_arrays(out, {**{name: getattr(found, name) for name in columns}, "fate_names": names})
-    status, reason = trouble
-    if reason:
-        files.fail(status, f"{reason}; what was not computed counts as undecided")
-    files.plot(plot, "gaits:plot_basins", [found])
-    shares = {fate.name.lower(): found.share(fate) for fate in Fate}
-    summary = {
-        "walker": found.walker,
-        "slope_deg": math.degrees(found.slope),
-        "starts": found.fates.size,
-        "shares": shares,
-        "mean_steps_to_settle": float(found.steps[found.fates == Fate.SETTLED].mean()) if shares["settled"] else None,
-        "seconds": seconds,
-    }
-    table = bare_table("fate", "share of the starts", "steps, mean", numbers=True)
-    for fate in Fate:
-        here = found.fates == fate
-        if here.any():
-            table.add_row(fate.name.lower(), f"{100 * here.mean():.2f} %", f"{found.steps[here].mean():.2f}")
-    files.end(summary, [table, f"{found.fates.size} walks in {seconds:.1f} s"], json=json, quiet=quiet)
+    done = Walk.load(record)
+    found = evaluated(done, recorded_controller(done, controller))
+    results.draw("stability:plot_stability", {record.stem: found})
+    results.end(*tables.stability_told(found))

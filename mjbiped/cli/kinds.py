@@ -1,8 +1,7 @@
-"""Types of the command line's options: each reads a value, and refuses what it is not in words."""
+"""Types of command-line options: each reads a value, or says what it expected."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,9 @@ from mjbiped.control.loading import FORMS, is_reference
 from mjbiped.control.registry import controller_names
 from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
-from mjbiped.gaits.optimised import parse_reference
+from mjbiped.gaits.described import parse_reference
+from mjbiped.plotting.width import figure_width
+from mjbiped.rendering.look import SUFFIXES, look
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import NAMED
 from mjbiped.robots.kneed import KneedBiped
@@ -23,169 +24,193 @@ from mjbiped.utils.domains import Count, Domain
 from mjbiped.utils.files import check_writable
 
 
-class Kind(click.types.FuncParamType):  # type: ignore[type-arg]  # generic in the latest click alone
-    """Values that a function reads; `metavar` stands for one in the help."""
+class Kind(click.ParamType):  # type: ignore[type-arg]  # generic in the latest click alone
+    """The type of a value that a function reads.
 
-    def __init__(self, metavar: str, read: Callable[[Any], Any]) -> None:
-        """Take the name beside the function."""
-        super().__init__(read)
-        self.metavar = metavar
+    Attributes:
+        metavar: Stands for a value in the help.
+        read: Makes the value of what was given; an `InputError` refuses it.
+        expected: What a refused value should have been; the error's own words if empty.
+    """
+
+    def __init__(self, metavar: str, read: Callable[[Any], Any], expected: str = "") -> None:
+        """Take the attributes."""
+        self.name = self.metavar = metavar
+        self.read, self.expected = read, expected
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Read a value."""
+        try:
+            return self.read(value)
+        except InputError as error:
+            self.fail(f"{shown(value)}; expected {self.expected}." if self.expected else f"{error}.", param, ctx)
 
 
 class Folder(click.Path):
-    """The path of a folder, which need not be there."""
+    """The path of a folder, which need not exist."""
 
     metavar = "FOLDER"
 
     def __init__(self) -> None:
-        """Take folders alone."""
+        """Accept folders only."""
         super().__init__(file_okay=False, path_type=Path)
 
 
-def output(*suffixes: str) -> Kind:
-    """The type of a file to write: its suffix is one of these, its folder is there and takes new files.
+class Width(click.Choice):  # type: ignore[type-arg]  # generic in the latest click alone
+    """The width of all figures that a command draws: reading it sets it, until the command ends."""
 
-    A file that is there already may be replaced.
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Read a width's name."""
+        name = super().convert(value, param, ctx)
+        if ctx is not None:
+            ctx.with_resource(figure_width(name))
+        return name
+
+
+def output(*suffixes: str) -> Kind:
+    """The type of a file to write: it has one of these suffixes, and its folder exists and can be written to.
+
+    An existing file may be replaced.
     """
 
-    def convert(value: Any) -> Path:
+    def read(value: Any) -> Path:
         path = Path(value)
+        named = shown(str(path))
         if path.suffix not in suffixes:
-            raise click.BadParameter(f"{shown(str(path))} must end in {' or '.join(suffixes)}.")
+            raise InputError(f"{named} must end in {' or '.join(suffixes)}")
         try:
             if path.is_dir():
-                raise click.BadParameter(f"{shown(str(path))} is a folder.")
+                raise InputError(f"{named} is a folder")
             if not path.parent.is_dir():
-                raise click.BadParameter(
-                    f"{shown(str(path))}: there is no folder {shown(str(path.parent))}; make it first."
-                )
+                raise InputError(f"{named}: there is no folder {shown(str(path.parent))}; make it first")
             check_writable(path)
+        except InputError:
+            raise
         except (OSError, ValueError) as error:  # a name that no file can have is a ValueError
-            reason = getattr(error, "strerror", None) or error
-            raise click.BadParameter(f"{shown(str(path))} cannot be written: {reason}.") from error
+            raise InputError(f"{named} cannot be written: {getattr(error, 'strerror', None) or error}") from error
         return path
 
-    return Kind("FILE", convert)
+    return Kind("FILE", read)
+
+
+def number(text: Any, domain: Domain | Count) -> Any:
+    """The number that a text spells, checked against its domain."""
+    return domain.check("", parse_number(text) if isinstance(text, str) else text)
 
 
 def quantity(domain: Domain | Count) -> Kind:
-    """The type of a number of a domain."""
-
-    def number(value: Any) -> float:
-        try:
-            return domain.check("", parse_number(value) if isinstance(value, str) else value)
-        except InputError as error:
-            raise click.BadParameter(f"{shown(value)}; expected {domain.words}.") from error
-
-    return Kind("X" if isinstance(domain, Domain) else "N", number)
+    """The type of a number in a domain."""
+    return Kind("X" if isinstance(domain, Domain) else "N", lambda value: number(value, domain), domain.words)
 
 
 def span(domain: Domain) -> Kind:
-    """The type of two numbers of a domain as "0.8..1.6", the first below the second."""
+    """The type of two numbers in a domain, the first below the second, such as "0.8..1.6"."""
 
-    def ends(value: Any) -> tuple[float, float]:
+    def read(value: Any) -> tuple[float, float]:
         first, _, second = str(value).partition("..")
-        try:
-            low, high = (domain.check("", parse_number(end)) for end in (first, second))
-        except InputError:
-            low = high = math.nan
+        low, high = number(first, domain), number(second, domain)
         if not low < high:
-            raise click.BadParameter(
-                f"{shown(value)}; expected two numbers LOW..HIGH, {domain}, the first below the second, as 0.8..1.6."
-            )
+            raise InputError("wrong order")
         return low, high
 
-    return Kind("LOW..HIGH", ends)
+    return Kind("LOW..HIGH", read, f"two numbers LOW..HIGH, {domain}, the first below the second, as 0.8..1.6")
 
 
-def delay(value: Any) -> float | None:
-    """A number, or "none"."""
+def pair(value: str, separator: str = "=") -> tuple[str, str]:
+    """Two texts with a separator between them, such as "ratio=-2"; neither is empty."""
+    first, _, second = value.partition(separator)
+    if not first.strip() or not second.strip():
+        raise InputError("one part is missing")
+    return first.strip(), second
+
+
+def _delay(value: Any) -> float | None:
     if isinstance(value, str) and value.strip().lower() == "none":
         return None
-    try:
-        number: float = quantity(domains.REPLANNING_DELAY)(value)
-        return number
-    except click.BadParameter as error:
-        raise click.BadParameter(f"{error.message[:-1]}, or 'none' to switch re-planning off.") from error
+    delay: float = number(value, domains.REPLANNING_DELAY)
+    return delay
 
 
-def initial_state(value: str) -> str | tuple[float, ...]:
-    """The name of a walk's first state, or four numbers, or six of a robot with knees."""
+def _initial_state(value: str) -> str | tuple[float, ...]:
     if value in INITIAL_STATES:
         return value
-    try:
-        numbers = [parse_number(part) for part in value.split(",")]
-        return tuple(domains.check_states("", numbers, (6 if len(numbers) == 6 else 4,)).tolist())
-    except InputError as error:
-        wanted = f"{', '.join(map(repr, INITIAL_STATES))} or four numbers q1,q2,dq1,dq2 (rad, rad/s)"
-        raise click.BadParameter(f"{shown(value)}; expected {wanted}.") from error
+    numbers = [parse_number(part) for part in value.split(",")]
+    return tuple(domains.check_states("", numbers, (6 if len(numbers) == 6 else 4,)).tolist())
 
 
-def gain(value: str) -> tuple[str, str]:
-    """A setting's name and value, as "ratio=-2"; the controller knows which it has, their types and domains."""
-    name, _, rest = value.partition("=")
-    if not name.strip() or not rest.strip():
-        raise click.BadParameter(f"{shown(value)}; expected NAME=VALUE, as gain=10.")
-    return name.strip(), rest
+def _push(value: str) -> tuple[float, float]:
+    time, impulse = pair(value, ":")
+    return number(time, domains.TIME), number(impulse, domains.PUSH)
 
 
-def push(value: str) -> tuple[float, float]:
-    """When a push begins (s) and its impulse (N s), as "2:-5"."""
-    time, _, impulse = value.partition(":")
-    try:
-        return domains.TIME.check("", parse_number(time)), domains.PUSH.check("", parse_number(impulse))
-    except InputError as error:
-        raise click.BadParameter(f"{shown(value)}; expected TIME:IMPULSE in s and N s, as 2:-5.") from error
+def _model_error(value: str) -> tuple[str, float]:
+    name, factor = pair(value)
+    return domains.known_name("parameter of the robot", name, _PARAMETERS), number(factor, domains.MODEL_ERROR)
 
 
-def model_error(value: str) -> tuple[str, float]:
-    """A parameter of the robot and a factor, as "leg_mass=1.2"."""
-    name, _, factor = value.partition("=")
-    known = list(dict.fromkeys((*Compass.parameters(), *KneedBiped.parameters())))
-    try:
-        domains.known_name("parameter of the robot", name.strip(), known)
-        return name.strip(), domains.MODEL_ERROR.check("", parse_number(factor))
-    except InputError as error:
-        names = ", ".join(known)
-        raise click.BadParameter(
-            f"{shown(value)}; expected NAME=FACTOR, as leg_mass=1.2, of {names}, and {domains.MODEL_ERROR.words}."
-        ) from error
-
-
-def controller_name(value: str) -> str:
-    """The name of a registered controller, or of a class of the user's own, which is not loaded yet."""
-    if is_reference(value) or value in controller_names():
-        return value
+def _controller(value: str) -> str:
     names = controller_names()
-    hint = domains.nearest(value, names) or "."
-    raise click.BadParameter(f"{shown(value)}; expected one of {', '.join(names)}, or {FORMS}{hint}")
+    if is_reference(value) or value in names:
+        return value  # a class of the user's own is loaded later
+    hint = domains.nearest(value, names)
+    raise InputError(f"{shown(value)}; expected one of {', '.join(names)}, or {FORMS}{hint}")
 
 
-CONTROLLER = Kind("NAME", controller_name)
-
-
-def own_controller(value: str) -> str:
-    """The place of a class of the user's own, which is not loaded yet."""
+def _own_controller(value: str) -> str:
     if is_reference(value):
         return value
-    raise click.BadParameter(f"{shown(value)}; expected {FORMS}; registered controllers are found by themselves.")
+    raise InputError(f"{shown(value)}; expected {FORMS}; registered controllers are found by themselves")
 
 
-OWN_CONTROLLER = Kind("FILE.py:CLASS", own_controller)
-
-
-def reference(value: Any) -> str:
-    """What is asked of an optimised reference, as it was written."""
-    try:
-        parse_reference(value)
-    except InputError as error:
-        raise click.BadParameter(f"{error}.") from error
+def _reference(value: Any) -> str:
+    parse_reference(value)
     return str(value)
 
 
-def robot_name(value: Any) -> str:
-    """A robot's name, or the path of a file that has one."""
+def _robot(value: Any) -> str:
     text = str(value)
     if text not in NAMED and not text.endswith(".toml"):
-        raise click.BadParameter(f"{shown(text)}; expected {', '.join(NAMED)}, or a .toml file.")
+        raise InputError("unknown robot")
     return text
+
+
+def _video_size(value: str) -> tuple[int, int]:
+    width, height = (number(part, domains.PIXELS) for part in pair(value.lower(), "x"))
+    if width % 2 or height % 2:  # H.264 accepts even numbers only
+        raise InputError("odd")
+    return width, height
+
+
+def _of_look(argument: str) -> Callable[[str], str]:
+    """Check names that `mjbiped.rendering.look.look` takes as an argument, and leave them as they are written."""
+
+    def read(value: str) -> str:
+        look(**{argument: value})
+        return value
+
+    return read
+
+
+_PARAMETERS = tuple(dict.fromkeys((*Compass.parameters(), *KneedBiped.parameters())))
+_PIXELS = f"even pixels from {domains.PIXELS.low} to {domains.PIXELS.high} each"
+
+PLOT = output(".png", ".pdf", ".svg")
+VIDEO = output(*SUFFIXES)
+DELAY = Kind("ZETA", _delay, f"{domains.REPLANNING_DELAY.words}, or 'none' to switch re-planning off")
+INITIAL_STATE = Kind(
+    "STATE", _initial_state, f"{', '.join(map(repr, INITIAL_STATES))} or four numbers q1,q2,dq1,dq2 (rad, rad/s)"
+)
+SETTING = Kind("NAME=VALUE", pair, "NAME=VALUE, as gain=10")
+PUSH = Kind("TIME:IMPULSE", _push, "TIME:IMPULSE in s and N s, as 2:-5")
+MODEL_ERROR = Kind(
+    "NAME=FACTOR",
+    _model_error,
+    f"NAME=FACTOR, as leg_mass=1.2, of {', '.join(_PARAMETERS)}, and {domains.MODEL_ERROR.words}",
+)
+CONTROLLER = Kind("NAME", _controller)
+OWN_CONTROLLER = Kind("FILE.py:CLASS", _own_controller)
+REFERENCE = Kind("GOAL", _reference)
+ROBOT = Kind("NAME|FILE", _robot, f"{', '.join(NAMED)}, or a .toml file")
+VIDEO_SIZE = Kind("WxH", _video_size, f"WIDTHxHEIGHT, {_PIXELS}, as 1280x720")
+HIDDEN = Kind("NAMES", _of_look("hide"))
+VISUAL_FLAG = Kind("NAME", _of_look("flags"))

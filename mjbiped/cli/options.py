@@ -1,28 +1,18 @@
-"""Options that several commands share: of the walk, the controller, the robot, and the results."""
+"""Options that several commands share: walk, controller, robot, disturbances, results, video, studies."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields
-from typing import Any, TypeVar
+from pathlib import Path
+from typing import Any
 
 import click
 
 from controllers import AdaptiveController
 from controllers.comparison.known_slope import SLOPE_SOURCES
-from mjbiped.cli.kinds import (
-    CONTROLLER,
-    Kind,
-    delay,
-    gain,
-    initial_state,
-    model_error,
-    output,
-    push,
-    reference,
-    robot_name,
-)
-from mjbiped.cli.sections import Row, SectionOption, options
+from mjbiped.cli import kinds
+from mjbiped.cli.sections import Function, Row, options, together
 from mjbiped.control.loading import FORMS
 from mjbiped.control.registry import DEFAULT_CONTROLLER, SHARED, controller_names, settings_of
 from mjbiped.control.settings import shown_defaults
@@ -30,86 +20,84 @@ from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP, LOCKED, STANCE_KNEES
 from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES
 from mjbiped.engines.plan import DEFAULT_STEPS
-from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, figure_width
+from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS
+from mjbiped.rendering.look import ALL, ELEMENTS
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.utils import domains
 
-_Function = TypeVar("_Function", bound=Callable[..., Any])
-
-PLOT = output(".png", ".pdf", ".svg")
-_LAW = AdaptiveController  # for its defaults
+_LAW = AdaptiveController  # its defaults
 COMPARED = ("passivity", "energy-constraint", "kinetic-energy", "limit-cycle")  # in the paper
 OTHERS = (*COMPARED, *(name for name in controller_names() if name not in ("adaptive", "passive", *COMPARED)))
 
 
 def gains_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
-    """Names of the settings that `--gain` sets, with their defaults; those left out have options of their own."""
+    """Names and defaults of the settings that `--gain` sets; the others have options of their own."""
     return {key: value for key, value in settings_of(name, robot).items() if key not in (*SHARED, "slope_source")}
 
 
 ADAPTIVE, COMPARISON, MUJOCO = "Adaptive controller", "Comparison controllers", "MuJoCo"
+LEGS, KNEES, VIDEO = "Robot", "Robot with knees", "Video"
+"""Sections of the help."""
 
 walk_options = options(
     "Walk",
-    ("--seed", domains.SEED, None, "Seed of random ground."),
-    ("--steps", domains.STEPS, None, f"End after so many steps; {DEFAULT_STEPS} without a distance."),
-    ("--distance", domains.DISTANCE, None, "End at this position x of the stance foot, m."),
+    ("--seed", domains.SEED, "Seed of random ground."),
+    ("--steps", domains.STEPS, f"End after this many steps; {DEFAULT_STEPS} unless a distance is given."),
+    ("--distance", domains.DISTANCE, "End at this position x of the stance foot, m."),
     (
         "--initial",
-        Kind("STATE", initial_state),
-        "gait",
+        kinds.INITIAL_STATE,
         "First state: 'gait' (on the limit cycle), 'rest' (legs together, at rest), or q1,q2,dq1,dq2 of stance and "
         "swing leg from the ground's normal, rad and rad/s; with knees q1,q2,q3,dq1,dq2,dq3.",
+        "gait",
     ),
     (
         "--controller",
-        CONTROLLER,
-        DEFAULT_CONTROLLER,
+        kinds.CONTROLLER,
         "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque; "
         f"{', '.join(COMPARED)} are those that the paper compares with, see docs/comparison.md. Your own by its class: "
         f"{FORMS}, as spread.py:HipSpread.",
+        DEFAULT_CONTROLLER,
     ),
 )
 
 
-def gain_option(section: str) -> Callable[[_Function], _Function]:
+def gain_option(section: str) -> Callable[[Function], Function]:
     """The option that sets a controller's fields."""
     known = "; ".join(f"{name}: {shown_defaults(gains_of(name))}" for name in COMPARED)
-    text = f"Sets a field of the controller, may be repeated; {known}; your own: those of its dataclass."
-    return options(section, ("--gain", Kind("NAME=VALUE", gain), (), text))
+    text = f"Set a field of the controller, may be repeated; {known}; your own: its dataclass fields."
+    return options(section, ("--gain", kinds.SETTING, text, ()))
 
 
 mujoco_options = options(
     MUJOCO,
-    ("--timestep", domains.TIMESTEP, DEFAULT_TIMESTEP, "Longest physics step, s."),
-    ("--contact-timestep", domains.CONTACT_TIMESTEP, DEFAULT_CONTACT_TIMESTEP, "Physics step that makes an impact, s."),
+    ("--timestep", domains.TIMESTEP, "Longest physics step, s.", DEFAULT_TIMESTEP),
+    ("--contact-timestep", domains.CONTACT_TIMESTEP, "Physics step during an impact, s.", DEFAULT_CONTACT_TIMESTEP),
     (
         "--control-period",
         domains.CONTROL_PERIOD,
-        None,
         "Time between ticks of the controller, s; each physics step unless given.",
     ),
     (
         "--plain-steps",
         bool,
-        False,
-        "Steps of the one length --timestep (0.1 ms or less): none ends at a touchdown, and contacts alone tell of it.",
+        "Keep all physics steps at --timestep (0.1 ms or less): none ends at a touchdown, contacts alone detect it.",
     ),
     (
         "--stance-knee",
         click.Choice(STANCE_KNEES),
+        "What holds the stance knee of a robot with knees: a lock, or a motor, whose torque and work are recorded.",
         LOCKED,
-        "What holds the stance knee of a robot with knees: a lock, or a motor, whose torque and work are told.",
     ),
 )
 
 
-def scuffing_option(section: str) -> Callable[[_Function], _Function]:
-    """The option for the scuffing rule: which scuffs are passed through, and which steps are long enough."""
+def scuffing_option(section: str) -> Callable[[Function], Function]:
+    """The option of the scuffing rule: which scuffs are ignored, and which steps are long enough."""
     text = "Leg lengths ahead of the stance foot from which the swing foot may touch the ground; steps must be longer."
-    return options(section, ("--scuffing-reach", domains.REACH, ScuffingRule.reach, text))
+    return options(section, ("--scuffing-reach", domains.REACH, text, ScuffingRule.reach))
 
 
 engine_option = options(
@@ -117,43 +105,45 @@ engine_option = options(
     (
         "--engine",
         click.Choice(tuple(ENGINES)),
-        DEFAULT_ENGINE,
         "The physics: MuJoCo's contacts, or the paper's impact map.",
+        DEFAULT_ENGINE,
     ),
 )
 
 REFERENCE: Row = (
     "--reference",
-    Kind("GOAL", reference),
-    SHARED["reference"],
+    kinds.REFERENCE,
     "Track an optimised gait instead: clearance=X,retraction=no,speed=X,torque_limit=X,friction=X, any of them, in m, "
     "m/s and N m; for adaptive and limit-cycle.",
+    SHARED["reference"],
+)
+
+IMITATE: Row = (
+    "--imitate-slope-deg",
+    domains.SLOPE_DEG,
+    "Slope of the passive gait that is imitated; for all but passive.",
+    SHARED["imitate_slope_deg"],
 )
 
 adaptive_options = options(
     ADAPTIVE,
-    (
-        "--imitate-slope-deg",
-        domains.SLOPE_DEG,
-        SHARED["imitate_slope_deg"],
-        "Slope of the passive gait that is imitated; for all but passive.",
-    ),
+    IMITATE,
     REFERENCE,
-    ("--position-gain", domains.GAIN, _LAW.position_gain, "K1, 1/s."),
-    ("--velocity-gain", domains.GAIN, _LAW.velocity_gain, "K2, 1/s."),
-    ("--adaptation-gain", domains.ADAPTATION_GAIN, _LAW.adaptation_gain, "gamma of the slope estimator."),
+    ("--position-gain", domains.GAIN, "K1, 1/s.", _LAW.position_gain),
+    ("--velocity-gain", domains.GAIN, "K2, 1/s.", _LAW.velocity_gain),
+    ("--adaptation-gain", domains.ADAPTATION_GAIN, "gamma of the slope estimator.", _LAW.adaptation_gain),
     (
         "--replanning-delay",
-        Kind("ZETA", delay),
-        _LAW.replanning_delay,
+        kinds.DELAY,
         "Gait periods, in (0, 1], in which re-planning leads back to the gait; 'none' switches it off.",
+        _LAW.replanning_delay,
     ),
-    ("--estimate-update/--no-estimate-update", bool, _LAW.estimate_update, "Correct the slope estimate at touchdown."),
+    ("--estimate-update/--no-estimate-update", bool, "Correct the slope estimate at touchdown.", _LAW.estimate_update),
     (
         "--initial-slope-estimate-deg",
         domains.SLOPE_DEG,
-        SHARED["initial_slope_estimate_deg"],
         "Slope estimate at the start; for the comparison controllers the slope that they are given.",
+        SHARED["initial_slope_estimate_deg"],
     ),
 )
 
@@ -162,7 +152,6 @@ comparison_options = options(
     (
         "--slope-source",
         click.Choice(SLOPE_SOURCES),
-        None,
         "The slope that gravity is compensated for: as given at the start, dead reckoned under the stance foot, or of "
         "the line through both feet; two_point for passivity, local for the others unless given.",
     ),
@@ -170,54 +159,41 @@ comparison_options = options(
 
 KIND: Row = (
     "--robot",
-    Kind("NAME|FILE", robot_name),
-    Compass.kind,
+    kinds.ROBOT,
     "'compass' has straight legs; 'kneed' has knees, light shanks and a heavy hip; 'halved-rods' has the legs of Table "
     'I cut at the knee; or a .toml file with kind = "kneed" (or "compass") and parameters as in the record. The '
     "options below change single parameters.",
+    Compass.kind,
 )
-"""Which robot, for `options`."""
-
-LEGS, KNEES = "Robot", "Robot with knees"
-"""Sections of a robot's options."""
-
 knee_options = options(
     KNEES,
-    ("--thigh-mass", domains.LEG_MASS, None, "Mass of one thigh, kg."),
-    ("--shank-mass", domains.LEG_MASS, None, "Mass of one shank, kg."),
-    ("--thigh-length", domains.LENGTH, None, "From the hip to the knee, m."),
-    ("--shank-length", domains.LENGTH, None, "From the knee to the foot, m."),
-    ("--thigh-centre", domains.LENGTH, None, "From the hip down to the thigh's centre of mass, m."),
-    ("--shank-centre", domains.LENGTH, None, "From the knee down to the shank's centre of mass, m."),
-    ("--thigh-inertia", domains.INERTIA, None, "Of a thigh about its centre of mass, kg m^2; a rod's unless given."),
-    ("--shank-inertia", domains.INERTIA, None, "Of a shank, the same."),
+    ("--thigh-mass", domains.LEG_MASS, "Mass of one thigh, kg."),
+    ("--shank-mass", domains.LEG_MASS, "Mass of one shank, kg."),
+    ("--thigh-length", domains.LENGTH, "From the hip to the knee, m."),
+    ("--shank-length", domains.LENGTH, "From the knee to the foot, m."),
+    ("--thigh-centre", domains.LENGTH, "From the hip down to the thigh's centre of mass, m."),
+    ("--shank-centre", domains.LENGTH, "From the knee down to the shank's centre of mass, m."),
+    ("--thigh-inertia", domains.INERTIA, "Inertia of a thigh about its centre of mass, kg m^2; a rod's unless given."),
+    ("--shank-inertia", domains.INERTIA, "Inertia of a shank about its centre of mass, kg m^2; a rod's unless given."),
 )
 
 leg_options = options(
     LEGS,
-    ("--leg-mass", domains.LEG_MASS, Compass.leg_mass, "Mass of one leg, kg."),
-    ("--hip-mass", domains.HIP_MASS, Compass.hip_mass, "Mass at the hip, kg."),
-    ("--lower-length", domains.LENGTH, Compass.lower_length, "From the foot to the leg's centre of mass, m."),
-    ("--upper-length", domains.LENGTH, Compass.upper_length, "From the leg's centre of mass to the hip, m."),
+    ("--leg-mass", domains.LEG_MASS, "Mass of one leg, kg.", Compass.leg_mass),
+    ("--hip-mass", domains.HIP_MASS, "Mass at the hip, kg.", Compass.hip_mass),
+    ("--lower-length", domains.LENGTH, "From the foot to the leg's centre of mass, m.", Compass.lower_length),
+    ("--upper-length", domains.LENGTH, "From the leg's centre of mass to the hip, m.", Compass.upper_length),
     (
         "--leg-inertia",
         domains.INERTIA,
-        None,
         "Inertia of a leg about its centre of mass, kg m^2; a uniform rod's unless given.",
     ),
-    ("--gravity", domains.GRAVITY, Compass.gravity, "Acceleration of gravity, m/s^2."),
+    ("--gravity", domains.GRAVITY, "Acceleration of gravity, m/s^2.", Compass.gravity),
 )
 
 
-def robot_options(function: _Function) -> _Function:
-    """Which robot, and its parameters."""
-    return options(LEGS, KIND)(leg_options(knee_options(function)))
+robot_options = together(options(LEGS, KIND), leg_options, knee_options)
 
-
-records_option = options(
-    "Results",
-    ("--out", output(".npz"), None, "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz."),
-)
 _DISTURBANCES = ", ".join(
     f"{field.name}={'none' if field.default is None else f'{field.default:g}'}"
     for field in fields(Disturbances)
@@ -228,70 +204,92 @@ disturbance_options = options(
     "Disturbances",
     (
         "--disturb",
-        Kind("NAME=VALUE", gain),
-        (),
+        kinds.SETTING,
         f"Noise, delay, weak motors, random pushes, in SI units; may be repeated: {_DISTURBANCES}. "
         "docs/disturbances.md explains them.",
+        (),
     ),
     (
         "--push pushes",
-        Kind("TIME:IMPULSE", push),
+        kinds.PUSH,
+        "Push the hip at TIME, s, with IMPULSE, N s, positive forward; may be repeated.",
         (),
-        "Push the hip forward from this time on, s, by so many N s (backward: negative); may be repeated.",
     ),
     (
         "--model-error",
-        Kind("NAME=FACTOR", model_error),
+        kinds.MODEL_ERROR,
+        "Give the controller's model FACTOR times the robot's NAME, such as leg_mass; may be repeated.",
         (),
-        "The controller takes the robot's NAME, as leg_mass, for FACTOR times what it is; may be repeated.",
     ),
 )
 
-record_option = options("Results", ("--out", output(".npz"), None, "Write the record, an .npz file."))
+walker_options = together(
+    walk_options,
+    gain_option("Walk"),
+    scuffing_option("Walk"),
+    mujoco_options,
+    adaptive_options,
+    comparison_options,
+    robot_options,
+    disturbance_options,
+)
+"""All options of a walk but the engine."""
 
+# ---- results, for `mjbiped.cli.sections.results` ---------------------------------------------------------------------
 
-def width_option(function: _Function) -> _Function:
-    """How wide figures are: it holds for all that the command draws, and the command itself takes no notice."""
-    sizes = ", ".join(f"{name} {size.inches:g} in" for name, size in WIDTHS.items())
-    return click.option(
-        "--plot-width",
-        cls=SectionOption,
-        section="Results",
-        type=click.Choice(tuple(WIDTHS)),
-        default=DEFAULT_WIDTH,
-        show_default=True,
-        expose_value=False,
-        callback=lambda ctx, _, name: ctx.with_resource(figure_width(name)),
-        help=f"Width of figures: {sizes}; page is for the screen, double and single are columns in print.",
-    )(function)
+RECORD: Row = ("--out", kinds.output(".npz"), "Write the record, an .npz file.")
+RECORDS: Row = ("--out", kinds.output(".npz"), "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz.")
+DATA: Row = ("--out", kinds.output(".npz"), "Write the data, an .npz file.")
+_WIDTHS = ", ".join(f"{name} {size.inches:g} in" for name, size in WIDTHS.items())
+WIDTH: Row = (
+    "--plot-width",
+    kinds.Width(tuple(WIDTHS)),
+    f"Width of figures: {_WIDTHS}; page is for the screen, double and single are columns in print.",
+    DEFAULT_WIDTH,
+)
+PLOT: tuple[Row, ...] = (("--plot", kinds.PLOT, "Write a figure, .png, .pdf or .svg."), WIDTH)
+VIDEO_FILE: Row = ("--video", kinds.VIDEO, "Write a video, .mp4 or .gif; see below.")
+JSON: Row = ("--json", bool, "Print the results as JSON instead of a table.")
+QUIET: Row = ("--quiet", bool, "Print errors only, and JSON if asked for.")
+PRINTED = (JSON, QUIET)
 
+# ---- video -----------------------------------------------------------------------------------------------------------
 
-def plot_option(function: _Function) -> _Function:
-    """A figure, and how wide it is."""
-    return options("Results", ("--plot", PLOT, None, "Write a figure, .png, .pdf or .svg."))(width_option(function))
+CAMERAS = ("track", "side", "overview")
+video_options = options(
+    VIDEO,
+    ("--video-size", kinds.VIDEO_SIZE, "Width and height, pixels.", "1280x720"),
+    ("--camera", click.Choice(CAMERAS), "Camera of the video.", CAMERAS[0]),
+    ("--from start", domains.TIME, "Time of the walk at which the video begins, s."),
+    ("--to stop", domains.TIME, "Time of the walk at which it ends, s."),
+    ("--slow-motion", domains.SLOW_MOTION, "Seconds of video per second of the walk.", 1.0),
+    ("--fps", domains.FPS, "Frames per second.", 30),
+    ("--hide", kinds.HIDDEN, f"Elements to hide, separated by commas: {', '.join(ELEMENTS)}, or {ALL}.", ()),
+    (
+        "--flag flags",
+        kinds.VISUAL_FLAG,
+        "A visual flag of MuJoCo's to set, such as contactpoint, shadow or wireframe; with no- before it to clear, as "
+        "no-skin; may be repeated.",
+        (),
+    ),
+)
+"""Options of a video, named as the arguments of `mjbiped.rendering.video.render_video`, `video_size` apart."""
 
+# ---- studies ---------------------------------------------------------------------------------------------------------
 
-json_option = options("Results", ("--json", bool, False, "Print the results as JSON instead of a table."))
-quiet_option = options("Results", ("--quiet", bool, False, "Print errors only, and JSON if asked for."))
-
-
-def walker_options(function: _Function) -> _Function:
-    """All options that say who walks where and how, but for the engine."""
-    parts = (
-        walk_options,
-        gain_option("Walk"),
-        scuffing_option("Walk"),
-        mujoco_options,
-        adaptive_options,
-        comparison_options,
-        robot_options,
-        disturbance_options,
-    )
-    for part in reversed(parts):
-        function = part(function)
-    return function
-
-
-def printed_options(function: _Function) -> _Function:
-    """What a command prints."""
-    return json_option(quiet_option(function))
+study_argument = click.argument("study", type=click.Path(path_type=Path))
+WORKERS: Row = ("--workers", domains.WORKERS, "Number of processes; one for each core unless given.")
+STUDY: tuple[Row, ...] = (
+    WORKERS,
+    (
+        "--scheduler",
+        kinds.Kind("ADDRESS", str),
+        "Run on the workers of this Dask scheduler, such as tcp://host:8786; needs pip install 'mjbiped[cluster]'.",
+    ),
+    ("--fresh", bool, "Delete the rows of an earlier run and begin again."),
+)
+STUDY_FOLDER: Row = (
+    "--out",
+    kinds.Folder(),
+    "Folder for table and figures; beside STUDY, with its name, unless given.",
+)

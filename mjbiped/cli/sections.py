@@ -1,25 +1,28 @@
-"""Options of a command in sections of its help."""
+"""Options of a command in sections of its help, and what a command asks about them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import fields
+from functools import wraps
 from typing import Any, TypeVar
 
 import click
 
+from mjbiped.cli.files import Results
 from mjbiped.cli.kinds import quantity
 from mjbiped.utils.domains import Count, Domain
 
-_Function = TypeVar("_Function", bound=Callable[..., Any])
+Function = TypeVar("Function", bound=Callable[..., Any])
 
-Row = tuple[str, Any, Any, str]
-"""An option: its names, type (numbers: their domain), default, and help."""
+Row = tuple[str, Any, str] | tuple[str, Any, str, Any]
+"""An option: its names, type (numbers: their domain), help, and default if it has one; () lets it be repeated."""
 
 
 class SectionOption(click.Option):
-    """An option that stands in a section of its command's help."""
+    """An option in a section of its command's help."""
 
-    def __init__(self, *args: Any, section: str = "Options", **kwargs: Any) -> None:
+    def __init__(self, *args: Any, section: str, **kwargs: Any) -> None:
         """Take the section beside an option's usual arguments."""
         super().__init__(*args, **kwargs)
         self.section = section
@@ -41,12 +44,13 @@ class SectionCommand(click.Command):
                 formatter.write_dl(records)
 
 
-def options(section: str, *rows: Row) -> Callable[[_Function], _Function]:
-    """Options of one section of the help: a decorator for the command's function."""
+def options(section: str, *rows: Row) -> Callable[[Function], Function]:
+    """Give a command the options of one section."""
 
-    def decorate(function: _Function) -> _Function:
-        for name, given, default, text in reversed(rows):
+    def decorate(function: Function) -> Function:
+        for name, given, text, *rest in reversed(rows):
             kind = quantity(given) if isinstance(given, Domain | Count) else given
+            default = rest[0] if rest else False if kind is bool else None
             function = click.option(
                 *name.split(),
                 cls=SectionOption,
@@ -62,3 +66,55 @@ def options(section: str, *rows: Row) -> Callable[[_Function], _Function]:
         return function
 
     return decorate
+
+
+def together(*decorators: Callable[[Function], Function]) -> Callable[[Function], Function]:
+    """Several decorators as one, the first outermost."""
+
+    def decorate(function: Function) -> Function:
+        for decorator in reversed(decorators):
+            function = decorator(function)
+        return function
+
+    return decorate
+
+
+def results(*rows: Row) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a command the options of its results, which it receives together as its argument `results`."""
+    names = {field.name for field in fields(Results) if field.init}
+
+    def decorate(function: Callable[..., None]) -> Callable[..., None]:
+        @wraps(function)
+        def collected(*args: Any, **values: Any) -> None:
+            given = {name: values.pop(name) for name in names & values.keys()}
+            function(*args, results=Results(**given), **values)
+
+        return options("Results", *rows)(collected)
+
+    return decorate
+
+
+def section(ctx: click.Context, *sections: str) -> list[click.Parameter]:
+    """The options in sections of a command's help."""
+    return [parameter for parameter in ctx.command.params if getattr(parameter, "section", "") in sections]
+
+
+def taken(ctx: click.Context, values: dict[str, Any], *sections: str) -> dict[str, Any]:
+    """The options in sections of a command's help, removed from `values`."""
+    return {str(parameter.name): values.pop(str(parameter.name)) for parameter in section(ctx, *sections)}
+
+
+def is_given(ctx: click.Context, name: str) -> bool:
+    """Whether an option stands on the command line."""
+    return ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
+
+
+def refuse(ctx: click.Context, parameters: Iterable[click.Parameter], owner: str, name: str) -> None:
+    """Refuse options that belong to something other than what was chosen.
+
+    Raises:
+        click.UsageError: One of them is given.
+    """
+    for parameter in parameters:
+        if is_given(ctx, str(parameter.name)):
+            raise click.UsageError(f"{parameter.opts[0]} is for {owner}; {name} has no such thing.")

@@ -1,4 +1,4 @@
-"""Walks and gaits in words and numbers, for people and for machines."""
+"""Results of commands in words and numbers: tables to read, and JSON."""
 
 from __future__ import annotations
 
@@ -8,23 +8,27 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from mjbiped.analysis.divergence import COLUMNS, DISPLAYED
 from mjbiped.gaits.kneed import KneedGait
+from mjbiped.gaits.optimised import OptimisedGait, OptimisedKneedGait
 from mjbiped.gaits.passive import PassiveGait
+from mjbiped.limit_cycles.basin import Basin, Fate
 from mjbiped.records.measures import MEASURES, in_words
 from mjbiped.records.tables import bare_table, table_of
 
 if TYPE_CHECKING:
     from mjbiped.analysis.compare import Comparison
     from mjbiped.analysis.stability import Stability
+    from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade
     from mjbiped.reproduction.report.checks import Check
 
 
 def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:
-    """Two engines' measures side by side, and the largest differences at a touchdown beside their limits."""
+    """Two engines' measures side by side, and their largest differences at a touchdown with the limits."""
     measures = comparison.measures()
     sides = bare_table("", "MuJoCo", "hybrid", "difference", "%", "unit")
     outcome = measures["outcome"]
@@ -48,9 +52,45 @@ def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:
     return sides, steps
 
 
-def gait_summary(gait: PassiveGait) -> dict[str, Any]:
-    """What a gait is, in plain JSON types; states are q1, q2 (rad) and dq1, dq2 (rad/s)."""
-    return {
+Told = tuple[dict[str, Any], list[RenderableType]]
+"""Results in plain JSON types, and the tables and sentences that say the same."""
+
+Line = tuple[str, str, str]
+"""A line of a table: label, value as a format string over the results, unit."""
+
+_AFTER_BEFORE: tuple[Line, ...] = tuple(
+    (f"stance, swing {what} {side} impact", f"{{{key}[{k}]:.8f}}, {{{key}[{k + 1}]:.8f}}", unit)
+    for side, key in (("after", "state_after_impact"), ("before", "state_before_impact"))
+    for what, k, unit in (("angle", 0, "rad"), ("rate", 2, "rad/s"))
+)
+_CYCLE: tuple[Line, ...] = (
+    ("period", "{period_s:.8f}", "s"),
+    ("step length", "{step_length_m:.6f}", "m"),
+    ("speed", "{speed_m_per_s:.6f}", "m/s"),
+)
+
+_THEOREM: tuple[Line, ...] = (
+    ("whole steps", "{steps}", ""),
+    ("excitation, smallest eigenvalue of ∫WW'", "{excitation_smallest_eigenvalue}", "1/s³"),
+    ("excitation, largest eigenvalue", "{excitation_largest_eigenvalue}", "1/s³"),
+    ("its weak direction, from the cosine's", "{excitation_weak_direction_from_cosine_deg}", "deg"),
+    ("norm of the transition matrix of a step (23)", "{transition_norm_smallest} to {transition_norm_largest}", ""),
+    ("left side of (24), smallest", "{condition_24_smallest}", ""),
+    ("left side of (24), smallest of any constants", "{condition_24_smallest_for_any_constants}", ""),
+    ("steps where (24) holds", "{condition_24_holds_steps}", ""),
+    ("steps where ‖η‖ fell (26)", "{errors_26_holds_steps} of {errors_26_compared_steps}", ""),
+    ("V_a, largest rise within a step", "{lyapunov_largest_rise_within_a_step}", ""),
+    ("V_a, largest jump at a touchdown", "{lyapunov_largest_jump_at_a_touchdown}", ""),
+    ("V_a against (16) with (17), worst", "{lyapunov_balance_largest}", ""),
+    ("estimate's error, largest rise within a step", "{estimate_error_largest_rise_within_a_step}", ""),
+    ("‖η‖ before the last touchdown", "{error_before_last_touchdown}", ""),
+    ("walk against (22), worst of a step", "{residual_largest}", ""),
+)
+
+
+def gait_told(gait: PassiveGait) -> Told:
+    """A passive gait; states are q1, q2 (rad) and dq1, dq2 (rad/s)."""
+    summary = {
         "slope_deg": math.degrees(gait.slope),
         "state_after_impact": gait.start.tolist(),
         "state_before_impact": gait.end.tolist(),
@@ -60,28 +100,19 @@ def gait_summary(gait: PassiveGait) -> dict[str, Any]:
         "energy_J": gait.energy,
         **_stability_of(gait),
     }
+    lines = (
+        ("slope", "{slope_deg:.4g}", "deg"),
+        *_AFTER_BEFORE,
+        *_CYCLE,
+        ("energy about the stance foot", "{energy_J:.5f}", "J"),
+        *_stability_lines(summary),
+    )
+    return summary, [_filled(lines, summary)]
 
 
-def gait_table(summary: Mapping[str, Any]) -> Table:
-    """A gait's summary, as `gait_summary` makes it, as a table."""
-    rows = [("slope", f"{summary['slope_deg']:.4g}", "deg")]
-    for label, key in (("after", "state_after_impact"), ("before", "state_before_impact")):
-        q1, q2, dq1, dq2 = summary[key]
-        rows.append((f"stance, swing angle {label} impact", f"{q1:.8f}, {q2:.8f}", "rad"))
-        rows.append((f"stance, swing rate {label} impact", f"{dq1:.8f}, {dq2:.8f}", "rad/s"))
-    rows += [
-        ("period", f"{summary['period_s']:.8f}", "s"),
-        ("step length", f"{summary['step_length_m']:.6f}", "m"),
-        ("speed", f"{summary['speed_m_per_s']:.6f}", "m/s"),
-        ("energy about the stance foot", f"{summary['energy_J']:.5f}", "J"),
-    ]
-    rows += _stability_rows(summary)
-    return table_of(rows)
-
-
-def kneed_gait_summary(gait: KneedGait) -> dict[str, Any]:
-    """What a gait with knees is, in plain JSON types; states are of stance leg, swing thigh, shank, rad and rad/s."""
-    return {
+def kneed_gait_told(gait: KneedGait) -> Told:
+    """A passive gait with knees; states are of stance leg, swing thigh and shank, rad and rad/s."""
+    summary = {
         "slope_deg": math.degrees(gait.slope),
         "state_after_heel_strike": gait.start.tolist(),
         "rates_before_knee_strike": gait.knee_rates.tolist(),
@@ -94,30 +125,30 @@ def kneed_gait_summary(gait: KneedGait) -> dict[str, Any]:
         "greatest_flexion_deg": math.degrees(gait.greatest_flexion),
         **_stability_of(gait),
     }
-
-
-def kneed_gait_table(summary: Mapping[str, Any]) -> Table:
-    """A kneed gait's summary, as `kneed_gait_summary` makes it, as a table."""
-    after, before = summary["state_after_heel_strike"], summary["state_before_heel_strike"]
+    after, before = "state_after_heel_strike", "state_before_heel_strike"
+    lines = (
+        ("slope", "{slope_deg:.4g}", "deg"),
+        ("stance, swing angle after heel strike", f"{{{after}[0]:.8f}}, {{{after}[1]:.8f}}", "rad"),
+        ("stance, swing rate after heel strike", f"{{{after}[3]:.8f}}, {{{after}[4]:.8f}}", "rad/s"),
+        ("rates of all three before knee strike", "{knee}", "rad/s"),
+        ("stance, swing rate before heel strike", f"{{{before}[3]:.8f}}, {{{before}[4]:.8f}}", "rad/s"),
+        ("knee strike", "{knee_strike_s:.8f}", "s"),
+        *_CYCLE,
+        ("clearance of the swing foot", "{clearance_cm:.3f}", "cm"),
+        ("greatest flexion of the knee", "{greatest_flexion_deg:.3f}", "deg"),
+        *_stability_lines(summary),
+    )
     knee = ", ".join(f"{rate:.6f}" for rate in summary["rates_before_knee_strike"])
-    rows = [
-        ("slope", f"{summary['slope_deg']:.4g}", "deg"),
-        ("stance, swing angle after heel strike", f"{after[0]:.8f}, {after[1]:.8f}", "rad"),
-        ("stance, swing rate after heel strike", f"{after[3]:.8f}, {after[4]:.8f}", "rad/s"),
-        ("rates of all three before knee strike", knee, "rad/s"),
-        ("stance, swing rate before heel strike", f"{before[3]:.8f}, {before[4]:.8f}", "rad/s"),
-        ("knee strike", f"{summary['knee_strike_s']:.8f}", "s"),
-        ("period", f"{summary['period_s']:.8f}", "s"),
-        ("step length", f"{summary['step_length_m']:.6f}", "m"),
-        ("speed", f"{summary['speed_m_per_s']:.6f}", "m/s"),
-        ("clearance of the swing foot", f"{100 * summary['clearance_m']:.3f}", "cm"),
-        ("greatest flexion of the knee", f"{summary['greatest_flexion_deg']:.3f}", "deg"),
-    ]
-    return table_of([*rows, *_stability_rows(summary)])
+    return summary, [_filled(lines, {**summary, "knee": knee, "clearance_cm": 100 * gait.clearance})]
+
+
+def _filled(lines: Iterable[Line], results: Mapping[str, Any]) -> Table:
+    """The table of lines with the results in them."""
+    return table_of((label, form.format_map(results), unit) for label, form, unit in lines)
 
 
 def _stability_of(gait: PassiveGait | KneedGait) -> dict[str, Any]:
-    """The part of a gait's summary that tells of its stability."""
+    """A gait's Floquet multipliers, and whether it is stable."""
     return {
         "multipliers": [
             {"real": value.real, "imaginary": value.imag, "modulus": abs(value)} for value in gait.multipliers.tolist()
@@ -126,21 +157,58 @@ def _stability_of(gait: PassiveGait | KneedGait) -> dict[str, Any]:
     }
 
 
-def _stability_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """The same part of its table."""
+def _stability_lines(summary: Mapping[str, Any]) -> Iterator[Line]:
+    """The lines of a gait's stability."""
     for value in summary["multipliers"]:
         number = f"{value['real']:.5f}" + (f" {value['imaginary']:+.5f} i" if value["imaginary"] else "")
         yield "Floquet multiplier, modulus", f"{number}, {value['modulus']:.5f}", ""
     yield "stable", "yes" if summary["stable"] else "no", ""
 
 
-def stability_summary(found: Stability) -> dict[str, Any]:
-    """Theorem 1 along a walk in plain JSON types; what a walk of one step does not have is None."""
+def reference_told(gait: OptimisedGait | OptimisedKneedGait) -> Told:
+    """An optimised gait; states are the robot's angles (rad), then their rates (rad/s)."""
+    told, joints = gait.measures, gait.robot.joints
+    summary = {
+        "speed_m_per_s": gait.speed,
+        "cost_of_transport": told.cost_of_transport,
+        "period_s": gait.period,
+        "step_length_m": gait.step_length,
+        "half_angle_rad": float(gait.end[0]),
+        **{f"peak_{joint}_torque_Nm": told.peak_torque[k] for k, joint in enumerate(joints)},
+        "least_normal_force_weights": told.normal_force / gait.robot.weight,
+        "friction": told.friction,
+        "clearance_phase": gait.clearance_phase if gait.goal.clearance else None,
+        "clearance_m": told.clearance if gait.goal.clearance else None,
+        "greatest_clearance_m": told.greatest_clearance,
+        "state_after_impact": gait.start.tolist(),
+        "state_before_impact": gait.end.tolist(),
+        **({"knee_strike_s": gait.knee_strike} if isinstance(gait, OptimisedKneedGait) else {}),
+    }
+    lines = [
+        ("speed", "{speed_m_per_s:.4f}", "m/s"),
+        ("cost of transport, level", "{cost_of_transport:.4f}", ""),
+        ("period", "{period_s:.6f}", "s"),
+        ("half the angle between the legs at the impact", "{half_angle_rad:.6f}", "rad"),
+        ("step length", "{step_length_m:.6f}", "m"),
+        *((f"peak torque, {joint}", f"{{peak_{joint}_torque_Nm:.2f}}", "N m") for joint in joints),
+        ("normal force, least", "{least_normal_force_weights:.3f}", "weights"),
+        ("friction used", "{friction:.3f}", ""),
+    ]
+    if "knee_strike_s" in summary:
+        lines.append(("knee strike", "{knee_strike_s:.6f}", "s"))
+    if gait.goal.clearance:
+        lines.append((f"clearance at {100 * gait.clearance_phase:.1f} % of the step", "{clearance_m:.4f}", "m"))
+    lines.append(("clearance ahead of the stance foot, greatest", "{greatest_clearance_m:.4f}", "m"))
+    return summary, [_filled(lines, summary)]
+
+
+def stability_told(found: Stability) -> Told:
+    """Theorem 1 along a walk; what a walk of one step does not have is None."""
     norms = np.linalg.norm(found.end, axis=1)
     compared = found.ratio[np.isfinite(found.ratio)]
     left = found.condition[1:]
     within = np.diff(found.step) == 0
-    return {
+    summary = {
         "steps": found.steps,
         "excitation_smallest_eigenvalue": float(found.excitation[:, 0].min()),
         "excitation_largest_eigenvalue": float(found.excitation[:, 1].max()),
@@ -159,56 +227,67 @@ def stability_summary(found: Stability) -> dict[str, Any]:
         "error_before_last_touchdown": float(norms[-1]),
         "residual_largest": float(found.residual.max()),
     }
-
-
-def stability_table(summary: Mapping[str, Any]) -> Table:
-    """What `stability_summary` says, as a table."""
     shown = {key: in_words(value, 1, ".4g") for key, value in summary.items()}
-    return table_of(
-        (label, form.format_map(shown), unit)
-        for label, form, unit in (
-            ("whole steps", "{steps}", ""),
-            ("excitation, smallest eigenvalue of ∫WW'", "{excitation_smallest_eigenvalue}", "1/s³"),
-            ("excitation, largest eigenvalue", "{excitation_largest_eigenvalue}", "1/s³"),
-            ("its weak direction, from the cosine's", "{excitation_weak_direction_from_cosine_deg}", "deg"),
-            (
-                "norm of the transition matrix of a step (23)",
-                "{transition_norm_smallest} to {transition_norm_largest}",
-                "",
-            ),
-            ("left side of (24), smallest", "{condition_24_smallest}", ""),
-            ("left side of (24), smallest of any constants", "{condition_24_smallest_for_any_constants}", ""),
-            ("steps where (24) holds", "{condition_24_holds_steps}", ""),
-            ("steps where ‖η‖ fell (26)", "{errors_26_holds_steps} of {errors_26_compared_steps}", ""),
-            ("V_a, largest rise within a step", "{lyapunov_largest_rise_within_a_step}", ""),
-            ("V_a, largest jump at a touchdown", "{lyapunov_largest_jump_at_a_touchdown}", ""),
-            ("V_a against (16) with (17), worst", "{lyapunov_balance_largest}", ""),
-            ("estimate's error, largest rise within a step", "{estimate_error_largest_rise_within_a_step}", ""),
-            ("‖η‖ before the last touchdown", "{error_before_last_touchdown}", ""),
-            ("walk against (22), worst of a step", "{residual_largest}", ""),
-        )
-    )
+    return summary, [_filled(_THEOREM, shown)]
 
 
-def bifurcation_told(summary: Mapping[str, Any]) -> Iterator[Table | str]:
-    """What the command `bifurcation` says of its summary: the onsets, and where the robot is lost."""
+def bifurcation_told(cascade: Cascade, diagram: BifurcationDiagram, steps: int, seconds: tuple[float, float]) -> Told:
+    """Period doublings, and where the robot is lost.
+
+    Args:
+        cascade: The onsets of the doublings.
+        diagram: The walks.
+        steps: Steps on each slope.
+        seconds: Time of the search and of the walks, s.
+    """
+    onsets = np.degrees(cascade.onsets).tolist()
+    summary = {
+        "onsets_deg": onsets,
+        "ratios": cascade.ratios.tolist(),
+        "accumulation_deg": math.degrees(cascade.accumulation),
+        "cascade_end": cascade.end,
+        "lost_deg": math.degrees(diagram.lost),
+        "slopes": len(diagram.slopes),
+        "steps": steps,
+        "search_s": seconds[0],
+        "diagram_s": seconds[1],
+    }
     table = bare_table("period", "begins at", "distance from the last", "ratio of distances", numbers=True)
-    onsets, ratios = summary["onsets_deg"], ["", "", *(f"{ratio:.4f}" for ratio in summary["ratios"])]
+    ratios = ["", "", *(f"{ratio:.4f}" for ratio in summary["ratios"])]
     for number, onset in enumerate(onsets):
         distance = f"{onset - onsets[number - 1]:.5f}°" if number else ""
         table.add_row(str(2 ** (number + 1)), f"{onset:.5f}°", distance, ratios[number])
-    yield table
-    if summary["cascade_end"]:
-        yield summary["cascade_end"]
+    shown: list[RenderableType] = [table]
+    if cascade.end:
+        shown.append(cascade.end)
     if len(onsets) > 1:
-        yield f"aperiodic beyond {summary['accumulation_deg']:.4f}°, if Feigenbaum's ratio holds"
-    if math.isfinite(summary["lost_deg"]):
-        yield f"falls on {summary['lost_deg']:.3f}° and steeper"
-    yield f"{summary['slopes'] * summary['steps']} steps in {summary['diagram_s']:.1f} s"
+        shown.append(f"aperiodic beyond {summary['accumulation_deg']:.4f}°, if Feigenbaum's ratio holds")
+    if math.isfinite(diagram.lost):
+        shown.append(f"falls on {summary['lost_deg']:.3f}° and steeper")
+    return summary, [*shown, f"{len(diagram.slopes) * steps} steps in {seconds[1]:.1f} s"]
+
+
+def basin_told(found: Basin, seconds: float) -> Told:
+    """The shares of a basin's starts by their fate, and the time that the walks took, s."""
+    shares = {fate.name.lower(): found.share(fate) for fate in Fate}
+    summary = {
+        "walker": found.walker,
+        "slope_deg": math.degrees(found.slope),
+        "starts": found.fates.size,
+        "shares": shares,
+        "mean_steps_to_settle": float(found.steps[found.fates == Fate.SETTLED].mean()) if shares["settled"] else None,
+        "seconds": seconds,
+    }
+    table = bare_table("fate", "share of the starts", "steps, mean", numbers=True)
+    for fate in Fate:
+        here = found.fates == fate
+        if here.any():
+            table.add_row(fate.name.lower(), f"{100 * here.mean():.2f} %", f"{found.steps[here].mean():.2f}")
+    return summary, [table, f"{found.fates.size} walks in {seconds:.1f} s"]
 
 
 def checks_table(checks: Iterable[Check]) -> Table:
-    """The paper's claims and whether they hold."""
+    """The paper's claims, and whether they hold."""
     table = bare_table("claim", "settings", "engine", "found", "holds")
     for check in checks:
         answer = check.answer
@@ -219,7 +298,7 @@ def checks_table(checks: Iterable[Check]) -> Table:
 
 
 def sweep_tables(summary: Mapping[str, Any]) -> list[Table]:
-    """What `mjbiped.sweeps.summary.summarised` says of a study: outcomes, quantiles, and errors where there are any."""
+    """A study's summary by `mjbiped.sweeps.bins.summarised`: outcomes, quantiles, and errors if there are any."""
     outcomes = bare_table("outcome", "walks", "%")
     for outcome, count in summary["verdicts"].items():
         outcomes.add_row(outcome, str(count), f"{100.0 * count / summary['walks']:.1f}")
@@ -238,7 +317,7 @@ def sweep_tables(summary: Mapping[str, Any]) -> list[Table]:
 
 
 def as_json(values: Mapping[str, Any]) -> str:
-    """Values as a JSON object; numbers that JSON does not know (infinite, not a number) become null."""
+    """Values as a JSON object; infinity and NaN, which JSON does not have, become null."""
     return json.dumps(_plain(values), indent=2, allow_nan=False, ensure_ascii=True)
 
 

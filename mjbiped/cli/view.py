@@ -1,54 +1,37 @@
-"""`mjbiped view`: a walk in a window, as it is made or from its record."""
+"""The command `mjbiped view`: a walk in a window, live or from its record."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import click
 
-from mjbiped.cli import options, sections, video_options
+from mjbiped.cli import kinds, options, sections
 from mjbiped.cli.files import end
-from mjbiped.cli.laws import refuse, taken
+from mjbiped.cli.sections import refuse, taken
 from mjbiped.cli.walkers import mujoco_of, next_ground, walker
 from mjbiped.engines.plan import Plan, Terms, make_plan
 from mjbiped.errors import shown
 from mjbiped.records.record import Walk
 from mjbiped.rendering.look import ALL, look
 from mjbiped.rollout.walk import WalkStopped
+from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.viewing.player import KEYS, MOUSE, Player
-from mjbiped.viewing.source import Source
+from mjbiped.viewing.player import KEYS, MOUSE, Player, Source
 
 _VIEW = "View"
 _MARKS = ("torque", "force", "ghost", "estimate", "traces", "shadows", "caption")
 _RECORD = ".npz"
 
-view_options = sections.options(
-    _VIEW,
-    ("--slow-motion", domains.SLOW_MOTION, 1.0, "Seconds of watching per second of the walk, to begin with."),
-    (
-        "--hide",
-        video_options.HIDDEN,
-        (),
-        f"What is not shown, parted by commas: {', '.join(_MARKS)}, or {ALL}.",
-    ),
-    (
-        "--flag flags",
-        video_options.VISUAL_FLAG,
-        (),
-        "A visual flag of MuJoCo's to begin with, as contactforce; with no- before it to clear; may be repeated.",
-    ),
-    ("--for seconds", domains.TIME, None, "Close the window after so many seconds."),
-)
-
 
 class _KeysInHelp(sections.SectionCommand):
-    """A command whose help ends with the keys."""
+    """A command whose help ends with the keys of the window."""
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the options, then what keys and mouse do in the window."""
+        """Write the options, then the keys and the mouse."""
         super().format_options(ctx, formatter)
         with formatter.section("Keys and mouse in the window"):
             formatter.write_dl([*((key.name, key.does) for key in KEYS.values()), *MOUSE.items()])
@@ -56,15 +39,26 @@ class _KeysInHelp(sections.SectionCommand):
 
 @click.command("view", cls=_KeysInHelp)
 @click.argument("what", metavar="[TERRAIN | RECORD]", default="mixed")
-@view_options
+@sections.options(
+    _VIEW,
+    ("--slow-motion", domains.SLOW_MOTION, "Seconds in the window per second of the walk, at the start.", 1.0),
+    ("--hide", kinds.HIDDEN, f"Elements to hide, separated by commas: {', '.join(_MARKS)}, or {ALL}.", ()),
+    (
+        "--flag flags",
+        kinds.VISUAL_FLAG,
+        "A visual flag of MuJoCo to set at first, such as contactforce; with no- before it to clear; may be repeated.",
+        (),
+    ),
+    ("--for seconds", domains.TIME, "Time after which the window closes, s."),
+)
 @options.walker_options
 @click.pass_context
 def view(ctx: click.Context, /, what: str, **values: Any) -> None:
     """Watch the biped walk on TERRAIN in a window, and push it; or watch the walk of RECORD, an .npz file, again.
 
-    The window is MuJoCo's viewer; the controller, the contacts and all else are those of `mjbiped walk` in MuJoCo, and
-    so is the walk as long as nobody pushes. TERRAIN is as for `mjbiped walk`. Without a screen use `mjbiped render`. On
-    macOS it needs MuJoCo's own Python: mjpython -m mjbiped view.
+    The window is MuJoCo's viewer. As long as nobody pushes, the walk is that of `mjbiped walk` in MuJoCo, with the same
+    options. TERRAIN is as for `mjbiped walk`. Without a screen use `mjbiped render`. On macOS the window needs MuJoCo's
+    own Python: mjpython -m mjbiped view.
 
     \b
     Examples:
@@ -74,8 +68,7 @@ def view(ctx: click.Context, /, what: str, **values: Any) -> None:
       mjbiped view walk.npz --hide ghost,traces
     """  # noqa: D301 (click reads the backspace)
     settings = taken(ctx, values, _VIEW)
-    from mjbiped.viewing import words  # they are for this command alone
-    from mjbiped.viewing.window import require_screen, view
+    from mjbiped.viewing.window import ground, require_screen, view  # for this command alone
 
     if what.endswith(_RECORD):
         walks = [each for each in ctx.command.params if getattr(each, "section", _VIEW) != _VIEW]
@@ -92,12 +85,12 @@ def view(ctx: click.Context, /, what: str, **values: Any) -> None:
     finally:
         player.source.close()
     source, moment = player.source, player.source.moment()
-    told = f"closed at {moment.time:.2f} s, step {moment.step}, of the walk on {words.ground(source.terrain)}"
+    told = f"closed at {moment.time:.2f} s, step {moment.step}, of the walk on {ground(source.terrain)}"
     click.echo(f"{told}: {source.ended or 'walking'}")
 
 
 def _replay(path: Path) -> Callable[[], Source]:
-    """What shows a record, which has been read."""
+    """Read a record, and return what replays it."""
     from mjbiped.viewing.replay import Replay
 
     record = Walk.load(path)
@@ -105,7 +98,7 @@ def _replay(path: Path) -> Callable[[], Source]:
 
 
 def _live(ctx: click.Context, text: str, values: dict[str, Any]) -> Callable[[], Source]:
-    """What walks as the options say, which have been checked."""
+    """Check the options of a walk, and return what starts it."""
     from mjbiped.viewing.live import LiveWalk
 
     seed = values["seed"]
@@ -118,8 +111,7 @@ def _live(ctx: click.Context, text: str, values: dict[str, Any]) -> Callable[[],
     plan = make_plan(terms, controller, terrain, initial, disturbances=disturbances)
     grounds = next_ground(text, seed)
 
-    def on_next_ground() -> Plan:
-        assert grounds is not None
-        return make_plan(terms, controller, grounds(), initial, plan.description, disturbances)
+    def on_next_ground(ground: Callable[[], Terrain]) -> Plan:
+        return make_plan(terms, controller, ground(), initial, plan.description, disturbances)
 
-    return lambda: LiveWalk(plan, on_next_ground if grounds is not None else None)
+    return lambda: LiveWalk(plan, partial(on_next_ground, grounds) if grounds else None)

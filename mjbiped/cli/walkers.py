@@ -1,38 +1,43 @@
-"""Who walks where, in which engine: what a command's options say of it."""
+"""Make terrain, robot, controller and engine from the options of a command."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
 from mjbiped.cli import options
-from mjbiped.cli.laws import controller_of, refuse, section, taken
-from mjbiped.cli.robots import robot_of
+from mjbiped.cli.sections import is_given, refuse, section, taken
 from mjbiped.control.controller import Controller
-from mjbiped.control.settings import value_of
+from mjbiped.control.loading import is_reference
+from mjbiped.control.registry import SHARED, controller_class, make_controller, settings_of
+from mjbiped.control.settings import shown_defaults, value_of, why_none
 from mjbiped.disturbances.disturbances import SETTINGS, Disturbances
 from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.names import ENGINES
-from mjbiped.errors import InputError, shown
+from mjbiped.errors import InputError, prefixed, shortened, shown
+from mjbiped.robots.compass import Compass
+from mjbiped.robots.kinds import KINDS, NAMED, named
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.terrain.files import parse_parameters
+from mjbiped.terrain.files import parse_parameters, parse_toml
 from mjbiped.terrain.presets import RANDOM
 from mjbiped.terrain.terrain import Terrain, parse_terrain
-from mjbiped.utils.domains import known_name
+from mjbiped.utils.domains import known_name, nearest
+from mjbiped.utils.reading import read_text
 
 _Robot = TypeVar("_Robot", bound=Robot)
 
 
 def walker(ctx: click.Context, values: dict[str, Any]) -> tuple[Controller, Terrain]:
-    """Who walks where, of `values`.
+    """The controller and the terrain of a command, their options removed from `values`.
 
-    Robot, scuffing rule and disturbances take the place there of the options that they are of.
+    Robot, scuffing rule and disturbances replace their options in `values`.
 
     Raises:
         click.UsageError: An option is given that the controller does not have.
@@ -46,8 +51,83 @@ def walker(ctx: click.Context, values: dict[str, Any]) -> tuple[Controller, Terr
     return controller, terrain
 
 
+def robot_of(ctx: click.Context, values: dict[str, Any]) -> Robot:
+    """The robot of a command, its options removed from `values`.
+
+    Raises:
+        click.UsageError: An option is given that the robot does not have.
+        InputError: The file cannot be read, or a number is outside its domain.
+    """
+    numbers = taken(ctx, values, options.LEGS, options.KNEES)
+    name = numbers.pop("robot")
+    kind, parameters = _named(name)
+    own = kind.parameters()
+    others = [each for each in section(ctx, options.LEGS, options.KNEES) if each.name not in (*own, "robot")]
+    refuse(ctx, others, "robots with knees" if kind is Compass else "--robot compass", name)
+    given = {key: value for key, value in numbers.items() if key in own and is_given(ctx, key)}
+    return kind(**{**parameters, **given})
+
+
+def _named(name: str) -> tuple[type[Robot], dict[str, Any]]:
+    """Kind and parameters of a robot, by its name or its file."""
+    if name in NAMED:
+        return named(name)
+    with prefixed(f"--robot {shown(name)}: "):
+        written = parse_toml(read_text(Path(name)))
+    kind = KINDS[known_name(f"kind of robot in {name}", written.pop("kind", Compass.kind), KINDS)]
+    for key in written:
+        known_name(f"parameter of the robot in {shown(name)}", key, kind.parameters())
+    return kind, written
+
+
+def controller_of(ctx: click.Context, robot: Robot, values: dict[str, Any]) -> Controller:
+    """The controller of a command, its options removed from `values`.
+
+    Raises:
+        click.UsageError: An option is given that the controller does not have.
+        MjbipedError: There is no such controller, a gain is outside its domain, or the slope to be imitated has no
+            passive gait.
+    """
+    name, gains = values.pop("controller"), dict(values.pop("gain"))
+    settings = taken(ctx, values, options.ADAPTIVE, options.COMPARISON)
+    valid = settings_of(name, robot)
+    _refuse_options(ctx, name, valid)
+    fields = options.gains_of(name, robot)
+    for unknown in gains.keys() - fields.keys():
+        said = f"valid are {shown_defaults(fields)}" if fields else f"it has none{why_none(controller_class(name))}"
+        raise click.UsageError(
+            f"--gain {shortened(unknown)}: {name} has no such gain; {said}{nearest(unknown, fields) or '.'}"
+        )
+    given = {key: value for key, value in settings.items() if key in valid and is_given(ctx, key)}
+    for twice in given.keys() & gains.keys():
+        raise click.UsageError(f"--gain {twice} and --{twice.replace('_', '-')} say the same; give one of them.")
+    with prefixed("--gain "):
+        chosen = {key: value_of(controller_class(name, robot), key, text) for key, text in gains.items()}
+    return make_controller(name, robot, {**given, **chosen})
+
+
+def _refuse_options(ctx: click.Context, name: str, valid: Iterable[str]) -> None:
+    """Refuse options for other controllers.
+
+    Raises:
+        click.UsageError: One is given.
+    """
+    adaptive, comparison = section(ctx, options.ADAPTIVE), section(ctx, options.COMPARISON)
+    if is_reference(name):  # whatever its fields are called, their domains are its own: --gain sets them
+        own = [each for each in (*SHARED, "slope_source") if each in valid]
+        others = [each for each in (*adaptive, *comparison) if each.name not in own]
+        refuse(ctx, others, "controllers of this project, and --gain sets what yours has", name)
+        return
+    compared = name in options.OTHERS
+    if name != "adaptive":
+        others = [each for each in adaptive if not (compared and each.name in SHARED)]
+        refuse(ctx, others, "--controller adaptive", name)
+    if not compared or "slope_source" not in valid:
+        refuse(ctx, comparison, f"--controller {', '.join(options.OTHERS)}", name)
+
+
 def disturbances_of(given: Iterable[tuple[str, str]], pushes: Sequence[tuple[float, float]]) -> Disturbances | None:
-    """The disturbances of a command; None where there are none.
+    """The disturbances of a command; None if there are none.
 
     Args:
         given: Names and values as texts.
@@ -58,25 +138,23 @@ def disturbances_of(given: Iterable[tuple[str, str]], pushes: Sequence[tuple[flo
     """
     values: dict[str, Any] = {"pushes": pushes} if pushes else {}
     for name, text in given:
-        try:
+        with prefixed("--disturb "):
             known_name("disturbance", name, SETTINGS)
             if name in values:
                 raise InputError(f"{name} is given twice; give it once")
             values[name] = value_of(Disturbances, name, text)
-        except InputError as error:
-            raise InputError(f"--disturb {error}") from error
     return Disturbances(**values) if values else None
 
 
 def model_of(robot: _Robot, errors: Sequence[tuple[str, float]]) -> _Robot:
-    """The model that a controller has of a robot.
+    """The controller's model of a robot.
 
     Args:
-        robot: That walks.
+        robot: The robot that walks.
         errors: Names of its parameters, and the factors by which the model's differ.
 
     Raises:
-        InputError: A name is given twice, or the model is none that a robot can have.
+        InputError: A name is given twice, or the model is not a valid robot.
     """
     if len(dict(errors)) < len(errors):
         raise InputError("--model-error: a name is given twice; give it once")
@@ -89,25 +167,46 @@ def model_of(robot: _Robot, errors: Sequence[tuple[str, float]]) -> _Robot:
 
 
 def terrain_of(text: str, seed: int | None) -> Terrain:
-    """The terrain that a text and a seed mean.
+    """The terrain that a text and a seed describe.
 
     Raises:
-        InputError: The text means none, or the seed does not fit it.
+        InputError: The text describes none, or the seed does not fit it.
     """
     terrain = parse_terrain(text)
     if seed is None:
         return terrain
-    name, _, rest = text.strip().partition(":")
-    if name.strip() not in RANDOM:
+    name, parameters = _random(text)
+    if not name:
         raise InputError(f"--seed is for the terrains {', '.join(RANDOM)}; {shown(text)} has none")
-    parameters = parse_parameters(rest) if rest else {}
     if parameters.setdefault("seed", seed) != seed:
         raise InputError(f"--seed {seed} contradicts {shown(text)}; give one of them")
-    return Terrain.preset(name.strip(), **parameters)
+    return Terrain.preset(name, **parameters)
+
+
+def next_ground(text: str, seed: int | None) -> Callable[[], Terrain] | None:
+    """A function that makes the terrain of the next seed at each call; None where the text describes no random ground.
+
+    Args:
+        text: A text that `terrain_of` accepts.
+        seed: The seed beside it.
+    """
+    name, parameters = _random(text)
+    if not name:
+        return None
+    seeds = itertools.count(int(parameters.pop("seed", seed or 0)) + 1)
+    return lambda: Terrain.preset(name, **{**parameters, "seed": next(seeds)})
+
+
+def _random(text: str) -> tuple[str, dict[str, Any]]:
+    """Name and parameters of random ground; an empty name where the text describes other ground."""
+    name, _, rest = text.partition(":")
+    if name.strip() not in RANDOM:
+        return "", {}
+    return name.strip(), parse_parameters(rest) if rest.strip() else {}
 
 
 def engine_of(ctx: click.Context, name: str, values: dict[str, Any]) -> Engine:
-    """The engine of a command, its options taken out of `values`.
+    """The engine of a command, its options removed from `values`.
 
     Raises:
         click.UsageError: An option is given that the engine does not have.
@@ -121,21 +220,6 @@ def engine_of(ctx: click.Context, name: str, values: dict[str, Any]) -> Engine:
 
 
 def mujoco_of(ctx: click.Context, values: dict[str, Any]) -> Mujoco:
-    """The MuJoCo engine of a command, its options taken out of `values`."""
+    """The MuJoCo engine of a command, its options removed from `values`."""
     settings = taken(ctx, values, options.MUJOCO)
     return Mujoco(lands=not settings.pop("plain_steps"), **settings)
-
-
-def next_ground(text: str, seed: int | None) -> Callable[[], Terrain] | None:
-    """What gives the terrain of the next seed each time, where a text means random ground; None where it does not.
-
-    Args:
-        text: That `terrain_of` has taken.
-        seed: As there.
-    """
-    name, _, rest = text.strip().partition(":")
-    if name.strip() not in RANDOM:
-        return None
-    parameters = parse_parameters(rest) if rest else {}
-    seeds = itertools.count(int(parameters.pop("seed", seed or 0)) + 1)
-    return lambda: Terrain.preset(name.strip(), **{**parameters, "seed": next(seeds)})

@@ -1,12 +1,11 @@
-"""A controller's methods behind the calls that engines make: `mjbiped.control.machine_code` has them for compiled laws.
+"""Calls of a controller's methods by the signatures of compiled laws, which `mjbiped.control.machine_code` calls.
 
 Angles q and rates dq are tuples, with a number for each of the robot's angles.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
@@ -15,21 +14,18 @@ from mjbiped.errors import InputError, shown
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller, Memory
 
-_METHODS = ("start", "on_touchdown", "on_knee_strike", "torque", "slope_estimate", "next_discontinuity")
+_METHODS = ("on_touchdown", "on_knee_strike", "torque", "slope_estimate", "next_discontinuity")
 
 
 def gives_its_law(controller: Controller) -> bool:
-    """Whether `law` speaks for the controller: no method was replaced in a class derived from the one that has it.
+    """Whether `law` speaks for the controller: it has no method that is newer than it.
 
-    Nor in the object itself.
+    A method is newer that was replaced in a class derived from the one that has `law`, or in the object itself.
     """
-    if not hasattr(controller, "law"):
-        return False
-    order = type(controller).__mro__
-    own = getattr(controller, "__dict__", {})
+    order = (controller, *type(controller).__mro__)
 
     def place(name: str) -> int:
-        return -1 if name in own else next((i for i, owner in enumerate(order) if name in vars(owner)), len(order))
+        return next(i for i, owner in enumerate(order) if name in vars(owner))
 
     return all(place("law") <= place(name) for name in _METHODS)
 
@@ -37,13 +33,13 @@ def gives_its_law(controller: Controller) -> bool:
 def torque(
     controller: Controller, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
 ) -> Sequence[float]:
-    """The method `torque`, with the controller in the place of its law's parameters.
+    """Call the method `torque`, with the controller in the place of its law's parameters.
 
     Raises:
         InputError: It returned another number of values than it should, or no numbers.
     """
     given: Any = controller.torque(memory, t, q, dq)
-    # what most laws return, and nothing else, is seen at once: a walk asks thousands of times
+    # a walk asks thousands of times: what most laws return passes without further checks
     wanted = len(controller.joints) + len(controller.states)
     if type(given) is tuple and len(given) == wanted and type(given[0]) is type(given[-1]) is float:
         return given
@@ -51,7 +47,7 @@ def torque(
 
 
 def values_of(controller: Controller, given: Any) -> tuple[float, ...]:
-    """What `torque` returned, if it is as many numbers as it must be.
+    """Check that `torque` returned as many numbers as it must, and return them as a tuple.
 
     Raises:
         InputError: It is not.
@@ -77,33 +73,13 @@ def values_of(controller: Controller, given: Any) -> tuple[float, ...]:
     return values
 
 
-def touchdown(
-    controller: Controller, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]
-) -> None:
-    """The method `on_touchdown` likewise."""
-    controller.on_touchdown(memory, q_before, q, dq)
+def _method(name: str) -> Callable[..., Any]:
+    """A function that calls a method, with the controller in the place of its law's parameters."""
+    return lambda controller, *arguments: getattr(controller, name)(*arguments)
 
 
-def slope_estimate(controller: Controller, memory: Memory) -> float:
-    """The method `slope_estimate` likewise."""
-    return controller.slope_estimate(memory)
-
-
-def next_discontinuity(controller: Controller, memory: Memory, t: float) -> float:
-    """The method `next_discontinuity` likewise; a controller without it has no breaks."""
-    ask = getattr(controller, "next_discontinuity", None)
-    return math.inf if ask is None else float(ask(memory, t))
-
-
-def tick(controller: Any, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
-    """The method `tick` of a `mjbiped.disturbances.sampled.SampledController` likewise."""
-    controller.tick(memory, t, q, dq)
-
-
-def knee_strike(controller: Controller, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
-    """The method `on_knee_strike` likewise."""
-    controller.on_knee_strike(memory, t, q, dq)
-
-
+touchdown, slope_estimate, next_discontinuity, tick, knee_strike = map(
+    _method, ("on_touchdown", "slope_estimate", "next_discontinuity", "tick", "on_knee_strike")
+)
 LAWS = (torque, touchdown, slope_estimate, next_discontinuity, tick, knee_strike)
 """What an engine calls of a controller, in the order of `Law`'s functions."""

@@ -1,4 +1,4 @@
-"""Compiles a controller's laws, by themselves; see `mjbiped.control.machine_code`."""
+"""Compiles a controller's laws apart from any engine; see `mjbiped.control.machine_code`."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ class MachineCode:
             contract: Whether products and sums may be made in one operation, with one rounding: faster, and not bitwise
                 what plain Python computes.
             joints: Number of torques, and of angles.
-            room: So many rates `values` has room for at least, that one engine may serve laws with fewer.
-            idle: So many numbers stand before the law's own in the memory that an engine hands over, states that the
-                law knows nothing of: `torque` gives zeros for their rates, before those of its own states.
+            room: Least number of rates that `values` has room for, so that one engine serves laws with fewer.
+            idle: Number of padding states, which stand before the law's own in the memory that an engine hands over and
+                which the law does not see: `torque` gives zeros for their rates, before those of its own states.
 
         Raises:
             NotPackableError: `can_be_compiled` says no.
@@ -70,7 +70,7 @@ class MachineCode:
 
     @property
     def failed(self) -> bool:
-        """Whether a law has raised an exception; its torques are no numbers since."""
+        """Whether a law has raised an exception; its torques are NaN from then on."""
         return bool(self._record[_FAILED])
 
 
@@ -93,6 +93,11 @@ def can_be_compiled(law: Law) -> bool:
     return not raises(tuple(law.functions.values()))
 
 
+def floats_taken(name: str, joints: int) -> int:
+    """How many floats one of a law's functions takes beside parameters and memory."""
+    return {"touchdown": 3 * joints, "slope_estimate": 0, "next_discontinuity": 1}.get(name, 1 + 2 * joints)
+
+
 @lru_cache(maxsize=256)
 def _function(
     name: str,
@@ -105,43 +110,32 @@ def _function(
     contract: bool,
     idle: int,
 ) -> Any:
-    """One of the C functions, for one kind of law and parameters. What did not change is not compiled again."""
+    """Compile one of a law's C functions for one kind of parameters; unchanged functions come from the cache."""
     import numba
 
     from mjbiped.numerics import addresses
 
     values, q, dq = joints + states, _numbered("q", joints), _numbered("dq", joints)
-    state, postures = f"t, {q}, {dq}", f"{_numbered('before', joints)}, {q}, {dq}"
     values_of = ", ".join(f"value_{index}" for index in range(values))  # unpacked: their number is looked at
     given = [f"value_{index}" for index in range(values)]
     given[joints:joints] = ["0.0"] * idle
     written = "; ".join(f"o[{index}] = float({value})" for index, value in enumerate(given))
     memory = f"numbers(m + {WORD * idle}, {memory_size})" if idle else f"numbers(m, {memory_size})"
-    # once a law has failed, be it at a touchdown, no torque is a number: the walk goes no further
-    lost = f"if numbers(record, 1)[{_FAILED}] != 0.0: o[:] = NAN"
-    arguments, before, call, after = {
-        "torque": (
-            f"{state}, out",
-            f"o = numbers(out, {len(given)})",
-            f"{values_of} = law(parameters(record), {memory}, {state}); {written}",
-            lost,
-        ),
-        "tick": (state, "pass", f"law(parameters(record), {memory}, {state})", "pass"),
-        "knee_strike": (state, "pass", f"law(parameters(record), {memory}, {state})", "pass"),
-        "touchdown": (postures, "pass", f"law(parameters(record), {memory}, {postures})", "pass"),
-        "slope_estimate": (
-            "t",
-            "x = NAN",
-            f"x = float(law(parameters(record), {memory}))",
-            "return x",
-        ),
-        "next_discontinuity": (
-            "t",
-            "x = NAN",
-            f"x = float(law(parameters(record), {memory}, t))",
-            "return x",
-        ),
-    }[name]
+    state, postures = f"t, {q}, {dq}", f"{_numbered('before', joints)}, {q}, {dq}"
+    taken = {"touchdown": postures, "slope_estimate": "", "next_discontinuity": "t"}.get(name, state)
+    call = f"law(parameters(record), {memory}, {taken})"
+    types: Any = numba.types
+    word, number, returned = types.int64, types.float64, types.void
+    arguments, before, after = taken or "t", "pass", "pass"
+    passed = [number] * floats_taken(name, joints)
+    if name == "torque":
+        arguments, before = f"{state}, out", f"o = numbers(out, {len(given)})"
+        call = f"{values_of} = {call}; {written}"
+        # once a law has failed, be it at a touchdown, no torque is a number: the walk goes no further
+        after = f"if numbers(record, 1)[{_FAILED}] != 0.0: o[:] = NAN"
+        passed.append(word)
+    elif name in ("slope_estimate", "next_discontinuity"):
+        before, call, after, returned, passed = "x = NAN", f"x = float({call})", "return x", number, [number]
     made_law, digest = kept_apart(law, contract, _strange(classes))
     source = f"""def {name}(record, m, {arguments}):
     {before}
@@ -155,27 +149,21 @@ def _function(
         "NAN": float("nan"),
         "numbers": addresses.numbers,
         "law": made_law,
-        "parameters": _unpacking(made, classes, contract),
+        "parameters": unpacking(made, classes, contract),
     }
-    word, number = numba.types.int64, numba.types.float64
-    signature = {
-        "torque": numba.types.void(word, word, *[number] * (1 + 2 * joints), word),
-        "touchdown": numba.types.void(word, word, *[number] * (3 * joints)),
-        "tick": numba.types.void(word, word, *[number] * (1 + 2 * joints)),
-        "knee_strike": numba.types.void(word, word, *[number] * (1 + 2 * joints)),
-    }.get(name, number(word, word, number))
+    signature = returned(word, word, *passed)
     known = (digest, made, _kinds(classes), contract)
     return from_source(partial(c_function, signature=signature, **options(contract)), name, source, space, known)
 
 
 def _numbered(name: str, count: int) -> str:
-    """A parameter for each of the robot's angles."""
+    """Names of one parameter for each of the robot's angles, separated by commas."""
     return ", ".join(f"{name}{index + 1}" for index in range(count))
 
 
 @lru_cache(maxsize=256)
-def _unpacking(made: str, classes: tuple[tuple[str, type], ...], contract: bool) -> Any:
-    """A compiled function that makes a law's parameters of the address of their record."""
+def unpacking(made: str, classes: tuple[tuple[str, type], ...], contract: bool) -> Any:
+    """Compile the function that reads a law's parameters from the address of their record."""
     from mjbiped.numerics import addresses
 
     source = f"""def parameters(record):
@@ -189,11 +177,11 @@ def _unpacking(made: str, classes: tuple[tuple[str, type], ...], contract: bool)
 
 
 def _kinds(classes: tuple[tuple[str, type], ...]) -> list[tuple[str, str, Any]]:
-    """What tells the classes of parameters from others."""
+    """Modules, names and fields of the classes of parameters, by which compiled code is told apart."""
     return [(kind.__module__, kind.__qualname__, getattr(kind, "_fields", ())) for _, kind in classes]
 
 
 def _strange(classes: tuple[tuple[str, type], ...]) -> tuple[str, ...]:
-    """Those of the classes that a program without the user's module cannot import, as what is kept of them asks for."""
+    """Names of the classes that a program without the user's module cannot import when it reads the cache."""
     names = (f"{kind.__module__}.{kind.__qualname__}" for _, kind in classes)
     return tuple(name for name in names if not name.startswith(("mjbiped.", "controllers.")))

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mjbiped.control.compilation import floats_taken
 from mjbiped.errors import InputError, shown
 from mjbiped.numerics.jit import prepared
 
@@ -27,27 +29,27 @@ class LawError(InputError):
 
 @contextmanager
 def refused_in_words(controller: Controller, law: Law | None) -> Iterator[None]:
-    """Say of laws that a block calls, where they cannot be compiled, which one is to blame, why, and where.
+    """Tell which law is to blame, why, and where, if the laws that a block calls cannot be compiled.
 
     Args:
         controller: Whose laws they are.
-        law: What it gave; None where nothing is compiled.
+        law: What `compilable_law` gave; None where nothing is compiled.
 
     Raises:
-        LawError: They cannot be compiled. What a law that runs has raised is left as it is.
+        LawError: They cannot be compiled. An exception that a running law raised passes unchanged.
     """
     try:
         yield
     except Exception as error:
-        if law is None or not isinstance(error, _numba().core.errors.NumbaError):
+        if law is None or not isinstance(error, import_module("numba").core.errors.NumbaError):
             raise
         reason = _blame(law, controller.states, len(controller.joints)) or f"together: {_reason(error)}"
         raise LawError(f"the laws of {type(controller).__name__} cannot be compiled: {reason}. {_ADVICE}") from error
 
 
 def _blame(law: Law, states: Sequence[str], joints: int = 2) -> str:
-    """The first law that will not do by itself, and why; empty if all do."""
-    numba = _numba()
+    """The first law that cannot be compiled by itself, and why; empty if all can."""
+    numba: Any = import_module("numba")  # slow to import, and without types
     types = numba.types
     prepared(tuple(law.functions.values()), inlined=())
     try:
@@ -55,20 +57,11 @@ def _blame(law: Law, states: Sequence[str], joints: int = 2) -> str:
     except ValueError:
         return f"parameters are {shown(law.parameters)}; expected numbers, arrays, tuples and NamedTuples of these"
     memory, number = types.Array(types.float64, 1, "C"), types.float64
-    for name, count, values in (
-        ("torque", 1 + 2 * joints, joints + len(states)),
-        ("touchdown", 3 * joints, 0),
-        ("slope_estimate", 0, 1),
-        ("next_discontinuity", 1, 1),
-        ("tick", 1 + 2 * joints, 0),
-        ("knee_strike", 1 + 2 * joints, 0),
-    ):
-        if name not in law.functions:
-            continue
-        function = law.functions[name]
-        alone = numba.njit(_nrt=False)(function)
+    returned = {"torque": joints + len(states), "slope_estimate": 1, "next_discontinuity": 1}
+    for name, function in law.functions.items():
+        values, alone = returned.get(name, 0), numba.njit(_nrt=False)(function)
         try:
-            alone.compile((parameters, memory, *[number] * count))
+            alone.compile((parameters, memory, *[number] * floats_taken(name, joints)))
         except (numba.core.errors.NumbaError, TypeError) as error:  # TypeError: another number of arguments
             return f"{name} ({function.__name__}): {_reason(error)}"
         given = alone.nopython_signatures[0].return_type
@@ -78,13 +71,6 @@ def _blame(law: Law, states: Sequence[str], joints: int = 2) -> str:
             wanted = {0: "nothing", 1: "a float"}.get(values, f"a tuple of {values} floats")
             return f"{name} ({function.__name__}) returns {given}; expected {wanted}"
     return ""
-
-
-def _numba() -> Any:
-    """Numba, which is slow to import and has no types of its own."""
-    import numba
-
-    return numba
 
 
 def _reason(error: Exception) -> str:

@@ -19,8 +19,8 @@ from numbers import Real
 from typing import Any, ClassVar, NamedTuple
 
 from mjbiped.errors import InputError
-from mjbiped.gaits.branches import Branched
-from mjbiped.gaits.gait import Gait, Periodic
+from mjbiped.gaits.gait import Branched, Gait, Periodic
+from mjbiped.gaits.reference import in_arrays
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 
@@ -43,8 +43,9 @@ class Law(NamedTuple):
         touchdown: (parameters, memory, q1 and q2 before, q1, q2, dq1, dq2), as `Controller.on_touchdown`.
         slope_estimate: (parameters, memory) -> float.
         next_discontinuity: (parameters, memory, t) -> float.
-        tick: None, but for `mjbiped.disturbances.sampled.SampledController`: arguments as of `torque`.
-        knee_strike: As `Controller.on_knee_strike`, arguments as of `torque`; for robots with knees, which need it.
+        tick: What `mjbiped.disturbances.sampled.SampledController` does once in each control period, with the
+            arguments of `torque`; None for all others.
+        knee_strike: `Controller.on_knee_strike`, with the arguments of `torque`; robots with knees need it.
     """
 
     parameters: Any
@@ -57,7 +58,7 @@ class Law(NamedTuple):
 
     @property
     def functions(self) -> dict[str, Callable[..., Any]]:
-        """Those that there are, by their names."""
+        """The functions that are not None, by their names."""
         return {name: each for name, each in self._asdict().items() if name != "parameters" and each is not None}
 
 
@@ -95,7 +96,7 @@ class Controller(ABC):
     gait: Periodic | None = None
 
     def driving(self, robot: Robot) -> Controller:
-        """What drives a robot of some kind in this controller's name: by default itself.
+        """The controller that drives a given robot on behalf of this one: by default itself.
 
         Raises:
             InputError: It does not drive such a robot.
@@ -143,7 +144,7 @@ class Controller(ABC):
 
     @abstractmethod
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        """Torques now.
+        """Joint torques at the current time and state.
 
         Args:
             memory: Not to be changed here.
@@ -168,7 +169,7 @@ class Controller(ABC):
         return math.inf
 
     def law(self) -> Law | None:
-        """The laws for compilation, or None: then an engine calls the methods, which is slower and gives the same."""
+        """The laws for compilation; None if an engine shall call the methods, with the same result, but slower."""
         return None
 
     def describe(self) -> dict[str, Any]:
@@ -189,6 +190,45 @@ class Controller(ABC):
                     value = repr(value)
                 description[field.name] = value
         return description
+
+
+class LawController(Controller):
+    """A controller whose methods call the functions of its law: each is written once, and compiled as it stands."""
+
+    @property
+    @abstractmethod
+    def plain_law(self) -> Law:
+        """The law for plain Python, with tables in tuples, which it reads faster than arrays."""
+
+    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
+        """Take notice of a support transfer; see `Controller.on_touchdown`."""
+        law = self.plain_law
+        law.touchdown(law.parameters, memory, *q_before, *q, *dq)
+
+    def on_knee_strike(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
+        """Take notice that the swing knee is locked; see `Controller.on_knee_strike`."""
+        law = self.plain_law
+        if law.knee_strike is not None:
+            law.knee_strike(law.parameters, memory, t, *q, *dq)
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        """Joint torques and the rates of the states; see `Controller.torque`."""
+        law = self.plain_law
+        return law.torque(law.parameters, memory, t, *q, *dq)
+
+    def slope_estimate(self, memory: Memory) -> float:
+        """The controller's estimate of the slope under its stance foot, rad."""
+        law = self.plain_law
+        return law.slope_estimate(law.parameters, memory)
+
+    def next_discontinuity(self, memory: Memory, t: float) -> float:
+        """The first time after t at which `torque` may have a kink, s; see `Controller.next_discontinuity`."""
+        law = self.plain_law
+        return law.next_discontinuity(law.parameters, memory, t)
+
+    def law(self) -> Law:
+        """The law for compilation; see `Controller.law`."""
+        return self.plain_law._replace(parameters=in_arrays(self.plain_law.parameters))
 
 
 def never(parameters: Any, memory: Memory, t: float) -> float:  # noqa: ARG001 (a law has all of them)

@@ -15,15 +15,14 @@ import os
 import re
 import sys
 import sysconfig
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import redirect_stdout
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
 from mjbiped.control.controller import Controller
-from mjbiped.control.error_location import place_in
-from mjbiped.errors import InputError, explained, shown
+from mjbiped.errors import InputError, explained, place_of, shown
 from mjbiped.utils.domains import check_text, known_name
 from mjbiped.utils.reading import read_bytes
 from mjbiped.utils.shadows import hidden_laws
@@ -47,25 +46,23 @@ class _Reference(NamedTuple):
 
 
 def is_reference(name: object) -> bool:
-    """Whether a controller's name is meant to name a class in a file or a module."""
+    """Whether a controller's name is a reference to a class in a file or a module."""
     return isinstance(name, str) and (":" in name or name.endswith(".py"))
 
 
 def located(reference: str, folder: Path) -> str:
-    """A reference whose file is looked for in a folder; all other names stay as they are.
+    """Resolve a reference's file against a folder; all other names stay as they are.
 
     Modules are looked for in the working directory, and among the installed ones.
     """
     if not is_reference(reference):
         return reference
-    place, name = _parts(reference)
-    if not _Reference(place, name).is_file:
-        return reference
-    return f"{_whole(folder / Path(place).expanduser())}:{name}"
+    part = _parts(reference)
+    return f"{_whole(folder / Path(part.place).expanduser())}:{part.name}" if part.is_file else reference
 
 
 def own_class(reference: str) -> type[Controller]:
-    """The class that a reference names; its file or module is loaded, once as long as it stays as it is.
+    """Load the class that a reference names; an unchanged file or module is loaded once.
 
     Raises:
         InputError: There is no such file, module or class, loading it fails, or the class is no controller.
@@ -90,7 +87,10 @@ def own_class(reference: str) -> type[Controller]:
             f"`class {part.name}(Controller):`"
         )
     if inspect.isabstract(found):
-        lacking = ", ".join(f"{name}{_signature(getattr(found, name))}" for name in sorted(found.__abstractmethods__))
+        lacking = ", ".join(
+            f"{name}({', '.join(inspect.signature(getattr(found, name)).parameters)})"
+            for name in sorted(found.__abstractmethods__)
+        )
         raise InputError(f"{part.name} in {part.place} lacks what every controller must have: {lacking}")
     if found not in _named:
         _named[found] = {"class": reference, "sha256": digest_of(reference)}
@@ -98,7 +98,7 @@ def own_class(reference: str) -> type[Controller]:
 
 
 def recorded_class(source: Mapping[str, str], named: str | None) -> type[Controller]:
-    """The class of the user's own that a record tells of, loaded only if the user names it and its sources agree.
+    """Load the class that a record's controller came from, if the user names it and its source is unchanged.
 
     Args:
         source: What the record tells, as `source_of`; its place is never loaded.
@@ -121,7 +121,7 @@ def recorded_class(source: Mapping[str, str], named: str | None) -> type[Control
 
 
 def source_of(kind: type) -> dict[str, str] | None:
-    """What a record tells of a class that was named by a reference: that, and the digest of its sources."""
+    """The reference and the digest of its sources that a record keeps of a class loaded by `own_class`."""
     return _named.get(kind)
 
 
@@ -152,13 +152,8 @@ def _is_law(value: Any) -> bool:
     return isinstance(value, type) and issubclass(value, Controller) and not inspect.isabstract(value)
 
 
-def _signature(function: Any) -> str:
-    """The parameters of a method, as they stand in its source."""
-    return f"({', '.join(inspect.signature(function).parameters)})"
-
-
 def _module_of_file(place: str) -> ModuleType:
-    """The module of a file; see `own_class`."""
+    """Load a file as a module; see `own_class`."""
     path, text = _read(place)
     if path in _loaded and _loaded[path][0] == text:
         return _loaded[path][1]
@@ -183,7 +178,7 @@ def _module_of_file(place: str) -> ModuleType:
 
 
 def _whole(path: Path) -> Path:
-    """A path from the root, links in it left as they are: what stands beside a link is meant to be imported."""
+    """An absolute path that keeps links: the files beside a link can be imported, not those beside its target."""
     return Path(os.path.normpath(Path.cwd() / path))
 
 
@@ -198,7 +193,7 @@ def _read(place: str) -> tuple[Path, bytes]:
 
 
 def _module(name: str) -> ModuleType:
-    """The module of a name; see `own_class`."""
+    """Import the module of a name; see `own_class`."""
     if not all(part.isidentifier() for part in name.split(".")):
         raise InputError(f"{shown(name)} is no name of a module; expected {FORMS}")
     _import_from(Path.cwd())
@@ -217,18 +212,18 @@ def _module(name: str) -> ModuleType:
 
 
 def _failing(place: str, error: BaseException, path: Path | None = None) -> InputError:
-    """What is wrong with a file that cannot be loaded."""
+    """The error that says why a file or module cannot be loaded."""
     if isinstance(error, SyntaxError):
         where = f"{Path(error.filename or place).name}, line {error.lineno}"
         said = f"{error.msg} ({where}: {(error.text or '').strip()})" if error.lineno else str(error)
         return InputError(f"{place} cannot be loaded: {type(error).__name__}: {said}")
     hint = f"; {hidden}" if isinstance(error, ImportError) and (hidden := hidden_laws()) else ""
-    where = place_in(error, {str(path)} if path else set())
+    where = place_of(error, path or Path())
     return InputError(f"{place} cannot be loaded: {explained(error)}{where}{hint}")
 
 
 def _import_from(folder: Path) -> None:
-    """Let modules of a folder be imported; last of all, so that none of them stands in the way of a library's."""
+    """Let modules of a folder be imported, after all others, so that none of them hides a library's."""
     if str(folder) not in sys.path:
         sys.path.append(str(folder))
 
@@ -236,46 +231,38 @@ def _import_from(folder: Path) -> None:
 def _sources(part: _Reference) -> Mapping[str, bytes]:
     """Contents of a controller's source files, by their places in the folder that they are imported from."""
     if part.is_file:
-        file, _ = _read(part.place)
-        return dict(_imported([file], file.parent))
-    _import_from(Path.cwd())
-    top = part.place.partition(".")[0]
-    spec = importlib.util.find_spec(top)
-    if spec is None or not (spec.origin or spec.submodule_search_locations):
-        raise InputError(f"there is no module {shown(top)} to take a controller from")
-    folders = [Path(place) for place in spec.submodule_search_locations or ()]
-    files = [file for folder in folders for file in folder.rglob("*.py")] or [Path(str(spec.origin))]
-    return dict(_imported(files, folders[0].parent if folders else files[0].parent))
-
-
-def _imported(files: Iterable[Path], root: Path) -> Iterator[tuple[str, bytes]]:
-    """Files and what they import, directly or not, from a folder; from those of installed libraries nothing."""
-    installed = str(root) in (
-        sysconfig.get_path("purelib"),
-        sysconfig.get_path("platlib"),
-        sysconfig.get_path("stdlib"),
-    )
-    waiting, seen = list(files), set()
+        waiting = [_read(part.place)[0]]
+        root = waiting[0].parent
+    else:
+        _import_from(Path.cwd())
+        top = part.place.partition(".")[0]
+        spec = importlib.util.find_spec(top)
+        if spec is None or not (spec.origin or spec.submodule_search_locations):
+            raise InputError(f"there is no module {shown(top)} to take a controller from")
+        folders = [Path(place) for place in spec.submodule_search_locations or ()]
+        waiting = [file for folder in folders for file in folder.rglob("*.py")] or [Path(str(spec.origin))]
+        root = folders[0].parent if folders else waiting[0].parent
+    installed = str(root) in {sysconfig.get_path(name) for name in ("purelib", "platlib", "stdlib")}
+    found: dict[str, bytes] = {}
     while waiting:
         file = waiting.pop()
-        if file in seen:
-            continue
-        seen.add(file)
-        text = read_bytes(file)
-        yield file.relative_to(root).as_posix(), text
-        for name in () if installed else _modules_in(text):
-            if (root / f"{name}.py").is_file():
-                waiting.append(root / f"{name}.py")
-            else:
-                waiting += (root / name).rglob("*.py")
+        place = file.relative_to(root).as_posix()
+        if place not in found:
+            found[place] = read_bytes(file)
+            waiting += [] if installed else _imported(found[place], root)
+    return found
 
 
-def _modules_in(text: bytes) -> set[str]:
-    """Modules and packages that a source imports, those of this project apart: no file of the user's replaces them."""
+def _imported(text: bytes, root: Path) -> list[Path]:
+    """Files in a folder that a source imports; this project's packages are not looked for there."""
     try:
-        tree = ast.parse(text)
+        nodes = list(ast.walk(ast.parse(text)))
     except (SyntaxError, ValueError):
-        return set()
-    names = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
-    names |= {str(node.module) for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and not node.level}
-    return {name.partition(".")[0] for name in names} - {*_OURS}
+        return []
+    names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+    names += [str(node.module) for node in nodes if isinstance(node, ast.ImportFrom) and not node.level]
+    files: list[Path] = []
+    for name in {name.partition(".")[0] for name in names} - {*_OURS}:
+        module = root / f"{name}.py"
+        files += [module] if module.is_file() else (root / name).rglob("*.py")
+    return files

@@ -22,13 +22,13 @@ class CompiledLaw(NamedTuple):
 
     Attributes:
         torque: Address of the C function (record, memory, t, q1, ..., dq1, ..., out).
-        touchdown: Of (record, memory, q1 before, ..., q1, ..., dq1, ...).
-        slope_estimate: Of (record, memory, t) -> float; the time means nothing.
-        next_discontinuity: Of (record, memory, t) -> float.
+        touchdown: Address of (record, memory, q1 before, ..., q1, ..., dq1, ...).
+        slope_estimate: Address of (record, memory, t) -> float; the time means nothing.
+        next_discontinuity: Address of (record, memory, t) -> float.
         record: Address of the parameters, a `mjbiped.numerics.records.Packer`'s record.
         values: At least as many zeros as `torque` gives numbers: a tuple's length is part of its type.
-        tick: Of (record, memory, t, q1, ..., dq1, ...); 0: the law has none.
-        knee_strike: The same.
+        tick: Address of (record, memory, t, q1, ..., dq1, ...); 0: the law has none.
+        knee_strike: Of (record, memory, t, q1, ..., dq1, ...); 0: the law has none.
     """
 
     torque: int
@@ -42,35 +42,35 @@ class CompiledLaw(NamedTuple):
 
 
 def torque(law: CompiledLaw, memory: Memory, t: float, q: Angles, dq: Angles) -> tuple[float, ...]:
-    """`Law.torque`, by address."""
+    """Call `Law.torque` by its address."""
     found: tuple[float, ...] = call_torque(law.torque, law.record, memory, (t, *q, *dq), law.values)
     return found
 
 
 def touchdown(law: CompiledLaw, memory: Memory, q_before: Angles, q: Angles, dq: Angles) -> None:
-    """`Law.touchdown`, by address."""
+    """Call `Law.touchdown` by its address."""
     call_for_nothing(law.touchdown, law.record, memory, (*q_before, *q, *dq))
 
 
 def slope_estimate(law: CompiledLaw, memory: Memory) -> float:
-    """`Law.slope_estimate`, by address."""
+    """Call `Law.slope_estimate` by its address."""
     return float(call_at(law.slope_estimate, law.record, memory, 0.0))
 
 
 def next_discontinuity(law: CompiledLaw, memory: Memory, t: float) -> float:
-    """`Law.next_discontinuity`, by address."""
+    """Call `Law.next_discontinuity` by its address."""
     return float(call_at(law.next_discontinuity, law.record, memory, t))
 
 
 def tick(law: CompiledLaw, memory: Memory, t: float, q: Angles, dq: Angles) -> None:
-    """`Law.tick`, by address; there must be one."""
+    """Call `Law.tick`, which there must be, by its address."""
     call_for_nothing(law.tick, law.record, memory, (t, *q, *dq))
 
 
 def knee_strike(law: CompiledLaw, memory: Memory, t: float, q: Angles, dq: Angles) -> None:
-    """`Law.knee_strike`, by address; there must be one."""
+    """Call `Law.knee_strike`, which there must be, by its address."""
     call_for_nothing(law.knee_strike, law.record, memory, (t, *q, *dq))
 
 
 LAWS = (torque, touchdown, slope_estimate, next_discontinuity, tick, knee_strike)
-"""As `mjbiped.control.adapters.LAWS`."""
+"""What an engine calls of compiled laws, in the order of `mjbiped.control.adapters.LAWS`."""

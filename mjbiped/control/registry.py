@@ -24,13 +24,12 @@ from types import MappingProxyType
 from typing import Any
 
 from mjbiped.control.controller import Controller
-from mjbiped.control.error_location import place_of
 from mjbiped.control.loading import FORMS, is_reference, own_class, recorded_class
 from mjbiped.control.settings import REQUIRED, checked, default_of, fields_of, shown_defaults, why_none
-from mjbiped.errors import InputError, MjbipedError, explained, shown
-from mjbiped.gaits.described import gait_from, passive_gait_of
+from mjbiped.errors import InputError, MjbipedError, explained, place_of, shown
+from mjbiped.gaits.described import gait_from, parse_reference, passive_gait_of
 from mjbiped.gaits.gait import Periodic
-from mjbiped.gaits.optimised import find_reference, only_kept, parse_reference
+from mjbiped.gaits.optimised import find_reference, only_kept
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
@@ -48,7 +47,7 @@ SHARED: Mapping[str, Any] = MappingProxyType(
 )
 """Settings of all controllers that imitate a gait, with their defaults: the slope of that passive gait, and the slope
 estimate at the start, degrees; and an optimised reference in the passive gait's stead, as "clearance=0.06" (see
-`mjbiped.gaits.optimised.parse_reference`)."""
+`mjbiped.gaits.described.parse_reference`)."""
 
 KNEED_REFERENCE = "clearance=0.08"
 """What a robot with knees tracks unless told: its passive gaits clear 2 cm, and not every such robot has one on gentle
@@ -88,7 +87,7 @@ def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
 
     Args:
         name: Of a registered controller, or where a class of the user's stands: see `mjbiped.control.loading`.
-        robot: That it is to drive: for one with knees a law may have a class of its own.
+        robot: The robot to be driven; a law may have a class of its own for robots with knees.
 
     Raises:
         InputError: The name is unknown, or the class cannot be imported.
@@ -112,7 +111,7 @@ def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
 
 
 def names_by_class(robot: Robot | None = None) -> dict[str, str]:
-    """Names of registered controllers by the names of their classes, those for a robot with knees where it has them."""
+    """Names of registered controllers by the names of the classes that drive a robot."""
     if robot is not None and robot.knees:
         return {controller_class(name, robot).__name__: name for name in registered()}
     return {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
@@ -130,7 +129,7 @@ def settings_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
 
 
 def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: Periodic | None = None) -> Controller:
-    """The controller of a name.
+    """Make the controller of a name.
 
     Args:
         name: As for `controller_class`.
@@ -165,10 +164,8 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
             math.radians(SLOPE_DEG.check(key, values.pop(key)))
             for key in ("imitate_slope_deg", "initial_slope_estimate_deg")
         )
-        asked = _asked(values.pop("reference"), settings)
-        if asked is None and robot.knees and "imitate_slope_deg" not in settings:
-            asked = parse_reference(KNEED_REFERENCE)
-        values["gait"] = gait or _gait(robot, slope, asked)
+        reference = values.pop("reference")
+        values["gait"] = gait or _imitated(robot, slope, reference, passive="imitate_slope_deg" in settings)
         values |= {key: estimate for key in SLOPE_FIELDS if key in own}
     try:
         return kind(**values)
@@ -180,32 +177,29 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
         ) from error
 
 
-def _gait(robot: Robot, slope: float, asked: Mapping[str, Any] | None) -> Periodic:
-    """The gait that a controller imitates: a passive one, or the optimised one that is asked for."""
-    if asked is None:
-        return passive_gait_of(robot, slope)
-    assert isinstance(robot, Compass | KneedBiped)
-    return find_reference(robot, **asked)
+def _imitated(robot: Robot, slope: float, reference: object, *, passive: bool) -> Periodic:
+    """The gait that a controller imitates.
 
-
-def _asked(reference: object, settings: Mapping[str, Any]) -> dict[str, Any] | None:
-    """What is asked of the optimised reference; None where there is none.
+    Args:
+        robot: Whose gait it is.
+        slope: Of the passive gait, rad.
+        reference: What is asked of an optimised one, as text; None: nothing.
+        passive: Whether the passive gait was asked for by its slope.
 
     Raises:
         InputError: It is no text of a reference, or a passive gait is asked for as well.
+        GaitError: The slope has no passive gait.
     """
     if reference is None:
-        return None
+        if passive or not robot.knees:
+            return passive_gait_of(robot, slope)
+        reference = KNEED_REFERENCE
     if not isinstance(reference, str):
         raise InputError(f"reference = {shown(reference)}: must be text, as 'clearance=0.06', or None")
-    if "imitate_slope_deg" in settings:
+    if passive:
         raise InputError("imitate_slope_deg is of a passive gait, and reference of an optimised one; give one of them")
-    return parse_reference(reference)
-
-
-def _is_gait(described: object) -> bool:
-    """Whether a field's description is that of a gait, which tells whose it is."""
-    return isinstance(described, Mapping) and "robot" in described
+    assert isinstance(robot, Compass | KneedBiped)
+    return find_reference(robot, **parse_reference(reference))
 
 
 def check_setting(name: str, key: str, valid: Mapping[str, Any], what: str = "setting") -> None:
@@ -227,7 +221,7 @@ def check_setting(name: str, key: str, valid: Mapping[str, Any], what: str = "se
 def controller_from(
     description: Mapping[str, Any], source: Mapping[str, str] | None = None, named: str | None = None
 ) -> Controller:
-    """The controller that a record describes, built anew; see `Controller.describe`.
+    """Build anew the controller that a record describes; see `Controller.describe`.
 
     A field that the class has got since then has its default, with which the class does what it did before. A record
     may come from anyone: it never decides which code is loaded, nor does it begin a search for a reference.
@@ -269,8 +263,9 @@ def controller_from(
             f"the record's {wanted} has not the parameters of this version's: {', '.join(sorted(odd))} differ"
         )
     try:
-        gaits = {key: gait_from(value) for key, value in described.items() if _is_gait(value)}
-        described |= gaits
+        # only a gait's description tells whose it is
+        gaits = [key for key, value in described.items() if isinstance(value, Mapping) and "robot" in value]
+        described |= {key: gait_from(described[key]) for key in gaits}
         if robot is not None:
             described["robot"] = robot
         with only_kept():

@@ -22,7 +22,7 @@ _TRUTH = {"true": True, "false": False}
 
 
 def fields_of(kind: type) -> Mapping[str, Field[Any]]:
-    """Fields of a controller's dataclass that are given when it is made, by name; none of what is no dataclass.
+    """Fields of a controller's dataclass that its constructor takes, by name; empty for other classes.
 
     Raises:
         InputError: What is no dataclass cannot be made without arguments.
@@ -53,7 +53,7 @@ def default_of(field: Field[Any]) -> Any:
 
 
 def why_none(kind: type) -> str:
-    """What to do where a controller has no fields, in words; empty for a dataclass."""
+    """Advice for a controller class that has no fields; empty for a dataclass."""
     return "" if is_dataclass(kind) else f"; it is no dataclass: {_HOW}"
 
 
@@ -63,7 +63,7 @@ def shown_defaults(settings: Mapping[str, Any]) -> str:
 
 
 def value_of(kind: type, name: str, text: str) -> Any:
-    """The value of a field that a text on the command line means, as the field's type has it.
+    """Read the value of a field from a text on the command line, by the field's type.
 
     Raises:
         InputError: The text means none.
@@ -82,7 +82,7 @@ def value_of(kind: type, name: str, text: str) -> Any:
 
 
 def checked(kind: type, name: str, value: Any) -> Any:
-    """A value of a field, if it is of the field's type; a whole number also where a float is asked for.
+    """Check a value against a field's type; a whole number also passes where a float is asked for.
 
     What the type does not say, as a gain's domain, is for the class to check.
 

@@ -22,7 +22,7 @@ class Tracking(Controller):
 
     @abstractmethod
     def transition_end(self, memory: Memory) -> float:
-        """Until when a re-planned transition is tracked in the step, s; 0 where the step was not re-planned."""
+        """Time at which the re-planned transition of the step ends, s; 0 where the step was not re-planned."""
 
 
 class AdaptiveTracking(Tracking):

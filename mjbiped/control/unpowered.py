@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mjbiped.control.controller import Controller, Law, Memory, never
+from mjbiped.control.controller import Controller, Law, LawController, Memory, never
 from mjbiped.robots.robot import Robot
 
 
 @dataclass(frozen=True)
-class Unpowered(Controller):
-    """Zero torque at all joints of any robot, for walks that no controller of `controllers` is asked for."""
+class Unpowered(LawController):
+    """Zero torque at all joints of any robot, for walks without a controller from `controllers`."""
 
     def driving(self, robot: Robot) -> Controller:
         """The same controller with as many torques as the robot has joints."""
@@ -23,12 +22,9 @@ class Unpowered(Controller):
         object.__setattr__(driver, "joints", robot.joints)
         return driver
 
-    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        """No torque, whatever the state; see `Controller.torque`."""
-        return (0.0,) * len(self.joints)
-
-    def law(self) -> Law:
-        """The same for compilation; see `Controller.law`."""
+    @property
+    def plain_law(self) -> Law:
+        """The law of no torque, whatever the state."""
         zeros = (0.0,) * len(self.joints)
         return Law(zeros, _no_torque, _no_notice, _no_estimate, never, knee_strike=_no_notice)
 

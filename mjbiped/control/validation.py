@@ -1,4 +1,4 @@
-"""A controller's methods tried once before a walk, so that what is wrong with them is told in words, and in time.
+"""Tries a controller's methods once before a walk, so that errors in them are told early and in words.
 
 What the contract asks for (`mjbiped.control.controller.Controller`) and a first step would show: parameters, the
 memory's size, the numbers that `torque` returns, and that these depend on nothing but its arguments and the memory.
@@ -14,14 +14,12 @@ from collections.abc import Sequence
 from dataclasses import FrozenInstanceError
 from functools import cached_property, lru_cache
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mjbiped.control.adapters import gives_its_law, values_of
-from mjbiped.control.error_location import place_of
-from mjbiped.errors import InputError, explained, shown
-
-if TYPE_CHECKING:
-    from mjbiped.control.controller import Controller
+from mjbiped.control.controller import Controller, Law
+from mjbiped.errors import InputError, explained, place_of, shown
+from mjbiped.utils.domains import as_float
 
 _PARAMETERS = {
     "start": ("memory", "q", "dq"),
@@ -61,26 +59,17 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
 
 
 def _try_out(controller: Controller, q: State, dq: State) -> None:
-    """As `try_out`; whatever the methods raise is passed on."""
+    """Try the methods as `try_out` does; whatever they raise is passed on."""
     name = type(controller).__name__
     memory: list[Any] = [0.0] * controller.memory_size
     before = _attributes(controller)
-    _check_law(controller)
-    try:
-        controller.start(memory, q, dq)
-    except FrozenInstanceError:
-        raise
-    except IndexError as error:
-        raise InputError(
-            f"{name}.start fails: {error}{place_of(error, type(controller))}; the memory has as many floats as "
-            f"memory_size says, {controller.memory_size}: set that to as many as you need"
-        ) from error
-    except (Exception, SystemExit) as error:  # there is no walk yet that could tell of it
-        raise _failing(controller, "start", error) from error
-    _check_memory(name, "start", controller.memory_size, memory)
+    law = _given(controller, "law") if gives_its_law(controller) else None
+    if law is not None and not isinstance(law, Law):
+        raise InputError(f"{name}.law() gives {shown(law)}; expected a Law, or None")
+    _given(controller, "start", memory, q, dq)
+    _check_memory(controller, "start", memory)
     first = _asked(controller, memory, 0.0, q, dq)
-    fault = fault_in(controller, first, 0.0, q, dq)
-    if fault:
+    if fault := fault_in(controller, first, 0.0, q, dq):
         raise InputError(f"{fault}: the walk cannot begin")
     _step_on(controller, memory, q, dq)
     changed = [key for key, value in _attributes(controller).items() if before.get(key, before) is not value]
@@ -94,31 +83,28 @@ def _try_out(controller: Controller, q: State, dq: State) -> None:
         )
 
 
-def _check_law(controller: Controller) -> None:
-    """Refuse laws for compilation that cannot be had.
+def _given(controller: Controller, method: str, *arguments: Any) -> Any:
+    """Call a method whose failure no walk could report, because none has begun.
 
     Raises:
-        InputError: They cannot.
+        InputError: It fails.
     """
-    if not gives_its_law(controller):
-        return
     try:
-        law = controller.law()
-    except InputError:
+        return getattr(controller, method)(*arguments)
+    except (InputError, FrozenInstanceError):
         raise
     except (Exception, SystemExit) as error:
-        raise _failing(controller, "law", error) from error
-    if law is not None and not isinstance(getattr(law, "functions", None), dict):
-        raise InputError(f"{type(controller).__name__}.law() gives {shown(law)}; expected a Law, or None")
-
-
-def _failing(controller: Controller, method: str, error: BaseException) -> InputError:
-    kind = type(controller)
-    return InputError(f"{kind.__name__}.{method} fails: {explained(error)}{place_of(error, kind)}")
+        kind, words = type(controller), explained(error)
+        advice = (
+            "; the memory has as many floats as memory_size says, "
+            f"{controller.memory_size}: set that to as many as you need"
+        )
+        advice *= method == "start" and isinstance(error, IndexError)
+        raise InputError(f"{kind.__name__}.{method} fails: {words}{place_of(error, kind)}{advice}") from error
 
 
 def fault_in(controller: Controller, values: Sequence[float], t: float, q: State, dq: State) -> str:
-    """Which of the numbers that `torque` gave is no finite one, and when, in words; empty where all are.
+    """Describe which numbers that `torque` gave are not finite, and when; empty where all are.
 
     Args:
         controller: The law.
@@ -129,28 +115,27 @@ def fault_in(controller: Controller, values: Sequence[float], t: float, q: State
     """
     named = (*(f"{joint} torque" for joint in controller.joints), *(f"rate of {state}" for state in controller.states))
     faults = [
-        f"{shown(value)} for the {name}" for name, value in zip(named, values, strict=False) if not _finite(value)
+        f"{shown(value)} for the {name}"
+        for name, value in zip(named, values, strict=False)
+        if not math.isfinite(as_float(value))
     ]
     if not faults:
         return ""
+    angles, rates = (", ".join(f"{value:.4g}" for value in values) for values in (q, dq))
     return (
         f"{type(controller).__name__}.torque gives {' and '.join(faults)} at t = {t:.4g} s of the step, "
-        f"q = ({_listed(q)}) rad, dq = ({_listed(dq)}) rad/s"
+        f"q = ({angles}) rad, dq = ({rates}) rad/s"
     )
 
 
-def _listed(values: State) -> str:
-    return ", ".join(f"{value:.4g}" for value in values)
-
-
 def fault_at(controller: Controller, memory: Sequence[float], t: float, q: State, dq: State) -> str:
-    """As `fault_in`, in a state that a walk could not go beyond.
+    """Describe what `fault_in` finds in the state in which a walk ended.
 
-    The law is also asked a little later, for the walk ends just before what it fails of.
+    The law is also asked a little later, for the walk ends just before the state in which it fails.
 
     Args:
         controller: The law.
-        memory: As it is there.
+        memory: Its memory in that state.
         t: Time since the support transfer, s.
         q: The robot's angles, rad.
         dq: Their rates, rad/s.
@@ -161,23 +146,15 @@ def fault_at(controller: Controller, memory: Sequence[float], t: float, q: State
             values = values_of(controller, controller.torque(list(memory), t + later, there, dq))
         except Exception:
             return ""
-        found = fault_in(controller, values, t + later, there, dq)
-        if found:
+        if found := fault_in(controller, values, t + later, there, dq):
             return found
     return ""
 
 
-def _finite(value: float) -> bool:
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # a whole number that no float can hold
-        return False
-
-
 def _stand_in(controller: Controller) -> Controller:
-    """A copy of a controller, which may keep something of the calls in its attributes: in a list that it fills.
+    """A copy of a controller for the trial, since methods may change the controller's attributes.
 
-    What is a frozen dataclass with compiled laws keeps nothing, and costs nothing here.
+    A controller whose law speaks for it keeps nothing, and is not copied.
     """
     if gives_its_law(controller):
         return controller
@@ -193,7 +170,7 @@ def _check_parameters(kind: type) -> None:
     for method, parameters in _PARAMETERS.items():
         try:
             signature = inspect.signature(getattr(kind, method))
-        except (TypeError, ValueError, AttributeError):  # of compiled extensions; of an object, not of its class
+        except (TypeError, ValueError):  # of compiled extensions
             continue
         bound = isinstance(inspect.getattr_static(kind, method), staticmethod | classmethod)
         try:
@@ -205,19 +182,20 @@ def _check_parameters(kind: type) -> None:
             ) from error
 
 
-def _check_memory(name: str, method: str, size: int, memory: list[Any]) -> None:
+def _check_memory(controller: Controller, method: str, memory: list[Any]) -> None:
+    called, size = f"{type(controller).__name__}.{method}", controller.memory_size
     if len(memory) != size:
         raise InputError(
-            f"{name}.{method} leaves a memory of {len(memory)} floats where memory_size = {size}: change its entries, "
-            "never its length"
+            f"{called} leaves a memory of {len(memory)} floats where memory_size = {size}: change its entries, never "
+            "its length"
         )
     for index, value in enumerate(memory):
         if not isinstance(value, Real):
-            raise InputError(f"{name}.{method} writes {shown(value)} into memory[{index}]; expected a number")
+            raise InputError(f"{called} writes {shown(value)} into memory[{index}]; expected a number")
 
 
 def _asked(controller: Controller, memory: list[float], t: float, q: State, dq: State) -> tuple[float, ...]:
-    """What `torque` returns; it must not have written into the memory.
+    """Call `torque`, and check that it leaves the memory unchanged.
 
     Raises:
         InputError: It has, or its values are not as they must be.
@@ -235,7 +213,7 @@ def _asked(controller: Controller, memory: list[float], t: float, q: State, dq: 
 
 
 def _step_on(controller: Controller, memory: list[float], q: State, dq: State) -> None:
-    """Ask for what a walk asks for, on a copy of the memory: whatever stays behind is in the object."""
+    """Call all methods that a step calls, on a copy of the memory: only attributes of the object can change."""
     kept = list(memory)
     try:
         _asked(controller, kept, _LATER, tuple(0.5 * angle for angle in q), dq)
@@ -249,17 +227,14 @@ def _step_on(controller: Controller, memory: list[float], q: State, dq: State) -
         raise
     except Exception:  # in a state that the walk may never come to
         return
-    _check_memory(type(controller).__name__, "on_touchdown", controller.memory_size, kept)
+    _check_memory(controller, "on_touchdown", kept)
 
 
 def _attributes(controller: Controller) -> dict[str, Any]:
-    """What the object holds, apart from what it computes once."""
-    computed = _computed_once(type(controller))
-    return {key: value for key, value in getattr(controller, "__dict__", {}).items() if key not in computed}
-
-
-@lru_cache(maxsize=64)
-def _computed_once(kind: type) -> frozenset[str]:
-    return frozenset(
-        key for each in kind.__mro__ for key, value in vars(each).items() if isinstance(value, cached_property)
-    )
+    """Attributes of the object, except cached properties."""
+    kind = type(controller)
+    return {
+        key: value
+        for key, value in vars(controller).items()
+        if not isinstance(inspect.getattr_static(kind, key, None), cached_property)
+    }

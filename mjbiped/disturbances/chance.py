@@ -1,4 +1,4 @@
-"""Random numbers of a seed and a place: the same in Python and compiled, in any thread, in whatever order.
+"""Random numbers from a seed and an index: the same in Python and compiled, in any thread, in whatever order.
 
 Each number is a hash of its seed and of the two numbers that say where it stands (which tick, which sensor), so that
 there is no generator whose state would have to be kept. The hash is MurmurHash3's (A. Appleby, public domain), on words
@@ -23,25 +23,25 @@ def words_of(seed: int) -> Seed:
 
 
 def uniform(seed: Seed, number: int, channel: int) -> float:
-    """A number between 0 and 1, never either of them.
+    """A uniformly distributed number between 0 and 1, both ends excluded.
 
     Args:
-        seed: Of the walk's chance.
-        number: Which one in its channel, from 0 on.
-        channel: Numbers of different channels have nothing to do with one another.
+        seed: Seed of the walk.
+        number: Index in the channel, from 0 on.
+        channel: Numbers of different channels are independent.
     """
     found = _mixed(_mixed(_mixed(_mixed(seed[0], seed[1]), channel), number & _WORD), number >> 32)
     return (found + 0.5) / 4294967296.0
 
 
 def normal(seed: Seed, number: int, channel: int) -> float:
-    """A number of the normal distribution of mean 0 and deviation 1 (Box and Muller); `channel` takes two channels."""
+    """A normally distributed number of mean 0 and deviation 1 (Box and Muller), from two channels of `uniform`."""
     radius = math.sqrt(-2.0 * math.log(uniform(seed, number, 2 * channel)))
     return radius * math.cos(2.0 * math.pi * uniform(seed, number, 2 * channel + 1))
 
 
 def _mixed(before: int, word: int) -> int:
-    """A word of 32 bits that depends on all bits of two of them."""
+    """Hash two words of 32 bits into one that depends on all their bits."""
     x = (before ^ word) + _SPREAD & _WORD
     x = _product(x ^ x >> 16, 0x85EBCA6B)
     x = _product(x ^ x >> 13, 0xC2B2AE35)
@@ -49,5 +49,5 @@ def _mixed(before: int, word: int) -> int:
 
 
 def _product(x: int, factor: int) -> int:
-    """The low 32 bits of a product, without a number of more than 64."""
+    """The low 32 bits of a product, computed without exceeding 64 bits."""
     return (x & _HALF) * factor + (((x >> 16) * factor & _HALF) << 16) & _WORD

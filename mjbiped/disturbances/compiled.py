@@ -16,11 +16,11 @@ from mjbiped.numerics.addresses import floats_at
 
 
 class Parts(NamedTuple):
-    """Parameters of these laws.
+    """Parameters of the disturbed loop's laws.
 
     Attributes:
         inner: The controller's machine code.
-        loop: The loop's.
+        loop: The loop's parameters.
     """
 
     inner: CompiledLaw
@@ -28,7 +28,7 @@ class Parts(NamedTuple):
 
 
 def law_of(inner: CompiledLaw, loop: Loop) -> Law:
-    """The laws of a disturbed loop; whoever has them keeps the inner machine code."""
+    """The laws of a disturbed loop; the caller keeps the inner machine code alive."""
     return Law(Parts(inner, loop), _torque, _touchdown, _slope_estimate, never, _tick, _knee_strike)
 
 
@@ -59,12 +59,12 @@ def _slope_estimate(parts: Parts, memory: Memory) -> float:
 
 
 def _halves(state: Angles) -> tuple[Angles, Angles]:
-    """Angles and rates; where compiled, slices have constant bounds."""
+    """Split a state into angles and rates; compiled code needs slices with constant bounds."""
     return (state[:2], state[2:]) if len(state) == 4 else (state[:3], state[3:])
 
 
 def _thirds(postures: Angles) -> tuple[Angles, Angles, Angles]:
-    """Angles before a touchdown, after it, and rates; likewise."""
+    """Split postures into angles before a touchdown, angles after it, and rates."""
     if len(postures) == 6:
         return postures[:2], postures[2:4], postures[4:]
     return postures[:3], postures[3:6], postures[6:]

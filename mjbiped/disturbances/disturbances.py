@@ -1,4 +1,4 @@
-"""`Disturbances`: what a walk is disturbed by, in SI units."""
+"""`Disturbances`: noise, delay, motor limits and pushes that a walk is subject to, in SI units."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ DEFAULT_PERIOD = 1e-3
 """Time between two ticks of a disturbed control loop, unless given, s."""
 
 LONGEST_DELAY = 256
-"""The longest delay, in ticks: so many torques are kept."""
+"""The longest delay, in ticks."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Disturbances:
 
     Attributes:
         angle_noise: Standard deviation of the noise of each joint's angle, new in each tick, rad.
-        rate_noise: The same of each joint's rate, rad/s.
+        rate_noise: Standard deviation of the noise of each joint's rate, rad/s.
         angle_bias: Constant error of each joint's angle, rad.
         rate_bias: Constant error of each joint's rate, rad/s.
         angle_resolution: Step of the encoders, rad; 0: none.
@@ -60,7 +60,7 @@ class Disturbances:
         push_duration: How long a push lasts, with constant force, s.
         friction: Coefficient of Coulomb friction between feet and ground; None: 0.8. In MuJoCo alone: the hybrid
             engine's stance foot never slips, and its record says for how much friction a walk asks.
-        seed: Of noise and random pushes; the same seed gives the same noise and pushes in both engines.
+        seed: Seed of noise and random pushes; the same seed gives the same noise and pushes in both engines.
 
     Raises:
         InputError: A value is outside its domain, or contradicts another.
@@ -189,14 +189,14 @@ class Disturbances:
         return ticks
 
     def to_dict(self) -> dict[str, Any]:
-        """What is not as usual, in plain JSON types, for the record."""
+        """Values that differ from the defaults, in plain JSON types, for the record."""
         given = asdict(self)
         given["pushes"] = [list(push) for push in self.pushes]
         return {name: value for name, value in given.items() if value != _USUAL[name] and value != []}
 
     @classmethod
     def from_dict(cls, given: Mapping[str, Any]) -> Disturbances:
-        """Those that `to_dict` has told of.
+        """Disturbances from what `to_dict` returned.
 
         Raises:
             InputError: A name is unknown, or a value outside its domain.
@@ -207,13 +207,13 @@ class Disturbances:
 
 
 SETTINGS = tuple(field.name for field in fields(Disturbances) if field.name != "pushes")
-"""Names of those that are one number each."""
+"""Names of the disturbances that are one number each."""
 
 _USUAL: dict[str, Any] = {field.name: field.default for field in fields(Disturbances)}
 
 
 def _checked_pushes(pushes: object, duration: float) -> tuple[tuple[float, float], ...]:
-    """Pushes as pairs of plain numbers.
+    """Check pushes, and return them as pairs of plain numbers.
 
     Raises:
         InputError: They are not pairs, or not one after the other.
@@ -240,4 +240,4 @@ def _checked_pushes(pushes: object, duration: float) -> tuple[tuple[float, float
 
 
 UNDISTURBED = Disturbances()
-"""Nothing disturbs the walk."""
+"""No disturbances."""

@@ -17,12 +17,12 @@ class Pushes(NamedTuple):
     """The pushes of a walk, at given times or at random.
 
     Attributes:
-        times: At which they begin, s.
-        impulses: Of each, N s.
-        duration: Of each, s.
+        times: Times at which pushes begin, s.
+        impulses: Impulse of each push, N s.
+        duration: Duration of each push, s.
         size: Impulse of random pushes, N s.
-        interval: Mean time between random ones, s; 0: there are none.
-        seed: Of chance.
+        interval: Mean time between random pushes, s; 0: there are none.
+        seed: Seed of random pushes.
     """
 
     times: NDArray[np.float64]
@@ -34,16 +34,16 @@ class Pushes(NamedTuple):
 
 
 NONE = Pushes(np.zeros(0), np.zeros(0), 1.0, 0.0, 0.0, (0, 0))
-"""Nobody pushes."""
+"""No pushes."""
 
 
 def following(pushes: Pushes, number: int, after: float) -> tuple[float, float]:
-    """When a push begins (s), and its impulse (N s); infinity where there is none any more.
+    """Time at which a push begins (s), and its impulse (N s); the time is infinite after the last one.
 
     Args:
-        pushes: Of the walk.
-        number: Which one, from 0 on.
-        after: When the push before it has ended, s.
+        pushes: The pushes of the walk.
+        number: Index of the push, from 0 on.
+        after: End of the push before it, s.
     """
     if pushes.interval > 0.0:
         size = pushes.size if uniform(pushes.seed, number, _SIGN) < 0.5 else -pushes.size

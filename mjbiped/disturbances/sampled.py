@@ -1,10 +1,11 @@
-"""A controller that runs as a digital one: it ticks, and what disturbs its loop stands between it and the robot."""
+"""A controller run digitally, with disturbances in the loop between it and the robot."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
+from typing import Any
 
 from mjbiped.control import adapters
 from mjbiped.control.compilation import MachineCode, compilable_law
@@ -17,22 +18,22 @@ from mjbiped.disturbances.loop import Loop
 
 
 class SampledController(Controller):
-    """A controller with its disturbed loop, to an engine that ticks.
+    """A controller and its disturbed loop, for an engine that calls `tick`.
 
     `tick` is called once in each control period, before anything else is asked at that time; `torque` gives what is
     held since then.
 
     Attributes:
         inner: The controller proper.
-        loop: What does not change.
+        loop: Parameters of the loop.
     """
 
     def __init__(self, inner: Controller, disturbances: Disturbances, period: float) -> None:
         """Put the disturbances around a controller.
 
         Args:
-            inner: Drives stance ankle and hip, and a swing knee.
-            disturbances: What acts.
+            inner: The controller.
+            disturbances: The disturbances.
             period: Time between two ticks, s.
 
         Raises:
@@ -74,9 +75,7 @@ class SampledController(Controller):
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Begin a walk; the left leg stands."""
-        own = list(memory[: self.loop.size])
-        self.inner.start(own, q, dq)
-        memory[: self.loop.size] = own
+        self._tell(self.inner.start, memory, q, dq)
         memory[self.loop.size + laws.SIDE] = 1.0
 
     def tick(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
@@ -89,31 +88,33 @@ class SampledController(Controller):
         return adapters.torque(inner, memory[: self.loop.size], t, q, dq)
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        """What is held since the last tick."""
+        """Torques and rates of states that are held since the last tick."""
         first = self.loop.size + self.loop.held
         return tuple(memory[first : first + self.loop.joints + self.loop.states])
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
-        """Exchange the motors, and tell the controller what its sensors show."""
+        """Exchange the motors' roles, and tell the controller the posture that its sensors show."""
         told = laws.touchdown(self.loop, memory, tuple(q_before), tuple(q), tuple(dq))
-        own = list(memory[: self.loop.size])
-        self.inner.on_touchdown(own, *told)
-        memory[: self.loop.size] = own
+        self._tell(self.inner.on_touchdown, memory, *told)
 
     def on_knee_strike(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
-        """Tell the controller what its sensors show."""
+        """Tell the controller the state that its sensors show."""
         told = laws.knee_strike(self.loop, memory, tuple(q), tuple(dq))
-        own = list(memory[: self.loop.size])
-        self.inner.on_knee_strike(own, t, *told)
-        memory[: self.loop.size] = own
+        self._tell(self.inner.on_knee_strike, memory, t, *told)
 
     def slope_estimate(self, memory: Memory) -> float:
-        """The controller's."""
+        """The controller's estimate of the slope, rad."""
         return self.inner.slope_estimate(memory[: self.loop.size])
+
+    def _tell(self, method: Callable[..., None], memory: Memory, *arguments: Any) -> None:
+        """Call a method of the controller, which changes its own part of the memory."""
+        own = list(memory[: self.loop.size])
+        method(own, *arguments)
+        memory[: self.loop.size] = own
 
     @cached_property
     def _code(self) -> MachineCode | None:
-        """Machine code of the controller proper, which this one's calls by its address; None where it has none."""
+        """Machine code of the inner controller, called by address; None where its laws cannot be compiled."""
         law = compilable_law(self.inner)
         if law is None:
             return None
@@ -121,7 +122,7 @@ class SampledController(Controller):
             return MachineCode(law, self.loop.states, self.loop.size, contract=False, joints=self.loop.joints)
 
     def law(self) -> Law | None:
-        """The loop's laws, around the machine code of the controller's."""
+        """The loop's laws around the controller's machine code; None where there is none."""
         if self._code is None:
             return None
         from mjbiped.disturbances import compiled

@@ -1,18 +1,18 @@
-"""What an engine is to the rest: it checks, starts and makes walks. One of your own derives from these two classes."""
+"""What an engine is to the rest: it checks, starts and makes walks. Your own derives from these two classes."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
+import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.control.error_location import place_of
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.engines.plan import Plan
-from mjbiped.errors import InputError, explained
+from mjbiped.errors import InputError, explained, place_of
 from mjbiped.numerics.jit import announced
 from mjbiped.records.measures import Summary
 from mjbiped.records.pressure import unknown
@@ -23,11 +23,6 @@ from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.progress import hidden
 
-if TYPE_CHECKING:
-    import numpy as np
-
-    from mjbiped.rollout.batch import Batch
-
 Show: TypeAlias = Callable[[int, float], None]
 """Takes the number of touchdowns since the last call, and where the stance foot is, m."""
 
@@ -36,8 +31,8 @@ class Engine(ABC):
     """A kind of physics and its settings; subclasses are frozen dataclasses, whose fields are the settings.
 
     Attributes:
-        name: Stands in records and messages.
-        robots: The kinds of robots that it walks.
+        name: Name in records and messages.
+        robots: Kinds of robots that it can walk.
     """
 
     name: ClassVar[str]
@@ -47,20 +42,20 @@ class Engine(ABC):
         """Refuse a walk that this engine cannot make, before anything is computed.
 
         Raises:
-            InputError: It cannot.
+            InputError: The engine cannot make this walk.
         """
 
     def check_disturbances(self, disturbances: Disturbances) -> None:
         """Refuse disturbances that do not fit this engine's settings; by default all.
 
         Raises:
-            InputError: They do not.
+            InputError: The disturbances do not fit.
         """
         if disturbances != UNDISTURBED:
             raise InputError(f"the engine {self.name} knows no disturbances; mujoco and hybrid do")
 
     def room(self, states: int, robot: Robot) -> int:
-        """Number of integrated states that the machine code has room for which serves a controller with so many."""
+        """Number of integrated states in the machine code that serves a controller with a given number of them."""
         return states
 
     @abstractmethod
@@ -68,27 +63,16 @@ class Engine(ABC):
         """Set the robot on the ground.
 
         Args:
-            plan: As checked.
+            plan: The checked walk.
             summarised: Keep no tables, but what `Run.summary` needs.
-            cancellation: Called now and then while it walks; what it raises breaks the walk off.
+            cancellation: Called now and then while the robot walks; an exception that it raises ends the walk.
 
         Raises:
             MjbipedError: The walk cannot be started.
         """
 
-    def run_many(self, batch: Batch) -> None:
-        """Make all walks of a batch; by default compiled ones in threads, and the others in processes.
-
-        An engine that steps many walks at once overrides this.
-
-        Raises:
-            InputError: A controller's laws cannot be compiled, or it cannot be sent to another process.
-            KeyboardInterrupt: Ctrl-C.
-        """
-        batch.run()
-
     def session(self, *, many: bool = False) -> AbstractContextManager[None]:
-        """What is held while a walk of this engine, or a batch of them, is under way; by default nothing.
+        """A context held while a walk of this engine, or a batch of them, is under way; by default an empty one.
 
         Args:
             many: Whether it is a batch.
@@ -103,9 +87,9 @@ class Run(ABC):
     """A walk that has been started.
 
     Attributes:
-        plan: As checked.
-        outcome: "interrupted" until `go` has come to the walk's end.
-        recorder: Holds what was recorded so far.
+        plan: The checked walk.
+        outcome: Outcome of the walk; "interrupted" until `go` has come to its end.
+        recorder: What was recorded so far.
     """
 
     def __init__(self, plan: Plan, *, summarised: bool, cancellation: Cancellation) -> None:
@@ -136,15 +120,15 @@ class Run(ABC):
         """Greatest magnitude of each joint's torque so far, N m, shape (joints,)."""
 
     def pressure_times(self) -> NDArray[np.float64]:
-        """How long the centre of pressure was where so far, s; see `mjbiped.records.pressure`. By default not known."""
+        """Time that the centre of pressure spent in each bin, s; see `mjbiped.records.pressure`. By default unknown."""
         return unknown()
 
     @abstractmethod
     def settings(self) -> dict[str, Any]:
-        """What the engine adds to the plan's settings in the record; "warnings" counts what was warned of."""
+        """Settings that the engine adds to the plan's in the record; "warnings" counts the warnings by their texts."""
 
     def compile(self) -> bool:
-        """Compile the controller's laws now; whether the walk runs in compiled code, which threads can share.
+        """Compile the controller's laws now; return whether the walk runs in compiled code, which threads can share.
 
         Raises:
             InputError: The laws cannot be compiled.
@@ -152,7 +136,7 @@ class Run(ABC):
         return False
 
     def sharing(self) -> AbstractContextManager[None]:
-        """What is held while threads make walks like this one; by default nothing."""
+        """A context that is held while threads make walks like this one; by default an empty one."""
         return nullcontext()
 
     def shares_with(self, other: Run) -> bool:
@@ -166,11 +150,9 @@ class Run(ABC):
             progress: Show a progress bar (never where the output is not a terminal), and say it on stderr when
                 something has to be compiled first.
         """
-        if progress:
-            with self._progress_bar() as show:
-                self.outcome = self.walk(show)
-        else:  # a bar that is not shown costs as much as two gait steps of the hybrid engine
-            self.outcome = self.walk(_show_nothing)
+        # a bar that is not shown costs as much as two gait steps of the hybrid engine
+        with self._progress_bar() if progress else nullcontext(lambda *_: None) as show:
+            self.outcome = self.walk(show)
 
     def record(self) -> Walk:
         """The record so far."""
@@ -185,7 +167,7 @@ class Run(ABC):
         )
 
     def summary(self) -> dict[str, Any]:
-        """The measures so far, of a walk that was started with `summarised`."""
+        """The measures so far, for a walk that was started with `summarised`."""
         return self.recorder.summary().to_dict(
             outcome=self.outcome.words,
             end=self.recorder.end,
@@ -195,7 +177,7 @@ class Run(ABC):
         )
 
     def message(self, error: BaseException) -> str:
-        """What went wrong in the controller, when, and in which line of it."""
+        """Describe what went wrong in the controller, when, and in which of its lines."""
         kind, at = type(self.plan.controller), self.recorder
         what = f"{explained(error)}{place_of(error, kind)}"
         return f"{kind.__name__} failed at {at.end[0]:.3f} s, after {at.steps} steps: {what}"
@@ -219,7 +201,3 @@ class Run(ABC):
                 bar.update(steps if terms.steps else max(0.0, round(x, 2) - bar.n))
 
             yield show
-
-
-def _show_nothing(steps: int, x: float) -> None:
-    """No progress bar."""

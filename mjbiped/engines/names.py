@@ -1,4 +1,4 @@
-"""The engines by the short words for their default settings."""
+"""The engines with their default settings, by their names."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ ENGINES: dict[str, Engine] = {"mujoco": Mujoco(), "hybrid": Hybrid()}
 
 
 def engine_of(engine: str | Engine) -> Engine:
-    """The engine that a short word, or an engine itself, means.
+    """Look up an engine by its name; an engine itself is returned as it is.
 
     Raises:
-        InputError: It means none.
+        InputError: There is no such engine.
     """
     if isinstance(engine, Engine):
         return engine

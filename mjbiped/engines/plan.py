@@ -1,4 +1,4 @@
-"""What `walk()` and `walk_many()` are asked for, checked before anything is computed."""
+"""A walk's arguments, checked and put together before anything is computed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -15,15 +15,15 @@ import mujoco
 import numpy as np
 import scipy
 
-from mjbiped.control.error_location import place_of
+from mjbiped.control.compilation import compilable_law
+from mjbiped.control.controller import Controller, Law
 from mjbiped.control.loading import source_of
 from mjbiped.control.validation import try_out
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.disturbances.sampled import SampledController
-from mjbiped.errors import GaitError, InputError, MjbipedError, explained, shown
-from mjbiped.gaits.branches import Branched
+from mjbiped.errors import GaitError, InputError, MjbipedError, explained, place_of, shown
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.gaits.gait import Gait, Periodic
+from mjbiped.gaits.gait import Branched, Gait, Periodic
 from mjbiped.records.settings import described
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
@@ -34,7 +34,6 @@ from mjbiped.utils.domains import MEMORY_SIZE, check_given_fields, check_kind, c
 from mjbiped.version import __version__
 
 if TYPE_CHECKING:
-    from mjbiped.control.controller import Controller
     from mjbiped.engines.base import Engine
 
 INITIAL_STATES = ("gait", "rest")
@@ -46,15 +45,15 @@ _ON_GROUND = 1e-6  # of leg lengths: a foot so deep stands on the ground
 
 @dataclass(frozen=True)
 class Terms:
-    """What walks have in common; see `mjbiped.rollout.walk.walk` for the meanings.
+    """Settings that several walks share; see `mjbiped.rollout.walk.walk` for the meanings.
 
     Attributes:
-        engine: Makes the walks.
-        steps: With neither a number of steps nor a distance given, `DEFAULT_STEPS`.
-        distance: m.
-        robot: None: the controller's own, or Table I.
-        sample_period: s; None: no samples.
-        scuffing: The default rule unless given.
+        engine: The engine that makes the walks.
+        steps: Number of touchdowns; `DEFAULT_STEPS` where neither it nor a distance is given.
+        distance: Position of the stance foot at which a walk is finished, m.
+        robot: The robot that walks; None: the controller's own, or that of Table I.
+        sample_period: Time between two samples, s; None: no samples.
+        scuffing: The scuffing rule.
 
     Raises:
         InputError: A value is outside its domain.
@@ -81,18 +80,20 @@ class Plan:
     """One walk, checked and not yet started.
 
     Attributes:
-        terms: What it has in common with others.
-        controller: Drives the robot's joints.
+        terms: Settings that it shares with other walks.
+        controller: The controller that was asked for.
+        driver: What drives the robot's joints in its name; see `Controller.driving`.
         terrain: The ground.
         robot: The robot that walks.
         q: Its angles at the start, from the ground's normal under x = 0, rad, the stance leg's first.
         dq: Their rates, rad/s.
-        description: What `controller.describe()` gave.
-        disturbances: What the walk is disturbed by.
+        description: The controller's description of itself; see `Controller.describe`.
+        disturbances: Noise, delay, motor limits and pushes.
     """
 
     terms: Terms
     controller: Controller
+    driver: Controller
     terrain: Terrain
     robot: Robot
     q: tuple[float, ...]
@@ -100,8 +101,13 @@ class Plan:
     description: Mapping[str, Any]
     disturbances: Disturbances = UNDISTURBED
 
+    @cached_property
+    def law(self) -> Law | None:
+        """The driver's laws where they can be compiled, undisturbed; None where its methods must be called."""
+        return compilable_law(self.driver)
+
     def driven(self, period: float) -> Controller:
-        """What drives the robot: the controller, in a loop that ticks where that is disturbed.
+        """The controller that an engine calls: the driver, or the driver in its disturbed loop.
 
         Args:
             period: Time between two ticks, s.
@@ -109,13 +115,10 @@ class Plan:
         Raises:
             InputError: The delay does not fit the period.
         """
-        controller = self.controller.driving(self.robot)
-        if not self.disturbances.in_loop:
-            return controller
-        return SampledController(controller, self.disturbances, period)
+        return SampledController(self.driver, self.disturbances, period) if self.disturbances.in_loop else self.driver
 
     def arguments(self) -> dict[str, Any]:
-        """What a simulation of either engine is made with, beside controller and terrain."""
+        """Arguments of either engine's simulation, beside controller and terrain."""
         terms = self.terms
         return {
             "robot": self.robot,
@@ -128,7 +131,7 @@ class Plan:
         }
 
     def settings(self) -> dict[str, Any]:
-        """All that is needed to repeat the walk, in plain JSON types, but for what its engine adds."""
+        """Settings that repeat the walk, in plain JSON types, except those of its engine."""
         terms, source = self.terms, source_of(type(self.controller))
         return {
             "engine": terms.engine.name,
@@ -140,7 +143,7 @@ class Plan:
             "steps": terms.steps,
             "distance": terms.distance,
             "sample_period": terms.sample_period,
-            "scuffing": None if self.robot.knees else dict(_fields(terms.scuffing)),
+            "scuffing": None if self.robot.knees else dataclasses.asdict(terms.scuffing),
             **({} if self.disturbances == UNDISTURBED else {"disturbances": self.disturbances.to_dict()}),
             "versions": dict(versions()),
         }
@@ -157,55 +160,57 @@ def make_plan(
     """Check a controller, a terrain and an initial state, and put them together.
 
     Args:
-        terms: The rest.
+        terms: Engine, robot and limits of the walk.
         controller: See `controllers.Controller`.
         terrain: The ground.
         initial: A name of `INITIAL_STATES`, or the robot's angles and rates.
-        description: What this controller has said of itself in an earlier plan; it is not tried again then.
-        disturbances: What the walk is disturbed by; None: by nothing.
+        description: The controller's description from an earlier plan; it is not tried again then.
+        disturbances: Noise, delay, motor limits and pushes; None: none.
 
     Raises:
         InputError: One of them is not what is expected, the scuffing rule would never let the gait land, the robot
             would start in the ground, the engine cannot make this walk, or the controller breaks its contract.
         GaitError: No passive gait exists on the slope under x = 0.
     """
-    known = description is not None
-    description = check_controller(controller) if description is None else description
+    told = check_controller(controller) if description is None else description
     check_kind("terrain", terrain, Terrain)
-    robot = next(robot for robot in (terms.robot, controller.robot, Compass()) if robot is not None)
-    slope = terrain.slope_at(0.0)
-    gait = controller.gait
-    if gait is None and isinstance(initial, str) and initial == "gait":
-        gait = _gait_of_slope(controller, robot, slope)
-    q, dq = _initial_state(initial, robot, gait)
-    if isinstance(gait, Gait):
-        check_landing(gait, slope, terms.scuffing)
-    _check_start(robot, terrain, q, terms.scuffing)
     disturbed = UNDISTURBED if disturbances is None else check_kind("disturbances", disturbances, Disturbances)
-    plan = Plan(terms, controller, terrain, robot, q, dq, description, disturbed)
+    robot = next(robot for robot in (terms.robot, controller.robot, Compass()) if robot is not None)
     driver = controller.driving(robot)
-    if robot.knees and terms.scuffing != ScuffingRule():
-        raise InputError(
-            f"scuffing rule: a {type(robot).__name__} has knees, and its swing foot's contact is on from lift-off; "
-            "leave the rule out"
-        )
-    if not isinstance(robot, terms.engine.robots):
-        raise InputError(
-            f"the engine {terms.engine.name} does not walk a {type(robot).__name__}; it walks "
-            f"{', '.join(kind.__name__ for kind in terms.engine.robots)}"
-        )
-    terms.engine.check(plan)
-    terms.engine.check_disturbances(disturbed)
-    if not known:
+    q, dq = _first_state(controller, robot, terrain, initial, terms.scuffing)
+    plan = Plan(terms, controller, driver, terrain, robot, q, dq, told, disturbed)
+    _check_engine(plan)
+    if description is None:
         try_out(driver, q, dq)
     return plan
 
 
-def check_robot(name: str, robot: object) -> None:
-    """Refuse what is no robot.
+def _check_engine(plan: Plan) -> None:
+    """Refuse a walk that the engine cannot make.
 
     Raises:
-        InputError: It is none.
+        InputError: It does not walk such a robot, or not under these terms.
+    """
+    robot, engine = plan.robot, plan.terms.engine
+    if robot.knees and plan.terms.scuffing != ScuffingRule():
+        raise InputError(
+            f"scuffing rule: a {type(robot).__name__} has knees, and its swing foot's contact is on from lift-off; "
+            "leave the rule out"
+        )
+    if not isinstance(robot, engine.robots):
+        raise InputError(
+            f"the engine {engine.name} does not walk a {type(robot).__name__}; it walks "
+            f"{', '.join(kind.__name__ for kind in engine.robots)}"
+        )
+    engine.check(plan)
+    engine.check_disturbances(plan.disturbances)
+
+
+def check_robot(name: str, robot: object) -> None:
+    """Refuse an object that is no robot.
+
+    Raises:
+        InputError: The object is no robot.
     """
     if not isinstance(robot, Robot):
         raise InputError(
@@ -214,27 +219,15 @@ def check_robot(name: str, robot: object) -> None:
         )
 
 
-def _gait_of_slope(controller: Controller, robot: Robot, slope: float) -> Periodic:
-    """The passive gait of a slope, for a controller that imitates none.
-
-    Raises:
-        GaitError: There is none.
-    """
-    try:
-        return passive_gait_of(robot, slope)
-    except GaitError as error:
-        raise GaitError(
-            f"{error}. {type(controller).__name__} imitates no gait that the walk could begin on: give "
-            f'initial="rest" (--initial rest), or {_numbers_of(robot)}'
-        ) from error
-
-
 def check_controller(controller: object) -> dict[str, Any]:
-    """Refuse what lacks a controller's parts; returns its description.
+    """Refuse an object that is no controller, and return a controller's description.
 
     Raises:
-        InputError: A part is missing, fails, or is of another kind.
+        InputError: It is none, or one of its parts fails or is of another kind.
     """
+    if not isinstance(controller, Controller):
+        what = "is a class, not an object of it" if isinstance(controller, type) else "is none"
+        raise InputError(f"the controller {shown(controller)} {what}; derive your class from controllers.Controller")
     try:
         return _checked_parts(controller)
     except MjbipedError:
@@ -246,71 +239,82 @@ def check_controller(controller: object) -> dict[str, Any]:
         ) from error
 
 
-def _checked_parts(controller: object) -> dict[str, Any]:
-    parts = ("states", "memory_size", "robot", "gait", "start", "on_touchdown", "torque", "slope_estimate", "describe")
-    missing = [part for part in parts if not hasattr(controller, part)]
-    if isinstance(controller, type) or missing:
-        what = "is a class, not an object of it" if isinstance(controller, type) else f"lacks {', '.join(missing)}"
-        raise InputError(f"the controller {shown(controller)} {what}; derive your class from controllers.Controller")
-    named = type(controller).__name__
-    states: Any = controller.states  # type: ignore[attr-defined]
-    size: Any = controller.memory_size  # type: ignore[attr-defined]
+def _checked_parts(controller: Controller) -> dict[str, Any]:
+    name = type(controller).__name__
+    states: object = controller.states
     if not isinstance(states, tuple | list) or not all(isinstance(state, str) for state in states):
-        raise InputError(f"{named}.states = {shown(states)}: must be a tuple of names")
-    if MEMORY_SIZE.check(f"{named}.memory_size", size) < len(states):
-        raise InputError(f"{named}.memory_size = {size}: must be at least its {len(states)} states")
-    if controller.robot is not None:  # type: ignore[attr-defined]
-        check_robot(f"{named}.robot", controller.robot)  # type: ignore[attr-defined]
-    gait = controller.gait  # type: ignore[attr-defined]
-    if gait is not None and not isinstance(gait, Gait | Branched):
+        raise InputError(f"{name}.states = {shown(states)}: must be a tuple of names")
+    if MEMORY_SIZE.check(f"{name}.memory_size", controller.memory_size) < len(states):
+        raise InputError(f"{name}.memory_size = {controller.memory_size}: must be at least its {len(states)} states")
+    if controller.robot is not None:
+        check_robot(f"{name}.robot", controller.robot)
+    if not isinstance(controller.gait, Gait | Branched | None):
         raise InputError(
-            f"{named}.gait is of type {type(gait).__name__}; must be a gait that find_passive_gait, "
+            f"{name}.gait is of type {type(controller.gait).__name__}; must be a gait that find_passive_gait, "
             "find_kneed_gait or find_reference gives"
         )
-    told = controller.describe()  # type: ignore[attr-defined]
     try:
-        return described(told)
+        return described(controller.describe())
     except ValueError as error:
         raise InputError(
-            f"{named}.describe() must give what a record can hold and tell again, a table of plain JSON types with a "
+            f"{name}.describe() must give what a record can hold and tell again, a table of plain JSON types with a "
             f"name: {error}"
         ) from error
 
 
 def _numbers_of(robot: Robot) -> str:
-    """The numbers of a first state, in words."""
-    count = len(robot.angles)
-    names = [f"{kind}{k + 1}" for kind in ("q", "dq") for k in range(count)]
-    return f"{_WORDS[2 * count]} numbers {', '.join(names)}"
+    """Name the numbers of a first state in words."""
+    names = [f"{kind}{k + 1}" for kind in ("q", "dq") for k in range(len(robot.angles))]
+    return f"{ {4: 'four', 6: 'six'}[len(names)] } numbers {', '.join(names)}"
 
 
-_WORDS = {4: "four", 6: "six"}
-
-
-def _initial_state(
-    initial: str | Sequence[float], robot: Robot, gait: Periodic | None
+def _first_state(
+    controller: Controller, robot: Robot, terrain: Terrain, initial: str | Sequence[float], rule: ScuffingRule
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Angles from the ground's normal (rad) and rates (rad/s) at the start, stance leg first.
+    """Choose the gait, and from it the first angles from the ground's normal (rad) and rates (rad/s).
 
     Raises:
-        InputError: The name is unknown, or the numbers are not as many finite ones as the robot has.
+        InputError: The name is unknown, the numbers are not as many finite ones as the robot has, the rule would never
+            let the gait land, or the robot would start in the ground.
+        GaitError: The controller imitates no gait, and the slope has no passive one.
     """
-    count = len(robot.angles)
+    slope, count = terrain.slope_at(0.0), len(robot.angles)
+    gait = controller.gait
     if isinstance(initial, str):
-        if initial == "rest":
-            return (0.0,) * count, (0.0,) * count
-        if initial == "gait" and gait is not None:
-            start = tuple(float(value) for value in gait.start)
-            return start[:count], start[count:]
-        raise InputError(
-            f"unknown initial state {shown(initial)}; valid are {', '.join(INITIAL_STATES)}, or {_numbers_of(robot)}"
-        )
+        if initial not in INITIAL_STATES:
+            raise InputError(
+                f"unknown initial state {shown(initial)}; valid are {', '.join(INITIAL_STATES)}, or "
+                f"{_numbers_of(robot)}"
+            )
+        if initial == "gait" and gait is None:
+            gait = _passive_gait(controller, robot, slope)
+        start = [0.0] * 2 * count if initial == "rest" or gait is None else gait.start.tolist()
+    else:
+        try:
+            start = check_states("initial", initial, (2 * count,)).tolist()
+        except InputError as error:
+            wanted = _numbers_of(robot).replace("numbers", "finite numbers")
+            raise InputError(f"an initial state is {wanted}: {error}") from error
+    if isinstance(gait, Gait):
+        check_landing(gait, slope, rule)
+    q, dq = tuple(start[:count]), tuple(start[count:])
+    _check_start(robot, terrain, q, rule)
+    return q, dq
+
+
+def _passive_gait(controller: Controller, robot: Robot, slope: float) -> Periodic:
+    """Find the passive gait of a slope, for a controller that imitates none.
+
+    Raises:
+        GaitError: There is none.
+    """
     try:
-        numbers = tuple(check_states("initial", initial, (2 * count,)).tolist())
-    except InputError as error:
-        wanted = _numbers_of(robot).replace("numbers", "finite numbers")
-        raise InputError(f"an initial state is {wanted}: {error}") from error
-    return numbers[:count], numbers[count:]
+        return passive_gait_of(robot, slope)
+    except GaitError as error:
+        raise GaitError(
+            f"{error}. {type(controller).__name__} imitates no gait that the walk could begin on: give "
+            f'initial="rest" (--initial rest), or {_numbers_of(robot)}'
+        ) from error
 
 
 def _check_start(robot: Robot, terrain: Terrain, q: tuple[float, ...], rule: ScuffingRule) -> None:
@@ -342,11 +346,6 @@ def _check_start(robot: Robot, terrain: Terrain, q: tuple[float, ...], rule: Scu
                 f"ground, at x = {x:.4g} m; with both feet on a plane q2 = -q1, and a swing foot behind the stance "
                 "foot has q2 > q1"
             )
-
-
-@lru_cache(maxsize=64)
-def _fields(values: ScuffingRule) -> Mapping[str, Any]:
-    return dataclasses.asdict(values)
 
 
 @lru_cache(maxsize=1)

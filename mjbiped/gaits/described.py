@@ -1,19 +1,31 @@
-"""Gaits of robots, and of their descriptions in records."""
+"""Gaits found by robot and slope, and by descriptions in records and on the command line."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from mjbiped.errors import InputError, MjbipedError, shown
 from mjbiped.gaits.gait import Periodic
 from mjbiped.gaits.kneed import find_kneed_gait
+from mjbiped.gaits.optimisation import Goal
 from mjbiped.gaits.optimised import optimised_from
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
+from mjbiped.utils import domains
+
+FINDERS: Mapping[str, Callable[[Any, float], Periodic]] = {
+    Compass.kind: find_passive_gait,
+    KneedBiped.kind: find_kneed_gait,
+}
+"""Finders of passive gaits by the kind of robot."""
+
+_PARTS = ("speed", "clearance", "retraction", "torque_limit", "friction")
+_WORDS = {"yes": True, "no": False}
 
 
 def passive_gait_of(robot: Robot, slope: float) -> Periodic:
@@ -23,10 +35,7 @@ def passive_gait_of(robot: Robot, slope: float) -> Periodic:
         InputError: The slope is outside its domain.
         GaitError: There is none.
     """
-    if isinstance(robot, KneedBiped):
-        return find_kneed_gait(robot, slope)
-    assert isinstance(robot, Compass)
-    return find_passive_gait(robot, slope)
+    return FINDERS[robot.kind](robot, slope)
 
 
 def gait_from(described: Mapping[str, Any]) -> Periodic:
@@ -44,3 +53,38 @@ def gait_from(described: Mapping[str, Any]) -> Periodic:
         raise
     except (LookupError, TypeError, ValueError, ArithmeticError) as error:
         raise InputError(f"this is no description of a gait: {shown(error)}") from error
+
+
+def parse_reference(text: str) -> dict[str, Any]:
+    """The arguments of `find_reference` from a text of the command line such as "clearance=0.06,retraction=no".
+
+    Raises:
+        InputError: A name is unknown or stands twice, or a value cannot be read.
+    """
+    found: dict[str, Any] = {}
+    for part in text.split(","):
+        name, equals, value = (each.strip() for each in part.partition("="))
+        if not equals:
+            raise InputError(f"reference {shown(text)}: expected NAME=VALUE[,NAME=VALUE...], as clearance=0.06")
+        domains.known_name("part of a reference", name, _PARTS)
+        if name in found:
+            raise InputError(f"reference {shown(text)}: {name} stands twice")
+        try:
+            found[name] = _WORDS[value] if name == "retraction" else float(value)
+        except KeyError:
+            raise InputError(f"reference {shown(text)}: {name} = {shown(value)}; expected yes or no") from None
+        except ValueError:
+            raise InputError(f"reference {shown(text)}: {name} = {shown(value)} is no number") from None
+        if not math.isfinite(found[name]):
+            raise InputError(f"reference {shown(text)}: {name} must be finite")
+    return found
+
+
+def words_of(goal: Goal) -> str:
+    """The text that `parse_reference` reads as a goal."""
+    asked = {name: getattr(goal, name) for name in _PARTS}
+    return ",".join(
+        f"{name}={('no', 'yes')[value] if isinstance(value, bool) else repr(value)}"
+        for name, value in asked.items()
+        if value is not None and (name, value) != ("retraction", True)
+    )

@@ -12,44 +12,47 @@ Everything is scaled by the robot's weight, leg length and gravity, so that alik
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Protocol
+from functools import lru_cache
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mjbiped.errors import GaitError, InputError, shown
-from mjbiped.gaits.bezier import DEGREE, Numbers
+from mjbiped.gaits.pieces import DEGREE, Numbers
+from mjbiped.robots.robot import Array
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain
 
-LEAST_LOAD = 0.05  # of the weight: the ground bears at least this much
-LANDING_RATE = 0.02  # of sqrt(g l): the swing foot comes down at the end at least so fast
+LEAST_LOAD = 0.05  # least normal force, weights
+LANDING_RATE = 0.02  # least rate at which the swing foot comes down at the end, sqrt(g l)
 HALF_ANGLE = Domain(0.02, 0.7, "rad")
 """Half the angle between the legs at the impact."""
-CLEARANCE_PHASES = (0.5, 0.95)  # between which the swing foot has its clearance
+CLEARANCE_PHASES = (0.5, 0.95)  # bounds of the phase at which the swing foot has its clearance
 
-_FINER = 20  # times as many intervals as the optimiser's are checked and told at the end
-_STAIRS = 0.04  # leg lengths by which the clearance is raised from solution to solution
+_FINER = 20  # factor on the optimiser's intervals for the final check and the measures
+_STAIRS = 0.04  # increment of the clearance from solution to solution, leg lengths
 _SMOOTHING = (1e-2, 3e-3, 1e-3, 2e-4)  # of the absolute power, in weights times speed
 _TORQUE_WEIGHT = 1e-3  # of the mean square torque in (weight x leg length)², beside the cost of transport
-_FAR = 0.05  # leg lengths or weights: a trial that breaks a constraint by more is not worked on
-TOLERANCE = 5e-4  # leg lengths, weights: what a constraint may be broken by between the points where it is kept
+_FAR = 0.05  # violation of a constraint beyond which a search is given up, leg lengths or weights
+_COMPLEX_STEP = 1e-30  # so small that no derivative has any error but rounding
+TOLERANCE = 5e-4  # violation of a constraint that is tolerated between the optimiser's points, leg lengths or weights
 
 
 class Course(NamedTuple):
-    """What happens along a motion, at m moments; shapes (..., m), torques and powers (..., m, actuators).
+    """Dynamics along a motion at m moments: shapes (..., m), torques and powers (..., m, actuators).
 
     Attributes:
-        torques: Of the actuators, N m.
-        powers: Of the actuators, W.
-        tangential_force: Of the ground on the stance foot, N.
-        normal_force: N.
-        ahead: Place of the swing foot ahead of the stance foot, m.
-        height: Of the swing foot over the ground, m.
-        ahead_rate: m/s.
-        height_rate: m/s.
+        torques: Torques of the actuators, N m.
+        powers: Powers of the actuators, W.
+        tangential_force: Tangential force of the ground on the stance foot, N.
+        normal_force: Normal force of the ground on the stance foot, N.
+        ahead: Distance of the swing foot ahead of the stance foot, m.
+        height: Height of the swing foot over the ground, m.
+        ahead_rate: Rate of `ahead`, m/s.
+        height_rate: Rate of `height`, m/s.
     """
 
     torques: Numbers
@@ -63,13 +66,13 @@ class Course(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """A step as it is tried; shapes may have further axes in front.
+    """A step that is tried; shapes may have further axes in front.
 
     Attributes:
         half: Half the angle between the legs at the impact, rad.
         points: Control points, rad, shape (..., DEGREE + 1, joints).
-        own: What the robot adds, shape (..., n).
-        period: s.
+        own: Numbers that the robot adds, shape (..., n).
+        period: Duration of the step, s.
     """
 
     half: Numbers
@@ -78,71 +81,75 @@ class Motion(NamedTuple):
     period: Numbers
 
 
-class StepModel(Protocol):
-    """What a robot brings to the optimiser. Its functions take complex arrays, and are analytic in them.
+@dataclass(frozen=True)
+class StepModel(ABC):
+    """A robot's step on level ground, which begins and ends on two straight legs.
+
+    Its functions take complex arrays, and are analytic in them.
 
     Attributes:
-        joints: How many angles are Bézier curves over the whole step.
+        robot: The robot that walks.
+        joints: Number of angles that are Bézier curves over the whole step.
         own: Bounds of the numbers that the robot adds, each of the kind (least, greatest).
-        intervals: Of the quadrature between the moments at which something changes abruptly: the clearance's phase and
-            those of `breaks`. All even.
+        intervals: Intervals of the quadrature between the moments at which something changes abruptly: the clearance's
+            phase and those of `breaks`. All even.
         starts: Half angles (rad) and phases of clearance from which searches begin.
         lifted: Leg lengths by which the foot is lifted even where no clearance is asked for; 0: it may scuff.
-        length: Of a leg, m.
-        weight: N.
-        gravity: m/s².
     """
 
-    @property
-    def joints(self) -> int: ...  # noqa: D102
-    @property
-    def own(self) -> Sequence[tuple[float, float]]: ...  # noqa: D102
-    @property
-    def intervals(self) -> tuple[int, ...]: ...  # noqa: D102
-    @property
-    def starts(self) -> Sequence[tuple[float, float]]: ...  # noqa: D102
-    @property
-    def lifted(self) -> float: ...  # noqa: D102
-    @property
-    def length(self) -> float: ...  # noqa: D102
-    @property
-    def weight(self) -> float: ...  # noqa: D102
-    @property
-    def gravity(self) -> float: ...  # noqa: D102
+    robot: Any
+    joints: ClassVar[int] = 2
+    own: ClassVar[Sequence[tuple[float, float]]] = ()
+    intervals: ClassVar[Sequence[int]]
+    starts: ClassVar[Sequence[tuple[float, float]]]
+    lifted: ClassVar[float] = 0.0
 
     def postures(self, half: Numbers) -> tuple[Numbers, Numbers]:
-        """Angles after and before the impact, rad, shape half.shape + (joints,), of half the angle between the legs."""
+        """Angles after and before the impact, rad, shape half.shape + (joints,): the legs `half` from the vertical."""
+        return np.stack([-half, half], axis=-1), np.stack([half, -half], axis=-1)
 
     def step_length(self, half: Numbers) -> Numbers:
-        """Between the feet, m."""
+        """Distance between the feet, m."""
+        return np.asarray(2.0 * self.robot.leg_length * np.sin(half))
 
-    def rates_after_impact(self, half: Numbers, rates: Numbers) -> Numbers:
-        """Rates after the impact, in the new roles, of the rates before it (rad/s)."""
+    def guess(self, half: float) -> tuple[Array, Array]:
+        """Control points to begin the search with, shape (DEGREE + 1, joints), and the robot's own numbers.
+
+        The stance leg turns evenly; the swing leg swings out and comes back.
+        """
+        stance = np.linspace(-half, half, DEGREE + 1)
+        swing = np.linspace(half, -half, DEGREE + 1)
+        swing[3:DEGREE] -= 0.5 * half * np.sin(np.linspace(0.25, 0.9, DEGREE - 3) * math.pi)
+        return np.stack([stance, swing], axis=-1), np.empty(0)
 
     def breaks(self, own: Numbers) -> tuple[Numbers, ...]:
         """Phases after the clearance's at which the motion changes abruptly, of its own numbers, shape (..., n)."""
+        return ()
 
+    @abstractmethod
+    def rates_after_impact(self, half: Numbers, rates: Numbers) -> Numbers:
+        """Rates after the impact, in the new roles, of the rates before it (rad/s)."""
+
+    @abstractmethod
     def along(self, motion: Motion, stretches: Sequence[Numbers]) -> Course:
-        """What a motion asks of the robot at phases in each stretch between the breaks, each of shape (..., m)."""
+        """Dynamics of a motion at phases in each stretch between the breaks, each of shape (..., m)."""
 
+    @abstractmethod
     def keeps(self, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int) -> Mapping[str, Numbers]:
-        """What must not be negative for the way that this robot swings its leg, scaled, shapes (..., n), by name.
+        """Constraints on the way that this robot swings its leg: scaled values >= 0, shapes (..., n), by name.
 
         Args:
             goal: What is asked.
-            motion: As it is tried.
-            course: Along it.
-            phases: Of the course, shape (..., m).
+            motion: The motion that is tried.
+            course: Its dynamics.
+            phases: Phases of the course, shape (..., m).
             second: Index of the moment at which the swing foot has its clearance.
         """
-
-    def guess(self, half: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Control points to begin the search with, shape (DEGREE + 1, joints), and the robot's own numbers."""
 
 
 @dataclass(frozen=True)
 class Goal:
-    """What is asked of a reference.
+    """Requirements on a reference.
 
     Attributes:
         speed: Mean speed, m/s.
@@ -170,35 +177,17 @@ class Goal:
             raise InputError(f"retraction = {shown(self.retraction)}: must be True or False")
 
 
-class Solution(NamedTuple):
-    """A reference.
-
-    Attributes:
-        clearance_phase: Phase, 0 to 1, at which the swing foot has its clearance.
-        half: Half the angle between the legs, rad.
-        points: Control points, rad, shape (DEGREE + 1, joints).
-        own: Numbers of the robot's own; none of the compass.
-        period: s.
-    """
-
-    clearance_phase: float
-    half: float
-    points: NDArray[np.float64]
-    own: NDArray[np.float64]
-    period: float
-
-
 class Told(NamedTuple):
-    """What a reference asks, found on a grid twenty times as fine as the optimiser's.
+    """Measures of a reference on a grid twenty times as fine as the optimiser's.
 
     Attributes:
         cost_of_transport: Absolute work for weight and distance.
         peak_torque: Greatest torque of each actuator, N m.
-        normal_force: Least, N.
+        normal_force: Least normal force, N.
         friction: Greatest ratio of tangential to normal force.
         clearance: Height of the swing foot at its phase, m.
         greatest_clearance: Greatest height of the swing foot while it is ahead of the stance foot, m.
-        broken: By how much each constraint is broken, scaled; zero or less where it is kept.
+        broken: Violation of each constraint, scaled; zero or less where it holds.
     """
 
     cost_of_transport: float
@@ -210,8 +199,8 @@ class Told(NamedTuple):
     broken: Mapping[str, float]
 
 
-def optimise(model: StepModel, goal: Goal) -> Solution:
-    """The cheapest reference of several searches.
+def optimise(model: StepModel, goal: Goal) -> Array:
+    """The numbers of the cheapest reference of several searches; see `motion_of`.
 
     Raises:
         GaitError: None keeps the constraints; the message says what stands in the way, and what to do.
@@ -222,139 +211,128 @@ def optimise(model: StepModel, goal: Goal) -> Solution:
     return found
 
 
-def _best(model: StepModel, goal: Goal) -> tuple[Solution | None, Mapping[str, float]]:
-    """The cheapest solution that keeps the constraints, if any; and by how much the least bad one breaks them."""
-    found = [solution for start in model.starts for solution in _search(model, goal, *start)]
-    told = [tell(model, goal, solution) for solution in found]
+def _best(model: StepModel, goal: Goal) -> tuple[Array | None, Mapping[str, float]]:
+    """The cheapest feasible solution, if any; and the violations of the least infeasible one."""
+    found = [x for start in model.starts if (x := _searched(model, goal, *start)) is not None]
+    told = [tell(model, goal, x) for x in found]
     kept = [k for k, each in enumerate(told) if max(each.broken.values()) < TOLERANCE]
     best = found[min(kept, key=lambda k: told[k].cost_of_transport)] if kept else None
     return best, min((each.broken for each in told), key=lambda broken: max(broken.values()), default={})
 
 
-def solution_of(model: StepModel, goal: Goal, clearance_phase: float, free: NDArray[np.float64]) -> Solution:
-    """A reference of the numbers that are chosen: half the angle between the legs, free control points, robot's own."""
-    motion = _motion(model, goal, free)
-    return Solution(clearance_phase, float(motion.half), motion.points, motion.own, float(motion.period))
-
-
-def free_numbers(solution: Solution) -> NDArray[np.float64]:
-    """What `solution_of` makes a solution of again, bit by bit."""
-    return np.concatenate([[solution.half], solution.points[2:-1].ravel(), solution.own])
-
-
-def tell(model: StepModel, goal: Goal, solution: Solution) -> Told:
-    """What a reference asks, on a grid twenty times as fine as the optimiser's."""
-    motion = Motion(np.array(solution.half), solution.points, solution.own, np.array(solution.period))
-    stretches, weights, second = _grid(
-        (np.array(solution.clearance_phase), *model.breaks(motion.own)), [_FINER * count for count in model.intervals]
-    )
-    course = model.along(motion, stretches)
-    work = float((np.abs(course.powers).sum(axis=-1) * weights).sum() * solution.period)
-    distance = goal.speed * solution.period
-    ahead = course.ahead > 0.0
-    kept = _constraints(model, goal, motion, course, np.concatenate(stretches, axis=-1), second)
-    broken = {name: float(-values.min()) for name, values in kept.items()}
+def tell(model: StepModel, goal: Goal, x: Array) -> Told:
+    """The measures of a reference."""
+    motion = motion_of(model, goal, x)
+    period = float(motion.period)
+    course, phases, weights, second = _walked(model, motion, x, _FINER)
+    work = float((np.abs(course.powers).sum(axis=-1) * weights).sum() * period)
+    kept = _constraints(model, goal, motion, course, phases, second)
     return Told(
-        cost_of_transport=work / (model.weight * distance),
+        cost_of_transport=work / (model.robot.weight * (goal.speed * period)),
         peak_torque=tuple(np.abs(course.torques).max(axis=0).tolist()),
         normal_force=float(course.normal_force.min()),
         friction=float(np.abs(course.tangential_force / course.normal_force).max()),
         clearance=float(course.height[second]),
-        greatest_clearance=float(course.height[ahead].max()),
-        broken=broken,
+        greatest_clearance=float(course.height[course.ahead > 0.0].max()),
+        broken={name: float(-values.min()) for name, values in kept.items()},
     )
 
 
-def _search(model: StepModel, goal: Goal, half: float, phase: float) -> Iterator[Solution]:
-    """One search: without clearance first, then with more and more of it, then with the cost's corners sharpened."""
-    from scipy.optimize import minimize
-
+def _searched(model: StepModel, goal: Goal, half: float, phase: float) -> Array | None:
+    """One search: first without clearance, then with more and more of it, then with the cost's corners sharpened."""
     points, own = model.guess(half)
     x = np.concatenate([[phase, half], points[2:-1].ravel(), own])
-    wide = [*[(-3.0, 3.0)] * (model.joints * (DEGREE - 2)), *model.own]
-    stairs = math.ceil(goal.clearance / (_STAIRS * model.length) - 1e-9)
+    stairs = math.ceil(goal.clearance / (_STAIRS * model.robot.leg_length) - 1e-9)
     stages = [(goal.clearance * k / max(stairs, 1), _SMOOTHING[0]) for k in range(stairs + 1)]
     stages += [(goal.clearance, smoothing) for smoothing in _SMOOTHING[1:]]
     for clearance, smoothing in stages:
-        problem = _Problem(model, replace(goal, clearance=clearance), smoothing)
-        bounds = [
-            CLEARANCE_PHASES if clearance or model.lifted else (x[0], x[0]),
-            (HALF_ANGLE.low, HALF_ANGLE.high),
-            *wide,
-        ]
-        kept = {"type": "ineq", "fun": problem.kept, "jac": problem.kept_jacobian}
-        options = {"maxiter": 150, "ftol": 1e-9}
-        done = minimize(  # type: ignore[call-overload]  # the stubs know no constraints with keys of type str
-            problem.cost, x, jac=problem.gradient, bounds=bounds, constraints=kept, method="SLSQP", options=options
-        )
-        if not np.isfinite(done.x).all():
-            return
-        x = np.clip(done.x, *np.array(bounds).T)
-        if problem.kept(x).min() < -_FAR:
+        x, kept = _improved(model, replace(goal, clearance=clearance), smoothing, x)
+        if not np.isfinite(x).all():
+            return None
+        if kept < -_FAR:
             break  # hopeless, for more clearance too; told below what it lacks
-    yield solution_of(model, goal, float(x[0]), x[1:])
+    return x
 
 
-class _Problem:
-    """Cost and constraints of the numbers (clearance's phase, half angle, free control points), with derivatives."""
+def _improved(model: StepModel, goal: Goal, smoothing: float, x: Array) -> tuple[Array, float]:
+    """The numbers that SLSQP finds from x, and the least value of the constraints."""
+    from scipy.optimize import minimize
 
-    _STEP = 1e-30  # so small that no derivative has any error but rounding
+    @lru_cache(maxsize=1)
+    def at(x: bytes) -> Evaluation:
+        return evaluate(model, goal, smoothing, np.frombuffer(x))
 
-    def __init__(self, model: StepModel, goal: Goal, smoothing: float) -> None:
-        self._model, self._goal, self._smoothing = model, goal, smoothing
-        self._at: bytes = b""
-        self._values: tuple[Any, ...] = ()
+    bounds = [
+        CLEARANCE_PHASES if goal.clearance or model.lifted else (x[0], x[0]),
+        (HALF_ANGLE.low, HALF_ANGLE.high),
+        *[(-3.0, 3.0)] * (model.joints * (DEGREE - 2)),
+        *model.own,
+    ]
+    done = minimize(  # type: ignore[call-overload]  # the stubs know no constraints with keys of type str
+        lambda x: at(x.tobytes()).cost,
+        x,
+        jac=lambda x: at(x.tobytes()).gradient,
+        bounds=bounds,
+        constraints={"type": "ineq", "fun": lambda x: at(x.tobytes()).kept, "jac": lambda x: at(x.tobytes()).jacobian},
+        method="SLSQP",
+        options={"maxiter": 150, "ftol": 1e-9},
+    )
+    x = np.clip(done.x, *np.array(bounds).T)
+    return x, float(at(x.tobytes()).kept.min()) if np.isfinite(x).all() else -math.inf
 
-    def cost(self, x: NDArray[np.float64]) -> float:
-        return float(self._evaluated(x)[0])
 
-    def gradient(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(self._evaluated(x)[1])
+class Evaluation(NamedTuple):
+    """Cost and constraints for one set of numbers.
 
-    def kept(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(self._evaluated(x)[2])
+    Attributes:
+        cost: The cost.
+        gradient: Its gradient, shape (n,).
+        kept: Values of the constraints, >= 0 where they hold, shape (m,).
+        jacobian: Its Jacobian, shape (m, n).
+    """
 
-    def kept_jacobian(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(self._evaluated(x)[3])
+    cost: float
+    gradient: Array
+    kept: Array
+    jacobian: Array
 
-    def _evaluated(self, x: NDArray[np.float64]) -> tuple[Any, ...]:
-        """Cost, its gradient, what must not be negative, and its Jacobian: one evaluation for all."""
-        if x.tobytes() != self._at:
-            directions = np.vstack([np.zeros((1, len(x))), np.eye(len(x))])
-            cost, kept = self._of(x + 1j * self._STEP * directions)
-            derivative, jacobian = cost.imag / self._STEP, kept.imag / self._STEP
-            self._values = float(cost[0].real), derivative[1:], kept[0].real, jacobian[1:].T
-            self._at = x.tobytes()
-        return self._values
 
-    def _of(self, x: Numbers) -> tuple[Numbers, Numbers]:
-        model, goal = self._model, self._goal
-        motion = _motion(model, goal, x[:, 1:])
-        stretches, weights, second = _grid((x[:, 0], *model.breaks(motion.own)), model.intervals)
-        course = model.along(motion, stretches)
-        power = course.powers / (model.weight * goal.speed)
-        smooth = np.sqrt(power * power + self._smoothing**2) - self._smoothing
-        squares = (course.torques / (model.weight * model.length)) ** 2
-        cost = ((smooth + _TORQUE_WEIGHT * squares).sum(axis=-1) * weights).sum(axis=-1)
-        kept = _constraints(model, goal, motion, course, np.concatenate(stretches, axis=-1), second)
-        return cost, np.concatenate(list(kept.values()), axis=-1)
+def evaluate(model: StepModel, goal: Goal, smoothing: float, x: Array) -> Evaluation:
+    """Cost and constraints with their derivatives by complex steps."""
+    numbers = x + 1j * _COMPLEX_STEP * np.vstack([np.zeros((1, len(x))), np.eye(len(x))])
+    motion = motion_of(model, goal, numbers)
+    course, phases, weights, second = _walked(model, motion, numbers, 1)
+    power = course.powers / (model.robot.weight * goal.speed)
+    smooth = np.sqrt(power * power + smoothing**2) - smoothing
+    squares = (course.torques / (model.robot.weight * model.robot.leg_length)) ** 2
+    cost = ((smooth + _TORQUE_WEIGHT * squares).sum(axis=-1) * weights).sum(axis=-1)
+    kept = np.concatenate(list(_constraints(model, goal, motion, course, phases, second).values()), axis=-1)
+    derivative, jacobian = cost.imag / _COMPLEX_STEP, kept.imag / _COMPLEX_STEP
+    return Evaluation(float(cost[0].real), derivative[1:], kept[0].real, jacobian[1:].T)
+
+
+def _walked(model: StepModel, motion: Motion, x: Numbers, finer: int) -> tuple[Course, Numbers, Numbers, int]:
+    """Dynamics of a motion, its phases, the weights of their quadrature, and the index of the clearance's phase."""
+    intervals = [finer * count for count in model.intervals]
+    stretches, weights, second = _grid((x[..., 0], *model.breaks(motion.own)), intervals)
+    return model.along(motion, stretches), np.concatenate(stretches, axis=-1), weights, second
 
 
 def _constraints(
     model: StepModel, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int
 ) -> dict[str, Numbers]:
-    """What must not be negative, scaled by weight, leg length and gravity, shapes (..., n), by name.
+    """All constraints: values >= 0, scaled by weight, leg length and gravity, shapes (..., n), by name.
 
     Args:
-        model: The robot.
+        model: The step of the robot.
         goal: What is asked.
-        motion: As it is tried.
-        course: Along it.
-        phases: Of the course.
+        motion: The motion that is tried.
+        course: Its dynamics.
+        phases: Phases of the course.
         second: Index of the moment at which the swing foot has its clearance.
     """
-    length, weight = model.length, model.weight
-    rate = math.sqrt(model.gravity * length)
+    length, weight = model.robot.leg_length, model.robot.weight
+    rate = math.sqrt(model.robot.gravity * length)
     normal, tangential = course.normal_force / weight, course.tangential_force / weight
     found = {
         "normal force": normal - LEAST_LOAD,
@@ -374,21 +352,28 @@ def _constraints(
     return found
 
 
-def _motion(model: StepModel, goal: Goal, free: Numbers) -> Motion:
-    """The motion of the numbers that are chosen; the second control points follow from the impact map."""
-    half = free[..., 0]
+def motion_of(model: StepModel, goal: Goal, x: Numbers) -> Motion:
+    """The motion of the numbers that the optimiser chooses; the second control points follow from the impact map.
+
+    Args:
+        model: The step of the robot.
+        goal: What is asked.
+        x: Phase at which the swing foot has its clearance, half the angle between the legs (rad), free control points
+            (rad), and the robot's own numbers, shape (..., n).
+    """
+    half = x[..., 1]
     start, end = model.postures(half)
-    count = 1 + (DEGREE - 2) * model.joints
-    inner = free[..., 1:count].reshape(*free.shape[:-1], DEGREE - 2, model.joints)
+    count = 2 + (DEGREE - 2) * model.joints
+    inner = x[..., 2:count].reshape(*x.shape[:-1], DEGREE - 2, model.joints)
     period = model.step_length(half) / goal.speed
     share = period[..., None] / DEGREE
     after = model.rates_after_impact(half, (end - inner[..., -1, :]) / share)
     points = np.concatenate([np.stack([start, start + share * after], axis=-2), inner, end[..., None, :]], -2)
-    return Motion(half, points, free[..., count:], period)
+    return Motion(half, points, x[..., count:], period)
 
 
 def _grid(breaks: Sequence[Numbers], intervals: Sequence[int]) -> tuple[list[Numbers], Numbers, int]:
-    """Phases in the stretches between breaks, weights of Simpson's rule, and where the second stretch begins."""
+    """Phases in the stretches between breaks, weights of Simpson's rule, and the index of the second stretch."""
     ends = [np.zeros_like(breaks[0]), *breaks, np.ones_like(breaks[0])]
     stretches, weights = [], []
     for first, last, count in zip(ends[:-1], ends[1:], intervals, strict=True):
@@ -398,7 +383,7 @@ def _grid(breaks: Sequence[Numbers], intervals: Sequence[int]) -> tuple[list[Num
     return stretches, np.concatenate(weights, axis=-1), intervals[0] + 1
 
 
-def _simpson(intervals: int) -> NDArray[np.float64]:
+def _simpson(intervals: int) -> Array:
     weights = np.ones(intervals + 1)
     weights[1:-1:2], weights[2:-1:2] = 4.0, 2.0
     return np.asarray(weights / weights.sum())
@@ -411,7 +396,7 @@ def _asked(goal: Goal) -> str:
 
 
 def _hindrance(model: StepModel, goal: Goal, broken: Mapping[str, float]) -> str:
-    """What stands in the way of a reference, found by asking for less; and what to do."""
+    """Why there is no reference, found by asking for less, and what to do."""
     if goal.torque_limit is not None:
         freely = replace(goal, torque_limit=None)
         found, _ = _best(model, freely)

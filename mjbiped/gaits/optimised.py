@@ -1,4 +1,4 @@
-"""References that are optimised: walking on level ground with motors, and lifting the swing foot as high as asked.
+"""Optimised references: gaits on level ground with motors, which lift the swing foot as high as asked.
 
 `find_reference` finds one; what it has found is kept on disk. `mjbiped.gaits.optimisation` says how.
 """
@@ -7,60 +7,232 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
-from functools import lru_cache
-from typing import Any, overload
+from functools import cached_property, lru_cache
+from typing import Any, ClassVar, Self, overload
 
 import numpy as np
 
-from mjbiped.errors import GaitError, InputError, shown
+from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits import store
-from mjbiped.gaits.bezier import DEGREE, curve, in_pieces
-from mjbiped.gaits.compass_step import CompassStep
-from mjbiped.gaits.found import Found
-from mjbiped.gaits.gait import Gait
-from mjbiped.gaits.hold import hold, pieces_of
-from mjbiped.gaits.kneed_step import KneedStep
-from mjbiped.gaits.optimisation import HALF_ANGLE, Goal, StepModel, free_numbers, optimise, solution_of
-from mjbiped.gaits.optimised_kneed import OptimisedKneedGait, kneed_gait
+from mjbiped.gaits.gait import Branched, Gait, Periodic
+from mjbiped.gaits.optimisation import HALF_ANGLE, Goal, StepModel, Told, motion_of, optimise, tell
+from mjbiped.gaits.pieces import DEGREE, closing_on, count_of_pieces, curve, curve_in_pieces, hold, in_pieces
 from mjbiped.gaits.reference import table_of
-from mjbiped.robots.compass import Array, Compass
+from mjbiped.gaits.steps import KNEE_STRIKE, CompassStep, KneedStep, flexion_points
+from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.robot import Array
 from mjbiped.utils import domains
 
 SPEED = 0.494
-"""Of the passive gait on 2 degrees, which the paper imitates, m/s."""
+"""Speed of the passive gait on 2 degrees, which the paper imitates, m/s."""
 
 FRICTION = 0.6
-"""What a reference may ask of the ground, of the 0.8 that it has in MuJoCo."""
+"""Friction coefficient that a reference may use, of the 0.8 that the ground has in MuJoCo."""
+
+_STEP, _BENT = 25, 22  # pieces of a step with knees, and those of them before the knee strike: KNEE_STRIKE of them
+
+
+class Optimised(Periodic):
+    """An optimised gait of any robot on level ground.
+
+    Attributes:
+        goal: What was asked for: speed (m/s), clearance (m), retraction, torque_limit (N m) and friction.
+        end: State just before the heel strike; the stance leg's angle stands first.
+        clearance_phase: Phase of the step, 0 to 1, at which the swing foot has its clearance, and from which on it goes
+            no further forward if retraction was asked for; of no meaning where no clearance was.
+        control_points: Control points of the Bézier curves of degree 7, stance leg first, rad, shape (8, 2).
+    """
+
+    step: ClassVar[type[StepModel]]
+    goal: Goal
+    end: Array
+    clearance_phase: float
+    control_points: Array
+
+    @classmethod
+    @abstractmethod
+    def of(cls, robot: Any, goal: Goal, x: Array) -> Self:
+        """The gait of the numbers that the optimiser chooses; see `motion_of`."""
+
+    @property
+    def model(self) -> Any:
+        """The robot's step as the optimiser takes it."""
+        return self.step(self.robot)
+
+    @property
+    def own(self) -> Array:
+        """Numbers that the robot adds to those of all robots."""
+        return np.empty(0)
+
+    @cached_property
+    def measures(self) -> Told:
+        """Measures of the gait on level ground, tracked without error: cost, torques, forces, clearance."""
+        half, points = float(self.end[0]), self.control_points[2:-1].ravel()
+        return tell(self.model, self.goal, np.concatenate([[self.clearance_phase, half], points, self.own]))
+
+    @property
+    def cost_of_transport(self) -> float:
+        """Absolute work on level ground for weight and distance, c_mt."""
+        return self.measures.cost_of_transport
+
+    def describe(self) -> dict[str, Any]:
+        """The trajectory and its goal in plain JSON types, from which `gait_from` makes the gait again."""
+        return {
+            "goal": dataclasses.asdict(self.goal),
+            "clearance_phase": self.clearance_phase,
+            "half_angle": float(self.end[0]),
+            "control_points": self.control_points[2:-1].tolist(),
+            **({"own": self.own.tolist()} if len(self.own) else {}),
+            "robot": self.robot.to_dict(),
+        }
+
+    def __repr__(self) -> str:
+        """One line."""
+        return (
+            f"<{type(self).__name__} at {self.speed:.4g} m/s with {self.goal.clearance:.4g} m of clearance: "
+            f"c_mt {self.cost_of_transport:.4f}, period {self.period:.6g} s, step {self.step_length:.6g} m>"
+        )
+
+    def __eq__(self, other: object) -> bool:
+        """Whether it is the same trajectory of the same robot, found for the same goal."""
+        return isinstance(other, Optimised) and type(other) is type(self) and self._key == other._key
+
+    def __hash__(self) -> int:
+        """Hash of what makes gaits equal."""
+        return hash(self._key)
+
+    @property
+    def _key(self) -> tuple[Any, ...]:
+        return self.robot, self.goal, self.clearance_phase, self.control_points.tobytes(), self.own.tobytes()
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OptimisedGait(Found, Gait):
-    """An optimised gait on level ground, made by `find_reference`.
+class OptimisedGait(Optimised, Gait):
+    """An optimised gait of the compass biped on level ground, made by `find_reference`.
 
     Beyond the period the swing leg comes to rest within 0.1 s, and the stance leg goes on at an even rate, until it has
     fallen 60 degrees (times for legs of 1 m).
 
     Attributes:
         goal: What was asked for: speed (m/s), clearance (m), retraction, torque_limit (N m) and friction.
-        clearance_phase: Phase of the step, 0 to 1, at which the swing foot has its clearance, and with retraction
-            begins to come back; of no meaning where no clearance was asked for.
-        control_points: Of the legs' Bézier curves of degree 7, stance leg first, rad, shape (8, 2).
+        clearance_phase: Phase of the step, 0 to 1, at which the swing foot has its clearance, and from which on it goes
+            no further forward if retraction was asked for; of no meaning where no clearance was.
+        control_points: Control points of the legs' Bézier curves of degree 7, stance leg first, rad, shape (8, 2).
     """
 
+    step: ClassVar[type[StepModel]] = CompassStep
     goal: Goal
     clearance_phase: float
-    control_points: Array = field(compare=False, repr=False)
+    control_points: Array = field(repr=False)
+
+    @classmethod
+    def of(cls, robot: Any, goal: Goal, x: Array) -> Self:
+        """The gait of the numbers that the optimiser chooses; see `motion_of`."""
+        model = CompassStep(robot)
+        motion = motion_of(model, goal, x)
+        points, period = motion.points, float(motion.period)
+        (q0, q), (dq0, dq), (_, ddq) = curve(points, np.array([0.0, 1.0]), period)
+        count = count_of_pieces(period, robot.leg_length, robot.gravity)
+        step = curve_in_pieces(points, count)
+        after = hold(q, dq, ddq, period / count, count)
+        return cls(
+            robot=robot,
+            slope=0.0,
+            start=np.concatenate([q0, dq0]),
+            end=np.concatenate([q, dq]),
+            period=period,
+            step_length=float(model.step_length(motion.half)),
+            table=table_of(count / period, np.concatenate([step, after])),
+            goal=goal,
+            clearance_phase=float(x[0]),
+            control_points=points,
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OptimisedKneedGait(Optimised, Branched):
+    """An optimised gait with knees on level ground, made by `find_reference`.
+
+    States are the angles of stance leg, swing thigh and swing shank, rad, then their rates, rad/s.
+
+    Beyond the knee strike the branch of the bent knee drives on past the stop, as fast as the knee has closed. Before
+    it, the branch of the straight knee is that of the legs with the change of rates that the strike makes. Beyond the
+    period the swing leg comes to rest, and the stance leg goes on at an even rate, until it has fallen 60 degrees.
+
+    Attributes:
+        goal: What was asked for: speed (m/s), clearance (m), retraction, torque_limit (N m) and friction.
+        knee_state: State just before the knee strike, shape (6,).
+        clearance_phase: Phase of the step, 0 to 1, until which the swing foot has its clearance, and from which on it
+            goes no further forward if retraction was asked for.
+        control_points: Control points of the Bézier curves of stance leg and swing thigh, rad, shape (8, 2).
+        knee_flexion: Control points of the flexion's Bézier curve that are not zero, rad, shape (5,).
+    """
+
+    step: ClassVar[type[StepModel]] = KneedStep
+    goal: Goal
+    knee_state: Array
+    clearance_phase: float
+    control_points: Array
+    knee_flexion: Array
 
     @property
-    def model(self) -> CompassStep:
-        """The robot's step as the optimiser takes it."""
-        return CompassStep(self.robot)
+    def own(self) -> Array:
+        """Numbers that the robot adds to those of all robots: `knee_flexion`."""
+        return self.knee_flexion
+
+    @classmethod
+    def of(cls, robot: Any, goal: Goal, x: Array) -> Self:
+        """The gait of the numbers that the optimiser chooses, its branches cut into pieces; see `motion_of`."""
+        model = KneedStep(robot)
+        motion = motion_of(model, goal, x)
+        points, period = motion.points, float(motion.period)
+        groups = math.ceil(count_of_pieces(period, robot.leg_length, robot.gravity) / _STEP)
+        count, until = _STEP * groups, _BENT * groups
+        width, strike = period / count, KNEE_STRIKE * period
+        (q0, q1), (dq0, dq1), (_, ddq1) = curve(points, np.array([0.0, 1.0]), period)
+        (knee_q,), (knee_dq,), (knee_ddq,) = model.bent(motion, np.array([KNEE_STRIKE]))
+        (q,), (dq,), (ddq,) = model.straight(motion, np.array([1.0]))
+        legs = curve_in_pieces(points, count)
+
+        base = np.concatenate([legs, hold(q1, dq1, ddq1, width, count)])
+        flexion = curve_in_pieces(flexion_points(motion.own), until)[..., 0]
+        closing, slowing = knee_dq[2] - knee_dq[1], knee_ddq[2] - knee_ddq[1]
+        driven = closing_on(0.0, closing, slowing, width, len(base) - until)
+        shank = base[..., 1] + np.concatenate([flexion, driven])
+
+        change = model.knee_strike(motion)
+        early = in_pieces(lambda place: change * (width * place - strike)[:, None], range(until))
+        locked = in_pieces(lambda place: model.straight(motion, place / count).q, range(until, count))
+        return cls(
+            robot=robot,
+            slope=0.0,
+            start=np.concatenate([q0, q0[1:], dq0, dq0[1:]]),
+            end=np.concatenate([q, q[1:], dq, dq[1:]]),
+            period=period,
+            step_length=float(model.step_length(motion.half)),
+            knee_strike=strike,
+            rate=count / period,
+            bent=np.concatenate([base, shank[..., None]], axis=-1),
+            straight=np.concatenate([legs[:until] + early, locked, hold(q, dq, ddq, width, count)]),
+            goal=goal,
+            knee_state=np.concatenate([knee_q, knee_dq]),
+            clearance_phase=float(x[0]),
+            control_points=points,
+            knee_flexion=motion.own,
+        )
+
+
+_KINDS: Mapping[str, type[OptimisedGait | OptimisedKneedGait]] = {
+    Compass.kind: OptimisedGait,
+    KneedBiped.kind: OptimisedKneedGait,
+}
 
 
 @overload
@@ -92,7 +264,7 @@ def find_reference(
     torque_limit: float | None = None,
     friction: float = FRICTION,
 ) -> OptimisedGait | OptimisedKneedGait:
-    """The gait on level ground that costs least work and lifts its swing foot so high.
+    """The gait on level ground with the least cost of transport for a speed and a clearance of the swing foot.
 
     A controller that tracks it climbs steps somewhat higher than the clearance. Results are kept in the user's cache
     folder, or where the environment variable MJBIPED_CACHE_DIR says.
@@ -101,7 +273,7 @@ def find_reference(
         robot: Any compass biped, or any biped with knees, whose swing foot stays above the ground at all times.
         speed: Mean speed, m/s.
         clearance: Height of the swing foot over level ground at some moment of the step, m. With 0 nothing is asked
-            of its path but that it lands where it shall. With knees the foot rises to it within the first quarter of
+            of its path but where it lands. With knees the foot rises to it within the first quarter of
             the step, and is so high until that moment.
         retraction: Whether the foot goes no further forward from that moment on, so that no riser can meet it from
             ahead. Without it the same height costs less.
@@ -112,7 +284,7 @@ def find_reference(
         InputError: A number is outside its domain, or the robot is neither a `Compass` nor a `KneedBiped`.
         GaitError: There is no such gait, or none was found; the message says what stands in the way.
     """
-    if not isinstance(robot, KneedBiped):
+    if getattr(robot, "kind", None) not in _KINDS:
         domains.check_kind("robot", robot, Compass)
     if domains.CLEARANCE.check("clearance", clearance) >= robot.leg_length:
         raise InputError(
@@ -140,24 +312,19 @@ def only_kept() -> Iterator[None]:
 
 @lru_cache(maxsize=256)
 def _find(robot: Compass | KneedBiped, goal: Goal) -> OptimisedGait | OptimisedKneedGait:
-    model = _model(robot)
-    asked = {"robot": dataclasses.asdict(robot), "goal": dataclasses.asdict(goal)}
+    kind = _KINDS[robot.kind]
+    asked = {"robot": robot.to_dict(), "goal": dataclasses.asdict(goal)}
     kept = store.load(asked)
     if kept is None:
         if _searches_forbidden.get():
             raise GaitError("this reference is not kept on this machine, and is not searched for here")
-        found = optimise(model, goal)
-        kept = [found.clearance_phase, *free_numbers(found).tolist()]
+        kept = {"x": optimise(kind.step(robot), goal)}
         store.save(asked, kept)
-    return _gait(robot, goal, kept[0], np.array(kept[1:]))
-
-
-def _model(robot: Compass | KneedBiped) -> StepModel:
-    return KneedStep(robot) if isinstance(robot, KneedBiped) else CompassStep(robot)
+    return kind.of(robot, goal, **kept)
 
 
 def optimised_from(described: Mapping[str, Any]) -> OptimisedGait | OptimisedKneedGait:
-    """The gait of `Found.describe`, bit by bit; nothing is optimised again.
+    """The gait that `Optimised.describe` described, bit by bit and without optimising again.
 
     Raises:
         KeyError: Something is missing.
@@ -165,85 +332,10 @@ def optimised_from(described: Mapping[str, Any]) -> OptimisedGait | OptimisedKne
         InputError: Control points are missing, or something is no number.
     """
     goal = Goal(**described["goal"])
-    free = domains.ANGLE.array("control_points", described["control_points"], (DEGREE - 2, 2))
+    points = domains.ANGLE.array("control_points", described["control_points"], (DEGREE - 2, 2))
     robot = robot_from(described["robot"])
-    assert isinstance(robot, Compass | KneedBiped)
-    own = domains.ANGLE.array("own", described.get("own", ()), (len(_model(robot).own),))
-    numbers = np.concatenate([[HALF_ANGLE.check("half_angle", described["half_angle"])], free.ravel(), own])
+    kind = _KINDS[robot.kind]
+    own = domains.ANGLE.array("own", described.get("own", ()), (len(kind.step.own),))
     phase = domains.PROBABILITY.check("clearance_phase", described["clearance_phase"])
-    return _gait(robot, goal, phase, numbers)
-
-
-def _gait(
-    robot: Compass | KneedBiped, goal: Goal, clearance_phase: float, free: Array
-) -> OptimisedGait | OptimisedKneedGait:
-    model = _model(robot)
-    solution = solution_of(model, goal, clearance_phase, free)
-    if isinstance(robot, KneedBiped):
-        return kneed_gait(robot, goal, solution)
-    period = solution.period
-    (q0, q), (dq0, dq), (_, ddq) = curve(solution.points, np.array([0.0, 1.0]), period)
-    count = pieces_of(period, robot.leg_length, robot.gravity)
-    step = in_pieces(solution.points, count)
-    after = hold(q, dq, ddq, period / count, count)
-    start, end = np.concatenate([q0, dq0]), np.concatenate([q, dq])
-    for array in (start, end, solution.points):
-        array.flags.writeable = False
-    return OptimisedGait(
-        robot=robot,
-        slope=0.0,
-        start=start,
-        end=end,
-        period=period,
-        step_length=float(model.step_length(np.array(solution.half))),
-        table=table_of(count / period, np.concatenate([step, after])),
-        goal=goal,
-        clearance_phase=clearance_phase,
-        control_points=solution.points,
-    )
-
-
-_PARTS = ("speed", "clearance", "retraction", "torque_limit", "friction")
-_WORDS = {"yes": True, "no": False}
-
-
-def parse_reference(text: str) -> dict[str, Any]:
-    """The arguments of `find_reference` of a text such as "clearance=0.06,retraction=no", as the command line takes it.
-
-    Raises:
-        InputError: A name is unknown or stands twice, or a value is none.
-    """
-    found: dict[str, Any] = {}
-    for part in text.split(","):
-        name, equals, value = (each.strip() for each in part.partition("="))
-        if not equals:
-            raise InputError(f"reference {shown(text)}: expected NAME=VALUE[,NAME=VALUE...], as clearance=0.06")
-        domains.known_name("part of a reference", name, _PARTS)
-        if name in found:
-            raise InputError(f"reference {shown(text)}: {name} stands twice")
-        found[name] = _value(text, name, value)
-    return found
-
-
-def _value(text: str, name: str, value: str) -> float | bool:
-    if name == "retraction":
-        if value not in _WORDS:
-            raise InputError(f"reference {shown(text)}: retraction = {shown(value)}; expected yes or no")
-        return _WORDS[value]
-    try:
-        number = float(value)
-    except ValueError:
-        raise InputError(f"reference {shown(text)}: {name} = {shown(value)} is no number") from None
-    if not math.isfinite(number):
-        raise InputError(f"reference {shown(text)}: {name} must be finite")
-    return number
-
-
-def words_of(goal: Goal) -> str:
-    """The text that `parse_reference` reads as a goal."""
-    asked = {name: getattr(goal, name) for name in _PARTS}
-    return ",".join(
-        f"{name}={('no', 'yes')[value] if isinstance(value, bool) else repr(value)}"
-        for name, value in asked.items()
-        if value is not None and (name, value) != ("retraction", True)
-    )
+    half = HALF_ANGLE.check("half_angle", described["half_angle"])
+    return kind.of(robot, goal, np.concatenate([[phase, half], points.ravel(), own]))

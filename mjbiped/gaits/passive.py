@@ -8,19 +8,23 @@ one at touchdown, and the energy lost at the impact sets the slope. That holds f
 guess, and no other robot's gait, is needed. docs/model.md gives the formulas.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy  # it loads a part when that is first used: half a second for all of these
 from numpy.typing import NDArray
 
 from mjbiped.errors import GaitError
-from mjbiped.gaits.gait import Gait
+from mjbiped.gaits import store
+from mjbiped.gaits.gait import Gait, Passive
+from mjbiped.gaits.pieces import FALLEN
 from mjbiped.gaits.reference import reference_at, table_of
 from mjbiped.robots.compass import (
     Array,
@@ -38,11 +42,10 @@ STEPS = 48  # fixed integration steps per period: the state at touchdown is then
 MOST_TRIALS = 100  # motions tried for one gait; those that are found take 10 to 60
 MOST_PLACES = 100  # slopes on the way from level ground to the one asked for; 5 to 50 do
 WIDEST = 2.0  # no leg of a walker turns so far from the normal, rad: only on slopes of 40 degrees and more
-FALLEN = math.radians(60)  # the reference ends where the stance leg has fallen this far from the normal
 
 
-@dataclass(frozen=True)
-class PassiveGait(Gait):
+@dataclass(frozen=True, repr=False)
+class PassiveGait(Passive, Gait):
     """A passive gait of period one, made by `find_passive_gait`; its slope is positive.
 
     Up to the horizon the trajectory is the passive motion (eq. 28), continued beyond the period for a late touchdown:
@@ -53,25 +56,12 @@ class PassiveGait(Gait):
             magnitude first; six digits or better. Fourth-order central differences of a fixed-step integration.
     """
 
-    multipliers: np.ndarray[tuple[int], np.dtype[np.complex128]] = field(compare=False)
-
-    def __repr__(self) -> str:
-        """One line."""
-        kind = "stable" if self.stable else "unstable"
-        return (
-            f"<PassiveGait on {math.degrees(self.slope):.4g} deg: {kind}, period {self.period:.6g} s, "
-            f"step {self.step_length:.6g} m>"
-        )
+    multipliers: NDArray[np.complex128] = field(compare=False)
 
     @property
     def energy(self) -> float:
         """Kinetic plus potential energy about the stance foot, constant during the step, J."""
         return self.robot.energy(self.start[:2], self.start[2:], self.slope)
-
-    @property
-    def stable(self) -> bool:
-        """Whether small disturbances die out: every multiplier lies inside the unit circle."""
-        return bool(abs(self.multipliers[0]) < 1)
 
 
 def find_passive_gait(robot: Compass, slope: float) -> PassiveGait:
@@ -79,21 +69,32 @@ def find_passive_gait(robot: Compass, slope: float) -> PassiveGait:
 
     Where several gaits exist, it is the one whose swing leg swings out and comes back (the "long" gait), on the branch
     that leaves level ground. Table I has it beyond 20 degrees, stable up to 2.728; a leg with all its mass near the hip
-    loses it much earlier. Results are cached.
+    loses it much earlier. Results are kept in the user's cache folder, or where the environment variable
+    MJBIPED_CACHE_DIR says.
 
     Args:
-        robot: any compass biped.
-        slope: of the plane, rad, > 0 (downhill).
+        robot: Any compass biped.
+        slope: Slope of the plane, rad, > 0 (downhill).
 
     Raises:
-        InputError: the slope is no number within a right angle of level, or the robot is no `Compass`.
-        GaitError: the robot has no such gait on that slope.
+        InputError: The slope is no number within a right angle of level, or the robot is no `Compass`.
+        GaitError: The robot has no such gait on that slope.
     """
     domains.check_kind("robot", robot, Compass)
+    return _find(robot, checked_slope(slope))
+
+
+def checked_slope(slope: float) -> float:
+    """The slope of a passive gait, rad.
+
+    Raises:
+        InputError: It is no number within a right angle of level.
+        GaitError: It does not lead downhill.
+    """
     slope = domains.SLOPE.check("slope", slope)
     if slope < domains.DOWNHILL.low:
-        raise _no_gait(slope, f"without torques the robot walks only downhill; give a slope {domains.DOWNHILL}")
-    return _find(robot, slope)
+        raise no_gait(slope, f"without torques the robot walks only downhill; give a slope {domains.DOWNHILL}")
+    return slope
 
 
 _TABLE_ONE = Compass()
@@ -102,11 +103,11 @@ _TABLE_ONE = Compass()
 class _Model(NamedTuple):
     """A robot in units in which its legs and gravity are those of Table I: 1 m and 9.81 m/s^2.
 
-    So the search, its tolerances included, is the same for all sizes and gravities.
+    This makes the search and its tolerances the same for all sizes and gravities.
 
     Attributes:
-        constants: As of `Compass`.
-        weight: N.
+        constants: Constants of the robot in these units, as of `Compass`.
+        weight: Its weight, N.
         metre: The unit of length, m; exactly 1 for the legs of Table I.
         second: The unit of time, s; exactly 1 for its legs and gravity.
     """
@@ -132,20 +133,27 @@ def _model(robot: Compass) -> _Model:
 
 @lru_cache(maxsize=256)
 def _find(robot: Compass, slope: float) -> PassiveGait:
+    found = store.passive(robot, slope, _search)
+    return PassiveGait(robot, slope, table=table_of(found.pop("rate"), found.pop("coefficients")), **found)
+
+
+def _search(robot: Compass, slope: float) -> dict[str, Any]:
+    """The attributes of a gait, with the pieces of its table."""
     model = _model(robot)
     scaled = _follow_branch(model, slope)
     start, period = _unscale(slope, scaled)
     end = _motion(model, slope, start, period, STEPS)[-1]
     _check(model, slope, start, period)
-    multipliers = eigenvalues(_return_map_jacobian(model, slope, scaled))
-    step_length = 2 * robot.leg_length * math.sin(end[0])
     rate, coefficients = _tabulate(model, slope, start, period)
-    for state in (start, end):
-        state[2:] /= model.second
-    for array in (start, end, multipliers):
-        array.flags.writeable = False
-    table = table_of(rate / model.second, coefficients)
-    return PassiveGait(robot, slope, start, end, period * model.second, step_length, table, multipliers)
+    return {
+        "start": start / [1, 1, model.second, model.second],
+        "end": end / [1, 1, model.second, model.second],
+        "period": period * model.second,
+        "step_length": 2 * robot.leg_length * math.sin(end[0]),
+        "multipliers": eigenvalues(_return_map_jacobian(model, slope, scaled)),
+        "rate": rate / model.second,
+        "coefficients": coefficients,
+    }
 
 
 def eigenvalues(matrix: Array) -> NDArray[np.complex128]:
@@ -154,12 +162,22 @@ def eigenvalues(matrix: Array) -> NDArray[np.complex128]:
     return values[np.argsort(-np.abs(values), kind="stable")]
 
 
-def _no_gait(slope: float, reason: str) -> GaitError:
-    return GaitError(f"no passive gait on a slope of {math.degrees(slope):.6g} degrees: {reason}")
+def differences(function: Callable[[Array], Array], size: int, width: float) -> Array:
+    """The Jacobian of a function of `size` numbers at zero, by central differences of fourth order."""
+    columns = []
+    for step in width * np.eye(size):
+        near, far = function(step) - function(-step), function(2 * step) - function(-2 * step)
+        columns.append((8 * near - far) / (12 * width))
+    return np.column_stack(columns)
+
+
+def no_gait(slope: float, reason: str, what: str = "passive gait") -> GaitError:
+    """The error that a robot has no gait on a slope."""
+    return GaitError(f"no {what} on a slope of {math.degrees(slope):.6g} degrees: {reason}")
 
 
 def _passive(model: _Model, slope: float) -> Callable[[Array], list[float]]:
-    """The unpowered motion's law: state -> its rates (dq1, dq2, ddq1, ddq2)."""
+    """The unpowered motion: a function from the state to its rates (dq1, dq2, ddq1, ddq2)."""
     constants, sine, cosine = model.constants, math.sin(slope), math.cos(slope)
 
     def rates(state: Array) -> list[float]:
@@ -197,10 +215,10 @@ def _motion(model: _Model, slope: float, start: Array, duration: float, steps: i
                 break  # a step was too long
             states.append(solver.y)
             if max(abs(solver.y[0]), abs(solver.y[1])) > widest:
-                raise _no_gait(slope, "a leg turns over")
+                raise no_gait(slope, "a leg turns over")
         if len(states) == count + 1:
             return np.array(states[::finer])
-    raise _no_gait(slope, "the motion is too fast to follow; check the robot's lengths and masses")
+    raise no_gait(slope, "the motion is too fast to follow; check the robot's lengths and masses")
 
 
 def _scales(slope: float) -> Array:
@@ -247,7 +265,7 @@ def _solve(model: _Model, slope: float, guess: Array, steps: int, tolerance: flo
 
 
 def _follow_branch(model: _Model, slope: float) -> Array:
-    """Follow the gaits from level ground to `slope`; returns the scaled gait there.
+    """The scaled gait on a slope, found by following the gaits from level ground.
 
     The scaled gait is smooth in slope^(2/3), in which the steps are taken; one counts only if the gait found is close
     to the one extrapolated, so that the search does not slip onto the other family (the "short" gaits).
@@ -268,18 +286,16 @@ def _follow_branch(model: _Model, slope: float) -> Array:
         gait = gaits[-1]
         limit = math.degrees(slope * places[-1] ** 1.5)
         if gait[1] + gait[2] <= 0:
-            raise _no_gait(
-                slope, f"at {limit:.3g} degrees the trailing foot already stays down; choose a gentler slope"
-            )
+            raise no_gait(slope, f"at {limit:.3g} degrees the trailing foot already stays down; choose a gentler slope")
         if step < 1e-5 and len(gaits) == 1:
-            raise _no_gait(slope, "none leaves level ground; check the robot's lengths, masses and inertia")
+            raise no_gait(slope, "none leaves level ground; check the robot's lengths, masses and inertia")
         if step < 1e-5:
-            raise _no_gait(slope, f"the gaits from level ground end at {limit:.4g} degrees; choose a gentler slope")
+            raise no_gait(slope, f"the gaits from level ground end at {limit:.4g} degrees; choose a gentler slope")
     else:
-        raise _no_gait(slope, "the search finds no end; choose a gentler slope")
+        raise no_gait(slope, "the search finds no end; choose a gentler slope")
     polished = _solve(model, slope, gaits[-1], STEPS, 1e-12)
     if polished is None:
-        raise _no_gait(slope, "the search did not converge; choose a gentler slope")
+        raise no_gait(slope, "the search did not converge; choose a gentler slope")
     return polished
 
 
@@ -320,17 +336,13 @@ def _check(model: _Model, slope: float, start: Array, period: float) -> None:
     lean, spread = states[:, 0] + states[:, 1], states[:, 0] - states[:, 1]  # H = -2 sin(lean / 2) sin(spread / 2)
     early = (lean[:-2] < 0) & (lean[1:-1] >= 0) & (spread[1:-1] > 0)
     if start[0] >= 0 or spread[-1] <= 0 or lean[-2] >= 0 or early.any():
-        raise _no_gait(slope, "the swing foot does not land ahead of the stance foot; choose a gentler slope")
+        raise no_gait(slope, "the swing foot does not land ahead of the stance foot; choose a gentler slope")
 
 
 def _return_map_jacobian(model: _Model, slope: float, scaled: Array) -> Array:
     """Jacobian of the return map of the scaled (q1, dq1, dq2), shape (3, 3)."""
-    columns = []
-    for direction in 1e-3 * np.eye(4):  # the differences' truncation ~1e-12, the integration's noise ~1e-11
-        near = _step(model, slope, scaled + direction, STEPS) - _step(model, slope, scaled - direction, STEPS)
-        far = _step(model, slope, scaled + 2 * direction, STEPS) - _step(model, slope, scaled - 2 * direction, STEPS)
-        columns.append((8 * near - far) / (12 * 1e-3))
-    jacobian = np.column_stack(columns)
+    # the differences' truncation ~1e-12, the integration's noise ~1e-11
+    jacobian = differences(lambda shift: _step(model, slope, scaled + shift, STEPS), 4, 1e-3)
     # the touchdown's time follows from the condition q1 + q2 = 0, the first row
     result: Array = jacobian[1:, :3] - np.outer(jacobian[1:, 3], jacobian[0, :3]) / jacobian[0, 3]
     return result
@@ -365,4 +377,4 @@ def _tabulate(model: _Model, slope: float, start: Array, period: float) -> tuple
         defects = np.array([law(state) for state in middles[:, :4]]) - middles[:, 2:]
         if np.abs(defects).max() < 1e-10 * _TABLE_ONE.gravity / _TABLE_ONE.leg_length:
             return 1 / width, coefficients
-    raise _no_gait(slope, "its trajectory is too fast to tabulate; check the robot's lengths and masses")
+    raise no_gait(slope, "its trajectory is too fast to tabulate; check the robot's lengths and masses")

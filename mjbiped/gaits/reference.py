@@ -1,11 +1,8 @@
-"""A reference trajectory as controllers read it: pieces of polynomials, evaluated in plain floats.
-
-`mjbiped.gaits.passive` makes the table of a passive gait; a control law evaluates it at every tick, wherever it runs.
-"""
+"""A reference trajectory as control laws read it: pieces of polynomials, evaluated in plain floats at every tick."""
 
 import math
 from collections.abc import Sequence
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,10 +59,13 @@ def reference_discontinuity(table: Table, t: float) -> float:
     return horizon if t < horizon else math.inf
 
 
-def in_arrays(table: Table) -> Table:
-    """The same table for compiled code, which reads pieces from an array."""
-    rate, horizon, pieces = table
-    return rate, horizon, np.array(pieces, dtype=np.float64)
+def in_arrays(values: Any) -> Any:
+    """A table, or a law's parameters with tables in them, for compiled code, which reads pieces from an array."""
+    if not isinstance(values, tuple):
+        return values
+    if type(values) is tuple and values and type(values[0]) is tuple:
+        return np.array(values, dtype=np.float64)
+    return getattr(values, "_make", tuple)(map(in_arrays, values))
 
 
 def _degree_7(c: Sequence[float] | NDArray[np.float64], first: int, s: float, s2: float, s4: float) -> float:

@@ -1,8 +1,8 @@
-"""Optimised references on disk, so that each is searched for once.
+"""Gaits on disk, so that each is searched for once.
 
-A file is a JSON object under the digest of all that the result depends on: what was asked, the sources of the search,
-and the versions of the libraries that it is made with. Its numbers carry a digest of their own; a file that is damaged
-counts as none, and is written anew. What cannot be written is searched for again.
+A file holds NumPy arrays under the digest of all that the result depends on: what was asked, the sources of the search,
+and the versions of the libraries that it is made with. A damaged file counts as none, and is written anew. What cannot
+be written is searched for again.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -20,54 +20,79 @@ import numpy as np
 import platformdirs
 import scipy
 
+from mjbiped.robots.robot import Robot
 from mjbiped.utils.files import written_whole
 
-_SOURCES = (
-    *("bezier.py", "compass_step.py", "kneed_step.py", "optimisation.py"),
-    *("../robots/chain.py", "../robots/compass.py", "../robots/kneed.py"),
-)
+_REPEATS = 1e-7  # error of the rates after the impact, sqrt(g/l): searches are good to 1e-9 and better
 
 
 def folder() -> Path:
-    """Where references are kept: what the environment variable MJBIPED_CACHE_DIR names, else the user's cache."""
+    """The folder that the environment variable MJBIPED_CACHE_DIR names, else one in the user's cache."""
     named = os.environ.get("MJBIPED_CACHE_DIR")
     return Path(named) if named else platformdirs.user_cache_path("mjbiped") / "references"
 
 
-def load(asked: Mapping[str, Any]) -> list[float] | None:
-    """The numbers kept for what is asked, bit by bit as they were saved; None where there are none.
+def load(asked: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The numbers and arrays kept for what is asked, bit by bit as they were saved; None where there are none.
 
     Args:
-        asked: In plain JSON types.
+        asked: What the result was searched for, in plain JSON types.
     """
     try:
-        kept = json.loads(_file(asked).read_text(encoding="utf-8"))
-        numbers = [float(number) for number in kept["numbers"]]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        with _file(asked).open("rb") as file, np.load(file) as kept:
+            return {name: kept[name] if kept[name].ndim else kept[name].item() for name in kept.files}
+    except Exception:  # a damaged file can raise nearly anything
         return None
-    return numbers if kept.get("sha256") == _digest(numbers) else None
 
 
-def save(asked: Mapping[str, Any], numbers: Sequence[float]) -> None:
-    """Keep numbers for what is asked, where the folder can be written to."""
-    kept = {"asked": asked, "numbers": list(numbers), "sha256": _digest(list(numbers))}
+def save(asked: Mapping[str, Any], found: Mapping[str, Any]) -> None:
+    """Keep numbers and arrays for what is asked, where the folder can be written to."""
     with suppress(OSError):
         path = _file(asked)
         path.parent.mkdir(parents=True, exist_ok=True)
         with written_whole(path) as unfinished:
-            unfinished.write_text(json.dumps(kept, indent=1), encoding="utf-8")
+            np.savez(unfinished, **found)
+
+
+def passive(robot: Robot, slope: float, search: Callable[[Any, float], dict[str, Any]]) -> dict[str, Any]:
+    """The attributes of a passive gait by their names, kept or searched for.
+
+    Args:
+        robot: The robot that walks.
+        slope: Slope of the plane, rad.
+        search: What finds the gait.
+
+    Raises:
+        GaitError: The search finds none.
+    """
+    asked = {"passive": robot.to_dict(), "slope": slope}
+    kept = load(asked)
+    if kept is None or not _repeats(robot, kept):
+        kept = search(robot, slope)
+        save(asked, kept)
+    return kept
+
+
+def _repeats(robot: Robot, gait: Mapping[str, Any]) -> bool:
+    """Whether the impact leads from a gait's end to its start."""
+    half = len(robot.angles)
+    rates = robot.rates_after_touchdown(gait["end"][:half], gait["end"][half:])
+    return bool(np.abs(rates - gait["start"][half:]).max() < _REPEATS * np.sqrt(robot.gravity / robot.leg_length))
 
 
 def _file(asked: Mapping[str, Any]) -> Path:
-    return folder() / f"{_digest([asked, _made_with()])}.json"
+    text = json.dumps([asked, _made_with()], sort_keys=True)
+    return folder() / f"{hashlib.sha256(text.encode()).hexdigest()}.npz"
 
 
 @cache
 def _made_with() -> list[str]:
-    """Digests and versions of what makes a reference."""
-    sources = [(Path(__file__).parent / name).read_bytes() for name in _SOURCES]
-    return [np.__version__, scipy.__version__, *(hashlib.sha256(source).hexdigest() for source in sources)]
-
-
-def _digest(value: Any) -> str:
-    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
+    """Digests and versions of what makes a gait."""
+    here = Path(__file__).parent
+    sources = [
+        *here.glob("*.py"),
+        *here.with_name("robots").glob("*.py"),
+        here.with_name("numerics") / "trigonometry.py",
+    ]
+    digests = [hashlib.sha256(source.read_bytes()).hexdigest() for source in sorted(sources)]
+    return [np.__version__, scipy.__version__, *digests]

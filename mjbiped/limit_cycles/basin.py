@@ -1,7 +1,7 @@
 """Basins of attraction: from which first rates a walk settles on its gait, and from which it ends in a fall.
 
-A basin is shown as a slice through the section of states just after an impact: both feet on the plane, the angle
-between the legs is the gait's, and the rates of the two legs are laid out on a grid. The gait lies in the slice.
+A basin is a slice through the section of states just after an impact: both feet stand on the plane, the angle between
+the legs is the gait's, and the rates of the two legs form a grid. The gait lies in the slice.
 """
 
 from __future__ import annotations
@@ -11,22 +11,19 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from enum import IntEnum
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.control.compile_errors import LawError
 from mjbiped.control.controller import Controller
-from mjbiped.control.error_location import place_of
 from mjbiped.control.validation import try_out
-from mjbiped.engines.hybrid.simulation import HybridSimulation
-from mjbiped.engines.hybrid.state import ROWS, SAMPLES
-from mjbiped.engines.plan import check_controller, check_robot
-from mjbiped.errors import InputError, MjbipedError, explained
-from mjbiped.gaits.branches import Branched
+from mjbiped.engines.hybrid.engine import Hybrid
+from mjbiped.engines.hybrid.run import HybridRun
+from mjbiped.engines.plan import Plan, Terms, check_controller, check_robot
+from mjbiped.errors import InputError, MjbipedError, explained, place_of
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.gaits.gait import Gait, Periodic
+from mjbiped.gaits.gait import Branched, Gait, Periodic
 from mjbiped.limit_cycles import return_map
 from mjbiped.limit_cycles.return_map import ReturnMap, check_rule, kicked, plane_of, walk_all
 from mjbiped.records.columns import index_of, tables_of
@@ -41,13 +38,13 @@ from mjbiped.utils.progress import hidden
 SETTLED = 1e-3
 """A walk has settled when a state after an impact is as near to the gait's as this, in rad and sqrt(g/l)."""
 
-_TRANSIENT, _ATTRACTOR = 2000, 64  # steps until the passive robot is taken to be on its attractor, and steps of that
-_RATES = 300  # of either leg, unless they are given
-_FIRST_LOOK = 2  # steps: most controlled walks have settled after one
+_TRANSIENT, _ATTRACTOR = 2000, 64  # steps until the passive robot has reached its attractor, and steps on it
+_RATES = 300  # default number of rates of either leg
+_FIRST_LOOK = 2  # steps; most controlled walks have settled after one
 
 
 class Fate(IntEnum):
-    """What becomes of a walk."""
+    """The end of a walk."""
 
     SETTLED = 0
     UNDECIDED = 1  # still walking, but not settled; or not computed
@@ -70,7 +67,7 @@ class Basin:
     """Fates of walks that begin with different rates of the legs.
 
     Attributes:
-        slope: Of the plane, rad.
+        slope: Slope of the plane, rad.
         start: The state in whose slice the starts lie, shape (4,), or (6,) with knees: the gait's after an impact.
         stance_rates: dq1 of the starts, shape (columns,), rad/s.
         swing_rates: dq2 of the starts, shape (rows,), rad/s; with knees the swing leg is straight, and dq3 the same.
@@ -78,8 +75,8 @@ class Basin:
         steps: Steps walked until the walk had settled or ended, shape (rows, columns).
         peak_torque: Greatest torque of any joint in each walk, shape (rows, columns), N m; 0 without a controller.
             Most walks were followed for two steps, those undecided by then up to the limit.
-        limit: Steps after which a walk that has done neither is undecided.
-        walker: Who walks, in words.
+        limit: Number of steps after which a walk is undecided.
+        walker: Name of the controller, or "passive".
     """
 
     slope: float
@@ -99,12 +96,12 @@ class Basin:
         return f"<Basin of {self.walker} on {math.degrees(self.slope):.4g} deg, {rows} x {columns} starts: {shares}>"
 
     def share(self, fate: Fate) -> float:
-        """Part of the starts that have this fate."""
+        """Share of the starts that have this fate."""
         return float(np.mean(self.fates == fate))
 
 
 class BasinInterrupted(KeyboardInterrupt):
-    """A map was broken off by Ctrl-C; the rows that were computed are not lost.
+    """A map interrupted by Ctrl-C, with the rows computed so far.
 
     Attributes:
         basin: The map so far, undecided where nothing was computed.
@@ -117,7 +114,7 @@ class BasinInterrupted(KeyboardInterrupt):
 
 
 class BasinStopped(MjbipedError):  # noqa: N818 (as its sister)
-    """A map was broken off by an error in the controller; the rows that were computed are not lost.
+    """A map stopped by an error in the controller, with the rows computed so far.
 
     Attributes:
         basin: The map so far, undecided where nothing was computed.
@@ -151,7 +148,7 @@ def basin_of_attraction(
         slope: Of the plane, rad.
         stance_rates: dq1 of the starts, rad/s, ascending; 300 from 0.5 to 1.6 times the gait's unless given.
         swing_rates: dq2 of the starts, rad/s, ascending; 300 within 2.2 times the gait's greater rate unless given.
-        limit: Steps after which a walk is given up as undecided.
+        limit: Number of steps after which a walk counts as undecided.
         scuffing: When the swing foot may touch the ground; the engines' rule unless given.
         threads: Worker threads; as many as there are cores unless given. The map does not depend on it.
         progress: Whether to show a progress bar (never where the output is not a terminal).
@@ -160,7 +157,7 @@ def basin_of_attraction(
         InputError: An argument is outside its domain, or the scuffing rule would never let the gait land, or is given
             for a robot with knees.
         GaitError: The robot has no gait on that slope.
-        BasinInterrupted: Ctrl-C; the exception holds the rows computed so far.
+        BasinInterrupted: Ctrl-C was pressed; the exception holds the rows computed so far.
     """
     check_robot("robot", robot)
     gait = passive_gait_of(robot, slope)
@@ -207,7 +204,7 @@ def basin_of_control(
         robot: The robot that walks; the controller's unless given.
         stance_rates: As in `basin_of_attraction`.
         swing_rates: As in `basin_of_attraction`.
-        limit: Steps after which a walk is given up as undecided.
+        limit: Number of steps after which a walk counts as undecided.
         scuffing: When the swing foot may touch the ground; the engines' rule unless given.
         threads: Worker threads; as many as there are cores unless given. The map does not depend on it.
         progress: Whether to show a progress bar (never where the output is not a terminal).
@@ -215,8 +212,8 @@ def basin_of_control(
     Raises:
         InputError: An argument is outside its domain, or the controller imitates no gait, or one that the scuffing
             rule would never let land.
-        BasinInterrupted: Ctrl-C; the exception holds the rows computed so far.
-        BasinStopped: The controller raised an exception; likewise.
+        BasinInterrupted: Ctrl-C was pressed; the exception holds the rows computed so far.
+        BasinStopped: The controller raised an exception; the error holds the rows computed so far.
     """
     check_controller(controller)
     if robot is not None:
@@ -228,9 +225,9 @@ def basin_of_control(
             "field gait: mjbiped.Gait, and the robot's model in a field robot: mjbiped.Compass"
         )
     controller = controller.driving(walker)
-    _check_scuffing(gait, domains.SLOPE.check("slope", slope), chosen(scuffing))
+    engine, rule = Hybrid(), chosen(scuffing)
+    _check_scuffing(gait, domains.SLOPE.check("slope", slope), rule)
     terrain = Terrain.incline(math.degrees(slope))
-    started = partial(HybridSimulation, controller, terrain, robot=walker, sample_period=math.inf, scuffing=scuffing)
     start, half = gait.start.tolist(), len(walker.angles)
     q = tuple(start[:half])
     try_out(controller, q, tuple(start[half:]))
@@ -243,8 +240,10 @@ def basin_of_control(
         for column, rate1 in enumerate(basin.stance_rates.tolist()):
             try:
                 for steps in sorted({min(_FIRST_LOOK, limit), limit}):
-                    simulation = started(q=q, dq=(rate1, *(rate2,) * (half - 1)), steps=steps)
-                    walked, fate = _walk_controlled(simulation, walker, gait.start, near)
+                    terms = Terms(engine, steps, None, walker, None, rule)
+                    dq = (rate1, *(rate2,) * (half - 1))
+                    run = engine.start(Plan(terms, controller, controller.driving(walker), terrain, walker, q, dq, {}))
+                    walked, fate = _walk_controlled(run, gait.start, near)
                     if fate is not Fate.UNDECIDED:
                         break
             except LawError:
@@ -256,7 +255,7 @@ def basin_of_control(
                     basin,
                 ) from error
             basin.steps[number, column], basin.fates[number, column] = walked, fate
-            basin.peak_torque[number, column] = simulation.peak_torque.max()
+            basin.peak_torque[number, column] = run.peak_torque().max()
 
     return _filled(basin, row, threads, progress)
 
@@ -268,26 +267,26 @@ def _check_scuffing(gait: Periodic, slope: float, rule: ScuffingRule) -> None:
         check_landing(gait, slope, rule)
 
 
-def _walk_controlled(simulation: HybridSimulation, robot: Robot, goal: Array, near: Array) -> tuple[int, Fate]:
+def _walk_controlled(run: HybridRun, goal: Array, near: Array) -> tuple[int, Fate]:
     """Walk until a state after an impact is near the goal, or the walk ends; the number of steps, and the fate."""
-    columns = tables_of(type(robot)).touchdowns
-    first, last = index_of(columns, "q"), index_of(columns, "dq") + len(robot.angles)
-    walked, buffers = 0, simulation.buffers
-    while simulation.outcome is Outcome.WALKING:
-        simulation.go_on()
-        count = int(buffers.w[ROWS])
-        inside = (np.abs(buffers.rows[:count, first:last] - goal) < near).all(axis=1)
+    columns = tables_of(type(run.plan.robot)).touchdowns
+    first, last = index_of(columns, "q"), index_of(columns, "dq") + len(run.plan.robot.angles)
+    walked, w = 0, run.state
+    while run.ended is Outcome.WALKING:
+        run.go_on()
+        count = int(w.rows)
+        inside = (np.abs(run.tables.rows[:count, first:last] - goal) < near).all(axis=1)
         if inside.any():
             return walked + int(inside.argmax()) + 1, Fate.SETTLED
         walked += count
-        buffers.w[ROWS] = buffers.w[SAMPLES] = 0.0
-    return walked, _FATES.get(int(simulation.outcome), Fate.UNDECIDED)
+        w.rows = w.samples = 0
+    return walked, _FATES.get(int(run.ended), Fate.UNDECIDED)
 
 
 def _empty(
     slope: float, start: Array, stance_rates: ArrayLike | None, swing_rates: ArrayLike | None, limit: int, walker: str
 ) -> Basin:
-    """A map in which nothing is decided yet.
+    """A map of undecided starts.
 
     Raises:
         InputError: The rates do not ascend, or the limit is no number of steps.
@@ -301,12 +300,12 @@ def _empty(
 
 
 def rates_around(start: Array, count: int, width: float = 1.0) -> tuple[Array, Array]:
-    """First rates that a map shows unless others are given.
+    """Default first rates of a map.
 
     Args:
         start: The gait's state after an impact, shape (4,), or (6,) with knees.
-        count: Of the rates of either leg.
-        width: How many times as far as usual they reach to both sides of their middle.
+        count: Number of rates of either leg.
+        width: Factor on the usual range to both sides of its middle.
 
     Returns:
         Rates of the stance leg, usually 0.5 to 1.6 times the gait's, and of the swing leg, usually within 2.2 times the
@@ -321,7 +320,7 @@ def rates_around(start: Array, count: int, width: float = 1.0) -> tuple[Array, A
 
 
 def _rates(name: str, given: ArrayLike | None, usual: Array) -> Array:
-    """First rates of a leg, those that are given or the usual ones; see `_empty`."""
+    """The first rates of a leg that are given, or the usual ones."""
     rates = usual if given is None else domains.RATE.array(name, given, (None,))
     if not 1 <= len(rates) <= domains.GRID.high or (np.diff(rates) <= 0.0).any():
         raise InputError(f"{name}: expected 1 to {domains.GRID.high} numbers that ascend, got {len(rates)}")
@@ -329,13 +328,13 @@ def _rates(name: str, given: ArrayLike | None, usual: Array) -> Array:
 
 
 def _nearness(robot: Robot) -> Array:
-    """`SETTLED` for each component of a state."""
+    """The distance `SETTLED` in each component of a state."""
     frequency, angles = math.sqrt(robot.gravity / robot.leg_length), len(robot.angles)
     return SETTLED * np.repeat([1.0, frequency], angles)
 
 
 def _filled(basin: Basin, row: Callable[[int], None], threads: int, progress: bool) -> Basin:
-    """The map with all rows computed, in threads.
+    """Compute all rows of a map in threads.
 
     Raises:
         BasinInterrupted: Ctrl-C.

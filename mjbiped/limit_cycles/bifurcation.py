@@ -24,17 +24,17 @@ FIRST_SLOPE = math.radians(0.1)
 FEIGENBAUM = 4.669201609
 _FIRST_STEP = math.radians(0.05)
 _STEEPEST = math.radians(20.0)
-_SETTLING = 1000  # periods in which a stable gait is reached from its unstable parent: a tenth is enough
+_SETTLING = 1000  # periods allowed for reaching a stable gait from its unstable parent; a tenth would do
 
 
 @dataclass(frozen=True)
 class Branch:
-    """The gaits of one period, followed with the slope from where they are born beyond where they double.
+    """The gaits of one period, followed with the slope from their onset until just beyond their period doubling.
 
     Attributes:
-        count: Steps after which the gait repeats itself.
-        gaits: In the order of their slopes.
-        doubling: The gait at which a multiplier passes through -1; None where the branch ends without.
+        count: Number of steps after which the gait repeats itself.
+        gaits: The gaits in the order of their slopes.
+        doubling: The gait at which a multiplier passes through -1; None where the branch ends without one.
     """
 
     count: int
@@ -47,9 +47,9 @@ class Cascade:
     """Period doublings of the passive gait with slope.
 
     Attributes:
-        robot: Who walks.
-        branches: Of periods 1, 2, 4, ...
-        end: Why it ends where it does; empty if as many doublings were found as were asked for.
+        robot: The robot that walks.
+        branches: Branches of periods 1, 2, 4, ...
+        end: Why the cascade ends there; empty if as many doublings were found as were asked for.
     """
 
     robot: Compass
@@ -68,13 +68,13 @@ class Cascade:
 
     @property
     def ratios(self) -> Array:
-        """Ratios of successive distances between onsets; they tend to Feigenbaum's number, 4.669."""
+        """Ratios of successive distances between onsets, which tend to Feigenbaum's number, 4.669."""
         distances = np.diff(self.onsets)
         return np.asarray(distances[:-1] / distances[1:], dtype=np.float64)
 
     @property
     def window(self) -> tuple[float, float] | None:
-        """Slopes between which the onsets gather, for a closer look; None with fewer than two onsets."""
+        """Range of slopes in which the onsets accumulate, rad; None with fewer than two onsets."""
         onsets = self.onsets
         if len(onsets) < 2:
             return None
@@ -83,7 +83,7 @@ class Cascade:
 
     @property
     def accumulation(self) -> float:
-        """Where the onsets gather, by Feigenbaum's ratio from the last two; rad, NaN with fewer than two."""
+        """Slope at which the onsets accumulate by Feigenbaum's ratio, rad; NaN with fewer than two onsets."""
         onsets = self.onsets
         if len(onsets) < 2:
             return math.nan
@@ -150,7 +150,7 @@ def _followed(gait: PeriodicGait, step: float) -> Branch:
 
 
 def _doubled(robot: Compass, parent: PeriodicGait, slope: float) -> PeriodicGait:
-    """The stable gait of twice the period that is born where its parent doubles, a little beyond.
+    """The stable gait of twice the period on a slope a little beyond the doubling of its parent.
 
     Raises:
         GaitError: There is none.
@@ -164,14 +164,14 @@ def _doubled(robot: Compass, parent: PeriodicGait, slope: float) -> PeriodicGait
 
 @dataclass(frozen=True)
 class BifurcationDiagram:
-    """Where the robot's steps settle on planes of different slope.
+    """The steps on which the robot settles on planes of different slope.
 
     Attributes:
-        robot: Who walks.
-        slopes: Rad, shape (n,).
+        robot: The robot that walks.
+        slopes: Slopes of the planes, rad, shape (n,).
         states: The last states (q1, q2, dq1, dq2) after impacts on each, shape (n, kept, 4); NaN where it fell.
-        periods: Times of these steps, shape (n, kept), s.
-        outcomes: "walking" or what became of the robot, one for each slope.
+        periods: Durations of these steps, shape (n, kept), s.
+        outcomes: "walking" or the end of the walk on each slope.
     """
 
     robot: Compass
@@ -196,7 +196,7 @@ class BifurcationDiagram:
 
     @property
     def lost(self) -> float:
-        """The first slope on which the robot did not walk to the end, rad; NaN if there is none."""
+        """The first slope on which the walk ended early, rad; NaN if there is none."""
         fallen = self.slopes[[outcome != "walking" for outcome in self.outcomes]]
         return float(fallen[0]) if len(fallen) else math.nan
 
@@ -223,20 +223,20 @@ def bifurcation_diagram(
     scuffing: ScuffingRule | None = None,
     progress: bool = False,
 ) -> BifurcationDiagram:
-    """Let the passive robot walk on planes of rising slope, each from where it came to on the plane before.
+    """The bifurcation diagram of the passive robot: on each plane it walks on from its last state on the one before.
 
     Args:
         robot: Any compass biped.
-        slopes: Rad, ascending, at least one.
-        steps: Walked on each plane.
-        keep: The last so many of them are kept.
+        slopes: Slopes of the planes, rad, ascending, at least one.
+        steps: Number of steps walked on each plane.
+        keep: Number of last steps that are kept.
         scuffing: When the swing foot may touch the ground; the engines' rule unless given.
         progress: Whether to show a progress bar (never where the output is not a terminal).
 
     Raises:
         InputError: The slopes do not ascend from above zero, or `keep` does not lie between 1 and `steps`, or the
             scuffing rule would never let the gait on the first plane land.
-        GaitError: There is no gait of period one on the first plane, to begin with.
+        GaitError: There is no gait of period one on the first plane.
     """
     from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
 

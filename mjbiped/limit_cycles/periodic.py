@@ -25,11 +25,11 @@ GUARD = ScuffingRule(reach=0.0, delay=0.0, name="eq. 4")
 """Touchdown as `find_passive_gait` has it: whenever the swing foot comes down ahead of the stance foot."""
 
 DIFFERENCE = 1e-4
-"""Of the fourth-order differences, in rad and sqrt(g/l): truncation is then below 1e-8, rounding 1e-11."""
+"""Width of the fourth-order differences, in rad and sqrt(g/l): truncation is below 1e-8, rounding 1e-11."""
 
-CONVERGED = 1e-11  # Newton's last change, in rad and sqrt(g/l)
-LARGEST_CHANGE = 0.05  # a gait further than this from the one extrapolated may be another one, same units
-SHORTEST_STEP = 1e-9  # of the slope, rad
+CONVERGED = 1e-11  # last change of Newton's method, in rad and sqrt(g/l)
+LARGEST_CHANGE = 0.05  # rad and sqrt(g/l): a gait further from the one extrapolated may lie on another branch
+SHORTEST_STEP = 1e-9  # shortest step of the slope, rad
 
 
 @dataclass(frozen=True)
@@ -37,10 +37,10 @@ class PeriodicGait:
     """A gait that repeats itself after n steps.
 
     Attributes:
-        robot: Whose gait it is.
-        slope: Of the plane, rad.
+        robot: The robot that walks.
+        slope: Slope of the plane, rad.
         states: (q1, q2, dq1, dq2) after the impacts, shape (n, 4), rad and rad/s.
-        periods: Times from each of them to the next impact, shape (n,), s.
+        periods: Time from each impact to the next, shape (n,), s.
         multipliers: Eigenvalues of the n-fold return map's Jacobian, complex, shape (3,), the largest magnitude first.
         doubling: det(I + Jacobian) of the n-fold map; it passes through zero where a multiplier passes through -1.
     """
@@ -78,8 +78,8 @@ def differentiate(plane: Plane, places: Array, widths: Array) -> tuple[Array, Ar
 
     Args:
         plane: Robot and plane.
-        places: Shape (n, 3).
-        widths: Of the central differences, which are of fourth order; shape (3,).
+        places: Points (q1, dq1, dq2), shape (n, 3).
+        widths: Widths of the central differences of fourth order, shape (3,).
 
     Returns:
         The places mapped, shape (n, 3); the periods, shape (n,); the Jacobians, shape (n, 3, 3). None where the robot
@@ -101,11 +101,11 @@ def find_periodic_gait(robot: Compass, slope: float, states: ArrayLike) -> Perio
 
     Args:
         robot: Any compass biped.
-        slope: Of the plane, rad.
-        states: (q1, q2, dq1, dq2) after n impacts that follow each other, shape (n, 4); q2 = -q1.
+        slope: Slope of the plane, rad.
+        states: (q1, q2, dq1, dq2) after n successive impacts, shape (n, 4); q2 = -q1.
 
     Raises:
-        InputError: The slope or the states are no finite numbers of these shapes.
+        InputError: The slope or the states have another shape or are not finite.
         GaitError: Newton's method does not converge, the gait found repeats itself sooner, or its trailing foot stays
             down after the impact.
     """
@@ -148,7 +148,7 @@ def find_periodic_gait(robot: Compass, slope: float, states: ArrayLike) -> Perio
 
 
 def first_gait(robot: Compass, slope: float) -> PeriodicGait:
-    """The gait of period one on the branch that leaves level ground; see `find_passive_gait`.
+    """The gait of period one that `find_passive_gait` finds, by the return map.
 
     Raises:
         InputError: The slope is not a finite number.
@@ -161,11 +161,11 @@ def follow(gait: PeriodicGait, slopes: Sequence[float]) -> Iterator[PeriodicGait
     """The gaits on other slopes that continue a gait without a jump, stable or not, until the branch ends.
 
     Args:
-        gait: Where to begin.
-        slopes: Rad, in the order in which they shall be reached.
+        gait: The first gait of the branch.
+        slopes: Slopes in the order in which they are reached, rad.
 
     Yields:
-        One gait for each slope; fewer, if the branch ends before.
+        One gait for each slope; fewer if the branch ends earlier.
     """
     known = [gait]
     for slope in slopes:
@@ -183,7 +183,7 @@ def follow(gait: PeriodicGait, slopes: Sequence[float]) -> Iterator[PeriodicGait
 
 
 def _neighbour(known: Sequence[PeriodicGait], slope: float) -> PeriodicGait | None:
-    """The gait on a slope near those of known ones; None where there is none, or only one further off."""
+    """The gait on a slope that continues known gaits; None where there is none near the one extrapolated."""
     states = extrapolated(known, slope)
     try:
         found = find_periodic_gait(known[-1].robot, slope, states)
@@ -193,7 +193,7 @@ def _neighbour(known: Sequence[PeriodicGait], slope: float) -> PeriodicGait | No
 
 
 def extrapolated(known: Sequence[PeriodicGait], slope: float) -> Array:
-    """States on a slope, by the polynomial through those of up to three gaits of one branch."""
+    """States on a slope, extrapolated by the polynomial through up to three gaits of one branch."""
     states = np.zeros_like(known[0].states)
     for one in known:
         weight = math.prod((slope - other.slope) / (one.slope - other.slope) for other in known if other is not one)
@@ -204,13 +204,13 @@ def extrapolated(known: Sequence[PeriodicGait], slope: float) -> Array:
 def zero_on_branch(
     below: PeriodicGait, above: PeriodicGait, value: Callable[[PeriodicGait], float], tolerance: float = 1e-12
 ) -> PeriodicGait:
-    """The gait between two near ones of a branch on which a value passes through zero.
+    """The gait of a branch on which a value passes through zero, between two near gaits.
 
     Args:
-        below: The value has one sign here,
-        above: and the other here.
-        value: Of a gait.
-        tolerance: Of the slope, rad.
+        below: A gait for which the value has one sign.
+        above: A gait for which it has the other sign.
+        value: Function of a gait.
+        tolerance: Tolerance of the slope, rad.
 
     Raises:
         GaitError: The branch cannot be followed from one to the other.

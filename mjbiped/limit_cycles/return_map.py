@@ -18,11 +18,10 @@ from numpy.typing import ArrayLike
 
 from mjbiped.control.compilation import MachineCode
 from mjbiped.control.unpowered import Unpowered
-from mjbiped.engines.hybrid import state as indices
-from mjbiped.engines.hybrid.models import model_of
-from mjbiped.engines.hybrid.simulation import HybridSimulation
-from mjbiped.engines.hybrid.state import Buffers, SimulationConstants
-from mjbiped.engines.plan import check_robot
+from mjbiped.engines.hybrid.engine import Hybrid
+from mjbiped.engines.hybrid.run import packed
+from mjbiped.engines.hybrid.state import Tables
+from mjbiped.engines.plan import Plan, Terms, check_robot
 from mjbiped.errors import InputError
 from mjbiped.numerics.jit import compiled
 from mjbiped.robots.robot import Array, Robot
@@ -35,19 +34,19 @@ STEP = 0.24
 """Integration step times the fastest rate of the linearised motion: 50 ms for Table I's robot."""
 
 TOLERANCE = 1e-9
-"""Of an integration step. One of full length is better than that near a gait; only wild motions take shorter ones."""
+"""Tolerance of an integration step. Near a gait steps of full length keep it; wild motions take shorter ones."""
 
 KICK = 1e-4
-"""What pushes the robot off a gait that may be unstable, so that it walks to a stable one: rad."""
+"""Angle by which the robot is pushed off a gait that may be unstable, so that it walks to a stable one, rad."""
 
-SETTLED = -1  # beside the engines' outcomes
+SETTLED = -1  # an outcome of walks in addition to those of the engines
 TOUCHDOWN, FELL, STALLED, DIVERGED, UNRESOLVED = (
     int(outcome) for outcome in (Outcome.WALKING, Outcome.FELL, Outcome.STALLED, Outcome.DIVERGED, Outcome.UNRESOLVED)
 )
 
 
 def kicked(state: Array) -> Array:
-    """A state whose legs are both a little ahead of where they were to each other."""
+    """A state pushed off a gait: the stance leg is `KICK` further forward, the swing leg as far back."""
     pushed, half = state.copy(), len(state) // 2
     pushed[0] += KICK
     pushed[1:half] -= KICK
@@ -58,44 +57,46 @@ class EngineCode(NamedTuple):
     """The hybrid engine's machine code for the unpowered robot.
 
     Attributes:
-        advance: See `mjbiped.engines.hybrid.simulation.HybridSimulation`.
+        advance: See `mjbiped.engines.hybrid.run.HybridRun`.
     """
 
     advance: Any
 
 
 class Plane(NamedTuple):
-    """A robot on a plane, as the hybrid engine takes it.
+    """A robot on a plane in the form that the hybrid engine takes.
 
     Attributes:
-        robot: The robot.
         code: What walks it.
         law: The machine code of no torque.
-        constants: Robot, plane and rules.
-        buffers: Of a walk just after an impact, with room for one touchdown; to be copied for each batch.
+        constants: Robot and rules; to be copied for each batch, as they have room to compute in.
+        tables: The plane, and room for one touchdown; likewise.
+        state: State of a walk just after an impact.
     """
 
-    robot: Robot
     code: EngineCode
     law: MachineCode
-    constants: SimulationConstants
-    buffers: Buffers
+    constants: Any
+    tables: Tables
+    state: Any
 
 
 class Batch(NamedTuple):
-    """Walks to be walked, and what comes of them.
+    """Inputs and outputs of a batch of walks.
 
     Attributes:
-        law: Of the unpowered robot.
+        law: The law of the unpowered robot.
         starts: First states, shape (walks, m), of m = 4 numbers, or 6 with knees.
         limit: Steps at most.
         goals: States near which a walk is settled and ends, shape (n, m); n may be 0.
         near: How near to one of them, shape (m,).
-        scalars: The engine's, just after an impact.
+        start: Room for the first state of a step, shape (m,).
+        memory: The engine's state, an array of one.
+        fresh: What it is just after an impact.
         states: Last states after impacts, shape (walks, room, m): step n stands in row n % room.
-        periods: Of the same steps, shape (walks, room), s.
-        counts: Steps walked, shape (walks,).
-        outcomes: `SETTLED`, `TOUCHDOWN` for a walk that reached the limit, or what became of the robot, shape (walks,).
+        periods: Periods of the same steps, shape (walks, room), s.
+        counts: Number of steps walked, shape (walks,).
+        outcomes: `SETTLED`, `TOUCHDOWN` for a walk that reached the limit, or the engine's outcome, shape (walks,).
     """
 
     law: Any
@@ -103,7 +104,9 @@ class Batch(NamedTuple):
     limit: int
     goals: Any
     near: Any
-    scalars: Any
+    start: Any
+    memory: Any
+    fresh: Any
     states: Any
     periods: Any
     counts: Any
@@ -111,43 +114,47 @@ class Batch(NamedTuple):
 
 
 def check_rule(robot: Robot, scuffing: ScuffingRule) -> None:
-    """Refuse a scuffing rule for a robot that needs none.
+    """Refuse a scuffing rule for a robot with knees.
 
     Raises:
-        InputError: There is one.
+        InputError: The rule is not the default one.
     """
     if robot.knees and scuffing != ScuffingRule():
         raise InputError("scuffing is for straight legs: with knees the swing foot collides from lift-off on")
 
 
-def walk_batch(code: EngineCode, constants: SimulationConstants, b: Buffers, batch: Batch) -> None:
+def walk_batch(code: EngineCode, constants: Any, room: int, batch: Batch) -> None:
     """Walk each walk of a batch, and fill in the rest of it.
 
     Place and time begin at zero after each impact, so that a step depends on its first state alone, and on the flexion
-    of the stance knee after a touchdown with a bent one.
+    of the stance knee after a touchdown with a bent one. Of each walk the last `room` steps are kept.
     """
-    room, numbers = batch.states.shape[1], batch.states.shape[2]
+    w, numbers = batch.memory[0], batch.states.shape[2]
     for walk in range(len(batch.starts)):
-        for c in range(len(b.y)):
-            b.y[c] = batch.starts[walk, c] if c < numbers else 0.0
-        n, outcome, flexion, knee = 0, TOUCHDOWN, 0.0, batch.scalars[indices.LOCKED]
+        batch.memory[0] = batch.fresh[0]
+        for c in range(numbers):
+            w.y[c] = batch.starts[walk, c]
+        n, outcome, flexion, knee = 0, TOUCHDOWN, 0.0, w.locked
         while True:
-            if is_near(b.y, batch.goals, batch.near):
+            if is_near(w.y, batch.goals, batch.near):
                 outcome = SETTLED
             if outcome != TOUCHDOWN or n == batch.limit:
                 break
-            for place in range(len(b.w)):
-                b.w[place] = batch.scalars[place]
-            b.w[indices.STANCE_FLEXION], b.w[indices.LOCKED] = flexion, knee
-            code.advance(batch.law, constants, b)
-            outcome = int(b.w[indices.OUTCOME])
+            for c in range(numbers):
+                batch.start[c] = w.y[c]
+            batch.memory[0] = batch.fresh[0]
+            for c in range(numbers):
+                w.y[c] = batch.start[c]
+            w.stance_flexion, w.locked = flexion, knee
+            code.advance(batch.law, constants, w)
+            outcome = int(w.outcome)
             if outcome == TOUCHDOWN:
-                batch.periods[walk, n % room] = b.w[indices.TIME]
+                batch.periods[walk, n % room] = w.time
                 for c in range(numbers):
-                    batch.states[walk, n % room, c] = b.y[c]
-                flexion, knee = b.w[indices.STANCE_FLEXION], b.w[indices.LOCKED]
+                    batch.states[walk, n % room, c] = w.y[c]
+                flexion, knee = w.stance_flexion, w.locked
                 n += 1
-            elif outcome == UNRESOLVED:  # without torques only a motion beyond all bounds is
+            elif outcome == UNRESOLVED:  # without torques only an unbounded motion is unresolved
                 outcome = DIVERGED
         batch.counts[walk], batch.outcomes[walk] = n, outcome
 
@@ -166,56 +173,50 @@ def is_near(y: Any, goals: Any, near: Any) -> bool:
 def walk_all(
     plane: Plane, starts: Array, limit: int, room: int = 1, goals: Array | None = None, near: Array | None = None
 ) -> Batch:
-    """Walk from many states by compiled code, which lets other threads run; see `Batch`."""
+    """Walk from many states by compiled code, which lets other threads run; `Batch` explains arguments and result."""
     walks, numbers = starts.shape
+    constants = plane.constants.copy()
+    table, _ = packed(plane.tables._replace(rows=plane.tables.rows.copy()))
+    constants.tables = table.ctypes.data
     batch = Batch(
         law=plane.law.law,
         starts=starts,
         limit=limit,
         goals=np.empty((0, numbers)) if goals is None else goals,
         near=np.zeros(numbers) if near is None else near,
-        scalars=plane.buffers.w,
+        start=np.empty(numbers),
+        memory=np.array([plane.state]),
+        fresh=np.array([plane.state]),
         states=np.empty((walks, room, numbers)),
         periods=np.empty((walks, room)),
         counts=np.empty(walks, dtype=np.int64),
         outcomes=np.empty(walks, dtype=np.int64),
     )
-    walk = compiled(walk_batch, EngineCode, plane.code, inlined=())
-    # a robot's constants may have room to compute in, which is of one thread alone
-    constants = plane.constants._replace(robot=model_of(plane.robot).constants(plane.robot, True))
-    walk(constants, Buffers(*(buffer.copy() for buffer in plane.buffers)), batch)
+    compiled(walk_batch, EngineCode, plane.code, inlined=())(constants, room, batch)
     return batch
 
 
 @lru_cache(maxsize=4096)
 def plane_of(robot: Robot, slope: float, scuffing: ScuffingRule) -> Plane:
-    """What the compiled functions take for a robot on a plane under a rule."""
+    """A robot on a plane under a scuffing rule, in the form that compiled functions take."""
     angles = len(robot.angles)
     pull = robot.gravity_vector(np.full(angles, 0.5 * math.pi), 0.0)  # at right angles to gravity: the whole moments
     fastest = scipy.linalg.eigvalsh(np.diag(pull), robot.mass_matrix(np.zeros(angles)))
     step = STEP / math.sqrt(float(np.abs(fastest).max()))
-    simulation = HybridSimulation(
-        Unpowered().driving(robot),
-        Terrain.level(),
-        robot=robot,
-        q=(0.0,) * angles,
-        dq=(0.0,) * angles,
-        sample_period=math.inf,
-        scuffing=scuffing,
-        tolerance=TOLERANCE,
-    )
-    constants = simulation.constants._replace(
-        angle=np.array([slope]),  # by hand, for a terrain refuses slopes on which no foot would stand
-        gradient=np.array([-math.tan(slope)]),
-        mass=math.nan,  # without a weight the engine does not look for the least force on the ground, which takes time
-        longest_step=step,
-    )
-    buffers = simulation.buffers._replace(rows=simulation.buffers.rows[:1].copy())
-    buffers.w[indices.SLOPE] = slope
-    buffers.w[indices.SINE], buffers.w[indices.COSINE] = math.sin(slope), math.cos(slope)
-    buffers.w[indices.NEXT_STEP], buffers.w[indices.PAUSE] = step, math.inf
-    assert simulation.code is not None
-    return Plane(robot, EngineCode(simulation.advance), simulation.code, constants, buffers)
+    engine, still = Hybrid(TOLERANCE), (0.0,) * angles
+    terms = Terms(engine, None, None, robot, None, scuffing)
+    controller = Unpowered().driving(robot)
+    run = engine.start(Plan(terms, controller, controller, Terrain.level(), robot, still, still, {}))
+    constants, state = run.constants, run.state
+    constants.mass = math.nan  # without a weight the engine does not look for the least force on the ground
+    constants.longest_step = step
+    # by hand, for a terrain refuses slopes on which no foot would stand
+    ground = run.tables.ground._replace(angle=np.array([slope]), gradient=np.array([-math.tan(slope)]))
+    state.slope, state.sine, state.cosine = slope, math.sin(slope), math.cos(slope)
+    state.next_step, state.pause = step, math.inf
+    assert run.code is not None
+    tables = run.tables._replace(ground=ground, rows=run.tables.rows[:1].copy())
+    return Plane(EngineCode(run.advance), run.code, constants, tables, state)
 
 
 @dataclass(frozen=True)
@@ -225,8 +226,8 @@ class Steps:
     Attributes:
         states: (q1, q2, dq1, dq2) just after each impact, with knees (q1, q2, q3, dq1, dq2, dq3), shape (steps, 4) or
             (steps, 6), rad and rad/s.
-        periods: Time of each step, shape (steps,), s.
-        outcome: "walking", or what became of the robot after these steps: "fell", "stalled" or "diverged".
+        periods: Duration of each step, shape (steps,), s.
+        outcome: "walking", or the end of the walk after these steps: "fell", "stalled" or "diverged".
     """
 
     states: Array
@@ -244,7 +245,7 @@ class ReturnMap:
 
     Attributes:
         robot: Any robot.
-        slope: Of the plane, rad, positive downhill.
+        slope: Slope of the plane, rad, positive downhill.
         scuffing: When the swing foot of straight legs may touch the ground; the engines' rule unless given.
 
     Raises:
@@ -264,22 +265,22 @@ class ReturnMap:
 
     @cached_property
     def plane(self) -> Plane:
-        """Robot, plane and rule in plain numbers."""
+        """Robot, plane and rule in the form that compiled functions take."""
         return plane_of(self.robot, self.slope, self.scuffing)
 
     def walk(self, state: ArrayLike, steps: int) -> Steps:
-        """Walk from a state, by rule one just after an impact: both feet on the plane.
+        """Walk from a state just after an impact, with both feet on the plane.
 
         Args:
             state: (q1, q2, dq1, dq2), rad and rad/s; with knees (q1, q2, q3, dq1, dq2, dq3), the swing leg straight.
-            steps: How many.
+            steps: Number of steps.
 
         Raises:
-            InputError: The state is not so many finite numbers, its swing knee is bent, or steps is below 1.
+            InputError: The state has another shape or is not finite, its swing knee is bent, or steps is below 1.
         """
         angles = len(self.robot.angles)
         start = domains.check_states("state", state, (2 * angles,))
-        if self.robot.knees and (start[2] != start[1] or start[5] != start[4]):
+        if np.ptp(start[1:angles]) or np.ptp(start[angles + 1 :]):
             raise InputError("state: just after an impact the swing leg is straight: q3 = q2 and dq3 = dq2")
         steps = domains.MAP_STEPS.check("steps", steps)
         batch = walk_all(self.plane, start[None], steps, room=steps)

@@ -1,4 +1,4 @@
-"""Memory and functions by address, for compiled code; bounds and signatures are the caller's matter.
+"""Memory and functions by address, for compiled code; nothing checks bounds or signatures.
 
 This module imports Numba: import it where something is compiled, not before.
 """
@@ -21,7 +21,7 @@ types: Any = importlib.import_module("numba").types
 
 @intrinsic  # type: ignore[untyped-decorator]
 def word(_typing: Any, _address: Any) -> Any:
-    """The 64-bit integer at an address."""
+    """Read the 64-bit integer at an address."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         return builder.load(builder.inttoptr(arguments[0], cgutils.intp_t.as_pointer()))
@@ -42,7 +42,7 @@ def put_word(_typing: Any, _address: Any, _value: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def claimed(_typing: Any, _address: Any) -> Any:
-    """The 64-bit integer at an address, which is one more from then on: no two threads get the same."""
+    """Read the 64-bit integer at an address and increment it, atomically: no two threads get the same."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         pointer = builder.inttoptr(arguments[0], cgutils.intp_t.as_pointer())
@@ -53,7 +53,7 @@ def claimed(_typing: Any, _address: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def numbers(_typing: Any, _address: Any, _count: Any) -> Any:
-    """So many floats at an address, as an array that owns nothing."""
+    """A view of a number of floats at an address, as an array."""
     kind = types.Array(types.float64, 1, "C")
 
     def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
@@ -64,7 +64,7 @@ def numbers(_typing: Any, _address: Any, _count: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def array(_typing: Any, _address: Any, shape: Any) -> Any:
-    """The same with a shape of several dimensions, a tuple."""
+    """A view of floats at an address as an array of several dimensions; the shape is a tuple."""
     kind = types.Array(types.float64, len(shape), "C")
 
     def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
@@ -75,9 +75,9 @@ def array(_typing: Any, _address: Any, shape: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def call_torque(_typing: Any, _function: Any, _record: Any, memory: Any, state: Any, values: Any) -> Any:
-    """What the C function at an address writes where its last argument says: as many floats as `values` is long.
+    """Call the C function at an address, and return the floats that it writes: as many as `values` has.
 
-    Before that one it takes a record, an array, and the floats of a tuple: time and state.
+    Its arguments are a record, an array, the floats of a tuple (time and state), and the address to write to.
     """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -93,7 +93,7 @@ def call_torque(_typing: Any, _function: Any, _record: Any, memory: Any, state: 
 
 @intrinsic  # type: ignore[untyped-decorator]
 def call_for_nothing(_typing: Any, _function: Any, _record: Any, memory: Any, state: Any) -> Any:
-    """Call the C function at an address with a record, an array, and the floats of a tuple; it returns nothing."""
+    """Call the C function at an address with a record, an array, and the floats of a tuple; return nothing."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         function, record, memory, state = arguments
@@ -105,13 +105,13 @@ def call_for_nothing(_typing: Any, _function: Any, _record: Any, memory: Any, st
 
 
 def _floats(state: Any) -> Any:
-    """The type of a tuple of so many floats."""
+    """The type of a tuple of floats as long as `state`."""
     return types.UniTuple(types.float64, len(state))
 
 
 @intrinsic  # type: ignore[untyped-decorator]
 def floats_at(_typing: Any, memory: Any, _first: Any, values: Any) -> Any:
-    """So many floats of an array as `values` is long, from an index on, as a tuple."""
+    """Read floats of an array from an index on, as a tuple as long as `values`."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         view = context.make_array(signature.args[0])(context, builder, arguments[0])
@@ -123,7 +123,7 @@ def floats_at(_typing: Any, memory: Any, _first: Any, values: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def call_at(_typing: Any, _function: Any, _record: Any, memory: Any, _t: Any) -> Any:
-    """The float that the C function at an address returns for a time."""
+    """Call the C function at an address with a record, an array and a time, and return its float."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         function, record, memory, t = arguments
@@ -149,13 +149,13 @@ def _call(builder: Any, function: Any, result: Any, arguments: Sequence[Any]) ->
 
 
 def _data(context: Any, builder: Any, signature: Any, memory: Any) -> Any:
-    """Address of an array's first number; the array is the third argument."""
+    """The address of an array's first number; the array is the third argument."""
     view = context.make_array(signature.args[2])(context, builder, memory)
     return builder.ptrtoint(view.data, cgutils.intp_t)
 
 
 def _view(context: Any, builder: Any, kind: Any, address: Any, shape: Sequence[Any]) -> Any:
-    """An array without an owner, as `numba.carray` makes it; that one cannot do without Numba's runtime."""
+    """Make an array that does not own its memory, like `numba.carray`, but without Numba's runtime."""
     strides = [context.get_constant(types.intp, WORD)]
     for length in reversed(shape[1:]):
         strides.insert(0, builder.mul(strides[0], length))

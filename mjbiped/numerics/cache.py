@@ -1,8 +1,8 @@
-"""Machine code on disk, so that it is made once: Numba's cache, which here survives whatever happens to its files.
+"""Machine code on disk, made once: Numba's cache, which here tolerates damaged files.
 
-Files lie beside this one where that folder can be written to, else in the user's cache, or where the environment
-variable NUMBA_CACHE_DIR says. Each is written whole before it gets its name, so that processes may start at once. A
-file that is damaged, or cannot be read or written, costs time and a warning, no more.
+Files are kept beside this one if its folder is writable, otherwise in the user's cache, or in the folder that the
+environment variable NUMBA_CACHE_DIR names. Each is written completely before it gets its name, so that processes may
+start at the same time. A file that is damaged, or cannot be read or written, costs time and a warning, no more.
 
 This module imports Numba: import it where something is compiled, not before.
 """
@@ -23,8 +23,8 @@ caching: Any = importlib.import_module("numba.core.caching")  # Numba has no typ
 _DIGEST = hashlib.sha256().digest_size
 
 
-class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]  # untyped, as all of Numba
-    """The files of one function, the machine code with its digest before it."""
+class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]  # Numba has no types
+    """The files of one function; a digest precedes the machine code."""
 
     def _load_data(self, name: str) -> Any:
         stored = Path(self._data_path(name)).read_bytes()
@@ -38,14 +38,14 @@ class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]  # untyped, as a
             file.write(hashlib.sha256(dumped).digest() + dumped)
 
 
-class MachineCodeCache(caching.FunctionCache):  # type: ignore[misc]  # the same
-    """Numba's cache of a function, which compiles again what it cannot read, and goes without what it cannot write."""
+class MachineCodeCache(caching.FunctionCache):  # type: ignore[misc]  # Numba has no types
+    """Numba's cache of a function; what it cannot read is compiled again, what it cannot write is not kept."""
 
     def __init__(self, function: Any) -> None:
-        """Find the folder, that of this module, wherever the function is from.
+        """Find the folder, always from this module's place.
 
         Raises:
-            RuntimeError: There is none that can be written to.
+            RuntimeError: No folder is writable.
         """
         here = function.__code__.replace(co_filename=__file__)
         super().__init__(FunctionType(here, {"__name__": __name__}, function.__name__, None, function.__closure__))
@@ -53,7 +53,7 @@ class MachineCodeCache(caching.FunctionCache):  # type: ignore[misc]  # the same
         self._cache_file = _Files(self._cache_path, name, locator.get_source_stamp())
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The kept machine code for a signature, or None."""
+        """Load the machine code for a signature; None if there is none."""
         try:
             return super().load_overload(sig, target_context)
         except Exception as error:  # unpickling what is damaged may raise anything
@@ -61,13 +61,13 @@ class MachineCodeCache(caching.FunctionCache):  # type: ignore[misc]  # the same
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep machine code."""
+        """Write machine code to disk."""
         try:
             try:
                 super().save_overload(sig, data)
             except OSError:
                 raise
-            except Exception:  # what lists the files is damaged
+            except Exception:  # the index of the files is damaged
                 self.flush()
                 super().save_overload(sig, data)
         except OSError as error:
@@ -75,11 +75,11 @@ class MachineCodeCache(caching.FunctionCache):  # type: ignore[misc]  # the same
 
 
 def keep(made: Any, function: Any) -> None:
-    """Have what Numba makes of a function kept on disk.
+    """Keep the machine code of a function on disk.
 
     Args:
-        made: A function that Numba will compile: its `Dispatcher` or `CFunc`.
-        function: In Python.
+        made: The `Dispatcher` or `CFunc` that Numba will compile.
+        function: The Python function.
     """
     try:
         made._cache = MachineCodeCache(function)
@@ -92,7 +92,7 @@ def keep(made: Any, function: Any) -> None:
 
 @lru_cache(maxsize=16)
 def _warn(sentence: str) -> None:
-    """Say it once."""
+    """Warn once."""
     warnings.warn(sentence, stacklevel=2)
 
 

@@ -1,8 +1,8 @@
-"""Compiles plain Python functions with Numba, at first use: `import mjbiped` neither imports Numba nor waits for it.
+"""Compile plain Python functions with Numba, at first use: `import mjbiped` does not import Numba.
 
-The functions stay what they are, so that one source runs either way. Machine code is kept on disk where Numba can write
-(beside this file, else in the user's cache); its key holds a digest of all that was compiled, since Numba itself would
-not notice a change in another file than this one.
+The functions themselves do not change, so that one source runs either way. Machine code is kept on disk (see
+`mjbiped.numerics.cache`) under a digest of everything that was compiled: Numba itself would not notice a change in
+another file.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from typing import Any
 
 Function = Callable[..., Any]
 _registered: set[Function] = set()
-_announcements: list[list[str]] = []  # what waits to be said if something is compiled, one for each `announced`
+_announcements: list[list[str]] = []  # sentences to print if something is compiled, one for each `announced`
 
 
 @lru_cache(maxsize=64)
@@ -33,18 +33,18 @@ def compiled(
     *,
     contract: bool = True,
 ) -> Function:
-    """`function` with its first argument fixed to a group of functions, as machine code that lets other threads run.
+    """Compile `function` with its first argument bound to a group of functions; other threads run meanwhile.
 
     Args:
-        function: A function, as all that it calls, at the top level of a module; three arguments follow the first.
+        function: A function of four arguments; it and all that it calls are at the top level of modules.
         group: The class of the group, a `NamedTuple`.
-        functions: Its members; what this function has made before is called as the machine code that it is.
-        inlined: Functions that become part of their caller, with all that they call: those of the innermost loop.
-        apart: Those that do not, though these call them, nor what they call.
+        functions: Members of the group; results of this function are called as the machine code that they are.
+        inlined: Functions that are inlined into their caller, with all that they call: those of the innermost loop.
+        apart: Functions called by these that are not inlined, nor what they call.
         contract: See `options`.
 
     Returns:
-        A function of the arguments that are left.
+        A function of the three other arguments.
     """
     digest = prepared((function, *functions), inlined, apart)
     entry = _bound(function, group, functions, digest if contract else f"exact_{digest}")
@@ -53,20 +53,20 @@ def compiled(
 
 
 def options(contract: bool) -> dict[str, Any]:
-    """Numba's options for what engines call within a step.
+    """Numba's options for functions that engines call within a step.
 
     Args:
-        contract: Whether products and sums may be made in one operation, with one rounding: faster, and not bitwise
-            what plain Python computes. Indices are then not checked.
+        contract: Whether a product and a sum may be fused into one operation with one rounding: faster, but not bitwise
+            equal to plain Python. Indices are then not checked.
     """
-    # without Numba's runtime (nothing is allocated), handing an array over costs no atomic reference count: half of the
-    # time otherwise
+    # without Numba's runtime (nothing is allocated) passing an array costs no atomic reference count, which would be
+    # half of the time
     made: dict[str, Any] = {"_nrt": False, "error_model": "numpy", "boundscheck": not contract}
     return {**made, "fastmath": {"contract"}} if contract else made
 
 
 def jitted(function: Function, **given: Any) -> Any:
-    """A function that Numba compiles when it is called, kept on disk; the options are those of its `njit`."""
+    """Let Numba compile a function at its first call, and keep it on disk; the options are those of `njit`."""
     import numba
 
     from mjbiped.numerics.cache import keep
@@ -77,7 +77,7 @@ def jitted(function: Function, **given: Any) -> Any:
 
 
 def c_function(function: Function, signature: Any, **given: Any) -> Any:
-    """A compiled function that C can call, kept on disk; the options are those of Numba's `cfunc`."""
+    """Compile a function that C can call, and keep it on disk; the options are those of Numba's `cfunc`."""
     from numba.core.ccallback import CFunc
     from numba.core.sigutils import normalize_signature
 
@@ -91,12 +91,15 @@ def c_function(function: Function, signature: Any, **given: Any) -> Any:
 
 
 def prepared(roots: Sequence[Function], inlined: Sequence[Function], apart: Sequence[Function] = ()) -> str:
-    """Let compiled functions call the roots and all that these call; returns a digest of all of it.
+    """Register functions, and all that they call, for use in compiled code.
 
     Args:
-        roots: Functions at the top level of modules, or what `compiled` has made of such.
-        inlined: Those of them, or of what they call, that become part of their caller with all that they call.
-        apart: Those of these that do not, with what they call.
+        roots: Functions at the top level of modules, or results of `compiled`.
+        inlined: Functions among these and their callees that are inlined into their caller, with all that they call.
+        apart: Functions called by these that are not inlined, nor what they call.
+
+    Returns:
+        A digest of all the functions.
     """
     from numba.extending import register_jitable
 
@@ -107,7 +110,7 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function], apart: Sequ
         if part not in _registered:
             register_jitable(forceinline=part in hot, no_cfunc_wrapper=True)(part)
             _registered.add(part)
-    made = [root.__name__ for root in roots if not isinstance(root, FunctionType)]  # with a digest in it
+    made = [root.__name__ for root in roots if not isinstance(root, FunctionType)]  # the name contains a digest
     made.append(_addresses())
     known = [(described(part), part in hot) for part in parts]
     return hashlib.sha256(repr([known, made]).encode()).hexdigest()
@@ -115,14 +118,14 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function], apart: Sequ
 
 @lru_cache(maxsize=1024)
 def kept_apart(function: Function, contract: bool, types: tuple[str, ...] = ()) -> tuple[Function, str]:
-    """A function as machine code that becomes part of its caller, as does all that it calls; each is kept by itself.
+    """Compile a function, and each function that it calls, for inlining into their callers; each is kept by itself.
 
-    When one of a law's functions has changed, the others need not be compiled again.
+    When one of a law's functions has changed, the others are not compiled again.
 
     Args:
-        function: A function, as all that it calls, at the top level of a module.
+        function: A function that is, with all that it calls, at the top level of a module.
         contract: See `options`.
-        types: Of its arguments, those that not every program knows; what is kept for them has a name of its own.
+        types: Types of its arguments that not every program knows; machine code for them is kept under its own name.
 
     Returns:
         The compiled function, and a digest of all that it consists of.
@@ -132,7 +135,7 @@ def kept_apart(function: Function, contract: bool, types: tuple[str, ...] = ()) 
     known: list[Any] = [described(function), contract, _addresses(), *types]
 
     def alike(part: Any) -> Any:
-        part = getattr(part, "py_func", part)  # one that the user has compiled is compiled with the rest
+        part = getattr(part, "py_func", part)  # a user's own jitted function is compiled with the rest
         if not isinstance(part, FunctionType):
             return part
         made, digest = kept_apart(part, contract, types)
@@ -157,7 +160,7 @@ def kept_apart(function: Function, contract: bool, types: tuple[str, ...] = ()) 
 
 
 def _named_in(function: FunctionType) -> list[tuple[str, str]]:
-    """Global names that a function's code uses, each with the attribute that it takes of it, or an empty name."""
+    """Global names that a function's code uses, each with the attribute read from it, or an empty name."""
     steps = list(dis.get_instructions(function))
     return list(
         dict.fromkeys(
@@ -169,19 +172,19 @@ def _named_in(function: FunctionType) -> list[tuple[str, str]]:
 
 
 def called_within(contract: bool) -> dict[str, Any]:
-    """Numba's options for a function that becomes part of its caller, and is called by nobody else; see `options`."""
+    """Numba's options for a function that is only inlined into its caller; see `options`."""
     return {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, **options(contract)}
 
 
 def from_source(compiler: Callable[..., Any], name: str, source: str, space: dict[str, Any], known: Any) -> Any:
-    """A function of a text, compiled and kept on disk.
+    """Compile a function from its source text, and keep it on disk.
 
     Args:
-        compiler: What makes machine code of a function.
-        name: Of the function that the text defines.
+        compiler: Compiles a Python function.
+        name: Name of the function that the text defines.
         source: The text.
-        space: Its globals.
-        known: What they are, as far as machine code depends on it; with the text it names what is kept.
+        space: Globals of the function.
+        known: What machine code depends on in the globals; with the text it identifies the code on disk.
     """
     given = dict(space)
     exec(compile(source, f"<compiled {name}>", "exec"), given)
@@ -191,32 +194,32 @@ def from_source(compiler: Callable[..., Any], name: str, source: str, space: dic
 
 
 def _renamed(code: CodeType, name: str) -> CodeType:
-    """Code under a name that has its digest in it.
+    """Rename code, so that its name contains its digest.
 
-    Functions of one name share a file of Numba's that lists what is kept, and one program's types, written there, would
-    keep every other program from reading it.
+    Functions of one name share an index file of Numba's, and one program's types, written there, would keep every other
+    program from reading it.
     """
     return code.replace(co_name=name, co_qualname=name)
 
 
 def _here(space: dict[str, Any]) -> dict[str, Any]:
-    """Globals of a function that is to belong to this module."""
+    """Globals of a function that shall belong to this module."""
     return {**space, "__name__": __name__}
 
 
 @cache
 def _addresses() -> str:
-    """Digest of `numerics.addresses`, whose functions write machine code themselves: there is no Python to describe."""
+    """Digest of `numerics.addresses`, whose functions generate machine code: there is no Python code to describe."""
     return hashlib.sha256(Path(__file__).with_name("addresses.py").read_bytes()).hexdigest()
 
 
 @contextmanager
 def announced(what: str, *, wanted: bool) -> Iterator[None]:
-    """If something has to be compiled meanwhile, say so in one line on stderr, be it a terminal or not.
+    """Print one line on stderr if something has to be compiled within the block.
 
     Args:
-        what: Is compiled, such as "PassiveController for the engine mujoco".
-        wanted: Whether to say it.
+        what: What is compiled, such as "PassiveController for the engine mujoco".
+        wanted: Whether to print it.
     """
     sentence = [f"compiling {what}, once; it takes up to half a minute ..."] if wanted else []
     _announcements.append(sentence)
@@ -228,7 +231,7 @@ def announced(what: str, *, wanted: bool) -> Iterator[None]:
 
 @cache
 def _listen() -> None:
-    """Hear when Numba begins to compile a function, which it does not where its machine code is on disk."""
+    """Listen for compilations by Numba; loading machine code from disk is none."""
     from numba.core import event
 
     class Compiling(event.Listener):
@@ -237,27 +240,27 @@ def _listen() -> None:
 
             for waiting in _announcements:
                 while waiting:
-                    tqdm.write(waiting.pop(), file=sys.stderr)  # above a bar that is there
+                    tqdm.write(waiting.pop(), file=sys.stderr)  # above a progress bar
 
         def on_end(self, _: Any) -> None:
-            """Nothing waits for it."""
+            """Required by Numba."""
 
     event.register("numba:compile", Compiling())  # type: ignore[no-untyped-call]  # Numba has no types
 
 
 @lru_cache(maxsize=64)
 def raises(roots: tuple[Function, ...]) -> bool:
-    """Whether a `raise` or `assert` stands in the roots or in anything that they call."""
+    """Whether the functions, or anything that they call, contain a `raise` or `assert`."""
     parts = [part for root in roots for part in _called(root, set())]
     codes = [part.__code__ for part in parts if isinstance(part, FunctionType)]
     return any(step.opname == "RAISE_VARARGS" for code in codes for step in dis.get_instructions(code))
 
 
 def _bound(function: Function, group: Callable[..., Any], functions: tuple[Function, ...], digest: str) -> Function:
-    """Numba can pass a function on that stands in a closure's cell; it cannot be given one from outside.
+    """Bind the first argument of a function to a group of functions.
 
-    The digest is in the name as well: functions of one name share a file of Numba's that lists what is kept, and one
-    program's types, written there, would keep every other program from reading it.
+    Numba can pass on a function in a closure's cell, but cannot be given one as an argument. The digest is in the name
+    as well; see `_renamed`.
     """
     from numba.extending import register_jitable
 
@@ -268,12 +271,12 @@ def _bound(function: Function, group: Callable[..., Any], functions: tuple[Funct
     cells = [name for name in names if name not in made]
     source = f"""def bind({", ".join(["function", "group", "digest", *cells])}):
     def {name}(x, y, z):
-        digest  # a cell that Numba's cache looks at
+        digest  # a cell that Numba's cache compares
         return function(group({", ".join(names)}), x, y, z)
     return {name}
 """
-    # machine code has an address, with which nothing can be kept on disk: what is handed on is a function that calls it
-    source += "".join(f"def {name}(x, y, z):\n    return made_{name}(x, y, z)\n" for name in made)
+    # machine code has an address, which cannot be kept on disk: pass a function that calls it
+    source += "".join(f"def {name}(*given):\n    return made_{name}(*given)\n" for name in made)
     space: dict[str, Any] = {"__name__": __name__, **{f"made_{name}": member for name, member in made.items()}}
     exec(compile(source, f"<compiled {name}>", "exec"), space)
     for calling in made:
@@ -283,7 +286,7 @@ def _bound(function: Function, group: Callable[..., Any], functions: tuple[Funct
 
 
 def _called(function: Function, known: set[Function]) -> Iterator[Function]:
-    """The function and all functions at the top level of modules that it calls, directly or not."""
+    """A function, and all functions at the top level of modules that it calls, directly or indirectly."""
     if function in known or not isinstance(function, FunctionType):
         return
     known.add(function)
@@ -294,7 +297,7 @@ def _called(function: Function, known: set[Function]) -> Iterator[Function]:
 
 
 def _globals_of(function: FunctionType) -> Iterator[tuple[str, Any]]:
-    """Global names that a function uses, with their values, those of its modules' attributes too."""
+    """Global names that a function uses, and attributes of modules, with their values."""
     names = function.__code__.co_names
     for name in names:
         value = function.__globals__.get(name)
@@ -305,7 +308,7 @@ def _globals_of(function: FunctionType) -> Iterator[tuple[str, Any]]:
 
 
 def described(function: Function) -> Any:
-    """What a function does, as text: its code, its defaults, and the constants among its globals and free variables."""
+    """Everything that determines what a function does: code, defaults, and constant globals and free variables."""
     assert isinstance(function, FunctionType)
     given = [*_globals_of(function), *_free(function)]
     constants = [(name, _constant(value)) for name, value in given if not callable(value)]
@@ -314,13 +317,13 @@ def described(function: Function) -> Any:
 
 
 def _free(function: FunctionType) -> list[tuple[str, Any]]:
-    """The free variables of a function that stands within another, with their values."""
+    """The free variables of a nested function, with their values."""
     cells = function.__closure__ or ()
     return [(name, cell.cell_contents) for name, cell in zip(function.__code__.co_freevars, cells, strict=True)]
 
 
 def _constant(value: Any) -> Any:
-    """A value as text that is another where the value is another: arrays are not shown whole."""
+    """Describe a value so that different values have different descriptions; `repr` abridges arrays."""
     if isinstance(value, tuple):
         return type(value).__qualname__, [_constant(part) for part in value]
     if hasattr(value, "tobytes"):

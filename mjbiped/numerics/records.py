@@ -1,56 +1,66 @@
-"""Records: what compiled code needs to know of a walk beside its memory, as one block of numbers."""
+"""Parameters of a walk for compiled code, packed into one block of numbers."""
 
 from __future__ import annotations
 
+from dataclasses import fields
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 WORD = 8
-"""Bytes of an address, and of a float."""
+"""Size of an address and of a float, bytes."""
 
 
 class NotPackableError(TypeError):
-    """Parameters hold something else than numbers, arrays of floats, and tuples of these."""
+    """Parameters contain something other than numbers, arrays of floats, and tuples of these."""
 
 
 class Shared:
     """An array that is not copied into the record: the record holds its address, and compiled code writes to it.
 
     Attributes:
-        array: Of floats, contiguous; whoever shares it keeps it alive.
+        array: Contiguous floats; the caller keeps it alive.
     """
 
     def __init__(self, array: NDArray[np.float64]) -> None:
-        """Take it as it is.
+        """Share an array.
 
         Raises:
-            NotPackableError: It is not contiguous, or not of floats.
+            NotPackableError: The array is not contiguous, or not of floats.
         """
         if not (array.dtype == np.float64 and array.flags.c_contiguous):
             raise NotPackableError("a shared array must be contiguous and of floats")
         self.array = array
 
 
-def in_one_block(arrays: Any) -> Any:
-    """A NamedTuple's arrays as the fields of one NumPy record, which compiled code reads and writes by the same names.
+def in_one_block(values: Any) -> Any:
+    """Numbers, arrays and groups of them as the fields of one NumPy record.
 
-    To compiled code an array is ten arguments and the record is one, so that functions that hand many of them on are
-    compiled in two thirds of the time. Plain Python reads a record slower than the NamedTuple.
+    Compiled code reads and writes the fields by their names, as plain Python does those of the values given; it hands a
+    record on as one address, where an array is seven arguments. Plain Python is slower with a record.
+
+    Args:
+        values: A dataclass or a namespace of numbers, sequences of floats, arrays, and namespaces of these.
     """
-    fields = arrays._asdict()
-    block = np.zeros(1, np.dtype([(name, array.dtype, array.shape) for name, array in fields.items()], align=True))
-    for name, array in fields.items():
+    names = list(vars(values)) if isinstance(values, SimpleNamespace) else [field.name for field in fields(values)]
+    parts = {name: getattr(values, name) for name in names}
+    arrays = {
+        name: np.asarray(in_one_block(part) if isinstance(part, SimpleNamespace) else part)
+        for name, part in parts.items()
+    }
+    block = np.zeros(1, np.dtype([(name, array.dtype, array.shape) for name, array in arrays.items()], align=True))
+    for name, array in arrays.items():
         block[name] = array
     return block.view(np.recarray)[0]
 
 
 class Packer:
-    """Turns a value into numbers, and into the expression that makes the value of them again in compiled code.
+    """Packs values into numbers, with the expressions that rebuild the values in compiled code.
 
     Attributes:
-        classes: The NamedTuples met, under the names that the expression gives them.
+        classes: The NamedTuples found, by the names that the expressions give them.
     """
 
     def __init__(self) -> None:
@@ -60,17 +70,17 @@ class Packer:
         self._arrays: list[tuple[int, NDArray[np.float64]]] = []
 
     def add(self, value: Any) -> str:
-        """Take a value into the record.
+        """Add a value to the record.
 
         Args:
-            value: Numbers, arrays of floats, shared arrays, and tuples and NamedTuples of these.
+            value: A number, an array of floats, a shared array, or a tuple or NamedTuple of these.
 
         Returns:
-            The expression for it: `record` is the record's address, `p` are its numbers, `array(address, shape)` is
-            the array at an address.
+            The expression that rebuilds it, where `record` is the record's address, `p` its numbers, and
+            `array(address, shape)` the array at an address.
 
         Raises:
-            NotPackableError: Something else is in it.
+            NotPackableError: The value contains something else.
         """
         if isinstance(value, tuple):
             parts = [self.add(part) for part in value]
@@ -88,7 +98,7 @@ class Packer:
             shape = "".join(f"int(p[{first + 1 + axis}]), " for axis in range(array.ndim))
             if array is not value:
                 return f"array(int(p[{first}]), ({shape}))"
-            self._arrays.append((first, array))  # in the address's place comes that within the record
+            self._arrays.append((first, array))  # the address within the record is filled in by `record`
             return f"array(record + {WORD} * int(p[{first}]), ({shape}))"
         self._numbers.append(0.0)
         place = f"p[{len(self._numbers) - 1}]"
@@ -104,7 +114,7 @@ class Packer:
         return expression
 
     def record(self) -> NDArray[np.float64]:
-        """The numbers, with the arrays behind them."""
+        """The numbers, followed by the arrays."""
         numbers = list(self._numbers)
         for first, array in self._arrays:
             numbers[first] = float(len(numbers))

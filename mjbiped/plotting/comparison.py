@@ -1,4 +1,4 @@
-"""The figure of a comparison: both engines' curves over each other, and their difference under them."""
+"""Figure of a comparison: the curves of both engines over each other, and their difference below."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from matplotlib.ticker import MaxNLocator
 from mjbiped.analysis.compare import Comparison, torque_differences
 from mjbiped.errors import RenderError
 from mjbiped.plotting.panels import head, labelled, legend_above, plain, titled, wrapped
-from mjbiped.plotting.style import ANKLE, GUIDE, HIP, HYBRID, MUJOCO, SHADE, TRUTH, drawn, note_at, widen
+from mjbiped.plotting.style import ANKLE, HIP, HYBRID, MUJOCO, SHADE, TRUTH, drawn, note_at, widen, zero_line
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
 
 _MUJOCO: dict[str, Any] = {**MUJOCO, "linewidth": 2.4, "label": "MuJoCo"}
 _HYBRID: dict[str, Any] = {**HYBRID, "linewidth": 1.1, "label": "hybrid"}
-_BURST = 3.0  # an axis is cut where the last, unfinished step would make it so many times as long
-_LENGTH_SPAN = 0.01  # of the longest step, least; the panel of differences shows what is smaller
-_SLOPE_SPAN = 1.0  # deg, least; rounding is no news
-_TOGETHER = 0.1  # of the time axis: ends nearer to each other share a label
+_BURST = 3.0  # an axis is cut where the last, unfinished step would make it longer by this factor
+_LENGTH_SPAN = 0.01  # least span, as a share of the longest step; the differences have their own panel
+_SLOPE_SPAN = 1.0  # least span, deg; smaller differences are rounding
+_TOGETHER = 0.1  # ends closer than this share of the time axis share a label
 
 
 def plot_comparison(comparison: Comparison, path: str | Path | None = None) -> Figure:
-    """Draw a comparison.
+    """Draw a comparison of both engines.
 
     (a) Ankle and hip torque over time, and their differences at equal times since the touchdown; axes are cut, and a
-    note says so, where the last step, never finished, asks for far more than all before. (b) Step lengths and (c) the
-    slope estimate with the true slope, over the distance, each with its difference; of a controller without an estimate
-    the slope alone. Lines mark where the walks part, and when one of them falls or ends otherwise before its time.
+    note says so, where the last, unfinished step needs far more than all before. (b) Step lengths and (c) the slope
+    estimate with the true slope, over the distance, each with its difference; for a controller without an estimate the
+    slope alone. Lines mark where the walks part, and where a walk ends before its time.
 
     Args:
-        comparison: As `mjbiped.compare` makes it; a fall in the first step included.
+        comparison: Result of `mjbiped.compare`, including a fall in the first step.
         path: File to write as well, `.png`, `.pdf` or `.svg`.
 
     Returns:
@@ -46,13 +46,14 @@ def plot_comparison(comparison: Comparison, path: str | Path | None = None) -> F
         InputError: The path has another suffix; nothing has been drawn then.
         RenderError: A record holds no samples, or the file cannot be written.
     """
-    if not all(len(walk.samples["time"]) for walk in (comparison.mujoco, comparison.hybrid)):
+    walks = (comparison.mujoco, comparison.hybrid)
+    if not all(len(walk.samples["time"]) for walk in walks):
         raise RenderError("a record holds no samples: there is nothing to draw")
     with drawn(path) as figure:
-        title = _title(comparison)
-        estimated = any(
-            np.isfinite(walk.touchdowns["slope_estimate"]).any() for walk in (comparison.mujoco, comparison.hybrid)
-        )
+        name = comparison.mujoco.settings["controller"]["name"]
+        lines = [f"{name} on {comparison.mujoco.terrain.caption}, in both engines", comparison.verdict]
+        title = "\n".join(plain(wrapped(line)) for line in lines)
+        estimated = any(np.isfinite(walk.touchdowns["slope_estimate"]).any() for walk in walks)
         figure.set_figheight((10.0 if estimated else 8.8) + head(figure, title))
         parts: Any = figure.subfigures(2, 1, height_ratios=(5.0, 5.2 if estimated else 4.0))
         torques = parts[0].subplots(3, 1, sharex=True, height_ratios=(1.5, 1.5, 1.0))
@@ -71,11 +72,9 @@ def plot_comparison(comparison: Comparison, path: str | Path | None = None) -> F
     return figure
 
 
-def _title(comparison: Comparison) -> str:
-    """Who walked where, what it cost in either engine, and whether they agree."""
-    name = comparison.mujoco.settings["controller"]["name"]
-    lines = [f"{name} on {comparison.mujoco.terrain.caption}, in both engines", comparison.verdict]
-    return "\n".join(plain(wrapped(line)) for line in lines)
+def _pairs(comparison: Comparison) -> tuple[tuple[Walk, dict[str, Any]], ...]:
+    """Both walks, each with the look of its lines."""
+    return (comparison.mujoco, _MUJOCO), (comparison.hybrid, _HYBRID)
 
 
 def _draw_torques(grid: Any, comparison: Comparison) -> None:
@@ -83,7 +82,7 @@ def _draw_torques(grid: Any, comparison: Comparison) -> None:
     steady_ends = [_end_of_steps(walk) for walk in walks]
     cut = []
     for joint, (axes, name) in enumerate(zip(grid[:2], ("ankle", "hip"), strict=True)):
-        for walk, style in zip(walks, (_MUJOCO, _HYBRID), strict=True):
+        for walk, style in _pairs(comparison):
             axes.plot(walk.samples["time"], walk.samples["torque"][:, joint], **style)
         axes.set(ylabel=f"{name} (N m)")
         torques = [walk.samples["torque"][:, joint] for walk in walks]
@@ -102,7 +101,7 @@ def _draw_torques(grid: Any, comparison: Comparison) -> None:
     if cut:
         text = f"cut off in the last, unfinished step: {', '.join(cut)} N m"
         grid[0].set_title(text, loc="center", fontsize=8, fontweight="normal", color=SHADE)
-    _zero_line(grid[2])
+    zero_line(grid[2])
     legend_above(grid[2])
     last = max(float(walk.end[0]) for walk in walks)
     early = any(walk.outcome != "finished" for walk in walks)
@@ -110,7 +109,7 @@ def _draw_torques(grid: Any, comparison: Comparison) -> None:
 
 
 def _end_of_steps(walk: Walk) -> float:
-    """When the last step ended that did, s."""
+    """Time at which the last finished step ended, s."""
     if walk.outcome == "finished":
         return float(walk.end[0])
     return float(walk.touchdowns["time"][-1]) if walk.steps else -math.inf
@@ -120,13 +119,13 @@ def _cut_burst(axes: Axes, values: Array, steady: Array, *, room: float) -> bool
     """Cut the axis where the values outside finished steps would hide those within.
 
     Args:
-        axes: Where the values are drawn.
-        values: All of them.
-        steady: Those in finished steps.
-        room: What the axis shows above and below these, of their span.
+        axes: Panel of the values.
+        values: All values.
+        steady: Values in finished steps.
+        room: Margin above and below the values in finished steps, as a share of their span.
 
     Returns:
-        Whether it was cut.
+        Whether the axis was cut.
     """
     values, steady = values[np.isfinite(values)], steady[np.isfinite(steady)]
     span = float(np.ptp(steady)) if len(steady) else 0.0
@@ -137,13 +136,12 @@ def _cut_burst(axes: Axes, values: Array, steady: Array, *, room: float) -> bool
 
 
 def _draw_step_lengths(axes: Axes, under: Axes, comparison: Comparison) -> None:
-    lengths = [measures.step_lengths(walk) for walk in (comparison.mujoco, comparison.hybrid)]
-    for walk, own, style in zip((comparison.mujoco, comparison.hybrid), lengths, (_MUJOCO, _HYBRID), strict=True):
+    lengths = [measures.step_lengths(walk) for walk, _ in _pairs(comparison)]
+    for own, (walk, style) in zip(lengths, _pairs(comparison), strict=True):
         axes.plot(walk.touchdowns["x"], own, marker="o", markersize=3.0, **style)
     axes.set(ylabel="length (m)")
     titled(axes, "b", "Step length")
-    longest = float(max(lengths[0].max(initial=0.0), lengths[1].max(initial=0.0)))
-    widen(axes, _LENGTH_SPAN * longest)
+    widen(axes, _LENGTH_SPAN * float(np.concatenate(lengths).max(initial=0.0)))
     axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
     legend_above(axes)
     n = len(comparison.touchdowns["x"])
@@ -151,14 +149,15 @@ def _draw_step_lengths(axes: Axes, under: Axes, comparison: Comparison) -> None:
 
 
 def _draw_slopes(axes: Axes, comparison: Comparison, estimated: bool) -> None:
-    for walk, style in ((comparison.mujoco, _MUJOCO), (comparison.hybrid, _HYBRID)):
+    reached = 0.4
+    for walk, style in _pairs(comparison):
+        x, estimate = walk.touchdowns["x"], np.degrees(walk.touchdowns["slope_estimate"])
+        reached = max(reached, float(x.max(initial=0.0)))
         if estimated:
-            x, estimate = walk.touchdowns["x"], np.degrees(walk.touchdowns["slope_estimate"])
             axes.plot(x, estimate, marker="o", markersize=3.0, **style)
-    terrain = comparison.mujoco.terrain
-    reached = max([0.4, *(float(x) for w in (comparison.mujoco, comparison.hybrid) for x in w.touchdowns["x"])])
     places = np.linspace(0.0, reached, 2001)
-    axes.plot(places, np.degrees(terrain.slope(places)), label="ground", zorder=1, linewidth=1.0, **TRUTH)
+    slopes = np.degrees(comparison.mujoco.terrain.slope(places))
+    axes.plot(places, slopes, label="ground", zorder=1, linewidth=1.0, **TRUTH)
     axes.set(ylabel="slope (°)")
     words = "Slope estimate at touchdown, and slope of the ground"
     titled(axes, "c", words if estimated else "Slope of the ground (the controller makes no estimate)")
@@ -168,24 +167,20 @@ def _draw_slopes(axes: Axes, comparison: Comparison, estimated: bool) -> None:
 
 
 def _draw_difference(axes: Axes, comparison: Comparison, difference: Any, unit: str) -> None:
-    """A row of differences at the touchdowns."""
+    """Draw a row of differences at the touchdowns."""
     n = len(difference)
     axes.plot(comparison.mujoco.touchdowns["x"][:n], difference, "k.-", linewidth=0.8, markersize=4.0)
     axes.set(ylabel=f"Δ ({unit})")
-    _zero_line(axes)
-
-
-def _zero_line(axes: Axes) -> None:
-    axes.axhline(0.0, color=GUIDE, linewidth=0.5, zorder=0)
+    zero_line(axes)
 
 
 def _mark_parting(torques: Any, grounds: Any, comparison: Comparison) -> None:
-    """A line where the walks part."""
+    """Draw a line where the walks part."""
     divergence = comparison.divergence
     if divergence is None:
         return
     k = divergence.touchdown - 1
-    places = [walk.touchdowns["x"] for walk in (comparison.mujoco, comparison.hybrid)]
+    places = [walk.touchdowns["x"] for walk, _ in _pairs(comparison)]
     x = next((float(column[k]) for column in places if k < len(column)), divergence.x)
     for axes, place in (*((axes, divergence.time) for axes in torques), *((axes, x) for axes in grounds)):
         axes.axvline(place, color=SHADE, linewidth=0.9, linestyle="-.", zorder=0)
@@ -193,10 +188,10 @@ def _mark_parting(torques: Any, grounds: Any, comparison: Comparison) -> None:
 
 
 def _mark_ends(torques: Any, comparison: Comparison) -> None:
-    """Lines where walks end before their time, and above the second panel, where nothing is drawn, how they do."""
+    """Draw lines where walks end before their time, and name the outcome above the second panel."""
     ends = [
-        (float(walk.end[0]), name, walk.outcome)
-        for walk, name in ((comparison.mujoco, "MuJoCo"), (comparison.hybrid, "hybrid"))
+        (float(walk.end[0]), style["label"], walk.outcome)
+        for walk, style in _pairs(comparison)
         if walk.outcome != "finished"
     ]
     for time, *_ in ends:

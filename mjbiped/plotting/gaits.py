@@ -25,18 +25,18 @@ from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
 
 _COUNT_STYLES = ((BLUE, "-"), (VERMILLION, (0, (5, 1.2))), (GREEN, (0, (2.5, 1))), (ORANGE, (0, (1, 0.8))))
-_FALL_LIMIT = 6  # steps until a fall are told apart up to this many
+_FALL_LIMIT = 6  # greatest number of steps until a fall with a grey of its own
 _FALL_GREYS = (0.97, 0.78)
 _SETTLED = ListedColormap(colormaps["viridis"](np.linspace(0.8, 0.0, 256)))
-"""All of it is darker than what falls, where print is grey: yellow is left out."""
+"""Without yellow, so that all of it is darker than falling starts in grey print."""
 
 
 def plot_bifurcation(diagram: BifurcationDiagram, cascade: Cascade | None = None, path: Path | None = None) -> Figure:
     """Draw step length over slope: the whole diagram, and its cascade magnified.
 
     Args:
-        diagram: What the robot does on each slope.
-        cascade: The onsets to mark, and the gaits of period one to continue as a line where they are unstable.
+        diagram: Step lengths on each slope.
+        cascade: Onsets to mark, and the gaits of period one, drawn as a line where they are unstable.
         path: File to write as well, `.png`, `.pdf` or `.svg`.
 
     Returns:
@@ -74,7 +74,7 @@ def plot_bifurcation(diagram: BifurcationDiagram, cascade: Cascade | None = None
 
 
 def _entitle(axes: Axes, letter: str, words: str) -> None:
-    """A title over the line that names the onsets."""
+    """Give a panel a title above the line that names the onsets."""
     titled(axes, letter, words)
     axes.set_title(axes.get_title(loc="left"), pad=6.0 + 1.5 * width().small)
 
@@ -82,7 +82,7 @@ def _entitle(axes: Axes, letter: str, words: str) -> None:
 def _draw_diagram(
     axes: Axes, diagram: BifurcationDiagram, cascade: Cascade | None, limits: tuple[float, float], onsets: Array
 ) -> None:
-    """Points of the diagram between two slopes, those of periodic walking larger, and lines at the onsets."""
+    """Draw the points between two slopes, larger ones for periodic walking, and lines at the onsets."""
     degrees, lengths = np.degrees(diagram.slopes), diagram.step_lengths
     inside = (degrees >= limits[0]) & (degrees <= limits[1])
     repeats = diagram.counts() > 0
@@ -118,7 +118,7 @@ def plot_multipliers(branches: Sequence[Sequence[PeriodicGait]], path: Path | No
     """Draw the Floquet multipliers of branches of gaits over slope: their magnitudes and their real parts.
 
     Args:
-        branches: The gaits of each branch in the order of their slopes, at least two of one number of steps each.
+        branches: Gaits of each branch in the order of their slopes, at least two, with equal numbers of steps.
         path: File to write as well, `.png`, `.pdf` or `.svg`.
 
     Returns:
@@ -156,7 +156,7 @@ def plot_basins(basins: Sequence[Basin], path: Path | None = None) -> Figure:
     """Draw maps of fates side by side: steps until settled or fallen, and peak torques where there is control.
 
     Args:
-        basins: One or two maps. Where the second holds the first, a frame shows where.
+        basins: One or two maps; if the second contains the first, a frame shows where.
         path: File to write as well, `.png`, `.pdf` or `.svg`.
 
     Returns:
@@ -181,7 +181,7 @@ def plot_basins(basins: Sequence[Basin], path: Path | None = None) -> Figure:
 
 
 def _draw_basin(figure: Figure, axes: Axes, basin: Basin, letter: str) -> None:
-    """One map: what settles in colour, what falls in grey."""
+    """Draw one map: settling starts in colour, falling starts in grey."""
     settled, fell = basin.fates == Fate.SETTLED, basin.fates == Fate.FELL
     x, y = basin.stance_rates, basin.swing_rates
     greys = ListedColormap([str(grey) for grey in np.linspace(*_FALL_GREYS, _FALL_LIMIT + 1)])
@@ -216,7 +216,7 @@ def _draw_basin(figure: Figure, axes: Axes, basin: Basin, letter: str) -> None:
 
 
 def _legend_of_basins(figure: Figure, basins: Sequence[Basin]) -> None:
-    """What the marks and greys mean, under the maps, of which every part holds data."""
+    """Draw a legend of marks and greys under the maps, whose whole area holds data."""
     light, dark = (str(grey) for grey in _FALL_GREYS)
     handles: list[Any] = [
         Line2D([], [], linestyle="", marker="o", color="white", markeredgecolor="black", label="the gait"),
@@ -229,7 +229,7 @@ def _legend_of_basins(figure: Figure, basins: Sequence[Basin]) -> None:
 
 
 def _frame(axes: Axes, small: Basin, great: Basin) -> None:
-    """Where the one map lies in the other."""
+    """Draw a frame where the smaller map lies in the larger one."""
     left, right = small.stance_rates[[0, -1]]
     low, high = small.swing_rates[[0, -1]]
     inside = great.stance_rates[0] < left < right < great.stance_rates[-1]

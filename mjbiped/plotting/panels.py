@@ -1,4 +1,4 @@
-"""Titles and legends of panels, which fit whatever the width of the figure is."""
+"""Titles and legends of panels, fitted to the width of the figure."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _AS_WIDE = "\ue000" * 3  # stands for c_mt while lines are broken
 
 
 def plain(text: str) -> str:
-    """A text of somebody else, a file's name say, that matplotlib shall not read as a formula."""
+    """Escape a text that matplotlib must not read as a formula, such as a file's name."""
     return text.replace("$", r"\$")
 
 
 def wrapped(text: str, *, lines: int | None = None) -> str:
-    """A text in lines as wide as the figure, at most so many, without empty ones."""
+    """Wrap a text into lines as wide as the figure, at most `lines` of them, without empty ones."""
     return _broken(text, width().letters(), lines)
 
 
@@ -34,13 +34,13 @@ def labelled(axes: Axes, text: str) -> None:
 
 
 def _broken(text: str, letters: int, lines: int | None = None) -> str:
-    """A text in lines of so many letters; the cost of transport is not broken, and counts as wide as it is drawn."""
+    """Wrap a text, without a break in the symbol c_mt, which counts as wide as it is drawn."""
     parts = textwrap.wrap(text.replace(C_MT, _AS_WIDE), letters, max_lines=lines, placeholder=" ...")
     return "\n".join(parts).replace(_AS_WIDE, C_MT)
 
 
 def head(figure: Any, text: str) -> float:
-    """Write above the panels who walked where, in small letters; the height that it takes, inches."""
+    """Write a heading in small letters above the panels, and return its height, inches."""
     figure.suptitle(text, fontsize=width().font, x=0.01, ha="left", linespacing=1.4)
     return 1.4 * width().font / 72.0 * (1 + text.count("\n"))
 
@@ -57,11 +57,11 @@ def titled(axes: Axes, letter: str, words: str) -> None:
 
 
 def legend_above(axes: Axes, **settings: Any) -> None:
-    """A legend above a titled panel, at its right; the title stands above it where both do not fit beside each other.
+    """Draw a legend above a panel, at its right, below the title if they do not fit beside each other.
 
     Args:
         axes: The panel.
-        **settings: As matplotlib's `legend` takes them.
+        **settings: Arguments of matplotlib's `legend`.
     """
     columns = 9
     while True:
@@ -82,7 +82,7 @@ def legend_above(axes: Axes, **settings: Any) -> None:
 
 
 def legend_below(figure: Any, handles: Sequence[Any], names: Sequence[str] | None = None, **settings: Any) -> None:
-    """A legend under all panels, in as few lines as fit the figure's width."""
+    """Draw a legend under all panels, in as few lines as the figure's width allows."""
     names = [handle.get_label() for handle in handles] if names is None else names
     for columns in range(len(handles), 0, -1):
         legend = figure.legend(handles, names, loc="outside lower center", ncols=columns, columnspacing=1.2, **settings)
@@ -92,7 +92,7 @@ def legend_below(figure: Any, handles: Sequence[Any], names: Sequence[str] | Non
 
 
 def _room(axes: Axes) -> float:
-    """The width of a panel of the grid, inches, about."""
+    """Approximate width of a panel of the grid, inches."""
     share, spec = 1.0, axes.get_subplotspec()
     if spec is not None:
         grid = spec.get_gridspec()
@@ -103,5 +103,5 @@ def _room(axes: Axes) -> float:
 
 
 def _inches(artist: Any) -> float:
-    """How wide it is drawn, with what letters gain where they are fitted to coarser pixels."""
+    """Width of an artist as drawn, inches, with a margin for letters that are fitted to coarser pixels."""
     return float(_PIXELS * artist.get_window_extent().width / artist.figure.dpi)

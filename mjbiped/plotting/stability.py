@@ -19,17 +19,18 @@ from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
 
 _LOOKS = ((BLUE, "o", "-"), (ORANGE, "s", (0, (4, 1.2))), (VERMILLION, "^", (0, (1.5, 1.2))), (GREEN, "D", "-."))
-_MOST_NAMED = 40  # steps whose change of slope is written
+_MOST_NAMED = 40  # greatest number of steps with labelled changes of slope
 
 
 def plot_stability(walks: Mapping[str, Stability], path: str | Path | None = None) -> Figure:
     """Draw Theorem 1 along up to four walks over the same ground.
 
     (a) V_a (15) over time. (b) Norm of eta before each touchdown. (c) Eigenvalues of each step's Gramian.
-    (d) What (24) asks to be below 1, the same for the best constants there can be, and what became of the norm of eta.
+    (d) Left side of (24), which must be below 1, the left side for the best possible constants, and the actual ratio of
+    the norms of eta.
 
     Args:
-        walks: By the name that the legend shows.
+        walks: Walks by their names in the legend.
         path: File to write as well, `.png`, `.pdf` or `.svg`.
 
     Returns:
@@ -75,10 +76,10 @@ def plot_stability(walks: Mapping[str, Stability], path: str | Path | None = Non
         condition.legend(
             handles=[
                 Line2D([], [], color=GUIDE, marker="o", markersize=3.5, label="left side of (24)"),
-                Line2D([], [], color=BLACK, label="the same, best constants there can be"),
+                Line2D([], [], color=BLACK, label="left side of (24), best possible constants"),
                 Line2D(
                     [], [], color=GUIDE, marker="o", markersize=3.5, linestyle="none", markerfacecolor="white",
-                    label="‖η‖ over that a step before, (26)",
+                    label="‖η‖ over its value a step before, (26)",
                 ),
             ],
             loc="lower left",
@@ -87,19 +88,19 @@ def plot_stability(walks: Mapping[str, Stability], path: str | Path | None = Non
 
 
 def _positive(values: Array, least: float = 0.0) -> Array:
-    """Values for a logarithmic axis: what is not above `least`, or not finite, is left out."""
+    """Replace values by NaN that are not finite or not above `least`, for a logarithmic axis."""
     return np.where(np.isfinite(values) & (values > least), values, np.nan)
 
 
 def _limits(walks: Mapping[str, Stability]) -> tuple[float, float]:
-    """Of the last axes; a factor that comes from nothing does not stretch them."""
+    """Limits of the last axis, which a factor from a zero error does not stretch."""
     shown = np.concatenate([[1.0]] + [np.append(found.condition, found.ratio) for found in walks.values()])
     shown = shown[np.isfinite(shown) & (shown > 0.0)]
     return 10.0 ** (math.floor(math.log10(shown.min())) - 2.5), min(10.0 ** math.ceil(math.log10(shown.max())), 1e5)
 
 
 def _mark_slopes(axes: Axes, found: Stability) -> None:
-    """A line and a number at each step that begins on another slope."""
+    """Mark each step that begins on another slope with a line and the change."""
     if found.steps > _MOST_NAMED:
         return
     for step in np.flatnonzero(np.abs(found.slope_change) > 1e-9).tolist():

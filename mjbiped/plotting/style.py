@@ -1,4 +1,4 @@
-"""How every figure of this package looks, and how it is written to a file."""
+"""Look of every figure of this package, and writing of figures to files."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from mjbiped.utils.palette import SKY
 from mjbiped.utils.palette import VERMILLION as VERMILLION
 
 GROUND, SHADE, GUIDE = "#D9D4CB", "#4D4D4D", "#9A9A9A"
-"""Ground, its outline and texts, helping lines."""
+"""Ground, its outline and texts, guide lines."""
 
 
 def look(signal: str) -> dict[str, Any]:
-    """How a signal of `mjbiped.records.signals.SIGNALS` is drawn, in matplotlib's own names."""
+    """Look of a signal of `mjbiped.records.signals.SIGNALS`, in matplotlib's own names."""
     row = SIGNALS[signal]
     return {"color": row.colour, "linestyle": row.line}
 
@@ -44,10 +44,10 @@ other things are told apart (gains, grounds), colours mean nothing else."""
 
 MUJOCO: Mapping[str, Any] = {"color": SKY, "linestyle": "-"}
 HYBRID: Mapping[str, Any] = {"color": SHADE, "linestyle": (0, (3, 1.5))}
-"""The engines, where they are laid over each other."""
+"""Looks of the engines, where they are drawn over each other."""
 
 PLANNED: Mapping[str, Any] = {"color": "#C4C4C4", "linestyle": "-", "linewidth": 3.5, "zorder": 1.5}
-"""A broad grey band behind other lines: what follows it is seen on it, and where it leaves it."""
+"""Broad grey band behind other lines, on which a line that follows it, or leaves it, is visible."""
 
 C_MT = r"$c_\mathrm{mt}$"
 """The cost of mechanical transport, as every figure writes it."""
@@ -68,10 +68,10 @@ STYLE: Mapping[str, Any] = {
     "svg.fonttype": "path",
     "svg.hashsalt": "mjbiped",  # the same figure is the same file
 }
-"""matplotlib's settings (its own names) while a figure is made or written, but for those that go with its width."""
+"""Settings of matplotlib, in its own names, while a figure is made or written; its width adds others."""
 
 SUFFIXES = (".png", ".pdf", ".svg")
-"""Kinds of files that a figure can be written to."""
+"""Suffixes of figures' files."""
 
 _LAYOUT_DIGITS = 9
 """Digits of a panel's place, as a share of the figure. matplotlib's layout solver takes its equations in the order in
@@ -82,19 +82,24 @@ _COLOURS = 128  # of a small PNG's palette
 
 
 def note_at(axes: Axes, text: str, x: float, height: float, offset: tuple[float, float], **look: Any) -> None:
-    """Write beside a place of the horizontal axis.
+    """Write a note beside a place.
 
     Args:
-        axes: Where.
-        text: What.
-        x: Place on the axis, in its own unit.
+        axes: The panel.
+        text: The note.
+        x: Place on the horizontal axis, in its own unit.
         height: Place above its lower end, as a share of the panel's height; with xycoords="data" in the unit of the
             vertical axis.
-        offset: Of the text from there, points.
-        **look: As matplotlib's `annotate` takes it.
+        offset: Offset of the text from there, points.
+        **look: Arguments of matplotlib's `annotate`.
     """
     usual: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "fontsize": width().small}
     axes.annotate(text, (x, height), offset, textcoords="offset points", **usual | look)
+
+
+def zero_line(axes: Axes) -> None:
+    """Draw a thin line at zero, behind everything else."""
+    axes.axhline(0.0, color=GUIDE, linewidth=0.5, zorder=0)
 
 
 def widen(axes: Axes, least: float) -> None:
@@ -106,7 +111,7 @@ def widen(axes: Axes, least: float) -> None:
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """The house's settings for a while, of the present `width`; matplotlib's own are put back."""
+    """Apply this package's settings at the present `width` in a block, and restore matplotlib's."""
     now = width()
     sized = {
         **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), now.font),
@@ -119,25 +124,25 @@ def styled() -> Iterator[None]:
 
 
 def new_figure(height: float = 1.0) -> Figure:
-    """An empty figure of the present `width`, `height` inches high, that leaves pyplot alone."""
+    """Make an empty figure of the present `width`, `height` inches high, without pyplot."""
     figure = NotebookFigure(figsize=(width().inches, height), layout=_EvenLayout())
     FigureCanvasAgg(figure)
     return figure
 
 
 class NotebookFigure(Figure):
-    """A figure that a notebook shows, although pyplot, which would tell it how, is left alone."""
+    """Figure that a notebook shows without the help of pyplot."""
 
     def _repr_png_(self) -> bytes:
-        """What a notebook shows."""
+        """Return the picture for a notebook."""
         return figure_png(self)
 
 
 class _EvenLayout(ConstrainedLayoutEngine):
-    """matplotlib's constrained layout with places of so few digits that they are the same in every run."""
+    """Constrained layout of matplotlib with rounded places, which are the same in every run."""
 
     def execute(self, fig: Any) -> Any:
-        """Lay out a figure; as matplotlib's own."""
+        """Lay out a figure."""
         layout = super().execute(fig)
         for part in fig.subfigs:
             part.bbox_relative.set_points(part.bbox_relative.get_points().round(_LAYOUT_DIGITS))
@@ -149,10 +154,10 @@ class _EvenLayout(ConstrainedLayoutEngine):
 
 @contextmanager
 def drawn(path: str | Path | None) -> Iterator[Figure]:
-    """An empty figure, to be drawn in the block and given its height there; written when the block ends.
+    """Make an empty figure that is drawn and given its height in a block, and written when the block ends.
 
     Args:
-        path: File to write, one of `SUFFIXES`; None: none.
+        path: File to write, with one of `SUFFIXES`; None writes no file.
 
     Raises:
         InputError: The path has another suffix; raised before the block is entered.
@@ -169,7 +174,7 @@ def drawn(path: str | Path | None) -> Iterator[Figure]:
 
 
 def save_figure(figure: Figure, path: Path) -> None:
-    """Write a figure as its path's suffix says; the file appears whole or not at all.
+    """Write a figure in the format of the path's suffix; the file appears whole or not at all.
 
     Raises:
         RenderError: The file cannot be written.
@@ -181,7 +186,7 @@ def save_figure(figure: Figure, path: Path) -> None:
 
 
 def figure_png(figure: Figure) -> bytes:
-    """A figure as a small PNG file's bytes, for a notebook."""
+    """Return a figure as the bytes of a small PNG file, for a notebook."""
     whole, small = BytesIO(), BytesIO()
     with styled():
         figure.savefig(whole, format="png", dpi=_DOTS_IN_NOTEBOOK)
@@ -190,13 +195,13 @@ def figure_png(figure: Figure) -> bytes:
 
 
 def make_small(path: Path) -> None:
-    """Give a PNG file a palette: a third of the bytes, for a page."""
+    """Reduce a PNG file to a palette, a third of its bytes, for a page."""
     with written_whole(path) as unfinished:
         _write_small(path, unfinished)
 
 
 def _write_small(source: Path | BytesIO, target: Path | BytesIO) -> None:
-    """Write a PNG file again, with a palette."""
+    """Write a PNG file with a palette."""
     from PIL import Image  # imported where it is used: figures need not wait for it
 
     with Image.open(source) as picture:

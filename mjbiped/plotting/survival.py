@@ -1,4 +1,4 @@
-"""Survival curves: the share of walks that go on, against the steps that they have made."""
+"""Survival curves: the share of walks that go on, over the number of steps."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ LOOKS = (
     (SKY, "X", (0, (8, 2))),
     (PURPLE, "*", (0, (3, 1, 3, 1, 1, 1))),
 )
-"""Of controllers, in their order: colour, mark and line, which tell them apart each by itself."""
+"""Colour, mark and line of each controller, in their order; each of the three tells them apart by itself."""
 
 
 def look(number: int) -> tuple[str, str, Any]:
-    """Colour, mark and line of a controller; from the ninth on they come again."""
+    """Return colour, mark and line of a controller; they repeat after eight."""
     return LOOKS[number % len(LOOKS)]
 
 
@@ -38,7 +38,7 @@ def plot_survival(survivals: Mapping[str, Survival], path: str | Path | None = N
     """Draw survival curves by Kaplan and Meier with 95 % bands, and the mean numbers of steps to a fall in words.
 
     Args:
-        survivals: By the names in the legend.
+        survivals: Survival curves by their names in the legend.
         path: File to write as well, `.png`, `.pdf` or `.svg`.
 
     Returns:
@@ -60,7 +60,7 @@ def plot_survival(survivals: Mapping[str, Survival], path: str | Path | None = N
 
 
 def mean_in_words(survival: Survival) -> str:
-    """The mean number of steps to a fall."""
+    """Return the mean number of steps to a fall in words."""
     return "no fall" if math.isinf(survival.mean) else f"a fall in {survival.mean:.3g} steps"
 
 
@@ -73,7 +73,7 @@ def draw_curve(axes: Axes, survival: Survival, label: str, looks: tuple[str, str
 
 
 def lay_axes(axes: Axes, most: int) -> None:
-    """Give a panel of curves its axes, up to so many steps."""
+    """Set the axes of a panel of curves, up to a greatest number of steps."""
     axes.set_xscale("log")
     axes.xaxis.set_major_formatter(ScalarFormatter())
     axes.set_xlim(1.0, max(most, 2))

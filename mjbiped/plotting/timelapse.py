@@ -1,4 +1,4 @@
-"""Time lapse of a walk: stick figures over the ground's profile, the paper's Fig. 4(a)."""
+"""Time lapse of a walk: stick figures over the profile of the ground, as in the paper's Fig. 4(a)."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from mjbiped.records.record import Walk
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.terrain.terrain import Terrain
 
-_ROW = 8.0  # ground in a row as wide as a page, m, as long as there are not too many rows
+_ROW = 8.0  # length of ground in a row as wide as a page, m, unless there are too many rows
 _MOST_ROWS = 6
-_SMALLEST_ROW = 0.5  # of that, for walks of few steps
-_BESIDE = 0.75  # of a row, for the labels of its axis, inches
+_SMALLEST_ROW = 0.5  # least share of that length, for walks of few steps
+_BESIDE = 0.75  # room beside a row for the labels of its axis, inches
 _BELOW = 0.24  # room for texts under the lowest ground of a row, per inch of paper
 _ABOVE = 0.08  # room over the highest hip, m
 _LETTER = 0.055  # width of a small letter, inches
@@ -29,14 +29,14 @@ _LETTER = 0.055  # width of a small letter, inches
 
 @dataclass(frozen=True)
 class Row:
-    """A piece of the ground on one line of the figure.
+    """Piece of the ground on one line of the figure.
 
     Attributes:
-        start: m.
-        stop: m.
+        start: First place, m.
+        stop: Last place, m.
         low: Lower end of the picture, m.
-        high: Upper end, m.
-        height: On paper, inches; one scale for x and z.
+        high: Upper end of the picture, m.
+        height: Height on paper, inches, with one scale for x and z.
     """
 
     start: float
@@ -47,12 +47,12 @@ class Row:
 
 
 def _axis_width() -> float:
-    """Of a row, inches."""
+    """Width of the axes of a row, inches."""
     return width().inches - _BESIDE
 
 
 def rows_of(walk: Walk) -> list[Row]:
-    """Split the ground that a walk covered into rows of equal length, each long enough for what was walked on it."""
+    """Split the ground that a walk covered into rows of equal length."""
     qpos, leg = walk.samples["qpos"], walk.robot.leg_length
     reached = walk.robot.limbs(qpos)[..., 0]
     start, stop = float(reached.min()) - 0.15, float(reached.max()) + 0.15
@@ -77,7 +77,7 @@ def rows_of(walk: Walk) -> list[Row]:
 
 
 def outline(terrain: Terrain, start: float, stop: float) -> tuple[Array, Array]:
-    """The profile between two places, both ends of every segment and step: x and z in m."""
+    """Profile between two places, with both ends of every segment and step: x and z in m."""
     x, z = [start], [terrain.height_at(start)]
     for index in range(1, len(terrain.x)):
         if start < terrain.x[index] < stop:
@@ -104,32 +104,20 @@ def draw_row(axes: Axes, walk: Walk, row: Row) -> None:
     thick = min(1.6, max(0.5, 1.3 * scale))
     between = _times_between(walk, scale)
     stance = samples["stance"][np.searchsorted(time, between, side="right") - 1]
-    _draw_sticks(axes, row, _postures(walk, between), stance, robot, 0.55 * thick, 0.35)
+    postures = np.stack([np.interp(between, time, column) for column in qpos.T], axis=1)
+    _draw_sticks(axes, row, postures, stance, robot, 0.55 * thick, 0.35)
     # at a touchdown the old stance leg still is the one that stands
     _draw_sticks(axes, row, touchdowns["qpos"], 1 - touchdowns["stance"], robot, thick, 1.0)
     if walk.outcome != "finished" and row.start <= qpos[-1, 0] <= row.stop:
         _draw_sticks(axes, row, qpos[-1:], samples["stance"][-1:], robot, 1.3 * thick, 1.0, VERMILLION)
         x, z, *_ = qpos[-1].tolist()
         shift, side = (-5, "right") if x > row.start + 0.8 * (row.stop - row.start) else (5, "left")
-        look = {
-            "fontsize": width().font,
-            "color": VERMILLION,
-            "weight": "bold",
-            "ha": side,
-            "va": "center",
-            "zorder": 8,
-        }
-        note_at(axes, walk.outcome, x, z, (shift, 0), xycoords="data", **look)
-
-
-def _postures(walk: Walk, times: Array) -> Array:
-    """Recorded postures at some times (s), shape (times, len(robot.places))."""
-    columns = [np.interp(times, walk.samples["time"], column) for column in walk.samples["qpos"].T]
-    return np.stack(columns, axis=1)
+        look = {"fontsize": width().font, "color": VERMILLION, "weight": "bold", "zorder": 8}
+        note_at(axes, walk.outcome, x, z, (shift, 0), xycoords="data", ha=side, va="center", **look)
 
 
 def _times_between(walk: Walk, scale: float) -> Array:
-    """Times of the faint postures, s: thirds of the steps; fewer where the figure would get too dense."""
+    """Times of the faint postures within steps, s; fewer where the figure would get too dense."""
     bounds = np.unique([walk.samples["time"][0], *walk.touchdowns["time"], walk.samples["time"][-1]])
     parts = 4 if scale > 1.0 else 2 if scale > 0.6 else 1
     inner = [bounds[:1], *(bounds[:-1] + np.diff(bounds) * part / parts for part in range(1, parts))]
@@ -146,7 +134,7 @@ def _draw_sticks(
     alpha: float,
     color: str = "",
 ) -> None:
-    """Draw postures as two lines from the hip down to the feet, the swing legs under the stance legs."""
+    """Draw postures as two lines from the hip to the feet, the swing legs under the stance legs."""
     inside = (qpos[:, 0] >= row.start) & (qpos[:, 0] < row.stop)
     qpos, stance = qpos[inside], stance[inside].astype(np.int64)
     if not len(qpos):
@@ -168,7 +156,7 @@ def _draw_sticks(
 
 
 def _draw_ground(axes: Axes, terrain: Terrain, row: Row, scale: float) -> None:
-    """Fill the ground, tick its slope changes, colour its steps, and name both where there is room."""
+    """Fill the ground, mark changes of slope and steps, and label both where there is room."""
     x, z = outline(terrain, row.start, row.stop)
     axes.fill_between(x, z, row.low, color=GROUND, linewidth=0, zorder=1)
     axes.plot(x, z, color=SHADE, linewidth=0.9, zorder=3)
@@ -181,16 +169,15 @@ def _draw_ground(axes: Axes, terrain: Terrain, row: Row, scale: float) -> None:
         stop = min(terrain.x[index + 1], row.stop) if index + 1 < len(terrain.x) else row.stop
         slope = f"{math.degrees(terrain.angle[index]) + 0.0:.1f}°".replace("-", "−")
         labels = [slope]
-        rise = terrain.rises[index]
+        rise, height = terrain.rises[index], terrain.z[index]
         begins_here = index > 0 and terrain.x[index] > row.start
         if begins_here:
-            axes.plot([start] * 2, [row.low, terrain.z[index]], color=SHADE, linewidth=0.5, linestyle=":", zorder=2)
+            axes.plot([start] * 2, [row.low, height], color=SHADE, linewidth=0.5, linestyle=":", zorder=2)
         if rise and begins_here:
-            ends = (terrain.z[index] - rise, terrain.z[index])
-            axes.plot([start] * 2, ends, color=VERMILLION, linewidth=2.2, solid_capstyle="butt", zorder=3.5)
-            axes.plot(
-                start, min(ends) - 0.045 / scale, "^" if rise > 0 else "v", color=VERMILLION, markersize=4.5, zorder=5
-            )
+            step: dict[str, Any] = {"color": VERMILLION, "markersize": 4.5}
+            axes.plot([start] * 2, [height - rise, height], linewidth=2.2, solid_capstyle="butt", zorder=3.5, **step)
+            below = min(height - rise, height) - 0.045 / scale
+            axes.plot(start, below, "^" if rise > 0 else "v", zorder=5, **step)
             labels.insert(0, f"{1000 * rise:+.3g} mm  {slope}".replace("-", "−"))
         for label in labels:
             room = _LETTER * (len(label) + 1) / scale

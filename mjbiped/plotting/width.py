@@ -1,4 +1,4 @@
-"""How wide figures are: of a page on the screen, or of one or two columns of a journal."""
+"""Widths of figures: a page on the screen, or one or two columns of a journal."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from mjbiped.utils.domains import known_name
 
 @dataclass(frozen=True)
 class Width:
-    """The width of a figure, and how large its letters are at that width.
+    """Width of a figure, with the sizes of its letters and lines.
 
     Attributes:
-        inches: Of the figure.
-        font: Titles and labels of axes, points.
-        small: Tick labels, legends and notes, points.
+        inches: Width of the figure, inches.
+        font: Size of titles and labels of axes, points.
+        small: Size of tick labels, legends and notes, points.
         lines: Width of lines, points.
-        dots: Of a PNG file, per inch: what a screen can show, or what journals ask for.
+        dots: Dots per inch of a PNG file, for a screen or for a journal.
     """
 
     inches: float
@@ -29,14 +29,14 @@ class Width:
     dots: float
 
     def letters(self, beside: float = 0.2) -> int:
-        """Letters of a line of text that leaves so many inches of the figure's width free.
+        """Number of letters in a line of text that leaves `beside` inches of the figure's width free.
 
-        A letter is 0.56 of its size wide in the mean.
+        The mean width of a letter is 0.56 of its size.
         """
         return int(72.0 * (self.inches - beside) / (0.56 * self.font))
 
     def beside(self, count: int, least: float = 2.9) -> int:
-        """How many of some panels stand side by side, each at least so many inches wide; the others go below."""
+        """Number of panels side by side, each at least `least` inches wide; the others stand below."""
         return max(1, min(count, int(self.inches / least)))
 
 
@@ -45,7 +45,7 @@ WIDTHS: Mapping[str, Width] = {
     "double": Width(7.16, 8.0, 7.0, 1.0, 300.0),
     "single": Width(3.5, 7.5, 7.0, 0.9, 300.0),
 }
-"""By name: the project's pages, and both columns or one column of a journal as IEEE sets it."""
+"""Widths by name: the project's pages, and both columns or one column of an IEEE journal."""
 
 DEFAULT_WIDTH = "page"
 
@@ -53,13 +53,13 @@ _CURRENT: ContextVar[Width] = ContextVar("width", default=WIDTHS[DEFAULT_WIDTH])
 
 
 def width() -> Width:
-    """The width of the figures that are made now."""
+    """Return the width of the figures that are made now."""
     return _CURRENT.get()
 
 
 @contextmanager
 def figure_width(name: str) -> Iterator[None]:
-    """Make all figures in the block so wide; panels that do not fit side by side stand below each other.
+    """Set the width of all figures in a block; panels that do not fit side by side stand below each other.
 
     `with figure_width("single"): plot_walk(walk, "walk.pdf")` draws a walk for one column of a journal, with letters of
     7 to 7.5 points where it is printed unscaled.

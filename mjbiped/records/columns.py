@@ -1,4 +1,4 @@
-"""The columns of a walk's record: what every engine delivers, with widths, units and meanings."""
+"""Columns of a walk's record, with their widths, units and meanings; every engine delivers them."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from mjbiped.robots.robot import Robot
 
 
 class Column(NamedTuple):
-    """One named quantity of a table.
+    """A named quantity of a table.
 
     Attributes:
         width: Numbers per row.
-        unit: For axes and headings; empty where it has none.
-        meaning: One line.
-        finite: Whether no record holds anything but finite numbers here. What a controller gives, and what is made of
-            it, need not be: a walk with such a torque diverges, and its record says by which.
-        since: Version of the record's format in which it came; NaN in records of earlier ones.
-        parts: What each number of a row is, where there are several: flat tables have a column `name_part` for each.
-        optional: Whether an engine may leave it out of a row, where NaN then stands.
+        unit: Unit for axes and headings; empty for a pure number.
+        meaning: Description in one line.
+        finite: Whether every record holds finite numbers here. Quantities that depend on the controller's output need
+            not be finite: a walk with such a torque diverges, and its record shows the torque.
+        since: First version of the record's format with this column; older records are filled with NaN.
+        parts: Names of the numbers of a row; flat tables have a column `name_part` for each.
+        optional: Whether an engine may omit the column, which is then NaN.
     """
 
     width: int
@@ -37,11 +37,11 @@ class Column(NamedTuple):
 
 
 class Tables(NamedTuple):
-    """The columns of both tables of a walk.
+    """Columns of both tables of a walk.
 
     Attributes:
-        samples: One row at a time; `controller_states` comes beside them, a column per state of the controller.
-        touchdowns: One row per support transfer, the columns in their order in a row.
+        samples: Columns of the samples; `controller_states` stands beside them, with a column per controller state.
+        touchdowns: Columns of the support transfers, in their order in a row.
     """
 
     samples: Mapping[str, Column]
@@ -50,96 +50,98 @@ class Tables(NamedTuple):
 
 @cache
 def tables_of(robot: type[Robot]) -> Tables:
-    """The columns that walks of a kind of robot have."""
-    angles, joints, places = robot.angles, robot.joints, robot.places
-    bent = "stance leg (from its foot to the hip), swing thigh and swing shank"
-    legs = bent if robot.knees else "stance and swing leg"
-    motors, both = ("ankle, hip and swing knee", "all") if robot.knees else ("ankle and hip", "both")
-    units = ", ".join(["m", "m", *["rad"] * (len(places) - 2)])
-    posture = "hip x, hip z, left and right leg from the vertical"
-    if robot.knees:
-        posture = "hip x, hip z, left and right thigh from the vertical, flexion of left and right knee"
+    """Columns of the walks of a kind of robot."""
+    return Tables(_samples_of(robot), _touchdowns_of(robot))
 
-    def of_angles(unit: str, meaning: str, **more: Any) -> Column:
-        return Column(len(angles), unit, meaning, parts=angles, **more)
 
-    qpos = Column(len(places), units, posture, parts=places)
-    normal = "from the ground's normal under the stance foot"
+_MOTOR: Mapping[str, Any] = {"since": 3, "optional": True}  # of the stance knee, which may be locked instead
+
+
+def _of_angles(robot: type[Robot], unit: str, meaning: str, **more: Any) -> Column:
+    return Column(len(robot.angles), unit, meaning, parts=robot.angles, **more)
+
+
+def _from_controller(unit: str, meaning: str, **more: Any) -> Column:
+    return Column(1, unit, meaning, finite=False, **more)
+
+
+def _posture_of(robot: type[Robot]) -> Column:
+    units = ", ".join(["m", "m", *["rad"] * (len(robot.places) - 2)])
+    return Column(len(robot.places), units, "posture: hip, legs from the vertical, flexions", parts=robot.places)
+
+
+def _samples_of(robot: type[Robot]) -> dict[str, Column]:
     samples = {
-        "time": Column(1, "s", "since the walk's start"),
-        "q": of_angles("rad", f"{legs} {normal}"),
-        "dq": of_angles("rad/s", "their rates"),
-        "torque": Column(len(joints), "N m", f"{motors}, from now on", finite=False, parts=joints),
-        "slope": Column(1, "rad", "of the ground under the stance foot"),
-        "slope_estimate": Column(1, "rad", "the controller's; NaN where it has none", finite=False),
-        "stance": Column(1, "", "0 left, 1 right"),
-        "qpos": qpos,
+        "time": Column(1, "s", "time since the start of the walk"),
+        "q": _of_angles(robot, "rad", "angles from the ground's normal under the stance foot"),
+        "dq": _of_angles(robot, "rad/s", "rates of the angles"),
+        "torque": Column(len(robot.joints), "N m", "joint torques from now on", finite=False, parts=robot.joints),
+        "slope": Column(1, "rad", "slope of the ground under the stance foot"),
+        "slope_estimate": _from_controller("rad", "slope that the controller estimates; NaN if it makes no estimate"),
+        "stance": Column(1, "", "stance leg, 0 left, 1 right"),
+        "qpos": _posture_of(robot),
     }
+    if "knee" in robot.joints:
+        samples["locked"] = Column(1, "", "1 where the swing knee has struck its stop and is locked")
+        samples["stance_knee_torque"] = _from_controller(
+            "N m", "torque of the motor that holds the stance knee; NaN where the knee is locked", **_MOTOR
+        )
+    return samples
+
+
+def _touchdowns_of(robot: type[Robot]) -> dict[str, Column]:
     touchdowns = {
-        "time": Column(1, "s", "of the support transfer"),
-        "qpos": qpos,
+        "time": Column(1, "s", "time of the support transfer"),
+        "qpos": _posture_of(robot),
         "x": Column(1, "m", "position of the new stance foot"),
-        "z": Column(1, "m", "its height"),
-        "stance": Column(1, "", "the new stance leg, 0 left, 1 right"),
-        "slope": Column(1, "rad", "of the ground under the new stance foot"),
-        "q_before": of_angles("rad", f"{legs} in the old roles, from the old ground's normal"),
-        "dq_before": of_angles("rad/s", "their rates just before the impact"),
-        "q": of_angles("rad", f"{legs} in the new roles, from the new ground's normal"),
-        "dq": of_angles("rad/s", "their rates just after the impact"),
-        "work_absolute": Column(1, "J", f"since the start, the absolute work of {both} joints", finite=False),
-        "work_net": Column(1, "J", "the same, with its sign", finite=False),
-        "work_positive": Column(1, "J", "the same, positive work alone", finite=False),
+        "z": Column(1, "m", "height of the new stance foot"),
+        "stance": Column(1, "", "new stance leg, 0 left, 1 right"),
+        "slope": Column(1, "rad", "slope of the ground under the new stance foot"),
+        "q_before": _of_angles(robot, "rad", "angles in the old roles, from the normal of the old ground"),
+        "dq_before": _of_angles(robot, "rad/s", "rates in the old roles, just before the impact"),
+        "q": _of_angles(robot, "rad", "angles in the new roles, from the normal of the new ground"),
+        "dq": _of_angles(robot, "rad/s", "rates in the new roles, just after the impact"),
+        "work_absolute": _from_controller("J", "absolute work of all joints since the start"),
+        "work_net": _from_controller("J", "net work of all joints since the start"),
+        "work_positive": _from_controller("J", "positive work of all joints since the start"),
         "slip": Column(1, "m", "greatest distance that the old stance foot slid along the ground"),
         "penetration": Column(1, "m", "deepest contact of the step that ends"),
         "friction": Column(1, "", "greatest |F_t| / F_n of the old stance foot"),
         "strikes": Column(1, "", "1 where the swing foot struck a vertical face"),
-        "slope_estimate_before": Column(1, "rad", "the controller's estimate at the step's end", finite=False),
-        "slope_estimate": Column(1, "rad", "the same after its update", finite=False),
-        "normal_force": Column(
-            1,
-            "N",
-            "least normal force of the ground on the old stance foot; below zero it would have to pull",
-            finite=False,
-            since=2,
+        "slope_estimate_before": _from_controller("rad", "slope estimate at the end of the step, before its update"),
+        "slope_estimate": _from_controller("rad", "slope estimate after its update"),
+        "normal_force": _from_controller(
+            "N", "least normal force on the old stance foot; below zero the ground would have to pull", since=2
         ),
-        "pressure_ahead": Column(
-            1,
-            "m",
-            "where the ankle's torque asks for the centre of pressure at most, ahead of the old stance foot; minus "
-            "infinity where it hardly bore anything",
-            finite=False,
-            since=4,
+        "pressure_ahead": _from_controller(
+            "m", "farthest centre of pressure ahead of the old stance foot; -inf where it hardly bore load", since=4
         ),
-        "pressure_behind": Column(1, "m", "the same behind it", finite=False, since=4),
+        "pressure_behind": _from_controller(
+            "m", "farthest centre of pressure behind the old stance foot; -inf where it hardly bore load", since=4
+        ),
     }
-    if robot.knees:
-        own: dict[str, Any] = {"finite": False, "since": 3, "optional": True}  # of a motor at the stance knee
-        samples["locked"] = Column(1, "", "1 where the swing knee has struck its stop and is locked")
-        samples["stance_knee_torque"] = Column(
-            1, "N m", "of the motor that keeps the stance knee from bending; NaN where it is locked", **own
-        )
-        strike = "just {} the knee strike; NaN without one"
+    if "knee" in robot.joints:
         touchdowns |= {
-            "knee_strike": Column(
-                1, "s", "from the step's beginning to the knee strike; NaN without one", finite=False
+            "knee_strike": _from_controller("s", "time from the start of the step to the knee strike; NaN without one"),
+            "knee_q": _of_angles(robot, "rad", "angles at the knee strike; NaN without one", finite=False),
+            "knee_dq_before": _of_angles(
+                robot, "rad/s", "rates just before the knee strike; NaN without one", finite=False
             ),
-            "knee_q": of_angles("rad", f"{legs} {strike.format('before')}", finite=False),
-            "knee_dq_before": of_angles("rad/s", f"their rates {strike.format('before')}", finite=False),
-            "knee_dq": of_angles("rad/s", f"their rates {strike.format('after')}", finite=False),
+            "knee_dq": _of_angles(robot, "rad/s", "rates just after the knee strike; NaN without one", finite=False),
             "flexion": Column(1, "rad", "greatest flexion of the swing knee in the step that ends"),
-            "stubs": Column(1, "", "how often the swing foot struck the ground in it, and did not come to stand"),
-            "stance_knee_torque": Column(
-                1, "N m", "greatest of the stance knee's motor in it; NaN where the knee is locked", **own
+            "stubs": Column(1, "", "number of times that the swing foot struck the ground and did not take the load"),
+            "stance_knee_torque": _from_controller(
+                "N m", "greatest torque of the stance knee's motor in the step that ends", **_MOTOR
             ),
-            "stance_knee_work": Column(
-                1, "J", "since the start, absolute, of the stance knees' motor; NaN where they are locked", **own
+            "stance_knee_work": _from_controller(
+                "J", "absolute work of the stance knees' motor since the start", **_MOTOR
             ),
         }
-    return Tables(samples, touchdowns)
+    return touchdowns
 
 
 SAMPLES, TOUCHDOWNS = tables_of(Compass)
-"""Columns of the compass biped's walks."""
+"""Columns of the walks of the compass biped."""
 
 WHOLE_NUMBERS = ("stance", "strikes", "locked")
 
@@ -157,19 +159,16 @@ def index_of(columns: Mapping[str, Column], name: str) -> int:
 def split(
     columns: Mapping[str, Column], rows: Sequence[Sequence[float]] | NDArray[np.float64]
 ) -> dict[str, NDArray[np.float64]]:
-    """Rows as one array per column, of shape (rows,) or (rows, width).
+    """Split rows into one array per column, of shape (rows,) or (rows, width).
 
     Args:
-        columns: What a row is made of.
-        rows: Each of `width(columns)` numbers.
+        columns: Columns of a row, in their order.
+        rows: Rows of `width(columns)` numbers each.
     """
     table = np.asarray(rows, dtype=np.float64).reshape(len(rows), width(columns))
     arrays: dict[str, NDArray[np.float64]] = {}
-    first = 0
     for name, column in columns.items():
-        part = table[:, first : first + column.width]
-        arrays[name] = part.copy() if column.width > 1 else part[:, 0].copy()
-        if name in WHOLE_NUMBERS:
-            arrays[name] = arrays[name].astype(np.int64)
-        first += column.width
+        first = index_of(columns, name)
+        part = table[:, first : first + column.width] if column.width > 1 else table[:, first]
+        arrays[name] = part.astype(np.int64 if name in WHOLE_NUMBERS else np.float64)
     return arrays

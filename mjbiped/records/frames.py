@@ -1,4 +1,4 @@
-"""A walk's two tables with flat columns, one number a column, and as data frames of pandas."""
+"""Tables of a walk with one number per column, also as data frames of pandas."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Flat = dict[str, NDArray[Any]]
 """Arrays of shape (rows,) by the names of their columns."""
 
 STATE = "controller_state"
-"""Beginning of the names of the controller's integrated states, which have numbers from 0 on."""
+"""Prefix of the names of the controller's integrated states, which are numbered from 0."""
 
 _SAME = 1e-9  # s: a sample this near to a touchdown is of its instant
 
@@ -38,9 +38,9 @@ class Frames(NamedTuple):
 
 
 def flat_samples(walk: Walk) -> Flat:
-    """The samples, one number a column: `step`, `time`, `q_stance`, `q_swing`, ..., `controller_state_0`, ...
+    """Return the samples, one number per column: `step`, `time`, `q_stance`, ..., `controller_state_0`, ...
 
-    `step` counts from 1; a sample of a touchdown's own instant belongs to the step whose stance leg it has.
+    `step` counts from 1; a sample at the instant of a touchdown belongs to the step whose stance leg it has.
     """
     states = walk.samples["controller_states"].T
     return {
@@ -51,13 +51,13 @@ def flat_samples(walk: Walk) -> Flat:
 
 
 def flat_touchdowns(walk: Walk) -> Flat:
-    """The touchdowns, one number a column: `step` is the step that the touchdown ends, from 1 on."""
+    """Return the touchdowns, one number per column; `step` is the step that the touchdown ends, from 1 on."""
     columns = tables_of(type(walk.robot)).touchdowns
     return {"step": np.arange(1, walk.steps + 1, dtype=np.int64), **_flat(columns, walk.touchdowns)}
 
 
 def units_of(columns: Mapping[str, Column]) -> dict[str, str]:
-    """The unit of each flat column; empty where it has none."""
+    """Return the unit of each flat column; empty for a pure number."""
     units = {"step": ""}
     for name, column in columns.items():
         of_parts = column.unit.split(", ") if ", " in column.unit else [column.unit] * column.width
@@ -66,7 +66,7 @@ def units_of(columns: Mapping[str, Column]) -> dict[str, str]:
 
 
 def frames(walk: Walk) -> Frames:
-    """The walk as data frames; see `Walk.to_pandas`.
+    """Return the walk as data frames; see `Walk.to_pandas`.
 
     Raises:
         InputError: pandas is not installed.
@@ -81,7 +81,7 @@ def frames(walk: Walk) -> Frames:
 
 
 def _steps(walk: Walk) -> NDArray[np.int64]:
-    """The step of each sample."""
+    """Return the number of the step of each sample."""
     time, touched = walk.samples["time"], walk.touchdowns
     ended = np.searchsorted(touched["time"], time - _SAME)
     following = np.append(touched["time"], np.inf)[ended]

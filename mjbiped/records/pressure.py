@@ -1,12 +1,13 @@
-"""The centre of pressure that the ankle's torque asks for, and the foot that would hold it.
+"""Centre of pressure that the ankle's torque requires, and the shortest foot that would contain it.
 
-The models' feet are points, on which no torque can act. A flat, massless foot under such a leg stands still only while
-the ground's force, of the normal component F_n, goes through x = -τ₁ / F_n, measured from the ankle along the ground,
-positive forward: that is the balance of moments about the ankle. Where x lies beyond the foot's end, it tips.
+The feet of the models are points, which cannot transmit a torque. A flat, massless foot at the ankle stands still only
+while the ground's force, with the normal component F_n, acts at x = -τ₁ / F_n, measured from the ankle along the
+ground, positive forward: this is the balance of moments about the ankle. Where x lies beyond the end of the foot, the
+foot tips.
 
-Engines keep the greatest distances of each step in the touchdowns' rows, and for how long x lies where in a table of
-`BINS` bins of `WIDTH` leg lengths, half of them behind the ankle. The first and the last hold all that lies farther,
-or where the ground would have to bear a torque without a force. Time without a torque is in no bin.
+Engines keep the greatest distances of each step in the rows of touchdowns, and a histogram of the time spent at each
+x: `BINS` bins of `WIDTH` leg lengths, half of them behind the ankle. The first and the last bin include all that lies
+farther away, and torques without a normal force. Time without a torque is in no bin.
 """
 
 from __future__ import annotations
@@ -30,11 +31,11 @@ WIDTH = 0.01  # leg lengths
 BINS = 130
 HALF = BINS // 2
 USUAL = 0.99
-"""Share of the time for which a foot has to hold the centre of pressure, unless another is asked for."""
+"""Default share of the time for which a foot must contain the centre of pressure."""
 
 
 def bin_of(place: float) -> int:
-    """The bin of a place of the centre of pressure, in leg lengths from the ankle; it may be infinite."""
+    """Index of the bin of a centre of pressure, given in leg lengths from the ankle; it may be infinite."""
     return math.floor(min(max(place / WIDTH, -float(HALF)), HALF - 1.0)) + HALF
 
 
@@ -48,17 +49,17 @@ def note_pressure(
     leg_length: float,
     time: float,
 ) -> None:
-    """Take in where the centre of pressure lies for a time.
+    """Add an interval of time to the record of the centre of pressure.
 
     Args:
-        u: An engine's memory of a walk.
-        ahead: Index in it of the greatest distance ahead of the ankle, m; that behind it follows.
-        times: Index of the first of the `BINS` times, s.
-        torque: Of the ankle, N m.
+        u: The engine's state array.
+        ahead: Index in `u` of the greatest distance ahead of the ankle, m; the distance behind it follows.
+        times: Index in `u` of the first of the `BINS` times, s.
+        torque: Torque of the ankle, N m.
         normal: Normal force of the ground, N.
-        light: With a force no greater than this, N, the centre of pressure is as far away as can be.
-        leg_length: m.
-        time: For how long, s.
+        light: Normal force, N, up to which the centre of pressure counts as infinitely far away.
+        leg_length: Length of a leg, m.
+        time: Length of the interval, s.
     """
     if normal > light:
         place = -torque / normal
@@ -70,24 +71,22 @@ def note_pressure(
 
 
 def unknown() -> Floats:
-    """The times of a record that does not tell them."""
+    """Return the times of a record that does not hold them: NaN."""
     return np.full(BINS, np.nan)
 
 
 def centre_of_pressure(walk: Walk) -> Floats:
-    """Where the ankle's torque asks for the centre of pressure at each sample, shape (samples,), m; see the module.
+    """Centre of pressure that the ankle's torque requires at each sample, shape (samples,), m ahead of the ankle.
 
-    The normal force is that of the equations of motion under the recorded torques: a push is none of them. NaN where
-    the walk has diverged, and where the ground would have to pull.
+    The normal force follows from the equations of motion under the recorded torques, without pushes. The result is NaN
+    where the walk has diverged, and where the ground would have to pull.
     """
     robot, samples = walk.robot, walk.samples
-    knees: dict[str, NDArray[np.generic]] = {}
-    if robot.knees:
-        knees = {"locked": samples["locked"], "stance_flexion": stance_knee.flexion(walk)}
+    bent, locked = stance_knee.flexion(walk), samples.get("locked", np.ones_like(samples["stance"]))
     places = np.full(len(samples["time"]), math.nan)
     for k in np.flatnonzero(stance_knee.is_sound(walk)):
         q, dq, torque, slope = (samples[name][k] for name in ("q", "dq", "torque", "slope"))
-        forward, upward = robot.ground_force(q, dq, torque, slope, **{name: of[k] for name, of in knees.items()})
+        forward, upward = robot.ground_force(q, dq, torque, slope, locked=locked[k], stance_flexion=bent[k])
         normal = forward * math.sin(slope) + upward * math.cos(slope)
         if normal > LIGHT_CONTACT * robot.weight:
             places[k] = -torque[0] / normal
@@ -95,14 +94,14 @@ def centre_of_pressure(walk: Walk) -> Floats:
 
 
 class Sole(NamedTuple):
-    """What a walk asks of a flat foot.
+    """Centre of pressure of a whole walk, which determines the flat foot that it needs.
 
     Attributes:
-        times: By bins of the centre of pressure's place, s.
-        total: Time that was walked, s.
-        ahead: Where it was at most ahead of the ankle, m.
-        behind: The same behind it, m.
-        leg_length: m.
+        times: Time in each bin of the centre of pressure, s.
+        total: Duration of the walk, s.
+        ahead: Greatest distance of the centre of pressure ahead of the ankle, m.
+        behind: Greatest distance of the centre of pressure behind the ankle, m.
+        leg_length: Length of a leg, m.
     """
 
     times: Floats
@@ -112,10 +111,10 @@ class Sole(NamedTuple):
     leg_length: float
 
     def length(self, share: float = USUAL) -> float:
-        """Length of the shortest foot about the ankle that holds the centre of pressure for a share of the time, m.
+        """Length of the shortest foot that contains the centre of pressure for a share of the time, m.
 
-        Within a bin the time is taken to be spread evenly. Infinite where no force bears the torque for longer than may
-        be left out, NaN where the times are not known.
+        Time is taken to be spread evenly within a bin. The length is infinite if the torque acts without a normal force
+        for longer than may be left out, and NaN if the times are unknown.
         """
         if np.isnan(self.times).any() or not self.total > 0.0:
             return math.nan
@@ -131,16 +130,16 @@ class Sole(NamedTuple):
 
 
 def _shortest(edges: Floats, beyond: Floats, other_edges: Floats, other_beyond: Floats, left_out: float) -> float:
-    """Length of the shortest foot of which one end is at a bin's edge, in leg lengths.
+    """Length of the shortest foot with one end at the edge of a bin, in leg lengths.
 
     Args:
-        edges: Of the bins on that side, from the ankle outwards, leg lengths.
-        beyond: Time beyond each, s.
-        other_edges: The same on the other side.
-        other_beyond: The same.
-        left_out: Time that may lie beyond either end together, s.
+        edges: Edges of the bins on the side of that end, from the ankle outwards, leg lengths.
+        beyond: Time beyond each of these edges, s.
+        other_edges: Edges of the bins on the other side, leg lengths.
+        other_beyond: Time beyond each edge on the other side, s.
+        left_out: Time that may lie beyond both ends together, s.
     """
     rest = left_out - beyond
-    ends = np.interp(-rest, -other_beyond, other_edges)  # where just the rest lies beyond the other end
+    ends = np.interp(-rest, -other_beyond, other_edges)  # the other end, beyond which exactly the rest lies
     possible = rest >= other_beyond[-1]
     return float(np.min((edges + ends)[possible], initial=math.inf))

@@ -1,4 +1,4 @@
-"""The record of a walk: what every engine returns, on disk as in memory."""
+"""Record of a walk, which every engine returns, in memory and on disk."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from base64 import b64encode
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import LONGEST_SHOWN, MjbipedError, RecordError, shown
-from mjbiped.records import measures, views
+from mjbiped.records import measures
 from mjbiped.records.arrays import read_arrays, write_arrays
 from mjbiped.records.frames import Frames, frames
 from mjbiped.records.pressure import unknown
 from mjbiped.records.schema import FORMAT as FORMAT
 from mjbiped.records.schema import FORMAT_VERSION as FORMAT_VERSION
 from mjbiped.records.schema import checked_fields
-from mjbiped.records.summary import WalkSummary, html_table
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.terrain import Terrain
@@ -29,13 +29,15 @@ from mjbiped.terrain.terrain import Terrain
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from mjbiped.records.tables import WalkSummary
+
 _SHOWN_FIRST = ("outcome", "ended at", "terrain", "controller", "warning", "steps", "distance", "speed",
                 "cost of transport, absolute", "peak torque, ankle", "peak torque, hip")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """One walk of a biped, from its start to its outcome.
+    """Walk of a biped, from its start to its outcome.
 
     Attributes:
         samples: Arrays over time, empty where no samples were asked for, by name:
@@ -78,12 +80,12 @@ class Walk:
 
     @property
     def robot(self) -> Robot:
-        """The robot that walked."""
+        """Robot that walked."""
         return robot_from(self.settings["robot"])
 
     @property
     def terrain(self) -> Terrain:
-        """The ground that it walked on."""
+        """Ground that the robot walked on."""
         return Terrain.from_dict(self.settings["terrain"])
 
     @property
@@ -93,18 +95,18 @@ class Walk:
 
     @property
     def fell(self) -> bool:
-        """Whether the robot fell. Other bad ends have outcomes of their own."""
+        """Whether the robot fell; other failures have outcomes of their own."""
         return self.outcome == "fell"
 
     @property
     def warnings(self) -> Mapping[str, int]:
-        """What the engine said of the walk, and how often: why it diverged or could not be resolved, for example."""
+        """Warnings of the engine with their counts, for example why the walk diverged."""
         warnings: Mapping[str, int] = self.settings.get("warnings", {})
         return warnings
 
     @property
     def ground_pulls(self) -> NDArray[np.bool_]:
-        """For each touchdown, whether the ground would have had to pull in the step that it ends, shape (steps,).
+        """Whether the ground would have had to pull in the step that each touchdown ends, shape (steps,).
 
         `touchdowns["normal_force"]` has the least force; see `mjbiped.records.measures.pulls`.
         """
@@ -112,7 +114,7 @@ class Walk:
 
     @property
     def contact_violations(self) -> NDArray[np.bool_]:
-        """For each touchdown, whether the step that it ends asks for ground that no foot has, shape (steps,).
+        """Whether the step that each touchdown ends violates the contact, shape (steps,).
 
         The ground would have to pull, or to have friction over 0.8; see `mjbiped.records.measures.violations`.
         """
@@ -120,7 +122,7 @@ class Walk:
 
     @property
     def verdict(self) -> str:
-        """The outcome, where "finished" is "through", or "through, contact violated"; see `contact_violations`."""
+        """Outcome, with "finished" split into "through" and "through, contact violated"; see `contact_violations`."""
         return measures.verdict(self.outcome, int(self.contact_violations.sum()))
 
     @property
@@ -130,23 +132,25 @@ class Walk:
 
     @property
     def cost_of_transport(self) -> float:
-        """c_mt of all joints' absolute work; see `mjbiped.records.measures.cost_of_transport` for the variants."""
+        """Cost of transport c_mt of the absolute work; `mjbiped.records.measures.cost_of_transport` has variants."""
         return measures.cost_of_transport(self)
 
     def __repr__(self) -> str:
-        """One line; the tables are long."""
+        """Describe the walk in one line."""
         name = textwrap.shorten(self.settings["terrain"]["name"], LONGEST_SHOWN, placeholder="...")
         x = self.distance
         said = "".join(f"; {text}" for text in self.warnings)
         return f"<Walk on {name}: {self.outcome} after {self.steps} steps, {x:.3f} m, {self.end[0]:.3f} s{said}>"
 
     def summary(self) -> WalkSummary:
-        """All measures of the walk.
+        """Compute all measures of the walk.
 
         Returns:
             What prints as the table of `mjbiped walk`, and has each measure by its name:
             `walk.summary()["cost_of_transport"]`. A measure that does not exist is None.
         """
+        from mjbiped.records.tables import WalkSummary  # Rich takes long to load
+
         return WalkSummary(self)
 
     def plot(self, path: str | Path | None = None) -> Figure:
@@ -162,7 +166,8 @@ class Walk:
             InputError: The path has another suffix; nothing has been drawn then.
             RenderError: The record holds no samples, or the file cannot be written.
         """
-        figure: Figure = views.drawer("figure")(self, path)
+        # by name: a record imports nothing that draws, and what draws imports records
+        figure: Figure = resolve_name("mjbiped.plotting.walk:plot_walk")(self, path)
         return figure
 
     def video(self, path: str | Path | None = None, **settings: Any) -> None:
@@ -177,10 +182,10 @@ class Walk:
             InputError: An argument is outside its domain; nothing has been drawn then.
             RenderError: The record holds no samples, no OpenGL platform works, or the file cannot be written.
         """
-        views.drawer("video")(self, path, **settings)
+        resolve_name("mjbiped.rendering.video:render_video")(self, path, **settings)
 
     def to_pandas(self) -> Frames:
-        """The walk as two data frames of pandas, `samples` and `touchdowns`.
+        """Return the walk as two data frames of pandas, `samples` and `touchdowns`.
 
         Columns are flat, one number each: `q_stance`, `q_swing`, `torque_ankle`, `qpos_hip_x`, ..., and
         `controller_state_0`, ... for the controller's integrated states. Both frames have `step`, from 1 on: a sample
@@ -196,16 +201,18 @@ class Walk:
         return frames(self)
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: outcome and measures, and the time lapse where there are samples."""
-        shown_first = html_table(tuple(row for row in self.summary().rows if row[0] in _SHOWN_FIRST))
+        """Return outcome, measures and, if there are samples, the time lapse for a notebook."""
+        from mjbiped.records.tables import html_table
+
+        shown_first = html_table(row for row in self.summary().rows if row[0] in _SHOWN_FIRST)
         try:
-            picture = b64encode(views.drawer("picture")(self)).decode()
+            picture = b64encode(resolve_name("mjbiped.plotting.walk:time_lapse_picture")(self)).decode()
         except MjbipedError:  # nothing to draw
             return shown_first
         return f'{shown_first}<img alt="time lapse of the walk" src="data:image/png;base64,{picture}">'
 
     def __eq__(self, other: object) -> bool:
-        """Bitwise equality of everything recorded."""
+        """Compare everything recorded, bit by bit."""
         if not isinstance(other, Walk):
             return NotImplemented
         return self._identity() == other._identity()
@@ -222,7 +229,7 @@ class Walk:
         return [*tables, self.outcome, self.end, self.peak_torque.tobytes(), self.pressure_times.tobytes(), plain]
 
     def save(self, path: str | Path) -> None:
-        """Write the record as `.npz`; the file appears whole or not at all.
+        """Write the record as `.npz`, which appears whole or not at all.
 
         Args:
             path: File to write; its name must end in `.npz`.
@@ -251,7 +258,7 @@ class Walk:
 
     @classmethod
     def load(cls, path: str | Path) -> Walk:
-        """Read a record.
+        """Load a record.
 
         Args:
             path: File that `save` wrote.

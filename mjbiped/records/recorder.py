@@ -1,4 +1,4 @@
-"""Gathers the samples and touchdowns of a walk in any engine."""
+"""Collection of the samples and touchdowns of a walk in any engine."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 
 Cancellation: TypeAlias = Callable[[], None]
-"""Called now and then while a walk is recorded; what it raises breaks the walk off."""
+"""Function that is called at times during a walk, and may raise an exception to stop it."""
 
 _TIME = 0  # index of the time in a row of either
 
 
 def _later(table: NDArray[np.float64], taken: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """The rows after the last of those taken, by their times."""
+    """Return the rows later than the last row that was taken."""
     if not len(table) or not taken or not len(taken[-1]) or table[0, _TIME] > taken[-1][-1, _TIME]:
         return table
     later: NDArray[np.float64] = table[table[:, _TIME] > taken[-1][-1, _TIME]]
@@ -32,10 +32,10 @@ def never_cancelled() -> None:
 
 
 class Recorder:
-    """Grows with the walk; its tables may be asked for at any moment.
+    """Samples and touchdowns so far, whose tables may be read at any time.
 
     Attributes:
-        cancellation: To be called by the engine each time before the walk goes on.
+        cancellation: Function that the engine calls each time before the walk goes on.
     """
 
     def __init__(
@@ -49,10 +49,10 @@ class Recorder:
         """Begin an empty recording.
 
         Args:
-            robot: The kind of robot that walks.
-            keep_samples: Whether the table of samples is wanted; without it the last is known, no more.
-            summary: Takes the touchdowns, which are not kept then.
-            cancellation: See the attribute.
+            robot: Kind of robot that walks.
+            keep_samples: Whether all samples are kept; otherwise only the last one is.
+            summary: Summary that takes the touchdowns, which are then not kept.
+            cancellation: Function that the engine calls each time before the walk goes on.
         """
         self.cancellation = cancellation
         self._keep_samples = keep_samples
@@ -63,13 +63,13 @@ class Recorder:
         self._samples: list[NDArray[np.float64]] = []
 
     def add(self, rows: NDArray[np.float64], samples: NDArray[np.float64]) -> None:
-        """Take copies of rows of both tables.
+        """Add copies of rows to both tables.
 
-        What has been taken is not taken again: Ctrl-C may come before an engine notes that its rows were taken.
+        Rows that were added before are skipped: Ctrl-C may come before an engine notes that its rows were added.
 
         Args:
-            rows: Of touchdowns, shape (any, columns of `columns.TOUCHDOWNS`).
-            samples: Shape (any, columns of `columns.SAMPLES` and the controller's states).
+            rows: Rows of touchdowns, shape (any, columns of `columns.TOUCHDOWNS`).
+            samples: Rows of samples, shape (any, columns of `columns.SAMPLES` and the controller's states).
         """
         rows, samples = _later(rows, self._rows), _later(samples, self._samples)
         if len(rows):
@@ -84,7 +84,7 @@ class Recorder:
                 self._samples = [samples[-1:].copy()]
 
     def add_touchdown(self, row: NDArray[np.float64]) -> None:
-        """Take a copy of one touchdown's row."""
+        """Add a copy of one touchdown's row."""
         self.add(row[None], np.empty((0, self._sampled)))
 
     @property
@@ -101,12 +101,12 @@ class Recorder:
         return self._summary.steps if self._summary is not None else sum(map(len, self._rows))
 
     def summary(self) -> Summary:
-        """The summary that this recording was begun with."""
+        """Return the summary that the recording was begun with."""
         assert self._summary is not None
         return self._summary
 
     def samples(self) -> dict[str, NDArray[np.float64]]:
-        """Samples so far; see `mjbiped.records.columns.SAMPLES`."""
+        """Return the samples so far; see `mjbiped.records.columns.SAMPLES`."""
         table = np.concatenate(self._samples) if self._samples else np.empty((0, self._sampled))
         if not self._keep_samples:
             table = table[:0]
@@ -114,5 +114,5 @@ class Recorder:
         return {**split(self._columns.samples, table[:, : self._sampled]), "controller_states": own}
 
     def touchdowns(self) -> dict[str, NDArray[np.float64]]:
-        """Touchdowns so far; see `mjbiped.records.columns.TOUCHDOWNS`."""
+        """Return the touchdowns so far; see `mjbiped.records.columns.TOUCHDOWNS`."""
         return split(self._columns.touchdowns, np.concatenate(self._rows))

@@ -1,4 +1,4 @@
-"""What a walk's record must be for every measure and every drawing of it: checked once, when it is read."""
+"""Checks of a walk's record, made once when it is read, on which measures and drawings rely."""
 
 from __future__ import annotations
 
@@ -18,33 +18,34 @@ from mjbiped.rules.termination import STALL_TIME, Outcome
 
 FORMAT = "mjbiped walk"
 FORMAT_VERSION = 5
-"""2: touchdowns have `normal_force`. 3: walks with knees tell of a motor at the stance knee. 4: where the centre of
-pressure was, in touchdowns and as times. NaN in older records. 5: the outcome "time limit"."""
+"""Version 2 added `normal_force` to touchdowns; 3, the stance knee's motor; 4, the centre of pressure in touchdowns and
+its histogram; 5, the outcome "time limit". What an older record lacks is NaN."""
 
 FARTHEST = 1e10
-"""Greatest place (m) or angle (rad): MuJoCo takes a state beyond it as diverged."""
+"""Greatest place (m) or angle (rad); MuJoCo treats a state beyond it as diverged."""
 
 OUTCOMES = tuple(outcome.words for outcome in Outcome if outcome is not Outcome.WALKING)
-"""All that can become of a walk, in words."""
+"""All outcomes of a walk, in words."""
 
-_BETWEEN = 2.0  # a step may take so many times the time after which engines call it stalled, ...
-_LATER = 1.0  # ... and so much more, s: the longest physics step is shorter
+_BETWEEN, _LATER = 2.0, 1.0  # a step takes at most this multiple of the stall time, plus this time, s
 
 Arrays = Mapping[str, NDArray[Any]]
 
 
 def checked_fields(arrays: Arrays) -> dict[str, Any]:
-    """The fields of a `Walk`, of the arrays of its file.
+    """Check the arrays of a record's file and return the fields of its `Walk`.
 
     Args:
-        arrays: As `Walk.save` names them, of floats, whole numbers and texts.
+        arrays: Floats, whole numbers and texts, named as `Walk.save` names them.
 
     Raises:
-        RecordError: They are no record, or a damaged one, or one of a newer version; the message goes on from the
+        RecordError: They are not a record, or a damaged one, or one of a newer version; the message continues the
             file's name.
     """
     header = _header(arrays)
-    end, settings = _moment(header), header.get("settings")
+    end, settings = header.get("end"), header.get("settings")
+    if not is_numbers(end, 2):
+        raise damaged(f"its end is {shown(end)}; expected a time and a place")
     robot = checked_settings(settings)
     columns = tables_of(type(robot))
     samples = _table("samples", columns.samples, arrays, header["version"])
@@ -63,7 +64,7 @@ def checked_fields(arrays: Arrays) -> dict[str, Any]:
         "samples": samples,
         "touchdowns": touchdowns,
         "outcome": header["outcome"],
-        "end": end,
+        "end": (float(end[0]), float(end[1])),
         "peak_torque": peak,
         "pressure_times": times,
         "settings": settings,
@@ -71,10 +72,10 @@ def checked_fields(arrays: Arrays) -> dict[str, Any]:
 
 
 def _header(arrays: Arrays) -> dict[str, Any]:
-    """The record's header, with a format, version and outcome that are known.
+    """Read the record's header, and check its format, version and outcome.
 
     Raises:
-        RecordError: There is none, or it is of another format or a newer version.
+        RecordError: There is no header, or it is of another format or a newer version.
     """
     written = arrays.get("header")
     try:
@@ -97,19 +98,11 @@ def _header(arrays: Arrays) -> dict[str, Any]:
     return dict(header)
 
 
-def _moment(header: Mapping[str, Any]) -> tuple[float, float]:
-    """Time and place of the walk's end."""
-    end = header.get("end")
-    if not is_numbers(end, 2):
-        raise damaged(f"its end is {shown(end)}; expected a time and a place")
-    return float(end[0]), float(end[1])
-
-
 def _table(kind: str, columns: Mapping[str, Column], arrays: Arrays, version: int) -> dict[str, NDArray[Any]]:
-    """One of the two tables, its columns as `mjbiped.records.columns` promises them; others may stand beside them.
+    """Return one of the two tables with the columns of `mjbiped.records.columns`, and others beside them.
 
     Raises:
-        RecordError: A column is missing, or is not what is promised.
+        RecordError: A column is missing, or is not as specified.
     """
     beginning = f"{kind}/"
     table = {name.removeprefix(beginning): array for name, array in arrays.items() if name.startswith(beginning)}
@@ -129,10 +122,10 @@ def _table(kind: str, columns: Mapping[str, Column], arrays: Arrays, version: in
 
 
 def _check_column(where: str, whole: bool, column: Column, array: NDArray[Any]) -> None:
-    """Refuse a column that is not what is promised.
+    """Check a column against its specification.
 
     Raises:
-        RecordError: Its shape or type is another one, or it holds a number that it must not.
+        RecordError: Its shape, type or a number in it is not as specified.
     """
     expected = np.int64 if whole else np.float64
     if array.shape[1:] != ((column.width,) if column.width > 1 else ()) or array.dtype != expected:
@@ -151,10 +144,10 @@ def _described(array: NDArray[Any]) -> str:
 
 
 def _check_times(robot: Robot, columns: Sequence[NDArray[np.float64]], steps: int) -> None:
-    """Refuse times that descend, and those at which a walk of so many steps would long have stalled.
+    """Check that times ascend, and that a walk of `steps` steps would not have stalled before them.
 
     Raises:
-        RecordError: There are such.
+        RecordError: Times descend, or are too late.
     """
     latest = (steps + 1) * _BETWEEN * STALL_TIME * math.sqrt(robot.leg_length / robot.gravity) + _LATER
     for time in columns:

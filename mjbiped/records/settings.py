@@ -1,7 +1,7 @@
-"""What the settings of a record must be for every reader of them: checked once, when the record is read.
+"""Checks of the settings of a record, made once when the record is read.
 
-Readers rely on it: a report, a figure, a repetition of the walk take the settings as they are. What else stands beside
-those that are named here is the engine's own, and no reader takes more of it than its text.
+Readers rely on them: a report, a figure or a repetition of the walk uses the settings as they are. Settings that are
+not named here are the engine's own, and readers use only their text.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from mjbiped.utils.domains import Count, Domain
 Part = TypeVar("Part")
 
 MOST_VALUES = 10 * domains.SEGMENTS.high
-"""Numbers, texts and tables in a record's header at most; the longest terrain has some seven for each segment."""
+"""Greatest number of values in a record's header; the longest terrain has about seven for each segment."""
 
 LONGEST_TEXT = 32 * MOST_VALUES
-"""Characters of a record's header at most: a number has up to 24 and a comma."""
+"""Greatest number of characters in a record's header: a number has up to 24 and a comma."""
 
 LONGEST_DESCRIPTION = domains.SEGMENTS.high
-"""Values that a controller may tell of itself; the others of a header leave room for so many."""
+"""Greatest number of values in a controller's description; the other values of a header leave room for them."""
 
 DEEPEST = 40  # levels of nested settings; the engines' own have five
 _LONGEST_REASON = 300  # characters
@@ -39,33 +39,36 @@ _DIGEST = 64  # letters of a source's digest
 
 
 def parsed(text: str, most: int = MOST_VALUES) -> Any:
-    """What a JSON text holds, in types that everything can compute with and write again.
+    """Read a JSON text into values that everything can compute with and write again.
 
     Args:
-        text: As it stands in a file.
-        most: Values that it may have.
+        text: JSON text as it stands in a file.
+        most: Greatest number of values that it may have.
 
     Raises:
-        ValueError: It is no such text, or too long, nested too deep, or holds a number or text that nobody can write.
+        ValueError: The text is not JSON, too long or nested too deeply, or holds a number or text that cannot be
+            written.
     """
     if len(text) > LONGEST_TEXT or sum(map(text.count, ",[{")) > most:
         raise ValueError(f"it is too long: {len(text)} characters; expected at most {most} values")
     try:
         value = json.loads(text, parse_int=_whole_number)
-    except RecursionError as error:
-        raise ValueError(f"nested more than {DEEPEST} times") from error
-    _check_nesting(value)
+        depth = _depth(value)
+    except RecursionError:
+        depth = DEEPEST + 1
+    if depth > DEEPEST:
+        raise ValueError(f"nested more than {DEEPEST} times")
     return value
 
 
 def described(controller: Any) -> dict[str, Any]:
-    """What a controller tells of itself, as it stands in a record that is read again.
+    """Return a controller's description as it reads after saving and loading a record.
 
     Args:
-        controller: Its name and parameters.
+        controller: Name and parameters of the controller.
 
     Raises:
-        ValueError: No record with it could be read.
+        ValueError: A record with this description could not be read.
     """
     holds, expected = _CHECKS["controller"]
     if not holds(controller):
@@ -79,37 +82,26 @@ def described(controller: Any) -> dict[str, Any]:
 
 
 def _whole_number(text: str) -> int:
-    """A whole number in JSON that everything can compute with."""
+    """Read a whole number in JSON, of a length that everything can compute with."""
     if len(text) > _LONGEST_NUMBER:
         raise ValueError(f"a whole number of {len(text)} digits")
     return int(text)
 
 
-def _check_nesting(value: Any) -> None:
-    """Refuse what is nested too deep for those who look into it, and text that cannot be written anywhere.
+def _depth(value: Any) -> int:
+    """Levels of nesting of a JSON value.
 
     Raises:
-        ValueError: It is.
+        ValueError: It holds a text that cannot be written anywhere.
     """
-    level = [value]
-    for _ in range(DEEPEST):
-        below: list[Any] = []
-        for part in level:
-            if isinstance(part, str):
-                part.encode()
-            elif isinstance(part, dict):
-                below.extend(part)
-                below.extend(part.values())
-            elif isinstance(part, list):
-                below.extend(part)
-        if not below:
-            return
-        level = below
-    raise ValueError(f"nested more than {DEEPEST} times")
+    if isinstance(value, str):
+        value.encode()
+    parts = [*value, *value.values()] if isinstance(value, dict) else value if isinstance(value, list) else []
+    return 1 + max(map(_depth, parts)) if parts else 0
 
 
 def damaged(what: str) -> RecordError:
-    """The error of a record that holds what no walk has written; the message goes on from the file's name."""
+    """Return the error of a damaged record; its message continues the file's name."""
     return RecordError(f"is a damaged record: {what}")
 
 
@@ -117,7 +109,7 @@ def checked_settings(settings: Any) -> Robot:
     """Check the settings of a record.
 
     Args:
-        settings: Of a header that `parsed` has read.
+        settings: Settings of a header that `parsed` has read.
 
     Returns:
         The robot that walked.
@@ -136,18 +128,21 @@ def checked_settings(settings: Any) -> Robot:
     if not is_numbers(settings["initial"], count):
         raise damaged(f"its initial state is {shown(settings['initial'])}; expected {count} numbers")
     if settings["scuffing"] is not None:
-        _built("scuffing rule", _rule_from, settings["scuffing"])
+        _built("scuffing rule", lambda described: ScuffingRule(**described), settings["scuffing"])
     checks = {**_CHECKS, **_OF_ENGINES.get(str(settings["engine"]), {})}
     for name, (holds, expected) in checks.items():
         if name in settings and not holds(settings[name]):
             raise damaged(f"its {name.replace('_', ' ')} is {shown(settings[name])}; expected {expected}")
     if "disturbances" in settings:
-        _built("disturbances", _disturbances_from, settings["disturbances"])
+        made = _built("disturbances", Disturbances.from_dict, settings["disturbances"])
+        if made.to_dict() != settings["disturbances"]:  # readers use the values as they stand there
+            described = shown(settings["disturbances"])
+            raise damaged(f"its disturbances cannot be built: {described} is not as it would have been written")
     return robot
 
 
 def is_numbers(values: Any, count: int) -> TypeGuard[list[float]]:
-    """Whether this is a list of so many finite numbers."""
+    """Whether a value is a list of `count` finite numbers."""
     return (
         isinstance(values, list)
         and len(values) == count
@@ -157,7 +152,7 @@ def is_numbers(values: Any, count: int) -> TypeGuard[list[float]]:
 
 
 def _built(what: str, build: Callable[[Any], Part], described: Any) -> Part:
-    """A part of a walk, of its description.
+    """Build a part of a walk from its description.
 
     Raises:
         RecordError: It cannot be built.
@@ -169,27 +164,16 @@ def _built(what: str, build: Callable[[Any], Part], described: Any) -> Part:
         raise damaged(f"its {what} cannot be built: {why}") from error
 
 
-def _rule_from(described: Mapping[str, Any]) -> ScuffingRule:
-    return ScuffingRule(**described)
-
-
-def _disturbances_from(described: Mapping[str, Any]) -> Disturbances:
-    made = Disturbances.from_dict(described)
-    if made.to_dict() != described:  # readers take the values as they stand there
-        raise InputError(f"{shown(described)} is not as it would have been written")
-    return made
-
-
 _Check = tuple[Callable[[Any], bool], str]
-"""Whether a value is one that readers take, and in words what is expected."""
+"""Function that tells whether a value is valid, and what is expected in words."""
 
 
-def _text(value: Any) -> bool:
+def _is_text(value: Any) -> bool:
     return isinstance(value, str)
 
 
-def _truth(value: Any) -> bool:
-    return isinstance(value, bool)
+_NAME: _Check = (_is_text, "a name")
+_TRUTH: _Check = (lambda value: isinstance(value, bool), "true or false")
 
 
 def _in(domain: Domain | Count, *, needed: bool = True) -> _Check:
@@ -207,13 +191,13 @@ def _table_of(holds: Callable[[Any], bool], expected: str) -> _Check:
 
 
 _CHECKS: Mapping[str, _Check] = {
-    "engine": (_text, "a name"),
-    "controller": (lambda told: isinstance(told, dict) and _text(told.get("name")), "a table with a name"),
+    "engine": _NAME,
+    "controller": (lambda told: isinstance(told, dict) and _is_text(told.get("name")), "a table with a name"),
     "controller_source": (
         lambda told: (
             isinstance(told, dict)
             and told.keys() == {"class", "sha256"}
-            and all(map(_text, told.values()))
+            and all(map(_is_text, told.values()))
             and len(told["sha256"]) == _DIGEST
         ),
         "a class and the digest of its source",
@@ -221,26 +205,26 @@ _CHECKS: Mapping[str, _Check] = {
     "steps": _in(domains.STEPS, needed=False),
     "distance": _in(domains.DISTANCE, needed=False),
     "sample_period": _in(domains.SAMPLE_PERIOD, needed=False),
-    "versions": _table_of(_text, "texts"),
+    "versions": _table_of(_is_text, "texts"),
     "warnings": _table_of(lambda count: type(count) is int and count > 0, "numbers of times"),
 }
-"""Of the settings of all engines, beside those that are built."""
+"""Checks of the settings of all engines, beside those that are built."""
 
 _ALL = (
     *("engine", "robot", "controller", "terrain", "initial"),
     *("steps", "distance", "sample_period", "scuffing", "versions"),
 )
-"""Settings that every record has had since the first format."""
+"""Settings in every record since the first format."""
 
 _OF_ENGINES: Mapping[str, Mapping[str, _Check]] = {
     "mujoco": {
         "timestep": _in(domains.TIMESTEP),
         "contact_timestep": _in(domains.CONTACT_TIMESTEP),
         "control_period": _in(domains.CONTROL_PERIOD, needed=False),
-        "ground": (_text, "a name"),
-        "lands": (_truth, "true or false"),
-        "stance_knee": (_text, "a name"),
+        "ground": _NAME,
+        "lands": _TRUTH,
+        "stance_knee": _NAME,
     },
-    "hybrid": {"tolerance": _in(domains.TOLERANCE), "compiled": (_truth, "true or false")},
+    "hybrid": {"tolerance": _in(domains.TOLERANCE), "compiled": _TRUTH},
 }
-"""Of the engines of this package; those of others are their own."""
+"""Checks of the settings of this package's engines; other engines have their own settings."""

@@ -1,12 +1,12 @@
-"""The signals of a walk over time, in one table: figures, reports, charts in videos and the viewer's words read it.
+"""Signals of a walk over time, in one table for figures, reports, charts in videos and the viewer.
 
-A new signal is a row of `SIGNALS`; walks of robots that have its column show it in all of these.
+A new signal is a row of `SIGNALS`; walks of all robots that have its column then show it everywhere.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -25,21 +25,24 @@ if TYPE_CHECKING:
 Values = NDArray[np.float64]
 
 SOLID, DASHED, DOTTED = "-", (0, (4.0, 1.2)), (0, (1.5, 1.2))
-"""Styles of lines, as Matplotlib takes them."""
+"""Line styles in Matplotlib's notation."""
 
 _FARTHEST_PRESSURE = 0.5  # leg lengths that are shown on either side of the ankle
 
 
 class Panel(NamedTuple):
-    """Signals of one kind and size, which are drawn over each other.
+    """Signals of one quantity and magnitude, which are drawn over each other.
 
     Attributes:
-        title: In full.
-        quantity: For an axis.
-        unit: Of the values.
-        scale: The unit's number in SI units.
-        least: Least span of the axis, in the unit: what is less is rounding.
+        title: Title in full.
+        quantity: Name of the quantity on the axis.
+        unit: Unit of the values.
+        scale: Value of the unit in SI units.
+        least: Least span of the axis, in the unit; smaller differences are rounding.
         by_legs: Whether the values jump where the legs change roles, so that no line joins two steps.
+        in_figure: Whether the figure of a walk has the panel; reports have all panels.
+        in_words: Whether the report states the values at the current moment in words.
+        events: Name of the events that are marked on the zero line, and a function for their times, s.
     """
 
     title: str
@@ -48,34 +51,22 @@ class Panel(NamedTuple):
     scale: float = 1.0
     least: float = 0.0
     by_legs: bool = False
-
-
-PANELS: Mapping[str, Panel] = {
-    "slope": Panel("Slope of the ground under the stance foot", "slope", "°", math.radians(1.0), least=1.0),
-    "torque": Panel("Joint torque", "torque", "N m"),
-    "pressure": Panel(
-        "Centre of pressure that the ankle's torque asks for, positive forward", "from the ankle", "cm", 0.01
-    ),
-    "knee torque": Panel("Torque of the swing knee", "torque", "N m"),  # a hundredth of the others
-    "flexion": Panel("Flexion of the swing knee", "flexion", "°", math.radians(1.0)),
-    "angle": Panel("Angle from the ground's normal", "angle", "rad", by_legs=True),
-    "rate": Panel("Rate", "rate", "rad/s", by_legs=True),
-    "power": Panel("Mechanical power of the joints", "power", "W"),
-}
-"""All panels, in the order in which they are drawn."""
+    in_figure: bool = True
+    in_words: bool = False
+    events: tuple[str, Callable[[Walk], Values]] | None = None
 
 
 class Signal(NamedTuple):
     """A quantity of a walk at each sample.
 
     Attributes:
-        panel: Where it is drawn, of `PANELS`.
-        name: In legends.
-        symbol: As the paper and docs/glossary.md write it; empty where they have none.
-        colour: One meaning for each, in all figures, reports and videos; told apart by colour-blind eyes.
-        line: Its style, which tells lines apart as well.
-        made: Computes it from a walk, in SI units; None where it is a column of the flat samples.
-        column: What walks must have in their flat samples for it; its own name unless given.
+        panel: Name of its panel in `PANELS`.
+        name: Name in legends.
+        symbol: Symbol in the paper and in docs/glossary.md; empty if it has none.
+        colour: Colour, with one meaning in all figures, reports and videos; safe for colour-blind readers.
+        line: Line style, which also tells lines apart.
+        made: Function that computes the values of a walk in SI units; None for a column of the flat samples.
+        column: Column of the flat samples that a walk must have; the signal's own name unless given.
     """
 
     panel: str
@@ -86,9 +77,41 @@ class Signal(NamedTuple):
     made: Callable[[Walk], Values] | None = None
     column: str = ""
 
+    @property
+    def label(self) -> str:
+        """Name and symbol."""
+        return f"{self.name} {self.symbol}".strip()
+
+
+def knee_strikes(walk: Walk) -> Values:
+    """Times at which a swing knee struck its stop in the finished steps, s; none without knees."""
+    if "knee_strike" not in walk.touchdowns:
+        return np.empty(0)
+    strikes = np.append(0.0, walk.touchdowns["time"])[:-1] + walk.touchdowns["knee_strike"]
+    return np.asarray(strikes[np.isfinite(strikes)])
+
+
+PANELS: Mapping[str, Panel] = {
+    "slope": Panel(
+        "Slope of the ground under the stance foot", "slope", "°", math.radians(1.0), least=1.0, in_words=True
+    ),
+    "torque": Panel("Joint torque", "torque", "N m", in_words=True),
+    "pressure": Panel(
+        "Centre of pressure that the ankle's torque requires, positive forward", "from the ankle", "cm", 0.01
+    ),
+    "knee torque": Panel("Torque of the swing knee", "torque", "N m", in_words=True),  # a hundredth of the others
+    "flexion": Panel(
+        "Flexion of the swing knee", "flexion", "°", math.radians(1.0), events=("knee strike", knee_strikes)
+    ),
+    "angle": Panel("Angle from the ground's normal", "angle", "rad", by_legs=True, in_figure=False),
+    "rate": Panel("Rate", "rate", "rad/s", by_legs=True, in_figure=False),
+    "power": Panel("Mechanical power of the joints", "power", "W", in_figure=False),
+}
+"""All panels, in the order in which they are drawn."""
+
 
 def _pressure(walk: Walk) -> Values:
-    """Centre of pressure, m, cut off where it would dwarf the rest."""
+    """Centre of pressure, m, clipped where it would dwarf the rest."""
     most = _FARTHEST_PRESSURE * walk.robot.leg_length
     return np.clip(centre_of_pressure(walk), -most, most)
 
@@ -100,7 +123,7 @@ def _flexion(walk: Walk) -> Values:
 
 
 def _power(joint: str) -> Callable[[Walk], Values]:
-    """Computes the mechanical power of a joint, W."""
+    """Return a function that computes the mechanical power of a joint, W."""
     return lambda walk: measures.powers(walk)[:, walk.robot.joints.index(joint)]
 
 
@@ -127,22 +150,22 @@ SIGNALS: Mapping[str, Signal] = {
 
 
 def signals_of(robot: type[Robot]) -> dict[str, Signal]:
-    """The signals that walks of a kind of robot have, by name."""
+    """Signals by name that the walks of a kind of robot have."""
     columns = units_of(tables_of(robot).samples)
     signals = {name: signal for name, signal in SIGNALS.items() if (signal.column or name) in columns}
-    if "q_shank" in columns:  # then the swing leg's angle is that of its thigh
+    if "shank" in robot.angles:  # then the swing leg's angle is that of its thigh
         for name in ("q_swing", "dq_swing"):
             signals[name] = signals[name]._replace(name="swing thigh")
     return signals
 
 
 def torques_of(robot: type[Robot]) -> list[Signal]:
-    """The torques of a kind of robot, in the order of its joints."""
+    """Torques of a kind of robot, in the order of its joints."""
     return [SIGNALS[f"torque_{joint}"] for joint in robot.joints]
 
 
 def panels_of(robot: type[Robot]) -> Iterator[tuple[str, dict[str, Signal]]]:
-    """The panels that have signals of a kind of robot, in their order, each with its signals by name."""
+    """Panels, in their order, that have signals of a kind of robot, each with its signals by name."""
     signals = signals_of(robot)
     for panel in PANELS:
         found = {name: signal for name, signal in signals.items() if signal.panel == panel}
@@ -150,21 +173,41 @@ def panels_of(robot: type[Robot]) -> Iterator[tuple[str, dict[str, Signal]]]:
             yield panel, found
 
 
+class Lines(NamedTuple):
+    """What a panel shows of a walk.
+
+    Attributes:
+        panel: The panel.
+        signals: Signals by name that have a finite value.
+        values: Values of each of these signals at each sample, in the panel's unit.
+        missing: Names of the signals without a finite value, such as an estimate that nobody makes.
+        events: Times of the panel's events, s.
+    """
+
+    panel: Panel
+    signals: Mapping[str, Signal]
+    values: Mapping[str, Values]
+    missing: Sequence[str]
+    events: Values
+
+
+def lines_of(walk: Walk) -> Iterator[Lines]:
+    """Lines of a walk over time, panel by panel."""
+    for name, signals in panels_of(type(walk.robot)):
+        panel, every = PANELS[name], {signal: values_of(walk, signal) for signal in signals}
+        values = {signal: line for signal, line in every.items() if np.isfinite(line).any()}
+        missing = [signals[signal].name for signal in every if signal not in values]
+        events = panel.events[1](walk) if panel.events else np.empty(0)
+        yield Lines(panel, {signal: signals[signal] for signal in values}, values, missing, events)
+
+
 def values_of(walk: Walk, name: str) -> Values:
-    """A signal at each sample, in its panel's unit; NaN where it does not exist.
+    """Values of a signal at each sample, in its panel's unit; NaN where the signal does not exist.
 
     Args:
         walk: A record whose robot has the signal.
-        name: Of `SIGNALS`.
+        name: Name in `SIGNALS`.
     """
     signal = SIGNALS[name]
     values = flat_samples(walk)[name] if signal.made is None else signal.made(walk)
     return np.asarray(values / PANELS[signal.panel].scale, dtype=np.float64)
-
-
-def knee_strikes(walk: Walk) -> Values:
-    """When a swing knee struck its stop in the steps that ended, since the walk's start, s; none without knees."""
-    if "knee_strike" not in walk.touchdowns:
-        return np.empty(0)
-    strikes = np.append(0.0, walk.touchdowns["time"])[:-1] + walk.touchdowns["knee_strike"]
-    return np.asarray(strikes[np.isfinite(strikes)])

@@ -1,16 +1,27 @@
-"""Tables on a terminal, in the house's one way."""
+"""Tables on a terminal, all in one style, and the summary of a walk as such a table."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from html import escape
+from io import StringIO
+from typing import TYPE_CHECKING, Any
 
 from rich import box
+from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from mjbiped.records import measures
+
+if TYPE_CHECKING:
+    from mjbiped.records.record import Walk
+
+_WIDTH = 100  # characters of a table as text
+
 
 def bare_table(*headings: str, numbers: bool = False) -> Table:
-    """An empty table: words to the left, numbers to the right; all are numbers if told so."""
+    """Make an empty table with words to the left and numbers to the right; `numbers` tells that all are numbers."""
     table = Table(box=box.SIMPLE, pad_edge=False)
     for heading in headings:
         words = heading in (headings[0], "unit") and not numbers
@@ -19,10 +30,84 @@ def bare_table(*headings: str, numbers: bool = False) -> Table:
 
 
 def table_of(rows: Iterable[tuple[str, str, str]]) -> Table:
-    """Rows of label, value and unit; nothing in them is taken for markup."""
+    """Make a table of rows of label, value and unit, without interpreting markup."""
     table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
     for _ in range(3):
         table.add_column(overflow="fold")
     for cells in rows:
-        table.add_row(*(Text(cell) for cell in cells))
+        table.add_row(*map(Text, cells))
     return table
+
+
+def html_table(rows: Iterable[tuple[str, str, str]]) -> str:
+    """Write rows of label, value and unit as HTML."""
+    left = "style='text-align:left'"
+    lines = (
+        f"<tr><th {left}>{escape(label)}</th><td {left}>{escape(value)} {escape(unit)}</td></tr>"
+        for label, value, unit in rows
+    )
+    return f"<table>{''.join(lines)}</table>"
+
+
+class WalkSummary(Mapping[str, Any]):
+    """Measures of a walk, printed as a table, and by name as in `mjbiped.records.measures.summary`.
+
+    Attributes:
+        rows: Label, formatted value, and unit of each line of the table.
+    """
+
+    def __init__(self, walk: Walk) -> None:
+        """Measure a walk."""
+        self._values = values = measures.summary(walk)
+        settings = walk.settings
+        rows = [
+            ("outcome", walk.outcome, ""),
+            ("ended at", f"{values['ended_at_time_s']:.3f} s, hip at x = {values['ended_at_x_m']:.3f} m", ""),
+            ("terrain", walk.terrain.caption, ""),
+            ("controller", f"{settings['controller']['name']}, engine {settings['engine']}", ""),
+        ]
+        if settings.get("disturbances"):
+            rows.append(("disturbances", _in_words(settings["disturbances"]), ""))
+        if values["warnings"]:
+            warnings = (f"{text} ({n} times)" if n > 1 else text for text, n in values["warnings"].items())
+            rows.append(("warning", "; ".join(warnings), ""))
+        rows += [
+            (label, measures.in_words(values[key], factor, form), "" if values[key] is None else unit)
+            for label, key, factor, form, unit in measures.measures_of(type(walk.robot))
+        ]
+        self.rows = tuple(rows)
+
+    def __getitem__(self, key: str) -> Any:
+        """Return a measure by its name."""
+        return self._values[key]
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of the measures."""
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        """Return the number of measures."""
+        return len(self._values)
+
+    def __rich__(self) -> Table:
+        """Return the table for Rich."""
+        return table_of(self.rows)
+
+    def __str__(self) -> str:
+        """Return the table as text."""
+        text = StringIO()
+        Console(file=text, width=_WIDTH, color_system=None, highlight=False, force_jupyter=False).print(self)
+        return "\n".join(line.rstrip() for line in text.getvalue().strip("\n").splitlines())
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        """Return the table for a notebook."""
+        return html_table(self.rows)
+
+
+def _in_words(disturbances: Mapping[str, Any]) -> str:
+    """Describe the disturbances in one line."""
+    forms: dict[str, Callable[[Any], object]] = {"pushes": len, "seed": str}
+    values = ((name, forms.get(name, "{:g}".format)(value)) for name, value in disturbances.items())
+    return ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in values)

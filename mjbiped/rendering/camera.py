@@ -1,4 +1,4 @@
-"""Cameras: one that follows a walker without bobbing at each of its steps, and where in the picture a place is."""
+"""Cameras: one that follows a walker without bobbing at each step, and the projection of places to pixels."""
 
 from __future__ import annotations
 
@@ -7,15 +7,17 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 
 from mjbiped.records.record import Walk
 
-_CALM = 0.35  # standard deviation of the bell curve that smooths the path, s: half a step
-_MOST_PLACES = 1_000_000  # at which the path is smoothed; in ten hours of walking the curve widens, and nobody sees it
+_CALM = 0.35  # standard deviation of the Gaussian that smooths the path, s: half a step
+_REACH = 30  # samples of the path on either side that the Gaussian reaches
+_MOST_PLACES = 1_000_000  # greatest number of samples of the path; in ten hours of walking the Gaussian widens
 
 
 def smooth_offsets(walk: Walk) -> NDArray[np.float64]:
-    """What to add to the place of a camera that follows the centre of mass, so that it follows a smoothed path of it.
+    """Return the offsets from the centre of mass to a smoothed path of it, which the camera follows.
 
     Args:
         walk: The record.
@@ -24,25 +26,20 @@ def smooth_offsets(walk: Walk) -> NDArray[np.float64]:
         Offsets in x and z at each sample, m, shape (samples, 2).
     """
     time, centre = walk.samples["time"], walk.robot.centre_of_mass(walk.samples["qpos"])
-    if len(time) < 2:
+    if len(time) < 2 or time[-1] == time[0]:
         return np.zeros_like(centre)
     pitch = max(_CALM / 10.0, (time[-1] - time[0]) / _MOST_PLACES)
     even = np.arange(time[0], time[-1] + pitch, pitch)
-    lags = np.arange(-30, 31)
-    bell = np.exp(-0.5 * (lags / 10.0) ** 2)
-    smooth = np.empty_like(centre)
-    for axis, path in enumerate(centre.T):
-        resampled = np.interp(even, time, path)
-        # continued beyond both ends by point reflection, so that the camera neither lags at the start nor stops early
-        padded = (
-            np.pad(resampled, 30, mode="reflect", reflect_type="odd") if len(even) > 1 else np.repeat(resampled, 61)
-        )
-        smooth[:, axis] = np.interp(time, even, np.convolve(padded, bell / bell.sum(), mode="valid"))
+    path = np.stack([np.interp(even, time, places) for places in centre.T], axis=1)
+    # continued beyond both ends by point reflection, so that the camera neither lags at the start nor stops early
+    padded = np.pad(path, ((_REACH, _REACH), (0, 0)), mode="reflect", reflect_type="odd")
+    smoothed = gaussian_filter1d(padded, 10.0, axis=0, radius=_REACH)[_REACH:-_REACH]
+    smooth = np.stack([np.interp(time, even, places) for places in smoothed.T], axis=1)
     return np.asarray(smooth - centre, dtype=np.float64)
 
 
 def fit_cameras(model: mujoco.MjModel, leg_length: float) -> None:
-    """Move a scene's cameras, which are made for legs of 1 m, so that they see a robot with legs of so many m."""
+    """Move a scene's cameras, which are made for legs of 1 m, to see a robot with another leg length (m)."""
     model.cam_poscom0[:] += (leg_length - 1.0) * model.cam_pos
     flat = model.cam_projection == mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC
     model.cam_fovy[flat] *= leg_length
@@ -50,14 +47,14 @@ def fit_cameras(model: mujoco.MjModel, leg_length: float) -> None:
 
 
 class View(NamedTuple):
-    """Where places are in a picture: the camera of a scene that has been updated.
+    """Projection of places to pixels by the camera of an updated scene.
 
     Attributes:
-        size: Width and height, pixels.
-        place: Of the camera, m.
-        axes: Its right, up and forward directions, rows.
-        frustum: Middle and half width, middle and half height of what is seen, at a distance of 1; in m where
-            it is orthographic.
+        size: Width and height of the picture, pixels.
+        place: Place of the camera, m.
+        axes: Right, up and forward directions of the camera, as rows.
+        frustum: Middle and half width, middle and half height of the visible region at distance 1; in m for an
+            orthographic camera.
         orthographic: Whether sizes are the same at all distances.
     """
 
@@ -69,7 +66,7 @@ class View(NamedTuple):
 
     @classmethod
     def of(cls, scene: Any, width: int, height: int) -> View:
-        """The view of an `mujoco.MjvScene` in a picture of so many pixels."""
+        """Return the view of an `mujoco.MjvScene` in a picture of the given size in pixels."""
         left, right = scene.camera  # eyes, between which MuJoCo takes the middle
         forward, up, place = (
             0.5 * (np.array(one, dtype=np.float64) + other)
@@ -83,7 +80,7 @@ class View(NamedTuple):
         return cls((width, height), place, axes, (centre, half * width / height, middle, half), bool(left.orthographic))
 
     def pixel(self, x: float, y: float, z: float) -> tuple[float, float]:
-        """Column and row of a place (m)."""
+        """Return column and row of a place (m)."""
         right, up, distance = (self.axes @ (np.array((x, y, z)) - self.place)).tolist()
         if not self.orthographic:
             right, up = right / distance, up / distance

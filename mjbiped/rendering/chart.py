@@ -1,12 +1,12 @@
-"""The strip chart below a picture: slope, estimate and torques over time, drawn once, and a cursor that moves."""
+"""Strip chart below a picture: slope, estimate and torques over time, drawn once, with a moving cursor."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -15,7 +15,7 @@ from mjbiped.records.record import Walk
 from mjbiped.records.signals import PANELS, SIGNALS, Panel, Signal, Values, panels_of, values_of
 from mjbiped.rendering.overlay import Pixels
 
-_LONGEST = 20.0  # seconds of a page; a longer walk has several
+_LONGEST = 20.0  # longest time on a page, s; a longer walk has several pages
 _DPI = 100.0
 _LETTERS = 1 / 11.5  # height of the letters, per chart height
 _MARGIN = 7.2  # beside the panels, in letters: for names and numbers on the left, names of the lines on the right
@@ -25,21 +25,19 @@ _CURSOR = (200, 30, 30)
 _LINE = 1.5  # width, points
 _MOST_POINTS = 4000  # of a line on a page
 
-Line = tuple[Signal, Values]
-
 
 class Chart:
-    """The strip chart of a part of a walk."""
+    """Strip chart of a part of a walk."""
 
     def __init__(self, walk: Walk, start: float, stop: float, width: int, height: int) -> None:
-        """Prepare; the pages are drawn when they are first shown.
+        """Prepare the values; pages are drawn when they are first shown.
 
         Args:
             walk: A record with samples.
-            start: Of the part that is shown, s.
-            stop: Its end, s.
-            width: Pixels.
-            height: Pixels.
+            start: Start of the part that is shown, s.
+            stop: End of the part that is shown, s.
+            width: Width, pixels.
+            height: Height, pixels.
         """
         self._size = width, height
         self._letters = max(7.0, height * _LETTERS)
@@ -48,16 +46,12 @@ class Chart:
         self._start, self._stop = start, stop
         self._pages = max(1, math.ceil((stop - start) / _LONGEST - 1e-9))
         self._page, self._drawn = -1, np.empty((height, width, 3), dtype=np.uint8)
-        samples = walk.samples
-        inside = slice(
-            max(0, int(np.searchsorted(samples["time"], start, side="right")) - 1),
-            int(np.searchsorted(samples["time"], stop, side="right")),
-        )
-        self._time: Values = samples["time"][inside]
+        inside = _slice(walk.samples["time"], start, stop)
+        self._time: Values = walk.samples["time"][inside]
         slopes = dict(panels_of(type(walk.robot)))["slope"]
         torques = [f"torque_{joint}" for joint in walk.robot.joints]
         least = 0.01 * walk.robot.weight * walk.robot.leg_length
-        self._panels: list[tuple[Panel, list[Line], tuple[float, float]]] = []
+        self._panels: list[tuple[Panel, list[tuple[Signal, Values]], tuple[float, float]]] = []
         for panel, names in ((PANELS["slope"], slopes), (PANELS["torque"], torques)):
             lines = [(SIGNALS[name], values_of(walk, name)[inside]) for name in names]
             known = [line for line in lines if np.isfinite(line[1]).any()]
@@ -67,8 +61,8 @@ class Chart:
         """Draw the chart, with the cursor at a time (s).
 
         Args:
-            frame: RGB, to be filled; rows of a picture.
-            time: Seconds since the walk's start.
+            frame: RGB pixels to fill, the lower rows of a picture.
+            time: Time since the start of the walk, s.
         """
         long = (self._stop - self._start) / self._pages
         page = min(self._pages - 1, max(0, int((time - self._start) / long))) if long > 0.0 else 0
@@ -85,62 +79,43 @@ class Chart:
         frame[round(height * (1.0 - high)) : round(height * (1.0 - low)), left : left + thick] = _CURSOR
 
     def _draw_page(self, begin: float, end: float) -> Pixels:
-        """A page from a time to another, s."""
+        """Draw a page from one time to another, s."""
         width, height = self._size
         letters = self._letters * 72.0 / _DPI
+        words: dict[str, Any] = {"fontsize": letters, "va": "center"}
         figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, facecolor="white")
         canvas = FigureCanvasAgg(figure)
-        inside = slice(
-            max(0, int(np.searchsorted(self._time, begin, side="right")) - 1),
-            int(np.searchsorted(self._time, end, side="right")) + 1,
-        )
-        step = max(1, (inside.stop - inside.start) // _MOST_POINTS)
-        axes: Axes | None = None
+        inside = _slice(self._time, begin, end)
+        inside = slice(inside.start, inside.stop + 1, max(1, (inside.stop + 1 - inside.start) // _MOST_POINTS))
         for (panel, lines, limits), (low, high) in zip(self._panels, _PANELS, strict=True):
-            axes = figure.add_axes(
-                (self._left, low, self._right - self._left, high - low), xlim=(begin, end), ylim=limits
-            )
+            place = (self._left, low, self._right - self._left, high - low)
+            axes = figure.add_axes(place, xlim=(begin, end), ylim=limits)
             axes.spines[["top", "right"]].set_visible(False)
-            axes.tick_params(labelsize=letters * 0.9, length=2.5, pad=2)
+            axes.tick_params(labelsize=letters * 0.9, length=2.5, pad=2, labelbottom=low != _PANELS[0][0])
             axes.yaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
             axes.grid(axis="y", color="0.88", linewidth=0.8)
             axes.set_axisbelow(True)
-            axes.text(
-                0.004,
-                0.5 * (low + high),
-                f"{panel.quantity}\n({panel.unit})",
-                transform=figure.transFigure,
-                fontsize=letters,
-                va="center",
-            )
+            middle, heading = 0.5 * (low + high), f"{panel.quantity}\n({panel.unit})"
+            axes.text(0.004, middle, heading, transform=figure.transFigure, **words)
             first, apart = (0.72, 0.44) if len(lines) < 3 else (0.98, 0.42)
             for row, (signal, values) in enumerate(lines):
-                axes.plot(
-                    self._time[inside][::step],
-                    values[inside][::step],
-                    color=signal.colour,
-                    linewidth=_LINE,
-                    linestyle=signal.line,
-                )
-                axes.text(
-                    1.012,
-                    first - apart * row,
-                    signal.name,
-                    transform=axes.transAxes,
-                    fontsize=letters,
-                    color=signal.colour,
-                    va="center",
-                )
-            if low == _PANELS[0][0]:
-                axes.tick_params(labelbottom=False)
-        assert axes is not None
-        axes.text(1.03, -0.26, "time (s)", transform=axes.transAxes, fontsize=letters, va="center")
+                look: dict[str, Any] = {"color": signal.colour, "linewidth": _LINE, "linestyle": signal.line}
+                axes.plot(self._time[inside], values[inside], **look)
+                right = (1.012, first - apart * row, signal.name)
+                axes.text(*right, transform=axes.transAxes, color=signal.colour, **words)
+        axes.text(1.03, -0.26, "time (s)", transform=axes.transAxes, **words)
         canvas.draw()  # type: ignore[no-untyped-call]
         return np.asarray(canvas.buffer_rgba(), dtype=np.uint8)[..., :3].copy()  # type: ignore[no-untyped-call]
 
 
+def _slice(time: Values, start: float, stop: float) -> slice:
+    """Samples from the last one at or before a time to the last one at or before another, s."""
+    first, after = np.searchsorted(time, (start, stop), side="right").tolist()
+    return slice(max(0, first - 1), after)
+
+
 def _limits(columns: Sequence[Values], least: float) -> tuple[float, float]:
-    """Ends of an axis that has all finite values on it, zero too, and at least such a span."""
+    """Ends of an axis that shows zero, all finite values, and at least a span of `least`."""
     values = np.concatenate([np.zeros(1), *(column[np.isfinite(column)] for column in columns)])
     low, high = float(values.min()), float(values.max())
     room = max(0.0, least - (high - low)) / 2.0 + 0.06 * max(high - low, least)

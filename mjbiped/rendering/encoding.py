@@ -1,4 +1,4 @@
-"""Video files by mediapy: H.264 in .mp4, and .gif of one palette for all frames."""
+"""Video files by mediapy: .mp4 in H.264, and .gif with one palette for all frames."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from mjbiped.rendering.overlay import Pixels
 
 _QUALITY = 20  # H.264's constant rate factor
 _FAST = "-movflags +faststart -sws_flags fast_bilinear -preset superfast -x264-params mbtree=1:rc-lookahead=10"
-"""Of these pictures a file as small as that of the preset "veryfast", in two thirds of its time."""
+"""Files of these pictures are as small as with the preset "veryfast", in two thirds of the time."""
 _PALETTE = (
     "split[first][all];[first]trim=end_frame={0},palettegen=reserve_transparent=0[palette];"
     "[all]trim=start_frame={0},setpts=PTS-STARTPTS[shown];[shown][palette]paletteuse=dither=none:diff_mode=rectangle"
 )
-"""A filter that makes a palette of so many frames, which are not shown: mediapy's own keeps all frames in memory."""
+"""Filter that makes a palette from the first frames and drops them; mediapy's own keeps all frames in memory."""
 _LAST_WORDS = 300  # characters of an encoder's complaint
 
 
@@ -26,14 +26,14 @@ _LAST_WORDS = 300  # characters of an encoder's complaint
 def encoder(
     path: Path, width: int, height: int, fps: int, typical: Sequence[Pixels] = ()
 ) -> Iterator[Callable[[Pixels], None]]:
-    """A function that adds a frame to a video; the file is complete when the block ends.
+    """Open a video for a block, which gets a function that adds a frame.
 
     Args:
         path: File to write, `.mp4` or `.gif`.
-        width: Pixels.
-        height: Pixels.
+        width: Width, pixels.
+        height: Height, pixels.
         fps: Frames per second.
-        typical: Of a `.gif`, frames that have the colours of all, for its palette.
+        typical: Frames with the colours of all frames, for the palette of a `.gif`.
 
     Raises:
         RenderError: There is no encoder, or it fails.
@@ -78,7 +78,7 @@ def show(frames: Iterable[Pixels], fps: int) -> None:
 
 
 def _mediapy() -> Any:
-    """The module, told where FFmpeg is; imported when it is needed, for it takes its time.
+    """Import mediapy and tell it where FFmpeg is; imported when needed, because this takes long.
 
     Raises:
         RuntimeError: There is no FFmpeg.
@@ -92,7 +92,7 @@ def _mediapy() -> Any:
 
 @contextmanager
 def _told(process: subprocess.Popen[bytes]) -> Iterator[None]:
-    """Tell in words why an encoder's process has failed, if it does in the block.
+    """Turn a failure of the encoder's process in a block into an error with its own words.
 
     Raises:
         RenderError: It has.

@@ -1,11 +1,11 @@
-"""The OpenGL platform: MuJoCo chooses one while it is being imported; this module chooses one that works.
+"""Choice of an OpenGL platform that works; MuJoCo itself chooses one blindly while it is being imported.
 
-MuJoCo reads MUJOCO_GL once, when it is imported, takes GLFW (a window system) where it is unset, and fails to be
-imported at all where it names a platform whose library is missing. A walk needs no OpenGL, so:
+MuJoCo reads MUJOCO_GL once, when it is imported, takes GLFW (a window system) if it is unset, and cannot be imported at
+all if it names a platform whose library is missing. A walk needs no OpenGL. Therefore:
 
-* importing this module imports MuJoCo, without its OpenGL where that stands in the way;
-* `ensure_gl` looks for a platform when something is to be drawn. Each candidate is tried in a process of its own, for
-  a driver may crash, and PyOpenGL cannot change its platform once loaded.
+* importing this module imports MuJoCo, without its OpenGL if that stands in the way;
+* `ensure_gl` looks for a platform when something is to be drawn. It tries each candidate in a process of its own, for a
+  driver may crash, and PyOpenGL cannot change its platform once loaded.
 """
 
 from __future__ import annotations
@@ -45,53 +45,47 @@ os._exit(0)
 
 @contextmanager
 def _environment(**changes: str) -> Iterator[None]:
-    """Environment variables for a while; PYOPENGL_PLATFORM, which MuJoCo sets, is put back as well."""
+    """Change environment variables for a block, and restore PYOPENGL_PLATFORM, which MuJoCo sets, as well."""
     kept = {name: os.environ.get(name) for name in (*changes, "PYOPENGL_PLATFORM")}
     os.environ.update(changes)
     try:
         yield
     finally:
         for name, value in kept.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
+            os.environ.pop(name, None)
+            if value is not None:
                 os.environ[name] = value
 
 
 def one_thread() -> AbstractContextManager[None]:
-    """Have a software OpenGL that is begun within draw in the thread that asks.
+    """Have a software OpenGL that is opened in the block draw in the calling thread.
 
-    Its own threads make a frame of 1280 × 720 no sooner, and take a quarter more of the processor. Mesa's own variable,
-    LP_NUM_THREADS, is left as it is where it is set.
+    Its own threads make a frame of 1280 × 720 no faster, and use a quarter more of the processor. Mesa's variable
+    LP_NUM_THREADS is left as it is if it is set.
     """
     return _environment(LP_NUM_THREADS=os.environ.get("LP_NUM_THREADS", "0"))
 
 
-def _import_mujoco() -> None:
-    """Import MuJoCo, without OpenGL where its import fails over the platform that MUJOCO_GL names.
-
-    Raises:
-        ImportError: MuJoCo cannot be imported for another reason.
-    """
-    chosen = os.environ.get("MUJOCO_GL", "").strip().lower()
-    try:
-        with _environment():
-            importlib.import_module("mujoco")
-    except Exception:  # RuntimeError, AttributeError, OSError: whatever a missing library leads to
-        if chosen in (*_UNCHOSEN, *_DISABLING):
-            raise
-        with _environment(MUJOCO_GL="disable"):
-            importlib.import_module("mujoco")
+def _chosen() -> str:
+    """Return what MUJOCO_GL says, in small letters."""
+    return os.environ.get("MUJOCO_GL", "").strip().lower()
 
 
-_import_mujoco()
+try:
+    with _environment():
+        importlib.import_module("mujoco")
+except Exception:  # RuntimeError, AttributeError, OSError: whatever a missing library of the chosen platform leads to
+    if _chosen() in (*_UNCHOSEN, *_DISABLING):
+        raise
+    with _environment(MUJOCO_GL="disable"):
+        importlib.import_module("mujoco")
 
 
 def gl_available() -> str | None:
-    """Whether something can be drawn, found out without loading any OpenGL into this process.
+    """Return the OpenGL platform that would be used, without loading any OpenGL into this process.
 
     Returns:
-        The platform that would be used: "egl", "osmesa", "glfw" or "cgl"; None where there is none, see `ensure_gl`.
+        "egl", "osmesa", "glfw" or "cgl"; None if no platform works, see `ensure_gl`.
     """
     try:
         return _working_platform()
@@ -102,13 +96,13 @@ def gl_available() -> str | None:
 def ensure_gl() -> str:
     """Make MuJoCo's renderer use an OpenGL platform that works on this machine.
 
-    The one that MUJOCO_GL names and no other, if it names one; else on Linux EGL, a window system, or OSMesa.
+    It is the one that MUJOCO_GL names; if it names none, on Linux EGL, a window system, or OSMesa.
 
     Returns:
-        The platform's name.
+        Name of the platform.
 
     Raises:
-        RenderError: None works; the message says why, and which Debian packages help.
+        RenderError: No platform works; the message says why, and which Debian packages help.
     """
     platform = _working_platform()
     from mujoco.rendering.classic import gl_context
@@ -127,45 +121,33 @@ def ensure_gl() -> str:
 
 
 def _working_platform() -> str:
-    """The first platform that works, of those that MUJOCO_GL and the system leave.
+    """Return the first working platform that MUJOCO_GL and the system allow.
 
     Raises:
-        RenderError: None does.
+        RenderError: No platform works.
     """
-    chosen = os.environ.get("MUJOCO_GL", "").strip().lower()
-    known = _PLATFORMS.get(sys.platform, ("glfw",))
+    chosen, known = _chosen(), _PLATFORMS.get(sys.platform, ("glfw",))
     unharmed = "Walks, records and figures need no OpenGL."
     if chosen in _DISABLING:
         raise RenderError(f"MUJOCO_GL={chosen} switches drawing off; unset it, or set it to {known[0]}. {unharmed}")
-    if chosen in _UNCHOSEN:
-        candidates = known
-    elif _ALIASES.get(chosen, chosen) in known:
-        candidates = (_ALIASES.get(chosen, chosen),)
-    else:
+    candidates = known if chosen in _UNCHOSEN else (_ALIASES.get(chosen, chosen),)
+    if candidates[0] not in known:
         raise RenderError(f"MUJOCO_GL={chosen} is no OpenGL platform; valid are {', '.join(known)}. {unharmed}")
     reasons = []
     for platform in candidates:
-        reason = _obstacle(platform, tuple(sorted((k, v) for k, v in os.environ.items() if _matters(k))))
+        reason = _obstacle(platform, tuple(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")))
         if not reason:
             return platform
         reasons.append(f"{platform} ({reason})")
-    cure = ""
-    if sys.platform == "linux":
-        cure = " On Debian or Ubuntu install libegl1 and libgl1-mesa-dri for EGL, or libosmesa6 for OSMesa."
-    named = f"MUJOCO_GL={chosen} does not work here" if chosen not in _UNCHOSEN else "no OpenGL platform works here"
-    raise RenderError(f"{named}: {'; '.join(reasons)}.{cure} {unharmed}")
+    cure = " On Debian or Ubuntu install libegl1 and libgl1-mesa-dri for EGL, or libosmesa6 for OSMesa."
+    named = "no OpenGL platform works here" if candidates is known else f"MUJOCO_GL={chosen} does not work here"
+    raise RenderError(f"{named}: {'; '.join(reasons)}.{cure if sys.platform == 'linux' else ''} {unharmed}")
 
 
-def _matters(variable: str) -> bool:
-    """Whether an environment variable can change what OpenGL does."""
-    return variable == "DISPLAY" or any(part in variable for part in ("GL", "MESA", "GALLIUM", "LD_LIBRARY"))
-
-
-@lru_cache(maxsize=32)
-def _obstacle(platform: str, environment: tuple[tuple[str, str], ...]) -> str:
-    """Why a platform cannot draw, in one line; empty where it can. Asked once per environment."""
-    del environment  # only makes the answer be looked for anew
-    if platform == "glfw" and sys.platform == "linux" and not (os.environ.keys() & {"DISPLAY", "WAYLAND_DISPLAY"}):
+@lru_cache
+def _obstacle(platform: str, screens: tuple[str | None, ...]) -> str:
+    """Return in one line why a platform cannot draw on the given screens, or nothing if it can."""
+    if platform == "glfw" and sys.platform == "linux" and not any(screens):
         return "there is no display"
     try:
         probe = subprocess.run(
@@ -181,14 +163,8 @@ def _obstacle(platform: str, environment: tuple[tuple[str, str], ...]) -> str:
         return str(error)
     if probe.stdout.endswith("drawn"):
         return ""
-    return _reason(probe.stderr, probe.returncode)
-
-
-def _reason(errors: str, code: int) -> str:
-    """The exception that a traceback tells of, or what else is known."""
-    named = [line for line in errors.splitlines() if line and not line[0].isspace() and ": " in line]
-    for line in reversed(named):
+    for line in reversed(probe.stderr.splitlines()):  # of the traceback, the exception
         kind, _, text = line.partition(": ")
-        if kind.rpartition(".")[2].endswith(("Error", "Exception")):
+        if text and kind.rpartition(".")[2].endswith(("Error", "Exception")) and not kind[0].isspace():
             return "its library is missing" if "'NoneType' object has no attribute" in text else text.rstrip(".")
-    return f"its driver failed with code {code}"
+    return f"its driver failed with code {probe.returncode}"

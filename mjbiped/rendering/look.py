@@ -1,4 +1,4 @@
-"""What a picture shows: the elements that explain a walk, each of which can be hidden, and MuJoCo's own flags."""
+"""Contents of a picture: the elements that explain a walk, each of which can be hidden, and MuJoCo's flags."""
 
 from __future__ import annotations
 
@@ -11,43 +11,49 @@ from mjbiped.utils.domains import entries, known_name
 ELEMENTS: Mapping[str, str] = {
     "torque": "arcs at ankle and hip, whose area is the torque",
     "force": "the ground's force on the stance foot, an arrow",
-    "ghost": "the posture that the controller tracks, where it tracks one",
-    "estimate": "a line through the stance foot, as steep as the controller takes the ground to be",
-    "traces": "the ways that the feet have come",
-    "shadows": "a dark spot under each foot, that fades as the foot rises",
+    "ghost": "the posture that the controller tracks, if it tracks one",
+    "estimate": "a line through the stance foot with the slope that the controller estimates",
+    "traces": "the paths of the feet",
+    "shadows": "a dark spot under each foot, which fades as the foot rises",
     "scale": "a bar of known length",
     "labels": "slopes and steps of the ground, in words",
     "caption": "time, step, slope and its estimate, and the legend",
     "chart": "slope, estimate and torques over time, with a cursor",
 }
-"""What a picture can show beside robot and ground."""
+"""Elements that a picture can show beside robot and ground."""
 
 ALL = "all"
 """Hides all elements."""
 
 SUFFIXES = (".mp4", ".gif")
-"""Kinds of videos."""
+"""Suffixes of videos."""
 
 
 _GROUND_GROUPS, _SECTION_GROUP = (0, 1), 4  # of the geoms that feet meet, and of the ground cut open
 
 
 class Look(NamedTuple):
-    """What a picture shows.
+    """Contents of a picture.
 
     Attributes:
-        elements: Those of `ELEMENTS` that are seen.
-        visual: MuJoCo's visualisation flags that are set or cleared, by their index.
-        rendering: The same for its rendering flags.
+        elements: Names of the `ELEMENTS` that are visible.
+        visual: MuJoCo's visualisation flags to set or clear, by index.
+        rendering: MuJoCo's rendering flags to set or clear, by index.
     """
 
     elements: frozenset[str]
     visual: Mapping[int, bool]
     rendering: Mapping[int, bool]
 
+    def set_flags(self, visual: Any, rendering: Any, usual: Mapping[int, bool]) -> None:
+        """Set MuJoCo's flags: the usual rendering flags of a window or picture first, then those of the look."""
+        for flags, values in ((rendering, usual), (visual, self.visual), (rendering, self.rendering)):
+            for flag, value in values.items():
+                flags[flag] = value
+
 
 def look(hide: str | Iterable[str] = (), flags: str | Iterable[str] = ()) -> Look:
-    """The look of a picture.
+    """Choose the contents of a picture.
 
     Args:
         hide: Names of `ELEMENTS` that are not shown, or "all"; one text may hold several, parted by commas.
@@ -74,13 +80,13 @@ def look(hide: str | Iterable[str] = (), flags: str | Iterable[str] = ()) -> Loo
 
 
 def show_section(option: Any) -> None:
-    """Let an `mujoco.MjvOption` show the ground cut open, in place of the geoms that feet meet."""
+    """Let an `mujoco.MjvOption` show the ground in section, in place of the geoms that feet touch."""
     option.geomgroup[list(_GROUND_GROUPS)] = 0
     option.geomgroup[_SECTION_GROUP] = 1
 
 
 def _names(what: str, value: object) -> list[str]:
-    """Names in a text or in a list of texts.
+    """Split names in a text or in a list of texts.
 
     Raises:
         InputError: It is neither.

@@ -1,13 +1,14 @@
-"""Draws what moves a walker into a scene: torques, ground force, slope estimate, reference posture, ways of the feet.
+"""Draws marks into a scene: torques, ground force, slope estimate, reference posture and paths of the feet.
 
-All that is needed is an `mujoco.MjvScene` and the values of an instant; so a live viewer's `user_scn` can show the
-same as a video.
+They need only an `mujoco.MjvScene` and the values of an instant, so that videos and the viewer's `user_scn` show the
+same marks.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -16,7 +17,6 @@ import numpy as np
 
 from mjbiped.engines.mujoco.scenery import CUT
 from mjbiped.records.signals import SIGNALS, torques_of
-from mjbiped.rendering.geoms import add_geom
 from mjbiped.rendering.moments import Moment, Pair, Points
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import palette
@@ -26,10 +26,10 @@ Colour = tuple[float, float, float]
 ESTIMATE_COLOUR: Colour = palette.rgb(SIGNALS["slope_estimate"].colour)
 FORCE_COLOUR: Colour = (0.07, 0.07, 0.07)
 GHOST_COLOUR: Colour = (0.35, 0.35, 0.40)
-"""Told apart by colour-blind eyes, from one another and from the blue and the orange leg."""
+"""Colours that colour-blind readers tell apart, also from the blue and the orange leg."""
 
 MOST_GEOMS = 600
-"""What `draw_marks` adds at most."""
+"""Greatest number of geoms that `draw_marks` adds."""
 
 _LEGS: tuple[Colour, Colour] = ((0.00, 0.45, 0.70), (0.90, 0.45, 0.05))  # as in models/compass.xml
 _SIDES = (0.04, -0.04)  # of left and right leg, y in leg lengths
@@ -59,11 +59,11 @@ _TRACE_PIXELS = 2.5
 
 
 class Scales(NamedTuple):
-    """What is drawn at full size.
+    """Values that are drawn at full size.
 
     Attributes:
-        torque: N m; its arc goes round by 300 degrees.
-        force: N; its arrow is 0.27 leg lengths long. The robot's weight, for example.
+        torque: Torque, N m, whose arc spans 300 degrees.
+        force: Force, N, whose arrow is 0.27 leg lengths long, such as the robot's weight.
     """
 
     torque: float
@@ -71,14 +71,14 @@ class Scales(NamedTuple):
 
 
 def draw_marks(scene: Any, moment: Moment, robot: Robot, scales: Scales, elements: Collection[str]) -> None:
-    """Draw the elements of an instant into a scene, behind what is there; what finds no room is left out.
+    """Add the elements of an instant to a scene; those beyond its capacity are left out.
 
     Args:
         scene: An `mujoco.MjvScene`.
         moment: The instant.
-        robot: The robot, whose size that of the marks follows.
-        scales: Of torques and forces.
-        elements: Names, of `mjbiped.rendering.look.ELEMENTS`; those that no scene shows are ignored.
+        robot: The robot, which sets the size of the marks.
+        scales: Scales of torques and forces.
+        elements: Names in `mjbiped.rendering.look.ELEMENTS`; those that are not in a scene are ignored.
     """
     length = robot.leg_length
     pen = _Pen(scene, length)
@@ -110,9 +110,9 @@ def draw_marks(scene: Any, moment: Moment, robot: Robot, scales: Scales, element
 
 
 def arc_sweep(share: float) -> float:
-    """Angle of the arc of a torque that is such a share of the greatest, rad; clockwise, as the torque, where > 0.
+    """Angle of the arc of a torque, given as a share of the greatest, rad; clockwise where positive, as the torque.
 
-    Angle and width go with the root, so the area goes with the torque.
+    Angle and width are proportional to the root, and the area to the torque.
     """
     return math.copysign(_ARC_SWEEP * math.sqrt(min(1.0, abs(share))), share)
 
@@ -120,7 +120,7 @@ def arc_sweep(share: float) -> float:
 def _draw_torque(
     pen: _Pen, centre: Pair, middle: float, share: float, joint: str, colour: Colour, length: float
 ) -> None:
-    """An arc about a joint with an arrow's head, the middle of it in a direction from the vertical (rad)."""
+    """Draw an arc with an arrowhead about a joint, its middle at an angle from the vertical (rad)."""
     if not abs(share) >= _LEAST_SHARE:  # NaN is not
         return
     sweep, strength = arc_sweep(share), math.sqrt(min(1.0, abs(share)))
@@ -144,7 +144,7 @@ def _draw_torque(
 
 
 def _draw_force(pen: _Pen, foot: Pair, force: Pair, scale: float, length: float) -> None:
-    """An arrow that pushes the foot from below."""
+    """Draw an arrow that pushes the foot from below."""
     weights = math.hypot(*force) / scale
     if not 0.0 < weights < math.inf:
         return
@@ -159,7 +159,7 @@ def _draw_force(pen: _Pen, foot: Pair, force: Pair, scale: float, length: float)
 
 
 def _draw_ghost(pen: _Pen, posture: Sequence[float], robot: Robot) -> None:
-    """A posture: both legs from hip to foot, translucent."""
+    """Draw a translucent posture, both legs from hip to foot."""
     rgba, width = (*GHOST_COLOUR, _GHOST_OPACITY), _GHOST_WIDTH * robot.leg_length
     for points in robot.limbs(posture).tolist():
         for upper, lower in pairwise(points):
@@ -167,7 +167,7 @@ def _draw_ghost(pen: _Pen, posture: Sequence[float], robot: Robot) -> None:
 
 
 def _draw_shadow(pen: _Pen, foot: Pair, height: float, slope: float, y: float, length: float) -> None:
-    """A dark spot on the ground under a foot."""
+    """Draw a dark spot on the ground under a foot."""
     clear = 1.0 - abs(foot[1] - height) / (_SPOT_FADES * length)
     if not clear > 0.0:
         return
@@ -176,7 +176,7 @@ def _draw_shadow(pen: _Pen, foot: Pair, height: float, slope: float, y: float, l
 
 
 def _draw_trace(pen: _Pen, way: Points, y: float, colour: Colour) -> None:
-    """The way of a foot, fainter where it is older."""
+    """Draw the path of a foot, fainter where it is older."""
     points = way.tolist()
     for number, (start, stop) in enumerate(pairwise(points)):
         rgba = (*colour, 0.15 + 0.75 * (number + 1) / len(points))
@@ -184,18 +184,13 @@ def _draw_trace(pen: _Pen, way: Points, y: float, colour: Colour) -> None:
 
 
 class _Pen:
-    """Adds geoms to a scene; they stand in planes of y, in leg lengths."""
+    """Adds geoms to a scene, in planes of y in leg lengths."""
 
     def __init__(self, scene: Any, length: float) -> None:
-        self._scene, self._geoms, self._length = scene, scene.geoms, length
-        self._none, self._level = np.zeros(3), np.eye(3).ravel()
-
-    def _geom(self, kind: Any, size: Any, place: Any, frame: Any, rgba: tuple[float, ...]) -> Any:
-        """A new geom; None where the scene is full."""
-        return add_geom(self._scene, self._geoms, kind, size, place, frame, rgba)
+        self._add, self._length = partial(add_geom, scene, scene.geoms), length
 
     def bar(self, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
-        """A square bar between two points x, z (m) of the plane at y, half as thick as `width` (m)."""
+        """Add a square bar of half width `width` (m) between two points x, z (m) of the plane at y."""
         x, z = stop[0] - start[0], stop[1] - start[1]
         long = math.hypot(x, z)
         if not 0.0 < long < math.inf:
@@ -203,18 +198,47 @@ class _Pen:
         x, z = x / long, z / long
         frame = np.array((x, 0.0, -z, 0.0, 1.0, 0.0, z, 0.0, x))
         place = np.array((0.5 * (start[0] + stop[0]), y * self._length, 0.5 * (start[1] + stop[1])))
-        self._geom(mujoco.mjtGeom.mjGEOM_BOX, np.array((0.5 * long, width, width)), place, frame, rgba)
+        self._add(mujoco.mjtGeom.mjGEOM_BOX, np.array((0.5 * long, width, width)), place, frame, rgba)
 
     def connect(self, kind: Any, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
-        """A capsule, `width` its radius in m, or a line of so many pixels, between points as above."""
-        geom = self._geom(kind, self._none, self._none, self._level, rgba)
+        """Add a capsule of radius `width` (m), or a line `width` pixels wide, between two points of the plane at y."""
+        geom = self._add(kind, np.zeros(3), np.zeros(3), np.eye(3).ravel(), rgba)
         if geom is not None:
             y *= self._length
             mujoco.mjv_connector(geom, kind, width, np.array((start[0], y, start[1])), np.array((stop[0], y, stop[1])))
 
     def spot(self, place: tuple[float, float, float], slope: float, size: Pair, rgba: tuple[float, ...]) -> None:
-        """A flat ellipse on the ground."""
+        """Add a flat ellipse on the ground."""
         cosine, sine = math.cos(slope), math.sin(slope)
         frame = np.array((cosine, 0.0, sine, 0.0, 1.0, 0.0, -sine, 0.0, cosine))
         thick = 0.02 * size[1]
-        self._geom(mujoco.mjtGeom.mjGEOM_ELLIPSOID, np.array((*size, thick)), np.array(place), frame, rgba)
+        self._add(mujoco.mjtGeom.mjGEOM_ELLIPSOID, np.array((*size, thick)), np.array(place), frame, rgba)
+
+
+def add_geom(
+    scene: Any, geoms: Sequence[Any], kind: Any, size: Any, place: Any, frame: Any, rgba: tuple[float, ...]
+) -> Any:
+    """Add a geom without shadows to a scene; return None if the scene is full.
+
+    Args:
+        scene: A `mujoco.MjvScene`.
+        geoms: `scene.geoms`, which makes new objects each time it is read.
+        kind: Kind of geom, of `mujoco.mjtGeom`.
+        size: Size, three numbers, m.
+        place: Centre, m.
+        frame: Axes, nine numbers.
+        rgba: Colour and opacity, each from 0 to 1.
+
+    Returns:
+        The geom; emission, specular and shininess are zero.
+    """
+    if scene.ngeom >= scene.maxgeom:
+        return None
+    geom = geoms[scene.ngeom]
+    mujoco.mjv_initGeom(geom, kind, size, place, frame, np.array(rgba, dtype=np.float32))
+    # mjv_initGeom leaves these as they are in memory, and pixels depend on them
+    geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+    geom.objtype, geom.objid, geom.segid = mujoco.mjtObj.mjOBJ_UNKNOWN, -1, -1
+    geom.emission, geom.specular, geom.shininess = 0.0, 0.0, 0.0
+    scene.ngeom += 1
+    return geom

@@ -1,4 +1,4 @@
-"""A recorded walk's scene, in which the robot is set to the record's postures; nothing is stepped."""
+"""Scene of a recorded walk, in which the robot is set to recorded postures; nothing is simulated."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from mjbiped.records.record import Walk
 from mjbiped.rendering.camera import fit_cameras
 from mjbiped.rendering.moments import Moment
 
-_SIGHT = 6.0  # ground built beyond what the record or a frame needs, in leg lengths
-_TOUCHING = 2e-4  # of a foot and the ground, between which MuJoCo looks for contacts to show, in leg lengths
+_SIGHT = 6.0  # length of ground beyond what the record or a frame needs, in leg lengths
+_TOUCHING = 2e-4  # distance of foot and ground within which MuJoCo finds contacts to show, in leg lengths
 _SAME = 1e-9  # times that differ by less are the same, s
 
 
 class PosedScene:
-    """The scene of a walk; on a long terrain, one about each place.
+    """Scene of a walk; on a long terrain, one scene about each place.
 
     Attributes:
-        model: With the ground as it is seen.
-        data: Its state.
+        model: Model with the visible ground.
+        data: State of the model.
     """
 
     model: mujoco.MjModel
     data: mujoco.MjData
 
     def __init__(self, walk: Walk) -> None:
-        """Cut the terrain of a record with samples; `go_to` builds."""
+        """Cut the terrain of a record with samples; `go_to` builds the scene."""
         self._samples, self._length, self._robot = walk.samples, walk.robot.leg_length, walk.robot
         self._windows = GroundWindows(
             walk.robot,
@@ -44,7 +44,7 @@ class PosedScene:
         self._inside = (math.inf, -math.inf)
 
     def go_to(self, x: float) -> bool:
-        """Build the ground about a hip at x (m) where there is none yet; whether `model` and `data` are others now."""
+        """Build the ground about a hip at x (m) if there is none yet; return whether `model` and `data` are new."""
         low, high = self._inside
         if low < x < high or (not math.isfinite(x) and low < high):
             return False
@@ -57,59 +57,40 @@ class PosedScene:
         return True
 
     def pose(self, moment: Moment, *, forces: bool) -> None:
-        """Give the model a posture.
+        """Set the model to a posture.
 
         Args:
-            moment: Of the record.
-            forces: Whether contacts, forces and what else MuJoCo's visual flags show is wanted, too.
+            moment: Instant of the record.
+            forces: Whether contacts, forces and everything else that MuJoCo's visual flags show is needed.
         """
-        model, data, samples = self.model, self.data, self._samples
+        model, data, samples, torque = self.model, self.data, self._samples, moment.torque
         for name, value in zip(self._robot.places, moment.qpos, strict=True):
-            data.qpos[model.jnt_qposadr[model.joint(name).id]] = value
-        if forces and self._robot.knees:
-            self._move(moment)
-        elif forces:
-            dq = samples["dq"][max(0, int(np.searchsorted(samples["time"], moment.time + _SAME, side="right")) - 1)]
-            rates = dq[::-1] if moment.stance else dq
-            stance, length = moment.qpos[2 + moment.stance], self._length
-            data.qvel[:] = (length * dq[0] * math.cos(stance), -length * dq[0] * math.sin(stance), *rates)
-            data.ctrl[:] = 0.0
-            data.ctrl[moment.stance] = moment.torque[0]
-            data.ctrl[2] = moment.torque[1] * (1.0 if moment.stance == 0 else -1.0)
-            with python_callbacks_removed():
-                mujoco.mj_forward(model, data)
-        else:
+            data.joint(name).qpos[:] = value
+        if not forces:
             place(model, data)
-
-    def _move(self, moment: Moment) -> None:
-        """Give a robot with knees rates, torques and locks, too, and let MuJoCo find forces."""
-        model, data, samples = self.model, self.data, self._samples
+            return
         latest = max(0, int(np.searchsorted(samples["time"], moment.time + _SAME, side="right")) - 1)
-        dq, length, stance = samples["dq"][latest], self._length, moment.stance
-        standing, swinging = ("left", "right") if stance == 0 else ("right", "left")
-        lean = moment.qpos[2 + stance]
-        rates = {
-            "hip_x": length * dq[0] * math.cos(lean),
-            "hip_z": -length * dq[0] * math.sin(lean),
-            standing: dq[0],
-            swinging: dq[1],
-            f"{standing}_knee": 0.0,
-            f"{swinging}_knee": dq[2] - dq[1],
-        }
-        for name, rate in rates.items():
-            data.qvel[model.jnt_dofadr[model.joint(name).id]] = rate
+        dq, lean = samples["dq"][latest], moment.qpos[2 + moment.stance]
+        stance, swing = ("right", "left") if moment.stance else ("left", "right")
+        speed = self._length * dq[0]
+        rates = {"hip_x": speed * math.cos(lean), "hip_z": -speed * math.sin(lean), stance: dq[0], swing: dq[1]}
+        torques = {f"{stance}_ankle": torque[0], "hip": -torque[1] if moment.stance else torque[1]}
+        if "knee" in self._robot.joints:
+            rates |= {f"{stance}_knee": 0.0, f"{swing}_knee": dq[2] - dq[1]}
+            torques[f"{swing}_knee"] = torque[2]
+            data.eq_active[model.equality(f"{stance}_lock").id] = 1
+            data.eq_active[model.equality(f"{swing}_lock").id] = samples["locked"][latest]
+        for name, value in rates.items():
+            data.joint(name).qvel[:] = value
         data.ctrl[:] = 0.0
-        data.ctrl[model.actuator(f"{standing}_ankle").id] = moment.torque[0]
-        data.ctrl[model.actuator("hip").id] = moment.torque[1] * (1.0 if stance == 0 else -1.0)
-        data.ctrl[model.actuator(f"{swinging}_knee").id] = moment.torque[2]
-        data.eq_active[model.equality(f"{standing}_lock").id] = 1
-        data.eq_active[model.equality(f"{swinging}_lock").id] = samples["locked"][latest]
+        for name, value in torques.items():
+            data.actuator(name).ctrl[:] = value
         with python_callbacks_removed():
             mujoco.mj_forward(model, data)
 
 
 def place(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Bring all that is drawn where the positions say, and nothing else."""
+    """Compute the places of everything that is drawn from the positions, and nothing else."""
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_camlight(model, data)

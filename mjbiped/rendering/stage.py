@@ -1,4 +1,4 @@
-"""Draws a walk's frames: the scene built anew from the record, what explains it in the scene and over it, the chart."""
+"""Draws the frames of a walk: the scene built from the record, marks in the scene, words over it, and the chart."""
 
 from __future__ import annotations
 
@@ -6,92 +6,149 @@ import math
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
-from mjbiped.errors import InputError, shown
+from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import torques_of
 from mjbiped.rendering import marks
 from mjbiped.rendering.camera import View, smooth_offsets
-from mjbiped.rendering.canvas import Canvas
 from mjbiped.rendering.chart import Chart
-from mjbiped.rendering.geoms import add_geom
-from mjbiped.rendering.ground_labels import lay_ground_labels
+from mjbiped.rendering.gl import ensure_gl, one_thread
 from mjbiped.rendering.look import Look, show_section
-from mjbiped.rendering.marks import MOST_GEOMS, Scales, draw_marks
+from mjbiped.rendering.marks import MOST_GEOMS, Scales, add_geom, draw_marks
 from mjbiped.rendering.moments import Moment, Moments
-from mjbiped.rendering.overlay import Pixels, Sign, lay_caption, lay_legend, lay_scale, letter_size
+from mjbiped.rendering.overlay import Pixels, Sign, overlay
 from mjbiped.rendering.posed import PosedScene
 from mjbiped.utils.palette import rgb
 
 _CHART_SHARE = 0.27  # of a frame's height
 _LOWEST_WITH_CHART = 240  # pixels; a lower frame has no room for it
-_SKY = (0.70, 0.715, 0.73)  # what becomes almost white in the scene's light
+_SKY = (0.70, 0.715, 0.73)  # becomes almost white in the scene's light
 _FAR, _WIDE = 40.0, 60.0  # distance of the plain background from the camera and half its size, in leg lengths
 _ONE_AT_A_TIME = threading.Lock()
 
+_SHIFTS = (-0.25, 0.25)
+"""Offsets along both axes of the two drawings whose mean is a frame, pixels. OpenGL's own smoothing with four samples a
+pixel takes a software renderer three times as long."""
+
+_FACES = (16, 8, 1)
+"""Faces around and along round bodies, and of flat ones. MuJoCo's defaults are four times as many, and as slow."""
+
+
+class Film(NamedTuple):
+    """What is drawn of a record.
+
+    Attributes:
+        width: Width of a frame, pixels.
+        height: Height of a frame, pixels.
+        camera: Name of the camera.
+        look: Elements and flags that are shown.
+        start: Time of the record at the first frame, s.
+        stop: Time of the record at the end, s.
+        slow_motion: Seconds of video per second of the walk.
+        fps: Frames per second of the video.
+        frames: Number of frames.
+    """
+
+    width: int
+    height: int
+    camera: str
+    look: Look
+    start: float
+    stop: float
+    slow_motion: float = 1.0
+    fps: int = 30
+    frames: int = 0
+
+    def time(self, number: int) -> float:
+        """Time of the record that a frame shows, s."""
+        return self.start + number / (self.slow_motion * self.fps)
+
+
+class Canvas:
+    """Draws scenes of one model with MuJoCo's renderer, with smooth edges at little cost.
+
+    Attributes:
+        scene: The scene, an `mujoco.MjvScene`.
+    """
+
+    def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
+        """Open an OpenGL context without a window.
+
+        Args:
+            model: Model of the scenes; the size of its offscreen buffer is set.
+            width: Width, pixels.
+            height: Height, pixels.
+
+        Raises:
+            RenderError: No OpenGL platform works, or not with so many pixels.
+        """
+        platform = ensure_gl()
+        from mujoco.rendering.classic.renderer import Renderer  # after `ensure_gl`, which chooses its platform
+
+        model.vis.global_.offwidth, model.vis.global_.offheight = width, height
+        quality = model.vis.quality
+        quality.offsamples, (quality.numslices, quality.numstacks, quality.numquads) = 0, _FACES
+        try:
+            with one_thread():
+                self._renderer = Renderer(model, height, width, max_geom=model.ngeom + MOST_GEOMS + 200)
+        except Exception as error:  # ImportError, RuntimeError, mujoco.FatalError, PyOpenGL's own
+            raise RenderError(f"OpenGL platform {platform} cannot draw {width} x {height} pixels: {error}") from error
+        self.scene = self._renderer.scene
+        self.close = self._renderer.close
+        self._buffers = [np.empty((height, width, 3), dtype=np.uint8) for _ in _SHIFTS]
+
+    def draw(self, out: Pixels) -> None:
+        """Draw the scene into RGB pixels of shape (height, width, 3)."""
+        before = 0.0
+        for shift, buffer in zip(_SHIFTS, self._buffers, strict=True):
+            for camera in self.scene.camera:  # MuJoCo takes the mean of both eyes
+                pixel = (camera.frustum_top - camera.frustum_bottom) / len(out)
+                camera.frustum_center += (shift - before) * pixel
+                camera.frustum_bottom += (shift - before) * pixel
+                camera.frustum_top += (shift - before) * pixel
+            before = shift
+            self._renderer.render(out=buffer)
+        one, other = self._buffers
+        np.add(one & other, (one ^ other) >> 1, out=out)  # the mean, rounded down, without overflow
+
 
 class Stage:
-    """A scene and a canvas, on which the postures of a walk are drawn; on a long terrain, one about each place."""
+    """Scene and canvas on which the postures of a walk are drawn; on a long terrain, one scene about each place."""
 
-    def __init__(
-        self,
-        walk: Walk,
-        size: tuple[int, int],
-        camera: str,
-        look: Look,
-        part: tuple[float, float],
-        slow_motion: float,
-        open_now: ExitStack,
-    ) -> None:
-        """As `open`, which is to be called instead."""
-        self._walk, self._robot, self._terrain = walk, walk.robot, walk.terrain
-        self._name, self._look, self._slow_motion, self._open = camera, look, slow_motion, open_now
-        width, height = size
-        charted = "chart" in look.elements and height >= _LOWEST_WITH_CHART
-        chart_height = round(height * _CHART_SHARE) if charted else 0
-        self._chart = Chart(walk, *part, width, chart_height) if charted else None
-        self._width, self._height, self._picture = width, height, height - chart_height
-        self._moments = Moments(walk, ghost="ghost" in look.elements)
-        self._scales = Scales(self._moments.greatest_torque(*part), self._robot.weight)
-        self._smooth = np.ascontiguousarray(smooth_offsets(walk).T)
+    def __init__(self, walk: Walk, film: Film, open_now: ExitStack) -> None:
+        """Build the scene; call `open` instead."""
+        self._walk, self._robot, self._terrain, self._film = walk, walk.robot, walk.terrain, film
+        self._look, self._open = film.look, open_now
+        charted = "chart" in film.look.elements and film.height >= _LOWEST_WITH_CHART
+        chart_height = round(film.height * _CHART_SHARE) if charted else 0
+        self._chart = Chart(walk, film.start, film.stop, film.width, chart_height) if charted else None
+        self._picture = film.height - chart_height
+        self._moments = Moments(walk, ghost="ghost" in film.look.elements)
+        self._scales = Scales(self._moments.greatest_torque(film.start, film.stop), self._robot.weight)
+        self._smooth = smooth_offsets(walk)
         self._posed = PosedScene(walk)
-        self._go_to(self._moments.at(part[0]).qpos[0])
+        self._go_to(self._moments.at(film.start).qpos[0])
 
     @classmethod
     @contextmanager
-    def open(
-        cls,
-        walk: Walk,
-        width: int,
-        height: int,
-        camera: str,
-        look: Look,
-        *,
-        part: tuple[float, float] | None = None,
-        slow_motion: float = 1.0,
-    ) -> Iterator[Stage]:
+    def open(cls, walk: Walk, film: Film) -> Iterator[Stage]:
         """Build the scene and a canvas for it; one at a time per process.
 
         Args:
             walk: A record with samples.
-            width: Of the frames, pixels.
-            height: Of the frames, pixels.
-            camera: Its name.
-            look: What is shown.
-            part: Of the record that is shown, first and last time, s; all unless given.
-            slow_motion: For the caption.
+            film: What is drawn of it.
 
         Raises:
             InputError: There is no such camera.
             RenderError: No OpenGL platform works.
         """
-        time = walk.samples["time"]
-        whole = (float(time[0]), float(time[-1]))
         with _ONE_AT_A_TIME, ExitStack() as stack:
-            yield cls(walk, (width, height), camera, look, part or whole, slow_motion, stack)
+            yield cls(walk, film, stack)
 
     @property
     def tracks(self) -> bool:
@@ -99,89 +156,67 @@ class Stage:
         return self._moments.tracks
 
     def _go_to(self, x: float) -> None:
-        """Build the scene about a place, m, in place of the one before, where that does not reach so far."""
+        """Build the scene about x (m) if the present one does not reach there."""
         if not self._posed.go_to(x):
             return
-        model = self._posed.model
+        model, name = self._posed.model, self._film.camera
         names = [model.camera(index).name for index in range(model.ncam)]
-        if self._name not in names:
-            raise InputError(f"unknown camera {shown(self._name)}; valid are {', '.join(names)}")
+        if name not in names:
+            raise InputError(f"unknown camera {shown(name)}; valid are {', '.join(names)}")
         self._open.close()
-        canvas = Canvas(model, self._width, self._picture)
-        self._open.callback(canvas.close)
-        self._canvas = canvas
-        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + MOST_GEOMS + 200)
-        self._option, self._eye = mujoco.MjvOption(), mujoco.MjvCamera()
+        self._canvas = Canvas(model, self._film.width, self._picture)
+        self._open.callback(self._canvas.close)
+        self._scene, self._option, self._eye = self._canvas.scene, mujoco.MjvOption(), mujoco.MjvCamera()
         show_section(self._option)
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = 0
-        for flag, value in self._look.visual.items():
-            self._option.flags[flag] = value
-        for flag, value in self._look.rendering.items():
-            self._scene.flags[flag] = value
-        self._camera = names.index(self._name)
+        hidden = {mujoco.mjtRndFlag.mjRND_SHADOW: False, mujoco.mjtRndFlag.mjRND_SKYBOX: False}
+        self._look.set_flags(self._option.flags, self._scene.flags, hidden)
+        self._camera = names.index(name)
         self._eye.type, self._eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._camera
 
     def frame(self, time: float, *, with_outcome: bool = False) -> Pixels:
-        """The walk at a time (s) of the record, RGB; with the walk's outcome in words where that is wanted."""
+        """Draw the walk at a time (s) of the record as RGB pixels, if wanted with the walk's outcome in words."""
         moment = self._moments.at(time)
         self._go_to(moment.qpos[0])
-        out = np.empty((self._height, self._width, 3), dtype=np.uint8)
-        self._pose(moment)
-        mujoco.mjv_updateScene(
-            self._posed.model,
-            self._posed.data,
-            self._option,
-            None,
-            self._eye,
-            mujoco.mjtCatBit.mjCAT_ALL,
-            self._scene,
-        )
-        view = View.of(self._scene, self._width, self._picture)
+        model, data = self._posed.model, self._posed.data
+        self._posed.pose(moment, forces=bool(self._look.visual))
+        for axis, offsets in zip((0, 2), self._smooth.T, strict=True):  # the camera's smooth path
+            data.cam_xpos[self._camera, axis] += np.interp(time, self._walk.samples["time"], offsets)
+        every = mujoco.mjtCatBit.mjCAT_ALL
+        mujoco.mjv_updateScene(model, data, self._option, None, self._eye, every, self._scene)
+        view = View.of(self._scene, self._film.width, self._picture)
         if not self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX]:
             self._add_background(view)
         draw_marks(self._scene, moment, self._robot, self._scales, self._look.elements)
-        picture = out[: self._picture]
-        self._canvas.draw(self._scene, picture)
-        self._write(picture, moment, view, self._walk.outcome if with_outcome else "")
+        out = np.empty((self._film.height, self._film.width, 3), dtype=np.uint8)
+        self._canvas.draw(out[: self._picture])
+        self._write(out[: self._picture], moment, view, self._walk.outcome if with_outcome else "")
         if self._chart is not None:
             self._chart.draw(out[self._picture :], time)
         return out
 
-    def _pose(self, moment: Moment) -> None:
-        """Give the model the posture, and the camera its smooth way."""
-        self._posed.pose(moment, forces=bool(self._look.visual))
-        for axis, offsets in zip((0, 2), self._smooth, strict=True):
-            self._posed.data.cam_xpos[self._camera, axis] += np.interp(moment.time, self._walk.samples["time"], offsets)
-
     def _add_background(self, view: View) -> None:
-        """A plain wall far behind: MuJoCo's sky takes a software renderer as long as all the rest."""
-        scene, length = self._scene, self._robot.leg_length
-        geom = add_geom(
-            scene,
-            scene.geoms,
-            mujoco.mjtGeom.mjGEOM_BOX,
-            np.array([_WIDE * length, _WIDE * length, length]),
-            view.place + _FAR * length * view.axes[2],
-            view.axes.T.ravel(),
-            (*_SKY, 1.0),
-        )
+        """Add a plain wall far behind: MuJoCo's sky takes a software renderer as long as all the rest."""
+        length = self._robot.leg_length
+        size, place = np.array([_WIDE, _WIDE, 1.0]) * length, view.place + _FAR * length * view.axes[2]
+        box = mujoco.mjtGeom.mjGEOM_BOX
+        geom = add_geom(self._scene, self._scene.geoms, box, size, place, view.axes.T.ravel(), (*_SKY, 1.0))
         geom.emission = 1.0
 
     def _write(self, picture: Pixels, moment: Moment, view: View, outcome: str) -> None:
-        """Words and signs over the picture."""
+        """Write words and signs over the picture."""
         elements, low = self._look.elements, 0
-        if "caption" in elements:
-            right, low = lay_caption(picture, caption(moment, self._slow_motion), self._height)
-            lay_legend(picture, self._signs(moment), self._height, (right, low), outcome)
-        if "scale" in elements:
-            start, stop = (view.pixel(float(view.place[0]) + x, 0.0, 0.0)[0] for x in (0.0, 1.0))
-            lay_scale(picture, stop - start, low + 0.6 * letter_size(self._height), self._height)
-        if "labels" in elements:
-            lay_ground_labels(picture, self._terrain, view, self._robot.leg_length, self._height)
+        with overlay(picture, self._film.height) as over:
+            if "caption" in elements:
+                right, low = over.caption(caption(moment, self._film.slow_motion))
+                over.legend(self._signs(moment), (right, low), outcome)
+            if "scale" in elements:
+                start, stop = (view.pixel(float(view.place[0]) + x, 0.0, 0.0)[0] for x in (0.0, 1.0))
+                over.scale(stop - start, low + 0.6 * over.letter)
+            if "labels" in elements:
+                over.ground_labels(self._terrain, view, self._robot.leg_length)
 
     def _signs(self, moment: Moment) -> Iterator[Sign]:
-        """The legend's lines."""
+        """Lines of the legend."""
         elements = self._look.elements
         if "torque" in elements:
             for signal, torque in zip(torques_of(type(self._robot)), moment.torque, strict=True):
@@ -195,7 +230,7 @@ class Stage:
 
 
 def caption(moment: Moment, slow_motion: float) -> list[str]:
-    """What a caption says of an instant."""
+    """Lines of the caption at an instant."""
     estimate = moment.slope_estimate
     lines = [f"t = {moment.time:.2f} s   step {moment.step}", f"slope {signed(math.degrees(moment.slope))}°"]
     if not math.isnan(estimate):
@@ -208,5 +243,5 @@ def caption(moment: Moment, slow_motion: float) -> list[str]:
 
 
 def signed(number: float) -> str:
-    """A number with its sign and one digit, but no zero below zero."""
+    """Format a number with its sign and one digit; zero never has a minus sign."""
     return f"{round(number, 1) + 0.0:+.1f}".replace("-", "−")

@@ -1,7 +1,7 @@
-"""Videos and stills of recorded walks; nothing is stepped here, and nothing else draws with OpenGL.
+"""Videos and stills of recorded walks; nothing is simulated here.
 
-The scene is built anew from the record, the recorded postures are interpolated to the frames' times, and MuJoCo draws
-them, with what explains them: see `mjbiped.rendering.look.ELEMENTS`. See `mjbiped.rendering.gl` for OpenGL.
+The scene is built from the record, the recorded postures are interpolated to the times of the frames, and MuJoCo draws
+them together with the elements of `mjbiped.rendering.look.ELEMENTS`. OpenGL is chosen in `mjbiped.rendering.gl`.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from mjbiped.rendering.encoding import encoder, show
 from mjbiped.rendering.gl import ensure_gl, gl_available
 from mjbiped.rendering.look import SUFFIXES, look
 from mjbiped.rendering.overlay import Pixels
-from mjbiped.rendering.sharing import Film, drawn, processes_for
-from mjbiped.rendering.stage import Stage
+from mjbiped.rendering.sharing import drawn, processes_for
+from mjbiped.rendering.stage import Film, Stage
 from mjbiped.utils import domains
 from mjbiped.utils.files import saved
 from mjbiped.utils.progress import hidden
@@ -29,15 +29,15 @@ from mjbiped.utils.progress import hidden
 __all__ = ["ensure_gl", "gl_available", "render_frame", "render_frames", "render_video"]
 
 WIDTH, HEIGHT = 1280, 720
-"""Of a picture unless another size is asked for, pixels."""
+"""Default size of a picture, pixels."""
 
 LAST_FRAME_HELD = 1.0
-"""How long a video shows its last frame, with the walk's outcome, s."""
+"""Time for which a video shows its last frame, with the walk's outcome, s."""
 
 FASTEST_GIF = 50
-"""Frames per second: the format counts in hundredths of a second, and viewers take one of them for a tenth."""
+"""Greatest frame rate of a .gif, 1/s: the format counts hundredths of a second, and viewers show one as a tenth."""
 
-_TYPICAL = 8  # frames, of which a palette is made
+_TYPICAL = 8  # frames from which a palette is made
 
 
 def render_video(
@@ -63,15 +63,15 @@ def render_video(
     Args:
         walk: The record.
         path: File to write: `.mp4` (H.264) or `.gif`; None shows the video in a notebook.
-        width: Pixels, 64 to 4096; even but for `.gif`.
-        height: Pixels, 64 to 4096; even but for `.gif`.
+        width: Width in pixels, 64 to 4096; even but for `.gif`.
+        height: Height in pixels, 64 to 4096; even but for `.gif`.
         fps: Frames per second of the video, 1 to 120.
-        camera: Name of a camera of the scene: "track", "side" or "overview".
-        slow_motion: How many seconds of video show a second of the walk, 0.01 to 100; below 1 time passes faster.
-        start: Time of the record with which the video begins, s; its first unless given.
-        stop: Time of the record with which the video ends, s; its last unless given.
-        hide: What is not shown, of `mjbiped.rendering.look.ELEMENTS`, or "all".
-        flags: MuJoCo's visual flags to set, as "contactpoint", or to clear, as "no-static".
+        camera: Camera: "track", "side" or "overview".
+        slow_motion: Seconds of video per second of the walk, 0.01 to 100; below 1 time passes faster.
+        start: Time of the record at which the video begins, s; its first unless given.
+        stop: Time of the record at which the video ends, s; its last unless given.
+        hide: Names of `mjbiped.rendering.look.ELEMENTS` to hide, or "all".
+        flags: MuJoCo's visual flags to set, such as "contactpoint", or to clear, such as "no-static".
         progress: Show a progress bar (never where the output is not a terminal).
 
     Raises:
@@ -89,15 +89,19 @@ def render_video(
     if gif and fps > FASTEST_GIF:
         raise InputError(f"a .gif shows at most {FASTEST_GIF} frames per second, got fps = {fps}")
     slow_motion = domains.SLOW_MOTION.check("slow_motion", slow_motion)
-    begin, end = _part(walk, start, stop)
+    first, last = _span(walk)
+    inside = domains.Domain(first, last, "s of the record")
+    begin = first if start is None else inside.check("start (--from)", start)
+    end = last if stop is None else inside.check("stop (--to)", stop)
+    if begin > end:
+        raise InputError(f"start (--from) = {begin:g} s comes after stop (--to) = {end:g} s: swap them")
     frames = math.floor((end - begin) * slow_motion * fps + 1e-9) + 1
     film = Film(width, height, camera, look(hide, flags), begin, end, slow_motion, fps, frames)
     with drawn(walk, film, processes_for(frames)) as (stage, pictures):
 
         def all_frames() -> Iterator[Pixels]:
             yield from tqdm(pictures, desc="video", total=frames, unit="frame", disable=hidden(progress))
-            last = stage.frame(end, with_outcome=end == _span(walk)[1])
-            yield from repeat(last, round(LAST_FRAME_HELD * fps))
+            yield from repeat(stage.frame(end, with_outcome=end == last), round(LAST_FRAME_HELD * fps))
 
         if path is None:
             show(all_frames(), fps)
@@ -123,11 +127,11 @@ def render_frame(
     Args:
         walk: The record.
         time: Within the record, s.
-        width: Pixels, 64 to 4096.
-        height: Pixels, 64 to 4096.
-        camera: Name of a camera of the scene: "track", "side" or "overview".
-        hide: What is not shown, of `mjbiped.rendering.look.ELEMENTS`, or "all".
-        flags: MuJoCo's visual flags to set, as "contactpoint", or to clear, as "no-static".
+        width: Width in pixels, 64 to 4096.
+        height: Height in pixels, 64 to 4096.
+        camera: Camera: "track", "side" or "overview".
+        hide: Names of `mjbiped.rendering.look.ELEMENTS` to hide, or "all".
+        flags: MuJoCo's visual flags to set, such as "contactpoint", or to clear, such as "no-static".
 
     Returns:
         RGB, shape (height, width, 3).
@@ -155,11 +159,11 @@ def render_frames(
     Args:
         walk: The record.
         times: Within the record, s.
-        width: Pixels, 64 to 4096.
-        height: Pixels, 64 to 4096.
-        camera: Name of a camera of the scene: "track", "side" or "overview".
-        hide: What is not shown, of `mjbiped.rendering.look.ELEMENTS`, or "all".
-        flags: MuJoCo's visual flags to set, as "contactpoint", or to clear, as "no-static".
+        width: Width in pixels, 64 to 4096.
+        height: Height in pixels, 64 to 4096.
+        camera: Camera: "track", "side" or "overview".
+        hide: Names of `mjbiped.rendering.look.ELEMENTS` to hide, or "all".
+        flags: MuJoCo's visual flags to set, such as "contactpoint", or to clear, such as "no-static".
 
     Returns:
         RGB of each moment, shape (height, width, 3).
@@ -171,34 +175,18 @@ def render_frames(
     _check_size(width, height)
     begin, end = _span(walk)
     moments = domains.Domain(begin, end, "s of the record").array("times", [*times], (None,)).tolist()
-    with Stage.open(walk, width, height, camera, look(hide, flags)) as stage:
+    with Stage.open(walk, Film(width, height, camera, look(hide, flags), begin, end)) as stage:
         return [stage.frame(time) for time in moments]
 
 
 def _check_size(width: int, height: int) -> None:
-    """Refuse sizes that no frame can have.
+    """Check the size of a frame.
 
     Raises:
         InputError: A size is not a whole number of pixels from 64 to 4096.
     """
-    for name, size in (("width", width), ("height", height)):
-        domains.PIXELS.check(name, size)
-
-
-def _part(walk: Walk, start: float | None, stop: float | None) -> tuple[float, float]:
-    """First and last time of what a video shows, s.
-
-    Raises:
-        InputError: One is outside the record, or they are in the wrong order.
-        RenderError: The record holds no samples.
-    """
-    begin, end = _span(walk)
-    inside = domains.Domain(begin, end, "s of the record")
-    first = begin if start is None else inside.check("start (--from)", start)
-    last = end if stop is None else inside.check("stop (--to)", stop)
-    if first > last:
-        raise InputError(f"start (--from) = {first:g} s comes after stop (--to) = {last:g} s: swap them")
-    return first, last
+    domains.PIXELS.check("width", width)
+    domains.PIXELS.check("height", height)
 
 
 def _span(walk: Walk) -> tuple[float, float]:

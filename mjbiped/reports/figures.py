@@ -1,4 +1,4 @@
-"""How the interactive figures of reports look: colours, letters, and what a figure is to the page."""
+"""Interactive figures of reports: their look, and their panels."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from mjbiped.plotting.style import GUIDE, SHADE
 from mjbiped.records.signals import DASHED, DOTTED, SIGNALS, SOLID
+from mjbiped.utils.extras import needed
 
 _DASHES = {SOLID: "solid", DASHED: "dash", DOTTED: "dot"}
-
 _LAYOUT: dict[str, Any] = {
     "template": "none",
     "font": {"family": "system-ui, sans-serif", "size": 13, "color": "#222222"},
@@ -21,19 +21,8 @@ _LAYOUT: dict[str, Any] = {
     "legend": {"orientation": "h", "yanchor": "bottom", "y": 1.0, "xanchor": "left", "x": 0.0},
     "autosize": True,
 }
-AXIS: dict[str, Any] = {"gridcolor": "#e6e6e6", "linecolor": SHADE, "zerolinecolor": GUIDE, "ticks": "outside"}
-"""Of every axis."""
-
-HEADING: dict[str, Any] = {
-    "showarrow": False,
-    "align": "left",
-    "font": {"size": 13},
-    "xanchor": "left",
-    "yanchor": "bottom",
-}
-"""Of a panel's title, an annotation."""
-
-
+_AXIS: dict[str, Any] = {"gridcolor": "#e6e6e6", "linecolor": SHADE, "zerolinecolor": GUIDE, "ticks": "outside"}
+_HEADING: dict[str, Any] = {"showarrow": False, "align": "left", "xanchor": "left", "yanchor": "bottom"}
 _LEAST_SPAN = 0.02  # of the values
 
 
@@ -41,11 +30,11 @@ class Shown(NamedTuple):
     """A figure of a page.
 
     Attributes:
-        name: Of its place in the page, letters and dashes.
-        title: Above it.
-        note: Under the title; may be empty.
-        plot: Of plotly.
-        height: Pixels.
+        name: Name of its place in the page, letters and dashes.
+        title: Title above it.
+        note: Note under the title; may be empty.
+        plot: Figure of plotly.
+        height: Height, pixels.
     """
 
     name: str
@@ -55,19 +44,76 @@ class Shown(NamedTuple):
     height: int
 
 
-def layout(**more: Any) -> dict[str, Any]:
-    """The layout of a figure, in plotly's own names."""
-    return {**_LAYOUT, **more}
+class Panels:
+    """A figure of plotly in panels, each with axes and a heading of its own.
+
+    Attributes:
+        figure: The figure.
+
+    Raises:
+        InputError: Plotly is not installed.
+    """
+
+    def __init__(self) -> None:
+        """Begin without panels."""
+        self.figure = needed("plotly.graph_objects", "report", "a report").Figure()
+        self._axes: dict[str, Any] = {}
+        self._count = 0
+
+    def add(
+        self,
+        across: tuple[float, float] = (0.0, 1.0),
+        down: tuple[float, float] = (0.0, 1.0),
+        *,
+        x: dict[str, Any] | None = None,
+        y: dict[str, Any],
+        heading: str = "",
+    ) -> dict[str, str]:
+        """Add a panel.
+
+        Args:
+            across: Left and right end, in shares of the figure's width.
+            down: Lower and upper end, in shares of the figure's height.
+            x: Settings of its horizontal axis; None if it shares that of the first panel, which stands below the last.
+            y: Settings of its vertical axis.
+            heading: Title above it; none if empty.
+
+        Returns:
+            The axes of its traces, in plotly's own names.
+        """
+        number = str(self._count + 1) if self._count else ""
+        self._count += 1
+        shared = x is None
+        own = "" if shared else number
+        settings = self._axes["xaxis"] if x is None else {**_AXIS, **x, "domain": across}
+        self._axes[f"xaxis{own}"] = {**settings, "anchor": f"y{number}"}
+        self._axes[f"yaxis{number}"] = {**_AXIS, **y, "domain": down, "anchor": f"x{own}"}
+        if heading:
+            self.figure.add_annotation(
+                text=heading, x=across[0], y=down[1], xref="paper", yref="paper", font={"size": 13}, **_HEADING
+            )
+        return {"xaxis": f"x{own}", "yaxis": f"y{number}"}
+
+    def shown(self, name: str, title: str, note: str, height: int, **layout: Any) -> Shown:
+        """Return the figure for a page, with further settings of its layout in plotly's own names."""
+        self.figure.update_layout({**_LAYOUT, **self._axes, **layout})
+        return Shown(name, title, note, self.figure, height)
+
+
+def shares(count: int, gap: float) -> list[tuple[float, float]]:
+    """Divide a figure's width or height into equal parts with gaps between them."""
+    size = (1.0 - gap * (count - 1)) / count
+    return [(k * (size + gap), k * (size + gap) + size) for k in range(count)]
 
 
 def line(signal: str, **more: Any) -> dict[str, Any]:
-    """The look of a line that shows a signal of `mjbiped.records.signals.SIGNALS`, in plotly's own names."""
+    """Look of a line that shows a signal of `mjbiped.records.signals.SIGNALS`, in plotly's own names."""
     row = SIGNALS[signal]
     return {"color": row.colour, "dash": _DASHES[row.line], "width": 1.6, **more}
 
 
 def span(values: NDArray[Any]) -> dict[str, Any]:
-    """The range of an axis whose values hardly differ, so that rounding does not fill the panel; else nothing."""
+    """Range of an axis whose values hardly differ, so that rounding does not fill the panel; else nothing."""
     known = values[np.isfinite(values)]
     if not known.size or np.ptp(known) > _LEAST_SPAN * np.abs(known).max():
         return {}
@@ -76,5 +122,5 @@ def span(values: NDArray[Any]) -> dict[str, Any]:
 
 
 def small(values: NDArray[Any]) -> NDArray[np.float32]:
-    """Numbers as a page needs them: seven digits, half the bytes."""
+    """Convert numbers to the seven digits that a page needs, in half the bytes."""
     return np.asarray(values, dtype=np.float32)

@@ -1,4 +1,4 @@
-"""One HTML file that holds all it needs: style, programs, figures, video."""
+"""One HTML file with everything that it needs: style, programs, figures, video."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _HERE = Path(__file__).parent / "page"
 
 
 def check_installed() -> None:
-    """Refuse to begin a report that cannot be written.
+    """Check that a report can be written.
 
     Raises:
         InputError: Plotly or Jinja is not installed.
@@ -30,15 +30,15 @@ def check_installed() -> None:
 def write_page(path: Path, template: str, figures: Sequence[Shown], data: Mapping[str, Any], **context: object) -> None:
     """Write a page; it appears whole or not at all.
 
-    Plotly's program and the figures stand in it compressed, and the browser unpacks them: the page weighs a third so,
-    and needs no network. Texts are escaped: a record may come from anyone.
+    Plotly's program and the figures are compressed, and the browser unpacks them: the page is a third as large, and
+    needs no network. Texts are escaped, because a record may come from anyone.
 
     Args:
         path: The file.
-        template: Name of its template, in the folder `page`.
-        figures: In their order.
-        data: What the page's program needs beside the figures; arrays become lists.
-        **context: What the template names.
+        template: Name of its template in the folder `page`.
+        figures: Figures in their order.
+        data: Data that the page's program needs beside the figures; arrays become lists.
+        **context: Values of the template's names.
 
     Raises:
         InputError: Plotly or Jinja is not installed.
@@ -68,5 +68,5 @@ def write_page(path: Path, template: str, figures: Sequence[Shown], data: Mappin
 
 
 def _packed(text: str) -> str:
-    """A text compressed, in letters that a page can hold."""
+    """Compress a text, and encode it in letters that a page can hold."""
     return b64encode(gzip.compress(text.encode(), mtime=0)).decode()

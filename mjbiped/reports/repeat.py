@@ -1,4 +1,4 @@
-"""How a recorded walk is made again: the command and the lines of Python that give bitwise the same record."""
+"""Repetition of a recorded walk: the command and the Python program that give bitwise the same record."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.errors import MjbipedError
+from mjbiped.gaits.described import words_of
 from mjbiped.gaits.optimisation import Goal
-from mjbiped.gaits.optimised import only_kept, words_of
+from mjbiped.gaits.optimised import only_kept
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import NAMED
@@ -30,14 +31,14 @@ _PASSIVE = "imitate_slope_deg"  # the setting that means a passive gait
 
 
 def python_of(walk: Walk, record: str) -> str | None:
-    """A program that makes the walk again.
+    """Write a program that repeats the walk.
 
     Args:
         walk: The record.
-        record: Its file, as the program shall name it.
+        record: Path of the record in the program.
 
     Returns:
-        The program; None where the engine is not one of mjbiped's own.
+        The program; None if the engine is not one of mjbiped's own.
     """
     settings = walk.settings
     engine = _ENGINES.get(settings["engine"])
@@ -71,7 +72,7 @@ print("the same, bit by bit:", again == before)
 
 
 def command_of(walk: Walk) -> str | None:
-    """The command that makes the walk again; None where no command does, as for terrains made in Python."""
+    """Write the command that repeats the walk; None if no command does, as for terrains made in Python."""
     try:
         with only_kept():  # what the record asks for would have to be searched for minutes, to know what it gives
             return shlex.join(["mjbiped", "walk", *_words(walk)])
@@ -80,7 +81,7 @@ def command_of(walk: Walk) -> str | None:
 
 
 class _NotSayableError(Exception):
-    """The command line has no words for it."""
+    """The command line cannot express a setting."""
 
 
 def _words(walk: Walk) -> Iterator[str]:
@@ -105,7 +106,7 @@ def _words(walk: Walk) -> Iterator[str]:
 
 
 def _robot(robot: Robot) -> Iterator[str]:
-    """The name of the robot that it is most like, and the parameters in which it differs from that."""
+    """Options for the most similar named robot, and for the parameters that differ from it."""
     alike = (each for each in NAMED if isinstance(NAMED[each](), type(robot)))
     name = min(alike, key=lambda each: len(_odd(robot, NAMED[each]())))
     yield from ("--robot", name) if name != Compass.kind else ()
@@ -114,7 +115,7 @@ def _robot(robot: Robot) -> Iterator[str]:
 
 
 def _odd(robot: Robot, usual: Robot) -> dict[str, float]:
-    """Parameters of a robot that are not the usual ones."""
+    """Parameters of a robot that differ from those of the named robot."""
     values = {name: getattr(robot, name) for name in robot.parameters()}
     return {name: value for name, value in values.items() if value != getattr(usual, name)}
 
@@ -124,10 +125,10 @@ def _option(name: str) -> str:
 
 
 def _terrain(walk: Walk) -> str:
-    """The terrain's words.
+    """Argument for the terrain.
 
     Raises:
-        _NotSayableError: None mean this ground.
+        _NotSayableError: No argument stands for this ground.
     """
     terrain = walk.terrain
     said = [f"{key}={'..'.join(map(repr, v)) if isinstance(v, tuple) else repr(v)}" for key, v in terrain.parameters]
@@ -146,7 +147,7 @@ def _limits(settings: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _controller(walk: Walk) -> Iterator[str]:
-    """The controller's name and settings.
+    """Options for the controller's name and settings.
 
     Raises:
         _NotSayableError: It is not registered, or these words would make another one.
@@ -165,7 +166,11 @@ def _controller(walk: Walk) -> Iterator[str]:
             next(described[key] for key in SLOPE_FIELDS if key in described)
         )
     # of a robot with knees the usual gait is no passive one
-    chosen |= {key: value for key, value in shared.items() if value != SHARED[key] or (robot.knees and key == _PASSIVE)}
+    chosen |= {
+        key: value
+        for key, value in shared.items()
+        if value != SHARED[key] or ("shank" in robot.angles and key == _PASSIVE)
+    }
     if make_controller(name, robot, chosen).describe() != described:
         raise _NotSayableError
     yield from ("--controller", name) if name != "adaptive" else ()
@@ -179,20 +184,20 @@ def _controller(walk: Walk) -> Iterator[str]:
 
 
 def _gait(described: Mapping[str, Any]) -> dict[str, Any]:
-    """The setting that means a gait."""
+    """Setting of a controller that stands for a gait."""
     if "goal" in described:
         return {"reference": words_of(Goal(**described["goal"]))}
     return {_PASSIVE: _degrees(described["slope"])}
 
 
 def _degrees(angle: float) -> float:
-    """The degrees that are read as this angle, with few digits where they do; else the next best."""
+    """Degrees that read back as this angle, with as few digits as possible; else the closest."""
     degrees = math.degrees(angle)
     return next((short for digits in range(17) if math.radians(short := round(degrees, digits)) == angle), degrees)
 
 
 def _engine(settings: Mapping[str, Any]) -> Iterator[str]:
-    """Settings of the engine that are not the usual ones.
+    """Options for settings of the engine that are not the defaults.
 
     Raises:
         _NotSayableError: The command line has no option for one.

@@ -1,4 +1,4 @@
-"""The report of a study, from the folder of its table."""
+"""Report of a study, from the folder of its table."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from mjbiped.records.schema import OUTCOMES
 from mjbiped.reports.page import check_installed, write_page
 from mjbiped.reports.study_figures import study_figures
 from mjbiped.reports.walk import flattened
+from mjbiped.sweeps.bins import summarised
 from mjbiped.sweeps.cell import FAILED, MEASURES, Row
 from mjbiped.sweeps.store import read_table
-from mjbiped.sweeps.summary import summarised
 
 TABLE = "study.sqlite"
-"""The file in a study's folder that a report is made of."""
+"""File in a study's folder from which a report is made."""
 
 MOST_ROWS = 3000
-"""Walks that the page lists; a study may have hundreds of thousands."""
+"""Greatest number of walks on the page; a study may have hundreds of thousands."""
 
 
 def report_study(folder: Path, path: Path) -> None:
     """Write the report of a study: one HTML page with outcomes, interactive figures and the table.
 
     Args:
-        folder: Where `mjbiped sweep` has written; it may still be at it.
+        folder: Folder in which `mjbiped sweep` writes; it may still be running.
         path: The page.
 
     Raises:
@@ -66,7 +66,7 @@ def report_study(folder: Path, path: Path) -> None:
             for label, key, factor, form, unit in SHOWN
             if summary["finished"].get(key) is not None
         ],
-        table_note=f"A click on a heading sorts by it. {told}".strip(),
+        table_note=f"Click a heading to sort by it. {told}".strip(),
         headings=[listed.get(name, name) for name in names],
         rows=[[_cell(row[name], forms.get(name)) for name in names] for row in rows[:MOST_ROWS]],
         parameters=list(flattened(declared)) if isinstance(declared, dict) else [],
@@ -75,7 +75,7 @@ def report_study(folder: Path, path: Path) -> None:
 
 
 def _checked(table: Path, rows: Sequence[Row]) -> list[str]:
-    """The columns of what varies.
+    """Check the rows, and return the columns that vary.
 
     Raises:
         RecordError: The rows are not those of a study.

@@ -1,4 +1,4 @@
-"""The report of a walk."""
+"""Report of a walk."""
 
 from __future__ import annotations
 
@@ -21,10 +21,7 @@ from mjbiped.reports.page import check_installed, write_page
 from mjbiped.reports.repeat import command_of, python_of
 from mjbiped.reports.walk_figures import shown_samples, walk_figures
 
-_TOLD = ("slope", "torque", "knee torque")
-"""Panels of signals that the page tells of in words, too."""
-
-_MOST_LISTED = 12  # numbers of a parameter; a ground may have thousands
+_MOST_LISTED = 12  # greatest number of listed numbers of a parameter; a ground may have thousands
 
 
 def report_walk(walk: Walk, path: Path, *, record: str, video: bool = True, progress: bool = False) -> None:
@@ -33,8 +30,8 @@ def report_walk(walk: Walk, path: Path, *, record: str, video: bool = True, prog
     Args:
         walk: The record.
         path: The page.
-        record: Name of the record's file, for the lines that make the walk again.
-        video: Whether a video is made; where no OpenGL platform works the page does without, and says so.
+        record: Name of the record's file, for the program that repeats the walk.
+        video: Whether a video is made; if no OpenGL platform works, the page has none, and says so.
         progress: Show the progress of the video (never where the output is not a terminal).
 
     Raises:
@@ -43,7 +40,7 @@ def report_walk(walk: Walk, path: Path, *, record: str, video: bool = True, prog
     """
     check_installed()
     sampled = bool(len(walk.samples["time"]))
-    film, why_none = (None, "No video was asked for.")
+    film, why_none = (None, "No video was requested.")
     if video:
         film, why_none = _video(walk, progress=progress)
     summary, touchdowns = walk.summary(), _touchdowns(walk)
@@ -69,7 +66,7 @@ def report_walk(walk: Walk, path: Path, *, record: str, video: bool = True, prog
 
 
 def flattened(settings: Mapping[str, Any], beginning: str = "") -> Iterator[tuple[str, str, str]]:
-    """Settings in settings as lines: name with dots, value, no unit."""
+    """Flatten nested settings into lines: name with dots, value, no unit."""
     for key, value in settings.items():
         name = f"{beginning}{key}"
         if isinstance(value, Mapping) and value:
@@ -82,7 +79,7 @@ def flattened(settings: Mapping[str, Any], beginning: str = "") -> Iterator[tupl
 
 
 def _video(walk: Walk, *, progress: bool) -> tuple[str | None, str]:
-    """A video in letters, and where there is none the reason."""
+    """Return a video encoded as text, or the reason why there is none."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "walk.mp4"
         try:
@@ -93,7 +90,7 @@ def _video(walk: Walk, *, progress: bool) -> tuple[str | None, str]:
 
 
 def _touchdowns(walk: Walk) -> dict[str, NDArray[np.float64]]:
-    """The columns of the table of touchdowns, by their headings."""
+    """Columns of the table of touchdowns by their headings."""
     rows = walk.touchdowns
     columns = {
         "time (s)": rows["time"],
@@ -109,13 +106,13 @@ def _touchdowns(walk: Walk) -> dict[str, NDArray[np.float64]]:
         "friction used": measures.friction_asked(rows),
         "least normal force (N)": rows["normal_force"],
     }
-    if walk.robot.knees:
+    if "knee_strike" in rows:
         columns |= {"knee strike after (s)": rows["knee_strike"], "greatest flexion (°)": np.degrees(rows["flexion"])}
     return columns
 
 
 def _rows(columns: Iterable[NDArray[np.float64]], strikes: NDArray[np.int64]) -> Iterator[list[str]]:
-    """The table's rows: number of the step, its numbers, and whether its swing foot struck a face."""
+    """Rows of the table: number of the step, its values, and whether its swing foot struck a face."""
     for step, (*values, struck) in enumerate(zip(*columns, strikes, strict=True), start=1):
         yield [str(step), *(_number(float(value)) for value in values), "yes" if struck else "no"]
 
@@ -125,9 +122,9 @@ def _number(value: float) -> str:
 
 
 def _data(walk: Walk) -> dict[str, Any]:
-    """What the page's program needs to show a moment: the samples that are drawn, by names."""
+    """Data by name that the page's program needs to show a moment, at the samples that are drawn."""
     keep, samples, robot = shown_samples(walk), walk.samples, type(walk.robot)
-    told = {name: signal for name, signal in signals_of(robot).items() if signal.panel in _TOLD}
+    told = {name: signal for name, signal in signals_of(robot).items() if PANELS[signal.panel].in_words}
     legs = walk.robot.limbs(samples["qpos"][keep])
     rows, stance = np.arange(len(keep)), samples["stance"][keep]
     return {
@@ -146,5 +143,5 @@ def _data(walk: Walk) -> dict[str, Any]:
 
 
 def _digits(values: NDArray[np.float64], digits: int = 5) -> list[float | None]:
-    """Numbers to the digits that can be seen; None for what is no finite number, which JSON does not know."""
+    """Round numbers to visible digits; None stands for numbers that are not finite, which JSON lacks."""
     return [value if math.isfinite(value) else None for value in np.round(values, digits).tolist()]

@@ -1,4 +1,4 @@
-"""The interactive figures of a walk: over time, over the ground, and the phase portraits."""
+"""Interactive figures of a walk: over time, over the ground, and phase portraits."""
 
 from __future__ import annotations
 
@@ -13,13 +13,12 @@ from mjbiped.plotting.style import BLACK, GROUND, PLANNED, SHADE
 from mjbiped.plotting.timelapse import outline
 from mjbiped.records.frames import flat_samples
 from mjbiped.records.record import Walk
-from mjbiped.records.signals import PANELS, SIGNALS, knee_strikes, panels_of, signals_of, values_of
-from mjbiped.reports.figures import AXIS, HEADING, Shown, layout, line, small
+from mjbiped.records.signals import SIGNALS, lines_of, signals_of
+from mjbiped.reports.figures import Panels, Shown, line, shares, small
 from mjbiped.robots.robot import Array, Robot
-from mjbiped.utils.extras import needed
 
 MOST_SAMPLES = 6000
-"""Drawn of a walk: of a longer one every second, third ... sample, and those at the steps' ends."""
+"""Greatest number of drawn samples; of a longer walk every second, third ... sample is drawn, and the ends of steps."""
 
 _PANEL_HEIGHT = 165  # pixels
 _PANEL_GAP = 45  # below a panel, for the next one's title, pixels
@@ -32,7 +31,7 @@ _MOMENT = {"text": "t = %{x:.3f} s"}
 
 
 def shown_samples(walk: Walk) -> NDArray[np.int64]:
-    """Indices of the samples that are drawn."""
+    """Return the indices of the samples that are drawn."""
     step = flat_samples(walk)["step"]
     count = len(step)
     every = math.ceil(count / MOST_SAMPLES) if count else 1
@@ -41,7 +40,7 @@ def shown_samples(walk: Walk) -> NDArray[np.int64]:
 
 
 def walk_figures(walk: Walk, *, video: bool = False) -> list[Shown]:
-    """The figures of a walk with samples.
+    """Draw the figures of a walk with samples.
 
     Args:
         walk: The record.
@@ -50,85 +49,70 @@ def walk_figures(walk: Walk, *, video: bool = False) -> list[Shown]:
     Raises:
         InputError: Plotly is not installed.
     """
-    graphs = needed("plotly.graph_objects", "report", "a report")
     keep = shown_samples(walk)
-    return [_over_ground(graphs, walk), _over_time(graphs, walk, keep, video), _phases(graphs, walk, keep)]
+    return [_over_ground(walk), _over_time(walk, keep, video), _phases(walk, keep)]
 
 
-def _over_time(graphs: Any, walk: Walk, keep: NDArray[np.int64], video: bool) -> Shown:
-    """A panel over the other, with one axis of time."""
+def _over_time(walk: Walk, keep: NDArray[np.int64], video: bool) -> Shown:
+    """Draw the signals in panels over each other, with one axis of time."""
     samples = walk.samples
     breaks = np.flatnonzero(np.diff(flat_samples(walk)["step"][keep])) + 1
-    time = samples["time"][keep]
-    panels = dict(panels_of(type(walk.robot)))
-    height = len(panels) * (_PANEL_HEIGHT + _PANEL_GAP) - _PANEL_GAP
-    figure = graphs.Figure()
-    axes: dict[str, Any] = {}
-    named: set[str] = set()
-    for number, (panel, signals) in enumerate(panels.items()):
-        about, place = PANELS[panel], str(number + 1) if number else ""
-        shown = {name: values_of(walk, name)[keep] for name in signals}
-        shown = {name: values for name, values in shown.items() if np.isfinite(values).any()}  # some make no estimate
-        for name, values in shown.items():
-            signal, x, y = signals[name], time, values
-            if about.by_legs:
-                x, y = np.insert(time, breaks, time[breaks]), np.insert(values, breaks, np.nan)
-            symbol = f"{signal.symbol} = " if signal.symbol else ""
-            figure.add_scatter(
-                x=small(x),
-                y=small(y),
-                name=signal.name,
-                legendgroup=signal.name,
-                showlegend=signal.name not in named,
-                mode="lines",
-                line=line(name),
-                yaxis=f"y{place}",
-                hovertemplate=f"{symbol}%{{y:.4f}} {about.unit}",
-            )
-            named.add(signal.name)
-        if panel == "flexion":
-            strikes = knee_strikes(walk)
-            figure.add_scatter(
-                x=strikes, y=np.zeros_like(strikes), name="knee strike", mode="markers", yaxis=f"y{place}",
-                marker={"symbol": "line-ns", "size": 8, "line": {"width": 1.6, "color": BLACK}}, hoverinfo="skip",
-            )  # fmt: skip
-        top = 1.0 - number * (_PANEL_HEIGHT + _PANEL_GAP) / height
-        axes[f"yaxis{place}"] = {
-            **AXIS,
-            "domain": [max(0.0, top - _PANEL_HEIGHT / height), top],
-            "title": {"text": f"{about.quantity} ({about.unit})"},
-            "autorangeoptions": {"include": _widened([*shown.values()], about.least)},
-            "anchor": "x",
-        }
-        figure.add_annotation(text=f"<b>{about.title}</b>", x=0.0, y=top, xref="paper", yref="paper", **HEADING)
-    figure.update_layout(
-        layout(
-            **axes,
-            xaxis={
-                **AXIS,
-                "title": {"text": "time (s)"},
-                "range": [float(time[0]), max(float(time[-1]), float(time[0]) + 1e-3)],
-                "anchor": f"y{len(panels)}",
-                "unifiedhovertitle": _MOMENT,
+    time, every = samples["time"][keep], list(lines_of(walk))
+    height = len(every) * (_PANEL_HEIGHT + _PANEL_GAP) - _PANEL_GAP
+    panels, named = Panels(), set[str]()
+    x_axis = {
+        "title": {"text": "time (s)"},
+        "range": [float(time[0]), max(float(time[-1]), float(time[0]) + 1e-3)],
+        "unifiedhovertitle": _MOMENT,
+    }
+    for number, lines in enumerate(every):
+        panel, top = lines.panel, 1.0 - number * (_PANEL_HEIGHT + _PANEL_GAP) / height
+        shown = {name: values[keep] for name, values in lines.values.items()}
+        place = panels.add(
+            down=(max(0.0, top - _PANEL_HEIGHT / height), top),
+            x=None if number else x_axis,
+            y={
+                "title": {"text": f"{panel.quantity} ({panel.unit})"},
+                "autorangeoptions": {"include": _widened([*shown.values()], panel.least)},
             },
-            hovermode="x unified",
-            hoversubplots="axis",
-            legend={"orientation": "h", "yanchor": "bottom", "y": 1.0 + 30 / height, "xanchor": "left", "x": 0.0},
-            margin={"l": 70, "r": 20, "t": _ABOVE, "b": _BELOW},
+            heading=f"<b>{panel.title}</b>",
         )
-    )
-    every = math.ceil(len(samples["time"]) / MOST_SAMPLES)
-    thinned = f" Of the {len(samples['time'])} samples every {every}th is drawn." if every > 1 else ""
+        at = breaks if panel.by_legs else breaks[:0]
+        for name, values in shown.items():
+            signal = lines.signals[name]
+            symbol = f"{signal.symbol} = " if signal.symbol else ""
+            panels.figure.add_scatter(
+                x=small(np.insert(time, at, time[at])), y=small(np.insert(values, at, np.nan)), name=signal.name,
+                legendgroup=signal.name, showlegend=signal.name not in named, mode="lines", line=line(name),
+                hovertemplate=f"{symbol}%{{y:.4f}} {panel.unit}", **place,
+            )  # fmt: skip
+            named.add(signal.name)
+        if panel.events:
+            panels.figure.add_scatter(
+                x=lines.events, y=np.zeros_like(lines.events), name=panel.events[0], mode="markers", hoverinfo="skip",
+                marker={"symbol": "line-ns", "size": 8, "line": {"width": 1.6, "color": BLACK}}, **place,
+            )  # fmt: skip
+    thin = math.ceil(len(samples["time"]) / MOST_SAMPLES)
+    thinned = f" Of the {len(samples['time'])} samples every {thin}th is drawn." if thin > 1 else ""
     click = " Click to take the video there." if video else ""
     note = (
         "Point at a moment: the line is the same moment in every panel, on the ground and in the phase portraits."
         f"{click} Drag to zoom, double-click to see all.{thinned}"
     )
-    return Shown("time", "Over time", note, figure, height + _ABOVE + _BELOW)
+    return panels.shown(
+        "time",
+        "Over time",
+        note,
+        height + _ABOVE + _BELOW,
+        hovermode="x unified",
+        hoversubplots="axis",
+        legend={"orientation": "h", "yanchor": "bottom", "y": 1.0 + 30 / height, "xanchor": "left", "x": 0.0},
+        margin={"l": 70, "r": 20, "t": _ABOVE, "b": _BELOW},
+    )
 
 
 def _widened(values: list[Array], least: float) -> list[float]:
-    """What an axis shows at least: nothing in particular, or so much about the middle of what is drawn."""
+    """Values that an axis must include: none, or a least span about the middle of the drawn values."""
     known = np.concatenate([array[np.isfinite(array)] for array in values]) if values and least else np.empty(0)
     if not known.size:
         return []
@@ -136,34 +120,32 @@ def _widened(values: list[Array], least: float) -> list[float]:
     return [middle - least / 2.0, middle + least / 2.0]
 
 
-def _over_ground(graphs: Any, walk: Walk) -> Shown:
-    """The ground, the posture at each touchdown, and the posture of the moment."""
-    qpos = walk.samples["qpos"]
+def _over_ground(walk: Walk) -> Shown:
+    """Draw the ground, the posture at each touchdown, and the posture of the current moment."""
+    qpos, rows, panels = walk.samples["qpos"], walk.touchdowns, Panels()
     low, high = float(qpos[:, 0].min()) - _BEYOND, float(qpos[:, 0].max()) + _BEYOND
     x, z = outline(walk.terrain, low, high)
-    bottom = float(z.min()) - 0.25
-    figure = graphs.Figure()
-    figure.add_scatter(
-        x=np.concatenate([[x[0]], x, [x[-1]]]),
-        y=np.concatenate([[bottom], z, [bottom]]),
-        fill="toself",
-        fillcolor=GROUND,
-        mode="lines",
-        line={"color": SHADE, "width": 1},
-        name="ground",
-        hoverinfo="skip",
+    bottom, start = float(z.min()) - 0.25, float(qpos[0, 0]) - 0.8
+    panels.add(
+        x={"title": {"text": "x (m)"}, "range": [start, start + _FIRST_VIEW]},
+        y={"title": {"text": "z (m)"}, "scaleanchor": "x", "range": [bottom, float(z.max()) + 1.2]},
     )
-    rows = walk.touchdowns
+    figure = panels.figure
+    figure.add_scatter(
+        x=np.concatenate([[x[0]], x, [x[-1]]]), y=np.concatenate([[bottom], z, [bottom]]), fill="toself",
+        fillcolor=GROUND, mode="lines", line={"color": SHADE, "width": 1}, name="ground", hoverinfo="skip",
+    )  # fmt: skip
     starts = np.concatenate([qpos[:1], rows["qpos"]])
     stance = np.concatenate([walk.samples["stance"][:1], rows["stance"]])
-    for leg, side in (("swing", 1 - stance), ("stance", stance)):
+    legs = ("swing", 1 - stance), ("stance", stance)
+    for leg, side in legs:
         points_x, points_z = _sticks(walk.robot, starts, side)
         figure.add_scatter(
             x=points_x, y=points_z, mode="lines", line=line(f"q_{leg}", width=1), opacity=0.45,
             name=f"{leg} leg at touchdowns", hoverinfo="skip",
         )  # fmt: skip
-    for leg, side in (("swing", 1 - stance[:1]), ("stance", stance[:1])):  # the page moves these two
-        now_x, now_z = _sticks(walk.robot, qpos[:1], side)
+    for leg, side in legs:  # the page moves these two
+        now_x, now_z = _sticks(walk.robot, qpos[:1], side[:1])
         colour = SIGNALS[f"q_{leg}"].colour
         figure.add_scatter(
             x=now_x[:-1], y=now_z[:-1], mode="lines+markers", line={"color": colour, "width": 5},
@@ -179,103 +161,67 @@ def _over_ground(graphs: Any, walk: Walk) -> Shown:
         hovertemplate="step %{customdata[0]}, %{customdata[1]:.3f} s<br>x %{x:.3f} m, z %{y:.4f} m<br>"
         "slope %{customdata[2]:.2f}°<extra></extra>",
     )
-    start = float(qpos[0, 0]) - 0.8
-    figure.update_layout(
-        layout(
-            xaxis={**AXIS, "title": {"text": "x (m)"}, "range": [start, start + _FIRST_VIEW]},
-            yaxis={**AXIS, "title": {"text": "z (m)"}, "scaleanchor": "x", "range": [bottom, float(z.max()) + 1.2]},
-            dragmode="pan",
-        )
-    )
-    return Shown(
-        "ground",
-        "Over the ground",
+    note = (
         "Thin: the legs at each touchdown. Thick: the legs at the moment that the other figures point at; the view "
-        "follows them. Drag to move along, scroll to zoom, double-click to see all.",
-        figure,
-        420,
+        "follows them. Drag to move along, scroll to zoom, double-click to see all."
     )
+    return panels.shown("ground", "Over the ground", note, 420, dragmode="pan")
 
 
 def _sticks(robot: Robot, qpos: Array, side: NDArray[Any]) -> tuple[Array, Array]:
-    """One leg of several postures, each from hip to foot and a gap: x and z, m."""
+    """Return one leg of several postures, each from hip to foot and a gap: x and z, m."""
     legs = robot.limbs(qpos)[np.arange(len(qpos)), np.asarray(side, dtype=np.int64)]
     x, z = np.insert(legs, legs.shape[1], np.nan, axis=1).reshape(-1, 2).T
     return x, z
 
 
-def _phases(graphs: Any, walk: Walk, keep: NDArray[np.int64]) -> Shown:
-    """Rate over each angle, with the gait that is imitated and the transitions that were planned to it."""
+def _phases(walk: Walk, keep: NDArray[np.int64]) -> Shown:
+    """Draw rate over angle of each leg, with the imitated gait and the planned transitions to it."""
     breaks = np.flatnonzero(np.diff(flat_samples(walk)["step"][keep])) + 1
-    cycle, planned, signals = _imitated(walk), drawn_transitions(walk), signals_of(type(walk.robot))
-    angles = walk.robot.angles
-    wide = (1.0 - _PORTRAIT_GAP * (len(angles) - 1)) / len(angles)
-    figure = graphs.Figure()
-    axes: dict[str, Any] = {}
-    for k, part in enumerate(angles):
-        angle, rate, number = signals[f"q_{part}"], signals[f"dq_{part}"], str(k + 1) if k else ""
-        place = {"xaxis": f"x{number}", "yaxis": f"y{number}"}
+    gait, planned, signals = drawn_gait(walk), drawn_transitions(walk), signals_of(type(walk.robot))
+    angles, panels = walk.robot.angles, Panels()
+    for k, (part, across) in enumerate(zip(angles, shares(len(angles), _PORTRAIT_GAP), strict=True)):
+        angle, rate = signals[f"q_{part}"], signals[f"dq_{part}"]
+        q, dq = (walk.samples[name][keep][:, k] for name in ("q", "dq"))
+        place = panels.add(
+            across,
+            x={"title": {"text": f"angle {angle.symbol} (rad)"}, "autorangeoptions": {"include": _with_room(q)}},
+            y={"title": {"text": f"rate {rate.symbol} (rad/s)"}, "autorangeoptions": {"include": _with_room(dq)}},
+            heading=f"<b>{angle.name.capitalize()}</b>",
+        )
+
+        def add(
+            name: str, x: Array, y: Array, place: dict[str, str] = place, first: bool = not k, **looks: Any
+        ) -> None:
+            usual = {"mode": "lines", "legendgroup": name, "showlegend": first, "hoverinfo": "skip", **place}
+            panels.figure.add_scatter(x=small(x), y=small(y), name=name, **{**usual, **looks})
+
         if planned:
             gap = np.full((1, 2 * len(angles)), np.nan)
             curves = np.concatenate([part for curve in planned for part in (curve, gap)])
-            figure.add_scatter(
-                x=small(curves[:, k]), y=small(curves[:, len(angles) + k]), mode="lines", name="re-planned reference",
-                line={"color": PLANNED["color"], "width": 5}, legendgroup="planned", showlegend=not k,
-                hoverinfo="skip", **place,
-            )  # fmt: skip
-        q, dq = (walk.samples[name][keep][:, k] for name in ("q", "dq"))
-        figure.add_scatter(
-            x=small(np.insert(q, breaks, np.nan)), y=small(np.insert(dq, breaks, np.nan)), mode="lines",
-            name=angle.name, line=line(f"q_{part}", dash="solid", width=1),
-            hovertemplate="%{x:.4f} rad, %{y:.4f} rad/s<extra></extra>", **place,
-        )  # fmt: skip
-        if cycle is not None:
-            figure.add_scatter(
-                x=small(cycle[0][:, k]), y=small(cycle[1][:, k]), mode="lines", name="imitated gait",
-                line=line("slope", width=2), legendgroup="gait", showlegend=not k, hoverinfo="skip", **place,
-            )  # fmt: skip
-        figure.add_scatter(  # the page moves it
-            x=q[:1], y=dq[:1], mode="markers", name="now", meta="now", showlegend=False, hoverinfo="skip",
-            marker={"size": 12, "color": "white", "line": {"width": 3, "color": angle.colour}}, **place,
-        )  # fmt: skip
-        left = k * (wide + _PORTRAIT_GAP)
-        figure.add_annotation(
-            text=f"<b>{angle.name.capitalize()}</b>", x=left, y=1.0, xref="paper", yref="paper", **HEADING
-        )
-        axes[f"xaxis{number}"] = {
-            **AXIS,
-            "title": {"text": f"angle {angle.symbol} (rad)"},
-            "domain": [left, left + wide],
-            "anchor": f"y{number}",
-            "autorangeoptions": {"include": _with_room(q)},
-        }
-        axes[f"yaxis{number}"] = {
-            **AXIS,
-            "title": {"text": f"rate {rate.symbol} (rad/s)"},
-            "anchor": f"x{number}",
-            "autorangeoptions": {"include": _with_room(dq)},
-        }
-    figure.update_layout(
-        layout(
-            **axes,
-            legend={"orientation": "h", "yanchor": "bottom", "y": 1.07, "xanchor": "left", "x": 0.0},
-            margin={"l": 70, "r": 20, "t": 70, "b": 50},
-        )
+            band = {"color": PLANNED["color"], "width": 5}
+            add("re-planned reference", curves[:, k], curves[:, len(angles) + k], line=band)
+        told = "%{x:.4f} rad, %{y:.4f} rad/s<extra></extra>"
+        look = line(f"q_{part}", dash="solid", width=1)
+        path, rates = (np.insert(values, breaks, np.nan) for values in (q, dq))
+        add(angle.name, path, rates, line=look, showlegend=True, hoverinfo="all", hovertemplate=told)
+        if gait is not None:
+            cycle = gait.reference(np.linspace(0.0, gait.period, _POINTS))
+            add("imitated gait", cycle[0][:, k], cycle[1][:, k], line=line("slope", width=2))
+        ring = {"size": 12, "color": "white", "line": {"width": 3, "color": angle.colour}}
+        add("now", q[:1], dq[:1], mode="markers", meta="now", showlegend=False, marker=ring)  # the page moves it
+    return panels.shown(
+        "phases",
+        "Phase portraits",
+        "The ring is the moment that the other figures point at.",
+        520,
+        legend={"orientation": "h", "yanchor": "bottom", "y": 1.07, "xanchor": "left", "x": 0.0},
+        margin={"l": 70, "r": 20, "t": 70, "b": 50},
     )
-    return Shown("phases", "Phase portraits", "The ring is the moment that the other figures point at.", figure, 520)
 
 
 def _with_room(values: Array) -> list[float]:
-    """What an axis shows at least: these values, and a twentieth of their span on both sides."""
+    """Values that an axis must include: the ends of these values, with a twentieth of their span on both sides."""
     low, high = float(values.min()), float(values.max())
     room = 0.05 * (high - low)
     return [low - room, high + room]
-
-
-def _imitated(walk: Walk) -> tuple[Array, Array] | None:
-    """The limit cycle of the gait that was imitated: angles and rates, shape (points, angles); None without one."""
-    gait = drawn_gait(walk)
-    if gait is None:
-        return None
-    q, dq, _ = gait.reference(np.linspace(0.0, gait.period, _POINTS))
-    return q, dq

@@ -1,1 +1,1 @@
-"""Section V of the paper again: every table and figure, in both engines, beside the paper's own numbers."""
+"""Reproduction of the paper's section V: every table and figure, in both engines, beside the paper's own numbers."""

@@ -1,32 +1,44 @@
-"""One walk of the reproduction: everything that it depends on, and what is kept of it."""
+"""The walks of the reproduction: their inputs, their measures, and the finished ones on disk."""
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 import math
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from functools import cached_property, partial
+from pathlib import Path
+
+import numpy as np
 
 from mjbiped.control.controller import Controller
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, versions
-from mjbiped.errors import MjbipedError, RecordError, explained, shown
+from mjbiped.errors import RecordError
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
-from mjbiped.records.schema import OUTCOMES
-from mjbiped.rollout.walk import WalkStopped, walk
-from mjbiped.sweeps.cell import FAILED
-from mjbiped.sweeps.provenance import sources
+from mjbiped.rollout.walk import walk
+from mjbiped.sweeps.cell import FAILED, SPARSE, Row, attempt
+from mjbiped.sweeps.run import sources, walk_cells
+from mjbiped.sweeps.store import Layout, Store, opened
 from mjbiped.terrain.terrain import Terrain
 
-KEY_DIGITS = 24
-"""Hexadecimal digits of a cell's key."""
+LENGTHS = (20, 45, 60, 100)
+"""Numbers of steps after which c_mt is taken, from one walk."""
 
-_SPARSE = 1.0  # sample period where no record is kept, s
+COSTS = {
+    f"{kind}_{'end' if steps is None else steps}": (kind, steps)
+    for kind in measures.WORK_KINDS
+    for steps in (*LENGTHS, None)
+}
+"""Columns of c_mt: the kind of work and the number of steps; None: up to the last touchdown."""
+
+_KEY_DIGITS = 24  # hexadecimal
+_MEASURES = ("steps", "place", "ankle", "hip", "friction", "least_force", "strikes", "begun", "ended", "rms", "jump")
+_LAYOUT = Layout("walks", ("key", "outcome", "error", *_MEASURES, *COSTS), None, frozenset((*_MEASURES, *COSTS)))
 
 
 @dataclass(frozen=True)
@@ -39,9 +51,9 @@ class Cell:
         terrain: The ground.
         initial: First state, "gait" or "rest".
         steps: Touchdowns after which the walk is finished, or None.
-        distance: Place x at which it is finished, m, or None.
-        timestep: Of MuJoCo, s; the hybrid engine has none.
-        record: Whether the whole record is kept, for figures, and not the touchdowns alone.
+        distance: Position x at which it is finished, m, or None.
+        timestep: Time step of MuJoCo, s; the hybrid engine has none.
+        record: Whether the whole record is kept, for figures, and not the measures alone.
     """
 
     engine: str
@@ -53,10 +65,10 @@ class Cell:
     timestep: float = DEFAULT_TIMESTEP
     record: bool = False
 
-    @property
-    def inputs(self) -> dict[str, Any]:
-        """All that the walk depends on, in plain JSON types."""
-        return {
+    @cached_property
+    def key(self) -> str:
+        """Digest of all that the walk depends on: inputs, versions, and the sources of physics and control laws."""
+        inputs = {
             "engine": self.engine,
             "controller": self.controller.describe(),
             "terrain": self.terrain.to_dict(),
@@ -66,141 +78,159 @@ class Cell:
             "timestep": self.timestep if self.engine == "mujoco" else None,
             "record": self.record,
         }
+        text = json.dumps([inputs, versions(), sources()], sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:_KEY_DIGITS]
 
-    @cached_property
-    def key(self) -> str:
-        """Digest of the inputs, of all versions, and of the sources of physics and control laws."""
-        text = json.dumps([self.inputs, versions(), sources()], sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:KEY_DIGITS]
-
-
-@dataclass(frozen=True)
-class Result:
-    """What came of a cell.
-
-    Attributes:
-        outcome: As of a walk; "failed" where an error kept it from ending.
-        error: The error's text, empty without one.
-        time: When it ended, s.
-        place: Hip's x when it ended, m.
-        peak_torque: Greatest |ankle| and |hip| torque, N m.
-        weight: Of the robot, N.
-        friction: Greatest |F_t|/F_n asked of a stance foot.
-        least_force: Least normal force of the ground on a stance foot, weights; below zero it would have to pull.
-        strikes: Swing feet that struck a riser.
-        x: Places of the touchdowns, m.
-        work: Work since the start at each touchdown by kind, J.
-        begun: Errors of the slope estimate at the beginning of the steps, after the update, rad.
-        ended: The same at the ends of the steps.
-    """
-
-    outcome: str
-    error: str = ""
-    time: float = 0.0
-    place: float = 0.0
-    peak_torque: tuple[float, float] = (math.nan, math.nan)
-    weight: float = math.nan
-    friction: float = math.nan
-    least_force: float = math.nan
-    strikes: int = 0
-    x: tuple[float, ...] = ()
-    work: dict[str, tuple[float, ...]] = dataclasses.field(default_factory=dict)
-    begun: tuple[float, ...] = ()
-    ended: tuple[float, ...] = ()
-
-    @property
-    def steps(self) -> int:
-        """Number of touchdowns."""
-        return len(self.x)
-
-    def cost_of_transport(self, kind: str, steps: int | None = None) -> float:
-        """c_mt from the start to a touchdown, by default the last; NaN where the walk did not come so far.
-
-        Args:
-            kind: "absolute", "net" or "positive", see `mjbiped.records.measures.work`.
-            steps: Number of the touchdown, from 1.
-        """
-        last = self.steps if steps is None else steps
-        if not 0 < last <= self.steps or not self.x[last - 1] > 0.0:
-            return math.nan
-        return self.work[kind][last - 1] / (self.weight * self.x[last - 1])
-
-    def to_dict(self) -> dict[str, Any]:
-        """In plain JSON types; `from_dict` undoes it."""
-        return dataclasses.asdict(self)
-
-    @classmethod
-    def from_dict(cls, fields: Any) -> Result:
-        """The result that `to_dict` wrote.
-
-        Raises:
-            RecordError: A field is unknown, missing, or not what it must be.
-        """
-        try:
-            work = {kind: tuple(values) for kind, values in fields["work"].items()}
-            lists = {name: tuple(fields[name]) for name in ("peak_torque", "x", "begun", "ended")}
-            result = cls(**{**fields, **lists, "work": work})
-        except (AttributeError, KeyError, TypeError) as error:
-            raise RecordError(f"no result of a walk: {shown(error)}") from error
-        if not result._sound():
-            raise RecordError("no result of a walk: its values are of other kinds or numbers than a walk's")
-        return result
-
-    def _sound(self) -> bool:
-        """Whether every field is of its kind, and there is a number for each step."""
-        by_step = (self.begun, self.ended, *self.work.values())
-        numbers = (self.time, self.place, self.weight, self.friction, *self.peak_torque, *self.x)
-        return (
-            self.outcome in (*OUTCOMES, FAILED)
-            and isinstance(self.error, str)
-            and type(self.strikes) is int
-            and len(self.peak_torque) == 2
-            and all(type(number) in (int, float) for numbers in (numbers, *by_step) for number in numbers)
-            and all(len(values) == self.steps for values in by_step)
-            and ({*self.work} == {*measures.WORK_KINDS} or not self.work)
+    def walk(self) -> Walk:
+        """Walk the cell."""
+        return walk(
+            self.controller,
+            self.terrain,
+            engine=Mujoco(timestep=self.timestep) if self.engine == "mujoco" else self.engine,
+            steps=self.steps,
+            distance=self.distance,
+            initial=self.initial,
+            sample_period=DEFAULT_SAMPLE_PERIOD if self.record else SPARSE,
         )
 
 
-def measured(cell: Cell) -> tuple[Result, Walk | None]:
-    """Let a cell walk.
-
-    An error is a result: its text is kept, and the steps before it where there were any.
+def measures_of(done: Walk) -> Row:
+    """Measure a walk.
 
     Returns:
-        The result, and the record where the cell asks for it.
+        By column: number of steps; place of the hip at the end, m; greatest torques of ankle and hip, N m; greatest
+        friction and least normal force (weights) asked of a stance foot; risers struck; errors of the slope estimate
+        (greatest at the steps' beginnings, greatest and root mean square at their ends, greatest change at a
+        touchdown), degrees; and c_mt by kind and number of steps. NaN stands for what does not exist.
     """
-    try:
-        done = walk(
-            cell.controller,
-            cell.terrain,
-            engine=Mujoco(timestep=cell.timestep) if cell.engine == "mujoco" else cell.engine,
-            steps=cell.steps,
-            distance=cell.distance,
-            initial=cell.initial,
-            sample_period=DEFAULT_SAMPLE_PERIOD if cell.record else _SPARSE,
-        )
-    except WalkStopped as stop:
-        return dataclasses.replace(_kept(stop.walk), outcome=FAILED, error=str(stop)), None
-    except (MjbipedError, ArithmeticError, ValueError) as error:
-        return Result(FAILED, explained(error)), None
-    return _kept(done), done if cell.record else None
-
-
-def _kept(done: Walk) -> Result:
-    """What is kept of a walk."""
     rows = done.touchdowns
-    begun, ended = measures.estimate_errors(done)
-    return Result(
-        outcome=done.outcome,
-        time=done.end[0],
-        place=done.end[1],
-        peak_torque=(float(done.peak_torque[0]), float(done.peak_torque[1])),
-        weight=done.robot.weight,
-        friction=float(rows["friction"].max()) if done.steps else math.nan,
-        least_force=float(rows["normal_force"].min()) / done.robot.weight if done.steps else math.nan,
-        strikes=int(rows["strikes"].sum()),
-        x=tuple(rows["x"].tolist()),
-        work={kind: tuple(rows[f"work_{kind}"].tolist()) for kind in measures.WORK_KINDS},
-        begun=tuple(begun.tolist()),
-        ended=tuple(ended.tolist()),
-    )
+    begun, ended = (np.abs(np.degrees(errors)) for errors in measures.estimate_errors(done))
+    walked = done.steps > 0
+    return {
+        "steps": done.steps,
+        "place": done.end[1],
+        "ankle": float(done.peak_torque[0]),
+        "hip": float(done.peak_torque[1]),
+        "friction": float(rows["friction"].max()) if walked else math.nan,
+        "least_force": float(rows["normal_force"].min()) / done.robot.weight if walked else math.nan,
+        "strikes": int(rows["strikes"].sum()),
+        "begun": float(begun.max()) if walked else math.nan,
+        "ended": float(ended.max()) if walked else math.nan,
+        "rms": math.sqrt(float(np.mean(ended**2))) if walked else math.nan,
+        "jump": float(np.abs(begun - ended).max()) if walked else math.nan,
+        **{name: cost_after(done, kind, steps) for name, (kind, steps) in COSTS.items()},
+    }
+
+
+def cost_after(done: Walk, kind: str, steps: int | None = None) -> float:
+    """Compute c_mt from the start to a touchdown; NaN where the walk did not come so far.
+
+    Args:
+        done: The walk.
+        kind: "absolute", "net" or "positive", see `mjbiped.records.measures.work`.
+        steps: Number of the touchdown, from 1; the last one unless given.
+    """
+    last = done.steps if steps is None else steps
+    if not 0 < last <= done.steps or not done.touchdowns["x"][last - 1] > 0.0:
+        return math.nan
+    distance = done.robot.weight * float(done.touchdowns["x"][last - 1])
+    return float(done.touchdowns[f"work_{kind}"][last - 1]) / distance
+
+
+class Walks:
+    """Finished cells in a folder: a table, and a file for each record that is kept, named by the cell's key.
+
+    Attributes:
+        folder: The folder.
+    """
+
+    def __init__(self, store: Store, workers: int | None, progress: bool) -> None:
+        """Wrap an open table; `opened_walks` does so."""
+        self.folder = store.folder
+        self._store, self._workers, self._progress = store, workers, progress
+
+    def results(self, cells: Iterable[Cell]) -> dict[str, Row]:
+        """Return the measures of cells; those that are not kept yet are walked, and kept as they end.
+
+        The results do not depend on the number of workers. A cell that fails is a result with an error's text, and is
+        tried again the next time.
+
+        Args:
+            cells: Any number; equal ones are walked once.
+
+        Returns:
+            Outcome, error and measures of each cell, by its key; None for what does not exist.
+
+        Raises:
+            RecordError: The table is damaged, or a file cannot be written.
+            MjbipedError: A process died, of lack of memory perhaps; what had ended is kept.
+            KeyboardInterrupt: Ctrl-C; what had ended is kept.
+        """
+        wanted = {cell.key: cell for cell in cells}
+        todo = [cell for cell in wanted.values() if not self._is_kept(cell)]
+        # MuJoCo's take the longest, and longer the more steps they have
+        todo.sort(key=lambda cell: (cell.engine != "mujoco", -(cell.steps or 0)))
+        walk_cells(
+            partial(walked, self.folder),
+            todo,
+            self._store,
+            ended=len(wanted) - len(todo),
+            workers=self._workers,
+            progress=self._progress,
+        )
+        return {key: self._store.row(key) or {} for key in wanted}
+
+    def record(self, cell: Cell) -> Walk:
+        """Load the record of a finished cell that kept it.
+
+        Raises:
+            RecordError: There is none.
+        """
+        return Walk.load(record_path(self.folder, cell))
+
+    def _is_kept(self, cell: Cell) -> bool:
+        """Whether a cell has ended without an error, and row and record can be read."""
+        with suppress(RecordError):
+            row = self._store.row(cell.key)
+            if row is not None and row["outcome"] != FAILED:
+                return not cell.record or self.record(cell) is not None
+        return False
+
+
+@contextmanager
+def opened_walks(
+    folder: Path, *, fresh: bool = False, workers: int | None = None, progress: bool = False
+) -> Iterator[Walks]:
+    """Open a folder of finished walks, and keep other processes out.
+
+    Args:
+        folder: The folder; it is made if missing.
+        fresh: Delete the walks that are kept.
+        workers: Number of processes that walk; one for each core unless given.
+        progress: Show a progress bar (never where the output is not a terminal).
+
+    Raises:
+        InputError: The folder cannot be made, or another process has it.
+        RecordError: The table is damaged, or cannot be written.
+    """
+    with opened(folder, _LAYOUT, {}, fresh=fresh) as store:
+        if fresh:
+            for file in folder.glob(f"{'[0-9a-f]' * _KEY_DIGITS}.npz"):
+                file.unlink()
+        yield Walks(store, workers, progress)
+
+
+def record_path(folder: Path, cell: Cell) -> Path:
+    """Path of a cell's record."""
+    return folder / f"{cell.key}.npz"
+
+
+def walked(folder: Path, cell: Cell) -> Row:
+    """Walk a cell, keep its record if the cell says so, and return its row."""
+
+    def measure(done: Walk) -> Row:
+        if cell.record:
+            done.save(record_path(folder, cell))
+        return measures_of(done)
+
+    return {"key": cell.key, **attempt(cell.walk, measure)}

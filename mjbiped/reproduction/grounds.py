@@ -1,19 +1,65 @@
-"""The grounds of section V: every reading of Table II's, and the one that was found for Table III.
+"""The paper's tables II and III as printed, and the grounds of section V.
 
-Of Table II's the paper gives the treads' depth, the steps' height, the slopes' length and change. It does not say
-whether each step goes the same way, nor where the first one lies.
+Of Table II's grounds the paper gives the treads' depth, the steps' height, the slopes' length and change. It does not
+say whether each step goes the same way, nor where the first one lies: every reading is walked.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from typing import TypeAlias
 
-from mjbiped.reproduction.published import CHANGES, SLOPE_LENGTH, TREAD
 from mjbiped.terrain.terrain import Terrain
+
+IMITATED_SLOPE = math.radians(2.0)
+"""Slope of the imitated gait in every simulation of section V, rad."""
+
+GROUNDS = ("level", "stair 1", "stair 2", "slope 1", "slope 2")
+
+TREAD = 1.8
+"""Depth of the treads of stair 1 and 2, m."""
+
+SLOPE_LENGTH = 1.5
+"""Length of the segments of slope 1 and 2, m."""
+
+CHANGES: Mapping[str, float] = {"stair 1": 0.006, "stair 2": 0.06, "slope 1": 0.3, "slope 2": -1.0}
+"""Height of a step (m) and change of slope (degrees), with the sign that the paper prints."""
+
+TABLE_2: Mapping[str, Mapping[str, float | None]] = {
+    "PBC": {"level": 0.0342, "stair 1": 0.0362, "stair 2": None, "slope 1": 0.0336, "slope 2": None},
+    "ECC": {"level": 0.0352, "stair 1": 0.0361, "stair 2": None, "slope 1": 0.0338, "slope 2": 0.0353},
+    "KETC": {"level": 0.0350, "stair 1": 0.0363, "stair 2": None, "slope 1": 0.0339, "slope 2": None},
+    "adaptive": {"level": 0.0350, "stair 1": 0.0357, "stair 2": 0.0831, "slope 1": 0.0336, "slope 2": 0.0335},
+}
+"""c_mt by method and ground; None where the paper has an X (instability)."""
+
+DIGITS = 4
+"""Decimals of c_mt in the paper's tables."""
+
+
+def meets(ours: float, paper: float) -> bool:
+    """Whether a c_mt agrees with a printed one within half a unit of the last digit."""
+    return abs(ours - paper) <= 0.5 * 10.0**-DIGITS
+
+
+TABLE_3: Mapping[float | None, tuple[float, float]] = {
+    None: (98.29, 0.1362),
+    0.1: (1141.8, 1.1312),
+    0.2: (330.4, 0.3343),
+    0.3: (171.2, 0.2058),
+    0.4: (112.4, 0.1691),
+    0.5: (84.19, 0.1554),
+    0.6: (68.48, 0.1486),
+    0.7: (58.73, 0.1448),
+    0.8: (52.13, 0.1438),
+    0.9: (47.43, 0.1459),
+    1.0: (46.42, 0.1742),
+}
+"""Greatest torque (N m) and c_mt by zeta; None: no re-planning."""
+
 
 Segments = Sequence[tuple[float, float, float]]
 """(length in m, slope in degrees, step up in m) each, as `Terrain.from_segments` takes them."""
@@ -22,13 +68,13 @@ Place: TypeAlias = tuple[str, str, float]
 """A ground of Table II as it is read: the ground, its pattern, and its first change, m."""
 
 COUNT = 30
-"""Steps or changes of slope of a ground: more than 100 steps of 0.38 m can reach."""
+"""Number of steps or changes of slope of a ground: more than 100 steps of 0.38 m can reach."""
 
 FIRST_RISERS = (0.9, 1.8)
-"""Places of the first riser, m: half a tread, a whole one."""
+"""Positions of the first riser, m: after half a tread, and after a whole one."""
 
 FIRST_CHANGES = (1.5, 0.9)
-"""Lengths of the first slope segment, m: a whole one, and as on the stairs."""
+"""Lengths of the first slope segment, m: as long as the others, and as on the stairs."""
 
 STAIR_PATTERNS: dict[str, Sequence[int]] = {
     "descending": [-1] * COUNT,
@@ -64,9 +110,9 @@ class Reading:
     """A ground of Table II, read in one way.
 
     Attributes:
-        ground: The paper's name.
-        pattern: Which way the changes go; empty for level ground.
-        first: Where the first one lies, m; 0 for level ground.
+        ground: The paper's name of the ground.
+        pattern: Pattern of the changes; empty for level ground.
+        first: Position of the first change, m; 0 for level ground.
         terrain: The ground.
     """
 
@@ -77,15 +123,15 @@ class Reading:
 
     @property
     def place(self) -> Place:
-        """What tells it apart from all other readings."""
+        """Ground, pattern and first change, which identify the reading."""
         return self.ground, self.pattern, self.first
 
 
 def readings(ground: str) -> list[Reading]:
-    """All readings of a ground of Table II.
+    """List all readings of a ground of Table II.
 
     Args:
-        ground: One of `mjbiped.reproduction.published.GROUNDS`.
+        ground: One of `mjbiped.reproduction.grounds.GROUNDS`.
     """
     if ground == "level":
         return [Reading(ground, "", 0.0, Terrain.level())]
@@ -105,25 +151,25 @@ def readings(ground: str) -> list[Reading]:
 
 
 def reading_at(place: Place) -> Reading:
-    """The reading of a ground, a pattern and a first change."""
+    """Return the reading with a ground, a pattern and a first change."""
     return next(found for found in readings(place[0]) if found.place == place)
 
 
 def found_terrain() -> Terrain:
-    """The mixed ground on which Table III comes out nearest, of the data file beside this module.
+    """Read the mixed ground that comes nearest to Table III from the data file beside this module.
 
-    `mjbiped.reproduction.search` found it.
+    `scripts/paper/search_table_3.py` found it.
     """
     with resources.as_file(resources.files("mjbiped.reproduction") / "table_3_terrain.toml") as path:
         return Terrain.from_file(path)
 
 
 def found_segments() -> Segments:
-    """Its segments."""
+    """Segments of that ground."""
     segments: Segments = dict(found_terrain().parameters)["segments"]
     return segments
 
 
 def end_of(segments: Segments) -> float:
-    """Place x of the end of the last segment, m: where the ground has been walked."""
+    """Position x of the end of the last segment, m, at which the walk is finished."""
     return math.fsum(length * math.cos(math.radians(slope)) for length, slope, _ in segments)

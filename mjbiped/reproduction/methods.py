@@ -10,18 +10,18 @@ from typing import Any
 from mjbiped.control.controller import Controller
 from mjbiped.control.registry import make_controller
 from mjbiped.gaits.passive import find_passive_gait
-from mjbiped.reproduction.published import IMITATED_SLOPE
+from mjbiped.reproduction.grounds import IMITATED_SLOPE
 from mjbiped.robots.compass import Compass
 from mjbiped.terrain.terrain import Terrain
 
 DELAYS = (None, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
-"""zeta of the adaptive controller: the paper gives none for Table II."""
+"""Values of the adaptive controller's zeta that are tried; the paper gives none for Table II."""
 
 SLOPE_SOURCES = ("two_point", "local", "none")
-"""What the comparison controllers take for the slope: the paper does not say for all of them."""
+"""Sources of the slope for the comparison controllers; the paper does not name it for all of them."""
 
 METHODS = ("adaptive", "PBC", "ECC", "KETC", "LCTC")
-"""The paper's names; LCTC, limit cycle tracking [20], is not in its Table II."""
+"""The paper's names of the controllers; LCTC, limit cycle tracking [20], is not in its Table II."""
 
 _NAMES: Mapping[str, str] = {
     "PBC": "passivity",
@@ -41,9 +41,9 @@ class Variant:
     Attributes:
         method: One of `METHODS`.
         delay: zeta of the adaptive controller.
-        slope_source: Of the comparison controllers; empty for the adaptive one, which estimates.
-        gains: Of the comparison controllers, by the names of their classes' fields.
-        start_error: How wrong the slope is that a comparison controller is told at the start, degrees.
+        slope_source: Slope source of a comparison controller; empty for the adaptive one, which estimates.
+        gains: Gains of a comparison controller, by the names of its class's fields.
+        start_error: Error of the slope that a comparison controller is given at the start, degrees.
     """
 
     method: str
@@ -53,7 +53,7 @@ class Variant:
     start_error: float = 0.0
 
     def controller(self, terrain: Terrain, robot: Compass | None = None) -> Controller:
-        """The law, for a ground: comparison controllers are told its slope at the start."""
+        """Make the controller for a ground; comparison controllers are given its slope at the start."""
         model = robot or Compass()
         if self.method == "adaptive":
             return _law("adaptive", model, replanning_delay=self.delay)
@@ -70,11 +70,11 @@ _SETTLED = (
     Variant("LCTC", slope_source="local", gains=(("rate_gain", 10.0), ("position_gain", 25.0))),
 )
 SETTLED: Mapping[str, Variant] = {variant.method: variant for variant in _SETTLED}
-"""Gains with which every step on level ground becomes like the one before, found as docs/comparison.md says and without
-a look at Table II, and the slope source with which they were found; LCTC's are its source's own."""
+"""Gains with which steps on level ground converge, found as docs/comparison.md says and without a look at Table II, and
+the slope source with which they were found; LCTC's gains are those of its source."""
 
 BLIND_SOURCE = "two_point"
-"""The one slope source that the paper names for an energy-based method: its introduction says it of PBC."""
+"""The only slope source that the paper names for an energy-based method, in its introduction for PBC."""
 
 _BLIND = (
     Variant("PBC", slope_source=BLIND_SOURCE, gains=(("gain", 5.0),)),
@@ -82,17 +82,17 @@ _BLIND = (
     Variant("KETC", slope_source=BLIND_SOURCE, gains=(("gain", 4.0), ("hip_weight", 1.0))),
 )
 BLIND: Mapping[str, Variant] = {variant.method: variant for variant in _BLIND}
-"""The energy-based methods as they stand without a look at Table II: `BLIND_SOURCE` for all of them, and the gains that
+"""Settings of the energy-based methods without a look at Table II: `BLIND_SOURCE` for all of them, and the gains that
 the rule of docs/comparison.md finds with it."""
 
 
 def settled(method: str, source: str) -> Variant:
-    """A comparison method with the gains that settle, and any slope source."""
+    """Combine a comparison method's gains that settle with a slope source."""
     return replace(SETTLED[method], slope_source=source)
 
 
 def variants(method: str) -> Iterator[Variant]:
-    """The adaptive controller with every zeta; a comparison method, its gains settled, with every slope source."""
+    """List the adaptive controller with every zeta, or a comparison method with every slope source."""
     if method == "adaptive":
         yield from (Variant(method, delay) for delay in DELAYS)
     else:
@@ -100,12 +100,12 @@ def variants(method: str) -> Iterator[Variant]:
 
 
 def gains_told(law: Mapping[str, Any]) -> str:
-    """A comparison controller's gains in words, of its description or of pairs of names and numbers."""
+    """Write a comparison controller's gains in words, from its description or any mapping of gains."""
     return ", ".join(f"{name} {law[name]:g}" for name in _GAINS if name in law)
 
 
 def adaptive(delay: float | None, **settings: Any) -> Controller:
-    """The paper's controller with its gains and Table I's robot, but for these settings."""
+    """Make the paper's controller with its gains and Table I's robot, apart from some settings."""
     return _law("adaptive", Compass(), replanning_delay=delay, **settings)
 
 

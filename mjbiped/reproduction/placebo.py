@@ -1,41 +1,128 @@
-"""What a fit is worth: how near the same settings come to rows of numbers that nobody measured.
+"""Placebo tests of the fits: how near the same settings come to rows of random numbers.
 
 A random row has its X where the paper's has them, and its numbers are drawn log-uniformly. If most random rows are met
-as near as the paper's, meeting the paper's shows that there were many settings, and nothing else.
+as near as the paper's, meeting the paper's shows that there were many settings, and nothing else. For Table III,
+grounds are drawn at random from the family in which its ground was searched by `scripts/paper/search_table_3.py`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from mjbiped.reproduction.published import GROUNDS, TABLE_2, TABLE_3
-from mjbiped.reproduction.random_grounds import RandomGround
-from mjbiped.reproduction.rows import Row
-from mjbiped.reproduction.scan import Tried
-from mjbiped.reproduction.table_2 import UNEVEN, choices, logs
+from mjbiped.reproduction.cell import Cell, Walks
+from mjbiped.reproduction.grounds import GROUNDS, TABLE_2, TABLE_3, Segments, end_of
+from mjbiped.reproduction.methods import adaptive
+from mjbiped.reproduction.rows import Row, as_csv, rounded
+from mjbiped.reproduction.table_2 import UNEVEN, Tried, choices, logs
+from mjbiped.terrain.terrain import Terrain
+
+SEGMENTS = 6
+"""Number of segments of a ground."""
+
+LENGTHS = (1.0, 3.0)
+"""Bounds of a segment's length, m."""
+
+SLOPES = (-5.0, 5.0)
+"""Bounds of a segment's slope, degrees, downhill positive."""
+
+RISES = (-0.12, 0.02)
+"""Bounds of the step at the start of each segment but the first, m, up positive."""
+
+COUNT = 300
+SEED = 0
+
+
+@dataclass(frozen=True)
+class RandomGround:
+    """A ground, and how the adaptive controller walks it from rest in the hybrid engine.
+
+    Attributes:
+        segments: Segments of the ground.
+        torques: Greatest torque of either joint by zeta, in Table III's order, N m, six digits; empty where one of the
+            walks did not come to its end.
+        costs: c_mt by zeta, six digits; empty in the same case.
+    """
+
+    segments: Segments
+    torques: tuple[float, ...] = ()
+    costs: tuple[float, ...] = ()
+
+
+def bounds() -> list[tuple[float, float]]:
+    """Bounds of every number of a ground of the family: of each segment its length, its slope and, later, its step."""
+    return [bound for place in range(SEGMENTS) for bound in (LENGTHS, SLOPES, RISES)[: 3 if place else 2]]
+
+
+def segments_of(parameters: NDArray[np.float64]) -> tuple[tuple[float, float, float], ...]:
+    """Convert parameters to segments, rounded for printing; the first segment has no step."""
+    table = np.insert(parameters, 2, 0.0).reshape(SEGMENTS, 3)
+    return tuple(
+        (round(length, 2), round(slope, 1) + 0.0, round(step, 3) + 0.0) for length, slope, step in table.tolist()
+    )
+
+
+def cells(segments: Segments) -> list[Cell]:
+    """The walks of a ground in the hybrid engine: to its end from rest, one for each zeta of Table III."""
+    terrain, end = Terrain.from_segments(segments), end_of(segments)
+    return [Cell("hybrid", adaptive(delay), terrain, initial="rest", steps=None, distance=end) for delay in TABLE_3]
+
+
+def drawn(count: int = COUNT, seed: int = SEED) -> list[Segments]:
+    """Draw grounds whose numbers are uniform between the bounds, and round the numbers."""
+    least, greatest = np.array(bounds()).T
+    numbers = np.random.default_rng(seed).uniform(least, greatest, (count, least.size))
+    return [segments_of(each) for each in numbers]
+
+
+def walked(grounds: Iterable[Segments], kept: Walks) -> list[RandomGround]:
+    """Walk grounds with every zeta."""
+    planned = [(segments, cells(segments)) for segments in grounds]
+    results = kept.results(cell for _, walks in planned for cell in walks)
+    found = []
+    for segments, walks in planned:
+        ended = [results[cell.key] for cell in walks]
+        if all(each["outcome"] == "finished" for each in ended):
+            torques = tuple(rounded(max(each["ankle"], each["hip"])) for each in ended)
+            found.append(RandomGround(segments, torques, tuple(rounded(each["absolute_end"]) for each in ended)))
+        else:
+            found.append(RandomGround(segments))
+    return found
+
+
+def write_grounds(grounds: Iterable[RandomGround]) -> str:
+    """Write grounds as CSV: length (m), slope (degrees) and step (m) of each segment, then their tables."""
+    names = [f"{name}_{number}" for number in range(1, SEGMENTS + 1) for name in ("length", "slope", "step")]
+    zetas = ["none" if zeta is None else f"{zeta:g}" for zeta in TABLE_3]
+    names += [f"{name}_{zeta}" for name in ("torque", "c_mt") for zeta in zetas]
+    missing = [""] * len(TABLE_3)
+    lines = (
+        [*(value for row in each.segments for value in row), *(each.torques or missing), *(each.costs or missing)]
+        for each in grounds
+    )
+    return as_csv(names, lines)
+
 
 ROWS = 2000
-SEED = 0
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Placebo:
-    """A fit beside those of random rows.
+    """A fit to the paper's numbers, compared with fits to random rows.
 
     Attributes:
-        numbers: Numbers that are met.
-        tried: Settings that can meet them: all whose X stand where the paper's do.
+        numbers: Number of values that are fitted.
+        tried: Number of settings that can fit them: those whose X stand where the paper's do.
         distance: Root mean square of ln(ours / paper's) of the nearest setting.
-        random: Distance that half of the random rows are met within.
-        share: Of the random rows that are met as near as the paper's, or nearer.
+        random: Median distance of the random rows from their nearest settings.
+        share: Share of the random rows that are fitted as closely as the paper's, or more closely.
     """
 
     numbers: int
@@ -46,12 +133,12 @@ class Placebo:
 
 
 def placebo(paper: Array, tried: Array, rows: Array) -> Placebo:
-    """Lay a fit beside those of random rows.
+    """Compare a fit with fits to random rows.
 
     Args:
         paper: Logarithms of the paper's numbers, shape (n,).
-        tried: Those of each setting, shape (settings, n), finite.
-        rows: Those of the random rows, shape (rows, n).
+        tried: Logarithms of each setting's numbers, finite, shape (settings, n).
+        rows: Logarithms of the random rows, shape (rows, n).
     """
     nearest, scale = cKDTree(tried), math.sqrt(paper.size)
     own = float(nearest.query(paper)[0]) / scale
@@ -60,7 +147,7 @@ def placebo(paper: Array, tried: Array, rows: Array) -> Placebo:
 
 
 def span(ground: str) -> tuple[float, float]:
-    """Between which numbers a random one is drawn for a ground of Table II.
+    """Bounds between which a random number is drawn for a ground of Table II.
 
     The least and greatest number that the table has on all grounds but stair 2. On that one it has a single number:
     there the ends are that number's neighbours, and as far apart in proportion.
@@ -75,7 +162,7 @@ def span(ground: str) -> tuple[float, float]:
 
 
 def of_method(tried: Sequence[Tried], method: str) -> Placebo:
-    """Of the settings of a comparison method: its row of Table II."""
+    """Test the fit of a comparison method's settings to its row of Table II."""
     mine = [each for each in tried if each.variant.method == method]
     most = max(each.agreement.agreeing for each in mine)
     printed = {ground: value for ground in GROUNDS if (value := TABLE_2[method][ground]) is not None}
@@ -84,7 +171,7 @@ def of_method(tried: Sequence[Tried], method: str) -> Placebo:
 
 
 def of_readings(rows: Sequence[Row]) -> Placebo:
-    """Of the readings of Table II's uneven grounds: the adaptive controller's four numbers there."""
+    """Test the fit of the readings of uneven grounds to the adaptive controller's four numbers there."""
     paper = np.log([TABLE_2["adaptive"][ground] or math.nan for ground in UNEVEN])
     off = logs(rows)
     every = [[off[(each.delay, each.kind, each.length, *place)] for place in each.places[1:]] for each in choices(rows)]
@@ -93,7 +180,7 @@ def of_readings(rows: Sequence[Row]) -> Placebo:
 
 
 def of_table_3(grounds: Sequence[RandomGround]) -> Placebo:
-    """Of random grounds: Table III.
+    """Test the fit of random grounds to Table III.
 
     A random table has eleven torques and eleven c_mt between the least and the greatest of the paper's, each in the
     paper's order of zeta.
@@ -108,7 +195,7 @@ def of_table_3(grounds: Sequence[RandomGround]) -> Placebo:
 
 
 def to_another(grounds: Sequence[RandomGround]) -> Array:
-    """How far the table of each random ground is from the nearest of another one, shape (grounds,)."""
+    """Distance of each random ground's table from the nearest table of another one, shape (grounds,)."""
     tables = _tables(grounds)
     itself_and_next = np.asarray(cKDTree(tables).query(tables, k=2)[0], dtype=np.float64)
     found: Array = itself_and_next[:, 1] / math.sqrt(tables.shape[1])
@@ -116,11 +203,11 @@ def to_another(grounds: Sequence[RandomGround]) -> Array:
 
 
 def _tables(grounds: Sequence[RandomGround]) -> Array:
-    """Logarithms of the random grounds' own tables, of all that are walked to their end."""
+    """Logarithms of the tables of all random grounds that are walked to their end."""
     return np.log([[*each.torques, *each.costs] for each in grounds if each.torques])
 
 
 def _random(spans: Sequence[tuple[float, float]]) -> Array:
-    """Logarithms of random rows between these ends, shape (rows, n)."""
+    """Draw logarithms of random rows between bounds, shape (rows, n)."""
     low, high = np.log(spans).T
     return np.random.default_rng(SEED).uniform(low, high, (ROWS, low.size))

@@ -1,40 +1,49 @@
-"""Which walks the reproduction is made of: the cells behind each table and figure."""
+"""The walks of the reproduction: the cells behind each table and figure."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
 
-from mjbiped.reproduction.cell import Cell
-from mjbiped.reproduction.grounds import Place, Reading, end_of, found_segments, found_terrain, reading_at, readings
+from mjbiped.reproduction.cell import LENGTHS, Cell
+from mjbiped.reproduction.grounds import (
+    GROUNDS,
+    TABLE_3,
+    Place,
+    Reading,
+    end_of,
+    found_segments,
+    found_terrain,
+    reading_at,
+    readings,
+)
 from mjbiped.reproduction.methods import METHODS, Variant, adaptive, variants
-from mjbiped.reproduction.published import GROUNDS, TABLE_3
-from mjbiped.reproduction.rows import LENGTHS, Entry
+from mjbiped.reproduction.rows import Entry
 from mjbiped.reproduction.table_2 import Choice
 from mjbiped.robots.compass import Compass
 from mjbiped.terrain.terrain import Terrain
 
 DRAWN_DELAYS = (0.4, 0.8, None)
-"""zeta in Fig. 6; Fig. 4 has the second."""
+"""Values of zeta in Fig. 6; Fig. 4 has the second."""
 
 PAPER_GAIN = 0.3
-"""gamma of section V-B."""
+"""Value of gamma in section V-B."""
 
 ADAPTATION_GAINS = (0.03, PAPER_GAIN, 3.0, 30.0)
-"""gamma in Fig. 5."""
+"""Values of gamma in Fig. 5."""
 
 START_ESTIMATES = (3.0, -3.0)
-"""Slope estimate at the start of Fig. 5, degrees: wrong by so much, for `mixed` begins level. Fig. 4 has the first."""
+"""Slope estimates at the start of Fig. 5, degrees, on ground that begins level; Fig. 4 has the first."""
 
 START_ERROR = 0.05
-"""Of the slope that the comparison methods are told at the start, degrees: how well a fit bears a small error."""
+"""Error of the start slope that the comparison methods are given, degrees, to test how well a fit bears it."""
 
 MIXED_STEPS = 60
 OTHER_GRAVITY = 9.8  # m/s²
 
 
 def table_2(grounds: Iterable[str] = GROUNDS, methods: Iterable[str] = METHODS) -> list[Entry]:
-    """Every reading of every ground by every variant of every method, in the hybrid engine."""
+    """List every reading of every ground by every variant of every method, in the hybrid engine."""
     chosen = [variant for method in methods for variant in variants(method)]
     return [
         _walked("table 2", "hybrid", reading, variant, max(LENGTHS))
@@ -45,7 +54,7 @@ def table_2(grounds: Iterable[str] = GROUNDS, methods: Iterable[str] = METHODS) 
 
 
 def table_2_in_mujoco(places: Iterable[Place], chosen: Iterable[Variant], steps: int) -> list[Entry]:
-    """Some readings, given by ground, pattern and first change, in MuJoCo."""
+    """List some readings, given by ground, pattern and first change, in MuJoCo."""
     chosen = list(chosen)
     return [
         _walked("table 2", "mujoco", reading, variant, steps) for reading in _readings(places) for variant in chosen
@@ -53,7 +62,7 @@ def table_2_in_mujoco(places: Iterable[Place], chosen: Iterable[Variant], steps:
 
 
 def compared(part: str, choice: Choice, chosen: Iterable[Variant], engine: str, steps: int) -> list[Entry]:
-    """Settings of the comparison methods on the grounds of the reading chosen.
+    """List settings of the comparison methods on the grounds of the chosen reading.
 
     Args:
         part: "fitted" for those nearest to Table II, "blind" for `mjbiped.reproduction.methods.BLIND`, "misjudged" for
@@ -61,26 +70,26 @@ def compared(part: str, choice: Choice, chosen: Iterable[Variant], engine: str, 
         choice: The reading.
         chosen: The settings.
         engine: "hybrid" or "mujoco".
-        steps: Of each walk.
+        steps: Number of steps of each walk.
     """
     chosen = list(chosen)
     return [_walked(part, engine, reading_at(place), variant, steps) for place in choice.places for variant in chosen]
 
 
 def misjudged(choice: Choice, chosen: Iterable[Variant]) -> list[Entry]:
-    """Settings that are told a slope at the start which is wrong by `START_ERROR` either way, in the hybrid engine."""
+    """List settings that are given a start slope wrong by `START_ERROR` either way, in the hybrid engine."""
     wrong = [replace(variant, start_error=sign * START_ERROR) for variant in chosen for sign in (1.0, -1.0)]
     return compared("misjudged", choice, wrong, "hybrid", max(LENGTHS))
 
 
 def gravity(places: Iterable[Place], delay: float | None) -> list[Entry]:
-    """Some readings by the adaptive controller where g = 9.8 m/s²."""
+    """List some readings by the adaptive controller with g = 9.8 m/s²."""
     mine, robot = Variant("adaptive", delay), Compass(gravity=OTHER_GRAVITY)
     return [_walked("gravity", "hybrid", reading, mine, max(LENGTHS), robot) for reading in _readings(places)]
 
 
 def table_3(engine: str) -> list[Entry]:
-    """Every zeta of Table III on our mixed ground, and on the one that was found; those of Fig. 6 keep records."""
+    """List every zeta of Table III on our mixed ground and on the one found; those of Fig. 6 keep records."""
     mixed = ("mixed", Terrain.mixed(), MIXED_STEPS, None)
     found = ("found", found_terrain(), None, end_of(found_segments()))
     entries = []
@@ -92,13 +101,13 @@ def table_3(engine: str) -> list[Entry]:
 
 
 def start() -> list[Entry]:
-    """The first step of Table III alone: from rest on level ground, hybrid engine."""
+    """List the first step of Table III alone: from rest on level ground, in the hybrid engine."""
     cells = [Cell("hybrid", adaptive(delay), Terrain.level(), "rest", 1) for delay in TABLE_3]
     return [Entry("start", "level", "adaptive", cell) for cell in cells]
 
 
 def figure_5(engine: str, gains: Iterable[float] = ADAPTATION_GAINS) -> list[Entry]:
-    """The mixed ground with and without the estimate update, from estimates that are wrong either way.
+    """List the mixed ground with and without the estimate update, from estimates that are wrong either way.
 
     From a right one the adaptive law (17) would have nothing to do, for the update (27) keeps it right.
     """
@@ -113,7 +122,7 @@ def figure_5(engine: str, gains: Iterable[float] = ADAPTATION_GAINS) -> list[Ent
 
 
 def _readings(places: Iterable[Place]) -> list[Reading]:
-    """The readings at some places, in the order of the table."""
+    """List the readings at some places, in the order of the table."""
     wanted = set(places)
     return [reading for ground in GROUNDS for reading in readings(ground) if reading.place in wanted]
 

@@ -1,30 +1,40 @@
-"""All of section V, in one go."""
+"""The whole reproduction of section V: walks, tables, page and figures."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from importlib import resources
 from pathlib import Path
-from typing import Any
+from string import Template
 
 from mjbiped.plotting.style import make_small
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records.record import Walk
-from mjbiped.reproduction import plan, random_grounds
+from mjbiped.reproduction import placebo, plan
+from mjbiped.reproduction.cell import LENGTHS, Cell, Walks, opened_walks
 from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS
 from mjbiped.reproduction.methods import BLIND, METHODS, SETTLED, Variant, settled
+from mjbiped.reproduction.placebo import RandomGround
+from mjbiped.reproduction.report import checks
+from mjbiped.reproduction.report import fit as report_fit
+from mjbiped.reproduction.report import table_2 as report_table_2
+from mjbiped.reproduction.report import table_3 as report_table_3
 from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
-from mjbiped.reproduction.report.page import GROUNDS, PICTURES, TABLE, TABLES, TRIED, engine_shown, render
-from mjbiped.reproduction.rows import LENGTHS, Entry, Row, write_rows
-from mjbiped.reproduction.scan import fitted, scan, write_tried
-from mjbiped.reproduction.table_2 import Choice, agreements, choices
+from mjbiped.reproduction.report.markdown import table
+from mjbiped.reproduction.rows import Entry, Row, write_rows
+from mjbiped.reproduction.table_2 import Choice, Tried, agreements, choices, fitted, scan, write_tried
 from mjbiped.reproduction.traces import traced
-from mjbiped.reproduction.walks import Walks, opened_walks
 from mjbiped.sweeps.cell import FAILED
 from mjbiped.sweeps.store import make_folder
 from mjbiped.utils.files import saved
 
+PAGE = "reproduction.md"
+TABLES = "tables/reproduction.md"
+TABLE = "reproduction.csv"
+TRIED = "reproduction_gains.csv"
+GROUNDS = "reproduction_grounds.csv"
+PICTURES = "images"
 PRINTS = "figures"
 MUJOCO_STEPS = 60
 QUICK_STEPS = 20
@@ -42,7 +52,7 @@ def reproduce(
     """Walk everything, and write the table, the pages and the figures.
 
     Args:
-        folder: For the finished walks; what is in there already is not walked again.
+        folder: Folder of the finished walks, which are not walked again.
         quick: All walks in the hybrid engine, but only a few short ones in MuJoCo.
         workers: Processes; one for each core unless given.
         report: Folder for table, page and figures; by default the same.
@@ -61,11 +71,11 @@ def reproduce(
     report = report or folder
     for needed in (report / PICTURES, (report / TABLES).parent, folder / PRINTS):
         make_folder(needed)
-    with opened_walks(folder / "walks", fresh=fresh) as walks:
+    with opened_walks(folder / "walks", fresh=fresh, workers=workers, progress=progress) as walks:
         entries = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
-        rows = walked(entries, walks, workers=workers, progress=progress)
+        rows = walked(entries, walks)
         best = choices(rows)[0]
-        tried = scan(best, walks, workers=workers, progress=progress)
+        tried = scan(best, walks)
         nearest = [each.variant for each in fitted(tried).values()]
         more = [
             *plan.gravity(best.places, best.delay),
@@ -74,34 +84,34 @@ def reproduce(
             *plan.misjudged(best, nearest),
             *in_mujoco(best, agreements(rows, best)[0].source, nearest, quick),
         ]
-        rows += walked(more, walks, workers=workers, progress=progress)
-        grounds = random_grounds.walked(random_grounds.drawn(), walks, workers=workers, progress=progress)
+        rows += walked(more, walks)
+        grounds = placebo.walked(placebo.drawn(), walks)
         written = [
             _write(report / TABLE, write_rows(rows)),
             _write(report / TRIED, write_tried(tried)),
-            _write(report / GROUNDS, random_grounds.write_grounds(grounds)),
+            _write(report / GROUNDS, placebo.write_grounds(grounds)),
             *(_write(report / name, text) for name, text in render(rows, tried, grounds).items()),
         ]
         return rows, [*written, *draw([*entries, *more], rows, walks, report / PICTURES, folder / PRINTS)]
 
 
-def walked(entries: Sequence[Entry], walks: Walks, *, workers: int | None = None, progress: bool = False) -> list[Row]:
-    """The rows of some walks, which are made where they are not kept yet; arguments as of `Walks.results`."""
-    results = walks.results([entry.cell for entry in entries], workers=workers, progress=progress)
+def walked(entries: Sequence[Entry], walks: Walks) -> list[Row]:
+    """Return the rows of some entries; cells that are not kept yet are walked."""
+    results = walks.results(entry.cell for entry in entries)
     rows = []
     for entry in entries:
         result = results[entry.cell.key]
-        recorded = entry.cell.record and result.outcome != FAILED
+        recorded = entry.cell.record and result["outcome"] != FAILED
         rows.append(entry.row(result, traced(walks.record(entry.cell)) if recorded else None))
     return rows
 
 
 def in_mujoco(best: Choice, source: str, nearest: Sequence[Variant], quick: bool) -> list[Entry]:
-    """The walks that MuJoCo repeats.
+    """List the walks that MuJoCo repeats.
 
     Args:
         best: The reading of Table II's grounds that fits.
-        source: Of the slope, for the energy-based methods with gains that settle.
+        source: Slope source for the energy-based methods with gains that settle.
         nearest: These methods with the gains and sources nearest to Table II.
         quick: Whether only a few short ones.
     """
@@ -133,8 +143,8 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], kept: Walks, pages: Path
     """Draw Figs. 4 to 6 of each engine that has the walks, and Table III.
 
     Args:
-        entries: All that was walked.
-        rows: Their rows.
+        entries: All entries that were walked.
+        rows: Rows of the entries.
         kept: Where the records are.
         pages: Folder for the figures that the page shows, small PNG files.
         prints: Folder for all figures as PDF files.
@@ -145,7 +155,8 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], kept: Walks, pages: Path
     drawings: dict[str, Callable[[Path], object]] = {"table_3": partial(plot_table_3, rows)}
     shown = engine_shown(rows)
     for engine in ("hybrid", "mujoco"):
-        mine = [entry for entry in entries if entry.cell.record and entry.cell.engine == engine]
+        pairs = ((row, entry.cell) for row, entry in zip(rows, entries, strict=True))
+        mine = [(row, cell) for row, cell in pairs if cell.record and cell.engine == engine]
         for name, make in _of_records(mine, kept).items():
             drawings[f"{name}_{engine}"] = make
     written = []
@@ -159,33 +170,61 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], kept: Walks, pages: Path
     return written
 
 
-def _of_records(entries: Sequence[Entry], kept: Walks) -> dict[str, Callable[[Path], object]]:
-    """Figs. 4 to 6 of one engine's records, by name: what draws them to a path."""
+def _of_records(recorded: Sequence[tuple[Row, Cell]], kept: Walks) -> dict[str, Callable[[Path], object]]:
+    """Functions that draw Figs. 4 to 6 of one engine's records to a path, by name."""
     drawings: dict[str, Callable[[Path], object]] = {}
-    walks = {
-        _law(entry)["replanning_delay"]: kept.record(entry.cell)
-        for entry in entries
-        if (entry.part, entry.ground) == ("table 3", "mixed")
-    }
+    walks = {row.delay: kept.record(cell) for row, cell in recorded if (row.part, row.ground) == ("table 3", "mixed")}
     if walks:
         drawings["fig_6_mixed"] = partial(plot_figure_6, {delay: walks[delay] for delay in plan.DRAWN_DELAYS})
     curves: dict[float, dict[tuple[float, bool], Walk]] = {}
-    for entry in entries:
-        if entry.part == "figure 5":
-            law = _law(entry)
-            start = round(math.degrees(law["initial_slope_estimate"]), 9)
-            curves.setdefault(law["adaptation_gain"], {})[start, law["estimate_update"]] = kept.record(entry.cell)
+    for row, cell in recorded:
+        if row.part == "figure 5":
+            curves.setdefault(row.adaptation_gain, {})[row.start_estimate, row.update == "yes"] = kept.record(cell)
     if curves:
         drawings["fig_5"] = partial(plot_figure_5, curves)
         drawings["fig_4_mixed"] = partial(plot_walk, curves[plan.PAPER_GAIN][plan.START_ESTIMATES[0], True])
     return drawings
 
 
-def _law(entry: Entry) -> dict[str, Any]:
-    return entry.cell.controller.describe()
-
-
 def _write(path: Path, text: str) -> Path:
     with saved(path) as unfinished:
         unfinished.write_text(text, encoding="utf-8")
     return path
+
+
+def render(rows: Sequence[Row], tried: Sequence[Tried], grounds: Sequence[RandomGround]) -> dict[str, str]:
+    """Write the page and its tables, by file name; every number comes from the arguments.
+
+    Args:
+        rows: Rows of a whole reproduction; walks in MuJoCo may be missing.
+        tried: Gains and slope sources of the comparison methods, on the reading that the rows choose.
+        grounds: Random grounds with their own Tables III.
+    """
+    best = choices(rows)[0]
+    failed = [[row.ground, row.method, row.engine, row.error] for row in rows if row.outcome == "failed"]
+    mujoco_steps = [row.steps for row in rows if (row.part, row.engine) == ("table 2", "mujoco")]
+    parts = {
+        **report_table_2.sections(rows),
+        **report_fit.sections(rows, best, tried),
+        **report_table_3.sections(rows),
+        **report_fit.worth_sections(rows, best, tried, grounds),
+        **checks.sections(checks.checks(rows, best)),
+        "engine": engine_shown(rows),
+        "walks": str(len(rows)),
+        "in_mujoco": str(sum(row.engine == "mujoco" for row in rows)),
+        "mujoco_steps": str(max(mujoco_steps, default=0)),
+        "engine_name": {"mujoco": "MuJoCo", "hybrid": "hybrid engine"}[engine_shown(rows)],
+        "failed": table(("ground", "method", "engine", "error"), failed) if failed else "None.",
+    }
+    return {PAGE: _filled("template_page.md", parts), TABLES: _filled("template_tables.md", parts)}
+
+
+def _filled(template: str, parts: Mapping[str, str]) -> str:
+    """Fill the places of a template of this package."""
+    text = (resources.files("mjbiped.reproduction") / template).read_text(encoding="utf-8")
+    return Template(text).substitute(parts)
+
+
+def engine_shown(rows: Sequence[Row]) -> str:
+    """Name of the engine whose figures the page shows: MuJoCo where it has any."""
+    return "mujoco" if any(row.part == "table 3" and row.engine == "mujoco" for row in rows) else "hybrid"

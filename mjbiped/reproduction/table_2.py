@@ -1,17 +1,17 @@
-"""Table II: which reading of its grounds fits the paper's numbers, and what the methods do on it."""
+"""Fits to Table II: the reading of its grounds, and the gains of the comparison methods, nearest to its numbers."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from mjbiped.records.measures import WORK_KINDS
-from mjbiped.reproduction.grounds import Place
-from mjbiped.reproduction.methods import SLOPE_SOURCES
-from mjbiped.reproduction.published import TABLE_2, meets
-from mjbiped.reproduction.rows import LENGTHS, Row
+from mjbiped.reproduction.cell import LENGTHS, Cell, Walks
+from mjbiped.reproduction.grounds import GROUNDS, TABLE_2, Place, meets, reading_at
+from mjbiped.reproduction.methods import SLOPE_SOURCES, Variant
+from mjbiped.reproduction.rows import Row, as_csv, rounded
 
 UNEVEN = ("stair 1", "stair 2", "slope 1", "slope 2")
 
@@ -25,7 +25,7 @@ class Choice:
 
     Attributes:
         delay: zeta; None without re-planning.
-        kind: Of work.
+        kind: Kind of work.
         length: Steps of the mean.
         stairs: Pattern and first riser, m.
         slopes: Pattern and first change, m.
@@ -41,17 +41,17 @@ class Choice:
 
     @property
     def places(self) -> list[Place]:
-        """Ground, pattern and first change of every ground of the table."""
+        """Ground, pattern and first change of every ground in Table II."""
         uneven = [(ground, *(self.stairs if ground.startswith("stair") else self.slopes)) for ground in UNEVEN]
         return [("level", "", 0.0), *uneven]
 
     def reads(self, entry: Row) -> bool:
-        """Whether a walk is on one of the grounds as they are read here."""
+        """Whether a walk is on one of the grounds of this reading."""
         return entry.place_read in self.places
 
 
 def choices(rows: Iterable[Row]) -> list[Choice]:
-    """All readings of the hybrid engine's walks of the adaptive controller, the nearest to the paper first."""
+    """List all readings by the adaptive controller's walks in the hybrid engine, the nearest to the paper first."""
     known, found = logs(rows), []
     for delay, kind, length in dict.fromkeys(key[:3] for key in known):
         sides = []
@@ -65,7 +65,7 @@ def choices(rows: Iterable[Row]) -> list[Choice]:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Where methods fail, beside where the paper's do, and how far their numbers are from its.
+    """Agreement with the paper on where methods fail, and on their numbers.
 
     Attributes:
         agreeing: Grounds and methods that are walked to the end in both, or in neither.
@@ -73,7 +73,7 @@ class Agreement:
         met: Numbers of the paper's that ours are to the last digit.
         numbers: Numbers that the paper has.
         distance: Root mean square of ln(ours / paper's) where both have a number; NaN where that is nowhere.
-        source: Of the slope, where all of them have the same.
+        source: Slope source, where all of them have the same.
     """
 
     agreeing: int
@@ -85,16 +85,16 @@ class Agreement:
 
     @property
     def rank(self) -> tuple[int, float]:
-        """Smaller for better ones: first as many X and numbers as possible where the paper has them."""
+        """Sort key, smaller for better ones: first the number of X and numbers that stand where the paper's do."""
         return -self.agreeing, self.distance if self.distance == self.distance else math.inf
 
 
 def agreement(costs: Iterable[tuple[str, str, float]], source: str = "") -> Agreement:
-    """Compare with the paper's Table II.
+    """Compare costs with the paper's Table II.
 
     Args:
         costs: Method, ground, and c_mt, which is NaN where the robot did not come to the end.
-        source: Of the slope, where all have the same.
+        source: Slope source, where all have the same.
     """
     agreeing, met, logs = [], [], []
     for method, ground, ours in costs:
@@ -109,15 +109,15 @@ def agreement(costs: Iterable[tuple[str, str, float]], source: str = "") -> Agre
 
 
 def walks_read(rows: Iterable[Row], choice: Choice, part: str, engine: str, source: str | None = None) -> list[Row]:
-    """The energy-based methods' walks on a reading's grounds.
+    """Find the energy-based methods' walks on a reading's grounds.
 
     Args:
-        rows: Of the report.
+        rows: Rows of the report.
         choice: The reading.
         part: "table 2" for the gains that settle, "blind" for those with the source that is chosen without the table,
             "fitted" for those nearest to the table.
         engine: "hybrid" or "mujoco".
-        source: Of the slope; any unless given.
+        source: Slope source; any unless given.
     """
     return [
         row
@@ -131,12 +131,12 @@ def walks_read(rows: Iterable[Row], choice: Choice, part: str, engine: str, sour
 
 
 def agreement_of(walks: Iterable[Row], choice: Choice, source: str = "") -> Agreement:
-    """How far walks agree with the paper, by the reading's kind of work and number of steps."""
+    """Compare walks with the paper, by the reading's kind of work and number of steps."""
     return agreement(((row.method, row.ground, row.cost[choice.kind, choice.length]) for row in walks), source)
 
 
 def agreements(rows: Sequence[Row], choice: Choice) -> list[Agreement]:
-    """How far the energy-based methods, with gains that settle, agree in the hybrid engine, the best source first."""
+    """Compare the energy-based methods with gains that settle, in the hybrid engine; the best slope source first."""
     found = [
         agreement_of(walks_read(rows, choice, "table 2", "hybrid", source), choice, source) for source in SLOPE_SOURCES
     ]
@@ -146,7 +146,7 @@ def agreements(rows: Sequence[Row], choice: Choice) -> list[Agreement]:
 def side_distances(
     rows: Iterable[Row], pair: Sequence[str]
 ) -> Iterator[tuple[float, float | None, str, int, str, float]]:
-    """Readings of the two stairs or of the two slopes alone: distance, zeta, kind, steps, pattern, first change."""
+    """List readings of the stairs or of the slopes alone: distance, zeta, kind, steps, pattern, first change."""
     by_key: dict[tuple[float | None, str, int, str, float], list[float]] = {}
     for (delay, kind, length, ground, pattern, first), value in logs(rows).items():
         if ground in pair:
@@ -175,3 +175,100 @@ def _root_mean_square(values: Sequence[float]) -> float:
 def _log(ours: float, paper: float | None) -> float:
     """ln(ours / paper's); infinite where ours does not exist or is not positive."""
     return math.log(ours / paper) if paper is not None and ours > 0.0 else math.inf
+
+
+GAINS = (
+    0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 50.0,
+    60.0, 80.0, 100.0, 150.0, 200.0, 300.0,
+)  # fmt: skip
+"""Values of k of PBC in s, and of zeta of ECC and lambda of KETC in 1/s."""
+
+RATIOS = (
+    -3.5, -3.25, -3.0, -2.75, -2.5, -2.4, -2.3, -2.25, -2.2, -2.15, -2.1, -2.05, -2.0, -1.95, -1.9, -1.8, -1.75, -1.7,
+    -1.6, -1.5, -1.4, -1.25, -1.0,
+)  # fmt: skip
+"""Values of mu of ECC; docs/comparison.md says why positive ones are useless."""
+
+HIP_WEIGHTS = (0.0, 1.0)
+"""Values of w of KETC: the ankle alone, or both legs alike."""
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A setting of a comparison method, and its walks on the grounds of Table II in the hybrid engine.
+
+    Attributes:
+        variant: Method, gains and slope source.
+        cost: c_mt by ground, of six digits; NaN where the robot did not come to the end.
+        ended: The step in which it ended, by ground, where it did not come to it.
+    """
+
+    variant: Variant
+    cost: Mapping[str, float]
+    ended: Mapping[str, int]
+
+    @property
+    def agreement(self) -> Agreement:
+        """Agreement with the paper's row."""
+        return agreement((self.variant.method, ground, cost) for ground, cost in self.cost.items())
+
+
+def settings() -> list[Variant]:
+    """List all settings that are tried: every gain with every slope source."""
+    gains: list[tuple[str, tuple[tuple[str, float], ...]]] = [("PBC", (("gain", gain),)) for gain in GAINS]
+    gains += [("ECC", (("ratio", ratio), ("gain", gain))) for ratio in RATIOS for gain in GAINS]
+    gains += [("KETC", (("gain", gain), ("hip_weight", weight))) for weight in HIP_WEIGHTS for gain in GAINS]
+    return [Variant(method, slope_source=source, gains=each) for method, each in gains for source in SLOPE_SOURCES]
+
+
+def scan(choice: Choice, kept: Walks, tried: Sequence[Variant] | None = None) -> list[Tried]:
+    """Walk the five grounds of a reading with every setting in the hybrid engine, as many steps as the reading's.
+
+    Args:
+        choice: The reading.
+        kept: Where finished walks are.
+        tried: The settings; `settings()` unless given.
+    """
+    chosen = settings() if tried is None else list(tried)
+    grounds = {place[0]: reading_at(place).terrain for place in choice.places}
+    cells = {
+        (variant, name): Cell("hybrid", variant.controller(ground), ground, steps=choice.length)
+        for name, ground in grounds.items()
+        for variant in chosen
+    }
+    results = kept.results(cells.values())
+    found = []
+    for variant in chosen:
+        walks = {name: results[cells[variant, name].key] for name in grounds}
+        finished = {name for name, walk in walks.items() if walk["outcome"] == "finished"}
+        cost = {
+            name: rounded(walk[f"{choice.kind}_end"]) if name in finished else math.nan for name, walk in walks.items()
+        }
+        ended = {name: (walk["steps"] or 0) + 1 for name, walk in walks.items() if name not in finished}
+        found.append(Tried(variant, cost, ended))
+    return found
+
+
+def ranked(tried: Iterable[Tried]) -> list[Tried]:
+    """Sort settings: first by how many X stand where the paper's do, then by distance from its numbers."""
+    return sorted(tried, key=lambda each: each.agreement.rank)
+
+
+def fitted(tried: Sequence[Tried]) -> dict[str, Tried]:
+    """Choose the best setting of each method, one for all grounds."""
+    methods = dict.fromkeys(each.variant.method for each in tried)
+    return {method: ranked(each for each in tried if each.variant.method == method)[0] for method in methods}
+
+
+_NAMES = ("ratio", "gain", "hip_weight")
+_HEADINGS = ("method", "slope_source", *_NAMES, *GROUNDS)
+
+
+def write_tried(tried: Iterable[Tried]) -> str:
+    """Write settings as CSV: c_mt by ground, or X and the step in which the walk ended."""
+    lines = []
+    for each in tried:
+        gains = dict(each.variant.gains)
+        cells = [f"X {each.ended[name]}" if name in each.ended else repr(each.cost[name]) for name in GROUNDS]
+        lines.append([each.variant.method, each.variant.slope_source, *(gains.get(n, "") for n in _NAMES), *cells])
+    return as_csv(_HEADINGS, lines)

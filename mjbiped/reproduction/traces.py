@@ -1,4 +1,4 @@
-"""What figures 4 to 6 show, in numbers: slope estimate, tracking and torque along a whole record."""
+"""Measures of what Figs. 4 to 6 show: slope estimate, tracking and torque along a whole record."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
 
 RESOLVED_SLOPE = float(settings_of("adaptive")["update_threshold"])
-"""Epsilon of (27), rad: two slopes that differ by less are one to the controller."""
+"""Epsilon of (27), rad: the controller treats slopes that differ by less as one."""
 
 _SAME_TIME = 1e-9  # s; a sample nearer to a touchdown has the state of one step and the roles of another
 _FEWEST = 3  # samples of a step that is measured
 
 
 class Traces(NamedTuple):
-    """Of a walk of the adaptive controller. Numbers that do not exist are NaN.
+    """Measures of a walk of the adaptive controller. Numbers that do not exist are NaN.
 
     Attributes:
         settled: Error of the slope estimate at the end of the last step that began before the ground first changes,
             degrees.
         later: Greatest error from then on, degrees.
-        off_time: For how long the error was greater than `RESOLVED_SLOPE`, s.
+        off_time: Time for which the error was greater than `RESOLVED_SLOPE`, s.
         error: Root mean square of the error over time, degrees.
-        travel: Way that the error went up and down, degrees: its total variation.
+        travel: Total variation of the error, degrees.
         z1: Greatest tracking error of a leg's angle (5), degrees.
         z2: Greatest error of the second stage (9), rad/s.
         straight: Greatest distance of a torque from a straight line over its step, N m, of all steps that began on the
             imitated gait.
-        bent: The same of the re-planned steps, the least of them.
+        bent: Least distance of a torque from a straight line over its step, N m, of all re-planned steps.
     """
 
     settled: float = math.nan
@@ -53,7 +53,7 @@ def traced(walk: Walk) -> Traces:
     """Measure a record.
 
     Args:
-        walk: Of the adaptive controller, with samples.
+        walk: A walk of the adaptive controller, with samples.
 
     Raises:
         InputError: Another controller walked.
@@ -92,7 +92,7 @@ class _Step(NamedTuple):
 
 
 def _steps(walk: Walk, controller: AdaptiveTracking) -> Iterator[_Step]:
-    """The steps that have samples enough for a line."""
+    """List the steps that have enough samples to fit a line."""
     samples = walk.samples
     error = np.degrees(samples["slope_estimate"] - samples["slope"])
     places = [0.0, *walk.touchdowns["x"].tolist()]

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,6 +31,51 @@ from mjbiped.numerics import jit
 from mjbiped.numerics.trigonometry import sine_cosine
 
 Array = NDArray[np.float64]
+
+
+def with_room(chain: Chain) -> SimpleNamespace:
+    """A chain of n segments with room to compute in, for functions that hand all of it on as one thing.
+
+    Returns:
+        Copies of weights, moments and reach; and rooms `q`, `dq`, `ddq` for a motion, `row` and `push` for a point's
+        Jacobian and the motion that a force makes, all of shape (n,), and `even` and `odd` of shape (n, n).
+    """
+    n = len(chain.reach)
+    room = {name: np.zeros(n) for name in ("q", "dq", "ddq", "row", "push")}
+    squares = {name: np.zeros((n, n)) for name in ("even", "odd")}
+    arrays = {name: getattr(chain, name).copy() for name in ("weights", "moments", "reach")}
+    return SimpleNamespace(**arrays, **room, **squares)
+
+
+def hold_end(s: Any, slope: float, x: float, z: float) -> float:
+    """Let a surface hold the chain's far end along its normal (x, z), without friction; returns the force along it, N.
+
+    Args:
+        s: The chain `with_room`, the motion in it. Accelerations are changed. If the rates are zero, and rates stand in
+            the place of accelerations, the force is the impulse that stops the far end, N s.
+        slope: Of the ground that the angles are measured from the normal of, rad.
+        x: Horizontal component of the normal.
+        z: Vertical component.
+    """
+    bend = 0.0
+    for i in range(len(s.q)):
+        sine, cosine = sine_cosine(s.q[i] + slope)
+        s.row[i] = s.reach[i] * (cosine * x - sine * z)
+        bend -= s.reach[i] * (sine * x + cosine * z) * s.dq[i] * s.dq[i]
+    return constrain(s.weights, s.q, s.row, bend, s.even, s.odd, s.push, s.ddq)
+
+
+def stop_end(s: Any, w: Any, first: int) -> float:
+    """Impulse, N s, of a plastic, frictionless impact that stops the chain's far end along (w.pushed_x, w.pushed_z).
+
+    Args:
+        s: The chain of n segments `with_room`; the rates after the impact stand in `s.ddq`.
+        w: Direction, slope of the ground, and state `y`.
+        first: Index in `y` of the first of the n rates; the angles are its first n numbers.
+    """
+    for i in range(len(s.q)):
+        s.q[i], s.ddq[i], s.dq[i] = w.y[i], w.y[first + i], 0.0
+    return hold_end(s, w.slope, w.pushed_x, w.pushed_z)
 
 
 def weighted(weights: Array, rows: Array, columns: Array, even: Array, odd: Array) -> None:

@@ -12,12 +12,15 @@ import dataclasses
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from types import SimpleNamespace
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.numerics.trigonometry import sine_cosine
+from mjbiped.robots.chain import Chain, hold_end, stop_end, with_room
+from mjbiped.robots.equations import Equations
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
@@ -30,6 +33,10 @@ Array: TypeAlias = NDArray[np.float64]
 
 Legs: TypeAlias = tuple[float, float, float, float]
 """Sine and cosine of the stance leg's, then of the swing leg's angle, so that each is taken once."""
+
+
+Legged: TypeAlias = tuple[float, float]
+"""A number for either leg: of the stance leg, then of the swing leg."""
 
 
 def legs_of(q1: float, q2: float) -> Legs:
@@ -163,6 +170,64 @@ def rates_after_impact(
     return solve_mass(m11, m12, m22, about_point, about_hip)
 
 
+def _constants(robot: "Compass") -> SimpleNamespace:
+    a11, a12, a22, b1, b2, *_ = robot.constants
+    length = robot.leg_length
+    chain = Chain(
+        weights=np.array([[a11, -a12], [-a12, a22]]),
+        moments=np.array([b1, -b2]),
+        reach=np.array([length, -length]),
+        mass=robot.total_mass,
+        gravity=robot.gravity,
+    )
+    return SimpleNamespace(lumped=robot.constants, chain=with_room(chain), stance=np.zeros(3), thigh=1, shank=1)
+
+
+def _accelerations(c: Any, w: Any, q: Legged, dq: Legged, torques: Any, push: float) -> tuple[float, float]:
+    """Equation (1); on a vertical face as a chain whose end the face holds."""
+    stance, hip = torques[0] - torques[1] + push, torques[1]
+    ddq1, ddq2 = acceleration(c.lumped, q[0], q[1], dq[0], dq[1], w.sine, w.cosine, stance, hip)
+    if w.face != 0.0:
+        w.press = _held(c.chain, w, q, dq, ddq1, ddq2)
+        ddq1, ddq2 = c.chain.ddq[0], c.chain.ddq[1]
+    return ddq1, ddq2
+
+
+def _held(chain: Any, w: Any, q: Legged, dq: Legged, ddq1: float, ddq2: float) -> float:
+    """Force of a face on the swing foot, N; the accelerations with it stand in `chain.ddq`."""
+    chain.q[0], chain.q[1], chain.dq[0], chain.dq[1] = q[0], q[1], dq[0], dq[1]
+    chain.ddq[0], chain.ddq[1] = ddq1, ddq2
+    return hold_end(chain, w.slope, w.pushed_x, w.pushed_z)
+
+
+def _stop_foot(c: Any, w: Any) -> float:
+    """A plastic impact on a face; the stance foot stays."""
+    impulse = stop_end(c.chain, w, 2)
+    w.y[2], w.y[3] = c.chain.ddq[0], c.chain.ddq[1]
+    return impulse
+
+
+def _lands(*_: Any) -> bool:
+    """Every foot that comes down becomes the stance foot: the scuffing rule has drawn in the others."""
+    return True
+
+
+def _exchange(c: Any, w: Any, q: Legged, dq: Legged, slope: float) -> tuple[Legged, Legged]:
+    """Impact map (2), and the legs exchanged."""
+    new = q[1] + w.slope - slope, q[0] + w.slope - slope
+    return new, impact_rates(c.lumped, q[0], q[1], dq[0], dq[1])
+
+
+def _lock_knee(*_: Any) -> None:
+    """There is no knee."""
+
+
+def _limbs(_: Any, w: Any, q: Legged) -> tuple[float, float]:
+    """Left and right leg from the vertical, rad."""
+    stance, swing = q[0] + w.slope, q[1] + w.slope
+    return (stance, swing) if w.stance == 0 else (swing, stance)
+
+
 @dataclass(frozen=True)
 class Compass(Robot):
     """A planar compass biped with two equal straight legs and point feet; the defaults are Table I of the paper.
@@ -192,6 +257,9 @@ class Compass(Robot):
     joints: ClassVar[tuple[str, ...]] = ("ankle", "hip")
     places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "left", "right")
     knees: ClassVar[bool] = False
+    equations: ClassVar[Equations] = Equations(
+        _constants, _accelerations, _stop_foot, _lands, _exchange, _lock_knee, _limbs, inlined=True
+    )
 
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""
@@ -312,7 +380,7 @@ class Compass(Robot):
         legs = np.stack([np.sin(places[..., 2:]).sum(axis=-1), np.cos(places[..., 2:]).sum(axis=-1)], axis=-1)
         return np.asarray(places[..., :2] - self.leg_mass * self.upper_length / self.total_mass * legs)
 
-    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike) -> Array:
+    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
         """The impact map (2), of unchecked numbers; see `Robot.rates_after_touchdown`."""
         return np.array(impact_rates(self.constants, *np.asarray(q).tolist(), *np.asarray(dq).tolist()))
 

@@ -18,7 +18,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,12 +26,12 @@ from numpy.typing import ArrayLike
 from mjbiped.errors import InputError
 from mjbiped.robots.bent_leg import ACROSS, bent_leg, force_beside, gravity_beside, stand
 from mjbiped.robots.chain import Array, Chain, chain_of, ground_force
+from mjbiped.robots.equations import Equations
+from mjbiped.robots.kneed_equations import EQUATIONS, LEGS, SWING_LOCKED
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
 STANCE_LOCKED = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-LEGS = np.array([0, 0, 1, 1])  # of four segments
-SWING_LOCKED = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
 STRAIGHT = 1e-6  # rad; integrators find the stop more exactly than that
 
 
@@ -75,6 +75,7 @@ class KneedBiped(Robot):
     joints: ClassVar[tuple[str, ...]] = ("ankle", "hip", "knee")
     places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "left", "right", "left_knee", "right_knee")
     knees: ClassVar[bool] = True
+    equations: ClassVar[Equations] = EQUATIONS
 
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""
@@ -228,6 +229,14 @@ class KneedBiped(Robot):
         """Flexion of the knee of a leg (0 left, 1 right) in postures `qpos`, shape (..., 6): shape (...,), rad."""
         places, legs = np.asarray(qpos, dtype=np.float64), np.asarray(leg)
         return np.where(legs == 0, places[..., 4], places[..., 5])
+
+    def posture(self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0) -> tuple[float, ...]:
+        """Posture `qpos` on one foot, of stance leg, swing thigh and swing shank; see `Robot.posture`."""
+        line, swing, shank = angles
+        length, lean = bent_leg(self.thigh_length, self.shank_length, stance_flexion)
+        hip = (foot[0] + length * math.sin(line), foot[1] + length * math.cos(line))
+        thighs, knees = [line + lean - stance_flexion, swing], [stance_flexion, shank - swing]
+        return (*hip, *(thighs[::-1] if stance else thighs), *(knees[::-1] if stance else knees))
 
     def limbs(self, qpos: ArrayLike) -> Array:
         """Hip, knee and foot of either leg, shape (..., 2, 3, 2); see `Robot.limbs`."""

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from mjbiped.robots.equations import Equations
 
 Array = NDArray[np.float64]
 
@@ -24,6 +27,7 @@ class Robot(ABC):
         places: Names of the numbers of a posture `qpos`: hip x and z (m), left and right thigh, or leg, from the
             vertical (rad), and what the robot has beyond that.
         knees: Whether it has knees, and so needs no rule that lets the swing foot pass through the ground.
+        equations: Equations of motion, guards and reset maps for event-driven engines.
         gravity: m/s^2.
     """
 
@@ -32,6 +36,7 @@ class Robot(ABC):
     joints: ClassVar[tuple[str, ...]]
     places: ClassVar[tuple[str, ...]]
     knees: ClassVar[bool]
+    equations: ClassVar[Equations]
     gravity: float
 
     @property
@@ -118,13 +123,31 @@ class Robot(ABC):
         """
 
     @abstractmethod
-    def rates_after_touchdown(self, q: Any, dq: Any) -> Array:
+    def rates_after_touchdown(self, q: Any, dq: Any, stance_flexion: float = 0.0) -> Array:
         """Rates after the swing foot's plastic impact in a touchdown, in the new roles, shape (len(angles),), rad/s.
 
         Args:
             q: Angles just before it, in the old roles, shape (len(angles),), rad.
             dq: Their rates, rad/s.
+            stance_flexion: Flexion at which the stance knee is locked, rad.
         """
+
+    def flexion(self, qpos: Any, leg: Any) -> Array:
+        """Flexion of the knee of a leg (0 left, 1 right) in postures `qpos`, shape (...,), rad; 0 of straight legs."""
+        return np.zeros(np.broadcast_shapes(np.shape(qpos)[:-1], np.shape(leg)))
+
+    def posture(self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0) -> tuple[float, ...]:
+        """Posture `qpos` of the robot on one foot.
+
+        Args:
+            foot: Place of the stance foot, x and z in m.
+            stance: 0 left, 1 right.
+            angles: Angles from the vertical, stance leg first, shape (len(angles),), rad.
+            stance_flexion: Flexion of the stance knee, rad.
+        """
+        x, z = foot
+        hip = (x + self.leg_length * math.sin(angles[0]), z + self.leg_length * math.cos(angles[0]))
+        return (*hip, *(angles[::-1] if stance else angles))
 
     @classmethod
     def parameters(cls) -> tuple[str, ...]:

@@ -1,1 +1,1 @@
-"""Robustness as a statistic: steps until a fall on random ground, and the greatest disturbances that are survived."""
+"""Robustness studies: steps until a fall on random ground, and the greatest disturbances that are survived."""

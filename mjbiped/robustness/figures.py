@@ -35,7 +35,7 @@ def draw(robustness: Robustness, folder: Path) -> Iterator[Path]:
             path = folder / f"survival{suffix}.png"
             plot_survival(robustness, engine, path)
             yield path
-        if robustness.plan.disturbances:
+        if robustness.plan.limits.magnitudes:
             path = folder / f"limits{suffix}.png"
             plot_limits(robustness, engine, path)
             yield path
@@ -61,7 +61,7 @@ def plot_survival(robustness: Robustness, engine: str, path: Path | None = None)
 
 def plot_limits(robustness: Robustness, engine: str, path: Path | None = None) -> Any:
     """Draw the greatest disturbances that each controller survives, each over its cost of transport on level ground."""
-    findings, tests = robustness.of(engine), robustness.plan.disturbances
+    findings, tests = robustness.of(engine), robustness.plan.limits.magnitudes
     with drawn(path) as figure:
         text = wrapped(
             f"{engine} engine; {conditions(robustness)} (open: all that were tried); {scuffing_words(robustness)}"

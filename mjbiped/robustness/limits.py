@@ -1,54 +1,69 @@
-"""Greatest disturbances that are survived: what is disturbed, how much at most, and what came of it.
+"""Kinds of disturbances, and the greatest magnitude of each that is survived.
 
-A disturbance meets the robot in many cases: at many phases of its step, or on many rough grounds. It is survived where
-nearly all cases are. The greatest that is survived is the hardest one of those tried before which none is not: a robot
-that survives 60 mm and 80 mm, but not 70 mm, survives 60 mm.
+A disturbance meets the robot in many cases: at many phases of its step, or on many rough grounds. A magnitude is
+survived where nearly all cases are. The greatest one survived is the last before the first that is not: a robot that
+survives 60 mm and 80 mm, but not 70 mm, survives 60 mm.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from mjbiped.robots.robot import Robot
 from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.values import Scalar
+
+Told: TypeAlias = Mapping[str, Scalar]
+Values: TypeAlias = Callable[[float, Robot, float], Told]
+"""Values of a study's cell for a magnitude, the robot that walks, and the place of a single disturbance, m."""
 
 FAR = 1e4  # of ground that goes on behind the disturbance, m
 
 
 @dataclass(frozen=True)
 class Disturbance:
-    """A kind of disturbance by the phase of the foot at which it comes.
+    """A kind of disturbance: a single one of level ground, or one that lasts for a whole walk over rough ground.
 
     Attributes:
-        unit: Of its magnitudes.
-        magnitudes: Those that are tried unless a study says otherwise, ascending.
-        values: What a study's cell says of the walk, of a magnitude and of the place (m) where it comes.
+        unit: Unit of its magnitudes; empty for plain numbers.
+        magnitudes: Those that are tried unless a study says otherwise, the gentlest first.
+        values: Values of a study's cell.
+        asked: Column of what a walk asks for, of a disturbance that the hybrid engine does not know: a walk survives
+            those magnitudes there that are no less.
     """
 
     unit: str
     magnitudes: tuple[float, ...]
-    values: Callable[[float, float], Mapping[str, Scalar]]
+    values: Values
+    asked: str | None = None
+
+    @property
+    def falls(self) -> bool:
+        """Whether lower magnitudes are harder."""
+        return self.magnitudes[0] > self.magnitudes[-1]
+
+    def told(self, magnitude: float, engine: str, robot: Robot, place: float = 0.0) -> Told:
+        """Values of a study's cell for a robot's walk in an engine."""
+        return {} if self.asked is not None and engine == "hybrid" else self.values(magnitude, robot, place)
+
+    def borne(self, row: Row) -> bool:
+        """Whether a walk in an engine without this disturbance demands no more than the magnitude."""
+        if self.asked is None or row["engine"] != "hybrid":
+            return True
+        asked = row[self.asked]
+        return asked is not None and bool(asked <= row["magnitude"])
 
 
-def _step(rise: float, place: float) -> Mapping[str, Scalar]:
-    return {
-        "terrain.name": "stairs",
-        "terrain.tread": FAR,
-        "terrain.rise": rise,
-        "terrain.first": place,
-        "terrain.count": 1,
-    }
+def _step(sign: float) -> Values:
+    usual: Told = {"terrain.name": "stairs", "terrain.tread": FAR, "terrain.count": 1}
+    return lambda height, _, place: {**usual, "terrain.rise": sign * height, "terrain.first": place}
 
 
-def _bend(change_deg: float, place: float) -> Mapping[str, Scalar]:
-    return {
-        "terrain.name": "slopes",
-        "terrain.length": place,
-        "terrain.change_deg": change_deg,
-        "terrain.count": 1,
-    }
+def _bend(sign: float) -> Values:
+    usual: Told = {"terrain.name": "slopes", "terrain.count": 1}
+    return lambda change, _, place: {**usual, "terrain.length": place, "terrain.change_deg": sign * change}
 
 
 def _evenly(step: float, last: float) -> tuple[float, ...]:
@@ -56,52 +71,23 @@ def _evenly(step: float, last: float) -> tuple[float, ...]:
 
 
 DISTURBANCES: Mapping[str, Disturbance] = {
-    "step up": Disturbance("m", _evenly(0.005, 0.15), _step),
-    "step down": Disturbance("m", _evenly(0.01, 0.3), lambda height, place: _step(-height, place)),
-    "slope down": Disturbance("deg", _evenly(1.0, 15.0), _bend),
-    "slope up": Disturbance("deg", _evenly(1.0, 15.0), lambda change, place: _bend(-change, place)),
+    "step up": Disturbance("m", _evenly(0.005, 0.15), _step(1.0)),
+    "step down": Disturbance("m", _evenly(0.01, 0.3), _step(-1.0)),
+    "slope down": Disturbance("deg", _evenly(1.0, 15.0), _bend(1.0)),
+    "slope up": Disturbance("deg", _evenly(1.0, 15.0), _bend(-1.0)),
 }
 """Single disturbances of level ground, by name."""
 
 
-@dataclass(frozen=True)
-class Margin:
-    """A kind of disturbance that goes on for a whole walk over rough ground.
-
-    Attributes:
-        unit: Of its magnitudes; none for plain numbers.
-        magnitudes: Those that are tried unless a study says otherwise, the gentlest first.
-        values: What a study's cell says of the walk, of a magnitude and of the robot that walks.
-        asked: Column of what a walk asks for, of a disturbance that the hybrid engine does not know: it survives those
-            magnitudes there that are no less.
-    """
-
-    unit: str
-    magnitudes: tuple[float, ...]
-    values: Callable[[float, Robot], Mapping[str, Scalar]]
-    asked: str | None = None
-
-    def told(self, magnitude: float, engine: str, robot: Robot) -> Mapping[str, Scalar]:
-        """What a study's cell says of a robot's walk in an engine."""
-        return {} if self.asked is not None and engine == "hybrid" else self.values(magnitude, robot)
-
-    def borne(self, row: Row) -> bool:
-        """Whether a walk of an engine that does not know the disturbance asks for no more than there is."""
-        if self.asked is None or row["engine"] != "hybrid":
-            return True
-        asked = row[self.asked]
-        return asked is not None and bool(asked <= row["magnitude"])
-
-
-def _of(field: str, **others: Scalar) -> Callable[[float, Robot], Mapping[str, Scalar]]:
+def _of(field: str, **others: Scalar) -> Values:
     told = {f"disturbances.{name}": value for name, value in others.items()}
-    return lambda magnitude, _: {f"disturbances.{field}": magnitude, **told}
+    return lambda magnitude, *_: {f"disturbances.{field}": magnitude, **told}
 
 
-def _believed(sign: float, *endings: str) -> Callable[[float, Robot], Mapping[str, Scalar]]:
-    """What the controller believes of the parameters of its robot's legs: wrong by so many percent."""
+def _believed(sign: float, *endings: str) -> Values:
+    """Make the controller's model of its robot's legs wrong by so many percent."""
 
-    def values(percent: float, robot: Robot) -> Mapping[str, Scalar]:
+    def values(percent: float, robot: Robot, _: float) -> Told:
         factor = 1.0 + sign * percent / 100.0
         wrong = [name for name in robot.parameters() if name.endswith(endings) and name != "hip_mass"]
         return {f"model.{name}": round(getattr(robot, name) * factor, 12) for name in wrong}
@@ -116,30 +102,32 @@ _MORE = (5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0, 150.0, 200.0, 300.0, 400.0, 6
 _LESS = (5.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 90.0, 95.0)
 _LENGTHS = ("_length", "_centre")
 
-MARGINS: Mapping[str, Margin] = {
-    "delay": Margin(
+MARGINS: Mapping[str, Disturbance] = {
+    "delay": Disturbance(
         "s", (0.001, 0.002, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.055, 0.06, 0.065, 0.07, 0.08), _of("delay")
     ),
-    "angle noise": Margin("rad", (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 4e-2, 6e-2, 8e-2, 0.1, 0.12, 0.15), _of("angle_noise")),
-    "angle bias": Margin("rad", (5e-3, 1e-2, 2e-2, 3e-2, 4e-2, 5e-2, 6e-2, 8e-2, 0.1), _of("angle_bias")),
-    "rate noise": Margin("rad/s", (0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 2.0), _of("rate_noise")),
-    "push": Margin(
+    "angle noise": Disturbance(
+        "rad", (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 4e-2, 6e-2, 8e-2, 0.1, 0.12, 0.15), _of("angle_noise")
+    ),
+    "angle bias": Disturbance("rad", (5e-3, 1e-2, 2e-2, 3e-2, 4e-2, 5e-2, 6e-2, 8e-2, 0.1), _of("angle_bias")),
+    "rate noise": Disturbance("rad/s", (0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 2.0), _of("rate_noise")),
+    "push": Disturbance(
         "N s",
         (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0, 7.0, 8.0),
         _of("push_impulse", push_interval=PUSH_INTERVAL),
     ),
-    "torque limit": Margin(
+    "torque limit": Disturbance(
         "N m", (60.0, 50.0, 40.0, 30.0, 25.0, 20.0, 17.5, 15.0, 12.5, 10.0, 8.0, 6.0, 4.0), _of("torque_limit")
     ),
-    "friction": Margin(
+    "friction": Disturbance(
         "", (0.8, 0.7, 0.6, 0.55, 0.5, 0.45, 0.4, 0.35, 0.3, 0.25, 0.2, 0.1), _of("friction"), "largest_stance_friction"
     ),
-    "mass too great": Margin("%", _MORE, _believed(1.0, "_mass")),
-    "mass too small": Margin("%", _LESS, _believed(-1.0, "_mass")),
-    "inertia too great": Margin("%", _MORE, _believed(1.0, "_inertia")),
-    "inertia too small": Margin("%", (*_LESS, 100.0), _believed(-1.0, "_inertia")),
-    "legs too long": Margin("%", _MORE, _believed(1.0, *_LENGTHS)),
-    "legs too short": Margin("%", _LESS, _believed(-1.0, *_LENGTHS)),
+    "mass too great": Disturbance("%", _MORE, _believed(1.0, "_mass")),
+    "mass too small": Disturbance("%", _LESS, _believed(-1.0, "_mass")),
+    "inertia too great": Disturbance("%", _MORE, _believed(1.0, "_inertia")),
+    "inertia too small": Disturbance("%", (*_LESS, 100.0), _believed(-1.0, "_inertia")),
+    "legs too long": Disturbance("%", _MORE, _believed(1.0, *_LENGTHS)),
+    "legs too short": Disturbance("%", _LESS, _believed(-1.0, *_LENGTHS)),
 }
 """Disturbances of walks over rough ground, by name; the last six are of what the controller believes of its robot."""
 
@@ -149,9 +137,9 @@ class Limit:
     """What a robot survives of one kind of disturbance.
 
     Attributes:
-        unit: Of magnitudes.
-        magnitudes: That were tried, the gentlest first.
-        shares: Of the cases of each that were survived.
+        unit: Unit of the magnitudes.
+        magnitudes: Those that were tried, the gentlest first.
+        shares: Share of the cases of each that were survived.
         wanted: Share that counts as survived.
     """
 
@@ -162,7 +150,7 @@ class Limit:
 
     @property
     def greatest(self) -> float | None:
-        """The hardest one before which none is not survived; None where the gentlest is not."""
+        """The hardest magnitude up to which all are survived; None where the gentlest is not."""
         found = None
         for magnitude, share in zip(self.magnitudes, self.shares, strict=True):
             if share < self.wanted:
@@ -172,19 +160,18 @@ class Limit:
 
     @property
     def reached(self) -> bool:
-        """Whether a magnitude was tried that is not survived: else `greatest` is only the greatest that was tried."""
+        """Whether a magnitude was not survived; otherwise `greatest` is only the greatest that was tried."""
         return any(share < self.wanted for share in self.shares)
 
 
-def limit_of(kind: Disturbance | Margin, survived: Mapping[float, Sequence[bool]], wanted: float) -> Limit:
-    """The limit of cases that were survived or not, by magnitude.
+def limit_of(kind: Disturbance, survived: Mapping[float, Sequence[bool]], wanted: float) -> Limit:
+    """Find the limit from cases that were survived or not.
 
     Args:
-        kind: Whose magnitudes get harder in the order of its own.
-        survived: Of each magnitude its cases.
+        kind: The disturbance, which says in what order magnitudes become harder.
+        survived: Whether each case was survived, by magnitude.
         wanted: Share that counts as survived.
     """
-    falling = kind.magnitudes[0] > kind.magnitudes[-1]
-    magnitudes = tuple(sorted(survived, reverse=falling))
+    magnitudes = tuple(sorted(survived, reverse=kind.falls))
     shares = tuple(sum(survived[each]) / len(survived[each]) for each in magnitudes)
     return Limit(kind.unit, magnitudes, shares, wanted)

@@ -1,4 +1,4 @@
-"""A robustness study's file, and the walks that it asks for; docs/robustness.md describes it."""
+"""Reading the file of a robustness study; docs/robustness.md describes it."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any
 
 from mjbiped.control.loading import is_reference, located
 from mjbiped.errors import InputError, shortened, shown
-from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Disturbance, Margin
-from mjbiped.robustness.walks import BASIN, Plan, walks_of
+from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Disturbance
+from mjbiped.robustness.walks import BASIN, Plan, Trial, walks_of
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.sweeps.cell import Cell
 from mjbiped.sweeps.plan import Study, check_cells, check_count
@@ -18,21 +18,61 @@ from mjbiped.sweeps.sections import SCUFFING, kinds_of, read_controller, read_ro
 from mjbiped.sweeps.values import Scalar, check_keys
 from mjbiped.terrain.files import parse_toml
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Domain
+from mjbiped.utils.domains import Count, Domain
 from mjbiped.utils.reading import read_text
 
 KEYS = ("engine", "steps", "seeds", "grounds", "controller", "limits", "margins", "scuffing", "robot")
-LIMIT_KEYS = ("share", "phases", "steps_after", "torque", BASIN, *DISTURBANCES)
-MARGIN_KEYS = ("share", "ground", "steps", *MARGINS)
 VARIED = ("engine", "test", "controller", "ground", "magnitude", "case")
 """Columns that say what a row is of."""
 
 _SHARE = Domain(0.5, 1.0)
 BASIN_RATES = 20
-"""Rates of either leg, unless a study says otherwise."""
+"""Number of first rates of either leg, unless a study says otherwise."""
 
 MARGIN_GROUND = "treads:deviation=0.01"
 """Rough ground on which all controllers last, for disturbances of whole walks."""
+
+
+class _Table:
+    """A table of the file that has valid keys only."""
+
+    def __init__(self, name: str, content: Mapping[str, Any], valid: Sequence[str]) -> None:
+        """Take the table of a name; an empty name stands for the whole content.
+
+        Raises:
+            InputError: The content has no such table, or the table has an unknown key.
+        """
+        table = content.get(name, {}) if name else content
+        if not isinstance(table, Mapping):
+            raise InputError(f"{name} must be a table [{name}], got {shown(table)}")
+        check_keys(f"key of {name}" if name else "key", table, valid)
+        self.values: Mapping[str, Any] = table
+        self._where = f"{name}." if name else ""
+
+    def number(self, key: str, domain: Domain | Count, usual: float) -> Any:
+        """Read a number of the table, and check its domain."""
+        return domain.check(f"{self._where}{key}", self.values.get(key, usual))
+
+    def magnitudes(self, kinds: Mapping[str, Disturbance]) -> dict[str, tuple[float, ...]]:
+        """Read the magnitudes of each disturbance that is tried; all disturbances, unless the file names some."""
+        named = {name: self.values[name] for name in kinds if name in self.values}
+        if not named:
+            return {name: kind.magnitudes for name, kind in kinds.items()}
+        found = {}
+        for name, given in named.items():
+            where, kind = f"{self._where}{name}", kinds[name]
+            if given is True:
+                found[name] = kind.magnitudes
+            elif given is not False:
+                if not isinstance(given, list) or not given:
+                    raise InputError(f"{where} must be a list of magnitudes ({kind.unit}), true or false")
+                found[name] = tuple(
+                    domains.STUDY_POSITIVE.check(f"{where}, value {k}", each) for k, each in enumerate(given, start=1)
+                )
+                if list(found[name]) != sorted(set(found[name]), reverse=kind.falls):
+                    order = "descend" if kind.falls else "ascend"
+                    raise InputError(f"{where}: magnitudes must {order}, the gentlest first; got {shown(given)}")
+        return found
 
 
 def read_plan(path: Path) -> Plan:
@@ -48,49 +88,47 @@ def read_plan(path: Path) -> Plan:
 
 
 def plan(path: Path, content: Mapping[str, Any]) -> Plan:
-    """The plan of a file's content.
+    """Read the plan of a file's content.
 
     Raises:
         InputError: As `read_plan`.
     """
-    check_keys("key", content, KEYS)
-    limits = _table("limits", content, LIMIT_KEYS)
-    margins = _table("margins", content, MARGIN_KEYS)
+    whole = _Table("", content, KEYS)
+    limits = _Table("limits", content, ("share", "phases", "steps_after", "torque", BASIN, *DISTURBANCES))
+    margins = _Table("margins", content, ("share", "ground", "steps", *MARGINS))
     engines = _texts("engine", content.get("engine", "hybrid"))
     given = content.get("grounds", ["treads:deviation=0.03"])
-    grounds = () if given == [] else _texts("grounds", given)
-    chosen = _magnitudes("limits", limits, DISTURBANCES)
-    lasting = _magnitudes("margins", margins, MARGINS) if "margins" in content else {}
-    rule = ScuffingRule(**_table("scuffing", content, SCUFFING))
-    labelled, laws = _controllers(content.get("controller", [{}]), content.get("robot", {}), path.parent)
-    if "scuffing" in content and all(Cell(0, None, settings).knees for settings in labelled.values()):
+    rule = ScuffingRule(**_Table("scuffing", content, SCUFFING).values)
+    controllers, laws = _controllers(content.get("controller", [{}]), content.get("robot", {}), path.parent)
+    if "scuffing" in content and all(Cell(0, None, settings).knees for settings in controllers.values()):
         raise InputError("scuffing is for straight legs: with knees the swing foot collides from lift-off on")
-    torque = limits.get("torque")
     wanted = Plan(
-        Study(path, (), VARIED, False, frozenset(), dict(content), laws=laws),
-        tuple(labelled),
-        engines,
-        grounds,
-        domains.WALKS.check("seeds", content.get("seeds", 20)),
-        domains.STEPS.check("steps", content.get("steps", 1000)),
-        tuple(chosen),
-        _SHARE.check("limits.share", limits.get("share", 0.99)),
-        domains.WALKS.check("limits.phases", limits.get("phases", 24)),
-        domains.STEPS.check("limits.steps_after", limits.get("steps_after", 20)),
-        None if torque is None else domains.TORQUE_LIMIT.check("limits.torque", torque),
-        _basin(limits, named=bool({*limits} & {*DISTURBANCES})),
-        tuple(lasting),
-        margins.get("ground", MARGIN_GROUND),
-        domains.STEPS.check("margins.steps", margins.get("steps", 200)),
-        _SHARE.check("margins.share", margins.get("share", 0.95)),
-        rule,
+        study=Study(path, (), VARIED, False, frozenset(), dict(content), laws=laws),
+        controllers=controllers,
+        engines=engines,
+        grounds=() if given == [] else _texts("grounds", given),
+        seeds=whole.number("seeds", domains.WALKS, 20),
+        steps=whole.number("steps", domains.STEPS, 1000),
+        limits=Trial(
+            limits.magnitudes(DISTURBANCES),
+            limits.number("steps_after", domains.STEPS, 20),
+            limits.number("share", _SHARE, 0.99),
+            limits.number("torque", domains.TORQUE_LIMIT, 0.0) if limits.values.get("torque") is not None else None,
+        ),
+        phases=limits.number("phases", domains.WALKS, 24),
+        basin=_basin(limits),
+        margins=Trial(
+            margins.magnitudes(MARGINS) if "margins" in content else {},
+            margins.number("steps", domains.STEPS, 200),
+            margins.number("share", _SHARE, 0.95),
+        ),
+        margin_ground=margins.values.get("ground", MARGIN_GROUND),
+        scuffing=rule,
     )
-    each = 1 + wanted.phases * sum(map(len, chosen.values())) + wanted.basin**2
-    each += wanted.seeds * (len(grounds) + sum(map(len, lasting.values())))
-    check_count(len(engines) * len(labelled) * each)
-    cells = list(walks_of(wanted, labelled, chosen, lasting, laws))
+    check_count(wanted.count)
+    cells = tuple(walks_of(wanted))
     check_cells(cells, VARIED)
-    return replace(wanted, study=replace(wanted.study, cells=tuple(cells)))
+    return replace(wanted, study=replace(wanted.study, cells=cells))
 
 
 def _texts(key: str, value: object) -> tuple[str, ...]:
@@ -100,49 +138,16 @@ def _texts(key: str, value: object) -> tuple[str, ...]:
     return tuple(map(str, parts))
 
 
-def _table(key: str, content: Mapping[str, Any], valid: Sequence[str]) -> Mapping[str, Any]:
-    table = content.get(key, {})
-    if not isinstance(table, Mapping):
-        raise InputError(f"{key} must be a table [{key}], got {shown(table)}")
-    check_keys(f"key of {key}", table, valid)
-    return table
-
-
-def _magnitudes(
-    key: str, table: Mapping[str, Any], kinds: Mapping[str, Disturbance] | Mapping[str, Margin]
-) -> dict[str, tuple[float, ...]]:
-    """Those of each disturbance that is tried; all kinds, unless the file names some."""
-    named = {name: table[name] for name in kinds if name in table}
-    found = {}
-    for name, given in named.items():
-        where = f"{key}.{name}"
-        if given is False:
-            continue
-        if given is True:
-            found[name] = kinds[name].magnitudes
-            continue
-        if not isinstance(given, list) or not given:
-            raise InputError(f"{where} must be a list of magnitudes ({kinds[name].unit}), true or false")
-        found[name] = tuple(
-            domains.STUDY_POSITIVE.check(f"{where}, value {k}", each) for k, each in enumerate(given, start=1)
-        )
-        falling = kinds[name].magnitudes[0] > kinds[name].magnitudes[-1]
-        if list(found[name]) != sorted(set(found[name]), reverse=falling):
-            order = "descend" if falling else "ascend"
-            raise InputError(f"{where}: magnitudes must {order}, the gentlest first; got {shown(given)}")
-    return found if named else {name: each.magnitudes for name, each in kinds.items()}
-
-
-def _basin(limits: Mapping[str, Any], named: bool) -> int:
-    """Number of first rates of either leg; the usual one, unless the file names other disturbances alone."""
-    given = limits.get(BASIN, not named)
+def _basin(limits: _Table) -> int:
+    """Read the number of first rates of either leg; `BASIN_RATES`, unless the file names disturbances but no basin."""
+    given = limits.values.get(BASIN, not any(name in limits.values for name in DISTURBANCES))
     if isinstance(given, bool):
         return BASIN_RATES if given else 0
     return domains.GRID.check(f"limits.{BASIN}", given)
 
 
 def _controllers(tables: object, usual: object, folder: Path) -> tuple[dict[str, dict[str, Scalar]], dict[str, str]]:
-    """Settings of controllers and their robots by label, and where the user's own controllers are."""
+    """Read settings of controllers and their robots by label, and the places of the user's own controllers."""
     if not isinstance(tables, list) or not all(isinstance(table, Mapping) for table in tables):
         raise InputError(f"controller must be tables [[controller]], got {shown(tables)}")
     labelled: dict[str, dict[str, Scalar]] = {}

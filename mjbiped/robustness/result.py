@@ -1,4 +1,4 @@
-"""What a robustness study has found, controller by controller."""
+"""Findings of a robustness study, controller by controller."""
 
 from __future__ import annotations
 
@@ -17,31 +17,34 @@ from mjbiped.sweeps.cell import FAILED, Row
 
 VIOLATING = "steps_violating_contact"
 FORGETTING = 5
-"""Steps on ground as rough as it goes on in which a walk forgets how it began."""
+"""Number of steps on ground of full roughness in which a walk forgets how it began."""
 SOLE = "foot_length_99_percent_m"
 TORQUES = tuple(f"peak_{joint}_torque_Nm" for joint in KneedBiped.joints)
 
 
 @dataclass(frozen=True)
 class Findings:
-    """Of one controller in one engine.
+    """Findings of one controller in one engine.
 
     Attributes:
-        controller: Its label.
+        controller: The controller's label.
         engine: The engine's name.
         level: The row of its walk on level ground.
-        survival: By random ground.
-        settled: The same walks after the transient: from where the ground is as rough as it goes on, and `FORGETTING`
-            steps more.
-        costs: By random ground the cost of transport of all walks on it; NaN where it is not known.
+        survival: Survival of the walks on each random ground.
+        settled: Survival after the transient, which ends `FORGETTING` steps after the ground has reached its full
+            roughness, on each random ground.
+        costs: Cost of transport of all walks on each random ground; NaN where it is not known.
         soles: Length of the foot that would hold the centre of pressure for 99 % of the time, m: on level ground
-            ("level"), by random ground the median of the walks, by disturbance the greatest at the limit; NaN likewise.
-        limits: By disturbance, single ones and those of whole walks, survived on ground as there is.
-        limits_violating: The same of walks on ground that no foot has, too: see `mjbiped.records.measures.violations`.
-        violating: By random ground the share of steps on such ground; NaN where it is not known.
-        basin: Share of the first rates of the legs from which it walks on; NaN where none were tried.
-        basin_area: Area of these rates, rad^2/s^2; NaN likewise.
-        errors: Texts of walks that an error ended: those on random ground do not count, others are not survived.
+            ("level"), by random ground the median of the walks, by disturbance the greatest at the limit; NaN where
+            it is not known.
+        limits: Limit of each disturbance, single or lasting, on ground that real feet could stand on.
+        limits_violating: Limits that also count walks that violate the contact, see
+            `mjbiped.records.measures.violations`.
+        violating: Share of steps that violate the contact, on each random ground; NaN where it is not known.
+        basin: Share of the first rates of the legs from which the robot walks on; NaN where none were tried.
+        basin_area: Area of these rates, rad^2/s^2; NaN where none were tried.
+        errors: Texts of the errors that ended walks; such walks do not count on random ground, and are not survived
+            otherwise.
     """
 
     controller: str
@@ -60,46 +63,46 @@ class Findings:
 
     @property
     def level_cost(self) -> float:
-        """Cost of transport on level ground; NaN where it did not walk there."""
+        """Cost of transport on level ground; NaN where the robot did not walk there."""
         return _number(self.level, "cost_of_transport")
 
 
 @dataclass(frozen=True)
 class Robustness:
-    """What a study has found.
+    """Findings of a robustness study.
 
     Attributes:
-        plan: What was asked.
-        findings: Controller by controller, engine by engine.
+        plan: The plan of the study.
+        findings: Findings of each controller in each engine.
     """
 
     plan: Plan
     findings: tuple[Findings, ...]
 
     def of(self, engine: str) -> list[Findings]:
-        """Those of an engine, in the order of the file."""
+        """Findings in one engine, in the order of the file."""
         return [each for each in self.findings if each.engine == engine]
 
     def ratios(self, engine: str, ground: str) -> dict[str, tuple[float, float, float]]:
-        """By the label of each controller but the first: its mean steps to a fall by the first one's; see `ratio`."""
+        """Mean steps to a fall of each other controller in multiples of the first one's, by label; see `ratio`."""
         first, *others = self.of(engine)
         return {each.controller: ratio(each.settled[ground], first.settled[ground]) for each in others}
 
     def summary(self) -> dict[str, Any]:
-        """All of it in plain JSON types; null stands for what is infinite or was not walked."""
-        plan = self.plan
+        """Summarise all findings in plain JSON types; null stands for what is infinite or was not walked."""
+        plan, limits, margins = self.plan, self.plan.limits, self.plan.margins
         return {
             "confidence": CONFIDENCE,
             "scuffing": {"reach_leg_lengths": plan.scuffing.reach, "delay_s": plan.scuffing.delay},
-            "limits": {"share": plan.share, "phases": plan.phases, "torque_Nm": plan.torque, "basin": plan.basin},
-            "margins": {"share": plan.margin_share, "ground": plan.margin_ground, "steps": plan.margin_steps},
+            "limits": {"share": limits.share, "phases": plan.phases, "torque_Nm": limits.torque, "basin": plan.basin},
+            "margins": {"share": margins.share, "ground": plan.margin_ground, "steps": margins.steps},
             "random_ground": {"seeds": plan.seeds, "steps": plan.steps},
             "controllers": [_summary(self, each) for each in self.findings],
         }
 
 
 def found(plan: Plan, rows: Sequence[Row]) -> Robustness:
-    """The findings of a plan's rows."""
+    """Evaluate the rows of a plan."""
     return Robustness(
         plan,
         tuple(_findings(plan, controller, engine, rows) for engine in plan.engines for controller in plan.controllers),
@@ -123,13 +126,13 @@ def _findings(plan: Plan, controller: str, engine: str, rows: Iterable[Row]) -> 
             soles[ground] = float(np.median(lengths)) if lengths else math.nan
             violating[ground] = sum(_number(row, VIOLATING) for row in there) / max(sum(survival[ground].steps), 1)
     limits, limits_violating = (
-        {test: _limit(plan, test, mine, on_any_ground) for test in (*plan.disturbances, *plan.margins)}
+        {test: _limit(plan, test, mine, on_any_ground) for test in (*plan.limits.magnitudes, *plan.margins.magnitudes)}
         for on_any_ground in (False, True)
     )
     for test, limit in limits.items():
         at = [_number(row, SOLE) for row in mine if row["test"] == test and row["magnitude"] == limit.greatest]
         soles[test] = max(at, default=math.nan)
-    recovered = [_survived(row, plan.torque) for row in mine if row["test"] == BASIN]
+    recovered = [_survived(row, plan.limits.torque) for row in mine if row["test"] == BASIN]
     basin = sum(recovered) / len(recovered) if recovered else math.nan
     errors = tuple(dict.fromkeys(row["error"] for row in mine if row["outcome"] == FAILED))
     area = basin * _window(plan, controller)
@@ -151,7 +154,7 @@ def _findings(plan: Plan, controller: str, engine: str, rows: Iterable[Row]) -> 
 
 
 def _transient(ground: str, level: Row) -> int:
-    """Steps, as long as on level ground, until a ground is as rough as it goes on and the start is forgotten."""
+    """Number of steps, as long as on level ground, until a ground has its full roughness and the start is forgotten."""
     length = _number(level, "mean_step_length_m")
     return math.ceil(rough_from(ground) / length) + FORGETTING if length > 0.0 else FORGETTING
 
@@ -164,20 +167,19 @@ def _cost(rows: Sequence[Row]) -> float:
 
 
 def _limit(plan: Plan, test: str, rows: Iterable[Row], on_any_ground: bool) -> Limit:
-    """The greatest magnitude of a test that a controller survives, be it on ground that no foot has or not."""
-    single = test in DISTURBANCES
+    """Find the greatest magnitude that a controller survives, with or without walks that violate the contact."""
+    kind = {**DISTURBANCES, **MARGINS}[test]
+    trial = plan.limits if test in DISTURBANCES else plan.margins
     survived: dict[float, list[bool]] = {}
     for row in rows:
         if row["test"] == test:
-            borne = _survived(row, plan.torque if single else None, on_any_ground)
-            survived.setdefault(row["magnitude"], []).append(borne and (single or MARGINS[test].borne(row)))
-    if single:
-        return limit_of(DISTURBANCES[test], survived, plan.share)
-    return limit_of(MARGINS[test], survived, plan.margin_share)
+            walked_on = _survived(row, trial.torque, on_any_ground)
+            survived.setdefault(row["magnitude"], []).append(walked_on and kind.borne(row))
+    return limit_of(kind, survived, trial.share)
 
 
 def _window(plan: Plan, controller: str) -> float:
-    """Area of the first rates that were tried, rad^2/s^2; 0 of none."""
+    """Area of the first rates that were tried, rad^2/s^2; 0 where none were."""
     cells = [cell.values for cell in plan.study.cells if cell.values["test"] == BASIN]
     area = 1.0
     for rate in ("initial.dq1", "initial.dq2"):
@@ -187,7 +189,7 @@ def _window(plan: Plan, controller: str) -> float:
 
 
 def _survived(row: Row, torque: float | None, on_any_ground: bool = False) -> bool:
-    """Whether it walked on, with no more torque than is allowed and, unless any will do, on ground as there is."""
+    """Whether a robot walked on within the torque allowed and, unless accepted, without violating the contact."""
     if row["outcome"] not in SURVIVED or (row[VIOLATING] and not on_any_ground):
         return False
     return torque is None or all(row[name] <= torque for name in TORQUES if row.get(name) is not None)

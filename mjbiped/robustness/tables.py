@@ -1,11 +1,12 @@
-"""The findings of a robustness study as tables that put all controllers side by side, on a terminal and in a file."""
+"""Tables of a robustness study that put all controllers side by side, on a terminal and in a file."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from rich.table import Table
 from rich.text import Text
@@ -15,25 +16,28 @@ from mjbiped.errors import RecordError
 from mjbiped.records.tables import bare_table
 from mjbiped.robustness.limits import Limit
 from mjbiped.robustness.result import FORGETTING, Findings, Robustness
-from mjbiped.robustness.walks import LEVEL, LEVEL_STEPS, rough_from
+from mjbiped.robustness.walks import LEVEL, LEVEL_STEPS, Trial, rough_from
 from mjbiped.utils.files import saved
 
 TABLES = "robustness.md"
-"""File in a study's folder that the tables stand in."""
-
+"""Name of the file with the tables in a study's folder."""
 
 SOLE_WORDS = "sole: length of the foot that would hold the ankle's centre of pressure for 99 % of the time"
 VIOLATING_WORDS = "in brackets on ground that no foot has as well: it pulls, or has friction over 0.8"
 
 
+Columns: TypeAlias = dict[str, Callable[[Findings], str]]
+"""Functions that write a controller's cell, by the column's heading."""
+
+
 class Sheet(NamedTuple):
-    """A table before it is set.
+    """A table's texts, for a terminal and for Markdown.
 
     Attributes:
-        title: What it is about.
-        headings: Of the columns.
-        rows: One a controller.
-        caption: What the numbers are of.
+        title: Subject of the table.
+        headings: Headings of the columns.
+        rows: Cells of each controller.
+        caption: What the numbers mean.
     """
 
     title: str
@@ -43,94 +47,79 @@ class Sheet(NamedTuple):
 
 
 def sheets(robustness: Robustness) -> Iterator[Sheet]:
-    """For each engine a table of level walking and single disturbances, of margins, and one for each random ground."""
+    """Make each engine's tables: level walking and single disturbances, soles, margins, and each random ground."""
     plan = robustness.plan
     for engine in plan.engines:
         yield _level(robustness, engine)
-        if plan.disturbances:
+        if plan.limits.magnitudes:
             yield _soles(robustness, engine)
-        if plan.margins:
+        if plan.margins.magnitudes:
             yield _margins(robustness, engine)
         for ground in plan.grounds:
             yield _random(robustness, engine, ground)
 
 
+def _sheet(title: str, findings: Sequence[Findings], columns: Columns, caption: str) -> Sheet:
+    """Make a table with a row for each controller."""
+    rows = tuple((each.controller, *(cell(each) for cell in columns.values())) for each in findings)
+    return Sheet(title, ("controller", *columns), rows, caption)
+
+
 def _level(robustness: Robustness, engine: str) -> Sheet:
     plan, findings = robustness.plan, robustness.of(engine)
-    return Sheet(
-        f"Level ground{' and single disturbances' if plan.disturbances else ''}, {engine} engine",
-        (
-            "controller",
-            "c_mt, level",
-            "speed (m/s)",
-            "sole (m)",
-            *(_heading(findings[0], test) for test in plan.disturbances),
-            *(["basin (rad²/s²)"] if plan.basin else []),
-        ),
-        tuple(
-            (
-                each.controller,
-                _digits(each.level_cost, ".4f"),
-                _digits(each.level.get("speed_m_per_s"), ".3f"),
-                _digits(each.soles[LEVEL], ".2f"),
-                *(_limit(each, test) for test in plan.disturbances),
-                *([_basin(each)] if plan.basin else []),
-            )
-            for each in findings
-        ),
+    columns: Columns = {
+        "c_mt, level": lambda each: _digits(each.level_cost, ".4f"),
+        "speed (m/s)": lambda each: _digits(each.level.get("speed_m_per_s"), ".3f"),
+        "sole (m)": lambda each: _digits(each.soles[LEVEL], ".2f"),
+        **_limits(findings, plan.limits),
+    }
+    if plan.basin:
+        columns["basin (rad²/s²)"] = _basin
+    title = f"Level ground{' and single disturbances' if plan.limits.magnitudes else ''}, {engine} engine"
+    return _sheet(
+        title,
+        findings,
+        columns,
         f"{conditions(robustness)}; {VIOLATING_WORDS}; {SOLE_WORDS}; {scuffing_words(robustness)}",
     )
 
 
 def _soles(robustness: Robustness, engine: str) -> Sheet:
-    tests = robustness.plan.disturbances
-    return Sheet(
+    return _sheet(
         f"Soles at these limits (m), {engine} engine",
-        ("controller", *tests),
-        tuple(
-            (each.controller, *(_digits(each.soles[test], ".2f") for test in tests)) for each in robustness.of(engine)
-        ),
+        robustness.of(engine),
+        {test: partial(_sole, test=test) for test in robustness.plan.limits.magnitudes},
         f"{SOLE_WORDS}, the greatest of all phases; {scuffing_words(robustness)}",
     )
 
 
 def _margins(robustness: Robustness, engine: str) -> Sheet:
     plan, findings = robustness.plan, robustness.of(engine)
-    return Sheet(
+    return _sheet(
         f"Margins on {plan.margin_ground}, {engine} engine",
-        ("controller", *(_heading(findings[0], test) for test in plan.margins)),
-        tuple((each.controller, *(_limit(each, test) for test in plan.margins)) for each in findings),
-        f"hardest with which {plan.margin_share:.0%} of {plan.seeds} walks make {plan.margin_steps} steps; "
+        findings,
+        _limits(findings, plan.margins),
+        f"hardest with which {plan.margins.share:.0%} of {plan.seeds} walks make {plan.margins.steps} steps; "
         f"{VIOLATING_WORDS}; {scuffing_words(robustness)}",
     )
 
 
 def _random(robustness: Robustness, engine: str, ground: str) -> Sheet:
     plan, findings = robustness.plan, robustness.of(engine)
-    return Sheet(
+    survival = {each.controller: _survival(each.settled.get(ground)) for each in findings}
+    return _sheet(
         f"{ground}, {engine} engine",
-        (
-            "controller",
-            "c_mt there",
-            "sole (m)",
-            "falls",
-            "steps to a fall (95 %)",
-            "λ₂",
-            "misfit",
-            "violating",
-            f"times that of {findings[0].controller} (95 %)",
-        ),
-        tuple(
-            (
-                each.controller,
-                _digits(each.costs.get(ground), ".4f"),
-                _digits(each.soles.get(ground), ".2f"),
-                *_survival(each.settled.get(ground)),
-                _share(each.violating.get(ground, math.nan)),
-                _times(robustness, each, ground),
-            )
-            for each in findings
-        ),
+        findings,
+        {
+            "c_mt there": lambda each: _digits(each.costs.get(ground), ".4f"),
+            "sole (m)": lambda each: _digits(each.soles.get(ground), ".2f"),
+            "falls": lambda each: survival[each.controller][0],
+            "steps to a fall (95 %)": lambda each: survival[each.controller][1],
+            "λ₂": lambda each: survival[each.controller][2],
+            "misfit": lambda each: survival[each.controller][3],
+            "violating": lambda each: _share(each.violating.get(ground, math.nan)),
+            f"times that of {findings[0].controller} (95 %)": lambda each: _times(robustness, each, ground),
+        },
         f"{plan.seeds} grounds, at most {plan.steps} steps on each; {SOLE_WORDS}, median of the walks; falls after the "
         f"transient of {rough_from(ground):g} m and {FORGETTING} steps; λ₂: probability of the next step, misfit: of "
         "its geometric distribution, off the Kaplan-Meier curve; violating: steps on ground that no foot has; "
@@ -139,7 +128,7 @@ def _random(robustness: Robustness, engine: str, ground: str) -> Sheet:
 
 
 def robustness_tables(robustness: Robustness) -> list[Table]:
-    """The tables for a terminal."""
+    """Make the tables for a terminal."""
     tables = []
     for sheet in sheets(robustness):
         table = bare_table(*sheet.headings)
@@ -168,7 +157,7 @@ def write_tables(robustness: Robustness, path: Path) -> Path:
 
 
 def scuffing_words(robustness: Robustness) -> str:
-    """The scuffing rule in words: results on ascending steps depend on it."""
+    """Describe the scuffing rule, on which results on ascending steps depend."""
     rule, knees = robustness.plan.scuffing, {cell.knees for cell in robustness.plan.study.cells}
     if knees == {True}:
         return "the swing foot collides from lift-off on"
@@ -177,15 +166,15 @@ def scuffing_words(robustness: Robustness) -> str:
 
 
 def conditions(robustness: Robustness) -> str:
-    """What the greatest disturbances are of, in words."""
-    plan, parts = robustness.plan, []
-    if plan.disturbances:
-        parts.append(f"greatest disturbances that {plan.share:.0%} of {plan.phases} phases of the step survive")
+    """Describe the cases in which the greatest disturbances were found."""
+    plan, limits, parts = robustness.plan, robustness.plan.limits, []
+    if limits.magnitudes:
+        parts.append(f"greatest disturbances that {limits.share:.0%} of {plan.phases} phases of the step survive")
     if plan.basin:
         parts.append(f"basin of {plan.basin}² first rates of the legs")
     if not parts:
         return f"{LEVEL_STEPS} steps on level ground"
-    within = "" if plan.torque is None else f", within {plan.torque:g} N m"
+    within = "" if limits.torque is None else f", within {limits.torque:g} N m"
     return f"{'; '.join(parts)}{within}"
 
 
@@ -193,9 +182,14 @@ def _digits(value: float | None, form: str) -> str:
     return "-" if value is None or math.isnan(value) else format(value, form)
 
 
-def _heading(each: Findings, test: str) -> str:
-    unit = each.limits[test].unit
-    return f"{test} ({unit})" if unit else test
+def _limits(findings: Sequence[Findings], trial: Trial) -> Columns:
+    """Make the columns of the greatest disturbances survived."""
+    units = {test: findings[0].limits[test].unit for test in trial.magnitudes}
+    return {f"{test} ({unit})" if unit else test: partial(_limit, test=test) for test, unit in units.items()}
+
+
+def _sole(each: Findings, test: str) -> str:
+    return _digits(each.soles[test], ".2f")
 
 
 def _limit(each: Findings, test: str) -> str:
@@ -226,7 +220,7 @@ def _count(value: float) -> str:
 
 
 def _survival(walks: Survival | None) -> tuple[str, ...]:
-    """Falls, mean number of steps to one with its interval, second eigenvalue and misfit."""
+    """Write the number of falls, the mean number of steps to a fall with its interval, second eigenvalue and misfit."""
     if walks is None or not (walks.falls or any(walks.steps)):
         return ("-",) * 4
     low, high = walks.interval
@@ -237,7 +231,7 @@ def _survival(walks: Survival | None) -> tuple[str, ...]:
 
 
 def _times(robustness: Robustness, each: Findings, ground: str) -> str:
-    """How many times as many steps as the first controller, and the interval."""
+    """Write the ratio of the number of steps to a fall to the first controller's, with its interval."""
     first = robustness.of(each.engine)[0]
     if each is first or ground not in each.settled or ground not in first.settled:
         return ""

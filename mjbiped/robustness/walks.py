@@ -1,12 +1,13 @@
-"""The walks that a robustness study asks for."""
+"""The plan of a robustness study, and its walks."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from inspect import signature
 from pathlib import Path
+from typing import NamedTuple
 
 from mjbiped.errors import InputError, shown
 from mjbiped.gaits.gait import Periodic
@@ -16,9 +17,8 @@ from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.sweeps.cell import LIMIT, Cell
 from mjbiped.sweeps.plan import Study
 from mjbiped.sweeps.values import Scalar
-from mjbiped.terrain.families import GROWN, START
 from mjbiped.terrain.files import FILE_KEY, parse_parameters
-from mjbiped.terrain.presets import RANDOM
+from mjbiped.terrain.presets import GROWN, RANDOM, START
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import known_name
 
@@ -28,141 +28,163 @@ level ground from other first rates than the gait's."""
 
 LEVEL_STEPS = 40
 BASIN_WIDTH = 3.0
-"""How many times as wide as usual the basin's grid is: from all of the usual one controllers find back."""
+"""Width of the basin's grid in multiples of the usual one, from all of which controllers return to their cycle."""
 
 _BEFORE = 3  # steps before a disturbance comes
 
 LONGEST_STEP = 0.6
-"""Ground that each step of a walk on random ground is given, m."""
+"""Length of random ground that is laid for each step of a walk, m."""
 
 _FALLBACK = 0.38  # step length of a controller that imitates no gait, in leg lengths
 
 
 @dataclass(frozen=True)
+class Trial:
+    """Disturbances that are tried in the same way.
+
+    Attributes:
+        magnitudes: The magnitudes that are tried, by the disturbance's name.
+        steps: Number of steps that must be made after a single disturbance, or under a lasting one.
+        share: Share of the cases that must be survived.
+        torque: Greatest torque of either joint with which a case counts as survived, N m; None: any.
+    """
+
+    magnitudes: Mapping[str, tuple[float, ...]]
+    steps: int
+    share: float
+    torque: float | None = None
+
+
+@dataclass(frozen=True)
 class Plan:
-    """What a robustness study is.
+    """What a robustness study tries.
 
     Attributes:
         study: Its walks.
-        controllers: Their labels.
-        engines: Their names.
+        controllers: Settings of the controllers and of their robots, by label.
+        engines: Names of the engines.
         grounds: Random grounds, as the command line writes them.
-        seeds: Number of each of them.
-        steps: Most steps on them.
-        disturbances: Names of those that are tried.
-        share: Of the cases of a disturbance that must be survived.
-        phases: Number of phases of the step at which it comes.
-        steps_after: Steps that must be made after it.
-        torque: Greatest torque of either joint with which it counts as survived, N m; None: any.
+        seeds: Number of grounds of each kind.
+        steps: Greatest number of steps on them.
+        limits: Single disturbances of level ground.
+        phases: Number of phases of the step at which each of them comes.
         basin: Number of first rates of either leg from which walks on level ground begin; 0: none do.
-        margins: Names of the disturbances of whole walks that are tried.
+        margins: Disturbances of whole walks over rough ground.
         margin_ground: The rough ground under them.
-        margin_steps: Steps that must be made there.
-        margin_share: Of the seeds on which they must be.
         scuffing: The rule of all walks.
     """
 
     study: Study
-    controllers: tuple[str, ...]
+    controllers: Mapping[str, Mapping[str, Scalar]]
     engines: tuple[str, ...]
     grounds: tuple[str, ...]
     seeds: int
     steps: int
-    disturbances: tuple[str, ...]
-    share: float
+    limits: Trial
     phases: int
-    steps_after: int
-    torque: float | None
     basin: int
-    margins: tuple[str, ...]
+    margins: Trial
     margin_ground: str
-    margin_steps: int
-    margin_share: float
     scuffing: ScuffingRule
 
+    @property
+    def count(self) -> int:
+        """Number of walks."""
+        single, lasting = (sum(map(len, trial.magnitudes.values())) for trial in (self.limits, self.margins))
+        each = 1 + self.phases * single + self.basin**2 + self.seeds * (len(self.grounds) + lasting)
+        return len(self.engines) * len(self.controllers) * each
 
-def walks_of(
-    wanted: Plan,
-    labelled: Mapping[str, Mapping[str, Scalar]],
-    chosen: Mapping[str, Sequence[float]],
-    lasting: Mapping[str, Sequence[float]],
-    laws: Mapping[str, str],
-) -> Iterator[Cell]:
-    """All walks, the short ones first.
 
-    Args:
-        wanted: The plan, whose study is not read.
-        labelled: Settings of the controllers and of their robots by the controllers' labels.
-        chosen: Magnitudes by disturbance.
-        lasting: Magnitudes by disturbance of whole walks.
-        laws: Where the user's own controllers are.
+class _Asked(NamedTuple):
+    """A walk before it is a cell: its columns in the table, and values of the cell that are its own."""
+
+    engine: str
+    test: str
+    controller: str
+    steps: int
+    told: Mapping[str, Scalar]
+    columns: Mapping[str, Scalar]
+
+
+def walks_of(wanted: Plan) -> Iterator[Cell]:
+    """Make all walks of a plan, whose study has no cells yet; the short walks come first.
 
     Raises:
-        InputError: A random ground is none.
+        InputError: The words of a random ground are not valid.
     """
-    count = itertools.count()
     rule = {"scuffing.reach": wanted.scuffing.reach, "scuffing.delay": wanted.scuffing.delay}
-    robots = {label: Cell(0, None, settings).robot() for label, settings in labelled.items()}
     records: dict[Scalar | None, Terrain] = {}
-    folder = wanted.study.path.parent
-    grounds = {words: _ground(words, wanted.steps, folder, records) for words in wanted.grounds}
-
-    def cell(engine: str, test: str, label: str, steps: int, told: Mapping[str, Scalar], **columns: Scalar) -> Cell:
-        settings, straight = labelled[label], not robots[label].knees
+    plain = {label: _plain_cell(wanted, label) for label in wanted.controllers}
+    for index, walk in enumerate(_asked(wanted, plain, records)):
         values = {
-            "engine": engine,
-            "test": test,
-            "controller": label,
-            **columns,
-            f"{LIMIT}.steps": steps,
-            **({} if test == BASIN else {"initial": "gait"}),
-            **(rule if straight else {}),
-            **settings,
-            **told,
+            "engine": walk.engine,
+            "test": walk.test,
+            "controller": walk.controller,
+            **walk.columns,
+            f"{LIMIT}.steps": walk.steps,
+            **({} if walk.test == BASIN else {"initial": "gait"}),
+            **({} if plain[walk.controller].knees else rule),
+            **wanted.controllers[walk.controller],
+            **walk.told,
         }
-        record, law = records.get(told.get("terrain.file")), laws.get(str(settings["controller.name"]))
-        return Cell(next(count), None, values, record, law)
+        record = records.get(walk.told.get("terrain.file"))
+        yield Cell(index, None, values, record, plain[walk.controller].law)
 
+
+def _plain_cell(wanted: Plan, label: str) -> Cell:
+    """Make a cell with nothing but a controller and its robot."""
+    settings = wanted.controllers[label]
+    return Cell(0, None, settings, None, wanted.study.laws.get(str(settings["controller.name"])))
+
+
+def _asked(wanted: Plan, plain: Mapping[str, Cell], records: dict[Scalar | None, Terrain]) -> Iterator[_Asked]:
+    """List all walks, and read the files of their grounds into the records."""
+    folder, level = wanted.study.path.parent, {"terrain.name": "level"}
+    grounds = {words: _ground(words, wanted.steps, folder, records) for words in wanted.grounds}
+    after, whole = wanted.limits.steps, wanted.margins.steps
+    rough = _ground(wanted.margin_ground, whole, folder, records)
     for engine in wanted.engines:
-        for label in wanted.controllers:
-            yield cell(engine, LEVEL, label, LEVEL_STEPS, {"terrain.name": "level"})
-        for label in wanted.controllers:
-            gait, leg_length = _imitated(labelled[label], laws)
-            length = float(gait.step_length) if gait is not None else _FALLBACK * leg_length
-            for test, magnitudes in chosen.items():
-                for magnitude, phase in itertools.product(magnitudes, range(wanted.phases)):
-                    place = (_BEFORE + (phase + 0.5) / wanted.phases) * length
-                    told = DISTURBANCES[test].values(magnitude, place)
-                    steps = _BEFORE + 1 + wanted.steps_after
-                    yield cell(engine, test, label, steps, told, magnitude=magnitude, case=phase)
+        for label in plain:
+            yield _Asked(engine, LEVEL, label, LEVEL_STEPS, level, {})
+        for label, cell in plain.items():
+            robot, gait = cell.robot(), cell.controller().gait
+            length = float(gait.step_length) if gait is not None else _FALLBACK * robot.leg_length
+            for test, magnitude, phase in _cases(wanted.limits, wanted.phases):
+                place = (_BEFORE + (phase + 0.5) / wanted.phases) * length
+                told = DISTURBANCES[test].told(magnitude, engine, robot, place)
+                columns: dict[str, Scalar] = {"magnitude": magnitude, "case": phase}
+                yield _Asked(engine, test, label, _BEFORE + 1 + after, told, columns)
             for case, rates in enumerate(_first_rates(gait, wanted.basin)):
-                yield cell(engine, BASIN, label, wanted.steps_after, {"terrain.name": "level", **rates}, case=case)
-        rough = _ground(wanted.margin_ground, wanted.margin_steps, folder, records)
-        for label, (test, magnitudes) in itertools.product(wanted.controllers, lasting.items()):
-            for magnitude, seed in itertools.product(magnitudes, range(wanted.seeds)):
-                told = {**rough, "terrain.seed": seed, **MARGINS[test].told(magnitude, engine, robots[label])}
-                if any(name.startswith("disturbances.") for name in told):
-                    told["disturbances.seed"] = seed
-                steps = wanted.margin_steps
-                yield cell(
-                    engine, test, label, steps, told, ground=wanted.margin_ground, magnitude=magnitude, case=seed
-                )
-        for words, seed, label in itertools.product(wanted.grounds, range(wanted.seeds), wanted.controllers):
+                yield _Asked(engine, BASIN, label, after, {**level, **rates}, {"case": case})
+        for label, (test, magnitude, seed) in itertools.product(plain, _cases(wanted.margins, wanted.seeds)):
+            told = {**rough, "terrain.seed": seed, **MARGINS[test].told(magnitude, engine, plain[label].robot())}
+            if any(name.startswith("disturbances.") for name in told):
+                told["disturbances.seed"] = seed
+            columns = {"ground": wanted.margin_ground, "magnitude": magnitude, "case": seed}
+            yield _Asked(engine, test, label, whole, told, columns)
+        for words, seed, label in itertools.product(grounds, range(wanted.seeds), plain):
             told = {**grounds[words], "terrain.seed": seed}
-            yield cell(engine, SURVIVAL, label, wanted.steps, told, ground=words, case=seed)
+            yield _Asked(engine, SURVIVAL, label, wanted.steps, told, {"ground": words, "case": seed})
+
+
+def _cases(trial: Trial, count: int) -> Iterator[tuple[str, float, int]]:
+    """List name, magnitude and case of all that is tried, with a number of cases of each magnitude."""
+    for test, magnitudes in trial.magnitudes.items():
+        for magnitude, case in itertools.product(magnitudes, range(count)):
+            yield test, magnitude, case
 
 
 def _ground(words: object, steps: int, folder: Path, records: dict[Scalar | None, Terrain]) -> dict[str, Scalar]:
-    """A random ground of the command line's words, as a cell takes it; the file that it names is added to the records.
+    """Read a random ground as a cell takes it; the file that it names is added to the records.
 
     Args:
-        words: As the study says them.
-        steps: Of the walks on it.
-        folder: Where files are looked for.
+        words: The ground as the command line writes it.
+        steps: Number of steps of the walks on it.
+        folder: Folder in which files are looked for.
         records: Terrains of files that have been read, by their names.
 
     Raises:
-        InputError: They mean none.
+        InputError: The words describe no random ground.
     """
     if not isinstance(words, str):
         raise InputError(f"a random ground is a text, as 'treads:deviation=0.03', got {shown(words)}")
@@ -187,7 +209,7 @@ def _ground(words: object, steps: int, folder: Path, records: dict[Scalar | None
 
 
 def rough_from(words: str) -> float:
-    """Where a random ground, as the command line writes it, has grown as rough as it goes on, m."""
+    """Distance after which a random ground, as the command line writes it, has its full roughness, m."""
     name, _, rest = words.partition(":")
     if name != "waves":
         return START
@@ -195,14 +217,8 @@ def rough_from(words: str) -> float:
     return START + GROWN * float((parse_parameters(rest) if rest else {}).get("longest", usual))
 
 
-def _imitated(settings: Mapping[str, Scalar], laws: Mapping[str, str]) -> tuple[Periodic | None, float]:
-    """The gait that a controller imitates on level ground, and the leg length of its robot, m."""
-    cell = Cell(0, None, settings, None, laws.get(str(settings["controller.name"])))
-    return cell.controller().gait, cell.robot().leg_length
-
-
 def _first_rates(gait: Periodic | None, count: int) -> Iterator[dict[str, Scalar]]:
-    """First states of the basin's slice, as a cell takes them; none where there is no gait to be found again."""
+    """Initial states of the basin's slice, as a cell takes them; none for a controller without a gait."""
     if gait is None or not count:
         return
     half = len(gait.start) // 2

@@ -35,9 +35,10 @@ def precompile(
     workers: int | None = None,
     progress: bool = True,
 ) -> dict[str, list[str]]:
-    """Compile what walks of controllers need, in processes side by side; what is on disk already costs a second or two.
+    """Compile the laws and engines that walks of controllers need, in parallel processes.
 
     Machine code depends on the kinds of robot and of a controller's settings, not on their values, nor on the terrain.
+    What is cached on disk already costs a second or two.
 
     Args:
         controllers: Names of controllers, registered or a user's own; unless given, all that are registered.
@@ -98,7 +99,7 @@ def precompile(
 
 
 def _walk_a_step(unit: Unit) -> None:
-    """In a process of its own: a walk of one step compiles all that it needs, and shows that it works."""
+    """Walk one step, in a process of its own: that compiles all that the walk needs, and shows that it works."""
     engine, name, robot = unit
     given = {"imitate_slope_deg": 2.5} if robot.knees and "imitate_slope_deg" in settings_of(name, robot) else {}
     walk(make_controller(name, robot, given), Terrain.incline(2.5), engine=engine, robot=robot, steps=1, progress=False)

@@ -58,7 +58,7 @@ class WalksInterrupted(KeyboardInterrupt):
 
 
 class _Options(TypedDict, total=False):
-    """What the overloads of `walk_many` have in common."""
+    """Keyword arguments that the overloads of `walk_many` have in common."""
 
     engine: str | Engine
     steps: int | None
@@ -121,8 +121,8 @@ def walk_many(
 
     Args:
         controllers: One for all walks, or one each.
-        terrains: The same. Of two sequences the first goes with the first, and so on.
-        engine: As for `walk`, as all that is not told here.
+        terrains: One for all walks, or one each; the first terrain goes with the first controller, and so on.
+        engine: See `walk`.
         steps: See `walk`.
         distance: See `walk`.
         initial: One for all walks, or a sequence of one each.
@@ -157,7 +157,7 @@ def walk_many(
     ):
         batch = Batch(plans, summaries, workers, bar)
         try:
-            terms.engine.run_many(batch)
+            batch.run()
         except KeyboardInterrupt as stop:
             raise WalksInterrupted(batch.results, batch.errors) from stop
     if batch.errors:
@@ -208,7 +208,7 @@ def _plans(
 
 
 def _stopped(batch: Batch) -> WalksStopped:
-    """The error that tells of the broken walks."""
+    """The error that reports the broken walks."""
     first, count = min(batch.errors), len(batch.results)
     others = count - len(batch.errors)
     error = WalksStopped(

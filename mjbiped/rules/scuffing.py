@@ -27,9 +27,9 @@ class ScuffingRule:
     """The swing foot starts to collide at the first moment when all three hold, and stops where it comes nearer again.
 
     Attributes:
-        reach: It is this far ahead of the stance foot, horizontally, in leg lengths.
-        delay: This much time has passed since the support transfer, s.
-        name: For records; the third condition, that it is above the ground at its own position, has no parameter.
+        reach: Least horizontal distance of the swing foot ahead of the stance foot, in leg lengths.
+        delay: Least time since the support transfer, s.
+        name: Name in records; the third condition, that it is above the ground at its own position, has no parameter.
     """
 
     reach: float = 0.20
@@ -37,20 +37,20 @@ class ScuffingRule:
     name: str = "drawn in until ahead"
 
     def __post_init__(self) -> None:
-        """Refuse a reach, a delay or a name that is none.
+        """Refuse a reach or a delay outside its domain, and a name that is no text.
 
         Raises:
-            InputError: One is; see `mjbiped.utils.domains`.
+            InputError: A value is outside its domain; see `mjbiped.utils.domains`.
         """
         domains.check_fields(self, reach=domains.REACH, delay=domains.DELAY)
         domains.check_text("name", self.name)
 
 
 def chosen(scuffing: ScuffingRule | None) -> ScuffingRule:
-    """The rule that is given, or the engines' own.
+    """The given rule, or the default one.
 
     Raises:
-        InputError: What is given is none.
+        InputError: The given object is no scuffing rule.
     """
     return ScuffingRule() if scuffing is None else domains.check_kind("scuffing", scuffing, ScuffingRule)
 
@@ -69,7 +69,7 @@ def swing_foot_collides(reach: float, delay: float, time: float, ahead: float, c
 
 
 def swing_foot_is_drawn_in(reach: float, ahead: float) -> bool:
-    """Whether a swing foot that was let collide passes through the ground again: it has come back too near.
+    """Whether a swing foot that could collide passes through the ground again, having come back too near.
 
     Args:
         reach: Distance ahead that the rule asks for, m.
@@ -82,9 +82,9 @@ def check_landing(gait: Gait, slope: float, rule: ScuffingRule) -> None:
     """Refuse a gait whose swing foot the rule never lets touch the ground: no step of it would end.
 
     Args:
-        gait: That is to be walked, or imitated.
-        slope: Of the ground that it is walked on, rad, positive downhill.
-        rule: The rule.
+        gait: The gait that is walked or imitated.
+        slope: Slope of the ground, rad, positive downhill.
+        rule: The scuffing rule.
 
     Raises:
         InputError: The gait's touchdown is too near or too early.
@@ -109,6 +109,6 @@ def check_landing(gait: Gait, slope: float, rule: ScuffingRule) -> None:
 
 
 def _rounded_down(value: float) -> float:
-    """A positive number, cut after its first digit."""
+    """A positive number rounded down to one digit."""
     digits, _, exponent = f"{value:.17e}".partition("e")
     return float(f"{digits[0]}e{exponent}")

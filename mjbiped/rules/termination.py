@@ -1,4 +1,4 @@
-"""How a walk ends: its outcomes, the thresholds of falls and stalls, and the limits that a walk is judged by."""
+"""Outcomes of walks, thresholds of falls and stalls, and the limits at which a walk ends."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ SLIPPED_FOOT = 0.1  # distance of a stance foot within one step, along the groun
 STALL_TIME = 10.0  # without touchdown, in sqrt(leg length / gravity): four periods of the passive gait
 LIGHT_CONTACT = 0.01  # of the weight: below it the friction ratio is noise
 AVERAGED = 0.016  # least stretch of time that forces are averaged over, and impulses spread over, in the same units
-SUSTAINED = 0.0016  # in the same units: in MuJoCo friction counts where it is asked for so long
+SUSTAINED = 0.0016  # in the same units: time for which MuJoCo must ask for friction until it counts
 
 
 class Outcome(IntEnum):
@@ -34,21 +34,21 @@ class Outcome(IntEnum):
 
 
 class Limits(NamedTuple):
-    """What a walk is judged by: plain numbers that do not change while it lasts.
+    """Termination limits of a walk, as plain numbers that do not change while it lasts.
 
     Attributes:
-        leg_length: m.
-        foot_radius: Of the sphere that stands on the ground, m.
-        rolling_radius: On which a standing foot rolls, m: 0 where the sphere's centre is held.
-        weight: N.
-        reach: Scuffing rule, m.
-        delay: Scuffing rule, s.
+        leg_length: Length of a leg, m.
+        foot_radius: Radius of the sphere that stands on the ground, m.
+        rolling_radius: Radius on which a standing foot rolls, m: 0 where the sphere's centre is held.
+        weight: Weight of the robot, N.
+        reach: Distance of the scuffing rule, m.
+        delay: Time of the scuffing rule, s.
         stall_time: Longest time without touchdown, s.
-        averaged: Least stretch of time that the stance foot's normal force is averaged over, s.
-        airborne: A stance foot that has had no contact for so long is off the ground, s.
-        sustained: Friction counts where it is asked for so long, s.
-        start: Ground begins here, x in m.
-        end: Ground ends here, x in m.
+        averaged: Least time over which the stance foot's normal force is averaged, s.
+        airborne: Time without contact after which a stance foot is off the ground, s.
+        sustained: Time for which friction must be asked for to count, s.
+        start: Position x at which the ground begins, m.
+        end: Position x at which the ground ends, m.
         steps: Touchdowns after which the walk is finished.
         distance: Position of the stance foot at which it is finished, x in m.
     """

@@ -1,21 +1,116 @@
-"""A study's rows put into bins, and the middle of a measure in each."""
+"""Statistics of a study's rows: a summary, labels of its parameters and measures, and bins for its figures."""
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped.records.measures import measures_of, verdict
 from mjbiped.robots.compass import Array
-from mjbiped.sweeps.cell import Row
-from mjbiped.sweeps.labels import parameter_label, value_label
+from mjbiped.robots.kneed import KneedBiped
+from mjbiped.sweeps.cell import FAILED, Row
 from mjbiped.sweeps.plan import FINISHED
 
+SUMMARISED = (
+    "cost_of_transport",
+    "cost_of_transport_net",
+    "speed_m_per_s",
+    "peak_ankle_torque_Nm",
+    "peak_hip_torque_Nm",
+    "estimate_error_at_step_end_deg",
+    "largest_stance_friction",
+    "least_normal_force_weights",
+    "pressure_ahead_m",
+    "pressure_behind_m",
+    "foot_length_99_percent_m",
+)
+QUANTILES = (0.05, 0.5, 0.95)
+
+_SHOWN = 10  # kinds of errors
+
+
+def summarised(rows: Sequence[Row]) -> dict[str, Any]:
+    """Count outcomes, verdicts and errors, and take quantiles of the measures of finished walks, in plain JSON types.
+
+    Quantiles are None where no walk finished or none has the measure.
+    """
+    outcomes = Counter(row["outcome"] for row in rows)
+    verdicts = Counter(verdict(row["outcome"], row["steps_violating_contact"]) for row in rows)
+    finished = [row for row in rows if row["outcome"] == "finished"]
+    quantiles: dict[str, list[float] | None] = {}
+    for name in SUMMARISED:
+        values = [row[name] for row in finished if row[name] is not None]
+        quantiles[name] = np.quantile(values, QUANTILES).tolist() if values else None
+    errors = Counter(row["error"] for row in rows if row["outcome"] == FAILED)
+    first = {row["error"]: row["cell"] for row in reversed(rows)}
+    return {
+        "walks": len(rows),
+        "outcomes": dict(outcomes.most_common()),
+        "verdicts": dict(verdicts.most_common()),
+        "quantiles": list(QUANTILES),
+        "finished": quantiles,
+        "errors": [
+            {"error": error, "walks": count, "first_cell": first[error]} for error, count in errors.most_common(_SHOWN)
+        ],
+    }
+
+
+_WITH_UNIT = {
+    "m": ("lower_length", "upper_length", "distance", "length", "tread", "rise", "first", "segment_length", "roughness",
+          "spacing", "thigh_length", "shank_length", "thigh_centre", "shank_centre"),
+    "s": ("timestep", "contact_timestep", "control_period", "delay", "push_interval", "push_duration"),
+    "rad": ("q1", "q2", "q3", "angle_noise", "angle_bias", "angle_resolution"),
+    "rad/s": ("dq1", "dq2", "dq3", "rate_noise", "rate_bias"),
+    "N m": ("torque_limit",),
+    "N s": ("push_impulse",),
+    "Hz": ("motor_bandwidth",),
+    "kg": ("leg_mass", "hip_mass", "thigh_mass", "shank_mass"),
+    "kg m²": ("leg_inertia", "thigh_inertia", "shank_inertia"),
+    "m/s²": ("gravity",),
+    "1/s": ("position_gain", "velocity_gain"),
+}  # fmt: skip
+_IN_WORDS = {".plus_minus": ", ±", ".low": ", low end", ".high": ", high end", "_deg": "", ".": " ", "_": " "}
+"""Parts of a dotted name, in the order in which they are replaced."""
+
+_UNITS = {name: unit for unit, names in _WITH_UNIT.items() for name in names}
+_MEASURES = {key: (label, factor, unit) for label, key, factor, _, unit in measures_of(KneedBiped)}
+
+
+def parameter_label(name: str) -> str:
+    """Label a varied quantity in words, with its unit."""
+    words = name.removesuffix(".name")
+    for part, said in _IN_WORDS.items():
+        words = words.replace(part, said)
+    units = [_UNITS[part] for part in name.split(".") if part in _UNITS]
+    unit = "°" if "_deg" in name else (units or [""])[0]
+    return f"{words} ({unit})" if unit else words
+
+
+def measure_label(name: str) -> str:
+    """Label a measure in words, with its unit."""
+    if name == FINISHED:
+        return "share that finished"
+    label, _, unit = _MEASURES.get(name, (name.replace("_", " "), 1.0, ""))
+    units = {"largest_impact_error": "", "largest_slip_m": "m", "largest_penetration_m": "m"}  # shown scaled elsewhere
+    unit = units.get(name, unit)
+    return f"{label} ({unit})" if unit else label
+
+
+def value_label(name: str, value: Any) -> str:
+    """Label a value that tells groups apart: a name alone, any other value after its parameter's name."""
+    if name == "engine" or name.endswith((".name", ".file", ".kind")):
+        return str(value)
+    return f"{name.rpartition('.')[2].replace('_', ' ')} {value}"
+
+
 MOST_VALUES = 16
-"""Of a parameter that are shown one by one; more are binned."""
+"""Greatest number of a parameter's values that are shown one by one; more are binned."""
 
 _MOST_PARAMETERS = 3
 _MOST_GROUPS = 5
@@ -27,11 +122,11 @@ class Axis:
     """Bins of a parameter.
 
     Attributes:
-        label: What stands beside it.
+        label: The axis's label.
         bin: Each row's bin, -1 for a row without a value, shape (rows,).
-        edges: Of the bins, shape (count + 1,); 0, 1, 2 ... where each bin has one value.
-        at: Values of the bins, else their middles, shape (count,).
-        ticks: Values of the bins, where each has one; else empty.
+        edges: Edges of the bins, shape (count + 1,); 0, 1, 2 ... where each bin has one value.
+        at: Values of the bins where each has one, else their middles, shape (count,).
+        ticks: Values of the bins as texts where each has one, else empty.
         log: Whether the scale is logarithmic.
     """
 
@@ -54,7 +149,7 @@ class Axis:
 
 
 def values_of(rows: Iterable[Row], name: str) -> Array:
-    """A measure of each row, NaN where it does not count: of walks that did not finish only `FINISHED` does."""
+    """Return a measure of each row; NaN for walks that did not finish, unless it is `FINISHED`."""
     if name == FINISHED:
         return np.array([float(row["outcome"] == "finished") for row in rows])
     return np.array(
@@ -63,7 +158,7 @@ def values_of(rows: Iterable[Row], name: str) -> Array:
 
 
 def middle(values: Array, name: str) -> float:
-    """Median of a measure, or the share of walks that finished; NaN of nothing."""
+    """Median of a measure, or the share of walks that finished; NaN without values."""
     values = values[~np.isnan(values)]
     if not values.size:
         return math.nan
@@ -71,7 +166,7 @@ def middle(values: Array, name: str) -> float:
 
 
 def quartiles(values: Array) -> tuple[float, float]:
-    """Lower and upper quartile of a measure; NaN of nothing."""
+    """Lower and upper quartile of a measure; NaN without values."""
     values = values[~np.isnan(values)]
     if not values.size:
         return math.nan, math.nan
@@ -80,7 +175,7 @@ def quartiles(values: Array) -> tuple[float, float]:
 
 
 def grouped(rows: Sequence[Row], names: Sequence[str]) -> Axis:
-    """A bin for each combination of values that some columns have, in the order in which they come; one for none."""
+    """Make a bin for each combination of values in some columns, in order of appearance; one bin for no columns."""
     keys = [tuple(row[name] for name in names) for row in rows]
     kinds = list(dict.fromkeys(keys))
     places = {kind: i for i, kind in enumerate(kinds)}
@@ -94,19 +189,19 @@ def grouped(rows: Sequence[Row], names: Sequence[str]) -> Axis:
 
 
 def without_seeds(varied: Iterable[str]) -> list[str]:
-    """Names of columns that mean something beside one another."""
+    """Names of varied columns without random seeds, which are no axes."""
     return [name for name in varied if not name.endswith(".seed")]
 
 
 def chosen(rows: Sequence[Row], varied: Sequence[str]) -> tuple[list[str], list[str]]:
-    """What figures of a study show of what varies in it.
+    """Choose the columns that figures of a study show.
 
     Args:
-        rows: Of the table.
-        varied: Names of columns, those that matter most first.
+        rows: Rows of the table.
+        varied: Names of the varied columns, the most important first.
 
     Returns:
-        Names of numeric columns, to be axes, and of those that tell groups of walks apart.
+        Names of numeric columns, to be axes, and names of the columns that tell groups of walks apart.
     """
     numeric = [name for name in varied if all(isinstance(row[name], float | int | None) for row in rows)]
     named = [name for name in varied if name not in numeric]
@@ -116,12 +211,12 @@ def chosen(rows: Sequence[Row], varied: Sequence[str]) -> tuple[list[str], list[
 
 
 def binned(rows: Sequence[Row], name: str, most: int, *, log: bool = False) -> Axis:
-    """A numeric parameter's values one by one where they are few, else in so many bins of equal width.
+    """Bin a numeric parameter: one bin for each value where they are few, else bins of equal width.
 
     Args:
-        rows: Of the table.
-        name: Of its column.
-        most: Number of bins.
+        rows: Rows of the table.
+        name: Name of the parameter's column.
+        most: Number of bins where the values are many.
         log: Whether their widths are equal on a logarithmic scale.
     """
     values = np.array([math.nan if row[name] is None else row[name] for row in rows], dtype=float)

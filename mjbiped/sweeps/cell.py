@@ -1,10 +1,10 @@
-"""One walk of a study: everything that it depends on, and the row that it becomes."""
+"""One walk of a study: its inputs, and the row of the table that is measured."""
 
 from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import Any
@@ -33,7 +33,7 @@ from mjbiped.sweeps.values import Scalar
 from mjbiped.terrain.files import FILE_KEY, parse_parameters
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Count, Domain
+from mjbiped.utils.domains import Domain
 
 Row = dict[str, Any]
 """A row of the table: values by the names of columns."""
@@ -47,26 +47,26 @@ KNEES_MEASURES = (
     *(key for _, key, *_ in measures.measures_of(KneedBiped) if key not in measures.OF_STANCE_KNEE),
     *_ENDS,
 )
-"""The same in studies with robots with knees; other robots have nothing in the columns that are added. A study's walks
-have locked stance knees and, mostly, no samples."""
+"""Columns of measures in studies with kneed robots; other robots leave the additional columns empty. A study's walks
+have locked stance knees and usually no samples, so that measures of the stance knee are left out."""
 
 ROBOT = Compass.kind
 """The robot that walks unless a study names another, by its name in `mjbiped.robots.kinds.NAMED`."""
 
-LIMITS: Mapping[str, Count | Domain] = {"steps": domains.STEPS, "distance": domains.DISTANCE}
-"""Domains of what `walk` takes as it is."""
+LIMITS = ("steps", "distance")
+"""Limits of a walk, which `walk` takes as they are."""
 
 LIMIT = "limit"
-"""Section of these: the walk's own number of steps is a measure."""
+"""Section of `LIMITS` in a cell's values; the number of steps that were walked is a measure."""
 
-OPTIONS: Mapping[str, Domain] = {"timestep": domains.TIMESTEP, "contact_timestep": domains.CONTACT_TIMESTEP}
-"""Domains of settings of the engine mujoco, s."""
+OPTIONS = ("timestep", "contact_timestep")
+"""Settings of the engine mujoco, s."""
 
 FAILED = "failed"
 """Outcome of a walk that an error kept from ending."""
 
 TRAJECTORY = "trajectory"
-"""Key of a row that holds the samples too, in flat columns; it is no column of the table."""
+"""Key of a row for the walk's samples, in flat columns; it is no column of the table."""
 
 SPARSE = 1.0
 """Sample period of walks whose samples are not kept, s."""
@@ -79,11 +79,11 @@ class Cell:
     """A walk to be made.
 
     Attributes:
-        index: Its index in the table.
-        sample: Of a study with distributions, the sample that its values were drawn for; else None.
-        values: All that the study file says of it, by dotted names such as "controller.position_gain".
-        ground: The terrain, where it is of a file; or the record that it is a stretch of.
-        law: The controller's name, where it names a file: with the file's whole path.
+        index: Index of the walk in the table.
+        sample: Number of the sample that its values were drawn for; None without distributions.
+        values: Everything the study file sets for it, by dotted names such as "controller.position_gain".
+        ground: The terrain of a file, or the elevation record that the terrain is a stretch of; else None.
+        law: Name of a user's own controller with the whole path of its file; else None.
     """
 
     index: int
@@ -93,7 +93,7 @@ class Cell:
     law: str | None = None
 
     def section(self, name: str) -> dict[str, Any]:
-        """Values of a section of the file by their names there; those with a dot in it stand in a table of their own.
+        """Return the values of a section of the file by their names; names with a dot become nested tables.
 
         A range of values as text, "low..high", stays text.
         """
@@ -122,28 +122,28 @@ class Cell:
         return named(str(self.values.get("robot.kind", ROBOT)))[0].knees
 
     def controller(self, gait: Periodic | None = None) -> Controller:
-        """The law; its robot model is the robot that walks, except where the section `model` says otherwise.
+        """Make the controller; its robot model is the walking robot, except for parameters of the section `model`.
 
         Args:
-            gait: A stand-in for the gait that is imitated, to check the settings without looking for one.
+            gait: A stand-in for the imitated gait, which checks the settings without a search for a gait.
         """
         settings = self.section("controller")
         name = settings.pop("name")
         return make_controller(self.law or name, self._robot(self.section("model")), settings, gait)
 
     def disturbances(self) -> Disturbances | None:
-        """Noise, delay, weak motors and pushes; None where the file says nothing of them."""
+        """Noise, delay, weak motors and pushes; None without the section."""
         given = self.section("disturbances")
         if not given:
             return None
         return Disturbances(**{name: checked(Disturbances, name, value) for name, value in given.items()})
 
     def scuffing(self) -> ScuffingRule:
-        """When a straight swing leg's foot may touch the ground."""
+        """The rule that says when the foot of a straight swing leg may touch the ground."""
         return ScuffingRule(**self.section("scuffing"))
 
     def engine(self) -> Engine:
-        """The physics."""
+        """The engine with its settings."""
         options = {key: self.values[key] for key in OPTIONS if key in self.values}
         return Mujoco(**options) if options else engine_of(str(self.values["engine"]))  # type: ignore[arg-type]  # checked
 
@@ -168,10 +168,10 @@ class Cell:
         return tuple(start + change for start, change in zip(base, added, strict=True))
 
     def walk(self, sample_period: float = SPARSE) -> Walk:
-        """Let it walk.
+        """Walk the cell.
 
         Args:
-            sample_period: Of the record, s.
+            sample_period: Sample period of the record, s.
         """
         robot, terrain, controller = self.robot(), self.terrain(), self.controller()
         return walk(
@@ -188,16 +188,13 @@ class Cell:
 
 
 def state_of(robot: type[Robot]) -> dict[str, Domain]:
-    """Domains of a first state: angles q1, q2, ... from the ground's normal, rad, and their rates dq1, ..., rad/s."""
+    """Domains of an initial state: angles q1, q2, ... from the ground's normal, rad, and rates dq1, ..., rad/s."""
     count = range(1, 1 + len(robot.angles))
     return {**{f"q{k}": domains.ANGLE for k in count}, **{f"dq{k}": domains.RATE for k in count}}
 
 
 def measured(cell: Cell, *, trajectory: bool = False) -> Row:
-    """Let a cell walk.
-
-    An error is a result: its text is kept, and the measures of the steps before it where there were any. What is the
-    machine's fault and not the walk's is raised.
+    """Walk a cell of a study.
 
     Args:
         cell: What walks.
@@ -206,16 +203,33 @@ def measured(cell: Cell, *, trajectory: bool = False) -> Row:
     Returns:
         Outcome, error and measures; None for what does not exist.
     """
+    period = DEFAULT_SAMPLE_PERIOD if trajectory else SPARSE
+    with _MUJOCO if cell.values["engine"] == "mujoco" else nullcontext():
+        return attempt(lambda: cell.walk(period), lambda done: {**_measures(done), **_samples(done, trajectory)})
+
+
+def attempt(walked: Callable[[], Walk], measure: Callable[[Walk], Row]) -> Row:
+    """Measure a walk that may fail.
+
+    An error is a result: its text is kept, and the measures of the steps before it where there were any. What is the
+    machine's fault and not the walk's is raised.
+
+    Args:
+        walked: Makes the walk.
+        measure: Measures it.
+
+    Returns:
+        Outcome, error, and the measures where there are any.
+    """
     try:
-        with _MUJOCO if cell.values["engine"] == "mujoco" else nullcontext():
-            done = cell.walk(DEFAULT_SAMPLE_PERIOD if trajectory else SPARSE)
+        done = walked()
     except WalkStopped as stop:
-        return {**_measures(stop.walk), **_samples(stop.walk, trajectory), "outcome": FAILED, "error": str(stop)}
+        return {**measure(stop.walk), "outcome": FAILED, "error": str(stop)}
     except (MemoryError, OSError):
         raise
     except Exception as error:
-        return {**dict.fromkeys(KNEES_MEASURES), "outcome": FAILED, "error": explained(error)}
-    return {**_measures(done), **_samples(done, trajectory), "outcome": done.outcome, "error": None}
+        return {"outcome": FAILED, "error": explained(error)}
+    return {**measure(done), "outcome": done.outcome, "error": None}
 
 
 def _samples(done: Walk, wanted: bool) -> Row:
@@ -229,7 +243,7 @@ def _measures(done: Walk) -> Row:
 
 
 def _range(where: str, value: Any) -> Any:
-    """A range of numbers as a terrain takes it, of "low..high" or of a table; anything else as it is."""
+    """Read a terrain's range of numbers from "low..high" or from a table; return anything else as it is."""
     if isinstance(value, str):
         return parse_parameters(f"{where}={value}")[where]
     if isinstance(value, Mapping):

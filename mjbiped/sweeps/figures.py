@@ -1,4 +1,4 @@
-"""Figures of a study: heat maps over pairs of what varies, lines over a single one, histograms over none."""
+"""Figures of a study: heat maps over pairs of varied parameters, lines over a single one, else histograms."""
 
 from __future__ import annotations
 
@@ -20,9 +20,19 @@ from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import BLACK, BLUE, GREEN, GROUND, GUIDE, ORANGE, SHADE, VERMILLION, drawn, note_at
 from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
-from mjbiped.sweeps.bins import MOST_VALUES, Axis, binned, chosen, grouped, middle, quartiles, values_of, without_seeds
+from mjbiped.sweeps.bins import (
+    MOST_VALUES,
+    Axis,
+    binned,
+    chosen,
+    grouped,
+    measure_label,
+    middle,
+    quartiles,
+    values_of,
+    without_seeds,
+)
 from mjbiped.sweeps.cell import Row
-from mjbiped.sweeps.labels import measure_label
 from mjbiped.sweeps.plan import FINISHED, Study
 
 MEASURES = ("cost_of_transport", FINISHED, "peak_ankle_torque_Nm")
@@ -45,9 +55,9 @@ def draw(study: Study, rows: Sequence[Row], folder: Path) -> list[Path]:
     """Draw a study's figures, .png files.
 
     Args:
-        study: Names what varies, and what is to be shown.
-        rows: Of its table.
-        folder: Where the files go.
+        study: The study, which names the varied parameters and the measures to show.
+        rows: Rows of its table.
+        folder: Folder of the files.
 
     Returns:
         The files.
@@ -82,7 +92,7 @@ def draw(study: Study, rows: Sequence[Row], folder: Path) -> list[Path]:
 
 
 def _panels(figure: Figure, measures: Sequence[str], height: float, groups: int = 1) -> Any:
-    """A panel for each measure, and so for each group; what is too many is not there."""
+    """Make a panel for each group and measure; places of the grid that are left over are removed."""
     columns = width().beside(min(len(measures), _COLUMNS))
     lines = math.ceil(len(measures) / columns)
     figure.set_figheight(0.6 + height * lines * groups)
@@ -94,7 +104,7 @@ def _panels(figure: Figure, measures: Sequence[str], height: float, groups: int 
 
 
 def _maps(rows: Sequence[Row], pair: Sequence[Axis], groups: Axis, measures: Sequence[str], figure: Figure) -> None:
-    """A heat map for each group (downwards) and measure (to the right)."""
+    """Draw a heat map for each group (downwards) and measure (to the right)."""
     panels = _panels(figure, measures, 3.1, groups.count)
     for place, name in enumerate(measures):
         tables, counts = zip(*(_tables(pair, groups.bin == k, rows, name) for k in range(groups.count)), strict=True)
@@ -112,7 +122,7 @@ def _maps(rows: Sequence[Row], pair: Sequence[Axis], groups: Axis, measures: Seq
 def _tables(
     axes: Sequence[Axis], mine: NDArray[np.bool_], rows: Sequence[Row], name: str
 ) -> tuple[Array, NDArray[np.int64]]:
-    """A measure's middle in each pair of bins, and of how many walks it is, shape (y, x)."""
+    """Compute a measure's middle in each pair of bins, and the number of walks in it, shape (y, x)."""
     values = values_of(rows, name)
     x, y = ([_in_bin(axis, mine, i) for i in range(axis.count)] for axis in axes)
     cells = [[values[column & line] for column in x] for line in y]
@@ -121,13 +131,13 @@ def _tables(
 
 
 def _in_bin(axis: Axis, mine: NDArray[np.bool_], which: int) -> NDArray[np.bool_]:
-    """The rows of a group in a bin; all of them where the group lacks the parameter, to compare others with."""
+    """Rows of a group in a bin; all of them where the group lacks the parameter, as a comparison."""
     there: NDArray[np.bool_] = mine if bool((axis.bin[mine] < 0).all()) else mine & (axis.bin == which)
     return there
 
 
 def _norm(tables: Sequence[Array], name: str) -> Normalize:
-    """One colour scale for all groups."""
+    """Make one colour scale for all groups."""
     if name == FINISHED:
         return Normalize(0.0, 1.0)
     values = np.concatenate([table[~np.isnan(table)] for table in tables])
@@ -152,7 +162,7 @@ def _draw_map(figure: Figure, axes: Axes, parameters: Sequence[Axis], table: Arr
 
 
 def _format(tables: Sequence[Array], name: str, norm: Normalize) -> Callable[[float], str]:
-    """How a measure's numbers are written: all with the same number of digits behind the point.
+    """Choose the format of a measure's numbers: all have the same number of decimals.
 
     The middle one of them has three digits; where a colour scale is logarithmic, each one has.
     """
@@ -176,7 +186,7 @@ def _number(
     norm: Normalize,
     written: Callable[[float], str],
 ) -> None:
-    """Write its number into each cell of a map, and smaller below it how many walks it is of."""
+    """Write its number into each cell of a map, and the number of walks in smaller letters below."""
     x, y = parameters
     words = {place: written(float(table[place])) for place in np.ndindex(table.shape) if not math.isnan(table[place])}
     across = axes.get_subplotspec()
@@ -208,7 +218,7 @@ def _set_scale(axes: Axes, axis: Axis, which: str) -> None:
 
 
 def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str], figure: Figure) -> None:
-    """The middle of each measure over a parameter, with the quartiles as a band, a line for each group."""
+    """Draw the middle of each measure over a parameter, with the quartiles as a band; a line for each group."""
     panels = _panels(figure, measures, 3.2)
     for axes, name in zip(panels[0], measures, strict=True):
         values = values_of(rows, name)
@@ -233,7 +243,7 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str
 
 
 def _groups(rows: Sequence[Row], groups: Axis, measures: Sequence[str], figure: Figure) -> None:
-    """The middle of each measure of each group, and a line from quartile to quartile."""
+    """Draw the middle of each measure for each group, and a line from quartile to quartile."""
     panels = _panels(figure, measures, 0.9 + 0.3 * groups.count)
     for axes, name in zip(panels[0], measures, strict=True):
         values = values_of(rows, name)
@@ -253,7 +263,7 @@ def _groups(rows: Sequence[Row], groups: Axis, measures: Sequence[str], figure: 
 
 
 def _histograms(rows: Sequence[Row], measures: Sequence[str], figure: Figure) -> None:
-    """How often each measure has which value, of walks that finished."""
+    """Draw histograms of the measures of walks that finished."""
     shown = [name for name in measures if name != FINISHED] or ["cost_of_transport"]
     panels = _panels(figure, shown, 2.9)
     for axes, name in zip(panels[0], shown, strict=True):
@@ -271,11 +281,11 @@ def _histograms(rows: Sequence[Row], measures: Sequence[str], figure: Figure) ->
 
 
 def _write_none(axes: Axes) -> None:
-    """Write into an empty panel why it is."""
+    """Write into an empty panel that no walk finished."""
     axes.text(0.5, 0.5, "no walk finished", ha="center", transform=axes.transAxes, color=GUIDE)
 
 
 def _note(figure: Figure, rows: Sequence[Row], meaning: str) -> None:
-    """What the figure is of, above it."""
+    """Write the number of walks and the meaning of the marks above the figure."""
     finished = sum(row["outcome"] == "finished" for row in rows)
     head(figure, wrapped(f"{len(rows)} walks, {finished} finished; {meaning}"))

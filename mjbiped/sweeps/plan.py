@@ -1,16 +1,18 @@
-"""A study file, and the walks that it asks for."""
+"""A study file, and its walks."""
 
 from __future__ import annotations
 
 import hashlib
-import itertools
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from itertools import count, product
 from pathlib import Path
 from typing import Any, TypeAlias
+
+import numpy as np
 
 from mjbiped.control.loading import is_reference, located
 from mjbiped.control.unpowered import Unpowered
@@ -23,8 +25,7 @@ from mjbiped.gaits.optimised import find_reference
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.sweeps.cell import KNEES_MEASURES, LIMIT, LIMITS, MEASURES, OPTIONS, Cell, state_of
+from mjbiped.sweeps.cell import KNEES_MEASURES, LIMIT, MEASURES, OPTIONS, Cell, state_of
 from mjbiped.sweeps.sections import OF_WALK, SECTIONS, Settings, parts_of
 from mjbiped.sweeps.values import Draw, Scalar, check_keys
 from mjbiped.terrain.files import FILE_SUFFIXES, parse_toml
@@ -43,23 +44,23 @@ FINISHED = "finished"
 _STAND_IN_SLOPE = math.radians(2.0)  # of a gait that settings are checked with
 
 Combination: TypeAlias = dict[str, Scalar | Draw]
-"""Of each choice one value; a distribution stands for its values."""
+"""A value for each name; a distribution stands for the values that are drawn from it."""
 
 
 @dataclass(frozen=True)
 class Study:
-    """What a study file says.
+    """A study as its file describes it.
 
     Attributes:
-        path: The file.
-        cells: Its walks, in the order of the table.
-        varied: Names of the values that are not the same in all cells.
-        drawn: Whether some are drawn from distributions: then cells have a sample.
-        logarithmic: Names of those whose logarithm is drawn.
-        declared: What the file says, in plain JSON types, figures apart.
-        plot_parameters: Up to three of `varied`, for the figures; none: they are chosen.
-        plot_measures: Of `MEASURES` and `FINISHED`, for the figures; none: those that matter to most.
-        laws: Controllers that are a user's own, by their names in the file: where they are, whole.
+        path: Path of the file.
+        cells: The walks, in the order of the table.
+        varied: Names of the values that differ between cells.
+        drawn: Whether values are drawn from distributions; cells then have a sample.
+        logarithmic: Names of the values whose logarithm is drawn.
+        declared: Content of the file without the figures, in plain JSON types.
+        plot_parameters: Up to three of `varied` for the figures; empty: use the defaults.
+        plot_measures: Names out of `MEASURES` and `FINISHED` for the figures; empty: use the defaults.
+        laws: Places of the user's own controllers, with whole paths, by their names in the file.
     """
 
     path: Path
@@ -74,12 +75,12 @@ class Study:
 
     @property
     def measures(self) -> tuple[str, ...]:
-        """Columns of the walks' measures."""
+        """Names of the columns of measures."""
         return KNEES_MEASURES if any(cell.knees for cell in self.cells) else MEASURES
 
     @property
     def digest(self) -> str:
-        """Digest of everything that the cells are, files of terrains included."""
+        """Digest of all values of the cells and of the content of terrain files."""
         digest = hashlib.sha256()
         grounds = {cell.ground for cell in self.cells}
         texts = {ground: "" if ground is None else json.dumps(ground.to_dict()) for ground in grounds}
@@ -101,7 +102,7 @@ def read_study(path: Path) -> Study:
 
 
 def plan(path: Path, content: Mapping[str, Any]) -> Study:
-    """The study of a file's content; terrain files are looked for beside it.
+    """Read the study of a file's content; terrain files are looked for in the file's folder.
 
     Raises:
         InputError: As `read_study`.
@@ -109,10 +110,7 @@ def plan(path: Path, content: Mapping[str, Any]) -> Study:
     check_keys("key", content, KEYS)
     seed = domains.SEED.check("seed", content.get("seed", 0))
     read = list(parts_of(content, path.parent))
-    check_count(math.prod(sum(map(_combinations, part)) for part in read))
-    parts = [_expanded(part) for part in read]
-    varied = tuple(name for combinations in parts for name in _varied(combinations))
-    draws = {name: value for each in parts for one in each for name, value in one.items() if isinstance(value, Draw)}
+    draws = {name: each for part in read for one in part for name, each in one.items() if isinstance(each, Draw)}
     drawn = bool(draws)
     if drawn != ("samples" in content):
         raise InputError(
@@ -121,7 +119,9 @@ def plan(path: Path, content: Mapping[str, Any]) -> Study:
             else "samples is given, but nothing is drawn: no value has a distribution, as {uniform = [low, high]}"
         )
     samples = domains.WALKS.check("samples", content["samples"]) if drawn else 1
-    check_count(samples * math.prod(map(len, parts)))
+    check_count(samples * math.prod(sum(math.prod(map(len, _grid(one))) for one in part) for part in read))
+    parts = [[dict(zip(one, each, strict=True)) for one in part for each in product(*_grid(one))] for part in read]
+    varied = tuple(name for combinations in parts for name in _varied(combinations))
     grounds = _read_grounds(path, parts[-1])
     named = {str(one["controller.name"]) for each in parts for one in each if "controller.name" in one}
     laws = {name: located(name, path.parent) for name in sorted(named) if is_reference(name)}
@@ -132,15 +132,16 @@ def plan(path: Path, content: Mapping[str, Any]) -> Study:
     return Study(path, cells, varied, drawn, logarithmic, declared, *_plot(content.get("plot", {}), varied), laws)
 
 
-def _combinations(settings: Settings) -> int:
-    return math.prod(1 if isinstance(choice, Draw) else len(choice) for choice in settings.values())
+def _grid(settings: Settings) -> list[tuple[Scalar | Draw, ...]]:
+    """Values of each choice; a distribution counts as one value."""
+    return [(choice,) if isinstance(choice, Draw) else choice for choice in settings.values()]
 
 
 def check_count(count: int) -> None:
     """Refuse more walks than one study can have.
 
     Raises:
-        InputError: There are more.
+        InputError: There are more than `MOST_CELLS`.
     """
     if count > MOST_CELLS:
         raise InputError(
@@ -156,10 +157,10 @@ def _cells(
     grounds: Mapping[str, Terrain],
     laws: Mapping[str, str],
 ) -> Iterator[Cell]:
-    """All cells: for each sample the whole grid, with the same drawn values everywhere in it."""
-    count = itertools.count()
+    """Make all cells: the whole grid for each sample, which has the same drawn values everywhere in its grid."""
+    index = count()
     for sample in range(samples):
-        for combination in itertools.product(*parts):
+        for combination in product(*parts):
             values = {
                 name: value.value(seed, sample, name) if isinstance(value, Draw) else value
                 for part in combination
@@ -167,22 +168,11 @@ def _cells(
             }
             ground = grounds.get(str(values.get("terrain.file")))
             law = laws.get(str(values["controller.name"]))
-            yield Cell(next(count), sample if drawn else None, values, ground, law)
-
-
-def _expanded(alternatives: Sequence[Settings]) -> list[Combination]:
-    """All combinations of a part: of each alternative its grid."""
-    return [
-        dict(zip(settings, values, strict=True))
-        for settings in alternatives
-        for values in itertools.product(
-            *((choice,) if isinstance(choice, Draw) else choice for choice in settings.values())
-        )
-    ]
+            yield Cell(next(index), sample if drawn else None, values, ground, law)
 
 
 def _varied(combinations: Sequence[Combination]) -> list[str]:
-    """Names that do not have one value in all combinations."""
+    """Names whose values differ between combinations."""
     names = dict.fromkeys(name for each in combinations for name in each)
     first = combinations[0]
     return [
@@ -193,10 +183,10 @@ def _varied(combinations: Sequence[Combination]) -> list[str]:
 
 
 def _read_grounds(path: Path, combinations: Sequence[Combination]) -> dict[str, Terrain]:
-    """The terrains of files, by what the study calls them.
+    """Read the terrain files, by their names in the study.
 
     Raises:
-        InputError: One is no terrain file.
+        InputError: A file is no terrain file.
     """
     named = dict.fromkeys(each["terrain.file"] for each in combinations if "terrain.file" in each)
     grounds = {}
@@ -208,28 +198,26 @@ def _read_grounds(path: Path, combinations: Sequence[Combination]) -> dict[str, 
 
 
 def check_cells(cells: Sequence[Cell], varied: Sequence[str]) -> None:
-    """Refuse values that no walk can have; what many cells share is looked at once.
+    """Refuse values that no walk can have; values shared by many cells are checked once.
 
     Raises:
-        InputError: One has.
+        InputError: A cell has such a value.
     """
     seen: set[tuple[object, ...]] = set()
     for cell in cells:
-        for part in (
-            ("engine", LIMIT, *OPTIONS, "initial", "robot"),
-            ("disturbances", "robot", "engine", *OPTIONS),
-            ("robot", "model", "controller"),
-            ("scuffing", "robot"),
-            ("terrain",),
+        for sections, check in (
+            (("engine", LIMIT, *OPTIONS, "initial", "robot", "disturbances", "scuffing"), _check_walk),
+            (("robot", "model", "controller"), _check_controller),
+            (("terrain",), Cell.terrain),
         ):
-            mine = {name: value for name, value in cell.values.items() if name.split(".")[0] in part}
+            mine = {name: value for name, value in cell.values.items() if name.split(".")[0] in sections}
             # any seed is as good as another: thousands of terrains are not made for a check
             key = tuple((name, type(value), value) for name, value in mine.items() if not _is_fine_seed(name, value))
             if key in seen:
                 continue
             seen.add(key)
             try:
-                _check_part(cell, part[0])
+                check(cell)
             except (InputError, TypeError) as error:
                 named = ", ".join(f"{name} = {shown(value)}" for name, value in mine.items() if name in varied)
                 place = f"cell {cell.index} ({named}): " if named else ""
@@ -242,44 +230,37 @@ def _is_fine_seed(name: str, value: Scalar) -> bool:
 
 @cache
 def _stand_in(*, knees: bool) -> Periodic:
-    """A gait that settings are checked with."""
+    """A gait with which settings are checked."""
     return find_reference(KneedBiped(), clearance=0.08) if knees else find_passive_gait(Compass(), _STAND_IN_SLOPE)
 
 
-def _check_part(cell: Cell, first: str) -> None:
-    if first == "terrain":
-        cell.terrain()
-    elif first == "scuffing":
-        if cell.scuffing() != ScuffingRule() and cell.knees:
-            raise InputError("scuffing is for straight legs: with knees the swing foot collides from lift-off on")
-    elif first == "disturbances":
-        _check_disturbances(cell)
-    elif first == "robot":
-        cell.robot()
-        gait = _stand_in(knees=cell.knees)
-        controller = cell.controller(gait)
-        if cell.law is not None:
-            state = gait.start.tolist()
-            half = len(state) // 2
-            check_controller(controller)
-            try_out(controller, tuple(state[:half]), tuple(state[half:]))
-    else:
-        _check_limits(cell.values)
-        _check_initial(cell)
+def _check_controller(cell: Cell) -> None:
+    """Refuse settings of the robot and of the controller that are not valid; a user's own law is tried out."""
+    cell.robot()
+    gait = _stand_in(knees=cell.knees)
+    controller = cell.controller(gait)
+    if cell.law is not None:
+        q, dq = np.split(gait.start, 2)
+        check_controller(controller)
+        try_out(controller, tuple(q.tolist()), tuple(dq.tolist()))
 
 
-def _check_disturbances(cell: Cell) -> None:
-    """Refuse disturbances, and a robot, that the engine does not have."""
-    disturbances = cell.disturbances()
-    if cell.knees:
-        terms = Terms(cell.engine(), None, None, cell.robot(), None, ScuffingRule())
-        make_plan(terms, Unpowered(), Terrain.level(), "rest", disturbances=disturbances)
-    elif disturbances is not None:
-        cell.engine().check_disturbances(disturbances)
+def _check_walk(cell: Cell) -> None:
+    """Refuse engine, limits, initial state, scuffing rule or disturbances that no walk of the robot can have."""
+    engine = known_name("engine", cell.values["engine"], ENGINES)
+    for key in OPTIONS:
+        if key in cell.values and engine != "mujoco":
+            raise InputError(f"{key} is for the engine mujoco; the engine {engine} has none")
+    if "initial" in cell.values:
+        known_name("initial state", cell.values["initial"], INITIAL_STATES)
+    _check_initial(cell)
+    limits = cell.section(LIMIT)
+    terms = Terms(cell.engine(), limits.get("steps"), limits.get("distance"), cell.robot(), None, cell.scuffing())
+    make_plan(terms, Unpowered(), Terrain.level(), "rest", disturbances=cell.disturbances())
 
 
 def _check_initial(cell: Cell) -> None:
-    """Refuse a first state that is none of the robot's."""
+    """Refuse an initial state that does not fit the robot."""
     given = cell.section("initial")
     valid = state_of(type(cell.robot())) if given else {}
     for name, value in given.items():
@@ -291,22 +272,8 @@ def _check_initial(cell: Cell) -> None:
         raise InputError(f"initial needs {', '.join(missing)} as well, or around")
 
 
-def _check_limits(values: Mapping[str, Scalar]) -> None:
-    engine = known_name("engine", values["engine"], ENGINES)
-    if "initial" in values:
-        known_name("initial state", values["initial"], INITIAL_STATES)
-    for key, domain in LIMITS.items():
-        if f"{LIMIT}.{key}" in values:
-            domain.check(key, values[f"{LIMIT}.{key}"])
-    for key, domain in OPTIONS.items():
-        if key in values:
-            domain.check(key, values[key])
-            if engine != "mujoco":
-                raise InputError(f"{key} is for the engine mujoco; the engine {engine} has none")
-
-
 def _plot(table: object, varied: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Parameters and measures of the figures.
+    """Read the parameters and measures of the figures.
 
     Raises:
         InputError: The table holds anything else.

@@ -1,12 +1,14 @@
-"""Lets cells walk in other processes: batches to an executor, rows to the table as they come."""
+"""Running the walks of a study in other processes, and the digest of the sources on which their numbers depend."""
 
 from __future__ import annotations
 
+import hashlib
 import queue
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
-from functools import partial
+from functools import lru_cache, partial
+from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
@@ -14,15 +16,16 @@ from typing import Any, TypeVar
 
 from tqdm.auto import tqdm
 
+from mjbiped import errors
 from mjbiped.control.loading import digest_of
+from mjbiped.control.registry import registered
+from mjbiped.engines.mujoco import scene
 from mjbiped.engines.plan import versions
 from mjbiped.errors import MjbipedError
-from mjbiped.records.schema import OUTCOMES
-from mjbiped.sweeps.cell import FAILED, KNEES_MEASURES, Cell, Row, measured
+from mjbiped.sweeps.cell import KNEES_MEASURES, Cell, Row, measured
+from mjbiped.sweeps.parquet import Trajectories, forget
 from mjbiped.sweeps.plan import Study
-from mjbiped.sweeps.provenance import sources
 from mjbiped.sweeps.store import Layout, Store, opened
-from mjbiped.sweeps.trajectories import Trajectories, forget
 from mjbiped.utils.parallel import cluster, cores, processes
 from mjbiped.utils.progress import hidden
 
@@ -30,23 +33,16 @@ MOST_IN_BATCH = 32
 LONGEST_BATCH = 0.5
 """Seconds after which a worker hands back what it has, so that little is lost when it is killed."""
 
+_NO_NUMBERS = ("cli", "plotting", "rendering", "reports", "reproduction", "sweeps")
+"""Packages that change no number of a walk, apart from their files `cell.py`, which define walks and measures."""
+
 AnyCell = TypeVar("AnyCell")
 
 
 def layout_of(study: Study) -> Layout:
-    """What a study's table holds."""
+    """Describe the columns of a study's table."""
     columns = ("cell", *(("sample",) if study.drawn else ()), *study.varied, "outcome", "error", *study.measures)
-
-    def fits(name: str, value: Any) -> bool:
-        if name == "cell":
-            return type(value) is int and value in range(len(study.cells))
-        if name == "outcome":
-            return value in (*OUTCOMES, FAILED)
-        if name == "error":
-            return isinstance(value, str | None)
-        return isinstance(value, float | int | None) or (name not in KNEES_MEASURES and isinstance(value, str))
-
-    return Layout("study", columns, fits)
+    return Layout("study", columns, range(len(study.cells)), frozenset(KNEES_MEASURES))
 
 
 def run(
@@ -61,16 +57,16 @@ def run(
 ) -> tuple[list[Row], Path]:
     """Walk all cells of a study that have no row yet.
 
-    The rows do not depend on the number of workers, nor on how often it was broken off. A cell that fails is a row with
-    an error's text.
+    The rows depend neither on the number of workers nor on interruptions. A cell that fails is a row with an error's
+    text.
 
     Args:
-        study: What to walk.
-        folder: Where the table is, or will be.
-        workers: Processes on this machine; one for each core unless given.
+        study: The study.
+        folder: Folder of the table.
+        workers: Number of processes on this machine; one for each core unless given.
         scheduler: Address of a Dask scheduler, whose workers walk instead.
-        fresh: Begin again.
-        trajectories: Keep the samples of all walks too, in `mjbiped.sweeps.trajectories.FILE`; cells that have walked
+        fresh: Delete the rows that are kept and begin again.
+        trajectories: Keep the samples of all walks too, in `mjbiped.sweeps.parquet.FILE`; cells that have walked
             without are walked again.
         progress: Show a progress bar (never where the output is not a terminal).
 
@@ -88,51 +84,52 @@ def run(
         if fresh:
             forget(folder)
         done = {row["cell"] for row in store.rows()}
-        kept = None
-        if trajectories:
-            kept = Trajectories(folder, len(study.cells))
-            done &= kept.cells()
+        samples = Trajectories(store, len(study.cells)) if trajectories else None
+        if samples is not None:
+            done &= samples.cells()
         todo = [cell for cell in study.cells if cell.index not in done]
         walk_cells(
             partial(_walked, trajectory=trajectories),
             todo,
-            store,
+            samples or store,
             ended=len(done),
             workers=workers,
             scheduler=scheduler,
             progress=progress,
             laws=study.laws,
-            keep=None if kept is None else kept.keep,
         )
-        if kept is not None:
-            kept.join()
+        if samples is not None:
+            samples.join()
         return store.rows(), store.export()
 
 
 def walk_cells(
     walked: Callable[[AnyCell], Row],
     todo: Sequence[AnyCell],
-    store: Store,
+    store: Store | Trajectories,
     *,
     ended: int,
     workers: int | None = None,
     scheduler: str | None = None,
     progress: bool = False,
     laws: Mapping[str, str] = MappingProxyType({}),
-    keep: Callable[[Sequence[Row]], None] | None = None,
 ) -> None:
-    """Let cells walk in other processes, and keep their rows as they come.
+    """Walk cells in other processes, and keep their rows as they come.
 
     Args:
-        walked: Lets a cell walk, there, and returns its row.
+        walked: Walks a cell, in the other process, and returns its row.
         todo: The cells.
         store: Where the rows are kept.
-        ended: How many cells have ended before, for the progress bar.
-        workers: As of `run`, and so are scheduler, progress and what is raised.
-        scheduler: See there.
-        progress: See there.
-        laws: Of the user's own; see `Study.laws`.
-        keep: Keeps what of the rows is no part of the table, before the table has them.
+        ended: Number of cells that have ended before, for the progress bar.
+        workers: Number of processes on this machine; one for each core unless given.
+        scheduler: Address of a Dask scheduler, whose workers walk instead.
+        progress: Show a progress bar (never where the output is not a terminal).
+        laws: The user's own controllers, see `Study.laws`.
+
+    Raises:
+        InputError: The scheduler cannot be used.
+        RecordError: The rows cannot be written.
+        MjbipedError: Workers died, or their mjbiped is another one; what had ended is kept.
     """
     if not todo:
         return
@@ -155,8 +152,6 @@ def walk_cells(
             while pending:
                 future = back.get()
                 batch, rows = pending.pop(future), future.result()
-                if keep is not None:
-                    keep(rows)
                 store.save(rows)
                 bar.update(len(rows))
                 submit(batch[len(rows) :], len(rows))  # what the batch had no time for
@@ -176,19 +171,19 @@ def walk_batch(
     machinery: dict[str, Any],
     laws: Mapping[str, str] = MappingProxyType({}),
 ) -> list[Row]:
-    """Let cells walk, in order, for `LONGEST_BATCH` or until all have; what a worker does.
+    """Walk cells in order, in a worker, until all are done or `LONGEST_BATCH` is over.
 
     Args:
-        walked: Lets a cell walk, and returns its row.
-        cells: At least one.
-        machinery: Sources and versions that the rows shall be of.
-        laws: As of `walk_cells`.
+        walked: Walks a cell, and returns its row.
+        cells: At least one cell.
+        machinery: Sources and versions with which the rows must be computed.
+        laws: The user's own controllers, see `Study.laws`.
 
     Returns:
-        The rows of the first cells; of one at least.
+        Rows of the first cells, one row at least.
 
     Raises:
-        MjbipedError: This process has others.
+        MjbipedError: This process has other sources or versions.
     """
     here = _machinery(laws)
     for name, digest in machinery.get("controllers", {}).items():
@@ -210,12 +205,40 @@ def walk_batch(
 
 
 def _machinery(laws: Mapping[str, str]) -> dict[str, Any]:
-    """What computes the rows."""
+    """Digests and versions of everything that computes the rows."""
     own = {"controllers": {name: digest_of(place) for name, place in laws.items()}} if laws else {}
     return {"sources": sources(), "versions": dict(versions()), **own}
 
 
 def _walked(cell: Cell, *, trajectory: bool = False) -> Row:
-    """Let a study's cell walk; its row, where truth values are text."""
+    """Walk a study's cell, and return its row with truth values as text."""
     plain = {name: str(value).lower() if isinstance(value, bool) else value for name, value in cell.values.items()}
     return {"cell": cell.index, "sample": cell.sample, **plain, **measured(cell, trajectory=trajectory)}
+
+
+@lru_cache(maxsize=1)
+def sources() -> str:
+    """Digest of all source files that a walk's numbers can depend on."""
+    return digest(Path(errors.__file__).parent, law_folders(), scene.models_folder())
+
+
+def law_folders() -> list[Path]:
+    """Folders of the packages that register controllers, and files of registered modules outside any package."""
+    packages = {entry.module.partition(".")[0] for entry in registered().values()}
+    specs = [spec for spec in map(find_spec, sorted(packages)) if spec]
+    return [Path(place) for spec in specs for place in spec.submodule_search_locations or (spec.origin,) if place]
+
+
+def digest(package: Path, laws: Sequence[Path], models: Path) -> str:
+    """Digest the contents and places of all files that numbers can depend on."""
+    files = [(package, file) for file in package.rglob("*.py") if _is_of_numbers(file.relative_to(package))]
+    files += [(place, file) for place in laws for file in ([place] if place.is_file() else place.rglob("*.py"))]
+    files += [(models, file) for file in models.rglob("*.xml")]
+    found = hashlib.sha256()
+    for name, file in sorted((f"{folder.name}/{file.relative_to(folder).as_posix()}", file) for folder, file in files):
+        found.update(f"{name}\n".encode() + hashlib.sha256(file.read_bytes()).digest())
+    return found.hexdigest()
+
+
+def _is_of_numbers(file: Path) -> bool:
+    return file.parts[0] not in _NO_NUMBERS or file.name == "cell.py"

@@ -1,9 +1,9 @@
-"""The sections of a study file, read: which names they may hold, and what each can be."""
+"""Reading the sections of a study file: the valid names, and the choices for each."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from inspect import signature
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from inspect import Parameter, signature
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -14,7 +14,7 @@ from mjbiped.engines.names import DEFAULT_ENGINE
 from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.kinds import NAMED, named
+from mjbiped.robots.kinds import named
 from mjbiped.robots.robot import Robot
 from mjbiped.sweeps.cell import LIMIT, LIMITS, OPTIONS, ROBOT, state_of
 from mjbiped.sweeps.values import Choice, Draw, check_keys, read_choice
@@ -36,11 +36,11 @@ Settings: TypeAlias = dict[str, Choice]
 
 
 def parts_of(content: Mapping[str, Any], folder: Path) -> Iterator[list[Settings]]:
-    """The parts of a file that are combined with one another; each is a list of alternatives. The last is the terrain.
+    """Read the parts of a file that are combined with one another, each a list of alternatives; the terrain is last.
 
     Args:
-        content: Of the file.
-        folder: Where it stands, and the files of controllers that it names.
+        content: Content of the file.
+        folder: The file's folder, where the controllers' files are looked for.
 
     Raises:
         InputError: A part holds an unknown name or no choice.
@@ -60,23 +60,26 @@ def parts_of(content: Mapping[str, Any], folder: Path) -> Iterator[list[Settings
     yield [read_controller(table, folder, kinds) for table in _tables("controller", content.get("controller", {}))]
     if "robot" in content:
         yield robots
-    if "model" in content:
-        parameters = list(dict.fromkeys(name for kind in kinds for name in kind.parameters()))
-        yield [_named("model", "parameter of the model", parameters, t) for t in _tables("model", content["model"])]
-    if "disturbances" in content:
-        yield [
-            _named("disturbances", "disturbance", SETTINGS, t) for t in _tables("disturbances", content["disturbances"])
-        ]
-    if "scuffing" in content:
-        yield [_named("scuffing", "setting of scuffing", SCUFFING, t) for t in _tables("scuffing", content["scuffing"])]
+    for section, what, names in (
+        ("model", "parameter of the model", [name for kind in kinds for name in kind.parameters()]),
+        ("disturbances", "disturbance", SETTINGS),
+        ("scuffing", "setting of scuffing", SCUFFING),
+    ):
+        if section in content:
+            tables = _tables(section, content[section])
+            for table in tables:
+                check_keys(what, table, dict.fromkeys(names))
+            yield [
+                {f"{section}.{key}": read_choice(f"{section}.{key}", table[key]) for key in table} for table in tables
+            ]
     yield [_terrain(table) for table in _tables("terrain", content.get("terrain", {}))]
 
 
 def _tables(key: str, value: object) -> list[Mapping[str, Any]]:
-    """The alternatives of a section: one table, or several.
+    """Return the alternatives of a section: one table, or several.
 
     Raises:
-        InputError: It is no table.
+        InputError: The value is neither.
     """
     tables: list[Any] = value if isinstance(value, list) else [value]
     if not tables or not all(isinstance(table, Mapping) for table in tables):
@@ -84,25 +87,55 @@ def _tables(key: str, value: object) -> list[Mapping[str, Any]]:
     return tables
 
 
+def _named(
+    section: str,
+    table: Mapping[str, Any],
+    key: str,
+    usual: str,
+    valid: Callable[[str], Iterable[str]],
+    read: Callable[[str, object], Settings] | None = None,
+) -> Settings:
+    """Read a table in which one setting, a name, decides what other settings are valid.
+
+    Args:
+        section: The table's name.
+        table: The table.
+        key: Key of that setting.
+        usual: Its value unless the table has it.
+        valid: Valid other settings for a name; raises an error for an unknown name.
+        read: Reads a setting from its dotted name and value; `read_choice` unless given.
+
+    Raises:
+        InputError: A name is unknown, or a setting is unknown to one of the names.
+    """
+    where = f"{section}.{key}"
+    names = _texts(where, read_choice(where, table.get(key, usual)))
+    known = {name: list(valid(name)) for name in names}
+    settings: Settings = {where: names}
+    for other, value in table.items():
+        if other == key:
+            continue
+        for name, keys in known.items():
+            if other not in keys and any(other in each for each in known.values()):
+                raise InputError(f"{section} {name} has no {other}: give {name} its own [[{section}]], without it")
+            known_name(f"setting of the {section} {name}", other, (*keys, *(() if other in keys else (key,))))
+        place = f"{section}.{other}"
+        settings |= read(place, value) if read is not None else {place: read_choice(place, value)}
+    return settings
+
+
 def read_robot(table: Mapping[str, Any]) -> Settings:
-    """The robot that walks: its name, and parameters that are not as usual.
+    """Read the robot that walks: its name, and parameters that are not as usual.
 
     Raises:
         InputError: There is no such robot or parameter.
     """
-    chosen = {KIND: read_choice(f"robot.{KIND}", table[KIND])} if KIND in table else {}
-    names = _names("robot", f"robot.{KIND}", chosen.get(KIND, (ROBOT,)), NAMED)
-    parameters = {name: named(name)[0].parameters() for name in names}
-    settings = {f"robot.{key}": choice for key, choice in chosen.items()}
-    for key, value in table.items():
-        if key != KIND:
-            _known_to_all("robot", key, parameters, KIND)
-            settings[f"robot.{key}"] = read_choice(f"robot.{key}", value)
-    return settings
+    settings = _named("robot", table, KIND, ROBOT, lambda name: named(name)[0].parameters())
+    return {place: choice for place, choice in settings.items() if place != f"robot.{KIND}" or KIND in table}
 
 
 def kinds_of(robots: Iterable[Settings]) -> tuple[type[Robot], ...]:
-    """The kinds of robots that a study's sections `robot` name."""
+    """Kinds of robots that the sections `robot` of a study name."""
     names = [str(name) for settings in robots for name in _texts("robot", settings.get(f"robot.{KIND}", (ROBOT,)))]
     return tuple(dict.fromkeys(named(name)[0] for name in names))
 
@@ -117,73 +150,62 @@ def _initial(table: Mapping[str, Any], kinds: Sequence[type[Robot]]) -> Settings
             "deviations from it"
         )
     settings = {f"initial.{key}": read_choice(f"initial.{key}", value) for key, value in table.items()}
-    _names("initial.around", "initial.around", settings.get("initial.around", ()), INITIAL_STATES)
+    for name in _texts("initial.around", settings.get("initial.around", ())):
+        known_name("initial.around", name, INITIAL_STATES)
     return settings
 
 
 def read_controller(table: Mapping[str, Any], folder: Path, kinds: Sequence[type[Robot]] = (Compass,)) -> Settings:
-    """A controller's name and settings.
+    """Read a controller's name and settings.
 
     Args:
-        table: Of the file.
-        folder: Where the file stands, and the files of controllers that it names.
-        kinds: Of the robots that it drives; a setting may be one for some of them.
+        table: The controller's table.
+        folder: The file's folder, where the controllers' files are looked for.
+        kinds: Kinds of the robots that it drives; a setting may be one for some of them.
 
     Raises:
         InputError: There is no such controller or setting.
     """
-    settings = {"controller.name": read_choice("controller.name", table.get("name", DEFAULT_CONTROLLER))}
-    names = {name: located(name, folder) for name in _texts("controller.name", settings["controller.name"])}
-    for place in names.values():
+    robots = [kind() for kind in {kind.knees: kind for kind in kinds}.values()]
+
+    def settings_for(name: str) -> list[str]:
+        place = located(name, folder)
         controller_class(place)
-    robots = {kind.knees: kind() for kind in kinds}.values()
-    for key, value in table.items():
-        if key != "name":
-            valid = {
-                name: {key: None for robot in robots for key in settings_of(place, robot)}
-                for name, place in names.items()
-            }
-            _known_to_all("controller", key, valid, "name")
-            settings[f"controller.{key}"] = read_choice(f"controller.{key}", value)
-    return settings
+        return list(dict.fromkeys(key for robot in robots for key in settings_of(place, robot)))
 
-
-def _named(section: str, what: str, names: Sequence[str], table: Mapping[str, Any]) -> Settings:
-    """Choices of a section all of whose names are known."""
-    check_keys(what, table, names)
-    return {f"{section}.{key}": read_choice(f"{section}.{key}", value) for key, value in table.items()}
+    return _named("controller", table, "name", DEFAULT_CONTROLLER, settings_for)
 
 
 def _terrain(table: Mapping[str, Any]) -> Settings:
     if FILE_KEY in table and "name" not in table:
         check_keys("key of a terrain of a file", table, (FILE_KEY,))
         return {"terrain.file": read_choice("terrain.file", table[FILE_KEY])}
-    settings = {"terrain.name": read_choice("terrain.name", table.get("name", "mixed"))}
-    names = _names("terrain", "terrain.name", settings["terrain.name"], PRESETS)
-    parameters = {name: signature(getattr(Terrain, name)).parameters for name in names}
-    for key, value in table.items():
-        if key == "name":
-            continue
-        _known_to_all("terrain", key, parameters, "name", "file")
-        where = f"terrain.{key}"
-        ranges = {isinstance(parameters[name][key].default, tuple) for name in names}
+    parameters: dict[str, Mapping[str, Parameter]] = {}
+
+    def parameters_of(name: str) -> Iterable[str]:
+        parameters[name] = signature(getattr(Terrain, known_name("terrain", name, PRESETS))).parameters
+        return parameters[name]
+
+    def read(where: str, value: object) -> Settings:
+        key = where.removeprefix("terrain.")
+        ranges = {isinstance(each[key].default, tuple) for each in parameters.values()}
+        if ranges == {True}:
+            return _read_range_setting(where, value)
         if ranges == {False}:
-            settings[where] = read_choice(where, value)
-        elif ranges == {True}:
-            settings.update(_read_range_setting(where, value))
-        else:
-            raise InputError(
-                f"{where} is a range for some of {', '.join(names)} and a number for others: give each its own "
-                "[[terrain]]"
-            )
-    return settings
+            return {where: read_choice(where, value)}
+        raise InputError(
+            f"{where} is a range for some of {', '.join(parameters)} and a number for others: give each its own "
+            "[[terrain]]"
+        )
+
+    return _named("terrain", table, "name", "mixed", parameters_of, read)
 
 
 def _read_range_setting(where: str, value: object) -> Settings:
-    """Choices for a setting that is a range itself.
+    """Read a setting that is a range of numbers.
 
     Raises:
-        InputError: It is not a text, a list of texts, nor a table of `_PARTS_OF_RANGE`.
+        InputError: The value is not a text, a list of texts or a table of `_PARTS_OF_RANGE`.
     """
     if isinstance(value, Mapping):
         check_keys(f"part of the range {where}", value, _PARTS_OF_RANGE)
@@ -199,39 +221,12 @@ def _read_range_setting(where: str, value: object) -> Settings:
     return {where: choice}
 
 
-def _names(what: str, where: str, choice: Choice, valid: Iterable[str]) -> tuple[str, ...]:
-    """A choice that must be of names.
-
-    Args:
-        what: They are of, for messages.
-        where: They stand in the file.
-        choice: As it was read.
-        valid: The names that there are.
-
-    Raises:
-        InputError: It is of something else, or of a name that is unknown.
-    """
-    return tuple(known_name(what, name, valid) for name in _texts(where, choice))
-
-
 def _texts(where: str, choice: Choice) -> tuple[str, ...]:
-    """A choice that must be of texts.
+    """Return the texts of a choice.
 
     Raises:
-        InputError: It is of something else.
+        InputError: The choice holds something else.
     """
     if isinstance(choice, Draw) or not all(isinstance(name, str) for name in choice):
         raise InputError(f"{where} must be a name, or a list of names")
     return tuple(str(name) for name in choice)
-
-
-def _known_to_all(section: str, key: str, valid: Mapping[str, Any], *others: str) -> None:
-    """Refuse a key that is unknown to one of the names that share a table.
-
-    Raises:
-        InputError: It is.
-    """
-    for name, keys in valid.items():
-        if key not in keys and len(valid) > 1 and any(key in each for each in valid.values()):
-            raise InputError(f"{section} {name} has no {key}: give {name} its own [[{section}]], without it")
-        known_name(f"setting of the {section} {name}", key, (*keys, *(() if key in keys else others)))

@@ -1,17 +1,18 @@
-"""A table of finished walks on disk: an SQLite file that rows are added to, and a CSV file of all of them."""
+"""A table of finished walks on disk: an SQLite file that grows row by row, and a CSV file of all rows."""
 
 from __future__ import annotations
 
 import csv
 import json
 import sqlite3
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from mjbiped.errors import InputError, RecordError, shortened, shown
-from mjbiped.sweeps.cell import Row
+from mjbiped.records.schema import OUTCOMES
+from mjbiped.sweeps.cell import FAILED, Row
 from mjbiped.utils.files import saved
 
 _LOCK = ".running"
@@ -27,38 +28,50 @@ _OF_CONTROLLERS = "controllers."  # digests too, by the names of the user's own
 
 
 class Layout(NamedTuple):
-    """What a table holds.
+    """Columns of a table, and the values they can hold.
 
     Attributes:
-        name: Of its files, without their suffixes.
-        columns: Names; no two rows have the same value in the first, the key.
-        fits: Whether a value can stand in a column, given the column's name and the value.
+        name: Name of its files, without their suffixes.
+        columns: Names of the columns; no two rows have the same value in the first, the key.
+        keys: The numbers that can be keys; None: keys are texts.
+        numbers: Columns that hold numbers or nothing; others, apart from "outcome" and "error", can hold texts too.
     """
 
     name: str
     columns: tuple[str, ...]
-    fits: Callable[[str, Any], bool]
+    keys: range | None
+    numbers: frozenset[str]
+
+    def fits(self, name: str, value: Any) -> bool:
+        """Whether a value can stand in a column."""
+        if name == self.columns[0]:
+            return isinstance(value, str) if self.keys is None else type(value) is int and value in self.keys
+        if name == "outcome":
+            return value in (*OUTCOMES, FAILED)
+        if name == "error":
+            return isinstance(value, str | None)
+        return isinstance(value, float | int | None) or (name not in self.numbers and isinstance(value, str))
 
 
 class Store:
-    """The rows of the walks that have ended.
+    """An open table of finished walks.
 
     Attributes:
-        folder: Where they are.
+        folder: Folder of its files.
     """
 
     def __init__(self, path: Path, layout: Layout, database: sqlite3.Connection) -> None:
-        """Take an open file; see `opened`."""
+        """Wrap an open database; `opened` does so."""
         self.folder = path.parent
         self._path = path
         self._layout = layout
         self._database = database
 
     def save(self, rows: Sequence[Row]) -> None:
-        """Add rows, all of them or none; one whose key is there already takes that row's place.
+        """Add all rows or none; a row replaces an earlier one with the same key.
 
         Raises:
-            RecordError: They cannot be written.
+            RecordError: The rows cannot be written.
         """
         marks = ", ".join("?" * len(self._layout.columns))
         values = [tuple(row.get(name) for name in self._layout.columns) for row in rows]
@@ -70,7 +83,7 @@ class Store:
             raise RecordError(f"cannot write {self._path}: {error}") from error
 
     def rows(self) -> list[Row]:
-        """All rows, in the order of their keys.
+        """Read all rows, in the order of their keys.
 
         Raises:
             RecordError: The file is damaged.
@@ -78,7 +91,7 @@ class Store:
         return self._read(f'ORDER BY "{self._layout.columns[0]}"')
 
     def row(self, key: Any) -> Row | None:
-        """The row of a key; None where there is none.
+        """Read the row of a key; None without one.
 
         Raises:
             RecordError: The file is damaged.
@@ -86,7 +99,7 @@ class Store:
         return next(iter(self._read(f'WHERE "{self._layout.columns[0]}" = ?', key)), None)
 
     def _read(self, which: str, *values: Any) -> list[Row]:
-        """Some rows, each value of which has been looked at."""
+        """Read some rows, and check every value."""
         try:
             found = self._database.execute(f"SELECT * FROM cells {which}", values).fetchall()
         except _BROKEN as error:
@@ -115,13 +128,13 @@ class Store:
 
 @contextmanager
 def opened(folder: Path, layout: Layout, identity: Mapping[str, Any], *, fresh: bool = False) -> Iterator[Store]:
-    """Open a table, or begin one; no other process can meanwhile.
+    """Open a table or begin one, and keep other processes out.
 
     Args:
-        folder: Where it is; made if it is not there.
-        layout: What the table holds.
-        identity: All that its rows depend on, in plain JSON types by kind; rows of another identity are refused.
-        fresh: Delete the rows that are there.
+        folder: Folder of the table; it is made if missing.
+        layout: Columns of the table.
+        identity: Everything on which its rows depend, by kind, in plain JSON types; another identity is refused.
+        fresh: Delete the rows that are kept.
 
     Raises:
         InputError: The folder cannot be made, another process has it, or its rows are of another identity.
@@ -149,10 +162,10 @@ def opened(folder: Path, layout: Layout, identity: Mapping[str, Any], *, fresh: 
 
 
 def read_table(path: Path) -> tuple[list[Row], dict[str, Any]]:
-    """The rows of a table, and what they are of, while another process may still write it.
+    """Read the rows and the identity of a table that another process may be writing.
 
     Args:
-        path: Of the SQLite file.
+        path: Path of the SQLite file.
 
     Returns:
         The rows in the order of their keys, and the identity that `opened` was given.
@@ -172,10 +185,10 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Any]]:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder, and those that it is in, where it is not there yet.
+    """Make a folder and its parents where they are missing.
 
     Raises:
-        InputError: It cannot be made.
+        InputError: The folder cannot be made.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -185,10 +198,10 @@ def make_folder(folder: Path) -> None:
 
 @contextmanager
 def _exclusive(folder: Path) -> Iterator[None]:
-    """Keep other processes out; the system lets go of the lock however this one ends.
+    """Lock a folder against other processes; the system releases the lock however this one ends.
 
     Raises:
-        InputError: Another one is in.
+        InputError: Another process has the lock.
     """
     with ExitStack() as stack:
         try:
@@ -207,7 +220,7 @@ def _exclusive(folder: Path) -> Iterator[None]:
 
 
 def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], identity: Mapping[str, Any]) -> None:
-    """Make the tables, or compare the identity of what is there."""
+    """Make the tables of a new file, or check those of an old one and compare its identity."""
     text = {key: json.dumps(value, sort_keys=True) for key, value in identity.items()}
     key, *others = (f'"{name}"' for name in columns)
     # no types: values stay as they are
@@ -243,7 +256,7 @@ def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], ide
             "--out, undo the change, or delete these rows and begin again with --fresh"
         )
     if found != made:
-        raise _damaged(path, "its tables are others than they must be")
+        raise _damaged(path, "its tables are others than they must be, or another version of mjbiped made them")
 
 
 def _damaged(path: Path, why: str) -> RecordError:
@@ -251,7 +264,7 @@ def _damaged(path: Path, why: str) -> RecordError:
 
 
 def _differences(kind: str, kept: str | None, now: str) -> Iterator[str]:
-    """What differs, in words."""
+    """Describe the differences between two values of an identity."""
     if kept == now:
         return
     before, after = _flat(kind, json.loads(kept or "null")), _flat(kind, json.loads(now))
@@ -266,7 +279,7 @@ def _differences(kind: str, kept: str | None, now: str) -> Iterator[str]:
 
 
 def _flat(name: str, value: Any) -> dict[str, str]:
-    """A nested table by dotted names, its values as text."""
+    """Flatten a nested table to dotted names, with its values as text."""
     if not isinstance(value, dict):
         return {name: json.dumps(value)}
     return {key: text for inner, each in value.items() for key, text in _flat(f"{name}.{inner}", each).items()}

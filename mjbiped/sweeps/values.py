@@ -1,4 +1,4 @@
-"""What a study file can say of one quantity: a value, several, a range of them, or a distribution to draw from."""
+"""Choices of a study file for one quantity: a value, several, a range, or a distribution to draw from."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _DIGITS = 12  # of a range's inner values: 0.3 and not 0.30000000000000004
 
 @dataclass(frozen=True)
 class Draw:
-    """A distribution.
+    """A distribution from which values are drawn.
 
     Attributes:
         kind: One of `DISTRIBUTIONS`.
@@ -44,7 +44,7 @@ class Draw:
     second: float
 
     def value(self, seed: int, sample: int, name: str) -> Scalar:
-        """The value of a quantity in a sample: it depends on nothing but the study's seed, the sample and the name."""
+        """Draw the value of a quantity in a sample; it depends on the study's seed, the sample and the name alone."""
         key = (sample, zlib.crc32(name.encode()))
         draw = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=key)))
         if self.kind == "integer":
@@ -57,24 +57,24 @@ class Draw:
 
 
 Choice: TypeAlias = tuple[Scalar, ...] | Draw
-"""The values of a grid, one of them where it is fixed, or a distribution."""
+"""The values of a grid (a single one where the quantity is fixed), or a distribution."""
 
 
 def check_keys(what: str, table: Iterable[str], valid: Iterable[str]) -> None:
-    """Refuse a table that has other keys than those that are valid.
+    """Refuse a table with unknown keys.
 
     Raises:
-        InputError: It has; the message says what the key is.
+        InputError: A key is unknown; the message says what kind of key it is.
     """
     for key in table:
         known_name(what, key, valid)
 
 
 def read_choice(where: str, value: object) -> Choice:
-    """Read what stands in a study file for a quantity.
+    """Read the choice of a study file for a quantity.
 
     Args:
-        where: Its name, for messages.
+        where: Dotted name of the quantity, for messages.
         value: A number, a text or a truth value; a list of them; a table {from, to, count, scale}; or a table of one
             distribution: uniform or log_uniform = [low, high], normal = [mean, deviation], integer = [least, greatest].
 

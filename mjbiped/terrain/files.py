@@ -1,7 +1,6 @@
-"""What users hand to a `Terrain`: elevation and segment files, text on the command line.
+"""Read terrains as users give them: elevation and segment files, and text on the command line.
 
-Everything here turns such input into plain Python values or refuses it with an `InputError` that says what was
-wrong, what was expected and what to do. Nothing here knows what a terrain is.
+Input becomes plain Python values, or an `InputError` says what was wrong, what was expected and what to do.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mjbiped.errors import InputError, shortened, shown
+from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name
 from mjbiped.utils.reading import read_text
@@ -24,7 +23,7 @@ _MOST_KEYS = 1000  # of one table in YAML
 
 
 class Sample(NamedTuple):
-    """One row of an elevation file: x and z in m, and the line of the file that it stands on (1-based)."""
+    """One row of an elevation file: x and z in m, and its line in the file (1-based)."""
 
     x: float
     z: float
@@ -34,14 +33,14 @@ class Sample(NamedTuple):
 def read_samples(path: Path) -> list[Sample]:
     """Read an elevation profile from a comma-separated file with the columns x, z in m.
 
-    A header, blank lines and comments from `#` to the end of a line are allowed. x increases strictly, except that
-    the two ends of a vertical step repeat it once.
+    A header, blank lines and comments from `#` to the end of a line are allowed. x increases strictly; only the two
+    ends of a vertical step have the same x.
 
     Returns:
-        The samples as they stand in the file; at least two, the first and the last being no steps.
+        The samples in the order of the file; at least two, without a step at either end.
 
     Raises:
-        InputError: The file cannot be read, or a row is not as described; the message names the line.
+        InputError: The file cannot be read, or a row is invalid; the message names the line.
     """
     samples: list[Sample] = []
     header = False
@@ -108,13 +107,13 @@ def read_segments(path: Path) -> list[tuple[object, ...]]:
 def parse_parameters(text: str) -> dict[str, Any]:
     """Parse "key=value,key=value" from the command line.
 
-    A value is a whole number, a number, or a range "low..high"; that of `FILE_KEY` is a path.
+    A value is a whole number, a number, or a range "low..high"; only the value of `FILE_KEY` is a path.
 
     Returns:
-        The values by name: int, float or (low, high); a text of `FILE_KEY`.
+        The values by name: int, float or (low, high), and a text for `FILE_KEY`.
 
     Raises:
-        InputError: An item without "=", a name given twice, or a value that is no number.
+        InputError: An item has no "=", a name is given twice, or a value is not a number.
     """
     parameters: dict[str, Any] = {}
     for item in text.split(","):
@@ -134,7 +133,7 @@ def parse_parameters(text: str) -> dict[str, Any]:
 
 
 def parse_number(text: str) -> int | float | None:
-    """Return the number that a text spells, None if it spells none."""
+    """Parse a number; None if the text is not a number."""
     if "_" in text:
         return None
     for kind in (int, float):
@@ -149,13 +148,13 @@ def parse_toml(text: str) -> dict[str, Any]:
     """Parse TOML.
 
     Raises:
-        InputError: It is none; the message names the line.
+        InputError: The text is not TOML; the message names the line.
     """
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         reason = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
-        endless = re.search(r"[0-9_]{4300}", text)  # what Python makes no whole number of, without saying where
+        endless = re.search(r"[0-9_]{4300}", text)  # too long for an int; Python does not say where
         if endless and not isinstance(error, tomllib.TOMLDecodeError):
             reason = f"line {text.count(chr(10), 0, endless.start()) + 1}: a whole number of more than 4300 digits"
         raise InputError(f"not readable as TOML: {shortened(' '.join(reason.split()))}") from error
@@ -165,12 +164,12 @@ def _parse_yaml(text: str) -> object:
     """Parse YAML.
 
     Raises:
-        InputError: It is none; the message names the line.
+        InputError: The text is not YAML; the message names the line.
     """
-    import yaml  # here: few need it
+    import yaml  # only few users need it
 
     class Loader(yaml.SafeLoader):
-        """PyYAML's safe loader, which says of every value that it cannot make where it stands."""
+        """PyYAML's safe loader, with the line of every value that it cannot construct."""
 
         def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
             try:
@@ -199,7 +198,7 @@ def _parse_yaml(text: str) -> object:
 
 
 def _check_order(samples: Sequence[Sample], new: Sample) -> None:
-    """Check that a new elevation sample may follow those already read."""
+    """Check that a new elevation sample may follow the earlier ones."""
     if not samples or new.x > samples[-1].x:
         return
     last = samples[-1]
@@ -218,13 +217,11 @@ def _check_order(samples: Sequence[Sample], new: Sample) -> None:
 
 
 def _read_segment(k: int, segment: object, yaml_file: bool) -> tuple[object, ...]:
-    """Bring the k-th segment of a file (1-based), a list or a table, into a tuple."""
+    """Make a tuple of the k-th segment of a file (1-based), a list or a table."""
     if isinstance(segment, dict):
-        for key in segment:
-            try:
+        with prefixed(f"segment {k}: "):
+            for key in segment:
                 known_name("key", key, SEGMENT_KEYS)
-            except InputError as error:
-                raise InputError(f"segment {k}: {error}") from error
         for key in SEGMENT_KEYS[:2]:
             if key not in segment:
                 raise InputError(

@@ -1,26 +1,35 @@
-"""Terrains that have a name: the constructors that `mjbiped.Terrain` has beside those of its own."""
+"""Named terrains: constructors that `mjbiped.Terrain` inherits."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from inspect import signature
+from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
 
-from mjbiped.errors import InputError
-from mjbiped.terrain.families import START, tread_rows, wave_rows
+from mjbiped.errors import InputError, prefixed
 from mjbiped.terrain.segments import MOST_SEGMENTS, Segment, chained, check_slope, checked_slope
 from mjbiped.utils import domains
-from mjbiped.utils.domains import check_interval, known_name
+from mjbiped.utils.domains import Count, Domain, check_interval, known_name
 
 PRESETS = ("level", "incline", "slopes", "stairs", "mixed", "random", "treads", "waves", "recorded")
-"""Names on the command line of the terrains that are made by a method of `Terrain` of the same name; all but
-"recorded", which needs a file, can be made of their name alone."""
+"""Names of the terrains that a method of `Terrain` of that name makes; only "recorded" needs an argument, a file."""
 
 RANDOM = ("random", "treads", "waves", "recorded")
-"""Those of them that have a seed."""
+"""Names of the terrains that have a seed."""
+
+START = 2.0
+"""Length of the level and smooth ground at the start, m: the first steps are the same everywhere."""
+
+GROWN = 3.0
+"""Distance, in longest waves, in which heights grow to 95 % of their final size: 1 - exp(-3)."""
+
+_WAVES = 64  # of band-limited ground; their sum is nearly normal
+
+_LEVEL: Segment = (START, 0.0, 0.0)
 
 _MIXED: tuple[Segment, ...] = (
     (2.0, 0.0, 0.0),
@@ -41,16 +50,16 @@ _MIXED: tuple[Segment, ...] = (
 
 
 class Presets:
-    """Constructors of terrains that have a name; `mjbiped.terrain.terrain.Terrain` inherits them."""
+    """Constructors of named terrains, which `mjbiped.Terrain` inherits."""
 
     @classmethod
     def level(cls) -> Self:
-        """Make level ground without end."""
+        """Make endless level ground."""
         return cls._of_segments([(1.0, 0.0, 0.0)], "level")
 
     @classmethod
     def incline(cls, slope_deg: float = 3.0) -> Self:
-        """Make one constant slope without end; `slope_deg` in degrees, positive downwards."""
+        """Make an endless slope; `slope_deg` in degrees, positive downhill."""
         slope = checked_slope("slope_deg", slope_deg)
         return cls._of_segments([(1.0, slope, 0.0)], "incline", slope_deg=slope)
 
@@ -69,16 +78,15 @@ class Presets:
         Raises:
             InputError: A value outside its domain.
         """
-        tread = domains.STRETCH.check("tread", tread)
-        rise = domains.STEP.check("rise", rise)
-        first = tread / 2.0 if first is None else domains.STRETCH.check("first", first)
-        count = domains.CHANGES.check("count", count)
-        rows = [(first, 0.0, 0.0)] + [(tread, 0.0, rise)] * count
-        return cls._of_segments(rows, "stairs", tread=tread, rise=rise, first=first, count=count)
+        given = _checked(tread=(domains.STRETCH, tread), rise=(domains.STEP, rise))
+        first = given["tread"] / 2.0 if first is None else first
+        given |= _checked(first=(domains.STRETCH, first), count=(domains.CHANGES, count))
+        rows = [(given["first"], 0.0, 0.0)] + [(given["tread"], 0.0, given["rise"])] * given["count"]
+        return cls._of_segments(rows, "stairs", **given)
 
     @classmethod
     def slopes(cls, length: float = 1.5, change_deg: float = 0.3, count: int = 16, start_deg: float = 0.0) -> Self:
-        """Make ground whose slope changes by the same angle again and again (the paper's: 1.5 m, 0.3 and -1 degree).
+        """Make ground whose slope changes by the same angle at equal distances (the paper's: 1.5 m, 0.3 and -1 degree).
 
         The 16 changes of the default reach 24 m: more than 60 steps of 0.38 m.
 
@@ -101,7 +109,7 @@ class Presets:
 
     @classmethod
     def mixed(cls) -> Self:
-        """Make the house's mixed terrain of slopes and steps, in the manner of the paper's Fig. 4.
+        """Make a fixed terrain of mixed slopes and steps, in the manner of the paper's Fig. 4.
 
         The paper's own table is in a figure and not in its text; this one is ours. Slope positive downhill, step
         positive up, "-" where two segments meet without one; the last segment goes on.
@@ -162,42 +170,32 @@ class Presets:
             InputError: A value outside its domain, or a slope too steep to be stood on: less roughness or a wider
                 spacing keeps slopes gentle.
         """
-        seed = domains.SEED.check("seed", seed)
-        length = domains.RANDOM_STRETCH.check("length", length)
+        given = _checked(seed=(domains.SEED, seed), length=(domains.RANDOM_STRETCH, length))
         lengths = check_interval("segment_length", segment_length, domains.STRETCH)
-        slopes = check_interval("slope_deg", slope_deg, domains.SLOPE_DEG)
-        for slope in slopes:
-            checked_slope("slope_deg", slope)
+        slopes = _checked_slopes(slope_deg)
         rises = check_interval("rise", rise, domains.STEP)
-        probability = domains.PROBABILITY.check("step_probability", step_probability)
-        roughness = domains.ROUGHNESS.check("roughness", roughness)
-        spacing = domains.STRETCH.check("spacing", spacing)
+        given |= {"segment_length": lengths, "slope_deg": slopes, "rise": rises}
+        given |= _checked(
+            step_probability=(domains.PROBABILITY, step_probability),
+            roughness=(domains.ROUGHNESS, roughness),
+            spacing=(domains.STRETCH, spacing),
+        )
+        length, roughness, spacing = given["length"], given["roughness"], given["spacing"]
         finest = min(lengths[0], spacing) if roughness else lengths[0]
         if (length + lengths[1]) / finest > MOST_SEGMENTS:
             raise InputError(
                 f"{length + lengths[1]:g} m in pieces of {finest:g} m can be more than {MOST_SEGMENTS} segments; "
                 "take a shorter length, segments of longer least and shorter greatest length, or a wider spacing"
             )
-        draw = np.random.Generator(np.random.PCG64(seed))
+        draw = _generator(given["seed"])
         rows, done = [(1.0, 0.0, 0.0)], 1.0
         while done < length:
             piece, slope, step = (float(draw.uniform(*ends)) for ends in (lengths, slopes, rises))
-            rows.append((piece, slope, step if draw.random() < probability else 0.0))
+            rows.append((piece, slope, step if draw.random() < given["step_probability"] else 0.0))
             done += piece
         if roughness:
             rows = _roughened(rows, spacing, lambda: float(draw.normal(0.0, roughness)))
-        return cls._of_segments(
-            rows,
-            "random",
-            seed=seed,
-            length=length,
-            segment_length=lengths,
-            slope_deg=slopes,
-            rise=rises,
-            step_probability=probability,
-            roughness=roughness,
-            spacing=spacing,
-        )
+        return cls._of_segments(rows, "random", **given)
 
     @classmethod
     def treads(
@@ -223,23 +221,18 @@ class Presets:
         Raises:
             InputError: A value outside its domain.
         """
-        seed = domains.SEED.check("seed", seed)
-        length = domains.FAMILY_STRETCH.check("length", length)
-        tread = domains.STRETCH.check("tread", tread)
-        deviation = domains.DEVIATION.check("deviation", deviation)
-        slopes = check_interval("slope_deg", slope_deg, domains.SLOPE_DEG)
-        for slope in slopes:
-            checked_slope("slope_deg", slope)
-        _check_pieces(length, tread, "tread")
-        return cls._of_segments(
-            tread_rows(seed, length, tread, deviation, slopes),
-            "treads",
-            seed=seed,
-            length=length,
-            tread=tread,
-            deviation=deviation,
-            slope_deg=slopes,
+        given = _checked(
+            seed=(domains.SEED, seed),
+            length=(domains.FAMILY_STRETCH, length),
+            tread=(domains.STRETCH, tread),
+            deviation=(domains.DEVIATION, deviation),
         )
+        given["slope_deg"] = _checked_slopes(slope_deg)
+        count = _pieces(given["length"], given["tread"], "tread")
+        draw = _generator(given["seed"])
+        drawn = ((draw.uniform(*given["slope_deg"]), given["deviation"] * draw.standard_normal()) for _ in range(count))
+        rows = [(given["tread"], float(slope), float(step)) for slope, step in drawn]
+        return cls._of_segments([_LEVEL, *rows], "treads", **given)
 
     @classmethod
     def waves(
@@ -251,7 +244,7 @@ class Presets:
         longest: float = 5.0,
         spacing: float = 0.05,
     ) -> Self:
-        """Make rough ground of a band of wave lengths; the same arguments give the same terrain bit by bit.
+        """Make rough ground from a band of wave lengths; the same arguments give the same terrain bit by bit.
 
         The first 2 m are level. Then come 64 waves, whose wave numbers are uniformly distributed from 1 / `longest` to
         1 / `shortest`, whose phases are random and whose sum has heights of the standard deviation `deviation`; over
@@ -263,38 +256,38 @@ class Presets:
             deviation: Standard deviation of the heights, m, from 0 to 0.1.
             shortest: Shortest wave, m, > 0.
             longest: Longest wave, m, longer than the shortest.
-            spacing: Of the points that the ground is straight between, m; at most a quarter of the shortest wave.
+            spacing: Distance between the points that straight segments join, m; at most a quarter of the shortest wave.
 
         Raises:
             InputError: A value outside its domain, or a slope too steep to be stood on: take a smaller deviation or
                 longer waves.
         """
-        seed = domains.SEED.check("seed", seed)
-        length = domains.FAMILY_STRETCH.check("length", length)
-        deviation = domains.DEVIATION.check("deviation", deviation)
-        shortest = domains.STRETCH.check("shortest", shortest)
-        longest = domains.STRETCH.check("longest", longest)
-        spacing = domains.STRETCH.check("spacing", spacing)
-        if not 4.0 * spacing <= shortest < longest:
+        given = _checked(
+            seed=(domains.SEED, seed),
+            length=(domains.FAMILY_STRETCH, length),
+            deviation=(domains.DEVIATION, deviation),
+            shortest=(domains.STRETCH, shortest),
+            longest=(domains.STRETCH, longest),
+            spacing=(domains.STRETCH, spacing),
+        )
+        if not 4.0 * given["spacing"] <= given["shortest"] < given["longest"]:
             raise InputError(
                 f"shortest = {shortest:g} m must be at least four times spacing = {spacing:g} m, and less than longest "
                 f"= {longest:g} m"
             )
-        _check_pieces(length, spacing, "spacing")
-        return cls._of_segments(
-            wave_rows(seed, length, deviation, shortest, longest, spacing),
-            "waves",
-            seed=seed,
-            length=length,
-            deviation=deviation,
-            shortest=shortest,
-            longest=longest,
-            spacing=spacing,
-        )
+        count = _pieces(given["length"], given["spacing"], "spacing")
+        draw = _generator(given["seed"])
+        spacing, longest = given["spacing"], given["longest"]
+        numbers = 2.0 * math.pi * draw.uniform(1.0 / longest, 1.0 / given["shortest"], _WAVES)
+        phases = draw.uniform(0.0, 2.0 * math.pi, _WAVES)
+        x = np.arange(count + 1) * spacing
+        heights = math.sqrt(2.0 / _WAVES) * given["deviation"] * np.sin(numbers * x[:, None] + phases).sum(axis=1)
+        rises = np.diff(heights * (1.0 - np.exp(-x / longest)))  # the ground leaves the start without a step
+        return cls._of_segments([_LEVEL, *(_straight(spacing, rise) for rise in rises.tolist())], "waves", **given)
 
     @classmethod
     def preset(cls, name: str, **parameters: Any) -> Self:
-        """Make a terrain by the name that it has in `PRESETS`, with that constructor's parameters.
+        """Make a terrain by its name in `PRESETS`, with the parameters of that constructor.
 
         Raises:
             InputError: An unknown name or parameter, with the valid ones listed, or a value outside its domain.
@@ -302,10 +295,8 @@ class Presets:
         make: Callable[..., Self] = getattr(cls, known_name("terrain", name, PRESETS))
         for key in parameters:
             known_name(f"parameter of the terrain {name}", key, signature(make).parameters)
-        try:
+        with prefixed(f"terrain {name}: "):
             return make(**parameters)
-        except InputError as error:
-            raise InputError(f"terrain {name}: {error}") from error
 
     @classmethod
     def _of_segments(cls, rows: Sequence[Segment], name: str, **parameters: Any) -> Self:
@@ -315,13 +306,36 @@ class Presets:
         return cls(x=x, z=z, angle=angle, name=name, parameters=pairs)  # type: ignore[call-arg]  # Terrain's fields
 
 
-def _check_pieces(length: float, piece: float, name: str) -> None:
-    """Refuse more segments than a terrain may have."""
+def _checked(**given: tuple[Domain | Count, object]) -> dict[str, Any]:
+    """Check numbers against their domains, in the order given, and make plain numbers of them."""
+    return {name: domain.check(name, value) for name, (domain, value) in given.items()}
+
+
+def _checked_slopes(slope_deg: object) -> tuple[float, float]:
+    """Check a range of slopes, degrees."""
+    slopes = check_interval("slope_deg", slope_deg, domains.SLOPE_DEG)
+    for slope in slopes:
+        checked_slope("slope_deg", slope)
+    return slopes
+
+
+def _generator(seed: int) -> np.random.Generator:
+    return np.random.Generator(np.random.PCG64(seed))
+
+
+def _straight(dx: float, dz: float, step: float = 0.0) -> Segment:
+    """The segment that leads so far forward and up, m, after a step."""
+    return math.hypot(dx, dz), math.degrees(math.atan2(-dz, dx)), step
+
+
+def _pieces(length: float, piece: float, name: str) -> int:
+    """Number of pieces after the level start; refuse more segments than a terrain may have."""
     if (length - START) / piece > MOST_SEGMENTS - 2:
         raise InputError(
             f"{length:g} m in pieces of {piece:g} m are more than {MOST_SEGMENTS} segments; take a shorter length or a "
             f"longer {name}"
         )
+    return max(1, math.ceil((length - START) / piece))
 
 
 def _roughened(rows: Sequence[Segment], spacing: float, height: Callable[[], float]) -> list[Segment]:
@@ -336,5 +350,45 @@ def _roughened(rows: Sequence[Segment], spacing: float, height: Callable[[], flo
             last = k == len(rows) - 1 and cell == cells - 1
             before, added = added, 0.0 if last else height()
             dz = (added - before) - math.tan(angle) * dx
-            rough.append((math.hypot(dx, dz), math.degrees(math.atan2(-dz, dx)), step if cell == 0 else 0.0))
+            rough.append(_straight(dx, dz, step if cell == 0 else 0.0))
     return [*rough, (1.0, rows[-1][1], 0.0)]
+
+
+def recorded_rows(seed: int, length: float, x: Sequence[float], z: Sequence[float]) -> list[Segment]:
+    """Draw a stretch of a recorded profile: it begins anywhere and goes in either direction.
+
+    The straight line that fits the samples best is taken away. The record is thought to go on mirrored at both ends,
+    to and fro; a stretch begins at a place that is uniformly distributed over once there and back, so its direction is
+    random as well.
+
+    Args:
+        seed: Seed of the generator.
+        length: Length of the ground along x, m.
+        x: Places of the samples, ascending, m; a place that occurs twice is a vertical step, but not at the ends.
+        z: Heights of the samples, m.
+    """
+    places, heights = np.array(x) - x[0], np.array(z)
+    heights -= np.polyval(np.polyfit(places, heights, 1), places)
+    once = float(places[-1])
+    places, heights = np.append(places, 2.0 * once - places[-2::-1]), np.append(heights, heights[-2::-1])
+    first = float(_generator(seed).uniform(0.0, 2.0 * once))
+    last = first + max(length - START, 0.0)
+    rounds = [2.0 * once * k for k in range(math.ceil(last / (2.0 * once)))]
+    places = np.concatenate([places[:-1] + passed for passed in rounds])  # the last sample is the next round's first
+    heights = np.tile(heights[:-1], len(rounds))
+    inside = (places > first) & (places < last)
+    ends = np.interp((first, last), (*places, 2.0 * once * len(rounds)), (*heights, heights[0]))
+    points = zip((first, *places[inside], last), (ends[0], *heights[inside], ends[1]), strict=True)
+    return [_LEVEL, *_joined([(float(place), float(height)) for place, height in points])]
+
+
+def _joined(points: Sequence[tuple[float, float]]) -> Iterator[Segment]:
+    """Segments between points; two points above one another are a step."""
+    step = 0.0
+    for (x, z), (next_x, next_z) in pairwise(points):
+        dx, dz = next_x - x, next_z - z
+        if dx == 0.0:
+            step = dz
+            continue
+        yield _straight(dx, dz, step)
+        step = 0.0

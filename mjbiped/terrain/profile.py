@@ -1,4 +1,4 @@
-"""The ground's profile in plain numbers, for code that runs at every physics step, in plain Python or compiled."""
+"""The ground's profile in plain numbers, for code that runs at every physics step, interpreted or compiled."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 EDGE = 5e-5
-"""A foot that lies no deeper than this under the upper edge of a step has come to stand on it, m."""
+"""Depth under the upper edge of a step up to which a foot stands on it, m."""
 
 BESIDE = 1e-3
-"""A foot that lies deeper, and no further than this inside the step, is beside its face, m: on the lower ground."""
+"""Distance inside a step up to which a deeper foot is beside its face, on the lower ground, m."""
 
 OVER = 1e-6
-"""A foot that came to stand on the upper edge may lie so far beyond it: it moves a little in the impact, m."""
+"""Distance beyond the upper edge up to which a foot still stands on it, m: it moves a little in the impact."""
 
 Floats: TypeAlias = Sequence[float] | NDArray[np.float64]
 
@@ -24,9 +24,9 @@ class Profile(NamedTuple):
     """A terrain's segments; see `mjbiped.Terrain`.
 
     Attributes:
-        x: Where they start, m, ascending.
-        z: Heights there, m.
-        gradient: dz/dx.
+        x: Starts of the segments, ascending, m.
+        z: Heights at the starts, m.
+        gradient: Gradients dz/dx of the segments.
     """
 
     x: Floats
@@ -35,7 +35,7 @@ class Profile(NamedTuple):
 
 
 def height_of(ground: Any, segment: int, x: float) -> float:
-    """Height of a segment's line at x, m; the ground is a `Profile`, or holds at least its sequences."""
+    """Height of a segment's line at x, m; the ground is a `Profile`, or has its fields."""
     return float(ground.z[segment] + ground.gradient[segment] * (x - ground.x[segment]))
 
 
@@ -52,7 +52,7 @@ def segment_under(profile: Any, x: float) -> int:
 
 
 def segment_near(profile: Any, x: float, index: int) -> int:
-    """The same, searched from a segment that is not far."""
+    """Index of the segment at x, m, searched from a segment nearby."""
     while index + 1 < len(profile.x) and profile.x[index + 1] <= x:
         index += 1
     while index > 0 and profile.x[index] > x:
@@ -61,7 +61,7 @@ def segment_near(profile: Any, x: float, index: int) -> int:
 
 
 def height_over(profile: Profile, x: float) -> float:
-    """Height of the ground at x, m: `Terrain.height_at` where no object can be asked; NaN gives NaN."""
+    """Height of the ground at x, m, like `Terrain.height_at`; NaN gives NaN."""
     return height_of(profile, segment_under(profile, x), x)
 
 
@@ -70,13 +70,13 @@ def segment_stood_on(
 ) -> int:
     """Index of the segment that a foot at x, z stands on: the one rule for feet near a break.
 
-    A foot is a point: it is the segment under x. Only at a step its height decides as well, for a foot that slides down
-    a face may lie on the other side of it, by what a solver leaves, and one on the very edge, too.
+    A foot is a point and stands on the segment under x. Only at a step its height decides as well: by a solver's
+    residual, a foot that slides down a face, or stands on the very edge, may lie on the other side.
 
     Args:
-        ground: A `Profile`, or what holds its sequences.
-        x: Place of the foot, m.
-        z: Its height, m.
+        ground: A `Profile`, or an object with its fields.
+        x: Position of the foot, m.
+        z: Height of the foot, m.
         edge: See `EDGE`, m.
         beside: See `BESIDE`, m.
         over: See `OVER`, m.
@@ -99,10 +99,10 @@ def segment_stood_on(
 
 
 def segment_met(profile: Profile, x: float, z: float) -> int:
-    """Index of the segment that a foot at x, z would come down on, or slides beside a face down to."""
+    """Index of the segment that a foot at x, z would land on, or slides down to beside a face."""
     return segment_stood_on(profile, x, z, EDGE, BESIDE, 0.0)
 
 
 def height_over_ground(profile: Profile, x: float, z: float) -> float:
-    """Height of a foot at x, z over the segment that it would come down on, m; NaN gives NaN."""
+    """Height of a foot at x, z over the segment that it would land on, m; NaN gives NaN."""
     return z - height_of(profile, segment_met(profile, x, z), x)

@@ -1,4 +1,4 @@
-"""Straight pieces of ground as users give them: what is refused, and how they are laid one after another."""
+"""Straight segments of ground as users give them: validation, and their places along x."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from mjbiped.utils import domains
 from mjbiped.utils.domains import entries
 
 Segment: TypeAlias = tuple[float, float, float]
-"""Length along the ground (m), slope (degrees, positive downwards) and step up at the start (m)."""
+"""Length along the ground (m), slope (degrees, positive downhill) and step up at the start (m)."""
 
 GROUND_FRICTION = 0.8
 """Coefficient of Coulomb friction of all walking ground."""
 
 STEEPEST_SLOPE = math.atan(GROUND_FRICTION)
-"""A slope of this angle (rad) or more cannot be stood on."""
+"""Smallest slope angle that the robot cannot stand on, rad."""
 
 HIGHEST_STEP = domains.STEP.high
-"""Greatest height of a vertical step, up or down (m): half a leg of Table I."""
+"""Greatest height of a vertical step up or down, m: half a leg of Table I."""
 
 MOST_SEGMENTS = domains.SEGMENTS.high
 """Greatest number of segments of one terrain."""
@@ -44,7 +44,7 @@ def checked_slope(what: str, degrees: object) -> float:
 
 
 def checked_segments(segments: Iterable[object]) -> list[Segment]:
-    """Check segments as users give them and return them as (length, slope in degrees, step) of plain floats."""
+    """Check segments, and return them as (length in m, slope in degrees, step in m) of plain floats."""
     rows = []
     given = entries(segments)
     if given is None:
@@ -63,10 +63,10 @@ def checked_segments(segments: Iterable[object]) -> list[Segment]:
 
 
 def chained(rows: Sequence[Segment]) -> tuple[list[float], list[float], list[float]]:
-    """Lay checked segments one after another from x = 0.
+    """Place checked segments one after another from x = 0.
 
     Returns:
-        The `x`, `z` and `angle` of a terrain: where the segments start, how high, and how steep they are.
+        The fields `x` (m), `z` (m) and `angle` (rad) of a terrain.
     """
     x, z, angles = [0.0], [rows[0][2]], [math.radians(rows[0][1])]
     for (length, _, _), (_, slope, step) in pairwise(rows):

@@ -16,23 +16,22 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.errors import InputError, shortened, shown
-from mjbiped.terrain.families import recorded_rows
+from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.terrain.files import FILE_SUFFIXES, parse_parameters, read_samples, read_segments
-from mjbiped.terrain.presets import PRESETS, Presets
+from mjbiped.terrain.presets import PRESETS, Presets, recorded_rows
 from mjbiped.terrain.profile import Profile, height_of, segment_under
 from mjbiped.terrain.segments import HIGHEST_STEP, MOST_SEGMENTS, check_slope, checked_segments
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain, entries, known_name
 
 STEP_RESOLUTION = 1e-9
-"""Height differences at a break of no more than this (m) are rounding, not steps; `domains.PLACE` keeps it so."""
+"""Greatest height difference at a break that is rounding, not a step, m; `domains.PLACE` bounds the rounding."""
 
 SHORTEST_RECORD = 5.0
-"""Shortest profile of which stretches are taken as random ground, m: some steps."""
+"""Shortest record from which random ground is made, m: some steps."""
 
 _RISE = Domain(-HIGHEST_STEP - STEP_RESOLUTION, HIGHEST_STEP + STEP_RESOLUTION, "m")  # a difference of rounded heights
-_DEEPEST = 8  # tuples in tuples, of a parameter
+_DEEPEST = 8  # levels of nested tuples in a parameter
 
 
 @dataclass(frozen=True)
@@ -56,8 +55,8 @@ class Terrain(Presets):
         z: Heights at the starts of the segments, after the step there, m, shape (n,).
         angle: Slope angles of the segments, rad, shape (n,); positive goes down in the walking direction.
         end: The x up to which the ground is known, m; infinity for ground that goes on.
-        name: What it is called in records and captions.
-        parameters: Pairs (name, value) it was made with, for records and captions; nested tuples of plain values.
+        name: Name in records and captions.
+        parameters: Pairs (name, value) that it was made with, for records and captions; nested tuples of plain values.
 
     Raises:
         InputError: Any value outside its domain: not finite, starts that do not ascend, a slope as steep as
@@ -72,7 +71,7 @@ class Terrain(Presets):
     parameters: tuple[tuple[str, Any], ...] = ()
 
     def __post_init__(self) -> None:
-        """Bring the fields into plain tuples and check them."""
+        """Check the fields, and make plain tuples of them."""
         for field, domain in (("x", domains.PLACE), ("z", domains.PLACE), ("angle", domains.ANGLE)):
             values = _listed(field, getattr(self, field))
             if len(values) > MOST_SEGMENTS:
@@ -106,7 +105,7 @@ class Terrain(Presets):
         object.__setattr__(self, "parameters", _frozen_pairs(self.parameters))
 
     def __repr__(self) -> str:
-        """One line; the profile can be long, and `to_dict` has it."""
+        """One line without the profile, which can be long; `to_dict` contains it."""
         count = f"{len(self.x)} segment{'' if len(self.x) == 1 else 's'}"
         reach = f"up to x = {self.end:g} m" if math.isfinite(self.end) else "without end"
         return f"<Terrain {self.caption}: {count} {reach}>"
@@ -115,14 +114,14 @@ class Terrain(Presets):
 
     @classmethod
     def from_segments(cls, segments: Iterable[Sequence[float]], name: str = "segments") -> Terrain:
-        """Make a terrain of segments given one after another, the first from x = 0.
+        """Make a terrain from consecutive segments, the first from x = 0.
 
         Args:
             segments: One (length, slope, step) or (length, slope) per segment: the length along the ground in m, > 0;
                 the slope in degrees, positive downwards; the step up in m at the segment's start, 0 if left out. The
                 first segment has no riser, since it extends backwards: its step is the height at x = 0. The last one
                 goes on beyond its length.
-            name: What the terrain is called.
+            name: Name of the terrain.
 
         Raises:
             InputError: No segments, or a value outside its domain; the message names the segment, counted from 1.
@@ -148,19 +147,16 @@ class Terrain(Presets):
             raise InputError(f"a terrain file must be given as its path, got {shown(path)}")
         path = Path(path)
         suffix = path.suffix.lower()
-        try:
+        with prefixed(f"terrain file {shortened(str(path))}: "):
+            known_name("suffix", suffix, FILE_SUFFIXES)
             if suffix == ".csv":
                 return cls._from_samples(path)
-            if suffix in FILE_SUFFIXES:
-                rows = checked_segments(read_segments(path))
-                return cls._of_segments(rows, path.name, segments=rows)
-            raise InputError(f"unknown suffix {shown(suffix)}: valid are {', '.join(FILE_SUFFIXES)}")
-        except InputError as error:
-            raise InputError(f"terrain file {shortened(str(path))}: {error}") from error
+            rows = checked_segments(read_segments(path))
+            return cls._of_segments(rows, path.name, segments=rows)
 
     @classmethod
     def _from_samples(cls, path: Path) -> Terrain:
-        """Make a terrain that runs through the samples of a CSV file."""
+        """Make a terrain through the samples of a CSV file."""
         x, z, angles = [], [], []
         samples = read_samples(path)
         for here, there in pairwise(samples):
@@ -177,7 +173,7 @@ class Terrain(Presets):
 
     @classmethod
     def recorded(cls, file: str | Path | Terrain | None = None, seed: int = 0, length: float = 400.0) -> Terrain:
-        """Make random ground of a recorded elevation profile; the same arguments give the same terrain bit by bit.
+        """Make random ground from a recorded elevation profile; the same arguments give the same terrain bit by bit.
 
         The first 2 m are level. Then comes a stretch of the record without its trend: the straight line that fits the
         samples best is taken away. Each seed takes another stretch, at a random place and in a random direction. At its
@@ -249,7 +245,7 @@ class Terrain(Presets):
 
     @property
     def caption(self) -> str:
-        """The name and the parameters in one line; a list of segments only by its number."""
+        """Name and parameters in one line; of a list of segments only the number."""
         shown = ", ".join(
             f"{len(v)} segments"
             if key == "segments" and isinstance(v, tuple)
@@ -290,7 +286,7 @@ class Terrain(Presets):
         if at.ndim == 0:
             return self.height_at(float(at))
         starts, heights, gradients, _ = self._arrays
-        i = np.maximum(np.searchsorted(starts, at, side="right") - 1, 0)
+        i = self._segments_at(at)
         with np.errstate(invalid="ignore"):  # level ground at infinity has no height: NaN, as in height_at
             return np.asarray(heights[i] + gradients[i] * (at - starts[i]))
 
@@ -314,13 +310,15 @@ class Terrain(Presets):
         at = _places(x)
         if at.ndim == 0:
             return self.slope_at(float(at))
-        starts, _, _, angles = self._arrays
-        i = np.maximum(np.searchsorted(starts, at, side="right") - 1, 0)
-        return np.where(np.isnan(at), at, angles[i])
+        return np.where(np.isnan(at), at, self._arrays[3][self._segments_at(at)])
+
+    def _segments_at(self, x: NDArray[np.float64]) -> NDArray[np.intp]:
+        """Indices of the segments under the places x (m)."""
+        return np.maximum(np.searchsorted(self._arrays[0], x, side="right") - 1, 0)
 
     @property
     def samples(self) -> tuple[list[float], list[float]]:
-        """Places and heights (m) that a profile with an end is straight between; a step has two at one place."""
+        """Places and heights (m) that straight lines join, for a profile with an end; a step has two at one place."""
         x, z = [self.x[0]], [self.z[0]]
         for place, before, rise, after in zip(
             self.x[1:], self.heights_before[1:], self.rises[1:], self.z[1:], strict=True
@@ -330,7 +328,7 @@ class Terrain(Presets):
         return [*x, self.end], [*z, self.height_at(self.end)]
 
     def stretches(self) -> Iterator[range]:
-        """Iterate over the runs of segments between two steps, each as the range of its segments' indices."""
+        """Iterate over runs of segments without a step in between, each as a range of indices."""
         starts = [0, *(i for i, rise in enumerate(self.rises) if rise), len(self.x)]
         return (range(first, stop) for first, stop in pairwise(starts))
 
@@ -356,14 +354,12 @@ class Terrain(Presets):
         missing = [key for key in names if key not in written]
         if missing:
             raise InputError(f"a terrain's record lacks {', '.join(missing)}; it has {', '.join(names)}")
-        try:
+        with prefixed("not a terrain's record: "):
             return cls(**{**written, "end": math.inf if written["end"] is None else written["end"]})
-        except InputError as error:
-            raise InputError(f"not a terrain's record: {error}") from error
 
 
 def parse_terrain(text: str) -> Terrain:
-    """Make the terrain that a text on the command line means.
+    """Make the terrain that a text on the command line describes.
 
     Args:
         text: A preset ("mixed"), a preset with parameters ("stairs:tread=1.8,rise=-0.06",
@@ -375,10 +371,8 @@ def parse_terrain(text: str) -> Terrain:
     text = text.strip()
     name, colon, rest = text.partition(":")
     if name.strip() in PRESETS:
-        try:
+        with prefixed(f"terrain {name.strip()}: "):
             parameters = parse_parameters(rest) if colon else {}
-        except InputError as error:
-            raise InputError(f"terrain {name.strip()}: {error}") from error
         return Terrain.preset(name.strip(), **parameters)
     suffix = Path(text).suffix.lower()
     if suffix in FILE_SUFFIXES or (not colon and (suffix or "/" in text)):
@@ -390,7 +384,7 @@ def parse_terrain(text: str) -> Terrain:
 
 
 def _listed(name: str, values: object) -> tuple[Any, ...]:
-    """Return the entries of a list, tuple or row of an array."""
+    """Return the entries of a list, tuple or row of an array; refuse anything else."""
     listed = entries(values)
     if listed is None:
         raise InputError(f"{name} = {shown(values)}: must be a list")

@@ -1,11 +1,8 @@
-"""What a number that a user gives can be: the domain of every quantity, with both ends, in one place.
+"""Valid ranges of user inputs, all in one place, and checks of what a user names or lists.
 
-The ends are wide: they hold whatever the engines were measured to work with (docs/tables/domains.md), and leave out
-what no arithmetic survives. Scaled alike, robots within them walk alike. What depends on several numbers at once, as a
-slope too steep to stand on, is checked where it arises.
-
-Beside the domains stand the checks of everything else that a user names or lists, so that all are told in one way:
-the name, the value that was given, and what it must be.
+The ranges are wide: they contain whatever the engines were measured to work with (docs/tables/domains.md), and exclude
+what no arithmetic survives. Conditions on several numbers at once, such as a slope too steep to stand on, are checked
+where they arise. All messages have one form: the name, the value that was given, and what it must be.
 """
 
 from __future__ import annotations
@@ -28,12 +25,12 @@ Kind = TypeVar("Kind")
 
 @dataclass(frozen=True)
 class Domain:
-    """The real numbers that a quantity can be, both ends included.
+    """A closed range of real numbers.
 
     Attributes:
-        low: The least.
-        high: The greatest.
-        unit: As it stands behind a number; empty for pure numbers.
+        low: Least value.
+        high: Greatest value.
+        unit: Unit as written behind a number; empty for pure numbers.
     """
 
     low: float
@@ -41,26 +38,26 @@ class Domain:
     unit: str = ""
 
     def __str__(self) -> str:
-        """Both ends and the unit, as they stand in messages."""
+        """Both ends and the unit, for messages."""
         return f"from {self.low:g} to {self.high:g} {self.unit}".rstrip()
 
     @property
     def words(self) -> str:
-        """What a value must be, in words."""
+        """Description of a valid value."""
         return f"a number {self}"
 
     def check(self, name: str, value: object) -> float:
         """Check a number.
 
         Args:
-            name: What it is called, for the message.
-            value: Anything; only real numbers pass, of Python's or NumPy's, and no truth values.
+            name: Name of the quantity, for the message.
+            value: Anything; only real numbers of Python or NumPy pass, and no truth values.
 
         Returns:
-            It as a plain float; negative zero becomes zero, so that equal things are equal bit by bit.
+            The number as a plain float; negative zero becomes zero, so that equal values are equal bit by bit.
 
         Raises:
-            InputError: It is no finite number of the domain.
+            InputError: The value is not a finite number in the domain.
         """
         number = as_float(value)
         if not math.isfinite(number):
@@ -70,20 +67,20 @@ class Domain:
         return number
 
     def array(self, name: str, value: object, shape: tuple[int | None, ...] | None) -> NDArray[np.float64]:
-        """Check an array of numbers, in whatever form it is given.
+        """Check an array of numbers, given as nested sequences or as an array.
 
         Args:
-            name: What it is called, for the message.
+            name: Name of the quantity, for the message.
             value: Numbers in sequences or arrays.
-            shape: Expected, with None where any length will do; None for any shape.
+            shape: Expected shape, with None for any length; None for any shape.
 
         Returns:
-            A fresh array.
+            A new array.
 
         Raises:
-            InputError: It has another shape, or holds what is no finite number of the domain.
+            InputError: The shape is different, or an entry is not a finite number in the domain.
         """
-        # entries of lists stay what they are: NumPy would make numbers of texts and truth values among numbers
+        # entries of lists keep their types: NumPy would turn texts and truth values among numbers into numbers
         given = value if isinstance(value, np.ndarray) else np.array(value, dtype=object)
         if given.dtype.kind == "O" and all(_is_real(each) for each in given.flat):
             given = np.array([as_float(each) for each in given.flat], dtype=np.float64).reshape(given.shape)
@@ -105,30 +102,30 @@ class Domain:
 
 @dataclass(frozen=True)
 class Count:
-    """The whole numbers that a quantity can be, both ends included.
+    """A closed range of whole numbers.
 
     Attributes:
-        low: The least.
-        high: The greatest.
+        low: Least value.
+        high: Greatest value.
     """
 
     low: int
     high: int
 
     def __str__(self) -> str:
-        """Both ends, as they stand in messages."""
+        """Both ends, for messages."""
         return f"a whole number from {self.low} to {self.high}"
 
     @property
     def words(self) -> str:
-        """What a value must be, in words."""
+        """Description of a valid value."""
         return str(self)
 
     def check(self, name: str, value: object) -> int:
-        """Check a whole number, which also a NumPy integer is, but no float.
+        """Check a whole number of Python or NumPy; a float is refused.
 
         Raises:
-            InputError: It is no whole number of the domain.
+            InputError: The value is not a whole number in the domain.
         """
         if isinstance(value, bool) or not isinstance(value, Integral) or not self.low <= int(value) <= self.high:
             raise InputError(f"{name} = {shown(value)}: must be {self}")
@@ -144,7 +141,7 @@ def _is_real(value: object) -> bool:
 
 
 def as_float(value: object) -> float:
-    """A real number as a float; infinity where it is too great for one, NaN for what is no real number."""
+    """Convert a real number to a float: infinity if it is too great, NaN if it is not a real number."""
     if not _is_real(value):
         return math.nan
     try:
@@ -154,10 +151,10 @@ def as_float(value: object) -> float:
 
 
 def check_states(name: str, value: object, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
-    """Check states (q1, q2, dq1, dq2) in rad and rad/s, in an array whose last dimension they are.
+    """Check states (q1, q2, dq1, dq2) in rad and rad/s along the last dimension of an array.
 
     Raises:
-        InputError: The array has another shape, or a number is outside its domain.
+        InputError: The shape is different, or a number is outside its domain.
     """
     states = STATE.array(name, value, shape)
     ANGLE.array(f"{name}, its angles", states[..., :2], None)
@@ -165,10 +162,10 @@ def check_states(name: str, value: object, shape: tuple[int | None, ...]) -> NDA
 
 
 def check_text(name: str, value: object) -> str:
-    """Check a text that stands in records.
+    """Check a text that is written into records.
 
     Raises:
-        InputError: It is no text, or holds what no file can: half a letter, as of a file's name that is no UTF-8.
+        InputError: The value is not text, or UTF-8 cannot write it, like some file names.
     """
     if not isinstance(value, str):
         raise InputError(f"{name} = {shown(value)}: must be text")
@@ -191,7 +188,7 @@ def check_kind(name: str, value: object, kind: type[Kind]) -> Kind:
 
 
 def check_fields(instance: object, **domains: Domain | Count) -> None:
-    """Check attributes of a dataclass by their names, in the order given, and make plain numbers of them.
+    """Check fields of a dataclass in the order given, and replace them with plain numbers.
 
     Raises:
         InputError: One is outside its domain.
@@ -201,7 +198,7 @@ def check_fields(instance: object, **domains: Domain | Count) -> None:
 
 
 def check_given_fields(instance: object, **domains: Domain | Count) -> None:
-    """Check attributes as `check_fields` does, those apart that are None.
+    """Check fields like `check_fields`, but allow None.
 
     Raises:
         InputError: One is outside its domain.
@@ -213,7 +210,7 @@ def check_interval(name: str, value: object, domain: Domain) -> tuple[float, flo
     """Check a range (low, high) with low <= high, both ends in the domain.
 
     Raises:
-        InputError: Not a pair, an end outside the domain, or ends in the wrong order.
+        InputError: The value is not a pair, an end is outside the domain, or the ends are in the wrong order.
     """
     if isinstance(value, str) or not isinstance(value, Sequence) or len(value) != 2:
         raise InputError(f"{name} = {shown(value)}: must be a range (low, high), on the command line low..high")
@@ -224,7 +221,7 @@ def check_interval(name: str, value: object, domain: Domain) -> tuple[float, flo
 
 
 def entries(value: object) -> tuple[Any, ...] | None:
-    """The entries of a list, a tuple or a row of an array; None for what is one thing, or text, or a table."""
+    """The entries of a list, a tuple or a row of an array; None for a single value, text or a mapping."""
     if isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping):
         with suppress(TypeError):  # an array of no dimension
             return tuple(value)
@@ -244,7 +241,7 @@ def known_name(what: str, name: object, valid: Iterable[str]) -> str:
 
 
 def nearest(name: object, valid: Iterable[str]) -> str:
-    """What a message about an unknown name ends with: "; did you mean 'rise'?", or nothing where none is near."""
+    """The end of a message about an unknown name: "; did you mean 'rise'?", or nothing where no name is near."""
     near = difflib.get_close_matches(name, tuple(valid), n=1) if isinstance(name, str) and len(name) < 100 else []
     return f"; did you mean {near[0]!r}?" if near else ""
 

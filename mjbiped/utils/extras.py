@@ -1,4 +1,4 @@
-"""Packages that are installed with an extra of this one, and may be missing."""
+"""Optional packages, which an extra of this one installs."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ def needed(module: str, extra: str, what: str) -> ModuleType:
     """Import a module of an extra.
 
     Args:
-        module: Its whole name.
+        module: Full name of the module.
         extra: The extra of mjbiped that installs its package.
-        what: What needs it, as the beginning of a message.
+        what: What needs it; begins the message.
 
     Returns:
         The module.
 
     Raises:
-        InputError: It is not installed; the message says how to install it.
+        InputError: The package is not installed; the message says how to install it.
     """
     try:
         return import_module(module)

@@ -1,8 +1,8 @@
 """Files that appear whole or not at all.
 
-What is being written stands beside its place under a name of this package's own. It is removed however the block that
-writes it ends, and when the process ends; a process that is killed leaves it behind, and the next one that writes into
-the same folder removes it.
+A file is written under a temporary name beside its place. The temporary file is removed if the block that writes it
+fails, and when the process ends; what a killed process leaves behind is removed after a day, by the next process that
+writes into the same folder.
 """
 
 from __future__ import annotations
@@ -13,21 +13,17 @@ import os
 import re
 import secrets
 import stat
-import sys
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from mjbiped.errors import MjbipedError, RecordError
 
-if sys.platform != "win32":
-    import fcntl
-
 _UNFINISHED = re.compile(r"\.mjbiped-[0-9a-f]{16}(\.[a-z0-9]{1,8})?", re.IGNORECASE)
-_OLD = 86400.0  # s since it was last written to: taken for left behind where files cannot be locked
+_OLD = 86400.0  # s since it was last written to: left behind
 
-_own: dict[Path, int] = {}  # unfinished files, and the process that writes them
+_own: dict[Path, int] = {}  # unfinished files, and the process that writes them: a fork inherits the dictionary
 _swept: set[Path] = set()
 
 
@@ -36,14 +32,14 @@ def written_whole(path: Path) -> Iterator[Path]:
     """Write a file under another name beside its place, and move it there once it is complete.
 
     Args:
-        path: Where the file shall stand; an older one is replaced.
+        path: The file; an older one is replaced.
 
     Yields:
-        An empty file of the same suffix, in small letters, to write to. It is removed where the block raises.
+        An empty file of the same suffix, in lower case, to write to. It is removed if the block raises.
 
     Raises:
-        OSError: The folder is missing or cannot be written, or no file can have this name; raised before the block is
-            entered.
+        OSError: The folder is missing or cannot be written to, or no file can have this name; raised before the block
+            is entered.
     """
     path = path.absolute()  # whatever folder the process works in by then
     _check_name(path)
@@ -54,11 +50,11 @@ def written_whole(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def saved(path: Path, failure: type[MjbipedError] = RecordError) -> Iterator[Path]:
-    """Write a file as `written_whole` does, and say so in words where it cannot be written.
+    """Write a file as `written_whole` does, with an exception of this package where that fails.
 
     Args:
-        path: Where the file shall stand; an older one is replaced.
-        failure: What is raised then, of the package's own exceptions.
+        path: The file; an older one is replaced.
+        failure: The exception.
 
     Yields:
         An empty file of the same suffix to write to.
@@ -74,10 +70,10 @@ def saved(path: Path, failure: type[MjbipedError] = RecordError) -> Iterator[Pat
 
 
 def check_writable(path: Path) -> None:
-    """Try whether a file can be written, leaving what is there as it is.
+    """Check that a file can be written, without changing an existing one.
 
     Raises:
-        OSError: As `written_whole`.
+        OSError: It cannot; see `written_whole`.
     """
     path = path.absolute()
     _check_name(path)
@@ -87,43 +83,23 @@ def check_writable(path: Path) -> None:
 
 @contextmanager
 def _unfinished_file(path: Path) -> Iterator[Path]:
-    """An empty file in the folder of another, of the same suffix; removed when the block ends, if it is still there.
+    """Make an empty file of the same suffix beside another; it is removed when the block ends, unless it was moved.
 
     Raises:
-        OSError: The folder is missing or cannot be written.
+        OSError: The folder is missing or cannot be written to.
     """
     _sweep(path.parent)
-    with ExitStack() as stack:
-        while True:
-            name = path.with_name(f".mjbiped-{secrets.token_hex(8)}{path.suffix.lower()}")
-            _own[name] = os.getpid()
-            stack.callback(_remove, name)
-            handle = os.open(name, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)  # as any new file, by the user's umask
-            if sys.platform == "win32":
-                os.close(handle)  # an open file could not be moved
-                break
-            stack.callback(os.close, handle)
-            if _locked(handle, name):
-                break
-        yield name
-
-
-def _locked(handle: int, name: Path) -> bool:
-    """Lock a new file for as long as this process lives; whether it is still there.
-
-    A process that looks for what was left behind may have taken it in the moment before.
-    """
+    name = path.with_name(f".mjbiped-{secrets.token_hex(8)}{path.suffix.lower()}")
+    _own[name] = os.getpid()
     try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)  # the system lets go of it however this process ends
-        return name.exists()
-    except BlockingIOError:
-        return False
-    except OSError:  # a file system without locks
-        return True
+        name.touch(exist_ok=False)  # with the permissions of any new file
+        yield name
+    finally:
+        _remove(name)
 
 
 def remove_unfinished() -> None:
-    """Remove all that this process is writing, for those who end it at once."""
+    """Remove the temporary files of this process, before it ends without clean-up."""
     for name, process in list(_own.items()):
         if process == os.getpid():
             with suppress(OSError):
@@ -139,10 +115,10 @@ def _remove(name: Path) -> None:
 
 
 def _check_name(path: Path) -> None:
-    """Refuse a place that no file can be moved to.
+    """Refuse a path that no file can be moved to.
 
     Raises:
-        OSError: It is a folder, or its name is too long or holds what no name can.
+        OSError: It is a folder, or its name is too long or contains what no name can.
     """
     try:
         there = os.lstat(path)
@@ -155,36 +131,14 @@ def _check_name(path: Path) -> None:
 
 
 def _sweep(folder: Path) -> None:
-    """Remove what killed processes left unfinished in a folder; once for each folder."""
+    """Remove what killed processes left in a folder long ago; once for each folder."""
     if folder in _swept:
         return
     _swept.add(folder)
     with suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
-            if _UNFINISHED.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
-                with suppress(OSError):
-                    _remove_if_left(Path(entry.path))
-
-
-def _remove_if_left(name: Path) -> None:
-    """Remove an unfinished file that nobody writes any more: its lock is free, or where there are none it is old.
-
-    Raises:
-        OSError: Somebody writes it, or it is another user's.
-    """
-    handle = os.open(name, os.O_RDWR)
-    try:
-        age = time.time() - os.fstat(handle).st_mtime
-        if sys.platform != "win32":
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                return
-            except OSError:  # no locks here
-                if age < _OLD:
-                    return
-        elif age < _OLD:
-            return
-    finally:
-        os.close(handle)
-    name.unlink()
+            if not _UNFINISHED.fullmatch(entry.name) or not entry.is_file(follow_symlinks=False):
+                continue
+            with suppress(OSError):  # another user's
+                if Path(entry.path) not in _own and time.time() - entry.stat().st_mtime > _OLD:
+                    Path(entry.path).unlink()

@@ -1,4 +1,4 @@
-"""The colours of figures and videos, which colour-blind eyes tell apart: those of M. Okabe and K. Ito (2002)."""
+"""Colours of figures and videos that colour-blind readers can tell apart, by M. Okabe and K. Ito (2002)."""
 
 BLUE, ORANGE, VERMILLION, GREEN, BLACK = "#0072B2", "#E69F00", "#D55E00", "#009E73", "#000000"
 PURPLE, SKY = "#CC79A7", "#56B4E9"
@@ -12,7 +12,7 @@ IN_WORDS = {
     PURPLE: "purple",
     SKY: "sky blue",
 }
-"""For texts that say what has which colour."""
+"""Names of the colours, for legends and captions."""
 
 
 def rgb(colour: str) -> tuple[float, float, float]:

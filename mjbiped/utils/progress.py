@@ -1,4 +1,4 @@
-"""When a progress bar is shown: where one was asked for and somebody can see it."""
+"""When a progress bar is shown: if one was asked for and somebody can see it."""
 
 from __future__ import annotations
 
@@ -6,14 +6,13 @@ import sys
 
 
 def hidden(progress: bool) -> bool | None:
-    """What tqdm calls `disable`.
+    """The value of tqdm's argument `disable`.
 
     Args:
         progress: Whether a bar was asked for.
 
     Returns:
-        Whether it is hidden; None where tqdm shall look whether its output is a terminal. A notebook's output is none,
-        and bars are shown there all the same.
+        Whether the bar is hidden; None lets tqdm check for a terminal. In a notebook bars are shown without one.
     """
     if not progress:
         return True
@@ -21,7 +20,7 @@ def hidden(progress: bool) -> bool | None:
 
 
 def in_notebook() -> bool:
-    """Whether this process is a notebook's kernel, by the sign that `tqdm.auto` goes by too."""
+    """Whether this process is a notebook's kernel, by the test of `tqdm.auto`."""
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython else None
     return shell is not None and "IPKernelApp" in shell.config

@@ -1,4 +1,4 @@
-"""Files that a user names, read as what may come from anyone: a regular file of bounded size, or refused in words."""
+"""Read files that a user names: regular files of bounded size; anything else is refused."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from pathlib import Path
 from mjbiped.errors import InputError
 
 LONGEST = 16 << 20
-"""Bytes of a text file at most; the longest terrain of `mjbiped.utils.domains.SEGMENTS` has a third."""
+"""Greatest size of a text file, bytes; the longest terrain of `mjbiped.utils.domains.SEGMENTS` has a third."""
 
 
 def require_file(path: Path) -> None:
-    """Refuse what is no regular file before it is opened: a pipe waits for a writer, a device has no end.
+    """Refuse anything but a regular file before it is opened: a pipe waits for a writer, a device has no end.
 
     Raises:
-        InputError: It is none; the message goes on from the file's name.
+        InputError: The path is not a regular file; the message continues the file's name.
     """
     try:
         kind = path.stat().st_mode
@@ -33,7 +33,7 @@ def read_bytes(path: Path) -> bytes:
     """Read a file of up to `LONGEST` bytes.
 
     Raises:
-        InputError: It cannot be read, is no regular file, or is longer; the message goes on from the file's name.
+        InputError: The file cannot be read, is not regular, or is longer; the message continues the file's name.
     """
     require_file(path)
     try:
@@ -47,10 +47,10 @@ def read_bytes(path: Path) -> bytes:
 
 
 def read_text(path: Path) -> str:
-    """Read a text file that is not empty.
+    """Read a text file.
 
     Raises:
-        InputError: As `read_bytes`, or it is no text.
+        InputError: The file is empty or not UTF-8 text, or `read_bytes` refuses it.
     """
     data = read_bytes(path)
     try:

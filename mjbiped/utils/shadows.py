@@ -1,4 +1,4 @@
-"""A module of the user's that hides our package `controllers`, because Python finds it first."""
+"""Detect a user's module that hides the package `controllers`, because Python finds it first."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _OURS = Path(__file__).parents[2] / "controllers"
 
 
 def hidden_laws() -> str:
-    """In words, which file is in the way of our package `controllers`; empty if none is."""
+    """A message that names the file which hides the package `controllers`; empty if there is none."""
     module = sys.modules.get("controllers")
     found = getattr(importlib.util.find_spec("controllers") if module is None else module.__spec__, "origin", None)
     if found is None or Path(found).parent == _OURS or not _OURS.is_dir():
@@ -23,7 +23,7 @@ def hidden_laws() -> str:
 
 
 def warn_of_hidden_laws() -> None:
-    """Say it when a program imports mjbiped: what it imports from `controllers` next would fail without a reason."""
-    # `python -m mjbiped` says it too, and ends
+    """Warn when a program imports mjbiped: its next import from `controllers` would fail without explanation."""
+    # `python -m mjbiped` reports it by itself, and ends
     if sys.argv[:1] != ["-m"] and (hidden := hidden_laws()):
         warnings.warn(hidden, stacklevel=3)

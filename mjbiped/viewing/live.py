@@ -1,4 +1,4 @@
-"""A walk under way: the very steps of `mjbiped.walk`, one at a time, which the mouse can push."""
+"""A walk that is being simulated with the steps of `mjbiped.walk`, and can be pushed with the mouse."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ from mjbiped.rendering.marks import Scales
 from mjbiped.rendering.moments import APART, TRACE, Moment, Pair, Points, foot_of, tracked_posture
 from mjbiped.rendering.posed import place
 from mjbiped.rollout.walk import WalkStopped, is_interrupt
-from mjbiped.viewing.source import Source
+from mjbiped.viewing.player import Source
 
-_LEAST_SCALE = 0.02  # of weight times leg length: a torque that is drawn at full size is not less
+_LEAST_SCALE = 0.02  # least torque that is drawn at full size, over weight times leg length
 _SAME = 1e-9  # times that differ by less are the same, s
 
 
 class LiveWalk(Source):
-    """Walks in MuJoCo as far as the viewer's time has come.
+    """A walk in MuJoCo, simulated up to the viewer's time.
 
-    What is seen is a copy of the walk's model and state, so that nothing in the window but a push acts on the walk.
-    Where nobody pushes it is bitwise that of `mjbiped.walk`.
+    The window shows a copy of the walk's model and state, so that nothing in it but a push acts on the walk. Without a
+    push the walk is bitwise that of `mjbiped.walk`.
 
     Attributes:
-        run: The walk; its recorder holds the touchdowns so far.
+        run: Run of the walk, whose recorder holds the touchdowns so far.
     """
 
     goes_back = False
@@ -46,8 +46,8 @@ class LiveWalk(Source):
         """Set the robot on the ground.
 
         Args:
-            plan: As checked; its engine is `mjbiped.Mujoco`.
-            next_plan: Makes the plan on the next ground, where grounds have seeds.
+            plan: Checked plan whose engine is `mjbiped.Mujoco`.
+            next_plan: Function that makes the plan on the next ground, for grounds with seeds.
 
         Raises:
             MjbipedError: The walk cannot be started, or another one is under way.
@@ -58,7 +58,7 @@ class LiveWalk(Source):
         self.restart()
 
     def restart(self) -> None:
-        """Begin the same walk anew."""
+        """Begin the same walk again."""
         self.close()
         plan, engine = self._plan, self._plan.terms.engine
         assert isinstance(engine, Mujoco)
@@ -76,7 +76,7 @@ class LiveWalk(Source):
         self.show()
 
     def next_seed(self) -> None:
-        """Begin anew on the next ground; where that cannot be, `news` says why, and the walk goes on."""
+        """Begin again on the next ground; if that is impossible, `news` says why, and the walk goes on."""
         if self._next_plan is None:
             super().next_seed()
             return
@@ -88,18 +88,18 @@ class LiveWalk(Source):
         self.restart()
 
     def close(self) -> None:
-        """Take the walk's callbacks away."""
+        """Remove the walk's callbacks."""
         if self._steps is not None:
             self._steps.close()
 
     @property
     def time(self) -> float:
-        """Of the walk, s."""
+        """Time of the walk, s."""
         return float(self.run.simulation.data.time)
 
     @property
     def ended(self) -> str:
-        """The outcome, once the walk has ended."""
+        """Outcome, once the walk has ended."""
         simulation = self.run.simulation
         return simulation.outcome.words if simulation.over else ""
 
@@ -109,7 +109,7 @@ class LiveWalk(Source):
         return int(self.run.simulation.state.count)
 
     def go_to(self, time: float) -> None:
-        """Step until a time (s) has come.
+        """Simulate until a time (s).
 
         Raises:
             WalkStopped: The controller raised an exception.
@@ -118,19 +118,19 @@ class LiveWalk(Source):
             pass
 
     def touchdown_beside(self, direction: int) -> float:
-        """Step to the next touchdown; see `Source.touchdown_beside`."""
+        """Simulate to the next touchdown; see `Source.touchdown_beside`."""
         before = self.steps
         while direction > 0 and self.steps == before and self._step():
             pass
         return self.time
 
     def push(self, perturbation: mujoco.MjvPerturb) -> None:
-        """Pull at the body that the mouse has selected; see `Source.push`."""
+        """Pull the body that the mouse has selected; see `Source.push`."""
         pulled = bool(perturbation.active) and perturbation.select > 0
         self._perturbation = copy.copy(perturbation) if pulled else None
 
     def _step(self) -> bool:
-        """Make one physics step; whether there was one to be made."""
+        """Make one physics step; return False if the walk has ended."""
         simulation = self.run.simulation
         if simulation.over or self._steps is None:
             return False
@@ -152,7 +152,7 @@ class LiveWalk(Source):
         return True
 
     def _note(self, duration: float) -> None:
-        """Take the step just made into the mean force, the greatest torque, and the ways of the feet."""
+        """Update mean force, greatest torque and paths of the feet with the last step."""
         simulation, u = self.run.simulation, self.run.simulation.state
         stance, torque = int(u.stance), max(map(abs, u.torque))
         if stance != self._stance:
@@ -172,7 +172,7 @@ class LiveWalk(Source):
                 way.popleft()
 
     def moment(self) -> Moment:
-        """The instant that the walk has come to; the force is the mean since it was last asked for."""
+        """Return the present instant; the force is the mean since the last call."""
         data, plan = self.run.simulation.data, self._plan
         u = self.run.simulation.state
         if self._span > 0.0:
@@ -202,11 +202,11 @@ class LiveWalk(Source):
         )
 
     def _way(self, leg: int, foot: Pair) -> Points:
-        """The way that a foot has come to where it is."""
+        """Path of a foot up to its present place."""
         return np.array([*(point for _, point in self._ways[leg]), foot])
 
     def show(self) -> None:
-        """Copy the walk's state, its contacts and forces with it, where the window may do with it what it likes."""
+        """Copy the walk's state, contacts and forces for the window, which may change the copy."""
         simulation = self.run.simulation
         if self._seen is not simulation.model:
             self._seen = simulation.model
@@ -219,7 +219,7 @@ class LiveWalk(Source):
 
 
 def contact_force(model: mujoco.MjModel, data: mujoco.MjData, foot: str) -> np.ndarray:
-    """Force of all contacts of a foot on it in the step just made, forward and upward, N, shape (2,)."""
+    """Sum of the contact forces on a foot in the last step, forward and upward, N, shape (2,)."""
     geom, force, wrench = model.geom(foot).id, np.zeros(3), np.zeros(6)
     for index, pair in enumerate(data.contact.geom.tolist()):
         if geom in pair:

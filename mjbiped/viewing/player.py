@@ -1,31 +1,38 @@
-"""Time in the viewer: pausing, speed, steps back and forth, and what the keys do."""
+"""Time in the viewer: pausing, speed, steps back and forth, and the keys."""
 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from mjbiped.viewing.source import Source
+if TYPE_CHECKING:  # the command line's help needs none of them
+    import mujoco
+
+    from mjbiped.rendering.marks import Scales
+    from mjbiped.rendering.moments import Moment
+    from mjbiped.robots.robot import Robot
+    from mjbiped.terrain.terrain import Terrain
 
 STRIDE = 0.01
-"""By how much a key steps back or forth, s of the walk."""
+"""Time of the walk by which a key steps back or forth, s."""
 
 FASTEST, SLOWEST = 16.0, 1.0 / 64.0
-"""Speeds that the keys reach, in walk time by real time."""
+"""Speeds that the keys reach, walk time over real time."""
 
-_LONGEST = 0.1  # real time that a frame makes up for, s; where the computer is slower, the walk is
+_LONGEST = 0.1  # longest real time that a frame makes up for, s; on a slower computer the walk is slower
 _MEASURED = 0.5  # real time over which the speed is measured, s
 
 
 class Key(NamedTuple):
-    """What a key does.
+    """Action of one or more keys.
 
     Attributes:
-        codes: GLFW's codes of the keys that do it.
-        name: Of the keys, for the help.
-        does: In words, for the help.
+        codes: GLFW's codes of the keys.
+        name: Names of the keys for the help.
+        does: Action in words for the help.
     """
 
     codes: tuple[int, ...]
@@ -46,7 +53,7 @@ KEYS: Mapping[str, Key] = {
     "next_seed": Key((257,), "Enter", "next random ground"),
     "help": Key((297,), "F8", "hide, show these keys"),
 }
-"""What the keys do; all others are those of MuJoCo's viewer."""
+"""Actions of the keys; all other keys are those of MuJoCo's viewer."""
 
 MOUSE: Mapping[str, str] = {
     "double click": "choose a leg or the hip",
@@ -54,22 +61,90 @@ MOUSE: Mapping[str, str] = {
     "drag, wheel": "turn, move, zoom",
     "F, C, F1": "contact forces, points, MuJoCo's keys",
 }
-"""What the mouse does, and the keys of MuJoCo's viewer that matter here."""
+"""Actions of the mouse, and the keys of MuJoCo's viewer that matter here."""
+
+
+class Source(ABC):
+    """A walk that can be viewed: one that is being simulated, or a record.
+
+    Attributes:
+        model: Scene on view, which is a new object where another part of the ground has been built.
+        data: State of the scene; changes to it do not change the walk.
+        robot: The robot.
+        terrain: The ground.
+        scales: Scales of torques and forces for `mjbiped.rendering.marks.draw_marks`.
+        goes_back: Whether earlier times can be shown again.
+        news: Sentence that the viewer should show; empty if there is none.
+    """
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    robot: Robot
+    terrain: Terrain
+    scales: Scales
+    goes_back: bool
+    news: str = ""
+
+    @property
+    @abstractmethod
+    def time(self) -> float:
+        """Time of the walk, s."""
+
+    @property
+    @abstractmethod
+    def ended(self) -> str:
+        """Outcome of the walk in words; empty while it goes on."""
+
+    @abstractmethod
+    def go_to(self, time: float) -> None:
+        """Bring the walk to a time (s), or to its end if that is earlier.
+
+        An earlier time than the present one changes nothing unless the source goes back.
+        """
+
+    @abstractmethod
+    def touchdown_beside(self, direction: int) -> float:
+        """Bring the walk to the next (1) or last (-1) touchdown, or to its end, and return the time, s."""
+
+    @abstractmethod
+    def restart(self) -> None:
+        """Begin again."""
+
+    def next_seed(self) -> None:
+        """Begin again on the next random ground, if there is one; else say so in `news`."""
+        self.news = "only random ground has seeds"
+
+    def push(self, perturbation: mujoco.MjvPerturb) -> None:
+        """Let the mouse pull the robot from now on, as in MuJoCo's viewers."""
+        if perturbation.active:
+            self.news = "a record cannot be pushed"
+
+    @abstractmethod
+    def moment(self) -> Moment:
+        """Return everything that is drawn of the walk now."""
+
+    @abstractmethod
+    def show(self) -> None:
+        """Copy the walk's state into `data`."""
+
+    def close(self) -> None:
+        """End the walk."""
+        return
 
 
 class Player:
-    """Moves a walk's time by what the clock and the keys say.
+    """Moves the time of a walk by the clock and the keys.
 
     Attributes:
         source: The walk.
-        speed: Walk time by real time, as asked for.
+        speed: Requested walk time over real time.
         paused: Whether time stands still.
         helps: Whether the keys are shown.
-        reached: Walk time by real time, as measured; NaN until it is.
+        reached: Measured walk time over real time; NaN until it is measured.
     """
 
     def __init__(self, source: Source, *, speed: float = 1.0) -> None:
-        """Begin where the walk is."""
+        """Begin at the present time of the walk."""
         self.source, self.speed, self.paused, self.reached = source, speed, False, math.nan
         self.helps = True
         self._pressed: deque[int] = deque()
@@ -80,11 +155,11 @@ class Player:
         }
 
     def press(self, code: int) -> None:
-        """Take a key (GLFW's code), in whatever thread; it acts at the next `tick`."""
+        """Note a pressed key (GLFW's code) from any thread; it acts at the next `tick`."""
         self._pressed.append(code)
 
     def tick(self, elapsed: float) -> None:
-        """Do what the keys say, and let the walk go on for so much real time (s).
+        """Act on the keys, and let the walk go on for an elapsed real time (s).
 
         Raises:
             WalkStopped: The controller raised an exception.
@@ -105,16 +180,19 @@ class Player:
             self._real, self._from = 0.0, self.source.time
 
     def _measure(self) -> None:
-        """Measure the speed from now on."""
+        """Start measuring the speed now."""
         self._real, self._from, self.reached = 0.0, self.source.time, math.nan
 
     def _jumped(self) -> None:
-        """Take the walk's time as it is now."""
+        """Continue from the present time of the walk."""
         self._due = self.source.time
         self._measure()
 
     def _pause(self) -> None:
         self.paused = not self.paused
+
+    def _help(self) -> None:
+        self.helps = not self.helps
 
     def _slower(self) -> None:
         self.speed = max(SLOWEST, 0.5 * self.speed)
@@ -124,32 +202,6 @@ class Player:
         self.speed = min(FASTEST, 2.0 * self.speed)
         self._measure()
 
-    def _forward(self) -> None:
-        self.paused = True
-        self.source.go_to(self.source.time + STRIDE)
-        self._jumped()
-
-    def _back(self) -> None:
-        if self._can_go_back():
-            self.source.go_to(self.source.time - STRIDE)
-            self._jumped()
-
-    def _next_touchdown(self) -> None:
-        self.paused = True
-        self.source.touchdown_beside(1)
-        self._jumped()
-
-    def _last_touchdown(self) -> None:
-        if self._can_go_back():
-            self.source.touchdown_beside(-1)
-            self._jumped()
-
-    def _can_go_back(self) -> bool:
-        self.paused = True
-        if not self.source.goes_back:
-            self.source.news = "a walk under way cannot go back: write a record (mjbiped walk --out) and view that"
-        return self.source.goes_back
-
     def _restart(self) -> None:
         self.source.restart()
         self._jumped()
@@ -158,5 +210,23 @@ class Player:
         self.source.next_seed()
         self._jumped()
 
-    def _help(self) -> None:
-        self.helps = not self.helps
+    def _forward(self) -> None:
+        self._go(lambda: self.source.go_to(self.source.time + STRIDE))
+
+    def _back(self) -> None:
+        self._go(lambda: self.source.go_to(self.source.time - STRIDE), back=True)
+
+    def _next_touchdown(self) -> None:
+        self._go(lambda: self.source.touchdown_beside(1))
+
+    def _last_touchdown(self) -> None:
+        self._go(lambda: self.source.touchdown_beside(-1), back=True)
+
+    def _go(self, move: Callable[[], object], *, back: bool = False) -> None:
+        """Pause, and move the walk to another time if it can go there."""
+        self.paused = True
+        if back and not self.source.goes_back:
+            self.source.news = "a walk under way cannot go back: write a record (mjbiped walk --out) and view that"
+            return
+        move()
+        self._jumped()

@@ -1,4 +1,4 @@
-"""A record, seen again."""
+"""Replay of a record in the viewer."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from mjbiped.records.record import Walk
 from mjbiped.rendering.marks import Scales
 from mjbiped.rendering.moments import Moment, Moments
 from mjbiped.rendering.posed import PosedScene
-from mjbiped.viewing.source import Source
+from mjbiped.viewing.player import Source
 
 _SAME = 1e-9  # times that differ by less are the same, s
 
 
 class Replay(Source):
-    """Shows a record of either engine; time runs in it wherever the viewer wants."""
+    """A record of either engine, in which time can run forwards and backwards."""
 
     goes_back = True
 
     def __init__(self, walk: Walk) -> None:
-        """Build the scene about the record's beginning.
+        """Build the scene about the start of the record.
 
         Raises:
             RenderError: The record holds no samples.
@@ -38,20 +38,20 @@ class Replay(Source):
 
     @property
     def time(self) -> float:
-        """Of the record, s."""
+        """Time of the record, s."""
         return self._moment.time
 
     @property
     def ended(self) -> str:
-        """The outcome, at the record's end."""
+        """Outcome, at the end of the record."""
         return self._walk.outcome if self.time >= self._end else ""
 
     def go_to(self, time: float) -> None:
-        """Look the instant up; see `Source.go_to`."""
+        """Look up an instant; see `Source.go_to`."""
         self._moment = self._moments.at(min(max(time, self._begin), self._end))
 
     def touchdown_beside(self, direction: int) -> float:
-        """See `Source.touchdown_beside`; before the first one it is the beginning, after the last one the end."""
+        """Go to the next or last touchdown, or to the start or end of the record; see `Source.touchdown_beside`."""
         times = self._walk.touchdowns["time"]
         if direction > 0:
             index = int(np.searchsorted(times, self.time + _SAME, side="right"))
@@ -62,15 +62,15 @@ class Replay(Source):
         return self.time
 
     def restart(self) -> None:
-        """Go back to the beginning."""
+        """Go back to the start."""
         self.go_to(self._begin)
 
     def moment(self) -> Moment:
-        """See `Source.moment`."""
+        """Return the present instant."""
         return self._moment
 
     def show(self) -> None:
-        """Set the robot to the posture; contacts and their forces are those that MuJoCo finds in it."""
+        """Set the robot to the present posture, for which MuJoCo computes contacts and forces."""
         self._scene.go_to(self._moment.qpos[0])
         self._scene.pose(self._moment, forces=True)
         self.model, self.data = self._scene.model, self._scene.data

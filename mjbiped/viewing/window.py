@@ -1,25 +1,28 @@
-"""The viewer's window: MuJoCo's own (`mujoco.viewer.launch_passive`), in which a walk is drawn with its marks."""
+"""Window of the viewer: MuJoCo's (`mujoco.viewer.launch_passive`), in which a walk is drawn with its marks."""
 
 from __future__ import annotations
 
 import math
 import os
 import sys
+import textwrap
 import threading
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import mujoco
 
-from mjbiped.errors import RenderError
+from mjbiped.errors import RenderError, shortened
+from mjbiped.records.signals import SIGNALS, torques_of
 from mjbiped.rendering.look import Look, show_section
 from mjbiped.rendering.marks import draw_marks
 from mjbiped.rendering.moments import Moment
-from mjbiped.viewing import words
-from mjbiped.viewing.player import Player
+from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils.palette import IN_WORDS
+from mjbiped.viewing.player import KEYS, MOUSE, Player
 
 FRAME = 1.0 / 60.0
 """Real time between two frames, s."""
@@ -32,13 +35,20 @@ _FORCE = 0.3  # length of MuJoCo's arrow for a force of the robot's weight, in l
 _FORCE_WIDTH = 0.02  # of it, in leg lengths
 _PATIENCE = 5.0  # for the window to close, s
 
+Columns = tuple[str, str]
+"""Names and values, or keys and their actions, a line each, in ASCII, which MuJoCo's font has."""
+
+_SLOWER = 0.9  # share of the requested speed below which the reached speed is shown
+_CAPTION = 36  # characters of a terrain's name
+_WIDTH = 60  # characters of a line of news
+
 
 def view(player: Player, look: Look, *, seconds: float | None = None) -> None:
     """Open a window, and show a walk until the window is closed.
 
     Args:
-        player: Of the walk.
-        look: The marks and MuJoCo's visual flags to begin with.
+        player: Player of the walk.
+        look: Marks and MuJoCo's visual flags at the start.
         seconds: Real time after which the window closes by itself, s; never unless given.
 
     Raises:
@@ -53,10 +63,7 @@ def view(player: Player, look: Look, *, seconds: float | None = None) -> None:
     with _opened(viewer, player) as window:
         with window.lock():
             show_section(window.opt)
-            for flag, value in look.visual.items():
-                window.opt.flags[flag] = value
-            for flag, value in look.rendering.items():
-                window.user_scn.flags[flag] = value
+            look.set_flags(window.opt.flags, window.user_scn.flags, {})
             camera = _Camera(window.cam, player.source.moment(), player.source.robot.leg_length)
         shown = player.source.model
         while window.is_running():
@@ -83,7 +90,7 @@ def view(player: Player, look: Look, *, seconds: float | None = None) -> None:
 
 
 def require_screen() -> None:
-    """Refuse to open a window where none can be.
+    """Check that a window can be opened.
 
     Raises:
         RenderError: There is no screen, OpenGL cannot draw on it, or on macOS no mjpython.
@@ -102,7 +109,7 @@ def require_screen() -> None:
 
 
 def _refusal() -> str:
-    """Why GLFW cannot open a window with OpenGL; empty if it can. MuJoCo's viewer would end the process over it."""
+    """Return why GLFW cannot open a window with OpenGL, or nothing; MuJoCo's viewer would end the process."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
@@ -122,7 +129,7 @@ def _refusal() -> str:
 
 @contextmanager
 def _opened(viewer: Any, player: Player) -> Iterator[Any]:
-    """The window; it is gone when this ends."""
+    """Open the window for the duration of a block."""
     source, before = player.source, set(threading.enumerate())
     window = viewer.launch_passive(
         source.model, source.data, key_callback=player.press, show_left_ui=False, show_right_ui=False
@@ -137,7 +144,7 @@ def _opened(viewer: Any, player: Player) -> Iterator[Any]:
 
 
 def _prepare(player: Player) -> None:
-    """Set what a model says of its looks."""
+    """Set the visual settings of a model."""
     source, length = player.source, player.source.robot.leg_length
     source.model.vis.global_.fovy = _FOV
     # MuJoCo divides by the mean mass of bodies
@@ -146,9 +153,9 @@ def _prepare(player: Player) -> None:
 
 
 def _load(window: Any, player: Player) -> None:
-    """Give the window another model; what is chosen with the mouse stays so, for the robot is the same.
+    """Give the window another model, and keep the body that the mouse has selected, for the robot is the same.
 
-    The handle has no function for that. Its `Simulate` has, with which MuJoCo's own viewers reload a file.
+    The handle has no function for this, but its `Simulate` has: MuJoCo's own viewers use it to reload a file.
     """
     simulate = window._get_sim()
     if simulate is None:
@@ -161,7 +168,7 @@ def _load(window: Any, player: Player) -> None:
 
 
 class _Camera:
-    """Follows the hip without bobbing; what the mouse does to the camera stays, for it is only moved along."""
+    """Follows the hip smoothly; changes that the mouse makes to the camera stay, for it is only moved along."""
 
     def __init__(self, camera: Any, moment: Moment, length: float) -> None:
         self._camera, self._time, self._place = camera, moment.time, moment.qpos[:2]
@@ -171,9 +178,9 @@ class _Camera:
         camera.lookat[:] = x + _AHEAD * length, 0.0, z - _BELOW * length
 
     def follow(self, moment: Moment) -> None:
-        """Move on to where the hip is."""
+        """Move towards the hip."""
         elapsed, self._time = moment.time - self._time, moment.time
-        # begun anew, or gone far: there at once
+        # after a new start or a long jump, at once
         share = -math.expm1(-elapsed / _CALM) if 0.0 <= elapsed < 1.0 else 1.0
         way = [share * (to - from_) for to, from_ in zip(moment.qpos[:2], self._place, strict=True)]
         if all(map(math.isfinite, way)):
@@ -183,12 +190,63 @@ class _Camera:
 
 
 def _write(window: Any, player: Player, moment: Moment, look: Look) -> None:
-    """Write what is to be read."""
+    """Write the texts."""
     small, grid = mujoco.mjtFontScale.mjFONTSCALE_100, mujoco.mjtGridPos
-    texts = [(small, grid.mjGRID_BOTTOMRIGHT, *words.keys())] if player.helps else []
+    texts = [(small, grid.mjGRID_BOTTOMRIGHT, *keys())] if player.helps else []
     if "caption" in look.elements:
-        texts.append((small, grid.mjGRID_TOPRIGHT, *words.state(player, moment, look.elements)))
-    news = words.news(player)
-    if news:
-        texts.append((small, grid.mjGRID_TOP, news, ""))
+        texts.append((small, grid.mjGRID_TOPRIGHT, *state(player, moment, look.elements)))
+    said = news(player)
+    if said:
+        texts.append((small, grid.mjGRID_TOP, said, ""))
     window.set_texts(texts)
+
+
+def state(player: Player, moment: Moment, elements: Collection[str]) -> Columns:
+    """Return time, speed, ground, and the meanings of the marks."""
+    speed = f"{player.speed:.3g} x"
+    if player.paused:
+        speed += " (paused)"
+    elif player.reached < _SLOWER * player.speed:
+        speed += f" (reached {player.reached:.2g} x)"
+    lines = [
+        ("ground", ground(player.source.terrain)),
+        ("time", f"{moment.time:.2f} s, step {moment.step}"),
+        ("speed", speed),
+        ("slope", f"{math.degrees(moment.slope):+.1f} deg"),
+    ]
+    if math.isfinite(moment.slope_estimate):
+        mark = f" ({IN_WORDS[SIGNALS['slope_estimate'].colour]} line)" if "estimate" in elements else ""
+        lines.append((f"slope estimate{mark}", f"{math.degrees(moment.slope_estimate):+.1f} deg"))
+    if "torque" in elements:
+        for signal, torque in zip(torques_of(type(player.source.robot)), moment.torque, strict=True):
+            lines.append((f"{signal.name} torque ({IN_WORDS[signal.colour]} arc)", f"{torque:+.1f} N m"))
+    if "force" in elements:
+        lines.append(("ground force (black arrow)", f"{math.hypot(*moment.force):.0f} N"))
+    names, values = zip(*lines, strict=True)
+    return "\n".join(names), "\n".join(values)
+
+
+def keys() -> Columns:
+    """Return the help."""
+    rows = [*((key.name, key.does) for key in KEYS.values()), *MOUSE.items()]
+    return "\n".join(name for name, _ in rows), "\n".join(does for _, does in rows)
+
+
+def news(player: Player) -> str:
+    """Return how the walk ended, and the result of the last key."""
+    source = player.source
+    lines = [f"{source.ended} - Backspace begins again"] if source.ended else []
+    return "\n".join([*lines, *textwrap.wrap(source.news, _WIDTH)])
+
+
+def ground(terrain: Terrain) -> str:
+    """Return the terrain's name, shortened."""
+    seed = dict(terrain.parameters).get("seed")
+    return plain(shortened(terrain.caption, _CAPTION) if seed is None else f"{terrain.name}, seed {seed}")
+
+
+def plain(text: str) -> str:
+    """Return a text in ASCII."""
+    for sign, instead in (("−", "-"), ("–", "-"), ("°", " deg"), ("×", "x"), ("±", "+-"), (" ", " ")):
+        text = text.replace(sign, instead)
+    return text.encode("ascii", "replace").decode()

@@ -1,4 +1,4 @@
-"""A user's program with a control law of its own, a constant of which `startup_benchmark` changes from run to run.
+"""A user's program with a control law of its own, a constant of which the benchmark `edited` changes from run to run.
 
 The paper's law without re-planning, the hip torque multiplied by that constant, is walked 60 steps on level ground. It
 is put together here as its author would do it, so that a law of usual length has to be compiled:
@@ -29,11 +29,11 @@ def law_torque(
     """Torques (14), the hip's times `FACTOR`, and the rates of the estimates (17)."""
     reference = reference_at(parameters.table, t)
     legs = compass.legs_of(q1, q2)
-    errors = tracking_errors(parameters.position_gain, reference, q1, q2, dq1, dq2)
+    errors = tracking_errors(parameters.gains.position, reference, q1, q2, dq1, dq2)
     ankle, hip = tracking_torque(
         parameters.constants,
-        parameters.position_gain,
-        parameters.velocity_gain,
+        parameters.gains.position,
+        parameters.gains.velocity,
         reference,
         errors,
         legs,
@@ -42,7 +42,7 @@ def law_torque(
         memory[0],
         memory[1],
     )
-    rates = estimate_rates(parameters.constants, parameters.adaptation_gain, legs, errors[4], errors[5])
+    rates = estimate_rates(parameters.constants, parameters.gains.adaptation, legs, errors[4], errors[5])
     return ankle, FACTOR * hip, rates[0], rates[1]
 
 

@@ -1,21 +1,28 @@
-"""Paired timings: the cases of a comparison run in turn, so that a machine that slows down slows all of them."""
+"""Paired timings: the cases of a comparison run in turn, so that a machine that slows down slows all of them.
+
+A time is the CPU time of the one thread that works, unless threads are compared: then it is wall-clock time.
+"""
 
 from __future__ import annotations
 
+import os
+import platform
 import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from tqdm.auto import tqdm
 
-PAGE = Path("docs/tables/performance.md")
-
 Case = Callable[[], float]
 """Runs something and returns the seconds that it took."""
+
+Rows = list[list[str]]
+"""Rows of a table, each a list of cells."""
 
 
 @dataclass(frozen=True)
@@ -32,23 +39,33 @@ class Timing:
 
     @property
     def rate(self) -> str:
-        """Median per second, with the slowest and the fastest repetition."""
+        """Median of work per second, with the slowest and the fastest repetition."""
         low, middle, high = (self.work / np.percentile(self.seconds, part) for part in (100, 50, 0))
         return f"{middle:,.0f} ({low:,.0f} to {high:,.0f})"
 
     def each(self, unit: float = 1.0, digits: int = 2) -> str:
-        """Time for one of what is counted, in units of so many seconds: median, least and greatest."""
+        """Time per unit of work, as a multiple of `unit` (s): median, least and greatest."""
         low, middle, high = (np.percentile(self.seconds, part) / self.work / unit for part in (0, 50, 100))
         return f"{middle:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 
+    def median(self, unit: float = 1.0) -> str:
+        """Median time per unit of work, as a multiple of `unit` (s)."""
+        return f"{np.median(self.seconds) / self.work / unit:.1f}"
+
     def ratio(self, other: Timing) -> str:
-        """How many times as fast as another, from paired repetitions: median, least and greatest."""
+        """Speed as a multiple of another's, from paired repetitions: median, least and greatest."""
         ratios = (other.seconds / other.work) / (self.seconds / self.work)
         return f"{np.median(ratios):.3g} ({ratios.min():.3g} to {ratios.max():.3g})"
 
 
 def interleaved(cases: Mapping[str, tuple[Case, int]], repeats: int, title: str) -> dict[str, Timing]:
-    """Time cases in turn, after one run of each that does not count (compilation, caches)."""
+    """Time cases in turn, after one uncounted run of each (compilation, caches).
+
+    Args:
+        cases: Each case with the work of one repetition.
+        repeats: Repetitions that count.
+        title: Title of the progress bar.
+    """
     seconds: dict[str, list[float]] = {name: [] for name in cases}
     with tqdm(total=len(cases) * (repeats + 1), desc=title, disable=None) as bar:
         for repeat in range(repeats + 1):
@@ -61,7 +78,7 @@ def interleaved(cases: Mapping[str, tuple[Case, int]], repeats: int, title: str)
 
 
 def side_by_side(case: Callable[[], object], threads: int) -> float:
-    """Seconds by the clock on the wall in which so many threads each do the same."""
+    """Wall-clock time in which so many threads each run the case, s."""
     working = [threading.Thread(target=case) for _ in range(threads)]
     started = time.perf_counter()
     for thread in working:
@@ -69,3 +86,18 @@ def side_by_side(case: Callable[[], object], threads: int) -> float:
     for thread in working:
         thread.join()
     return time.perf_counter() - started
+
+
+def machine(_repeats: int = 1) -> Rows:
+    """Describe the machine: processor, system, load and date."""
+    cpuinfo = Path("/proc/cpuinfo")
+    lines = cpuinfo.read_text(encoding="utf-8").splitlines() if cpuinfo.exists() else []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    model = models[0] if models else platform.processor() or platform.machine()
+    versions = ", ".join(f"{name} {version(name)}" for name in ("mujoco", "numba", "numpy", "scipy"))
+    return [
+        ["processor", f"{model}, {os.cpu_count()} cores"],
+        ["system", f"{platform.system()}, Python {platform.python_version()}, {versions}"],
+        ["load in the last 1, 5, 15 minutes", ", ".join(f"{value:.1f}" for value in os.getloadavg())],
+        ["date", time.strftime("%Y-%m-%d")],
+    ]

@@ -13,12 +13,12 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from mjbiped.rendering.encoding import encoder
-from mjbiped.rendering.overlay import Pixels, draw_headline
+from mjbiped.rendering.overlay import Pixels, overlay
 from mjbiped.rendering.video import render_frames
+from mjbiped.reproduction import reproduce as report
 from mjbiped.reproduction import rows, table_2
 from mjbiped.reproduction.grounds import reading_at
 from mjbiped.reproduction.methods import METHODS, Variant, settled
-from mjbiped.reproduction.report import page as report
 from mjbiped.utils.files import written_whole
 
 WIDTH, HEIGHT = 720, 180
@@ -44,7 +44,10 @@ def stacked(walks: dict[str, mjbiped.Walk], fps: int) -> list[Pixels]:
     for name, walk in walks.items():
         strip = render_frames(walk, np.minimum(times, walk.end[0]), width=WIDTH, height=HEIGHT, hide="caption,chart")
         captions = [name if time < walk.end[0] else f"{name}: {walk.outcome}, {walk.steps} steps" for time in times]
-        strips.append([draw_headline(frame, text) for frame, text in zip(strip, captions, strict=True)])
+        for frame, text in zip(strip, captions, strict=True):
+            with overlay(frame, HEIGHT) as over:
+                over.legend((), headline=text)
+        strips.append(strip)
     return [np.concatenate(frames) for frames in zip(*strips, strict=True)]
 
 

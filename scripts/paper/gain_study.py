@@ -16,12 +16,13 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.analysis.error_dynamics import cycle_stability, impact_gain, lyapunov_gain
+from mjbiped.analysis.error_dynamics import impact_gain
 from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP
 from mjbiped.plotting.style import BLACK, BLUE, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
 from mjbiped.records import measures
 from mjbiped.robots.compass import Array
 from scripts.pages import markdown_table, write_block
+from scripts.paper.cycle import cycle_stability, lyapunov_gain
 
 TERRAINS = {
     "slopes 0.3°": mjbiped.Terrain.slopes(),

@@ -14,10 +14,11 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.analysis.error_dynamics import ESTIMATES, cycle_stability, impact_gain, lyapunov_gain, lyapunov_weights
+from mjbiped.analysis.error_dynamics import ESTIMATES, impact_gain, lyapunov_weights
 from mjbiped.analysis.stability import Stability, stability
 from mjbiped.plotting.stability import plot_stability
 from scripts.pages import markdown_table, write_block
+from scripts.paper.cycle import cycle_stability, lyapunov_gain
 
 TERRAINS = {
     "level": mjbiped.Terrain.level(),

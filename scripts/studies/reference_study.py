@@ -1,9 +1,9 @@
-"""What optimised references cost on level ground, and what they climb: the figures of `docs/references.md`.
+"""What optimised references cost on level ground, and what they climb: tables and figure behind `docs/references.md`.
 
 A controller climbs a rise if it goes on walking at 99 of 100 places of the step's edge between two footholds; in
 brackets is what it climbs on ground that no foot has as well. Some minutes; the checks in MuJoCo take most of it.
 
-    python -m scripts.studies.reference_study --page docs/references.md --plot docs/images/references.png
+    python -m scripts.studies.reference_study --page docs/tables/references.md --plot docs/images/references.png
 """
 
 from __future__ import annotations
@@ -23,8 +23,7 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, LibraryController
-from mjbiped.gaits.bezier import DEGREE, NODES, bernstein, powers_through
-from mjbiped.gaits.hold import pieces_of
+from mjbiped.gaits.pieces import DEGREE, bernstein, count_of_pieces, in_pieces
 from mjbiped.gaits.reference import table_of
 from mjbiped.plotting import style
 from mjbiped.plotting.panels import legend_below, titled
@@ -150,11 +149,9 @@ def passive_cost(gait: mjbiped.Gait) -> float:
 
 def continued(gait: mjbiped.OptimisedGait) -> mjbiped.OptimisedGait:
     """The gait with its curves going on after the period for a third of it, in the hold's stead."""
-    count = pieces_of(gait.period, ROBOT.leg_length, ROBOT.gravity)
-    pieces = [
-        powers_through(bernstein(DEGREE, (k + NODES) / count) @ gait.control_points) for k in range(count + count // 3)
-    ]
-    return replace(gait, table=table_of(count / gait.period, np.stack(pieces)))
+    count = count_of_pieces(gait.period, ROBOT.leg_length, ROBOT.gravity)
+    pieces = in_pieces(lambda place: bernstein(DEGREE, place / count) @ gait.control_points, range(count + count // 3))
+    return replace(gait, table=table_of(count / gait.period, pieces))
 
 
 def _descends(controller: AdaptiveController, drop: float) -> str:

@@ -2,9 +2,9 @@
 
 Each setting walks the same grounds with the adaptive controller, and passively down 2 degrees. Impacts are compared
 with the impact map, all else with the hybrid engine, whose own error is below 1e-9. Then the settings are timed in
-turn. Some five minutes. The result stands in `docs/step_size.md`.
+turn. Some five minutes. The result stands in `docs/tables/step_size.md`.
 
-    python -m scripts.studies.step_size_study --page docs/step_size.md --plot docs/images/step_size.png
+    python -m scripts.studies.step_size_study --page docs/tables/step_size.md --plot docs/images/step_size.png
 """
 
 import math
@@ -37,8 +37,7 @@ from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.panels import legend_below
 from mjbiped.records import measures
-from scripts.benchmarks.benchmark import machine
-from scripts.benchmarks.timing import Case, Timing, interleaved
+from scripts.benchmarks.timing import Case, Timing, interleaved, machine
 from scripts.pages import write_table
 from scripts.studies.gallery import TERRAINS
 

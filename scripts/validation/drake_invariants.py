@@ -9,8 +9,8 @@ import numpy as np
 
 import mjbiped
 from controllers import PassiveController
-from mjbiped.analysis.published import DRAKE_ROBOT, DRAKE_SLOPE
 from mjbiped.robots.compass import Array, acceleration
+from scripts.validation.published import DRAKE_ROBOT, DRAKE_SLOPE
 
 TOUCHDOWN = 0.2
 """Angle of the legs from the ramp's normal in Drake's test of an impact, rad."""

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from mjbiped.analysis.published import GARCIA, GARCIA_SLOPE
 from mjbiped.plotting.panels import titled
 from mjbiped.plotting.style import BLACK, BLUE, GREEN, GUIDE, ORANGE, VERMILLION, drawn, make_small, note_at
+from scripts.validation.published import GARCIA, GARCIA_SLOPE
 from scripts.validation.simplest_walker import GARCIAS, branch, convergence, long_gait
 
 STEEPEST = 0.018  # rad

@@ -12,11 +12,12 @@ from functools import cache, partial
 import numpy as np
 from scipy.optimize import root
 
-from mjbiped.analysis.published import HSU_CHEN_ROBOT, HSU_CHEN_SECOND, HSU_CHEN_SLOPE
 from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
 from mjbiped.robots.chain import Array, machine_code
-from mjbiped.robots.kneed import SWING_LOCKED, KneedBiped
+from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.kneed_equations import SWING_LOCKED
 from scripts.validation.computed import Computations, Computed
+from scripts.validation.published import HSU_CHEN_ROBOT, HSU_CHEN_SECOND, HSU_CHEN_SLOPE
 
 WIDTH = 1e-3
 """The program's time step, s."""

@@ -15,12 +15,12 @@ import click
 import numpy as np
 
 import mjbiped
-from mjbiped.analysis.published import BHOUNSULE, DRAKE, GARCIA, GOSWAMI, HSU_CHEN, Published
 from scripts.pages import show_table
 from scripts.validation import compass_gait, drake_invariants, figure, rimless_wheel, simplest_walker
 from scripts.validation.compass_gait import GOSWAMIS
 from scripts.validation.computed import Computations, Computed
 from scripts.validation.kneed_walker import HSU_CHENS
+from scripts.validation.published import BHOUNSULE, DRAKE, GARCIA, GOSWAMI, HSU_CHEN, Published
 from scripts.validation.simplest_walker import BHOUNSULES, GARCIAS
 
 MORE = 3

@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.analysis.published import GARCIA, GARCIA_ROBOT, GARCIA_SLOPE
 from mjbiped.gaits.passive import PassiveGait, eigenvalues, find_passive_gait
 from mjbiped.limit_cycles.bifurcation import bifurcation_diagram
 from mjbiped.limit_cycles.periodic import GUARD, PeriodicGait, find_periodic_gait, first_gait, follow, zero_on_branch
 from mjbiped.limit_cycles.return_map import ReturnMap
 from mjbiped.robots.compass import Array, Compass
 from scripts.validation.computed import Computations, Computed
+from scripts.validation.published import GARCIA, GARCIA_ROBOT, GARCIA_SLOPE
 from scripts.validation.rimless_wheel import rolling_rate
 
 ONE_SIDED = 1e-5  # width of the difference quotients that give the published multipliers

@@ -25,7 +25,7 @@ import mjbiped
 from controllers import AdaptiveController, Controller, PassivityController
 from mjbiped.analysis.stability import stability
 from mjbiped.cli import main as cli
-from mjbiped.cli import video_options
+from mjbiped.cli import options as cli_options
 from mjbiped.engines.mujoco import run as mujoco_run
 from mjbiped.engines.mujoco import scene
 from mjbiped.errors import RenderError
@@ -106,7 +106,7 @@ def drawings(monkeypatch: pytest.MonkeyPatch) -> Drawings:
     """Nothing is drawn in earnest."""
     fake = Drawings()
     monkeypatch.setattr(plots, "plot_walk", fake.plot_walk)
-    monkeypatch.setattr(plots, "plot_gait", fake.plot_gait)
+    monkeypatch.setattr("mjbiped.plotting.gait.plot_gait", fake.plot_gait)
     monkeypatch.setattr(plot_comparison, "plot_comparison", fake.plot_comparison)
     monkeypatch.setattr(video, "render_video", fake.render_video)
     monkeypatch.setattr(gl, "gl_available", lambda: "egl")
@@ -183,7 +183,7 @@ def test_options_agree_with_what_they_set() -> None:
     for suffix in plot_style.SUFFIXES:
         assert options["plot"].type(f"walk{suffix}", options["plot"], None) == Path(f"walk{suffix}")
     model = mujoco.MjModel.from_xml_path(str(scene.models_folder() / "scene.xml"))
-    assert {model.camera(index).name for index in range(model.ncam)} == set(video_options.CAMERAS)
+    assert {model.camera(index).name for index in range(model.ncam)} == set(cli_options.CAMERAS)
 
 
 # ---- walk ------------------------------------------------------------------------------------------------------------

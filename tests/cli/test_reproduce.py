@@ -9,12 +9,14 @@ import pytest
 from command_line import run
 
 from mjbiped.plotting.style import new_figure, save_figure
-from mjbiped.reproduction import methods, plan, random_grounds, scan, walks
+from mjbiped.reproduction import cell as walks
+from mjbiped.reproduction import methods, placebo, plan, table_2
 from mjbiped.reproduction import reproduce as whole
-from mjbiped.reproduction.cell import Cell, measured
+from mjbiped.reproduction.cell import Cell, opened_walks, walked
 from mjbiped.reproduction.methods import settled
 from mjbiped.sweeps import run as running
-from mjbiped.sweeps.store import opened
+from mjbiped.sweeps.cell import Row
+from mjbiped.sweeps.store import read_table
 
 
 @pytest.fixture
@@ -24,9 +26,9 @@ def small(monkeypatch: pytest.MonkeyPatch, studies_in_threads: None) -> None:
     monkeypatch.setattr(methods, "DELAYS", (0.6,))
     monkeypatch.setattr(plan, "table_2", lambda: all_of_table_2(methods=("adaptive",)))
     monkeypatch.setattr(whole, "in_mujoco", lambda *_: [])
-    monkeypatch.setattr(scan, "settings", lambda: [settled("PBC", "none")])
-    some = random_grounds.drawn(4)
-    monkeypatch.setattr(random_grounds, "drawn", lambda: some)
+    monkeypatch.setattr(table_2, "settings", lambda: [settled("PBC", "none")])
+    some = placebo.drawn(4)
+    monkeypatch.setattr(placebo, "drawn", lambda: some)
     # these take seconds to draw, and have tests of their own
     for name in ("plot_walk", "plot_figure_5", "plot_figure_6"):
         monkeypatch.setattr(whole, name, lambda _, path: save_figure(new_figure(1.0), path))
@@ -60,22 +62,21 @@ def test_page_table_and_figures_are_written(tmp_path: Path, monkeypatch: pytest.
 
 @pytest.mark.usefixtures("small")
 def test_interrupted_it_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    walked = []
+    begun: list[Cell] = []
 
-    def interrupted(cell: Cell) -> object:
-        walked.append(cell)
-        if len(walked) > 4:
+    def interrupted(folder: Path, cell: Cell) -> Row:
+        begun.append(cell)
+        if len(begun) > 4:
             raise KeyboardInterrupt
-        return real(cell)
+        return walked(folder, cell)
 
-    real = measured
-    monkeypatch.setattr(walks, "measured", interrupted)
+    monkeypatch.setattr(walks, "walked", interrupted)
     monkeypatch.setattr(running, "MOST_IN_BATCH", 1)
     result = run("reproduce", "--out", tmp_path, "--workers", 1)
     assert result.exit_code == 130
     assert "the same command goes on" in result.stderr.replace("\n", " ")
-    with opened(tmp_path / "walks", walks.LAYOUT, {}) as store:
-        assert len(store.rows()) == 4
+    with opened_walks(tmp_path / "walks"):
+        assert len(read_table(tmp_path / "walks" / "walks.sqlite")[0]) == 4
 
 
 @pytest.mark.parametrize(

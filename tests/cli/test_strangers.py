@@ -15,8 +15,8 @@ import mjbiped
 from controllers import AdaptiveController
 from mjbiped.control.loading import digest_of
 from mjbiped.gaits import optimised
-from mjbiped.gaits.bezier import DEGREE
 from mjbiped.gaits.described import gait_from
+from mjbiped.gaits.pieces import DEGREE
 from mjbiped.reports.repeat import command_of, python_of
 from mjbiped.reports.walk_figures import walk_figures
 

@@ -9,14 +9,14 @@ from typing import ClassVar
 import numba
 import numpy as np
 import pytest
-from simulations import make_simulation
+from simulations import hybrid_run, make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, KneedController, PassiveController, PassivityController
 from mjbiped.control.compilation import MachineCode, can_be_compiled
 from mjbiped.control.controller import Controller, Law, Memory
 from mjbiped.control.registry import controller_names, make_controller
-from mjbiped.engines.hybrid.simulation import HybridSimulation
+from mjbiped.engines.hybrid.run import HybridRun
 
 NUMBER, ADDRESS = ctypes.c_double, ctypes.c_int64
 
@@ -137,8 +137,8 @@ def test_what_cannot_be_compiled() -> None:
     assert not can_be_compiled(law._replace(parameters=("a text",)))
 
 
-def hybrid(controller: Controller) -> HybridSimulation:
-    return HybridSimulation(
+def hybrid(controller: Controller) -> HybridRun:
+    return hybrid_run(
         controller, mjbiped.Terrain.level(), robot=mjbiped.Compass(), q=(-0.19, 0.19), dq=(1.1, 0.8), steps=1
     )
 
@@ -161,9 +161,9 @@ def test_one_machine_code_of_the_hybrid_engine_serves_nearly_all_with_knees() ->
     robot = mjbiped.KneedBiped()
     gait = mjbiped.find_kneed_gait(robot, slope=math.radians(2.5))
     passive, adaptive = (
-        HybridSimulation(each, mjbiped.Terrain.level(), robot=robot, q=tuple(gait.start[:3]), dq=tuple(gait.start[3:]))
+        hybrid_run(each, mjbiped.Terrain.level(), robot=robot, q=tuple(gait.start[:3]), dq=tuple(gait.start[3:]))
         for each in (PassiveController().driving(robot), KneedController(robot, gait))
     )
     assert passive.advance is adaptive.advance
-    types = [tuple(map(numba.typeof, (each.parameters, each.constants, each.buffers))) for each in (passive, adaptive)]
+    types = [tuple(map(numba.typeof, (each.parameters, each.constants, each.state))) for each in (passive, adaptive)]
     assert types[0] == types[1]

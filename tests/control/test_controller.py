@@ -11,10 +11,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import controllers
+import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
+from mjbiped.control.compilation import compilable_law
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.robots.compass import Array, Compass
+from mjbiped.robots.robot import Robot
 
 TABLE_ONE = Compass()
 
@@ -162,3 +165,49 @@ def test_public_names() -> None:
     assert set(controllers.__all__) >= {"AdaptiveController", "Controller", "Memory", "PassiveController"}
     assert issubclass(AdaptiveController, Controller)
     assert issubclass(PassiveController, Controller)
+
+
+class Leaning(AdaptiveController):
+    """Begins its memory in a way of its own: no law for compilation says what `start` does."""
+
+    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+        super().start(memory, q, dq)
+        memory[0] = 0.01
+
+
+class Weak(AdaptiveController):
+    """A torque of its own, which the law that it inherits does not know."""
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        ankle, hip, *rates = super().torque(memory, t, q, dq)
+        return 0.5 * ankle, 0.5 * hip, *rates
+
+
+@pytest.mark.parametrize(("kind", "compiled"), [(AdaptiveController, True), (Leaning, True), (Weak, False)])
+def test_a_law_is_compiled_unless_a_method_is_newer(kind: type[AdaptiveController], compiled: bool, gait: Gait) -> None:
+    law = compilable_law(kind(TABLE_ONE, gait))
+    assert (law is not None) == compiled
+
+
+def test_methods_are_the_laws_functions_with_tables_that_python_reads_fast(gait: Gait) -> None:
+    controller = AdaptiveController(TABLE_ONE, gait)
+    plain, memory = controller.plain_law, [0.0] * controller.memory_size
+    q, dq = (-0.2, 0.21), (1.0, 0.7)
+    controller.start(memory, q, dq)
+    assert controller.torque(memory, 0.1, q, dq) == plain.torque(plain.parameters, memory, 0.1, *q, *dq)
+    assert isinstance(plain.parameters.table[2], tuple)
+    assert isinstance(controller.law().parameters.table[2], np.ndarray)
+    assert controller.law()[1:] == plain[1:]
+
+
+def test_a_walk_asks_once_who_drives_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Robot] = []
+    driving = PassiveController.driving
+
+    def counted(self: PassiveController, robot: Robot) -> Controller:
+        asked.append(robot)
+        return driving(self, robot)
+
+    monkeypatch.setattr(PassiveController, "driving", counted)
+    mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), engine="hybrid", steps=1)
+    assert asked == [TABLE_ONE]

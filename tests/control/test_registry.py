@@ -13,7 +13,7 @@ from controllers import AdaptiveController, LimitCycleController, PassiveControl
 from controllers.comparison.known_slope import KnownSlopeController
 from mjbiped.control.registry import controller_from, controller_names, make_controller, registered, settings_of
 from mjbiped.errors import InputError
-from mjbiped.sweeps.provenance import law_folders
+from mjbiped.sweeps.run import law_folders
 
 
 @pytest.mark.parametrize("name", controller_names())

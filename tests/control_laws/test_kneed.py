@@ -15,7 +15,7 @@ from rounding import assert_same
 import mjbiped
 from controllers import AdaptiveController, KneedController, PassiveController
 from controllers.tracking import tracking_errors, tracking_torque
-from mjbiped.engines.hybrid.simulation import TOLERANCE
+from mjbiped.engines.hybrid.run import TOLERANCE
 from mjbiped.errors import InputError
 from mjbiped.gaits.described import gait_from
 from mjbiped.robots import compass

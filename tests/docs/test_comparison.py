@@ -12,7 +12,7 @@ from documentation import text
 
 import mjbiped
 from controllers import EnergyConstraintController
-from mjbiped.reproduction.published import GROUNDS
+from mjbiped.reproduction.grounds import GROUNDS
 from scripts.paper import comparison_gains as study
 from scripts.paper import gain_search
 

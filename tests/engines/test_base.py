@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,7 +14,6 @@ from mjbiped.engines.base import Run, Show
 from mjbiped.engines.plan import Plan
 from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, width
 from mjbiped.records.recorder import Cancellation, never_cancelled
-from mjbiped.rollout.batch import Batch
 from mjbiped.rules.termination import Outcome
 
 PERIOD, LENGTH = 0.5, 0.4
@@ -27,7 +26,6 @@ class Sliding(mjbiped.Engine):
     name: ClassVar[str] = "sliding"
 
     speed: float = 1.0
-    made: list[str] = field(default_factory=list, compare=False)
 
     def check(self, plan: Plan) -> None:
         if len(plan.terrain.x) > 2:
@@ -63,14 +61,6 @@ class SlidingRun(Run):
         return {"speed": self.speed}
 
 
-class Together(Sliding):
-    """It makes many walks in a way of its own."""
-
-    def run_many(self, batch: Batch) -> None:
-        self.made.append("together")
-        super().run_many(batch)
-
-
 @pytest.fixture
 def passive() -> Controller:
     return PassiveController()
@@ -90,13 +80,11 @@ def test_an_engine_of_ones_own(passive: Controller, capsys: pytest.CaptureFixtur
     capsys.readouterr()
 
 
-@pytest.mark.parametrize("kind", [Sliding, Together])
-def test_many_walks_in_an_engine_of_ones_own(kind: type[Sliding], passive: Controller) -> None:
-    engine = kind(speed=2.0)
+def test_many_walks_in_an_engine_of_ones_own(passive: Controller) -> None:
+    engine = Sliding(speed=2.0)
     alone = mjbiped.walk(passive, Terrain.level(), engine=engine, steps=3, initial="rest")
     walks = mjbiped.walk_many(passive, [Terrain.level()] * 3, engine=engine, steps=3, initial="rest", workers=1)
     assert walks == [alone] * 3
-    assert engine.made == ([] if kind is Sliding else ["together"])
 
 
 @pytest.mark.parametrize(("word", "engine"), [("mujoco", mjbiped.Mujoco()), ("hybrid", mjbiped.Hybrid())])

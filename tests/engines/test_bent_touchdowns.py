@@ -4,14 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from simulations import hybrid_run
 
 import mjbiped
 from controllers import KneedController
-from controllers.kneed_laws import BENT
-from mjbiped.engines.hybrid import state as at
-from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
+from controllers.kneed import BENT
 from mjbiped.records import measures
-from mjbiped.records.recorder import Recorder
 
 ROBOT = mjbiped.KneedBiped()
 GROUND = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)])
@@ -55,7 +53,7 @@ def test_the_update_compares_thighs(hybrid: mjbiped.Walk) -> None:
 def test_a_leg_that_stands_bent_is_not_taken_for_a_slope(law: KneedController) -> None:
     """A step that begins on one, with a true estimate, is tracked exactly, and leaves the estimate as it is."""
     flexion = 0.4
-    simulation = HybridSimulation(
+    simulation = hybrid_run(
         law,
         mjbiped.Terrain.level(),
         robot=ROBOT,
@@ -64,10 +62,9 @@ def test_a_leg_that_stands_bent_is_not_taken_for_a_slope(law: KneedController) -
         steps=1,
         sample_period=1e-3,
     )
-    simulation.buffers.w[at.STANCE_FLEXION] = simulation.buffers.memory[BENT] = flexion
-    recorder = Recorder(robot=mjbiped.KneedBiped)
-    simulate(simulation, recorder)
-    samples = recorder.samples()
+    simulation.state.stance_flexion = simulation.state.memory[BENT] = flexion
+    simulation.go()
+    samples = simulation.recorder.samples()
     led = samples["time"] < 0.8 * law.gait.period  # by the transition
     assert np.count_nonzero(led) > 450
     np.testing.assert_array_equal(samples["qpos"][led, 4], flexion)

@@ -151,11 +151,12 @@ def nothing_computed(monkeypatch: pytest.MonkeyPatch) -> None:
         "limit_cycles.periodic": ("walk_all",),
         "limit_cycles.return_map": ("walk_all",),
         "limit_cycles.bifurcation": ("walk_all",),
-        "limit_cycles.basin": ("walk_all", "HybridSimulation"),
+        "limit_cycles.basin": ("walk_all",),
         "sweeps.run": ("run",),
         "reproduction.reproduce": ("reproduce",),
         "rendering.video": ("render_video",),
-        "plotting.walk": ("plot_walk", "plot_gait"),
+        "plotting.walk": ("plot_walk",),
+        "plotting.gait": ("plot_gait",),
     }.items():
         __import__(f"mjbiped.{module}")
         for name in names:

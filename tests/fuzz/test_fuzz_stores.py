@@ -2,8 +2,6 @@
 
 import contextlib
 import csv
-import json
-import math
 import random
 import sqlite3
 import tomllib
@@ -16,17 +14,15 @@ from time_limits import within
 import mjbiped
 from controllers import PassiveController
 from mjbiped.errors import InputError, RecordError
-from mjbiped.reproduction import walks
-from mjbiped.reproduction.cell import Cell, Result
-from mjbiped.reproduction.report.page import TABLE
+from mjbiped.reproduction import cell as walks
+from mjbiped.reproduction.cell import Cell, opened_walks, record_path
+from mjbiped.reproduction.reproduce import TABLE
 from mjbiped.reproduction.rows import read_rows
-from mjbiped.reproduction.walks import opened_walks, record_path
-from mjbiped.sweeps.bins import binned
-from mjbiped.sweeps.cell import MEASURES
+from mjbiped.sweeps.bins import binned, summarised
+from mjbiped.sweeps.cell import MEASURES, Row
 from mjbiped.sweeps.plan import plan
 from mjbiped.sweeps.run import layout_of
 from mjbiped.sweeps.store import Layout, opened
-from mjbiped.sweeps.summary import summarised
 
 FEW, MANY = 120, 4000
 LONGEST = 20.0  # s for one case
@@ -165,75 +161,41 @@ def test_a_lock_that_is_none(layout: Layout, tmp_path: Path) -> None:
 # ---- the reproduction's ----------------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def result() -> Result:
-    pairs = {"absolute": (1.0, 2.0), "net": (0.5, math.nan), "positive": (0.75, 1.5)}
-    numbers = {"time": 1.5, "place": 0.7, "weight": 98.1, "friction": 0.3, "peak_torque": (1.0, 2.0)}
-    return Result("finished", x=(0.3, 0.6), work=pairs, begun=(0.0, 0.1), ended=(0.1, math.nan), **numbers)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    ("field", "value"),
-    [
-        ("outcome", 3),
-        ("outcome", "flew"),
-        ("error", None),
-        ("strikes", 1.5),
-        ("time", "late"),
-        ("peak_torque", [1.0]),
-        ("x", [0.3]),
-        ("x", "ab"),
-        ("x", None),
-        ("work", []),
-        ("work", {"absolute": [1.0, 2.0]}),
-        ("begun", [True, 0.1]),
-        ("ended", [[], {}]),
-        ("more", 1),
-    ],
-)
-def test_results_of_other_kinds_are_refused(result: Result, field: str, value: object) -> None:
-    printed = json.loads(json.dumps(result.to_dict()))
-    assert repr(Result.from_dict(printed)) == repr(result)  # NaN is not itself
-    with pytest.raises(RecordError, match="no result of a walk"):
-        Result.from_dict({**printed, field: value})
-    printed.pop(field, None)
-    if field in ("outcome", "x", "work", "begun", "peak_torque"):
-        with pytest.raises(RecordError, match="no result of a walk"):
-            Result.from_dict(printed)
-    for nothing in (None, [1.0], "x", 3):
-        with pytest.raises(RecordError, match="no result of a walk"):
-            Result.from_dict(nothing)
-
-
 @pytest.mark.usefixtures("studies_in_threads")
-def test_a_damaged_walk_is_walked_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_damaged_walks_are_walked_again_or_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A damaged record is walked again; a damaged table as well, or it is refused with a way out."""
     cell = Cell("hybrid", PassiveController(), mjbiped.Terrain.incline(2.0), steps=2, record=True)
-    walk = mjbiped.walk(cell.controller, cell.terrain, engine="hybrid", steps=2)
-    weight, places = walk.robot.weight, tuple(walk.touchdowns["x"].tolist())
-    result = Result("finished", weight=weight, x=places, work={}, begun=(0.0, 0.0), ended=(0.0, 0.0))
     walked: list[Cell] = []
 
-    def measured(cell: Cell) -> tuple[Result, mjbiped.Walk]:
+    def counting(folder: Path, cell: Cell) -> Row:
         walked.append(cell)
-        return result, walk
+        return real(folder, cell)
 
-    monkeypatch.setattr(walks, "measured", measured)
-    with opened_walks(tmp_path) as kept:
-        assert kept.results([cell])[cell.key].steps == 2
-        record = record_path(tmp_path, cell).read_bytes()
+    real = walks.walked
+    monkeypatch.setattr(walks, "walked", counting)
+    folder, record = tmp_path / "walks", record_path(tmp_path / "walks", cell)
+    with opened_walks(folder) as kept:
+        first, walk = kept.results([cell]), kept.record(cell)
+    table, whole = (folder / "walks.sqlite").read_bytes(), record.read_bytes()
+    refused: list[str] = []
     for case in range(FEW):
-        stored = damaged(random.Random(case), json.dumps(result.to_dict()).encode()).decode(errors="replace")
-        with opened(tmp_path, walks.LAYOUT, {}) as store:
-            store.save([{"key": cell.key, "inputs": "", "result": stored}])
-        with within(LONGEST, case), opened_walks(tmp_path) as kept:
-            assert kept.results([cell])[cell.key].steps == 2
-    assert FEW / 2 < len(walked) <= FEW + 1
+        (folder / "walks.sqlite").write_bytes(damaged(random.Random(case), table))
+        with within(LONGEST, case):
+            try:
+                with opened_walks(folder) as kept:
+                    assert kept.results([cell])[cell.key]["outcome"] == "finished"
+            except (RecordError, InputError) as error:
+                refused.append(str(error))
+    assert 0 < len(refused) < FEW
+    assert all("--" in message or "delete it" in message for message in refused)
+    (folder / "walks.sqlite").write_bytes(table)
     before = len(walked)
-    record_path(tmp_path, cell).write_bytes(record[:-100])
-    with opened_walks(tmp_path) as kept:
-        kept.results([cell])
-        assert kept.record(cell) == walk
-    assert len(walked) == before + 1
+    for case in range(FEW // 4):
+        record.write_bytes(damaged(random.Random(case), whole))
+        with within(LONGEST, case), opened_walks(folder) as kept:
+            assert kept.results([cell]) == first
+            assert kept.record(cell) == walk
+    assert before + FEW // 8 < len(walked)
 
 
 def test_damaged_tables_of_the_reproduction() -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.polynomial.polynomial import polyder, polyval
 
-from mjbiped.gaits.branches import free_motion
 from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
+from mjbiped.gaits.pieces import free_motion
 from mjbiped.robots.chain import Array
 from mjbiped.robots.kneed import KneedBiped
 

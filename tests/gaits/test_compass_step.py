@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mjbiped
-from mjbiped.gaits.compass_step import CompassStep
+from mjbiped.gaits.steps import CompassStep
 from mjbiped.robots.compass import Compass
 
 ROBOT = Compass(leg_mass=4.0, hip_mass=3.0, lower_length=0.45, upper_length=0.4, leg_inertia=0.2)

@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mjbiped.gaits import optimisation
-from mjbiped.gaits.kneed_step import KNEE_STRIKE, KneedStep
-from mjbiped.gaits.optimisation import Goal, Motion
+from mjbiped.gaits.optimisation import Goal, Motion, evaluate
+from mjbiped.gaits.steps import KNEE_STRIKE, KneedStep
 from mjbiped.robots.kneed import KneedBiped
 
 ROBOT = KneedBiped(
@@ -143,15 +142,14 @@ def test_derivatives_of_cost_and_constraints() -> None:
     """Complex steps go through impact maps, both branches and the grid; central differences see the same slopes."""
     points, own = MODEL.guess(0.2)
     x = np.concatenate([[0.8, 0.2], points[2:-1].ravel(), own])
-    problem = optimisation._Problem(MODEL, GOAL, 1e-2)
     step = 1e-6
-    gradient, jacobian = problem.gradient(x).copy(), problem.kept_jacobian(x).copy()
+    found = evaluate(MODEL, GOAL, 1e-2, x)
     for k, direction in enumerate(np.eye(len(x))):
-        ahead, behind = x + step * direction, x - step * direction
+        ahead, behind = (evaluate(MODEL, GOAL, 1e-2, x + sign * step * direction) for sign in (1, -1))
         # third derivatives times step^2 / 6, and rounding 1e-16 / step of numbers up to 10
-        assert (problem.cost(ahead) - problem.cost(behind)) / (2 * step) == pytest.approx(gradient[k], abs=1e-6)
-        difference = (problem.kept(ahead) - problem.kept(behind)) / (2 * step)
-        np.testing.assert_allclose(difference, jacobian[:, k], rtol=1e-6, atol=1e-6)
+        assert (ahead.cost - behind.cost) / (2 * step) == pytest.approx(found.gradient[k], abs=1e-6)
+        difference = (ahead.kept - behind.kept) / (2 * step)
+        np.testing.assert_allclose(difference, found.jacobian[:, k], rtol=1e-6, atol=1e-6)
 
 
 def test_a_guess_bends_its_knee() -> None:

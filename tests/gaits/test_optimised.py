@@ -1,5 +1,6 @@
 """Optimised references: each demand checked by the robot's own functions, and the cost as walked in both engines."""
 
+import io
 import json
 import math
 from dataclasses import replace
@@ -12,11 +13,11 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, KineticEnergyController, LimitCycleController
 from mjbiped.errors import GaitError, InputError
-from mjbiped.gaits import optimised, store
-from mjbiped.gaits.compass_step import CompassStep
-from mjbiped.gaits.described import gait_from
-from mjbiped.gaits.optimisation import Goal, Motion, _grid, free_numbers, solution_of, tell
-from mjbiped.gaits.optimised import OptimisedGait, find_reference, parse_reference, words_of
+from mjbiped.gaits import optimised, passive, store
+from mjbiped.gaits.described import gait_from, parse_reference, words_of
+from mjbiped.gaits.optimisation import Goal, _grid, motion_of, tell
+from mjbiped.gaits.optimised import OptimisedGait, find_reference
+from mjbiped.gaits.steps import CompassStep
 
 # clearance (m); period (s), half angle (rad) and c_mt of an independent prototype, whose retraction began at a fixed
 # phase: ours, which chooses the phase, must not cost more
@@ -85,11 +86,9 @@ def test_no_small_change_makes_it_cheaper(robot: mjbiped.Compass) -> None:
     goal = Goal(0.494, 0.0, True, None, 0.6)
     gait, model = find_reference(robot, clearance=0.0), CompassStep(robot)
     random = np.random.default_rng(0)
-    phase = gait.clearance_phase
-    best = free_numbers(solution_of(model, goal, phase, np.array(_free(gait))))
+    best = np.concatenate([[gait.clearance_phase, gait.end[0]], gait.control_points[2:-1].ravel()])
     for _ in range(100):
-        near = solution_of(model, goal, phase, best + 2e-3 * random.standard_normal(len(best)))
-        told = tell(model, goal, near)
+        told = tell(model, goal, best + 2e-3 * np.append(0.0, random.standard_normal(len(best) - 1)))
         if max(told.broken.values()) <= 0.0:
             # the cost that is minimised has the torques' squares in it, too, and corners rounded by 2e-4
             assert told.cost_of_transport > gait.cost_of_transport - 1e-4
@@ -219,10 +218,6 @@ def test_references_in_words() -> None:
 # --- on disk ----------------------------------------------------------------------------------------------------------
 
 
-def _free(gait: OptimisedGait) -> list[float]:
-    return [float(gait.end[0]), *gait.control_points[2:-1].ravel().tolist()]
-
-
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder for references, and nothing remembered."""
@@ -236,35 +231,72 @@ def test_it_is_kept_and_read_again_bit_by_bit(
 ) -> None:
     first = find_reference(robot, clearance=0.0)
     (file,) = folder.iterdir()
+    whole = file.read_bytes()
     optimised._find.cache_clear()
     with monkeypatch.context() as patched:
         patched.setattr(optimised, "optimise", None)  # not called
         again = find_reference(robot, clearance=0.0)
     assert again == first
     assert again.table == first.table
-    asked = json.loads(file.read_text())["asked"]
-    file.write_text('{"numbers": [1')
+    file.write_bytes(whole[:100])
     optimised._find.cache_clear()
     assert find_reference(robot, clearance=0.0) == first  # searched for again: the same, bit by bit
-    assert store.load(asked) is not None  # and mended
-    kept = json.loads(file.read_text())
-    kept["numbers"][1] += 1e-9
-    file.write_text(json.dumps(kept))
-    assert store.load(kept["asked"]) is None
-    for damage in (
-        "[]",
-        '{"numbers": ["x"]}',
-        '{"numbers": [1.0]}',
-        "\udcff".encode("utf-8", "surrogateescape").decode("latin1"),
-    ):
-        file.write_text(damage)
-        assert store.load(kept["asked"]) is None
+    assert file.read_bytes() == whole  # and mended
+
+
+@pytest.mark.parametrize("damage", ["cut", "flipped", "empty", "text", "array"])
+def test_a_damaged_file_counts_as_none(folder: Path, damage: str) -> None:
+    numbers = np.linspace(0.0, 1.0, 50) / 3.0
+    store.save({"a": 1}, {"numbers": numbers, "one": 1.0 / 3.0})
+    (file,) = folder.iterdir()
+    kept = store.load({"a": 1})
+    assert kept is not None
+    np.testing.assert_array_equal(kept["numbers"], numbers)
+    assert (kept["one"], type(kept["one"])) == (1.0 / 3.0, float)
+    whole = file.read_bytes()
+    at = whole.index(numbers.tobytes()) + 8
+    array = io.BytesIO()
+    np.save(array, numbers)
+    file.write_bytes(
+        {
+            "cut": whole[:-30],
+            "flipped": whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :],
+            "empty": b"",
+            "text": b'{"numbers": [1.0]}',
+            "array": array.getvalue(),
+        }[damage]
+    )
+    assert store.load({"a": 1}) is None
+
+
+def test_a_passive_gait_is_kept_and_verified_when_it_is_read(
+    robot: mjbiped.Compass, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same bit by bit; numbers that do not repeat themselves are searched for again."""
+    slope = math.radians(1.7)
+    passive._find.cache_clear()
+    first = mjbiped.find_passive_gait(robot, slope)
+    passive._find.cache_clear()
+    with monkeypatch.context() as patched:
+        patched.setattr(passive, "_search", None)  # not called
+        again = mjbiped.find_passive_gait(robot, slope)
+    assert again is not first
+    assert again.table == first.table
+    for name in ("start", "end", "multipliers"):
+        assert getattr(again, name).tobytes() == getattr(first, name).tobytes()
+    assert (again.period, again.step_length) == (first.period, first.step_length)
+    asked = {"passive": robot.to_dict(), "slope": slope}
+    kept = store.load(asked)
+    assert kept is not None
+    store.save(asked, {**kept, "start": kept["start"] + [0.0, 0.0, 1e-5, 0.0]})
+    passive._find.cache_clear()
+    assert mjbiped.find_passive_gait(robot, slope).start.tobytes() == first.start.tobytes()
 
 
 def test_a_folder_that_cannot_be_written_costs_time_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("MJBIPED_CACHE_DIR", str(tmp_path / "file"))
-    store.save({"a": 1}, [1.0])
+    store.save({"a": 1}, {"one": 1.0})
     assert store.load({"a": 1}) is None
 
 
@@ -280,14 +312,13 @@ def test_friction_is_bounded_whichever_way_the_foot_pushes(robot: mjbiped.Compas
     goal = Goal(speed=0.5, clearance=0.0, retraction=False, torque_limit=None, friction=1.0)
     points, own = model.guess(0.2)
     points[2:-1, 0] += 0.1 * ahead
-    solution = solution_of(model, goal, 0.5, np.concatenate([[0.2], points[2:-1].ravel(), own]))
-    motion = Motion(np.array(solution.half), solution.points, solution.own, np.array(solution.period))
-    course = model.along(motion, [np.linspace(0.0, 1.0, 500)])
+    x = np.concatenate([[0.5, 0.2], points[2:-1].ravel(), own])
+    course = model.along(motion_of(model, goal, x), [np.linspace(0.0, 1.0, 500)])
     forwards, backwards = (float((side * course.tangential_force / course.normal_force).max()) for side in (1, -1))
     assert (forwards - backwards) * ahead > 0.1
     enough = max(forwards, backwards)
     for friction, broken in ((0.5 * (forwards + backwards), True), (0.99 * enough, True), (1.01 * enough, False)):
-        told = tell(model, replace(goal, friction=friction), solution)
+        told = tell(model, replace(goal, friction=friction), x)
         assert (told.broken["friction"] > 0.0) == broken
         assert told.friction == pytest.approx(enough, rel=1e-3)
 

@@ -9,8 +9,8 @@ import pytest
 import mjbiped
 from mjbiped.errors import GaitError
 from mjbiped.gaits.described import gait_from
-from mjbiped.gaits.kneed_step import KneedStep
-from mjbiped.gaits.optimised_kneed import OptimisedKneedGait
+from mjbiped.gaits.optimised import OptimisedKneedGait
+from mjbiped.gaits.steps import KneedStep
 
 LIGHT, HALVED = mjbiped.KneedBiped(), mjbiped.KneedBiped.halved_rods()
 HIGH = 0.08  # m

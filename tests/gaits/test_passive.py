@@ -1,4 +1,4 @@
-"""Passive gaits against integrations written independently; published numbers: `tests/analysis/test_published.py`."""
+"""Passive gaits against integrations written independently; published numbers: `tests/scripts/validation`."""
 
 import math
 import time
@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
-from mjbiped.analysis.published import GOSWAMI_ROBOT
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait
 from mjbiped.gaits.reference import in_arrays, reference_at
 from mjbiped.robots.compass import Array, Compass
+from scripts.validation.published import GOSWAMI_ROBOT
 
 TABLE_ONE = Compass()
 MOON = Compass(leg_mass=3.1, hip_mass=7.3, lower_length=0.37, upper_length=0.58, leg_inertia=0.123, gravity=1.62)

@@ -16,9 +16,10 @@ import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.analysis.replay import recorded_controller, transitions
 from mjbiped.errors import InputError, RenderError
+from mjbiped.plotting.gait import plot_gait
 from mjbiped.plotting.style import ANKLE, C_MT, ESTIMATE, HIP, HYBRID, MUJOCO, PLANNED, STANCE, SWING, TRUTH
 from mjbiped.plotting.timelapse import outline, rows_of
-from mjbiped.plotting.walk import plot_gait, plot_walk
+from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import stance_knee
 from mjbiped.records.record import Walk
 from mjbiped.terrain.terrain import Terrain
@@ -188,8 +189,9 @@ def test_the_outline_has_both_ends_of_a_step() -> None:
 def test_a_gait(gait: mjbiped.PassiveGait) -> None:
     figure = plot_gait(gait)
     assert f"{gait.period:.4f}\u00a0s" in figure.get_suptitle()
-    cycle, circle = figure.axes
+    _, cycle, foot, circle = figure.axes
     assert "(rad)" in cycle.get_xlabel()
+    assert np.asarray(foot.lines[0].get_xydata())[-1] == pytest.approx([gait.step_length, 0.0], abs=1e-6)
     message = circle.texts[0].get_text()
     assert "−0.43032 + 0.31560 i" in message
     assert "+0.27555" in message
@@ -248,7 +250,7 @@ def test_a_walk_on_knees_shows_torque_and_flexion_of_the_knee() -> None:
     figure = plot_walk(done)
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     for letter, words in (
-        ("d", "Centre of pressure that the ankle's torque asks for, positive forward"),
+        ("d", "Centre of pressure that the ankle's torque requires, positive forward"),
         ("e", "Torque of the swing knee"),
         ("f", "Flexion of the swing knee"),
         ("h", "Phase portrait, swing thigh"),

@@ -25,9 +25,10 @@ from mjbiped.limit_cycles.basin import Basin, basin_of_attraction
 from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade, bifurcation_diagram, find_cascade
 from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.comparison import plot_comparison
+from mjbiped.plotting.gait import plot_gait
 from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multipliers
 from mjbiped.plotting.stability import plot_stability
-from mjbiped.plotting.walk import plot_gait, plot_walk
+from mjbiped.plotting.walk import plot_walk
 from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, figure_width, width
 from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.robots.compass import Compass
@@ -98,6 +99,8 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "fall": lambda: plot_walk(fallen()),
     "walk in rows": lambda: plot_walk(walked(steps=20)),
     "gait": lambda: plot_gait(GAIT),
+    "reference": lambda: plot_gait(mjbiped.find_reference(mjbiped.Compass(), clearance=0.06)),
+    "gait with knees": lambda: plot_gait(mjbiped.find_kneed_gait(mjbiped.KneedBiped(), math.radians(2.5))),
     "comparison": lambda: plot_comparison(compared()),
     "comparison without an estimate": lambda: plot_comparison(compared_passive()),
     "bifurcation": lambda: plot_bifurcation(diagram(), cascade()),

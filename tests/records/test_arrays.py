@@ -100,10 +100,8 @@ def test_other_types_are_refused(descr: str, tmp_path: Path) -> None:
         read_arrays(path)
 
 
-def test_archives_of_many_members_are_refused_before_they_are_read(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Some 20 000 arrays of one number each took longer to read than any walk, and a million took minutes."""
+def test_archives_of_many_members_are_refused(tmp_path: Path) -> None:
+    """Some 20 000 arrays of one number each took longer to read than any walk."""
     one = array_file(np.zeros(1))
 
     def holding(count: int) -> Path:
@@ -112,19 +110,6 @@ def test_archives_of_many_members_are_refused_before_they_are_read(
     assert len(read_arrays(holding(record_file.MOST_MEMBERS))) == record_file.MOST_MEMBERS
     with pytest.raises(RecordError, match="a record has at most 256"):
         read_arrays(holding(record_file.MOST_MEMBERS + 1))
-    path = holding(3000)
-    monkeypatch.setattr(zipfile, "ZipFile", lambda *_: pytest.fail("the directory was read"))
-    content = path.read_bytes()
-    commented = content[:-2] + struct.pack("<H", 5) + b"words"
-    for written in (content, commented):
-        path.write_bytes(written)
-        with pytest.raises(RecordError, match="lists more than the 256 arrays"):
-            read_arrays(path)
-    end, at = content[-22:], len(content) - 22
-    large = struct.pack("<4sIQI", b"PK\6\7", 0, at, 1) + end[:12] + struct.pack("<I", 0) + end[16:]
-    path.write_bytes(content[:-22] + large)
-    with pytest.raises(RecordError, match="more than 4 GiB"):
-        read_arrays(path)
 
 
 def test_devices_and_pipes_are_not_read(tmp_path: Path) -> None:

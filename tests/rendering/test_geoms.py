@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 
-from mjbiped.rendering.geoms import add_geom
+from mjbiped.rendering.marks import add_geom
 
 MODEL = "<mujoco><worldbody><geom size='1'/></worldbody></mujoco>"
 FIELDS = ("category", "objtype", "objid", "segid", "emission", "specular", "shininess", "reflectance", "modelrbound")

@@ -19,7 +19,7 @@ from mjbiped.errors import InputError, RenderError
 from mjbiped.records.record import Walk
 from mjbiped.rendering.look import ELEMENTS, look
 from mjbiped.rendering.moments import Moments
-from mjbiped.rendering.stage import Stage, caption
+from mjbiped.rendering.stage import Film, Stage, caption
 from mjbiped.rendering.video import gl_available, render_frame, render_frames, render_video
 from mjbiped.terrain.terrain import Terrain
 
@@ -121,7 +121,7 @@ def test_frames_are_the_same_each_time(adaptive: Walk) -> None:
 
 @needs_gl
 def test_the_camera_does_not_bob(walk: Walk) -> None:
-    with Stage.open(walk, 64, 64, "track", look("all")) as stage:
+    with Stage.open(walk, Film(64, 64, "track", look("all"), 0.0, walk.end[0])) as stage:
         heights = []
         for time in np.linspace(1.1, walk.end[0] - 1.1, 20):
             stage.frame(time)
@@ -211,7 +211,7 @@ def test_captions_and_the_outcome(walk: Walk) -> None:
     assert changed[:40, :140].mean() > 0.2
     assert not changed[60:].any()
     assert (captioned[:40, :140].max(axis=2) < 90).sum() > 60  # dark letters
-    with Stage.open(walk, 320, 200, "track", look(only_caption)) as stage:
+    with Stage.open(walk, Film(320, 200, "track", look(only_caption), 0.0, walk.end[0])) as stage:
         ended = stage.frame(1.0, with_outcome=True)
         assert not (ended != captioned).any(axis=2)[60:].any()
     assert (ended != captioned).any(axis=2)[:60, 200:].mean() > 0.05

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-import json
+import math
 from collections.abc import Sequence
+from pathlib import Path
 
 import pytest
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory
 from mjbiped.reproduction import cell as cells
-from mjbiped.reproduction.cell import Cell, Result, measured
+from mjbiped.reproduction.cell import Cell, cost_after, measures_of, record_path, walked
+from mjbiped.sweeps.cell import FAILED, attempt
 
 
 class Breaks(Controller):
@@ -62,39 +64,39 @@ def test_key_holds_versions_and_sources(cell: Cell, monkeypatch: pytest.MonkeyPa
 
 @pytest.mark.parametrize("length", [1, 4, 7])
 def test_cost_after_some_steps_is_that_of_the_shorter_walk(cell: Cell, length: int) -> None:
-    result, record = measured(cell)
-    assert record is None
+    whole = cell.walk()
     shorter = mjbiped.walk(cell.controller, cell.terrain, engine="hybrid", steps=length)
     for kind in ("absolute", "net", "positive"):
         # the same numbers of the same steps: bit by bit
-        assert result.cost_of_transport(kind, length) == mjbiped.records.measures.cost_of_transport(shorter, kind)
-    assert result.cost_of_transport("absolute", 8) != result.cost_of_transport("absolute", 8)  # NaN: not walked
-    assert result.steps == 7
+        assert cost_after(whole, kind, length) == mjbiped.records.measures.cost_of_transport(shorter, kind)
+    assert math.isnan(cost_after(whole, "absolute", 8))  # not walked
+    assert measures_of(whole)["steps"] == 7
+    assert measures_of(whole)["absolute_end"] == cost_after(whole, "absolute")
+    assert math.isnan(measures_of(whole)["absolute_20"])
 
 
 def test_least_force_is_that_of_the_whole_walk_in_weights(cell: Cell) -> None:
-    result, _ = measured(cell)
+    least = measures_of(cell.walk())["least_force"]
     walk = mjbiped.walk(cell.controller, cell.terrain, engine="hybrid", steps=7)
-    assert result.least_force == walk.touchdowns["normal_force"].min() / (10.0 * 9.81)
-    assert 0.0 < result.least_force < 1.0
+    assert least == walk.touchdowns["normal_force"].min() / (10.0 * 9.81)
+    assert 0.0 < least < 1.0
 
 
-def test_record_is_kept_where_it_is_asked_for(cell: Cell) -> None:
-    result, record = measured(dataclasses.replace(cell, record=True, steps=2))
-    assert record is not None
-    assert record.steps == result.steps == 2
+def test_record_is_kept_where_it_is_asked_for(cell: Cell, tmp_path: Path) -> None:
+    kept = dataclasses.replace(cell, record=True, steps=2)
+    row = walked(tmp_path, kept)
+    record = mjbiped.Walk.load(record_path(tmp_path, kept))
+    assert record.steps == row["steps"] == 2
     assert len(record.samples["time"]) > 200  # every 5 ms of 1.5 s
-
-
-def test_result_survives_json(cell: Cell) -> None:
-    result, _ = measured(cell)
-    assert Result.from_dict(json.loads(json.dumps(result.to_dict()))) == result
+    walked(tmp_path, cell)
+    assert not record_path(tmp_path, cell).exists()
 
 
 def test_error_is_a_result() -> None:
-    result, _ = measured(Cell("hybrid", Breaks(), mjbiped.Terrain.incline(2.0), steps=3))
-    assert result.outcome == "failed"
-    assert "broken" in result.error
-    assert result.steps == 1
-    result, _ = measured(Cell("hybrid", Breaks(), mjbiped.Terrain.incline(-3.0), steps=3))
-    assert "no passive gait" in result.error or "downhill" in result.error
+    row = attempt(Cell("hybrid", Breaks(), mjbiped.Terrain.incline(2.0), steps=3).walk, measures_of)
+    assert row["outcome"] == FAILED
+    assert "broken" in row["error"]
+    assert row["steps"] == 1
+    row = attempt(Cell("hybrid", Breaks(), mjbiped.Terrain.incline(-3.0), steps=3).walk, measures_of)
+    assert row["outcome"] == FAILED
+    assert "no passive gait" in row["error"] or "downhill" in row["error"]

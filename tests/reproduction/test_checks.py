@@ -8,11 +8,11 @@ from collections.abc import Callable, Sequence
 import pytest
 from reproduction_rows import fallen, made_row
 
+from mjbiped.reproduction.grounds import GROUNDS, TABLE_3
+from mjbiped.reproduction.grounds import TABLE_2 as PAPER
 from mjbiped.reproduction.plan import ADAPTATION_GAINS, START_ESTIMATES
-from mjbiped.reproduction.published import GROUNDS, TABLE_3
-from mjbiped.reproduction.published import TABLE_2 as PAPER
-from mjbiped.reproduction.report.answers import Answer, printed
 from mjbiped.reproduction.report.checks import BLIND, FITTED, FOUND, UNFITTED, Check, checks, sections
+from mjbiped.reproduction.report.markdown import Answer, printed
 from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.table_2 import Choice
 from mjbiped.reproduction.traces import Traces

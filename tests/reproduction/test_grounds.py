@@ -6,8 +6,16 @@ import math
 
 import pytest
 
-from mjbiped.reproduction.grounds import AS_PRINTED, SLOPE_PATTERNS, STAIR_PATTERNS, Reading, readings
-from mjbiped.reproduction.published import GROUNDS, TABLE_2, TABLE_3
+from mjbiped.reproduction.grounds import (
+    AS_PRINTED,
+    GROUNDS,
+    SLOPE_PATTERNS,
+    STAIR_PATTERNS,
+    TABLE_2,
+    TABLE_3,
+    Reading,
+    readings,
+)
 
 
 def found(ground: str, pattern: str, first: float) -> Reading:

@@ -10,18 +10,16 @@ import numpy as np
 import pytest
 from reproduction_rows import read_grounds, read_tried
 
-from mjbiped.reproduction import placebo, random_grounds, search
-from mjbiped.reproduction.placebo import ROWS, Placebo
-from mjbiped.reproduction.published import GROUNDS as OF_TABLE_2
-from mjbiped.reproduction.published import TABLE_2, TABLE_3
-from mjbiped.reproduction.random_grounds import COUNT, RandomGround, drawn, write_grounds
-from mjbiped.reproduction.report import evidence, table_3
-from mjbiped.reproduction.report.evidence import SMALL_SHARE
-from mjbiped.reproduction.report.page import GROUNDS, TABLE, TRIED
+from mjbiped.reproduction import placebo
+from mjbiped.reproduction.cell import opened_walks
+from mjbiped.reproduction.grounds import GROUNDS as OF_TABLE_2
+from mjbiped.reproduction.grounds import TABLE_2, TABLE_3
+from mjbiped.reproduction.placebo import COUNT, ROWS, Placebo, RandomGround, drawn, write_grounds
+from mjbiped.reproduction.report import fit, table_3
+from mjbiped.reproduction.report.fit import SMALL_SHARE
+from mjbiped.reproduction.reproduce import GROUNDS, TABLE, TRIED
 from mjbiped.reproduction.rows import Row, read_rows
-from mjbiped.reproduction.scan import Tried, fitted
-from mjbiped.reproduction.table_2 import choices
-from mjbiped.reproduction.walks import opened_walks
+from mjbiped.reproduction.table_2 import Tried, choices, fitted
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -95,8 +93,8 @@ def test_what_the_page_says_of_the_fits(rows: list[Row], tried: list[Tried], gro
     assert min(shares["PBC"], shares["ECC"], placebo.of_readings(rows).share) > 0.5, "most random rows are met as near"
     assert [method for method, share in shares.items() if share < SMALL_SHARE] == ["KETC"]
     best = choices(rows)[0]
-    assert "KETC" in evidence.turned(rows, best)
-    assert "PBC" not in evidence.turned(rows, best)
+    assert "KETC" in fit.turned(rows, best)
+    assert "PBC" not in fit.turned(rows, best)
     of_table: Placebo = placebo.of_table_3(grounds)
     assert of_table.share == 0.0, "no random table is met as near"
     others = placebo.to_another(grounds)
@@ -121,7 +119,7 @@ def test_grounds_are_of_the_family_and_the_same_again(grounds: list[RandomGround
     assert len(grounds) == COUNT
     for each in grounds[::50]:
         flat = [value for k, row in enumerate(each.segments) for value in row[: 3 if k else 2]]
-        assert all(low <= value <= high for value, (low, high) in zip(flat, search.bounds(), strict=True))
+        assert all(low <= value <= high for value, (low, high) in zip(flat, placebo.bounds(), strict=True))
     assert write_grounds(grounds) == (DOCS / GROUNDS).read_text(encoding="utf-8")
 
 
@@ -129,7 +127,7 @@ def test_grounds_are_of_the_family_and_the_same_again(grounds: list[RandomGround
 def test_committed_grounds_can_be_walked_again(grounds: list[RandomGround], tmp_path: Path) -> None:
     some = [next(each for each in grounds if each.torques), next(each for each in grounds if not each.torques)]
     with opened_walks(tmp_path) as kept:
-        found = random_grounds.walked([each.segments for each in some], kept)
+        found = placebo.walked([each.segments for each in some], kept)
     # six digits are kept; the rest is for other processors' arithmetic
     assert found[0].torques == pytest.approx(some[0].torques, rel=2e-5)
     assert found[0].costs == pytest.approx(some[0].costs, rel=2e-5)

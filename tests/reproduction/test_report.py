@@ -10,11 +10,10 @@ import pytest
 from reproduction_rows import read_grounds, read_tried
 
 from mjbiped.reproduction import plan
-from mjbiped.reproduction.cell import measured
-from mjbiped.reproduction.grounds import AS_PRINTED
-from mjbiped.reproduction.published import TABLE_3
-from mjbiped.reproduction.report.page import GROUNDS, PAGE, TABLE, TABLES, TRIED, render
+from mjbiped.reproduction.cell import measures_of
+from mjbiped.reproduction.grounds import AS_PRINTED, TABLE_3
 from mjbiped.reproduction.report.table_3 import distance, walks_of
+from mjbiped.reproduction.reproduce import GROUNDS, PAGE, TABLE, TABLES, TRIED, render
 from mjbiped.reproduction.rows import Entry, Row, read_rows, write_rows
 from mjbiped.reproduction.table_2 import UNEVEN, choices, side_distances
 from mjbiped.reproduction.traces import RESOLVED_SLOPE, traced
@@ -59,8 +58,9 @@ def test_walks_in_mujoco_again_give_the_table(rows: list[Row]) -> None:
 
 def compare(entry: Entry, known: dict[tuple[object, ...], Row]) -> None:
     """Walk an entry and compare it with its row."""
-    result, walk = measured(entry.cell)
-    fresh = entry.row(result, None if walk is None else traced(walk))
+    walk = entry.cell.walk()
+    measured = {"outcome": walk.outcome, "error": None, **measures_of(walk)}
+    fresh = entry.row(measured, traced(walk) if entry.cell.record else None)
     row = known[identity(fresh)]
     assert (fresh.outcome, fresh.steps, fresh.strikes) == (row.outcome, row.steps, row.strikes)
     for name in ("place", "ankle", "hip", "friction", "least_force"):

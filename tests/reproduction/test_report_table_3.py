@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from reproduction_rows import made_row
 
-from mjbiped.reproduction.published import TABLE_3
+from mjbiped.reproduction.grounds import TABLE_3
 from mjbiped.reproduction.report.table_3 import sections
 from mjbiped.reproduction.rows import Row
 

@@ -11,16 +11,26 @@ import pytest
 from reproduction_rows import read_tried
 
 import mjbiped
-from mjbiped.reproduction import plan, scan, walks
-from mjbiped.reproduction.cell import measured
+from mjbiped.reproduction import cell as walks
+from mjbiped.reproduction import plan, table_2
+from mjbiped.reproduction.cell import measures_of, opened_walks
+from mjbiped.reproduction.grounds import GROUNDS, TABLE_2
 from mjbiped.reproduction.methods import BLIND, BLIND_SOURCE, SETTLED, SLOPE_SOURCES, Variant, gains_told, settled
-from mjbiped.reproduction.published import GROUNDS, TABLE_2
 from mjbiped.reproduction.report.fit import walks_shown
-from mjbiped.reproduction.report.page import TABLE, TRIED
+from mjbiped.reproduction.reproduce import TABLE, TRIED
 from mjbiped.reproduction.rows import read_rows
-from mjbiped.reproduction.scan import Tried, fitted, ranked, settings, write_tried
-from mjbiped.reproduction.table_2 import Choice, agreement_of, agreements, choices, walks_read
-from mjbiped.reproduction.walks import opened_walks
+from mjbiped.reproduction.table_2 import (
+    Choice,
+    Tried,
+    agreement_of,
+    agreements,
+    choices,
+    fitted,
+    ranked,
+    settings,
+    walks_read,
+    write_tried,
+)
 from mjbiped.terrain.terrain import Terrain
 from scripts.paper.gain_search import blind_trials, choose
 
@@ -46,7 +56,9 @@ def made_up(source: str, costs: dict[str, float], method: str = "PBC", gain: flo
 
 def test_every_gain_is_tried_with_every_source() -> None:
     every = settings()
-    assert len(set(every)) == len(every) == 3 * len(scan.GAINS) * (1 + len(scan.RATIOS) + len(scan.HIP_WEIGHTS))
+    assert (
+        len(set(every)) == len(every) == 3 * len(table_2.GAINS) * (1 + len(table_2.RATIOS) + len(table_2.HIP_WEIGHTS))
+    )
     assert {each.method for each in every} == set(TABLE_2) - {"adaptive"}
     for method in ("PBC", "ECC", "KETC"):
         assert {settled(method, source) for source in SLOPE_SOURCES} <= set(every), (
@@ -73,22 +85,22 @@ def test_x_where_the_papers_are_count_first_then_the_distance() -> None:
 @pytest.mark.usefixtures("studies_in_threads")
 def test_scan_is_that_of_single_walks_and_repeats_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with opened_walks(tmp_path) as kept:
-        found = scan.scan(SHORT, kept, SOME)
+        found = table_2.scan(SHORT, kept, SOME)
     assert [each.variant for each in found] == SOME
     for each in found[:2]:
         for entry in plan.compared("fitted", SHORT, [each.variant], "hybrid", SHORT.length):
-            result = measured(entry.cell)[0]
-            if result.outcome == "finished":
+            walk = entry.cell.walk()
+            if walk.outcome == "finished":
                 # six digits are kept
-                assert each.cost[entry.ground] == pytest.approx(result.cost_of_transport("absolute"), rel=1e-5)
+                assert each.cost[entry.ground] == pytest.approx(measures_of(walk)["absolute_end"], rel=1e-5)
             else:
                 assert math.isnan(each.cost[entry.ground])
-                assert each.ended[entry.ground] == result.steps + 1
+                assert each.ended[entry.ground] == walk.steps + 1
     text = write_tried(found)
     assert write_tried(read_tried(text)) == text
-    monkeypatch.setattr(walks, "measured", lambda _: pytest.fail("what was walked is walked again"))
+    monkeypatch.setattr(walks, "walked", lambda *_: pytest.fail("what was walked is walked again"))
     with opened_walks(tmp_path) as kept:
-        assert write_tried(scan.scan(SHORT, kept, SOME)) == text
+        assert write_tried(table_2.scan(SHORT, kept, SOME)) == text
 
 
 @pytest.mark.usefixtures("studies_in_threads")
@@ -100,7 +112,7 @@ def test_committed_table_is_of_the_settings_and_can_be_walked_again(tried: list[
     known = {each.variant: each for each in tried}
     subset = [*(each.variant for each in fitted(tried).values()), *settings()[::397]]
     with opened_walks(tmp_path) as kept:
-        found = scan.scan(best, kept, subset)
+        found = table_2.scan(best, kept, subset)
     for fresh in found:
         assert fresh.ended == known[fresh.variant].ended
         # six digits are kept; the rest is for other processors' arithmetic, which 20 steps do not magnify

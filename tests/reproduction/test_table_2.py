@@ -8,9 +8,10 @@ import math
 import pytest
 from reproduction_rows import made_row
 
+from mjbiped.reproduction.cell import LENGTHS
+from mjbiped.reproduction.grounds import GROUNDS, TABLE_2
 from mjbiped.reproduction.methods import SLOPE_SOURCES
-from mjbiped.reproduction.published import GROUNDS, TABLE_2
-from mjbiped.reproduction.rows import LENGTHS, Row, read_rows, write_rows
+from mjbiped.reproduction.rows import Row, read_rows, write_rows
 from mjbiped.reproduction.table_2 import UNEVEN, agreements, choices, side_distances
 
 PAPER = TABLE_2["adaptive"]

@@ -15,11 +15,10 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
-from mjbiped.reproduction import walks
-from mjbiped.reproduction.cell import Cell, Result, measured
-from mjbiped.reproduction.walks import LAYOUT, opened_walks, record_path
+from mjbiped.reproduction import cell as walks
+from mjbiped.reproduction.cell import Cell, opened_walks, record_path, walked
 from mjbiped.sweeps import run as running
-from mjbiped.sweeps.store import opened
+from mjbiped.sweeps.cell import Row
 
 ROOT = Path(__file__).parents[2]
 PROGRAM = """
@@ -27,16 +26,15 @@ import sys
 from pathlib import Path
 import mjbiped
 from controllers import PassiveController
-from mjbiped.reproduction.cell import Cell
-from mjbiped.reproduction.walks import opened_walks
+from mjbiped.reproduction.cell import Cell, opened_walks
 
 if __name__ == "__main__":
     ground = mjbiped.Terrain.incline(2.0)
     cells = [Cell("mujoco", PassiveController(), ground, steps=2)]
     cells += [Cell("mujoco", PassiveController(), ground, steps=None, distance=place) for place in (1000.0, 1001.0)]
     try:
-        with opened_walks(Path(sys.argv[1])) as walks:
-            walks.results(cells, workers=1)
+        with opened_walks(Path(sys.argv[1]), workers=1) as walks:
+            walks.results(cells)
     except KeyboardInterrupt:
         sys.exit(130)
 """
@@ -47,35 +45,35 @@ def cells(controller: AdaptiveController) -> list[Cell]:
     return [Cell("hybrid", controller, mjbiped.Terrain.stairs(rise=rise), steps=3) for rise in (-0.01, 0.0, 0.01)]
 
 
-def results(folder: Path, cells: list[Cell]) -> dict[str, Result]:
-    with opened_walks(folder) as kept:
-        return kept.results(cells, workers=1)
+def results(folder: Path, cells: list[Cell], workers: int = 1) -> dict[str, Row]:
+    with opened_walks(folder, workers=workers) as kept:
+        return kept.results(cells)
 
 
 @pytest.mark.usefixtures("studies_in_threads")
 def test_finished_cells_are_not_walked_again(
     cells: list[Cell], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    walked: list[Cell] = []
+    begun: list[Cell] = []
 
-    def counting(cell: Cell) -> tuple[Result, mjbiped.Walk | None]:
-        walked.append(cell)
-        if len(walked) == 3:
+    def counting(folder: Path, cell: Cell) -> Row:
+        begun.append(cell)
+        if len(begun) == 3:
             raise KeyboardInterrupt
-        return measured(cell)
+        return walked(folder, cell)
 
-    monkeypatch.setattr(walks, "measured", counting)
+    monkeypatch.setattr(walks, "walked", counting)
     monkeypatch.setattr(running, "MOST_IN_BATCH", 1)
     with pytest.raises(KeyboardInterrupt):
         results(tmp_path, [*cells, cells[0]])
     found = results(tmp_path, cells)
-    assert walked == [*cells, cells[2]]  # the third was broken off, and only it is walked again
+    assert begun == [*cells, cells[2]]  # the third was broken off, and only it is walked again
     assert results(tmp_path, cells) == found
-    assert len(walked) == 4
+    assert len(begun) == 4
     assert {cell.key for cell in cells} == set(found)
     with opened_walks(tmp_path, fresh=True) as kept:
         assert kept.results(cells) == found
-    assert len(walked) == 7
+    assert len(begun) == 7
 
 
 @pytest.mark.usefixtures("studies_in_threads")
@@ -84,20 +82,22 @@ def test_failed_cells_are_told_and_tried_again(
 ) -> None:
     uphill = Cell("hybrid", PassiveController(), mjbiped.Terrain.incline(-3.0), steps=2)
     found = results(tmp_path, [uphill, cells[0]])
-    assert found[uphill.key].outcome == "failed"
-    assert found[cells[0].key].outcome == "finished"
-    monkeypatch.setattr(walks, "measured", lambda _: (Result("finished"), None))
+    assert found[uphill.key]["outcome"] == "failed"
+    assert found[cells[0].key]["outcome"] == "finished"
+    monkeypatch.setattr(walks, "walked", lambda _, cell: {"key": cell.key, "outcome": "finished"})
     again = results(tmp_path, [uphill, cells[0]])
-    assert again[uphill.key].outcome == "finished"
+    assert again[uphill.key]["outcome"] == "finished"
     assert again[cells[0].key] == found[cells[0].key]
 
 
 @pytest.mark.usefixtures("studies_in_threads")
-@pytest.mark.parametrize("text", ["", "{", "[" * 9999, "{}", '{"outcome": "finished"}'])
-def test_unreadable_result_is_walked_again(cells: list[Cell], tmp_path: Path, text: str) -> None:
+@pytest.mark.parametrize(
+    "change", ["outcome = 'flew'", "outcome = NULL", "steps = 'many'", "absolute_20 = x'00ff'", "error = 7"]
+)
+def test_unreadable_result_is_walked_again(cells: list[Cell], tmp_path: Path, change: str) -> None:
     first = results(tmp_path, cells[:1])
-    with opened(tmp_path, LAYOUT, {}) as store:
-        store.save([{"key": cells[0].key, "inputs": "{}", "result": text}])
+    with closing(sqlite3.connect(tmp_path / "walks.sqlite")) as database, database:
+        assert database.execute(f"UPDATE cells SET {change}").rowcount == 1
     assert results(tmp_path, cells[:1]) == first
 
 
@@ -132,10 +132,9 @@ def test_folder_that_cannot_be_taken(tmp_path: Path) -> None:
 def test_results_do_not_depend_on_the_number_of_processes(controller: AdaptiveController, tmp_path: Path) -> None:
     cells = [Cell("mujoco", controller, mjbiped.Terrain.stairs(rise=rise), steps=3) for rise in (-0.02, 0.0, 0.01)]
     one = results(tmp_path / "one", cells)
-    with opened_walks(tmp_path / "two") as kept:
-        assert kept.results(cells, workers=2) == one
-    here = measured(cells[0])[0]
-    assert one[cells[0].key] == here
+    assert results(tmp_path / "two", cells, workers=2) == one
+    here = walked(tmp_path, cells[0])
+    assert one[cells[0].key] == {name: None if value != value else value for name, value in here.items()}
 
 
 def _begin(folder: Path) -> subprocess.Popen[bytes]:
@@ -186,8 +185,8 @@ def test_nothing_that_ended_is_lost(tmp_path: Path, kind: signal.Signals, monkey
     cell = Cell("mujoco", PassiveController(), mjbiped.Terrain.incline(2.0), steps=2)
     monkeypatch.setattr(walks, "walk_cells", lambda _, todo, *__, **___: pytest.fail("walked again") if todo else None)
     kept = results(tmp_path / "walks", [cell])[cell.key]
-    assert kept.outcome == "finished"
-    assert kept.steps == 2
+    assert kept["outcome"] == "finished"
+    assert kept["steps"] == 2
 
 
 def _alive(session: int) -> bool:

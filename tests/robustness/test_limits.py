@@ -50,7 +50,7 @@ def test_magnitudes_ascend_from_one_step_on(name: str) -> None:
 def test_level_ground_is_disturbed_once_and_where_it_is_said(
     name: str, magnitude: float, rise: float, slope_deg: float
 ) -> None:
-    terrain = Cell(0, None, DISTURBANCES[name].values(magnitude, 1.5)).terrain()
+    terrain = Cell(0, None, DISTURBANCES[name].told(magnitude, "hybrid", Compass(), 1.5)).terrain()
     assert terrain.height(1.4999) == 0.0
     assert terrain.slope(1.4999) == 0.0
     assert terrain.height(1.5) == pytest.approx(rise, abs=1e-12)

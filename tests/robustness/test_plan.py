@@ -61,9 +61,11 @@ def test_a_controller_may_have_weak_motors_of_its_own() -> None:
 
 
 def test_unless_a_file_says_otherwise_all_disturbances_are_tried() -> None:
-    assert len(plan(Path("x.toml"), {"seeds": 1, "limits": {"phases": 1}}).disturbances) >= 4
-    assert plan(Path("x.toml"), {"seeds": 1, "limits": {"phases": 1, "slope up": True}}).disturbances == ("slope up",)
-    assert plan(Path("x.toml"), {"seeds": 1, "limits": {"phases": 1, "slope up": False}}).disturbances == ()
+    assert len(plan(Path("x.toml"), {"seeds": 1, "limits": {"phases": 1}}).limits.magnitudes) >= 4
+    assert plan(Path("x.toml"), {"seeds": 1, "limits": {"phases": 1, "slope up": True}}).limits.magnitudes.keys() == {
+        "slope up"
+    }
+    assert plan(Path("x.toml"), {"seeds": 1, "limits": {"phases": 1, "slope up": False}}).limits.magnitudes == {}
     without = plan(Path("x.toml"), {"grounds": [], "limits": {"step up": False, "basin": False}})
     assert [cell.values["test"] for cell in without.study.cells] == [LEVEL]
 
@@ -72,7 +74,7 @@ def test_all_margins_can_be_walked_in_both_engines() -> None:
     wanted = plan(
         Path("x.toml"), {"engine": ["hybrid", "mujoco"], "seeds": 1, "limits": {"basin": False}, "margins": {}}
     )
-    assert set(wanted.margins) == set(MARGINS)
+    assert set(wanted.margins.magnitudes) == set(MARGINS)
     for name, margin in MARGINS.items():  # all values have been checked as a walk would
         tried = [c.values["magnitude"] for c in wanted.study.cells if c.values["test"] == name]
         assert tried == [*margin.magnitudes, *margin.magnitudes]

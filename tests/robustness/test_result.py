@@ -180,7 +180,7 @@ def test_pictures_of_a_controller_that_never_fell(wanted: Plan) -> None:
     rows = [
         row(SURVIVAL, name, 100, "finished", ground="treads", case=case) for name in ("one", "two") for case in (0, 1)
     ]
-    result = found(replace(wanted, disturbances=()), rows)
+    result = found(replace(wanted, limits=replace(wanted.limits, magnitudes={})), rows)
     plot_survival(result, "hybrid")
     assert [row[3:5] for row in list(sheets(result))[1].rows] == [
         ("0", "no fall (> 51.5)")

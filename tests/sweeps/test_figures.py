@@ -11,10 +11,18 @@ import pytest
 from PIL import Image
 
 from mjbiped.plotting import style as plot_style
-from mjbiped.sweeps.bins import binned, grouped, middle, quartiles, values_of
+from mjbiped.sweeps.bins import (
+    binned,
+    grouped,
+    measure_label,
+    middle,
+    parameter_label,
+    quartiles,
+    value_label,
+    values_of,
+)
 from mjbiped.sweeps.cell import MEASURES
 from mjbiped.sweeps.figures import draw
-from mjbiped.sweeps.labels import measure_label, parameter_label, value_label
 from mjbiped.sweeps.plan import FINISHED, plan
 
 

@@ -13,10 +13,9 @@ from command_line import run as command
 import mjbiped
 from mjbiped.sweeps import run as running
 from mjbiped.sweeps.cell import Row
-from mjbiped.sweeps.parquet import write_table
+from mjbiped.sweeps.parquet import FILE, write_table
 from mjbiped.sweeps.plan import read_study
 from mjbiped.sweeps.run import run
-from mjbiped.sweeps.trajectories import FILE
 
 STUDY = """
 engine = "hybrid"

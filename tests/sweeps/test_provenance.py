@@ -8,8 +8,8 @@ import pytest
 import controllers
 import mjbiped
 from mjbiped.engines.mujoco import scene
-from mjbiped.sweeps import provenance
-from mjbiped.sweeps.provenance import sources
+from mjbiped.sweeps import run as provenance
+from mjbiped.sweeps.run import sources
 
 FOLDERS = (Path(mjbiped.__file__).parent, Path(controllers.__file__).parent, scene.models_folder())
 

@@ -278,7 +278,6 @@ def no_walk(monkeypatch: pytest.MonkeyPatch) -> None:
 
     places = {
         "walk_all": tuple(f"limit_cycles.{name}" for name in ("basin", "bifurcation", "periodic", "return_map")),
-        "HybridSimulation": ("limit_cycles.basin",),
     }
     for name, modules in places.items():
         for module in modules:

@@ -1,6 +1,5 @@
 """Files appear whole or not at all, and what is killed leaves nothing for long."""
 
-import fcntl
 import os
 import signal
 import subprocess
@@ -128,40 +127,15 @@ def test_a_file_that_cannot_be_written_is_told_in_words(failure: type[mjbiped.Mj
 
 @pytest.fixture
 def left(tmp_path: Path) -> Path:
-    """A file that a killed process has just left behind."""
+    """A file that a killed process left behind two days ago."""
     path = tmp_path / ".mjbiped-0123456789abcdef.npz"
     path.write_text("half")
-    return path
+    return made_old(path, 2e5)
 
 
 def test_what_was_left_behind_is_removed_at_the_next_start(left: Path, tmp_path: Path) -> None:
     check_writable(tmp_path / "walk.npz")
     assert names(tmp_path) == []
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="no locks")
-@pytest.mark.parametrize("locked", [True, False])
-def test_a_new_file_that_was_taken_for_left_behind_is_made_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, locked: bool
-) -> None:
-    """In the moment before its lock: by a process that still has it, or that has already removed it."""
-    calls: list[str] = []
-    flock = fcntl.flock
-
-    def stolen(handle: int, operation: int) -> None:
-        calls.extend(names(tmp_path))
-        if len(calls) > 1:
-            flock(handle, operation)
-        elif locked:
-            raise BlockingIOError
-        else:
-            (tmp_path / calls[0]).unlink()
-
-    monkeypatch.setattr("fcntl.flock", stolen)
-    with written_whole(tmp_path / "walk.npz") as unfinished:
-        unfinished.write_text("whole")
-    assert len({*calls}) == 2
-    assert (names(tmp_path), (tmp_path / "walk.npz").read_text()) == (["walk.npz"], "whole")
 
 
 def test_only_what_is_certainly_ours_is_removed(left: Path, tmp_path: Path) -> None:
@@ -189,18 +163,10 @@ def test_what_is_being_written_is_not_removed(tmp_path: Path, monkeypatch: pytes
     assert names(tmp_path) == ["long.mp4"]
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="no locks")
-def test_without_locks_age_decides(left: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: object) -> None:
-        raise OSError("no locks here")
-
-    monkeypatch.setattr("fcntl.flock", refuse)
+def test_what_another_process_may_still_write_is_not_removed(left: Path, tmp_path: Path) -> None:
+    made_old(left, 3600.0)
     check_writable(tmp_path / "walk.npz")
     assert left.exists()
-    monkeypatch.setattr(output, "_swept", set())
-    made_old(left, 1e6)
-    check_writable(tmp_path / "walk.npz")
-    assert names(tmp_path) == []
 
 
 def test_a_folder_is_looked_through_once(left: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -245,6 +211,7 @@ def test_killed_and_interrupted_processes_leave_nothing_for_long(tmp_path: Path)
     assert both[0].returncode == -signal.SIGKILL
     left = list(tmp_path.iterdir())
     assert len(left) == 1  # the killed one's
+    made_old(left[0], 2e5)
     check_writable(tmp_path / "walk.npz")
     assert names(tmp_path) == []
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from mjbiped.errors import InputError
-from mjbiped.utils.main_guard import UnguardedError
+from mjbiped.utils.parallel import UnguardedError
 
 HEAD = "from mjbiped.utils.parallel import processes\n"
 BODY = "with processes(1) as pool:\n    print(pool.submit(abs, -3).result())\n"

@@ -148,7 +148,6 @@ def test_a_push_changes_the_walk_and_landings_still_end_steps(controller: Adapti
 @pytest.mark.parametrize("ground", ["heightfield", "boxes"])  # the foot is a contact's second geom, or its first
 def test_the_force_drawn_is_that_of_the_contacts(controller: AdaptiveController, ground: str) -> None:
     """Of the equations of motion it is known independently; contacts agree on it in the middle of a step."""
-    from mjbiped.rendering.moments import ground_force
 
     live = LiveWalk(planned(controller, ground=ground))
     live.go_to(1.0)
@@ -160,7 +159,7 @@ def test_the_force_drawn_is_that_of_the_contacts(controller: AdaptiveController,
     live.go_to(live.time + 0.05)
     moment = live.moment()
     q, dq = (u.angles[0], u.angles[1]), (u.turning[0], u.turning[1])
-    expected = ground_force(mjbiped.Compass(), moment.slope, q, dq, moment.torque)
+    expected = mjbiped.Compass().ground_force(q, dq, moment.torque, moment.slope)
     live.close()
     # a mean over 50 ms, in which the force changes by some percent
     assert moment.force == pytest.approx(expected, rel=0.1, abs=0.05 * live.robot.weight)

@@ -10,7 +10,7 @@ import mjbiped
 from controllers import AdaptiveController
 from mjbiped.errors import RenderError
 from mjbiped.rendering.look import ELEMENTS
-from mjbiped.viewing import words
+from mjbiped.viewing import window as words
 from mjbiped.viewing.player import FASTEST, KEYS, SLOWEST, STRIDE, Player
 from mjbiped.viewing.replay import Replay
 

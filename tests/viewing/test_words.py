@@ -6,7 +6,7 @@ from typing import Any
 import mjbiped
 from mjbiped.records.signals import SIGNALS
 from mjbiped.utils.palette import IN_WORDS
-from mjbiped.viewing.words import state
+from mjbiped.viewing.window import state
 
 
 def test_marks_are_named_with_their_colours() -> None:

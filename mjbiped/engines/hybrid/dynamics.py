@@ -1,65 +1,94 @@
-"""Motion between touchdowns: one integration step of the robot's equations, and its dense output."""
+"""Motion between touchdowns: rates of a state, one integration step, and its dense output."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import MutableSequence, Sequence
 from typing import Any
 
-from mjbiped.engines.hybrid import state as at
-from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
+from mjbiped.engines.hybrid.state import Walk, hand_over
 from mjbiped.numerics.dormand_prince import STAGES, STAGES_WITH_DENSE, dense_at
-
-HANDED_ON = ("torque", "parameters", "constants", "length", "memory", "w")
-"""What `rates` takes before time and state: for `dormand_prince.unrolled`."""
 
 WILDEST_ANGLE = 1e6  # beyond it, rad, the motion has no meaning, and sine and cosine no digits
 
 
-def begin(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float) -> None:
-    """Rates of the state in `b.y`, which no step has led to."""
-    robot, length, memory, w = constants.robot, constants.length, b.memory, b.w
-    w[at.STAGE] = 0.0
-    laws.begin(laws.rates, laws.torque, parameters, robot, length, memory, w, t, b.y, b.k)
+def rates(s: Walk, t: float, state: tuple[float, ...]) -> tuple[float, ...]:
+    """Rates of a state at time t since the support transfer, by the controller's law and the robot's equations."""
+    laws, w = s.laws, s.w
+    q, dq = laws.q(state), laws.dq(state)
+    hand_over(s, state)
+    push = 0.0
+    for angle in q:
+        if not abs(angle) < WILDEST_ANGLE:
+            push = math.nan
+    if push != 0.0:
+        q = dq = laws.still(state)
+    given = laws.torque(s.law, w.memory, min(max(t, w.after), w.before), q, dq)
+    if w.push != 0.0:  # what a horizontal force at the hip is to the stance leg: its torque about the foot
+        push += w.push * s.c.robot.chain.reach[0] * math.cos(q[0] + w.slope)
+    accelerations = laws.accelerations(s.c.robot, w, q, dq, given, push)
+    w.ankle_torques[w.stage] = given[0]
+    w.stage += 1
+    for joint in range(len(w.torque)):
+        size = abs(given[joint])
+        w.torque[joint] = given[joint]
+        greater = size > w.stage_torque[joint]
+        w.stage_torque[joint] = size if greater else w.stage_torque[joint]
+        w.stage_time[joint] = t if greater else w.stage_time[joint]
+    # Numba adds tuples, but cannot unpack them into another
+    return dq + accelerations + laws.own(given) + laws.powers(given, dq)  # type: ignore[no-any-return]
 
 
-def attempt(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float, h: float) -> float:
-    """One step of length h from `b.y` to `b.out`; the rates at its start stand in `b.k` already.
+def begin(s: Walk) -> None:
+    """Compute the rates of the state in `w.y`, which no step has led to."""
+    s.w.stage = 0
+    s.laws.begin(rates, s, s.w.elapsed, s.w.y, s.w.k)
+
+
+def attempt(s: Walk, h: float) -> float:
+    """Integrate one step of length h from `w.y` to `w.out`; the rates at its start stand in `w.k` already.
 
     Returns:
         The estimated error over the tolerance; NaN where the motion has no meaning.
     """
-    torque, step, robot, length, memory, w = laws.torque, laws.step, constants.robot, constants.length, b.memory, b.w
-    for joint in range(constants.joints):
-        w[at.STAGE_ANKLE + joint] = 0.0
-    w[at.DENSE], w[at.STAGE] = 0.0, 1.0
-    w[at.EVALUATIONS] += STAGES
-    tolerance = constants.tolerance
-    return float(step(laws.rates, torque, parameters, robot, length, memory, w, t, h, b.y, b.k, b.out, tolerance))
+    w = s.w
+    for joint in range(len(w.torque)):
+        w.stage_torque[joint] = 0.0
+    w.has_dense, w.stage = False, 1
+    w.evaluations += STAGES
+    return float(s.laws.step(rates, s, w.elapsed, h, w.y, w.k, w.out, s.c.tolerance))
 
 
-def ensure_dense(laws: Laws, parameters: Any, constants: SimulationConstants, b: Buffers, t: float, h: float) -> None:
-    """Make the step's dense output, unless it is there; torques and press in `b.w` stay those at the step's end."""
-    torque, dense, robot, length, memory, w = laws.torque, laws.dense, constants.robot, constants.length, b.memory, b.w
-    if w[at.DENSE] != 0.0:
+def ensure_dense(s: Walk, h: float) -> None:
+    """Compute the step's dense output, unless it is there; torques and press stay those at the step's end."""
+    w = s.w
+    if w.has_dense:
         return
-    ankle, hip, knee, press, stop_press = w[at.ANKLE], w[at.HIP], w[at.KNEE], w[at.PRESS], w[at.STOP_PRESS]
-    dense(laws.rates, torque, parameters, robot, length, memory, w, t, h, b.y, b.k, b.out, b.dense)
-    w[at.ANKLE], w[at.HIP], w[at.KNEE], w[at.PRESS], w[at.STOP_PRESS] = ankle, hip, knee, press, stop_press
-    w[at.DENSE] = 1.0
-    w[at.EVALUATIONS] += STAGES_WITH_DENSE - STAGES - 1
+    press, stop_press = w.press, w.stop_press
+    for joint in range(len(w.torque)):
+        w.spare[joint] = w.torque[joint]
+    s.laws.dense(rates, s, w.elapsed, h, w.y, w.k, w.out, w.dense)
+    w.press, w.stop_press = press, stop_press
+    for joint in range(len(w.torque)):
+        w.torque[joint] = w.spare[joint]
+    w.has_dense = True
+    w.evaluations += STAGES_WITH_DENSE - STAGES - 1
 
 
-def is_motion(constants: SimulationConstants, state: Sequence[float]) -> bool:
+def is_motion(s: Walk, state: Any) -> bool:
     """Whether angles and rates are numbers."""
-    total = state[0]
-    for component in range(1, 2 * constants.angles):
+    total = 0.0
+    for component in range(2 * len(s.w.strike_q)):
         total += state[component]
     return math.isfinite(total)
 
 
-def dense_state(b: Buffers, x: float, state: MutableSequence[float]) -> None:
-    """The whole state at the share x of the step."""
-    n = len(b.y)
-    for c in range(n):
-        state[c] = dense_at(b.dense, n, c, b.y[c], x)
+def component_at(w: Any, component: int, x: float) -> float:
+    """One component of the state at the share x of the step."""
+    return dense_at(w.dense, len(w.y), component, w.y[component], x)
+
+
+def dense_state(s: Walk, x: float) -> None:
+    """Write the state at the share x of the step into `w.spare`."""
+    w = s.w
+    for component in range(len(w.y)):
+        w.spare[component] = component_at(w, component, x)

@@ -1,4 +1,4 @@
-"""Events of the hybrid engine: where within an integration step the swing foot may touch, lands or meets a face.
+"""Events of the hybrid engine: the first within an integration step, which is then taken again so that it ends there.
 
 The clearance is the height of the swing foot over the profile at its own position x. It is continuous as long as the
 foot stays over one stretch, and jumps at risers: a jump from above to below ground is an impact on the vertical face,
@@ -12,66 +12,231 @@ from __future__ import annotations
 
 from typing import Any, TypeAlias
 
-from mjbiped.engines.hybrid import state as at
-from mjbiped.engines.hybrid.state import Buffers, Laws, SimulationConstants
-from mjbiped.engines.hybrid.transfer import FACE_WIDTH
+from mjbiped.engines.hybrid.dynamics import attempt, component_at, ensure_dense
+from mjbiped.engines.hybrid.state import Walk, ground_of, hip, pose_of, swing_foot
 from mjbiped.numerics.dormand_prince import STAGES
+from mjbiped.robots.equations import FREE, RESTING
 from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
+from mjbiped.rules.termination import FALLEN_HIP
 from mjbiped.terrain.profile import height_of, segment_near
 
 Place: TypeAlias = tuple[float, float, int]
 """Distance of the swing foot ahead of the stance foot (m), its clearance (m), and the terrain segment under it."""
 
 NOTHING, TOUCHDOWN, FACE_IMPACT, OVER_THE_TOP, KNEE_STRIKE = 0, 1, 2, 3, 4
+FOOT_RELEASED, KNEE_RELEASED, EDGE, FALLEN, BEYOND_END = 5, 6, 7, 8, 9
 
 SHORTEST = 5e-4  # intervals are not halved below this, s: the foot's sag in it is some 1e-6 m
 RESOLVED = 1e-8  # a crossing is first located so closely, s
+CLOSELY = 1e-9  # and other events, s
+AT_EDGE = 1e-10  # the moment when a sliding foot leaves its segment, s
 ROOM = 2.0
 GROUND_WIDTH = 1e-8  # ground that a foot has slid on is left, or met again, so far below its height, m
+FACE_WIDTH = 1e-8  # a foot so close to the face that it struck stays on its own side of it, m
 CORNER = 1e-6  # a foot that meets a face so close below its edge has landed on top, m
+SHORTEST_STEP = 1e-12  # s; below it the motion is none
+POLISHED = 1e-7  # a touchdown found so closely is brought home by one term of its Taylor series, s
 
 
-def segment_under(constants: SimulationConstants, b: Buffers, x: float) -> int:
-    """The terrain's segment under x, but for a foot on a face: that one stays on its side of it."""
-    if abs(x - b.w[at.FACE_X]) < FACE_WIDTH:
-        return int(b.w[at.FACE_SEGMENT])
-    index = segment_near(constants, x, int(b.w[at.SEGMENT]))
-    b.w[at.SEGMENT] = index
-    return index
+def first_event(s: Walk, h: float, here: Place, there: Place, pose: Any) -> tuple[int, float]:
+    """Find the first event of a step, and take the step again so that it ends there.
+
+    Args:
+        s: The walk.
+        h: Length of the step, s.
+        here: Where the swing foot is at its start.
+        there: Where it is at its end.
+        pose: Pose at its end.
+
+    Returns:
+        The event, and the length of the step up to it, s.
+    """
+    event, share = NOTHING, 1.0
+    ended = body_ends(s, pose)
+    strikes = s.w.locked == FREE and _flexion(s, s.w.out) < 0.0
+    if ended != NOTHING or strikes or not decided_by_ends(s, h, here, there):
+        ensure_dense(s, h)
+        event = ended
+        if ended != NOTHING:
+            share = _bisected(s, h, FALLEN)
+        if strikes:
+            strike = _bisected(s, h, KNEE_STRIKE)
+            event = KNEE_STRIKE if strike < share or ended == NOTHING else event
+            share = min(share, strike)
+        met, share = foot_event(s, h, share)
+        event = met if met != NOTHING else event
+        if event != NOTHING:
+            h = _end_on(s, share * h, event)
+    return _end_of_contact(s, h, event)
 
 
-def pose_within(laws: Laws, b: Buffers, x: float) -> Any:
-    """The robot's pose at the share x of the step."""
-    if x == 0.0:
-        return laws.pose(b, b.y)
-    if x == 1.0:
-        return laws.pose(b, b.out)
-    return laws.pose_between(b, x)
+def _end_of_contact(s: Walk, h: float, event: int) -> tuple[int, float]:
+    """Look whether a foot that slides, or a knee that rests on its stop, loses its contact in the step before all else.
+
+    What a foot in contact would have met later in the step, it then does not.
+    """
+    w = s.w
+    touches = w.face != 0.0 or w.sliding
+    if w.sliding and not on_its_segment(s, w.out):
+        event, h = EDGE, _retaken(s, h, EDGE, AT_EDGE)
+    if touches and w.press < 0.0:
+        return FOOT_RELEASED, _retaken(s, h, FOOT_RELEASED, CLOSELY)
+    if w.locked == RESTING and w.stop_press < 0.0:
+        return KNEE_RELEASED, _retaken(s, h, KNEE_RELEASED, CLOSELY)
+    return event, h
 
 
-def foot_over_ground(laws: Laws, constants: SimulationConstants, b: Buffers, pose: Any) -> Place:
-    """Distance ahead of the stance foot (m), clearance (m) and segment of the swing foot."""
-    foot_x, foot_z = laws.swing_foot(constants, b, pose)
-    segment = int(b.w[at.FACE_SEGMENT]) if b.w[at.FACE] != 0.0 else segment_under(constants, b, foot_x)
-    clearance = foot_z - height_of(constants, segment, foot_x)
-    if segment == b.w[at.GROUND_SEGMENT]:
-        clearance += GROUND_WIDTH
-    return foot_x - b.w[at.FOOT_X], clearance, segment
+def _flexion(s: Walk, state: Any) -> float:
+    """Flexion of the swing knee in a state, rad."""
+    return float(state[s.c.robot.shank] - state[s.c.robot.thigh])
 
 
-def foot_acceleration(laws: Laws, constants: SimulationConstants, b: Buffers) -> float:
+def flexion_within(s: Walk, x: float) -> float:
+    """Flexion of the swing knee at the share x of the step, rad."""
+    return component_at(s.w, s.c.robot.shank, x) - component_at(s.w, s.c.robot.thigh, x)
+
+
+def _happened(s: Walk, x: float, event: int) -> bool:
+    """Whether the walk has ended, or the knee has struck its stop, at the share x of the step."""
+    if event == KNEE_STRIKE:
+        return component_at(s.w, s.c.robot.shank, x) < component_at(s.w, s.c.robot.thigh, x)
+    return body_ends(s, pose_within(s, x)) != NOTHING
+
+
+def _bisected(s: Walk, h: float, event: int) -> float:
+    """Share of the step at which an event has happened that has by its end, from its dense output."""
+    x, end = 0.0, 1.0
+    while (end - x) * h > CLOSELY:
+        middle = 0.5 * (x + end)
+        if _happened(s, middle, event):
+            end = middle
+        else:
+            x = middle
+    return end
+
+
+def _contact_ends(s: Walk, event: int) -> bool:
+    """Whether a contact has ended at the step's end: the guard of an event that only a step taken again can tell."""
+    if event == EDGE:
+        return not on_its_segment(s, s.w.out)
+    return bool((s.w.press if event == FOOT_RELEASED else s.w.stop_press) < 0.0)
+
+
+def _retaken(s: Walk, h: float, event: int, width: float) -> float:
+    """Take the step again so that it ends just after the end of a contact; returns its length, s."""
+    low, high = 0.0, h
+    while high - low > width:
+        middle = 0.5 * (low + high)
+        attempt(s, middle)
+        if _contact_ends(s, event):
+            high = middle
+        else:
+            low = middle
+    attempt(s, high)
+    return high
+
+
+def _end_on(s: Walk, h: float, event: int) -> float:
+    """Take the step again so that it ends on its event; returns its length, s.
+
+    Newton's method on steps of the full order, for the dense output is of a lower one, and at last a Taylor term.
+    """
+    w = s.w
+    n = len(w.y)
+    h = max(h, SHORTEST_STEP)
+    for _ in range(6):
+        attempt(s, h)
+        if event != TOUCHDOWN and event != FACE_IMPACT and event != KNEE_STRIKE:
+            break
+        gap, speed = _gap(s, event)
+        if speed == 0.0 or abs(gap) > abs(speed) * 1e-3:
+            break  # it grazes: the crossing that was found stands
+        change = -gap / speed
+        if h + change <= 0.0:
+            break
+        h += change
+        if abs(change) < POLISHED:
+            for c in range(n):
+                w.out[c] += change * w.k[STAGES * n + c]
+            break
+    return h
+
+
+def _gap(s: Walk, event: int) -> tuple[float, float]:
+    """What the event's guard measures at the step's end, and its rate: distances in m, or the knee's flexion in rad."""
+    w = s.w
+    if event == KNEE_STRIKE:
+        rates = s.laws.dq(w.out)
+        return _flexion(s, w.out), rates[s.c.robot.shank] - rates[s.c.robot.thigh]
+    pose = pose_of(s, w.out)
+    foot_x, foot_z = swing_foot(s, pose)
+    speed_x, speed_z = foot_speed(s, pose)
+    if event == FACE_IMPACT:
+        return foot_x - w.face_x, speed_x
+    ground = ground_of(s)
+    return foot_z - height_of(ground, w.landing, foot_x), speed_z - ground.gradient[w.landing] * speed_x
+
+
+def foot_speed(s: Walk, pose: Any) -> tuple[float, float]:
+    """Rates of the swing foot's place at the step's end, m/s."""
+    along = up = 0.0
+    reach, first = s.c.robot.chain.reach, len(s.w.strike_q)
+    for i in range(len(reach)):
+        speed = reach[i] * s.w.out[first + i]
+        along += speed * pose[2 * i + 1]
+        up -= speed * pose[2 * i]
+    return along, up
+
+
+def foot_acceleration(s: Walk) -> float:
     """Bound of the swing foot's acceleration in the step, m/s^2, from its ends."""
-    greatest = 0.0
-    for first, state in ((0, b.y), (STAGES * len(b.y), b.out)):
-        greatest = max(greatest, laws.foot_rush(constants, b, first, state))
-    return ROOM * greatest + constants.gravity
+    w, reach = s.w, s.c.robot.chain.reach
+    n, first = len(w.y), len(w.strike_q)
+    start = end = 0.0
+    for i in range(first):
+        rate, later = w.y[first + i], w.out[first + i]
+        start += abs(reach[i]) * (abs(w.k[first + i]) + rate * rate)
+        end += abs(reach[i]) * (abs(w.k[STAGES * n + first + i]) + later * later)
+    return ROOM * max(start, end) + float(s.c.gravity)
 
 
-def happens(constants: SimulationConstants, b: Buffers, t: float, ahead: float, clearance: float) -> bool:
+def segment_under(s: Walk, x: float) -> int:
+    """The terrain's segment under x, but for a foot on a face: that one stays on its side of it."""
+    w = s.w
+    if abs(x - w.face_x) < FACE_WIDTH:
+        return int(w.face_segment)
+    w.segment = segment_near(ground_of(s), x, w.segment)
+    return int(w.segment)
+
+
+def pose_within(s: Walk, x: float) -> Any:
+    """The robot's pose at the share x of the step."""
+    w = s.w
+    if x == 0.0:
+        return pose_of(s, w.y)
+    if x == 1.0:
+        return pose_of(s, w.out)
+    for i in range(len(w.strike_q)):
+        w.spare[i] = component_at(w, i, x)
+    return pose_of(s, w.spare)
+
+
+def foot_over_ground(s: Walk, pose: Any) -> Place:
+    """Distance ahead of the stance foot (m), clearance (m) and segment of the swing foot."""
+    w = s.w
+    foot_x, foot_z = swing_foot(s, pose)
+    segment = int(w.face_segment) if w.face != 0.0 else segment_under(s, foot_x)
+    clearance = foot_z - height_of(ground_of(s), segment, foot_x)
+    if segment == w.slid_segment:
+        clearance += GROUND_WIDTH
+    return foot_x - w.foot_x, clearance, segment
+
+
+def happens(s: Walk, t: float, ahead: float, clearance: float) -> bool:
     """Whether the event waited for is there: the rule enables the foot's contact or, later, it is below ground."""
-    if b.w[at.CONTACT_ENABLED] != 0.0:
+    if s.w.contact_enabled:
         return clearance <= 0.0
-    return swing_foot_collides(constants.reach, constants.delay, t, ahead, clearance)
+    return swing_foot_collides(s.c.reach, s.c.delay, t, ahead, clearance)
 
 
 def keeps_clear(room: float, here: Place, there: Place) -> bool:
@@ -79,94 +244,63 @@ def keeps_clear(room: float, here: Place, there: Place) -> bool:
     return here[2] == there[2] and min(here[1], there[1]) > room
 
 
-def cannot_be_enabled(constants: SimulationConstants, room: float, here: Place, there: Place) -> bool:
+def cannot_be_enabled(reach: float, room: float, here: Place, there: Place) -> bool:
     """Whether the rule cannot let the foot collide between two moments: not ahead enough, or below ground."""
-    if max(here[0], there[0]) + room < constants.reach:
+    if max(here[0], there[0]) + room < reach:
         return True
     return here[2] == there[2] and max(here[1], there[1]) + room < 0.0
 
 
-def decided_by_ends(
-    laws: Laws, constants: SimulationConstants, b: Buffers, t: float, h: float, here: Place, there: Place
-) -> bool:
+def decided_by_ends(s: Walk, h: float, here: Place, there: Place) -> bool:
     """Whether the step's ends alone tell that the swing foot meets nothing in it; arms the foot where that is safe."""
-    w = b.w
-    if w[at.GROUND] != 0.0 or (w[at.CONTACT_ENABLED] == 0.0 and t + h <= constants.delay):
+    w = s.w
+    if w.sliding or (not w.contact_enabled and w.elapsed + h <= s.c.delay):
         return True
-    if w[at.FACE] != 0.0:
+    if w.face != 0.0:
         return False
-    room = foot_acceleration(laws, constants, b) * h * h / 8.0
-    return _decided(constants, b, t + h, room, here, there)
+    room = foot_acceleration(s) * h * h / 8.0
+    return _decided(s, w.elapsed + h, room, here, there)
 
 
-def _decided(constants: SimulationConstants, b: Buffers, t: float, room: float, here: Place, there: Place) -> bool:
+def _decided(s: Walk, t: float, room: float, here: Place, there: Place) -> bool:
     """Whether the foot can have met nothing up to t; its contact is then enabled, if the rule says so by now.
 
     The contact of a foot that keeps clear of the ground may as well be enabled at the end of the interval as within it.
     """
-    w = b.w
     clear = keeps_clear(room, here, there)
-    if w[at.CONTACT_ENABLED] != 0.0:
+    if s.w.contact_enabled:
         return clear
-    if cannot_be_enabled(constants, room, here, there):
+    if cannot_be_enabled(s.c.reach, room, here, there):
         return True
-    if clear and happens(constants, b, t, there[0], there[1]):
-        w[at.CONTACT_ENABLED] = 1.0
+    if clear and happens(s, t, there[0], there[1]):
+        s.w.contact_enabled = True
         return True
     return False
 
 
-def first_event(
-    laws: Laws, constants: SimulationConstants, b: Buffers, t: float, h: float, until: float
-) -> tuple[int, float]:
+def foot_event(s: Walk, h: float, until: float) -> tuple[int, float]:
     """The first event of the swing foot up to the share `until` of the step, and its share.
 
     The foot's contact is enabled on the way, where the rule says so.
 
     The dense output must be there. The share is that of the last moment before the event, within `RESOLVED`.
     """
-    w = b.w
-    bound = foot_acceleration(laws, constants, b) / 8.0
+    w = s.w
     x = 0.0
-    if w[at.CONTACT_ENABLED] == 0.0:
-        x = max(0.0, (constants.delay - t) / h)
-    if x >= until or w[at.GROUND] != 0.0:
+    if not w.contact_enabled:
+        x = max(0.0, (s.c.delay - w.elapsed) / h)
+    if x >= until or w.sliding:
         return NOTHING, until
-    here = foot_over_ground(laws, constants, b, pose_within(laws, b, x))
+    bound = foot_acceleration(s) / 8.0
+    here = foot_over_ground(s, pose_within(s, x))
     while x < until:
-        end = until
-        while True:
-            there = foot_over_ground(laws, constants, b, pose_within(laws, b, end))
-            width = (end - x) * h
-            room = bound * width * width
-            if _decided(constants, b, t + end * h, room, here, there):
-                break
-            if (
-                w[at.CONTACT_ENABLED] != 0.0
-                and here[2] == there[2]
-                and here[1] > 0.0 >= there[1]
-                and here[1] - there[1] > 8.0 * room
-            ):
-                # the clearance falls all the way: one crossing
-                share = _crossing(laws, constants, b, h, x, end, here[1], there[1], here[2])
-                if _draws_in(laws, constants, b, share):
-                    break
-                w[at.LANDING] = there[2]
-                return TOUCHDOWN, share
-            if width < SHORTEST:
-                if happens(constants, b, t + end * h, there[0], there[1]):
-                    if w[at.CONTACT_ENABLED] != 0.0:
-                        before, after = _narrowed(laws, constants, b, t, h, x, end)
-                        if _draws_in(laws, constants, b, before):
-                            break
-                        return _kind(laws, constants, b, before, after), before
-                    w[at.CONTACT_ENABLED] = 1.0
-                break
-            end = 0.5 * (x + end)
-        if w[at.FACE] != 0.0 and _over_the_top(laws, constants, b, end):
+        event, share, end, there = _interval(s, h, bound, x, until, here)
+        if event != NOTHING:
+            return event, share
+        if w.face != 0.0 and _over_the_top(s, end):
             while (end - x) * h > RESOLVED:
                 middle = 0.5 * (x + end)
-                if _over_the_top(laws, constants, b, middle):
+                if _over_the_top(s, middle):
                     end = middle
                 else:
                     x = middle
@@ -175,41 +309,65 @@ def first_event(
     return NOTHING, until
 
 
-def _draws_in(laws: Laws, constants: SimulationConstants, b: Buffers, x: float) -> bool:
+def _interval(s: Walk, h: float, bound: float, x: float, end: float, here: Place) -> tuple[int, float, float, Place]:
+    """The first event between two shares of the step, halved until the foot's bound tells all of its first part.
+
+    Returns:
+        Event and its share, or nothing; the end of that first part, and where the foot is there.
+    """
+    w = s.w
+    while True:
+        there = foot_over_ground(s, pose_within(s, end))
+        width = (end - x) * h
+        room = bound * width * width
+        if _decided(s, w.elapsed + end * h, room, here, there):
+            return NOTHING, end, end, there
+        falls = here[2] == there[2] and here[1] > 0.0 >= there[1] and here[1] - there[1] > 8.0 * room
+        if w.contact_enabled and falls:  # the clearance falls all the way: one crossing
+            share = _crossing(s, h, x, end, here, there)
+            if _draws_in(s, share):
+                return NOTHING, end, end, there
+            w.landing = there[2]
+            return TOUCHDOWN, share, end, there
+        if width < SHORTEST:
+            if not happens(s, w.elapsed + end * h, there[0], there[1]):
+                return NOTHING, end, end, there
+            if not w.contact_enabled:
+                w.contact_enabled = True
+                return NOTHING, end, end, there
+            before, after = _narrowed(s, h, x, end)
+            if _draws_in(s, before):
+                return NOTHING, end, end, there
+            return _kind(s, before, after), before, end, there
+        end = 0.5 * (x + end)
+
+
+def _draws_in(s: Walk, x: float) -> bool:
     """Whether the scuffing rule draws in the foot that comes down at the share x of the step; its contact is then off.
 
     The rule ends the contact when the foot comes nearer than the reach, which matters only where the foot comes down.
     """
-    if constants.contact != 0.0:
+    if s.c.contact:
         return False
-    ahead = foot_over_ground(laws, constants, b, pose_within(laws, b, x))[0]
-    if not swing_foot_is_drawn_in(constants.reach, ahead):
+    ahead = foot_over_ground(s, pose_within(s, x))[0]
+    if not swing_foot_is_drawn_in(s.c.reach, ahead):
         return False
-    b.w[at.CONTACT_ENABLED] = 0.0
+    s.w.contact_enabled = False
     return True
 
 
-def _crossing(
-    laws: Laws,
-    constants: SimulationConstants,
-    b: Buffers,
-    h: float,
-    x: float,
-    end: float,
-    above: float,
-    below: float,
-    segment: int,
-) -> float:
+def _crossing(s: Walk, h: float, x: float, end: float, here: Place, there: Place) -> float:
     """Share of the step at which the foot meets a segment that it is above at x and not above at `end`.
 
     The false position, in the variant of Illinois (Dowell and Jarratt 1971): it keeps the root between x and end.
     """
+    above, below, segment = here[1], there[1], here[2]
     side = 0
     middle = x
     while (end - x) * h > RESOLVED:
         last, middle = middle, (x * below - end * above) / (below - above)
-        foot_x, foot_z = laws.swing_foot(constants, b, pose_within(laws, b, middle))
-        gap = foot_z - height_of(constants, segment, foot_x)
+        foot_x, foot_z = swing_foot(s, pose_within(s, middle))
+        gap = foot_z - height_of(ground_of(s), segment, foot_x)
         if gap > 0.0:
             x, above = middle, gap
             below = 0.5 * below if side > 0 else below
@@ -223,65 +381,54 @@ def _crossing(
     return middle
 
 
-def _narrowed(
-    laws: Laws, constants: SimulationConstants, b: Buffers, t: float, h: float, x: float, end: float
-) -> tuple[float, float]:
+def _narrowed(s: Walk, h: float, x: float, end: float) -> tuple[float, float]:
     """Shares of the step just before and just after something happens, `RESOLVED` apart."""
     while (end - x) * h > RESOLVED:
         middle = 0.5 * (x + end)
         if not x < middle < end:
             break
-        ahead, clearance, _ = foot_over_ground(laws, constants, b, pose_within(laws, b, middle))
-        if happens(constants, b, t + middle * h, ahead, clearance):
+        ahead, clearance, _ = foot_over_ground(s, pose_within(s, middle))
+        if happens(s, s.w.elapsed + middle * h, ahead, clearance):
             end = middle
         else:
             x = middle
     return x, end
 
 
-def _kind(laws: Laws, constants: SimulationConstants, b: Buffers, before: float, after: float) -> int:
-    """What a foot that is below ground after the share `before` has met; a face that it hit is noted in `w`."""
-    w = b.w
-    pose = pose_within(laws, b, after)
-    own = foot_over_ground(laws, constants, b, pose_within(laws, b, before))[2]
-    other = foot_over_ground(laws, constants, b, pose)[2]
-    w[at.LANDING] = other
+def _kind(s: Walk, before: float, after: float) -> int:
+    """What a foot that is below ground after the share `before` has met; a face that it hit is noted in the state."""
+    w, ground = s.w, ground_of(s)
+    own = foot_over_ground(s, pose_within(s, before))[2]
+    pose = pose_within(s, after)
+    other = foot_over_ground(s, pose)[2]
+    w.landing = other
     if own == other:
         return TOUCHDOWN
-    face = constants.x[max(own, other)]
-    top = height_of(constants, other, face)
-    if top - height_of(constants, own, face) < CORNER or laws.swing_foot(constants, b, pose)[1] > top - CORNER:
+    face = ground.x[max(own, other)]
+    top = height_of(ground, other, face)
+    if top - height_of(ground, own, face) < CORNER or swing_foot(s, pose)[1] > top - CORNER:
         return TOUCHDOWN
-    w[at.FACE_X], w[at.FACE_TOP], w[at.FACE_SEGMENT] = face, top, own
+    w.face_x, w.face_top, w.face_segment = face, top, own
     return FACE_IMPACT
 
 
-def _over_the_top(laws: Laws, constants: SimulationConstants, b: Buffers, x: float) -> bool:
-    return bool(laws.swing_foot(constants, b, pose_within(laws, b, x))[1] >= b.w[at.FACE_TOP])
+def _over_the_top(s: Walk, x: float) -> bool:
+    return bool(swing_foot(s, pose_within(s, x))[1] >= s.w.face_top)
 
 
-def landing(laws: Laws, constants: SimulationConstants, b: Buffers, segment: int) -> tuple[float, float]:
-    """Clearance of the swing foot over a segment at the step's end, m, and its rate, m/s."""
-    pose = laws.pose(b, b.out)
-    foot_x, foot_z = laws.swing_foot(constants, b, pose)
-    speed_x, speed_z = laws.foot_speed(constants, b, pose)
-    return foot_z - height_of(constants, segment, foot_x), speed_z - constants.gradient[segment] * speed_x
+def on_its_segment(s: Walk, state: Any) -> bool:
+    """Whether a foot that slides on the ground is, in a state, still on the segment where it came down."""
+    ground, segment = ground_of(s), int(s.w.slid_segment)
+    x, _ = swing_foot(s, pose_of(s, state))
+    begun = segment == 0 or ground.x[segment] <= x
+    return bool(begun and (segment + 1 == len(ground.x) or x <= ground.x[segment + 1]))
 
 
-def face_gap(laws: Laws, constants: SimulationConstants, b: Buffers) -> tuple[float, float]:
-    """Distance of the swing foot from the struck face at the step's end, m, and its rate, m/s."""
-    pose = laws.pose(b, b.out)
-    return laws.swing_foot(constants, b, pose)[0] - b.w[at.FACE_X], laws.foot_speed(constants, b, pose)[0]
-
-
-def body_ends(laws: Laws, constants: SimulationConstants, b: Buffers, pose: Any, fallen_hip: float) -> int:
-    """1 if the hip is too low, 2 if it is beyond the ground's end, 0 if neither."""
-    x, z = laws.hip(constants, b, pose)
-    index = int(b.w[at.SEGMENT])
-    while index > 0 and constants.x[index] > x:
-        index -= 1
-    while index + 1 < len(constants.x) and constants.x[index + 1] <= x:
-        index += 1
-    if (z - height_of(constants, index, x)) * b.w[at.COSINE] < fallen_hip * constants.length:
-        return 1
-    return 2 if x >= constants.end else 0
+def body_ends(s: Walk, pose: Any) -> int:
+    """`FALLEN` if the hip is too low, `BEYOND_END` if it is beyond the ground's end, else `NOTHING`."""
+    x, z = hip(s, pose)
+    ground = ground_of(s)
+    segment = segment_near(ground, x, int(s.w.segment))
+    if (z - height_of(ground, segment, x)) * s.w.cosine < FALLEN_HIP * s.c.length:
+        return FALLEN
+    return BEYOND_END if x >= s.c.end else NOTHING

@@ -10,15 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from mjbiped.engines.hybrid.state import (
-    EVALUATIONS,
-    LOOK,
-    LOOKED,
-    STEP_STARTED,
-    UNDER_WAY,
-    Buffers,
-    SimulationConstants,
-)
+from mjbiped.engines.hybrid.state import Walk
 from mjbiped.numerics.dormand_prince import STAGES
 
 MOST_ATTEMPTS = 100_000  # integration steps tried in one gait step; the paper's controller needs some 20
@@ -32,28 +24,23 @@ TAME = 1e3
 
 def watch(w: Any) -> None:
     """Begin to watch a gait step."""
-    w[UNDER_WAY], w[LOOKED] = 1.0, 0.0
-    w[STEP_STARTED] = w[EVALUATIONS]
-    w[LOOK] = w[STEP_STARTED] + STAGES * ATTEMPTS_BETWEEN_LOOKS
+    w.under_way, w.looked = True, 0.0
+    w.step_started = w.evaluations
+    w.look = w.step_started + STAGES * ATTEMPTS_BETWEEN_LOOKS
 
 
-def lags(constants: SimulationConstants, w: Any, t: float) -> bool:
-    """Whether a gait step takes too many integration steps, or the last of them have brought it on too little.
-
-    Args:
-        constants: Tells the stall time.
-        w: Scalars of the walk.
-        t: Time since the support transfer, s.
-    """
-    progress = t - w[LOOKED]
-    w[LOOKED], w[LOOK] = t, w[EVALUATIONS] + STAGES * ATTEMPTS_BETWEEN_LOOKS
-    tried = w[EVALUATIONS] - w[STEP_STARTED]
-    return bool(tried > STAGES * MOST_ATTEMPTS or progress < LEAST_PROGRESS * constants.stall_time)
+def lags(s: Walk) -> bool:
+    """Whether a gait step takes too many integration steps, or the last of them have brought it on too little."""
+    w = s.w
+    progress = w.elapsed - w.looked
+    w.looked, w.look = w.elapsed, w.evaluations + STAGES * ATTEMPTS_BETWEEN_LOOKS
+    tried = w.evaluations - w.step_started
+    return bool(tried > STAGES * MOST_ATTEMPTS or progress < LEAST_PROGRESS * s.c.stall_time)
 
 
-def is_tame(constants: SimulationConstants, b: Buffers) -> bool:
+def is_tame(s: Walk) -> bool:
     """Whether the robot moves as robots do."""
-    rates = 0.0
-    for component in range(constants.angles, 2 * constants.angles):
-        rates += abs(b.y[component])
-    return bool(rates < TAME * math.sqrt(constants.gravity / constants.length))
+    w, rates = s.w, 0.0
+    for rate in s.laws.dq(w.y):
+        rates += abs(rate)
+    return bool(rates < TAME * math.sqrt(s.c.gravity / s.c.length))

@@ -1,235 +1,249 @@
-"""What the hybrid engine works on: the constants of a simulation, and the buffers of one walk.
+"""What the hybrid engine works on: the state of one walk, its constants, and the functions that it calls.
 
-Everything is plain numbers in flat sequences: lists and tuples in plain Python, arrays where compiled.
+State and constants are objects with named fields in plain Python, and NumPy records with the same fields where the
+engine is compiled (`mjbiped.numerics.records.in_one_block`), so that one source serves both.
 """
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from mjbiped.disturbances.pushes import Pushes
-from mjbiped.numerics.dormand_prince import STAGES_WITH_DENSE
-from mjbiped.records.pressure import BINS
-
-_NAMED = 92
-# indices in the scalars `w`
-(
-    CLOCK,  # time of the last support transfer, s
-    STANCE,  # 0 left, 1 right
-    SLOPE,  # of the ground under the stance foot, rad
-    SINE,
-    COSINE,
-    FOOT_X,  # stance foot, m
-    FOOT_Z,
-    FOOT_SEGMENT,  # of the terrain, that it stands on
-    CONTACT_ENABLED,  # 1: the swing foot collides
-    SEGMENT,  # of the terrain, under the swing foot when last looked at: where the search begins
-    FACE,  # the swing foot slides on a vertical face: 1 ahead of it, -1 behind it, 0 not
-    FACE_X,  # of the last face struck in this step, or of the one that the foot stood beside before it, m; NaN: none
-    FACE_TOP,  # its upper edge, m
-    FACE_SEGMENT,  # terrain segment on the foot's side of it
-    LANDING,  # terrain segment of the touchdown last found
-    GROUND,  # 1: the swing foot, which could not take the robot over where it came down, slides on the ground
-    GROUND_SEGMENT,  # of the terrain where it last did in this step; -1: nowhere
-    PUSHED_X,  # direction in which the face or that ground pushes the foot
-    PUSHED_Z,
-    PRESS,  # force with which it does, N
-    AFTER,  # the law is asked for times of [AFTER, BEFORE] only: on one side of its breaks
-    BEFORE,
-    ANKLE,  # torques last computed, N m: of all joints, one after the other
-    HIP,
-    KNEE,
-    STAGE,  # stages of this integration step at which the law has been asked
-    STAGE_ANKLE,  # greatest magnitudes at the stages of a step
-    STAGE_HIP,
-    STAGE_KNEE,
-    WHEN_ANKLE,  # their times since the support transfer, s
-    WHEN_HIP,
-    WHEN_KNEE,
-    KEPT_ANKLE,  # both, while the law is asked again for what lies within the step
-    KEPT_HIP,
-    KEPT_KNEE,
-    KEPT_WHEN_ANKLE,
-    KEPT_WHEN_HIP,
-    KEPT_WHEN_KNEE,
-    PEAK_ANKLE,  # since the start
-    PEAK_HIP,
-    PEAK_KNEE,
-    FRICTION,  # greatest |F_t / F_n| of this step
-    NORMAL_FORCE,  # least F_n of this step, N; below zero the ground would have to pull
-    NORMAL_NOW,  # F_n when last looked at, N
-    ALONG_NOW,  # F_t there
-    IMPULSE_X,  # of the ground on the stance foot in the impact that has led to the state, N s
-    IMPULSE_Z,
-    PRESSURE_AHEAD,  # greatest distances of the centre of pressure from the ankle in this step, m
-    PRESSURE_BEHIND,
-    FACE_IMPACTS,  # 1: one in this step
-    WORK_ABSOLUTE,  # since the start, J
-    WORK_NET,
-    WORK_POSITIVE,
-    DENSE,  # 1: the dense output of the current step is there
-    NEXT_STEP,  # length of the next integration step, s
-    FIRST_STEP,  # so long may the first one of a gait step be, s: no longer than one that was tried in vain
-    SAMPLE,  # number of the next sample
-    SAMPLES,  # rows in the buffer of samples
-    ROWS,  # rows in the buffer of touchdowns
-    COUNT,  # touchdowns since the start
-    TIME,  # now, s
-    OUTCOME,
-    NEXT_TICK,  # of a controller that ticks, s; infinity: it does not
-    PUSH,  # force at the hip along x, N
-    PUSHING,  # 1: a push is under way, be it of no force
-    NEXT_PUSH,  # when it ends, or when the next one begins, s
-    PUSH_IMPULSE,  # of this one, or of the next one, N s
-    PUSHES,  # that have ended
-    EVALUATIONS,  # of the law, since the start
-    PAUSE,  # so many of them bring the engine back to Python, wherever it is
-    UNDER_WAY,  # 1: it came back in the middle of a gait step
-    ELAPSED,  # there: time since the support transfer, s
-    LIMIT,  # there: time up to which the law is smooth, s
-    STEP_STARTED,  # evaluations at the gait step's beginning
-    LOOK,  # so many of them, and the gait step's progress is looked at
-    LOOKED,  # time since the support transfer when it was looked at, s
-    LOCKED,  # the swing knee: 0 free, 1 locked since it has struck its stop, 2 straight and resting on the stop
-    STOP_PRESS,  # there: acceleration with which the knee would bend forwards if there were no stop, rad/s^2
-    FLEXION,  # greatest of the swing knee in this step, rad
-    STUBS,  # of the swing foot in this step
-    TOE,  # 1: the walk ended with a foot that came down, and could not take the robot over
-    STRIKE_TIME,  # of the knee strike, since the support transfer, s; NaN without one
-    STRIKE_Q,  # angles and rates just before it, and rates just after it, one after the other
-    STRIKE_Q2,
-    STRIKE_Q3,
-    STRIKE_DQ,
-    STRIKE_DQ2,
-    STRIKE_DQ3,
-    STRUCK_DQ,
-    STRUCK_DQ2,
-    STRUCK_DQ3,
-    STANCE_FLEXION,  # of the stance knee, at which it is locked, rad
-) = range(_NAMED)
-ANKLE_TORQUES = _NAMED  # of the stages of an integration step, N m: the first of them
-PRESSURE_TIMES = ANKLE_TORQUES + STAGES_WITH_DENSE  # by places of the centre of pressure, s; see `records.pressure`
-SCALARS = PRESSURE_TIMES + BINS
+from mjbiped.robots.equations import LOCKED
 
 
-KNEE_FREE, KNEE_LOCKED, KNEE_RESTING = 0.0, 1.0, 2.0
-"""Values of `LOCKED`."""
-
-ANGLES_AND_RATES = 4
-"""Of the compass biped. The state y: angles, rates, the controller's integrated states, net work of each joint in this
-gait step."""
-
-
-class Laws(NamedTuple):
-    """The functions of a walk: the controller's, the integrator of states of its size, and the robot's.
-
-    Those of the robot stand in `mjbiped.engines.hybrid.compass` and `mjbiped.engines.hybrid.kneed`. What they call the
-    pose is a tuple of sines and cosines, so that each is taken once.
+@dataclass(slots=True)
+class State:
+    """The state of one walk; sequences are lists in plain Python, and arrays where compiled.
 
     Attributes:
-        torque: See `controllers.Law`.
-        touchdown: The same.
-        slope_estimate: The same.
-        next_discontinuity: The same.
-        tick: The same.
-        knee_strike: The same.
-        begin: See `dormand_prince.Integrator`.
-        step: The same.
-        dense: The same.
-        rates: Of a state, for the integrator.
-        asked: (torque, parameters, memory, t, state) -> torques of all joints.
-        ticked: (tick, parameters, memory, t, state).
-        pose: (buffers, state) -> pose.
-        pose_between: (buffers, share) -> pose within the step, of its dense output.
-        swing_foot: (constants, buffers, pose) -> place x, z, m.
-        foot_speed: (constants, buffers, pose) -> its rates at the step's end, m/s.
-        foot_rush: (constants, buffers, place in k, state) -> bound of its acceleration, m/s^2.
-        hip: (constants, buffers, pose) -> place x, z, m.
-        force_at: (constants, buffers, pose, state, place in k) -> force of the ground, forward and upward, N.
-        force_within: (constants, buffers, pose, share, h) -> the same within the step, the state in `spare`.
-        hit_face: (constants, buffers) -> impulse, N s. A vertical face stops the swing foot: rates in `y`.
-        lands: (constants, buffers) -> bool. Whether a foot that has come down takes the robot over.
-        stub: (constants, buffers) -> impulse, N s. It does not: the ground stops it, and it slides; NaN: it falls.
-        transfer: (laws, parameters, constants, buffers, segment, x) -> None. Impact map, new roles, touchdown, row.
-        write_state: (constants, buffers, row, time, state, estimate) -> None, with the torques in `w`.
-        stops: (constants, buffers) -> bool. Whether the swing knee is beyond its stop at the step's end.
-        stop_gap: (buffers) -> flexion and its rate at the step's end.
-        stopped_within: (buffers, share) -> bool. Whether it is beyond the stop there.
-        strike_stop: (laws, parameters, constants, buffers, t) -> None. The knee's impact on its stop.
-        note: (laws, parameters, constants, buffers, t, h) -> None. What the robot's rows tell of an accepted step.
+        y: State of motion at the start of the current integration step: angles, rates, the controller's integrated
+            states, and the net work of each joint in this gait step.
+        out: State at the step's end.
+        spare: A state in between.
+        ddq: Accelerations within the step, rad/s^2.
+        k: Rates at the step's stages.
+        dense: Coefficients of the step's dense output.
+        memory: The controller's.
+        torque: Torques of all joints, as last computed, N m.
+        stage_torque: Greatest magnitude of each joint's torque at the stages of the current step, N m.
+        stage_time: When that was, since the support transfer, s.
+        peak_torque: Greatest magnitude since the start, N m.
+        ankle_torques: Ankle torque at each stage, N m.
+        pressure: Greatest distance of the centre of pressure ahead of and behind the ankle in this gait step (m), then
+            the time that it has spent in each bin of `records.pressure` since the start (s).
+        strike_q: Angles at this gait step's knee strike, rad; NaN without one.
+        strike_dq: Rates just before it, rad/s.
+        struck_dq: Rates just after it, rad/s.
+        slope: Slope of the ground under the stance foot, rad.
+        sine: Its sine.
+        cosine: Its cosine.
+        segment: Terrain segment under the swing foot when last looked at, where the next search begins.
+        foot_x: Position of the stance foot, m.
+        foot_z: Its height, m.
+        foot_segment: Terrain segment on which it stands.
+        next_tick: Time of the controller's next tick, s; infinity where it does not tick.
+        next_push: When the current push ends, or the next one begins, s.
+        push_impulse: Impulse of that push, N s.
+        next_step: Length of the next integration step, s.
+        clock: Time of the last support transfer, s.
+        elapsed: Time since then, s.
+        limit: Time since then up to which the law is smooth, s.
+        after: Earliest time for which the law is asked, s: it lies on this side of the law's last discontinuity.
+        before: Latest time for which it is asked, on this side of its next discontinuity.
+        time: Time since the start of the walk, s.
+        stance: Stance leg: 0 left, 1 right.
+        contact_enabled: Whether the swing foot collides with the ground.
+        locked: `FREE`, `LOCKED` or `RESTING`: how the swing knee is.
+        stop_press: Acceleration with which a resting knee would bend forwards without its stop, rad/s^2.
+        stance_flexion: Flexion at which the stance knee is locked, rad.
+        flexion: Greatest flexion of the swing knee in this gait step, rad.
+        strike_time: Time of its knee strike since the support transfer, s; NaN without one.
+        stubs: How often the swing foot has struck the ground in it without coming to stand.
+        toe: Whether the walk ended with a foot that came down and could not become the stance foot.
+        face: 1 while the swing foot slides on a vertical face ahead of it, -1 on one behind it, else 0.
+        face_x: Position of the face last struck, or beside which the foot stood before this gait step, m; NaN: none.
+        face_top: Height of its upper edge, m.
+        face_segment: Terrain segment on the foot's side of it.
+        face_impacts: 1 after an impact on a face in this gait step.
+        landing: Terrain segment of the touchdown last found.
+        sliding: Whether the swing foot slides on the ground, since it could not become the stance foot.
+        slid_segment: Terrain segment on which it last slid in this gait step; -1: none.
+        pushed_x: Direction in which a face or the ground pushes the swing foot, horizontal component.
+        pushed_z: Vertical component.
+        press: Contact force on the swing foot in that direction, N.
+        friction: Greatest |F_t / F_n| of this gait step.
+        normal_force: Least F_n of this gait step, N; below zero the ground would have to pull.
+        normal_now: F_n when last computed, N.
+        along_now: F_t when last computed, N.
+        impulse_x: Impulse of the ground on the stance foot in the impact that led to the state, N s.
+        impulse_z: Its vertical component, N s.
+        work_absolute: Absolute work of all joints since the start, J.
+        work_net: Net work since the start, J.
+        work_positive: Positive work since the start, J.
+        stage: Stages of the current step at which the law has been evaluated.
+        has_dense: Whether the dense output of the current step has been computed.
+        first_step: Length of the first integration step of a gait step; at most the last rejected one, s.
+        sample: Number of the next sample.
+        samples: Rows in the buffer of samples.
+        rows: Rows in the buffer of touchdowns.
+        count: Touchdowns since the start.
+        outcome: A `rules.termination.Outcome`.
+        push: Force at the hip along x, N.
+        pushing: Whether a push is under way, if only of no force.
+        pushes: Number of pushes that have ended.
+        evaluations: Evaluations of the law since the start.
+        pause: Evaluation count at which the engine returns to Python.
+        under_way: Whether it returned in the middle of a gait step.
+        step_started: Evaluation count at the start of the gait step.
+        look: Evaluation count at which the progress of the gait step is checked.
+        looked: Time of the last check since the support transfer, s.
     """
 
-    torque: Any
-    touchdown: Any
-    slope_estimate: Any
-    next_discontinuity: Any
-    tick: Any
-    knee_strike: Any
-    begin: Any
-    step: Any
+    y: Any
+    out: Any
+    spare: Any
+    ddq: Any
+    k: Any
     dense: Any
-    rates: Any
-    asked: Any
-    ticked: Any
-    pose: Any
-    pose_between: Any
-    swing_foot: Any
-    foot_speed: Any
-    foot_rush: Any
-    hip: Any
-    force_at: Any
-    force_within: Any
-    hit_face: Any
-    lands: Any
-    stub: Any
-    transfer: Any
-    write_state: Any
-    stops: Any
-    stop_gap: Any
-    stopped_within: Any
-    strike_stop: Any
-    note: Any
+    memory: Any
+    torque: Any
+    stage_torque: Any
+    stage_time: Any
+    peak_torque: Any
+    ankle_torques: Any
+    pressure: Any
+    strike_q: Any
+    strike_dq: Any
+    struck_dq: Any
+    slope: float
+    sine: float
+    cosine: float
+    segment: int
+    foot_x: float
+    foot_z: float
+    foot_segment: int
+    next_tick: float
+    next_push: float
+    push_impulse: float
+    next_step: float
+    clock: float = 0.0
+    elapsed: float = 0.0
+    limit: float = 0.0
+    after: float = 0.0
+    before: float = 0.0
+    time: float = 0.0
+    stance: int = 0
+    contact_enabled: bool = False
+    locked: int = LOCKED
+    stop_press: float = 0.0
+    stance_flexion: float = 0.0
+    flexion: float = 0.0
+    strike_time: float = math.nan
+    stubs: int = 0
+    toe: bool = False
+    face: float = 0.0
+    face_x: float = math.nan
+    face_top: float = 0.0
+    face_segment: int = 0
+    face_impacts: int = 0
+    landing: int = 0
+    sliding: bool = False
+    slid_segment: int = -1
+    pushed_x: float = 0.0
+    pushed_z: float = 0.0
+    press: float = 0.0
+    friction: float = 0.0
+    normal_force: float = math.inf
+    normal_now: float = 0.0
+    along_now: float = 0.0
+    impulse_x: float = 0.0
+    impulse_z: float = 0.0
+    work_absolute: float = 0.0
+    work_net: float = 0.0
+    work_positive: float = 0.0
+    stage: int = 0
+    has_dense: bool = False
+    first_step: float = math.inf
+    sample: int = 0
+    samples: int = 0
+    rows: int = 0
+    count: int = 0
+    outcome: int = 0
+    push: float = 0.0
+    pushing: bool = False
+    pushes: int = 0
+    evaluations: float = 0.0
+    pause: float = math.inf
+    under_way: bool = False
+    step_started: float = 0.0
+    look: float = 0.0
+    looked: float = 0.0
 
 
-class SimulationConstants(NamedTuple):
-    """Robot, ground, rules and limits.
+class Ground(NamedTuple):
+    """The terrain's segments; see `mjbiped.Terrain`.
 
     Attributes:
-        robot: Constants of the robot that walks, as its functions take them.
-        angles: Number of its angles.
-        joints: Number of its joints with motors.
-        length: Of a leg, m.
-        mass: Of the robot, kg.
-        gravity: m/s^2.
-        x: Starts of the terrain's segments, m.
+        x: Where they start, m.
         z: Heights there, m.
         gradient: dz/dx.
         angle: Slopes, rad.
-        contact: 1: the swing foot collides from the step's first moment on; 0: the scuffing rule says when.
-        reach: Scuffing rule, m.
-        delay: Scuffing rule, s.
-        stall_time: Longest time without touchdown, s.
-        end: Ground ends here, x in m.
-        steps: Touchdowns after which the walk is finished.
-        distance: Position of the stance foot at which it is finished, x in m.
-        tolerance: Of the integrator's steps.
-        longest_step: The longest of them, s.
-        sample_period: s.
-        control_period: Time between two ticks of a controller that ticks, s.
-        pushes: At the hip.
     """
 
-    robot: Any
-    angles: int
-    joints: int
-    length: float
-    mass: float
-    gravity: float
     x: Any
     z: Any
     gradient: Any
     angle: Any
-    contact: float
+
+
+class Tables(NamedTuple):
+    """Arrays whose length is another in each walk.
+
+    Attributes:
+        ground: The terrain.
+        pushes: Pushes at the hip.
+        rows: Buffer of touchdowns, one row each, in the order of the robot's `columns.tables_of`.
+        samples: Buffer of samples: the robot's columns, then the controller's states.
+    """
+
+    ground: Ground
+    pushes: Pushes
+    rows: Any
+    samples: Any
+
+
+@dataclass(slots=True)
+class Constants:
+    """Robot, rules and limits of a walk.
+
+    Attributes:
+        robot: The robot's constants, as its `Equations` take them.
+        tables: Address of the walk's `Tables` where compiled, from which `Laws.tables` makes them.
+        length: Length of a leg, m.
+        mass: Mass of the robot, kg; NaN: the force of the ground is of no interest.
+        gravity: m/s^2.
+        contact: Whether the swing foot collides from the step's first moment on; if not, the scuffing rule decides.
+        reach: Reach of the scuffing rule, m.
+        delay: Its delay, s.
+        stall_time: Longest time without touchdown, s.
+        end: Position x at which the ground ends, m.
+        steps: Touchdowns after which the walk is finished.
+        distance: Position x of the stance foot at which it is finished, m.
+        tolerance: Tolerance of an integration step.
+        longest_step: Longest integration step, s.
+        sample_period: Time between two samples, s.
+        control_period: Time between two ticks of a controller that ticks, s.
+    """
+
+    robot: Any
+    tables: int
+    length: float
+    mass: float
+    gravity: float
+    contact: bool
     reach: float
     delay: float
     stall_time: float
@@ -240,30 +254,117 @@ class SimulationConstants(NamedTuple):
     longest_step: float
     sample_period: float
     control_period: float
-    pushes: Pushes
 
 
-class Buffers(NamedTuple):
-    """Memory of one walk.
+class Laws(NamedTuple):
+    """The functions of a walk.
 
     Attributes:
-        y: State at the current step's start; see `ANGLES_AND_RATES`.
-        out: State at its end.
-        spare: A state in between.
-        k: Rates at the step's stages.
+        torque: The controller's; see `controllers.Law`.
+        touchdown: Its response to a support transfer.
+        slope_estimate: Its estimate of the ground's slope.
+        next_discontinuity: When its torque jumps next.
+        tick: Its tick, where it ticks.
+        knee_strike: Its response to a knee strike.
+        tables: The walk's `Tables`, of `Constants.tables`.
+        begin: See `dormand_prince.Integrator`.
+        step: One integration step.
         dense: Its dense output.
-        w: Scalars, at the indices above.
-        memory: The controller's.
-        rows: Touchdowns, one row each, in the order of the robot's `columns.tables_of`.
-        samples: Samples, one row each: those of the robot's columns, then the controller's states.
+        q: Angles of a state; see `mjbiped.engines.hybrid.tuples`.
+        dq: Rates of a state.
+        own: Rates of the controller's states, of what its law returns.
+        still: As many zeros as there are angles.
+        powers: Powers of the joints.
+        pose: Sines and cosines of the angles from the vertical.
+        reached: The point with given levers in a pose.
+        accelerations: The robot's; see `mjbiped.robots.equations.Equations`.
+        stop_foot: Reset map of an impact of the swing foot without support transfer.
+        lands: Whether the swing foot that has come down becomes the stance foot.
+        exchange: Reset map of the support transfer.
+        lock_knee: Reset map of the knee strike.
+        limbs: Angles of the posture in a record.
+        write_sample: See `mjbiped.records.rows.Rows`.
+        write_touchdown: Writes the row of a touchdown.
     """
 
-    y: Any
-    out: Any
-    spare: Any
-    k: Any
+    torque: Any
+    touchdown: Any
+    slope_estimate: Any
+    next_discontinuity: Any
+    tick: Any
+    knee_strike: Any
+    tables: Any
+    begin: Any
+    step: Any
     dense: Any
+    q: Any
+    dq: Any
+    own: Any
+    still: Any
+    powers: Any
+    pose: Any
+    reached: Any
+    accelerations: Any
+    stop_foot: Any
+    lands: Any
+    exchange: Any
+    lock_knee: Any
+    limbs: Any
+    write_sample: Any
+    write_touchdown: Any
+
+
+class Walk(NamedTuple):
+    """All that the engine's functions take: functions, parameters, constants and state of one walk.
+
+    Attributes:
+        laws: The functions.
+        law: What the controller's functions take as their parameters.
+        c: Robot, rules and limits.
+        w: The state.
+    """
+
+    laws: Laws
+    law: Any
+    c: Any
     w: Any
-    memory: Any
-    rows: Any
-    samples: Any
+
+
+def ground_of(s: Walk) -> Ground:
+    """The terrain."""
+    ground: Ground = s.laws.tables(s.c.tables).ground
+    return ground
+
+
+def hand_over(s: Walk, state: Any) -> None:
+    """Write the controller's integrated states, as they are in a state of motion, into its memory."""
+    w = s.w
+    first = 2 * len(w.strike_q)
+    for index in range(len(w.y) - first - len(w.torque)):
+        w.memory[index] = state[first + index]
+
+
+def take_back(s: Walk) -> None:
+    """Take the controller's integrated states from its memory, after it has changed them."""
+    w = s.w
+    first = 2 * len(w.strike_q)
+    for index in range(len(w.y) - first - len(w.torque)):
+        w.y[first + index] = w.memory[index]
+
+
+def pose_of(s: Walk, state: Any) -> tuple[float, ...]:
+    """Sine and cosine of each angle from the vertical in a state."""
+    pose: tuple[float, ...] = s.laws.pose(s.laws.q(state), s.w.slope)
+    return pose
+
+
+def swing_foot(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
+    """Place x, z of the swing foot, m."""
+    x, z = s.laws.reached(s.c.robot.chain.reach, pose)
+    return s.w.foot_x + x, s.w.foot_z + z
+
+
+def hip(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
+    """Place x, z of the hip, m, at the end of the stance leg's line."""
+    length = s.c.robot.chain.reach[0]
+    return s.w.foot_x + length * pose[0], s.w.foot_z + length * pose[1]

@@ -1,1 +1,1 @@
-"""The page of the reproduction."""
+"""The tables, figures and claims of the reproduction's page."""

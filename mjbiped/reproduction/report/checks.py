@@ -1,29 +1,28 @@
-"""What the paper says of its tables and figures, asked of our walks: whether it holds, and with which numbers."""
+"""Claims of the paper about its tables and figures, tested on our walks."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from mjbiped.reproduction.report import checks_figures, checks_table_2, checks_table_3
-from mjbiped.reproduction.report.answers import Answer
-from mjbiped.reproduction.report.markdown import ENGINES, NONE, table
+from mjbiped.reproduction.report import checks_figures, checks_table_2
+from mjbiped.reproduction.report.markdown import ENGINES, NONE, Answer, table
 from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.table_2 import Choice
 
 UNFITTED, BLIND, FITTED, FOUND = "unfitted", "blind", "fitted", "found"
-"""What the walks that are asked owe to the paper's numbers: nothing; the reading of the grounds alone; the other
+"""What is fitted to the paper's numbers in the walks that are tested: nothing; the reading of the grounds; the other
 methods' settings as well; the ground."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """An answer, and whose.
+    """An answer, and the walks that gave it.
 
     Attributes:
         group: `UNFITTED`, `BLIND`, `FITTED` or `FOUND`.
         engine: "hybrid" or "mujoco".
-        answer: To a claim.
+        answer: The answer to a claim.
     """
 
     group: str
@@ -32,7 +31,7 @@ class Check:
 
 
 def checks(rows: Sequence[Row], best: Choice) -> list[Check]:
-    """All answers, engine by engine and group by group."""
+    """Answer all claims, engine by engine and group by group."""
     return [Check(group, engine, answer) for engine in ENGINES for group, answer in _answers(rows, best, engine)]
 
 
@@ -44,7 +43,7 @@ def _answers(rows: Sequence[Row], best: Choice, engine: str) -> Iterator[tuple[s
         (UNFITTED, "mixed", "On our mixed ground"),
         (FOUND, "found", "On the ground that was found"),
     ):
-        yield from ((group, answer) for answer in checks_table_3.answers(rows, ground, title, engine))
+        yield from ((group, answer) for answer in checks_figures.table_3(rows, ground, title, engine))
         yield from ((group, answer) for answer in checks_figures.figure_4(rows, ground, title, engine))
         if ground == "mixed":
             yield from ((group, answer) for answer in checks_figures.figure_5(rows, title, engine))
@@ -52,7 +51,7 @@ def _answers(rows: Sequence[Row], best: Choice, engine: str) -> Iterator[tuple[s
 
 
 def sections(asked: Sequence[Check]) -> dict[str, str]:
-    """What the template wants to know of the checks, by name."""
+    """Fill the template's places about the claims, by name."""
     parts = {"claims_alike": _alike(asked), "zero": f"{100 * checks_figures.ZERO:g} %"}
     for group in (UNFITTED, BLIND, FITTED, FOUND):
         mine = _by_claim(check for check in asked if check.group == group)
@@ -63,7 +62,7 @@ def sections(asked: Sequence[Check]) -> dict[str, str]:
 
 
 Asked = Mapping[tuple[str, str, str], Mapping[str, Answer]]
-"""By group, claim and source: each engine's answer. A claim counts once, in however many engines it is asked."""
+"""Each engine's answer by group, claim and source. A claim counts once, in however many engines it is tested."""
 
 
 def _by_claim(asked: Iterable[Check]) -> Asked:
@@ -75,13 +74,13 @@ def _by_claim(asked: Iterable[Check]) -> Asked:
 
 
 def _missed(asked: Asked) -> str:
-    """How many claims an engine denies, of how many that have an answer."""
+    """Count the claims that an engine denies, out of those that have an answer."""
     known = [[each.holds for each in said.values() if each.holds is not None] for said in asked.values()]
     return f"{sum(not all(said) for said in known)} of {sum(bool(said) for said in known)}"
 
 
 def _alike(asked: Iterable[Check]) -> str:
-    """Of how many claims the engines say the same, and of which not."""
+    """Count the claims on which the engines agree, and list the others."""
     both = {
         key: said
         for key, said in _by_claim(asked).items()
@@ -93,7 +92,7 @@ def _alike(asked: Iterable[Check]) -> str:
 
 
 def _table(asked: Asked) -> str:
-    """A claim a line, with each engine's verdict on it."""
+    """Tabulate the claims with each engine's verdict."""
     lines = [
         [claim, source, *(said[engine].verdict if engine in said else NONE for engine in ENGINES)]
         for (_, claim, source), said in asked.items()

@@ -17,7 +17,7 @@ from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import ANKLE, BLACK, C_MT, ESTIMATE, GUIDE, HIP, HYBRID, MUJOCO, TRUTH, drawn
 from mjbiped.plotting.width import width
 from mjbiped.records.record import Walk
-from mjbiped.reproduction.published import TABLE_3
+from mjbiped.reproduction.grounds import TABLE_3
 from mjbiped.reproduction.report.markdown import ENGINES
 from mjbiped.reproduction.report.table_3 import walks_of
 from mjbiped.reproduction.rows import Row
@@ -117,7 +117,7 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
     """Draw Table III, the paper's and ours: greatest torque and c_mt over zeta, on both mixed grounds.
 
     Args:
-        rows: Of the report.
+        rows: Rows of the report.
         path: File to write as well, `.png`, `.pdf` or `.svg`.
 
     Returns:
@@ -161,14 +161,14 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
 def _draw_over_zeta(
     axes: Axes, label: str, values: Sequence[float], without: float, look: Mapping[str, object]
 ) -> None:
-    """A line over zeta, and the value without re-planning as a level."""
+    """Draw a line over zeta, and the value without re-planning as a horizontal line."""
     zetas = [zeta for zeta in TABLE_3 if zeta is not None]
     axes.plot(zetas, values, label=label, **look)  # type: ignore[arg-type]
     axes.axhline(without, color=look["color"], linestyle=look["linestyle"], linewidth=0.8, alpha=0.8)
 
 
 def _draw_truth(axes: Axes, walk: Walk, named: bool = True) -> None:
-    """The slope under the stance foot; in the legend, and with the touchdowns, where it is named."""
+    """Draw the slope under the stance foot; with a legend entry and the touchdowns where it is named."""
     label = "true" if named else None
     axes.plot(walk.samples["time"], np.degrees(walk.samples["slope"]), label=label, **TRUTH)
     if not named:

@@ -1,18 +1,53 @@
-"""The part of the report on Table II's numbers: the paper's, and ours with gains that owe it nothing, less, or more."""
+"""The part of the report on Table II: numbers with gains that owe it nothing or much, and what each fit is worth."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
-from mjbiped.reproduction.grounds import Place
-from mjbiped.reproduction.methods import BLIND, BLIND_SOURCE, METHODS, SETTLED, SLOPE_SOURCES, Variant, gains_told
-from mjbiped.reproduction.published import GROUNDS, TABLE_2
+import numpy as np
+
+from mjbiped.records.measures import WORK_KINDS
+from mjbiped.reproduction import placebo
+from mjbiped.reproduction.cell import LENGTHS
+from mjbiped.reproduction.grounds import (
+    FIRST_CHANGES,
+    FIRST_RISERS,
+    GROUNDS,
+    SLOPE_PATTERNS,
+    STAIR_PATTERNS,
+    TABLE_2,
+    Place,
+)
+from mjbiped.reproduction.methods import (
+    BLIND,
+    BLIND_SOURCE,
+    DELAYS,
+    METHODS,
+    SETTLED,
+    SLOPE_SOURCES,
+    Variant,
+    gains_told,
+)
+from mjbiped.reproduction.placebo import Placebo, RandomGround
+from mjbiped.reproduction.plan import START_ERROR
+from mjbiped.reproduction.report import table_3
 from mjbiped.reproduction.report.markdown import ENGINES, NONE, cost, ending, number, paper, percent, table
 from mjbiped.reproduction.report.table_2 import walk_of, walks_asked
 from mjbiped.reproduction.rows import Row
-from mjbiped.reproduction.scan import GAINS, RATIOS, Tried, fitted, ranked
-from mjbiped.reproduction.table_2 import Agreement, Choice, agreement, agreement_of, agreements, walks_read
+from mjbiped.reproduction.table_2 import (
+    GAINS,
+    RATIOS,
+    Agreement,
+    Choice,
+    Tried,
+    agreement,
+    agreement_of,
+    agreements,
+    fitted,
+    ranked,
+    walks_read,
+)
 
 SETS = ("blind", "settled", "fitted")
 """Settings of the comparison methods: without a look at Table II; gains without it and source by it; all by it."""
@@ -21,7 +56,7 @@ _AS_NEAR = 0.005  # of the distance, for settings that are as good as the neares
 
 
 def sections(rows: Sequence[Row], best: Choice, tried: Sequence[Tried]) -> dict[str, str]:
-    """What the template wants to know of Table II's numbers, by name."""
+    """Fill the template's places about Table II's numbers, by name."""
     source = agreements(rows, best)[0].source
     nearest = fitted(tried)
     level = min(
@@ -61,14 +96,14 @@ def sections(rows: Sequence[Row], best: Choice, tried: Sequence[Tried]) -> dict[
 def walks_shown(
     rows: Sequence[Row], best: Choice, source: str, place: Place, method: str
 ) -> dict[str, list[Row | None]]:
-    """A method's walks on a ground in both engines, by the settings, see `SETS`.
+    """Find a method's walks on a ground in both engines, by the settings, see `SETS`.
 
     The adaptive controller has the paper's gains, and its zeta was chosen with the reading: its walks are "fitted".
 
     Args:
-        rows: Of the report.
+        rows: Rows of the report.
         best: The reading.
-        source: Of the slope, with the gains that settle.
+        source: Slope source with the gains that settle.
         place: Ground, pattern and first change.
         method: One of `METHODS`.
     """
@@ -78,7 +113,7 @@ def walks_shown(
 
 
 def _main(rows: Sequence[Row], best: Choice, source: str) -> str:
-    """Every number of Table II and ours, line by line."""
+    """Tabulate every number of Table II beside ours."""
     lines = []
     for place in best.places:
         for method in METHODS:
@@ -94,7 +129,7 @@ def _main(rows: Sequence[Row], best: Choice, source: str) -> str:
 
 
 def _ends(rows: Sequence[Row], best: Choice, source: str) -> str:
-    """Every walk of the table that did not come to its end."""
+    """Tabulate the walks that did not come to their end."""
     lines = []
     for place in best.places:
         for method in METHODS:
@@ -109,7 +144,7 @@ def _ends(rows: Sequence[Row], best: Choice, source: str) -> str:
 
 
 def _agreement(rows: Sequence[Row], best: Choice) -> str:
-    """How far walks agree with the paper, by gains, slope source and engine."""
+    """Tabulate the agreement with the paper by gains, slope source and engine."""
     lines = []
     for part, name in (("blind", f"blind, {BLIND_SOURCE}"), ("fitted", "fitted, each method's own")):
         for engine in ENGINES:
@@ -133,7 +168,7 @@ def _agreed(name: str, engine: str, found: Agreement) -> list[str]:
 
 
 def _fits(tried: Sequence[Tried]) -> str:
-    """The nearest setting of each method with each slope source, and of KETC through one joint and through both."""
+    """Tabulate the nearest setting of each method with each slope source, and of KETC with one joint and with both."""
     lines = []
     for method in dict.fromkeys(each.variant.method for each in tried):
         mine = [each for each in tried if each.variant.method == method]
@@ -150,7 +185,7 @@ def _fits(tried: Sequence[Tried]) -> str:
 
 
 def _gains(variant: Variant) -> str:
-    """A setting's gains, as the page shows them."""
+    """Write a setting's gains for the page."""
     return gains_told(dict(variant.gains)).replace("-", "−")
 
 
@@ -162,7 +197,7 @@ def _fit(method: str, gains: str, each: Tried) -> list[str]:
 
 
 def _as_near(tried: Sequence[Tried]) -> str:
-    """How many settings of each method are as good as its nearest, in words."""
+    """Count the settings of each method that are as good as its nearest, in words."""
     parts = []
     for method, nearest in fitted(tried).items():
         mine = [each.agreement for each in tried if each.variant.method == method]
@@ -173,7 +208,7 @@ def _as_near(tried: Sequence[Tried]) -> str:
 
 
 def _falls(tried: Sequence[Tried], method: str, ground: str) -> str:
-    """With how many settings of each slope source a method does not come to the end of a ground."""
+    """Count the settings of each slope source with which a method does not come to the end of a ground."""
     parts = []
     for source in SLOPE_SOURCES:
         mine = [each for each in tried if (each.variant.method, each.variant.slope_source) == (method, source)]
@@ -182,7 +217,104 @@ def _falls(tried: Sequence[Tried], method: str, ground: str) -> str:
 
 
 def _survivors(tried: Sequence[Tried], ground: str) -> str:
-    """Which settings come to the end of a ground, in words."""
+    """List the settings that come to the end of a ground, in words."""
     through = [each.variant for each in tried if ground not in each.ended]
     named = "; ".join(f"{each.method} {_gains(each)}, {each.slope_source}" for each in through)
     return f"{len(through)} of {len(tried)}" + (f" ({named})" if through else "")
+
+
+SMALL_SHARE = 0.05
+"""Of random rows that are met as near as the paper's: below, the fit is evidence."""
+
+_READ = (DELAYS, WORK_KINDS, LENGTHS, STAIR_PATTERNS, FIRST_RISERS, SLOPE_PATTERNS, FIRST_CHANGES)
+
+
+def worth_sections(
+    rows: Sequence[Row], best: Choice, tried: Sequence[Tried], grounds: Sequence[RandomGround]
+) -> dict[str, str]:
+    """Fill the template's places about the worth of the fits, by name."""
+    (low, high), (least, greatest) = placebo.span("level"), placebo.span("stair 2")
+    found = table_3.distance(table_3.walks_of(rows, "found", "hybrid"))
+    others, walked = placebo.to_another(grounds), sum(bool(each.torques) for each in grounds)
+    return {
+        "fits_worth": _worth(rows, tried, grounds),
+        "evident": _evident(tried),
+        "placebo_rows": str(placebo.ROWS),
+        "placebo_low": number(low),
+        "placebo_high": number(high),
+        "placebo_least": number(least),
+        "placebo_greatest": number(greatest),
+        "small_share": _percent(SMALL_SHARE),
+        "grounds_drawn": str(len(grounds)),
+        "grounds_walked": str(walked),
+        "to_another": _percent(float(np.median(others)), ".1f"),
+        "to_another_share": _percent(float(np.mean(others <= found))),
+        "table_3_free": str(len(placebo.bounds())),
+        "start_error": f"{START_ERROR:g}",
+        "misjudged": _misjudged(rows, best),
+        "misjudged_turned": turned(rows, best),
+    }
+
+
+def _worth(rows: Sequence[Row], tried: Sequence[Tried], grounds: Sequence[RandomGround]) -> str:
+    """Tabulate every fit beside fits to random rows."""
+    lines = [_line("reading of the grounds, by the adaptive controller", len(_READ), "", placebo.of_readings(rows))]
+    for method, each in fitted(tried).items():
+        crosses = f" and {sum(value is None for value in TABLE_2[method].values())} X"
+        found = placebo.of_method(tried, method)
+        lines.append(_line(f"gains and slope source of {method}", len(each.variant.gains) + 1, crosses, found))
+    free, searched = len(placebo.bounds()), table_3.distance(table_3.walks_of(rows, "found", "hybrid"))
+    found = placebo.of_table_3(grounds)
+    distance = number(100 * searched, ".1f")
+    lines.append(["ground of Table III, searched", str(free), str(found.numbers), NONE, distance, NONE, NONE, NONE])
+    lines.append(_line("the same, random grounds", free, "", found, "of the law, not of the ground"))
+    met, as_near = "random rows: half are met within %", "random rows met as near as the paper's"
+    return table(("fit", "free choices", "numbers met", "settings", "distance %", met, as_near, "evidence"), lines)
+
+
+def _evident(tried: Sequence[Tried]) -> str:
+    """List the comparison methods whose fit to Table II is evidence."""
+    evident = [method for method in fitted(tried) if placebo.of_method(tried, method).share < SMALL_SHARE]
+    return ", ".join(evident) or "none"
+
+
+def _line(name: str, free: int, crosses: str, found: Placebo, kind: str = "some") -> list[str]:
+    distances = (number(100 * value, ".1f") for value in (found.distance, found.random))
+    evidence = kind if found.share < SMALL_SHARE else "none"
+    return [name, str(free), f"{found.numbers}{crosses}", str(found.tried), *distances, _percent(found.share), evidence]
+
+
+def _percent(share: float, form: str = ".0f") -> str:
+    return f"{number(100 * share, form)} %"
+
+
+def _misjudged(rows: Sequence[Row], best: Choice) -> str:
+    """Tabulate the fitted settings with the right and with a wrong slope at the start."""
+    lines = []
+    for method in TABLE_2:
+        for part, wrong in (("fitted", 0.0), ("misjudged", START_ERROR), ("misjudged", -START_ERROR)):
+            walks = _walks(rows, best, part, method, wrong)
+            if walks:
+                cells = (cost(walks.get(ground), best.kind, best.length) for ground in GROUNDS)
+                lines.append([method, f"{number(wrong, '+g')}°" if wrong else "right", *cells])
+    return table(("method", "slope told at the start", *GROUNDS), lines)
+
+
+def turned(rows: Sequence[Row], best: Choice) -> str:
+    """List where a wrong slope at the start turns a number into an X, or an X into a number, in words."""
+    found = []
+    for method in TABLE_2:
+        right = _walks(rows, best, "fitted", method, 0.0)
+        for wrong in (START_ERROR, -START_ERROR):
+            for ground, walk in _walks(rows, best, "misjudged", method, wrong).items():
+                before, after = (math.isnan(each.cost[best.kind, best.length]) for each in (right[ground], walk))
+                if before != after:
+                    found.append(f"{method} on {ground} ({number(wrong, '+g')}°)")
+    return ", ".join(found) or "nowhere"
+
+
+def _walks(rows: Sequence[Row], best: Choice, part: str, method: str, wrong: float) -> dict[str, Row]:
+    """Find a method's walks in the hybrid engine with a start slope that is wrong by some degrees, by ground."""
+    mine = [row for row in rows if (row.part, row.method, row.engine) == (part, method, "hybrid") and best.reads(row)]
+    true = {row.ground: row.start_estimate for row in rows if (row.part, row.method) == ("fitted", method)}
+    return {row.ground: row for row in mine if math.isclose(row.start_estimate, true[row.ground] + wrong, abs_tol=1e-6)}

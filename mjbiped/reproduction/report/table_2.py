@@ -8,11 +8,20 @@ from typing import TypeAlias
 
 import numpy as np
 
-from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS, SLOPE_PATTERNS, STAIR_PATTERNS, Place
+from mjbiped.reproduction.cell import LENGTHS
+from mjbiped.reproduction.grounds import (
+    AS_PRINTED,
+    FIRST_CHANGES,
+    FIRST_RISERS,
+    GROUNDS,
+    SLOPE_PATTERNS,
+    STAIR_PATTERNS,
+    TABLE_2,
+    Place,
+)
 from mjbiped.reproduction.methods import DELAYS, METHODS, SETTLED, SLOPE_SOURCES
-from mjbiped.reproduction.published import GROUNDS, TABLE_2
 from mjbiped.reproduction.report.markdown import NONE, cost, delay, ending, number, paper, percent, table
-from mjbiped.reproduction.rows import LENGTHS, Row
+from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.table_2 import UNEVEN, Choice, agreements, choices, side_distances, walks_read
 
 _NEAREST = 10  # readings that are listed
@@ -22,7 +31,7 @@ Walks: TypeAlias = Mapping[str, Row | None]
 
 
 def sections(rows: Sequence[Row]) -> dict[str, str]:
-    """What the template wants to know of Table II, by name."""
+    """Fill the template's places about Table II, by name."""
     found = choices(rows)
     best = found[0]
     source = agreements(rows, best)[0].source
@@ -62,7 +71,7 @@ def walk_of(
     source: str = "",
     part: str = "table 2",
 ) -> Row | None:
-    """A method's walk on a ground: the adaptive controller's with a zeta, the others' with a slope source."""
+    """Find a method's walk on a ground: the adaptive controller's by zeta, others' by slope source."""
     for row in rows:
         right = row.delay == zeta if method == "adaptive" else row.slope_source == source
         if right and (row.part, row.engine, row.method, row.place_read) == (part, engine, method, place):
@@ -71,14 +80,14 @@ def walk_of(
 
 
 def walks_asked(rows: Sequence[Row], best: Choice, engine: str, ground: str, part: str) -> Walks:
-    """The walks of the methods of Table II that its claims are asked of, on a ground as the best reading has it.
+    """Find the walks on which Table II's claims are tested, on a ground as the best reading has it.
 
     Args:
-        rows: Of the report.
+        rows: Rows of the report.
         best: The reading.
         engine: "hybrid" or "mujoco".
-        ground: Of the table.
-        part: Of the comparison methods' walks, "blind" or "fitted".
+        ground: A ground of the table.
+        part: Part of the comparison methods' walks, "blind" or "fitted".
     """
     place = next(place for place in best.places if place[0] == ground)
     walks: dict[str, Row | None] = dict.fromkeys(TABLE_2)
@@ -87,7 +96,7 @@ def walks_asked(rows: Sequence[Row], best: Choice, engine: str, ground: str, par
 
 
 def _words(choice: Choice) -> str:
-    """A reading in words."""
+    """Describe a reading in words."""
     replanned = "no re-planning" if choice.delay is None else f"ζ = {choice.delay:g}"
     return (
         f"{choice.kind} work over the first {choice.length} steps, {replanned}; stairs {choice.stairs[0]}, first riser "
@@ -111,7 +120,7 @@ def _nearest(found: Sequence[Choice]) -> str:
 
 
 def _sides(rows: Sequence[Row], pair: Sequence[str]) -> str:
-    """For each pattern of the stairs or of the slopes the nearest reading, on its own."""
+    """Tabulate the nearest reading of each pattern of the stairs or of the slopes."""
     nearest: dict[str, tuple[float, float | None, str, int, str, float]] = {}
     for side in sorted(side_distances(rows, pair), key=lambda values: values[0]):
         nearest.setdefault(side[4], side)
@@ -127,7 +136,7 @@ def _sides(rows: Sequence[Row], pair: Sequence[str]) -> str:
 
 
 def _delays(rows: Sequence[Row], best: Choice) -> str:
-    """All zeta on the grounds as the best reading has them."""
+    """Tabulate all zeta on the grounds of the best reading."""
     lines = []
     for zeta in DELAYS:
         walks = [walk_of(rows, "hybrid", place, "adaptive", zeta) for place in best.places]
@@ -139,7 +148,7 @@ def _delays(rows: Sequence[Row], best: Choice) -> str:
 
 
 def _sources(rows: Sequence[Row], best: Choice) -> str:
-    """All slope sources of the comparison controllers with gains that settle, on the best reading's grounds."""
+    """Tabulate all slope sources of the comparison controllers with gains that settle, on the reading's grounds."""
     lines = []
     for method in METHODS[1:]:
         for source in SLOPE_SOURCES:
@@ -152,7 +161,7 @@ def _sources(rows: Sequence[Row], best: Choice) -> str:
 
 
 def _printed(rows: Sequence[Row], best: Choice) -> str:
-    """The grounds by the signs that the paper prints, each change added to the last."""
+    """Tabulate the grounds with the signs that the paper prints, each change added to the last."""
     lines = []
     for ground in UNEVEN:
         first = FIRST_RISERS[0] if ground.startswith("stair") else FIRST_CHANGES[0]
@@ -167,7 +176,7 @@ def _printed(rows: Sequence[Row], best: Choice) -> str:
 
 
 def _pairs(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
-    """Walks of Table II that were made in both engines, the hybrid one first."""
+    """Pair the walks of Table II that were made in both engines, the hybrid one first."""
     mine = [row for row in rows if row.part in ("table 2", "blind", "fitted")]
     hybrid = {_identity(row): row for row in mine if row.engine == "hybrid"}
     there = [row for row in mine if row.engine == "mujoco"]
@@ -182,7 +191,7 @@ def _ended_alike(here: Row, there: Row) -> bool:
 
 
 def _parted(rows: Sequence[Row]) -> str:
-    """How many walks ended in different ways."""
+    """Count the walks that ended differently in the two engines, in words."""
     pairs = _pairs(rows)
     apart = [there for here, there in pairs if not _ended_alike(here, there)]
     if not apart:
@@ -192,7 +201,7 @@ def _parted(rows: Sequence[Row]) -> str:
 
 
 def _both_costs(here: Row, there: Row) -> list[float]:
-    """c_mt of a walk in both engines over the steps of MuJoCo's; empty where one of them did not come so far."""
+    """Return c_mt in both engines over the steps of MuJoCo's walk; empty where one did not come so far."""
     length = there.steps
     if there.finished and here.steps >= length and ("absolute", length) in there.cost:
         return [walk.cost["absolute", length] for walk in (here, there)]
@@ -200,7 +209,7 @@ def _both_costs(here: Row, there: Row) -> list[float]:
 
 
 def _apart(rows: Sequence[Row]) -> str:
-    """How far the engines' c_mt are apart, in words: median, nine tenths, and the farthest walk."""
+    """Describe the difference of the engines' c_mt: median, ninth decile, and the walk that differs most."""
     compared = [(costs, there) for here, there in _pairs(rows) if (costs := _both_costs(here, there))]
     if not compared:
         return "no walk was compared"
@@ -215,7 +224,7 @@ def _apart(rows: Sequence[Row]) -> str:
 
 
 def _engines(rows: Sequence[Row]) -> str:
-    """Every walk of Table II that was made in both engines."""
+    """Tabulate every walk of Table II that was made in both engines."""
     lines = []
     for here, there in _pairs(rows):
         if costs := _both_costs(here, there):
@@ -227,7 +236,7 @@ def _engines(rows: Sequence[Row]) -> str:
 
 
 def _law(row: Row) -> str:
-    """A method with its settings."""
+    """Name a method with its settings."""
     if row.method == "adaptive":
         return f"adaptive, ζ = {delay(row.delay)}"
     return f"{row.method}, {row.gains.replace('-', '−')}, {row.slope_source}"
@@ -238,7 +247,7 @@ def _identity(row: Row) -> tuple[object, ...]:
 
 
 def _gravity(rows: Sequence[Row], best: Choice) -> str:
-    """The best reading where g is 9.8 m/s²."""
+    """Tabulate the best reading with g = 9.8 m/s²."""
     lines = []
     for place in best.places:
         here, there = (
@@ -253,7 +262,7 @@ def _gravity(rows: Sequence[Row], best: Choice) -> str:
 
 
 def _every(rows: Sequence[Row], best: Choice, source: str) -> str:
-    """All readings of all methods: the adaptive one in full, the others at the best reading's kind and length."""
+    """Tabulate all readings: the adaptive controller's in full, the others' at the best reading's kind and length."""
     lines = []
     places = dict.fromkeys(row.place_read for row in rows if row.part == "table 2")
     for place in places:

@@ -8,10 +8,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from mjbiped.control.registry import settings_of
-from mjbiped.reproduction import search
-from mjbiped.reproduction.grounds import found_segments
+from mjbiped.reproduction import placebo as family
+from mjbiped.reproduction.grounds import TABLE_3, found_segments
 from mjbiped.reproduction.plan import MIXED_STEPS, START_ESTIMATES
-from mjbiped.reproduction.published import TABLE_3
 from mjbiped.reproduction.report.markdown import ENGINES, NONE, cost, delay, ending, number, percent, table
 from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.traces import RESOLVED_SLOPE
@@ -20,7 +19,7 @@ from mjbiped.terrain.terrain import Terrain
 
 
 def sections(rows: Sequence[Row]) -> dict[str, str]:
-    """What the template wants to know of Table III and Fig. 5, by name."""
+    """Fill the template's places about Table III and Fig. 5, by name."""
     return {
         "table_3_mixed": _table(rows, "mixed"),
         "table_3_found": _table(rows, "found"),
@@ -41,7 +40,7 @@ def sections(rows: Sequence[Row]) -> dict[str, str]:
 
 
 def walks_of(rows: Iterable[Row], ground: str, engine: str) -> dict[float | None, Row]:
-    """The walks of Table III on one of the grounds, by zeta; None: no re-planning."""
+    """Find the walks of Table III on one of the grounds, by zeta; None: no re-planning."""
     return {row.delay: row for row in rows if (row.part, row.ground, row.engine) == ("table 3", ground, engine)}
 
 
@@ -66,7 +65,7 @@ def _distance(rows: Sequence[Row], ground: str) -> str:
 
 
 def _table(rows: Sequence[Row], ground: str) -> str:
-    """Table III line by line."""
+    """Tabulate Table III beside ours."""
     begun = {row.delay: row.torque for row in rows if row.part == "start"} if ground == "mixed" else None
     by_engine = [walks_of(rows, ground, engine) for engine in ENGINES]
     lines = []
@@ -96,12 +95,12 @@ def _table(rows: Sequence[Row], ground: str) -> str:
 
 
 def _torque(walk: Row | None) -> str:
-    """The greatest torque; of a walk that did not come to its end, where that was."""
+    """Write the greatest torque, or where the walk ended before its end."""
     return NONE if walk is None else number(walk.torque, ".5g") if walk.finished else ending(walk)
 
 
 def _pulls(rows: Sequence[Row]) -> str:
-    """Which walks of the hybrid engine need a ground that pulls, in words."""
+    """List the walks of the hybrid engine that need a ground that pulls, in words."""
     parts = []
     for ground, title in (("mixed", "our mixed ground"), ("found", "the ground that was found")):
         walks = walks_of(rows, ground, "hybrid")
@@ -111,14 +110,14 @@ def _pulls(rows: Sequence[Row]) -> str:
 
 
 def _friction(walk: Row | None) -> str:
-    """The greatest |F_t / F_n|, where the ground need not pull: no friction holds a foot then."""
+    """Write the greatest |F_t / F_n|, or that the ground would have to pull, where no friction suffices."""
     if walk is not None and walk.pulls:
         return "pulls"
     return number(None if walk is None else walk.friction, ".3g")
 
 
 def _cost(walk: Row | None) -> str:
-    """c_mt up to the walk's end; of a walk that did not come to it, where that was."""
+    """Write c_mt up to the walk's end, or where the walk ended before it."""
     return NONE if walk is None else cost(walk, "absolute", None) if walk.finished else f"X {walk.steps + 1}"
 
 
@@ -131,16 +130,16 @@ def _segments() -> str:
 
 
 def _family() -> str:
-    """The grounds that were searched."""
-    (short, long), (up, down), (low, high) = search.LENGTHS, search.SLOPES, search.RISES
+    """Describe the family of grounds that was searched."""
+    (short, long), (up, down), (low, high) = family.LENGTHS, family.SLOPES, family.RISES
     return (
-        f"grounds of {search.SEGMENTS} segments of {short:g} to {long:g} m, slopes of {number(up, 'g')}° to {down:g}° "
+        f"grounds of {family.SEGMENTS} segments of {short:g} to {long:g} m, slopes of {number(up, 'g')}° to {down:g}° "
         f"and steps of {number(1000 * low, 'g')} to {1000 * high:g} mm between them"
     )
 
 
 def _figure_5(rows: Sequence[Row]) -> str:
-    """Errors of the estimate with and without the update, by gamma and estimate at the start."""
+    """Tabulate errors of the estimate with and without the update, by gamma and start estimate."""
     lines = []
     for row in rows:
         if row.part == "figure 5":

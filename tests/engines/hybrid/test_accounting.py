@@ -11,8 +11,8 @@ from simulations import hybrid_simulation
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.engines.hybrid import state as at
-from mjbiped.engines.hybrid.accounting import _parabola_top, _turned, _turns
+from mjbiped.engines.hybrid.accounting import _turns
+from mjbiped.engines.hybrid.forces import parabola_top, turned
 from mjbiped.numerics.dormand_prince import STAGE_PLACES, TESTED_STAGES
 
 
@@ -98,7 +98,7 @@ def test_peaks_are_those_of_the_samples(hasty: mjbiped.Walk) -> None:
 @settings(deadline=None, derandomize=True)
 def test_the_top_of_a_parabola_is_its_extremum(bend: float, top: float, height: float) -> None:
     parabola = np.polynomial.Polynomial([height + bend * top * top, -2.0 * bend * top, bend])
-    found = _parabola_top(*(float(parabola(place)) for place in (-1.0, 0.0, 1.0)))
+    found = parabola_top(*(float(parabola(place)) for place in (-1.0, 0.0, 1.0)))
     assume(abs(bend) > 1e-3)
     assume(abs(abs(top) - 1.0) > 1e-6)
     assert found == pytest.approx(height if abs(top) < 1.0 else 0.0, abs=1e-9)
@@ -108,8 +108,8 @@ def test_the_top_of_a_parabola_is_its_extremum(bend: float, top: float, height: 
 @settings(deadline=None, derandomize=True)
 def test_a_push_is_none_of_the_grounds(slope: float, force: tuple[float, float], push: float) -> None:
     """The rate of the momentum is of the ground's force and of the push, which is horizontal."""
-    buffers = hybrid_simulation(mjbiped.Terrain.incline(math.degrees(slope)), (-0.2, 0.2, 1.0, 0.5)).buffers
-    buffers.w[at.PUSH] = push
+    simulation = hybrid_simulation(mjbiped.Terrain.incline(math.degrees(slope)), (-0.2, 0.2, 1.0, 0.5))
+    simulation.state.push = push
     along, normal = np.array([math.cos(slope), -math.sin(slope)]), np.array([math.sin(slope), math.cos(slope)])
     borne = np.array(force) - [push, 0.0]
-    assert _turned(buffers, force) == pytest.approx((along @ borne, normal @ borne), abs=1e-11)
+    assert turned(simulation.plain, force) == pytest.approx((along @ borne, normal @ borne), abs=1e-11)

@@ -12,7 +12,7 @@ from simulations import hybrid_simulation
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped.engines.hybrid import events
-from mjbiped.engines.hybrid import state as at
+from mjbiped.engines.hybrid.state import pose_of, swing_foot
 from mjbiped.terrain.terrain import Terrain
 
 Array = NDArray[np.float64]
@@ -163,18 +163,18 @@ def test_what_a_landing_is_polished_with_is_the_clearance_and_its_rate(
 ) -> None:
     """Newton's iteration takes the rate for the clearance's derivative; of a face, that of the distance to it."""
     simulation = hybrid_simulation(Terrain.incline(math.degrees(slope)), (-0.2, 0.2, 1.0, 0.5))
-    laws, constants, b = simulation.advance.args[0], simulation.constants, simulation.buffers
-    b.w[at.FACE_X] = 0.7
+    s, w = simulation.plain, simulation.state
+    w.face_x, w.landing = 0.7, 0
 
     def told(h: float) -> NDArray[np.float64]:
-        b.out[:4] = [*np.add(q, h * np.array(dq)), *dq]
-        return np.array([events.landing(laws, constants, b, 0), events.face_gap(laws, constants, b)])
+        w.out[:4] = [*np.add(q, h * np.array(dq)), *dq]
+        return np.array([events._gap(s, event) for event in (events.TOUCHDOWN, events.FACE_IMPACT)])
 
     h = 1e-6
     expected = (told(h)[:, 0] - told(-h)[:, 0]) / (2.0 * h)
     # third derivatives of some 1e2 m/s^3 times h squared, and rounding over h
     np.testing.assert_allclose(told(0.0)[:, 1], expected, rtol=0, atol=1e-8)
-    x, z = laws.swing_foot(constants, b, laws.pose(b, b.out))
+    x, z = swing_foot(s, pose_of(s, w.out))
     assert told(0.0)[:, 0] == pytest.approx([z + math.tan(slope) * x, x - 0.7], abs=1e-13)
 
 
@@ -187,7 +187,7 @@ def test_no_interval_is_passed_over_in_which_the_foot_could_have_met_something(
     here: events.Place, there: events.Place, room: float, share: float, astray: tuple[float, float]
 ) -> None:
     """Of a foot that strays no more than its room from a straight line: and every other interval is looked into."""
-    constants = hybrid_simulation(Terrain.level(), (-0.2, 0.2, 1.0, 0.5)).constants
+    reach = mjbiped.ScuffingRule().reach
     rounding = 1e-15
     ends = np.array([here[:2], there[:2]])
     ahead, clearance = (1.0 - share) * ends[0] + share * ends[1] + room * np.array(astray)
@@ -196,7 +196,7 @@ def test_no_interval_is_passed_over_in_which_the_foot_could_have_met_something(
     assert events.keeps_clear(room, here, there) == (same and bool(lowest > 0.0))
     if events.keeps_clear(room, here, there):
         assert clearance > -rounding
-    never = events.cannot_be_enabled(constants, room, here, there)
-    assert never == bool(farthest < constants.reach or (same and highest < 0.0))
+    never = events.cannot_be_enabled(reach, room, here, there)
+    assert never == bool(farthest < reach or (same and highest < 0.0))
     if never:
-        assert ahead < constants.reach + rounding or clearance < rounding
+        assert ahead < reach + rounding or clearance < rounding

@@ -11,12 +11,11 @@ from simulations import hybrid_simulation
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.engines.hybrid import state as at
-from mjbiped.engines.hybrid.gait_step import transfer_support
-from mjbiped.engines.hybrid.impulses import momentum, note_impact, note_impulse
-from mjbiped.engines.hybrid.simulation import HybridSimulation
-from mjbiped.engines.hybrid.sliding import hit_face
-from mjbiped.engines.hybrid.state import Buffers
+from mjbiped.engines.hybrid.forces import momentum, note_impact
+from mjbiped.engines.hybrid.run import HybridRun
+from mjbiped.engines.hybrid.state import State
+from mjbiped.engines.hybrid.transfer import hit_face, transfer_support
+from mjbiped.robots.equations import LOCKED
 from mjbiped.terrain.terrain import Terrain
 
 SLOPE = 0.05
@@ -27,19 +26,18 @@ ROUNDING = 1e-11
 """Of momenta of some 50 kg m/s, from sums of that size, and from a system of equations."""
 
 
-def standing(knees: bool, legs: tuple[float, float], rates: tuple[float, float]) -> HybridSimulation:
+def standing(knees: bool, legs: tuple[float, float], rates: tuple[float, float]) -> HybridRun:
     """An unpowered robot with straight legs on a slope; the angles are from the vertical."""
     q, dq = [angle - SLOPE for angle in legs], [*rates]
     start = [*q, q[1], *dq, dq[1]] if knees else [*q, *dq]
     simulation = hybrid_simulation(Terrain.incline(math.degrees(SLOPE)), start)
-    b = simulation.buffers
-    b.y[: len(start)] = start
-    b.w[at.LOCKED] = at.KNEE_LOCKED
+    simulation.state.y[: len(start)] = start
+    simulation.state.locked = LOCKED
     return simulation
 
 
-def rates_of(b: Buffers, knees: bool) -> Array:
-    y = b.y
+def rates_of(w: State, knees: bool) -> Array:
+    y = w.y
     return np.array([y[3], y[4]] if knees else [y[2], y[3]])
 
 
@@ -48,9 +46,8 @@ def rates_of(b: Buffers, knees: bool) -> Array:
 @settings(deadline=None, derandomize=True, max_examples=50)
 def test_the_momentum_is_that_of_the_bodies(knees: bool, legs: tuple[float, float], rates: tuple[float, float]) -> None:
     simulation = standing(knees, legs, rates)
-    robot, b = ROBOTS[knees], simulation.buffers
-    found = momentum(simulation.advance.args[0], simulation.constants, b)
-    expected = floating_mass_matrix(robot, np.array(legs))[:2, 2:] @ rates
+    found = momentum(simulation.plain)
+    expected = floating_mass_matrix(ROBOTS[knees], np.array(legs))[:2, 2:] @ rates
     assert found == pytest.approx(expected, abs=ROUNDING)
 
 
@@ -62,16 +59,15 @@ def test_a_face_asks_for_the_impulse_that_holds_the_stance_foot(
 ) -> None:
     """Three impulses, of stance foot and face, stop three speeds: solved with the feet free, apart from the engine."""
     simulation = standing(knees, legs, rates)
-    robot, b, laws = ROBOTS[knees], simulation.buffers, simulation.advance.args[0]
-    b.w[at.FACE_X], b.w[at.LANDING] = 0.3, 0.0
-    before = momentum(laws, simulation.constants, b)
-    note_impulse(laws, simulation.constants, b, before, hit_face(laws, simulation.constants, b))
+    robot, w = ROBOTS[knees], simulation.state
+    w.face_x, w.landing = 0.3, 0
+    hit_face(simulation.plain)
     angles, length = np.array(legs), robot.leg_length
     J = np.vstack([np.eye(2, 4), lever_jacobian(angles, (length, -length))[:1]])
     pushed = np.linalg.solve(floating_mass_matrix(robot, angles), J.T)
     impulses = np.linalg.solve(J @ pushed, -J @ [0.0, 0.0, *rates])
-    assert (b.w[at.IMPULSE_X], b.w[at.IMPULSE_Z]) == pytest.approx(impulses[:2], abs=ROUNDING)
-    assert rates_of(b, knees) == pytest.approx(np.array(rates) + (pushed @ impulses)[2:], abs=ROUNDING)
+    assert (w.impulse_x, w.impulse_z) == pytest.approx(impulses[:2], abs=ROUNDING)
+    assert rates_of(w, knees) == pytest.approx(np.array(rates) + (pushed @ impulses)[2:], abs=ROUNDING)
 
 
 @pytest.mark.parametrize("knees", [False, True])
@@ -80,31 +76,31 @@ def test_a_heel_strike_asks_for_the_whole_change_of_momentum(knees: bool, half: 
     """The departing foot leaves freely."""
     legs, rates = (SLOPE + half, SLOPE - half), (1.1, 0.6)
     simulation = standing(knees, legs, rates)
-    robot, b, w = ROBOTS[knees], simulation.buffers, simulation.buffers.w
+    robot, w = ROBOTS[knees], simulation.state
     M = floating_mass_matrix(robot, np.array(legs))
-    transfer_support(simulation.advance.args[0], simulation.parameters, simulation.constants, b)
-    assert w[at.COUNT] == 1.0
-    landed, departing = rates_of(b, knees)
+    transfer_support(simulation.plain)
+    assert w.count == 1
+    landed, departing = rates_of(w, knees)
     length = robot.leg_length
     foot = -lever_jacobian(np.array(legs), (length, -length))[:, 2:] @ [departing, landed]
     after = np.array([*foot, departing, landed])
     impulse = (M @ (after - [0.0, 0.0, *rates]))[:2]
-    assert (w[at.IMPULSE_X], w[at.IMPULSE_Z]) == pytest.approx(impulse, abs=ROUNDING)
+    assert (w.impulse_x, w.impulse_z) == pytest.approx(impulse, abs=ROUNDING)
 
 
 def test_an_impulse_is_spread_over_the_time_that_forces_are_averaged_over() -> None:
     """On level ground: 0.016 pendulum times, 4.86 ms for a leg of 0.9 m; and it is taken in once."""
     simulation = hybrid_simulation(Terrain.level(), (-0.2, 0.2, 1.0, 0.5))
-    constants, w = simulation.constants, simulation.buffers.w
+    constants, w = simulation.constants, simulation.state
     time = 0.016 * math.sqrt(constants.length / constants.gravity)
-    w[at.ALONG_NOW], w[at.NORMAL_NOW], w[at.NORMAL_FORCE], w[at.FRICTION] = 20.0, 100.0, 90.0, 0.3
-    w[at.IMPULSE_X], w[at.IMPULSE_Z] = 25.0 * time, -50.0 * time
+    w.along_now, w.normal_now, w.normal_force, w.friction = 20.0, 100.0, 90.0, 0.3
+    w.impulse_x, w.impulse_z = 25.0 * time, -50.0 * time
     for _ in range(2):
-        note_impact(constants, w)
-        assert (w[at.NORMAL_FORCE], w[at.FRICTION]) == pytest.approx((50.0, 0.9), rel=1e-14)
-    w[at.IMPULSE_Z] = -150.0 * time
-    note_impact(constants, w)
-    assert w[at.NORMAL_FORCE] == pytest.approx(-50.0, rel=1e-14)
+        note_impact(simulation.plain)
+        assert (w.normal_force, w.friction) == pytest.approx((50.0, 0.9), rel=1e-14)
+    w.impulse_z = -150.0 * time
+    note_impact(simulation.plain)
+    assert w.normal_force == pytest.approx(-50.0, rel=1e-14)
 
 
 @pytest.mark.parametrize(("share", "violated"), [(0.5, False), (0.6, True), (0.7, True), (0.8, False)])

@@ -15,15 +15,13 @@ from simulations import Plain, hybrid_simulation
 import mjbiped
 from controllers import PassiveController
 from mjbiped import KneedBiped, Terrain
-from mjbiped.engines.hybrid import kneed, kneed_posture
-from mjbiped.engines.hybrid import state as at
-from mjbiped.engines.hybrid.simulation import simulate
 from mjbiped.engines.hybrid.transfer import note_face
 from mjbiped.errors import InputError
 from mjbiped.records import measures
-from mjbiped.records.recorder import Recorder
 from mjbiped.reports.repeat import command_of, python_of
 from mjbiped.robots.bent_leg import bent_leg
+from mjbiped.robots.equations import FREE, LOCKED
+from mjbiped.robots.kneed_equations import accelerations, constants_of
 from mjbiped.rules.termination import Outcome
 
 Array = NDArray[np.float64]
@@ -116,12 +114,12 @@ def test_contact_of_the_foot_can_wait_or_not(gait: mjbiped.KneedGait) -> None:
     for share in (0.0, 0.01, 0.05):
         simulation = hybrid_simulation(Terrain.incline(2.5), START, steps=3)
         if share:
-            waits: dict[str, Any] = {"contact": 0.0, "reach": -math.inf, "delay": share * gait.period}
-            simulation.constants = simulation.constants._replace(**waits)
-            simulation.buffers.w[at.CONTACT_ENABLED] = 0.0
-        recorder = Recorder(robot=KneedBiped)
-        assert simulate(simulation, recorder) is Outcome.FINISHED
-        walks.append(recorder.touchdowns())
+            waits: dict[str, Any] = {"contact": False, "reach": -math.inf, "delay": share * gait.period}
+            simulation.constants = replace(simulation.constants, **waits)
+            simulation.state.contact_enabled = False
+        simulation.go()
+        assert simulation.outcome is Outcome.FINISHED
+        walks.append(simulation.recorder.touchdowns())
     for later in walks[1:]:
         for name in ("time", "q", "dq", "knee_strike"):
             # other moments at which the step's events are looked for move them by rounding
@@ -138,15 +136,14 @@ def test_locked_all_the_time_it_walks_as_the_compass() -> None:
     q1, q2, dq1, dq2 = start
     robot = KneedBiped.halved_rods()
     simulation = hybrid_simulation(Terrain.incline(2.0), (q1, q2, q2, dq1, dq2, dq2), robot=robot, steps=3)
-    scuffs: dict[str, Any] = {"contact": 0.0, "reach": rule.reach, "delay": rule.delay}
-    simulation.constants = simulation.constants._replace(**scuffs)
-    simulation.buffers.w[at.CONTACT_ENABLED] = 0.0
-    recorder = Recorder(robot=KneedBiped)
-    while simulation.outcome is Outcome.WALKING:
-        simulation.buffers.w[at.LOCKED] = at.KNEE_LOCKED  # again after each touchdown
+    scuffs: dict[str, Any] = {"contact": False, "reach": rule.reach, "delay": rule.delay}
+    simulation.constants = replace(simulation.constants, **scuffs)
+    simulation.state.contact_enabled = False
+    while simulation.ended is Outcome.WALKING:
+        simulation.state.locked = LOCKED  # again after each touchdown
         simulation.go_on()
-        simulation.take(recorder)
-    touched = recorder.touchdowns()
+        simulation.take()
+    touched = simulation.recorder.touchdowns()
     for name in ("time", "x", "z", "friction", "normal_force"):
         assert touched[name] == pytest.approx(compass.touchdowns[name], abs=1e-9)  # the integrator's tolerance
     for name in ("q_before", "dq_before", "q", "dq"):
@@ -161,13 +158,13 @@ NORMALS = [(-1.0, 0.0), (math.sin(0.03), math.cos(0.03))]
 def test_a_foot_that_strikes_is_stopped_along_the_normal(gait: mjbiped.KneedGait, normal: tuple[float, float]) -> None:
     """Newton's law with the robot's matrices: the impulse acts along the normal, and brings that speed to zero."""
     simulation = hybrid_simulation(Terrain.level(), gait.start.tolist())
-    w, y = simulation.buffers.w, simulation.buffers.y
-    for locked in (at.KNEE_FREE, at.KNEE_LOCKED):
-        n = 3 if locked == at.KNEE_FREE else 2
+    w, y = simulation.state, simulation.state.y
+    for locked in (FREE, LOCKED):
+        n = 3 if locked == FREE else 2
         before = [0.1, -0.2, -0.2 + 0.3 * (n == 3), 1.0, 2.0, 2.0 - 3.0 * (n == 3)]
         y[:6] = before
-        w[at.LOCKED], w[at.PUSHED_X], w[at.PUSHED_Z] = locked, *normal
-        simulation.advance.args[0].hit_face(simulation.constants, simulation.buffers)
+        w.locked, w.pushed_x, w.pushed_z = locked, *normal
+        simulation.plain.laws.stop_foot(simulation.constants.robot, w)
         q = np.array(before[:n])
         row = ROBOT.chains[n].reach * (np.cos(q) * normal[0] - np.sin(q) * normal[1])
         after = np.array(y[3 : 3 + n])
@@ -177,18 +174,18 @@ def test_a_foot_that_strikes_is_stopped_along_the_normal(gait: mjbiped.KneedGait
 
 
 @pytest.mark.parametrize("normal", NORMALS)
-@pytest.mark.parametrize("locked", [at.KNEE_FREE, at.KNEE_LOCKED])
-def test_a_foot_in_contact_stays_in_it(locked: float, normal: tuple[float, float]) -> None:
+@pytest.mark.parametrize("locked", [FREE, LOCKED])
+def test_a_foot_in_contact_stays_in_it(locked: int, normal: tuple[float, float]) -> None:
     """Newton's law with the robot's matrices: a force along the normal; the foot is not accelerated along it."""
     slope, force = 0.05, np.array([3.0, -2.0, 0.5])
-    n = 3 if locked == at.KNEE_FREE else 2
-    w = [0.0] * at.SCALARS
-    w[at.SLOPE], w[at.FACE if normal[1] == 0.0 else at.GROUND], w[at.LOCKED] = slope, 1.0, locked
-    w[at.PUSHED_X], w[at.PUSHED_Z] = normal
+    n = 3 if locked == FREE else 2
+    w = hybrid_simulation(Terrain.level(), START).state
+    w.slope, w.locked, w.face, w.sliding = slope, locked, float(normal[1] == 0.0), normal[1] != 0.0
+    w.pushed_x, w.pushed_z = normal
     q, dq = np.array([0.1, -0.2, 0.1 if n == 3 else -0.2]), np.array([1.0, 2.0, -1.5 if n == 3 else 2.0])
     force[2] *= n == 3
-    state: tuple[Any, ...] = (*q, *dq, force[0], force[1] + force[2], force[2])
-    found = kneed.accelerations(kneed_posture.constants_of(ROBOT), w, *state)
+    hip = force[1] + force[2]
+    found = accelerations(constants_of(ROBOT), w, tuple(q), tuple(dq), (force[0] + hip, hip, force[2]), 0.0)
     ddq, q, dq = np.array(found)[:n], q[:n], dq[:n]
     reach = ROBOT.chains[n].reach
     row = reach * (np.cos(q + slope) * normal[0] - np.sin(q + slope) * normal[1])
@@ -197,7 +194,7 @@ def test_a_foot_in_contact_stays_in_it(locked: float, normal: tuple[float, float
     residual = ROBOT.mass_matrix(q) @ ddq + ROBOT.coriolis_matrix(q, dq) @ dq + ROBOT.gravity_vector(q, slope)
     residual -= force[:n] if n == 3 else [force[0], force[1]]
     assert residual == pytest.approx(row * (residual @ row) / (row @ row), abs=1e-10)
-    assert w[at.PRESS] == pytest.approx((residual @ row) / (row @ row), abs=1e-10)
+    assert w.press == pytest.approx((residual @ row) / (row @ row), abs=1e-10)
 
 
 def test_a_foot_that_cannot_leave_the_ground_slides_until_it_is_lifted() -> None:
@@ -206,8 +203,9 @@ def test_a_foot_that_cannot_leave_the_ground_slides_until_it_is_lifted() -> None
     for ground, stubs, slid in ((Terrain.level(), 1, 20), (rising, 2, 20), (falling, 1, 1)):  # slides on, or off
         start = (-0.2, 0.201, 0.201, 1.0, -1.5, -1.5)
         simulation = hybrid_simulation(ground, start, sample_period=1e-3, steps=1)
-        recorder = Recorder(robot=KneedBiped)
-        assert simulate(simulation, recorder) is Outcome.FINISHED
+        simulation.go()
+        assert simulation.outcome is Outcome.FINISHED
+        recorder = simulation.recorder
         samples = recorder.samples()
         foot = ROBOT.limbs(samples["qpos"])[:-1, 1, -1]
         height = foot[:, 1] - [ground.height_at(x) for x in foot[:, 0]]
@@ -234,14 +232,22 @@ def test_a_foot_released_at_the_base_of_a_riser_does_not_pass_through_it(beyond:
     lean, half = math.atan2(*way), math.acos(np.hypot(*way) / ROBOT.leg_length)  # of two links of equal length
     thigh, shank = lean - half, lean + half
     simulation = hybrid_simulation(ground, (leg, thigh, shank, 1.5, -2.0, -1.0), sample_period=1e-3, steps=1)
-    note_face(simulation.constants, simulation.buffers.w, 0, face + beyond)  # as the transfer to the other foot does
-    recorder = Recorder(robot=KneedBiped)
-    simulate(simulation, recorder)
+    note_face(simulation.plain, 0, face + beyond)  # as the transfer to the other foot does
+    simulation.go()
+    recorder = simulation.recorder
     feet = ROBOT.limbs(recorder.samples()["qpos"])[:-1, 1, -1]
     clear = np.flatnonzero(feet[:, 1] > 1e-8)  # over the tread
     assert feet[: clear[0], 0].max() < face + 1e-8
     assert len(clear) > 10
-    assert simulation.buffers.w[at.FACE_IMPACTS] or recorder.touchdowns()["strikes"][0]
+    assert simulation.state.face_impacts or recorder.touchdowns()["strikes"][0]
+
+
+def test_a_first_step_without_a_knee_strike_tells_of_none() -> None:
+    simulation = hybrid_simulation(Terrain.level(), (-0.1, 0.1, 0.6, 1.2, 0.5, 0.0), steps=1)
+    simulation.go()
+    touched = simulation.recorder.touchdowns()
+    for name in ("knee_strike", "knee_q", "knee_dq_before", "knee_dq"):
+        assert np.isnan(touched[name]).all(), name
 
 
 def test_the_ground_force_is_the_centre_of_masss(gait: mjbiped.KneedGait) -> None:
@@ -285,11 +291,11 @@ def test_compiled_walks_are_those_of_plain_python(gait: mjbiped.KneedGait) -> No
 
 def test_energy_is_conserved_over_a_leg_that_stands_bent() -> None:
     """That of the chain of four segments; the lock of a knee does no work."""
-    flexion, recorder = 0.4, Recorder(robot=KneedBiped)
+    flexion = 0.4
     simulation = hybrid_simulation(Terrain.level(), (-0.1, 0.1, 0.6, 1.2, 0.5, 0.0), sample_period=1e-3)
-    simulation.buffers.w[at.STANCE_FLEXION] = flexion
-    simulate(simulation, recorder)
-    samples = recorder.samples()
+    simulation.state.stance_flexion = flexion
+    simulation.go()
+    samples = simulation.recorder.samples()
     free = ~samples["locked"].astype(bool) & (samples["time"] < 0.2)
     assert np.count_nonzero(free) > 100
     _, lean = bent_leg(ROBOT.thigh_length, ROBOT.shank_length, flexion)
@@ -307,9 +313,9 @@ def test_a_sliding_foot_ahead_whose_knee_strikes_takes_the_robot_over() -> None:
     row = -ROBOT.chains[3].reach * np.sin(q)  # upward
     thigh = -(row[0] * -0.5 + row[2] * -1.0) / (row[1] + row[2])
     simulation = hybrid_simulation(Terrain.level(), (*q, -0.5, thigh, thigh - 1.0), steps=1)
-    w = simulation.buffers.w
-    w[at.GROUND], w[at.GROUND_SEGMENT], w[at.PUSHED_Z] = 1.0, 0.0, 1.0
-    recorder = Recorder(robot=KneedBiped)
-    assert simulate(simulation, recorder) is Outcome.FINISHED
-    touched = recorder.touchdowns()
+    w = simulation.state
+    w.sliding, w.slid_segment, w.pushed_z = True, 0, 1.0
+    simulation.go()
+    assert simulation.outcome is Outcome.FINISHED
+    touched = simulation.recorder.touchdowns()
     assert 0.0 < touched["knee_strike"][0] == touched["time"][0] < 1e-3

@@ -9,10 +9,12 @@ from simulations import UNEQUAL, hybrid_simulation
 
 import mjbiped
 from controllers import Controller, Memory
-from mjbiped.engines.hybrid import kneed_impacts, kneed_posture
-from mjbiped.engines.hybrid import state as at
+from mjbiped.engines.hybrid.state import pose_of, swing_foot
+from mjbiped.engines.hybrid.transfer import lands, strike_knee, transfer_support
 from mjbiped.robots.bent_leg import bent_leg
+from mjbiped.robots.equations import FREE, LOCKED, RESTING
 from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.kneed_equations import stand
 from mjbiped.terrain.terrain import Terrain
 
 H = 1e-6
@@ -31,8 +33,8 @@ def rise_of_the_old_foot(robot: KneedBiped, q: np.ndarray, dq: np.ndarray, bent:
 @pytest.mark.parametrize("robot", [KneedBiped(), UNEQUAL])
 def test_a_bent_leg_takes_over_where_the_other_foot_leaves_the_ground(robot: KneedBiped) -> None:
     simulation = hybrid_simulation(Terrain.level(), (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0), robot=robot)
-    b, draw = simulation.buffers, np.random.default_rng(1)
-    b.w[at.FOOT_X], seen = 0.4, []
+    w, draw = simulation.state, np.random.default_rng(1)
+    w.foot_x, seen = 0.4, []
     for _ in range(400):
         # the swing leg is ahead of the other one, or behind it, and comes down at any rates
         bent, flexion = draw.choice([0.0, draw.uniform(0.05, 0.8)]), draw.choice([0.0, draw.uniform(0.05, 0.8)])
@@ -40,14 +42,14 @@ def test_a_bent_leg_takes_over_where_the_other_foot_leaves_the_ground(robot: Kne
         q, dq = np.array([line, thigh, thigh + flexion]), draw.uniform(-3.0, 3.0, 3)
         locked = flexion == 0.0
         dq[2] = dq[1] if locked else dq[2]
-        b.w[at.LOCKED], b.w[at.STANCE_FLEXION] = at.KNEE_LOCKED if locked else at.KNEE_FREE, bent
-        kneed_posture.stand(simulation.constants.robot, bent)
-        b.y[:6] = [*q, *dq]
+        w.locked, w.stance_flexion = LOCKED if locked else FREE, bent
+        stand(simulation.constants.robot, bent)
+        w.y[:6] = [*q, *dq]
         length, _ = bent_leg(robot.thigh_length, robot.shank_length, bent)
         ahead = length * math.sin(line) - robot.thigh_length * math.sin(thigh) - robot.shank_length * math.sin(q[2]) > 0
         straight = locked and bent == 0.0
         takes = ahead and (straight or rise_of_the_old_foot(robot, q, dq, bent) > 0.0)
-        assert kneed_impacts.lands(simulation.constants, b) == takes
+        assert lands(simulation.plain) == takes
         seen.append((ahead, ahead and straight, takes))
     # each kind often: behind, ahead with straight legs, with bent ones that take over, and that do not
     kinds = [(False, False, False), (True, True, True), (True, False, True), (True, False, False)]
@@ -60,41 +62,44 @@ def test_a_transfer_leaves_the_robot_where_it_is_and_strikes_the_new_foot(bent: 
     """From one slope onto another, on unequal links; the drawn robot is the same before and after."""
     ground = Terrain((-1.0, 0.2), (0.0, 0.0), (0.02, -0.03))
     simulation = hybrid_simulation(ground, (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0), robot=UNEQUAL)
-    constants, b, laws = simulation.constants, simulation.buffers, simulation.advance.args[0]
+    w = simulation.state
     q, dq = np.array([0.15, -0.4, -0.4 + flexion]), np.array([1.1, 0.4, 0.4 - 2.0 * (flexion > 0.0)])
-    b.w[at.LOCKED], b.w[at.STANCE_FLEXION] = (at.KNEE_FREE if flexion else at.KNEE_LOCKED), bent
-    kneed_posture.stand(constants.robot, bent)
-    b.y[:6] = [*q, *dq]
-    old_x, slope = b.w[at.FOOT_X], b.w[at.SLOPE]
-    foot_x, foot_z = kneed_posture.swing_foot(constants, b, kneed_posture.pose(b, b.y))
-    kneed_impacts.transfer(laws, simulation.parameters, constants, b, 1, foot_x)
-    (new, swing, shank), rates = b.y[:3], b.y[3:6]
+    w.locked, w.stance_flexion = (FREE if flexion else LOCKED), bent
+    stand(simulation.constants.robot, bent)
+    w.y[:6] = [*q, *dq]
+    old_x, slope = w.foot_x, w.slope
+    foot_x, foot_z = swing_foot(simulation.plain, pose_of(simulation.plain, w.y))
+    under = simulation.tables.ground
+    under = under._replace(z=[0.0, foot_z - under.gradient[1] * (foot_x - under.x[1])])  # the foot is on it
+    simulation.tables = simulation.tables._replace(ground=under)
+    transfer_support(simulation.plain)
+    (new, swing, shank), rates = w.y[:3], w.y[3:6]
     expected = UNEQUAL.rates_after_touchdown(q, dq, bent)
     assert rates == pytest.approx(expected.tolist(), abs=1e-12)
-    assert (b.w[at.STANCE], b.w[at.STANCE_FLEXION], shank - swing) == pytest.approx((1.0, flexion, bent), abs=1e-15)
+    assert (w.stance, w.stance_flexion, shank - swing) == pytest.approx((1.0, flexion, bent), abs=1e-15)
     length, _ = bent_leg(UNEQUAL.thigh_length, UNEQUAL.shank_length, flexion)
     old_length, _ = bent_leg(UNEQUAL.thigh_length, UNEQUAL.shank_length, bent)
-    line = new + b.w[at.SLOPE]
+    line = new + w.slope
     hip = [foot_x + length * math.sin(line), foot_z + length * math.cos(line)]
     assert hip[0] == pytest.approx(old_x + old_length * math.sin(q[0] + slope), abs=1e-12)
-    thigh, below = swing + b.w[at.SLOPE], shank + b.w[at.SLOPE]
+    thigh, below = swing + w.slope, shank + w.slope
     back = hip[0] - UNEQUAL.thigh_length * math.sin(thigh) - UNEQUAL.shank_length * math.sin(below)
     assert back == pytest.approx(old_x, abs=1e-12)
-    assert b.w[at.LOCKED] == (at.KNEE_FREE if bent else at.KNEE_RESTING)
+    assert w.locked == (FREE if bent else RESTING)
 
 
 def test_a_knee_that_strikes_locks_as_the_robots_map_has_it() -> None:
     simulation = hybrid_simulation(Terrain.incline(2.0), (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0), robot=UNEQUAL)
-    b, laws = simulation.buffers, simulation.advance.args[0]
+    w = simulation.state
     q, dq = [0.1, -0.2, -0.2 - 1e-12], [1.0, 0.8, -1.5]
-    b.y[:6] = [*q, *dq]
-    kneed_impacts.strike_stop(laws, simulation.parameters, simulation.constants, b, 0.4)
+    w.y[:6], w.elapsed = [*q, *dq], 0.4
+    strike_knee(simulation.plain)
     _, rates = UNEQUAL.knee_impact(q, dq)
-    assert b.y[3:6] == pytest.approx(rates[[0, 1, 1]].tolist(), abs=1e-10)
-    assert b.y[2] == b.y[1] == q[1]
-    assert (b.w[at.LOCKED], b.w[at.STRIKE_TIME]) == (at.KNEE_LOCKED, 0.4)
-    assert [b.w[at.STRIKE_DQ + i] for i in range(3)] == dq
-    assert [b.w[at.STRUCK_DQ + i] for i in range(3)] == b.y[3:6]
+    assert w.y[3:6] == pytest.approx(rates[[0, 1, 1]].tolist(), abs=1e-10)
+    assert w.y[2] == w.y[1] == q[1]
+    assert (w.locked, w.strike_time) == (LOCKED, 0.4)
+    assert w.strike_dq == dq
+    assert w.struck_dq == w.y[3:6]
 
 
 class Clocks(Controller):

@@ -1,7 +1,6 @@
 """The equations of motion with knees in the hybrid engine: what motors and pushes put in is what the energy gains."""
 
 import math
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -10,30 +9,32 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from simulations import UNEQUAL, hybrid_simulation
 
-from mjbiped.engines.hybrid import kneed, kneed_posture
-from mjbiped.engines.hybrid import state as at
+from mjbiped.engines.hybrid.dynamics import rates
+from mjbiped.engines.hybrid.forces import ground_force
+from mjbiped.engines.hybrid.state import Walk, pose_of
 from mjbiped.robots.bent_leg import bent_leg
+from mjbiped.robots.equations import FREE, LOCKED
 from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.kneed_equations import stand
 from mjbiped.terrain.terrain import Terrain
 
 ROBOTS = [KneedBiped(), UNEQUAL]
-constants_of = cache(kneed_posture.constants_of)
-
 near, rate = st.floats(-0.6, 0.6), st.floats(-4.0, 4.0)
 flexions = st.one_of(st.just(0.0), st.floats(0.05, 1.0))
 torques = st.tuples(*[st.floats(-40.0, 40.0)] * 3)
 
 
-def given_torque(parameters: Any, memory: Any, t: float, *state: float) -> Any:
+def given_torque(parameters: Any, memory: Any, t: float, q: Any, dq: Any) -> Any:
     return parameters
 
 
-def scalars(**given: float) -> list[float]:
-    w = [0.0] * at.SCALARS
-    w[at.BEFORE] = math.inf
-    for name, value in given.items():
-        w[getattr(at, name)] = value
-    return w
+def under(torque: tuple[float, float, float], robot: KneedBiped, **state: Any) -> Walk:
+    """A robot with knees under constant torques, in a state that the given names change."""
+    walk = hybrid_simulation(Terrain.level(), (-0.2, 0.1, 0.5, 1.1, 0.4, -0.3), robot=robot).plain
+    for name, value in {"before": math.inf, **state}.items():
+        setattr(walk.w, name, value)
+    stand(walk.c.robot, walk.w.stance_flexion)
+    return walk._replace(laws=walk.laws._replace(torque=given_torque), law=torque)
 
 
 @given(
@@ -59,14 +60,15 @@ def test_motors_and_pushes_do_the_work_that_the_energy_gains(
     q1, q2, flexion, dq1, dq2, dq3 = state
     if locked:
         flexion, dq3, torque = 0.0, dq2, (*torque[:2], 0.0)
-    w = scalars(LOCKED=at.KNEE_LOCKED if locked else at.KNEE_FREE, STANCE_FLEXION=bent, SLOPE=slope, PUSH=push)
+    walk = under(torque, robot, locked=LOCKED if locked else FREE, stance_flexion=bent, slope=slope, push=push)
+    w = walk.w
     y = (q1, q2, q2 + flexion, dq1, dq2, dq3, 0.0, 0.0, 0.0)
-    changes = kneed.rates(given_torque, torque, constants_of(robot), robot.leg_length, [], w, 0.1, y)
+    changes = rates(walk, 0.1, y)
     assert changes[:3] == (dq1, dq2, dq3)
     powers = changes[6:]
     assert powers == pytest.approx([torque[0] * dq1, torque[1] * (dq2 - dq1), torque[2] * (dq3 - dq2)], abs=1e-12)
-    assert [w[at.ANKLE + joint] for joint in range(3)] == list(torque)
-    assert [w[at.STAGE_ANKLE + joint] for joint in range(3)] == [abs(each) for each in torque]
+    assert w.torque == list(torque)
+    assert w.stage_torque == [abs(each) for each in torque]
     length, lean = bent_leg(robot.thigh_length, robot.shank_length, bent)
 
     def energy(h: float) -> float:
@@ -84,17 +86,9 @@ def test_motors_and_pushes_do_the_work_that_the_energy_gains(
 
 @pytest.mark.parametrize("bent", [0.0, 0.5])
 def test_the_force_of_the_ground_is_the_robots(bent: float) -> None:
-    """In a state, and within a step from its dense output."""
-    simulation = hybrid_simulation(Terrain.incline(3.0), (-0.2, 0.1, 0.5, 1.1, 0.4, -0.3), robot=UNEQUAL)
-    constants, b, laws = simulation.constants, simulation.buffers, simulation.advance.args[0]
-    kneed_posture.stand(constants.robot, bent)
-    b.w[at.STANCE_FLEXION], b.w[at.BEFORE] = bent, math.inf
-    state = [-0.2, 0.1, 0.5, 1.1, 0.4, -0.3]
-    changes = kneed.rates(given_torque, (3.0, -2.0, 1.0), constants.robot, 1.0, [], b.w, 0.1, (*state, 0.0, 0.0, 0.0))
-    place = 2 * len(b.y)
-    b.k[place : place + 6] = changes[:6]
-    expected = UNEQUAL.ground_force(
-        state[:3], state[3:], [3.0, -2.0, 1.0], math.radians(3.0), locked=False, stance_flexion=bent
-    )
-    found = kneed.force_at(constants, b, laws.pose(b, state), state, place)
+    torque, state = (3.0, -2.0, 1.0), [-0.2, 0.1, 0.5, 1.1, 0.4, -0.3]
+    walk = under(torque, UNEQUAL, locked=FREE, stance_flexion=bent, slope=math.radians(3.0))
+    changes = rates(walk, 0.1, (*state, 0.0, 0.0, 0.0))
+    found = ground_force(walk, pose_of(walk, state), state, changes, 3)
+    expected = UNEQUAL.ground_force(state[:3], state[3:], torque, math.radians(3.0), locked=False, stance_flexion=bent)
     assert found == pytest.approx(expected, rel=1e-12)

@@ -9,13 +9,13 @@ from types import FrameType
 
 import pytest
 from closed_loop import in_plain_python
+from simulations import hybrid_run
 
 import mjbiped
 from controllers import AdaptiveController, Controller, KineticEnergyController, Memory, PassiveController
-from mjbiped.engines.hybrid import simulation as hybrid
+from mjbiped.engines.hybrid import run as hybrid
 from mjbiped.engines.hybrid.progress import ATTEMPTS_BETWEEN_LOOKS
-from mjbiped.engines.hybrid.simulation import HybridSimulation, simulate
-from mjbiped.records.recorder import Recorder
+from mjbiped.engines.hybrid.run import HybridRun
 from mjbiped.terrain.terrain import Terrain
 
 INCLINE = Terrain.incline(2.0)
@@ -154,9 +154,9 @@ def test_pauses_change_nothing(controller: AdaptiveController, monkeypatch: pyte
     """Python has its turn after every integration step, in gait steps with strikes and kinks too."""
     terrain = Terrain.stairs(rise=0.045, first=1.0, count=1)
 
-    def walked() -> tuple[HybridSimulation, Recorder, int]:
+    def walked() -> tuple[HybridRun, int]:
         turns = []
-        simulation = HybridSimulation(
+        simulation = hybrid_run(
             controller,
             terrain,
             robot=controller.robot,
@@ -164,20 +164,20 @@ def test_pauses_change_nothing(controller: AdaptiveController, monkeypatch: pyte
             dq=controller.gait.start[2:].tolist(),
             steps=4,
         )
-        recorder = Recorder(cancellation=lambda: turns.append(0))
-        simulate(simulation, recorder)
-        return simulation, recorder, len(turns)
+        simulation.recorder.cancellation = lambda: turns.append(0)
+        simulation.go()
+        return simulation, len(turns)
 
-    whole, recorded, _ = walked()
+    whole, _ = walked()
     monkeypatch.setattr(hybrid, "_FIRST_STINT", 1)
     monkeypatch.setattr(hybrid, "_SHORT", 0.0)  # stints do not grow
-    parts, recorded_in_parts, turns = walked()
+    parts, turns = walked()
     assert turns > 60  # 4 gait steps of some 20 integration steps
     for table, other in (
-        (recorded.touchdowns(), recorded_in_parts.touchdowns()),
-        (recorded.samples(), recorded_in_parts.samples()),
+        (whole.recorder.touchdowns(), parts.recorder.touchdowns()),
+        (whole.recorder.samples(), parts.recorder.samples()),
     ):
         assert {name: values.tobytes() for name, values in table.items()} == {
             name: values.tobytes() for name, values in other.items()
         }
-    assert (whole.peak_torque == parts.peak_torque).all()
+    assert (whole.peak_torque() == parts.peak_torque()).all()

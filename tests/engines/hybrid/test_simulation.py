@@ -10,19 +10,13 @@ from numpy.typing import NDArray
 from rounding import assert_same
 from scipy.integrate import quad, solve_ivp
 from scipy.interpolate import CubicSpline
+from simulations import hybrid_run, hybrid_simulation
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.control.adapters import LAWS
-from mjbiped.engines.hybrid import compass as compass_model
-from mjbiped.engines.hybrid import state as hybrid_state
-from mjbiped.engines.hybrid.dynamics import HANDED_ON
-from mjbiped.engines.hybrid.gait_step import transfer_support
-from mjbiped.engines.hybrid.simulation import TOLERANCE, HybridSimulation, simulate
-from mjbiped.engines.hybrid.state import Laws
-from mjbiped.numerics.dormand_prince import unrolled
+from mjbiped.engines.hybrid.run import TOLERANCE
+from mjbiped.engines.hybrid.transfer import transfer_support
 from mjbiped.records import measures
-from mjbiped.records.recorder import Recorder
 from mjbiped.robots import compass
 from mjbiped.terrain.terrain import Terrain
 
@@ -197,19 +191,18 @@ def test_tolerance_converges(controller: AdaptiveController, gait: mjbiped.Gait)
     """Closed loop, re-planned after every step: a thousand times the accuracy changes nothing that matters."""
     ends = []
     for tolerance in (TOLERANCE, 1e-13):
-        simulation = HybridSimulation(
+        simulation = hybrid_run(
             controller,
             Terrain.mixed(),
             robot=controller.robot,
             q=gait.start[:2].tolist(),
             dq=gait.start[2:].tolist(),
             steps=40,
-            sample_period=math.inf,
+            sample_period=None,
             tolerance=tolerance,
         )
-        recorder = Recorder()
-        simulate(simulation, recorder)
-        ends.append((recorder.touchdowns(), simulation.peak_torque))
+        simulation.go()
+        ends.append((simulation.recorder.touchdowns(), simulation.peak_torque()))
     (coarse, peak), (fine, fine_peak) = ends
     # issue 3's 1e-9; a walk's errors die out
     assert coarse["q"] == pytest.approx(fine["q"], abs=1e-9)
@@ -257,13 +250,14 @@ def test_face_impact(name: str, controller: AdaptiveController) -> None:
     assert (foot.max() < first + 1e-7) if rise > 0.0 else (foot[-1] > first - 1e-7)
 
 
-def test_face_impact_is_plastic_and_without_friction(controller: AdaptiveController) -> None:
-    from mjbiped.engines.hybrid.compass import face_impact_rates
-
-    robot = controller.robot
+def test_face_impact_is_plastic_and_without_friction() -> None:
+    robot = mjbiped.Compass()
     q, dq, slope = np.array([0.1, -0.12]), np.array([1.2, 2.5]), 0.03
-    *rates, impulse = face_impact_rates(robot.constants, robot.leg_length, slope, *q, *dq)
-    after = np.array(rates)
+    simulation = hybrid_simulation(Terrain.level(), [*q, *dq], robot=robot)
+    w = simulation.state
+    w.slope, w.pushed_x, w.pushed_z = slope, 1.0, 0.0
+    impulse = robot.equations.stop_foot(simulation.constants.robot, w)
+    after = np.array(w.y[2:4])
     jacobian = robot.leg_length * np.array([math.cos(q[0] + slope), -math.cos(q[1] + slope)])
     assert jacobian @ after == pytest.approx(0.0, abs=1e-15)  # the foot's horizontal speed, rounding apart
     # it acts along the foot's horizontal way only: no friction
@@ -365,12 +359,11 @@ def test_law_with_a_jump_needs_its_break() -> None:
 
     found = []
     for switch in (ToldSwitch(), Switch()):
-        simulation = HybridSimulation(
+        simulation = hybrid_run(
             switch, Terrain.incline(2.0), robot=mjbiped.Compass(), q=(-0.19, 0.19), dq=(1.1, 0.8), steps=1
         )
-        recorder = Recorder()
-        simulate(simulation, recorder)
-        found.append((recorder.touchdowns()["dq"][0], simulation.buffers.w[hybrid_state.EVALUATIONS]))
+        simulation.go()
+        found.append((simulation.recorder.touchdowns()["dq"][0], simulation.state.evaluations))
     (named, few), (unnamed, many) = found
     assert named == pytest.approx(unnamed, abs=10.0 * TOLERANCE)  # some steps near the jump, each within it
     assert few < 0.7 * many
@@ -386,11 +379,10 @@ def test_a_foot_off_the_ground_is_no_touchdown(height: float) -> None:
 
     for off, outcome, rows in ((0.0, "walking", 1), (height, "diverged", 0)):
         swing = -math.acos(math.cos(0.2) - off)
-        walker = HybridSimulation(Free(), Terrain.level(), robot=mjbiped.Compass(), q=(0.2, swing), dq=(1.0, 1.0))
-        called = Laws._make((*LAWS, *unrolled(6, untested=2, arguments=HANDED_ON), *compass_model.MODEL))
-        transfer_support(called, walker.controller, walker.constants, walker.buffers)
-        assert walker.outcome.words == outcome
-        assert walker.buffers.w[hybrid_state.ROWS] == rows
+        walker = hybrid_run(Free(), Terrain.level(), robot=mjbiped.Compass(), q=(0.2, swing), dq=(1.0, 1.0))
+        transfer_support(walker.plain)
+        assert walker.ended.words == outcome
+        assert walker.state.rows == rows
 
 
 def test_a_torque_that_is_no_number_for_a_moment_leaves_none_in_the_record() -> None:

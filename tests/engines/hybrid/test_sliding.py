@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from simulations import hybrid_simulation
 
-from mjbiped.engines.hybrid import sliding
-from mjbiped.engines.hybrid import state as at
-from mjbiped.engines.hybrid.simulation import simulate
-from mjbiped.records.recorder import Recorder
+from mjbiped.engines.hybrid.events import on_its_segment
+from mjbiped.engines.hybrid.transfer import slide_on
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.terrain.terrain import Terrain
 
@@ -29,9 +27,8 @@ BEHIND = {
 def test_a_foot_that_slides_backwards_over_an_edge_is_on_what_lies_behind_it(name: str) -> None:
     ground = BEHIND[name]
     simulation = hybrid_simulation(ground, BACKWARDS, sample_period=1e-3, steps=1)
-    recorder = Recorder(robot=KneedBiped)
-    simulate(simulation, recorder)
-    feet = KneedBiped().limbs(recorder.samples()["qpos"])[:, 1, -1]
+    simulation.go()
+    feet = KneedBiped().limbs(simulation.recorder.samples()["qpos"])[:, 1, -1]
     above = feet[:, 1] - [ground.height_at(x) for x in feet[:, 0]]
     assert above.min() > -1e-7  # ground that a foot slides on is met again at 1e-8 m below it
     before = np.flatnonzero((feet[:, 0] > EDGE) & (above < 1e-9))
@@ -46,14 +43,15 @@ def test_a_sliding_foot_comes_to_the_segment_before_or_behind(place: float, segm
     """Of level ground, of which the one in the middle reaches from -0.4 m to -0.2 m, higher than the others."""
     ground = Terrain((-5.0, -0.4, -0.2), (0.0, 0.01, 0.0), (0.0, 0.0, 0.0))
     simulation = hybrid_simulation(ground, (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0))
-    laws, constants, b = simulation.advance.args[0], simulation.constants, simulation.buffers
-    b.w[at.GROUND], b.w[at.GROUND_SEGMENT] = 1.0, 1.0
+    s, w = simulation.plain, simulation.state
+    w.sliding, w.slid_segment = True, 1
     for inside in (-0.4, -0.3, -0.2):
-        assert sliding.on_its_segment(laws, constants, b, foot_at(inside, 0.01))
-    b.y[:3] = foot_at(place, 0.005)
-    assert not sliding.on_its_segment(laws, constants, b, b.y)
-    assert sliding.slides_on(laws, constants, b) == 0.0
-    assert (b.w[at.GROUND], b.w[at.GROUND_SEGMENT], b.w[at.LANDING]) == (0.0, -1.0, segment)
+        assert on_its_segment(s, foot_at(inside, 0.01))
+    w.y[:3] = foot_at(place, 0.005)
+    assert not on_its_segment(s, w.y)
+    slide_on(s)
+    assert (w.outcome, w.impulse_x, w.impulse_z) == (0, 0.0, 0.0)
+    assert (w.sliding, w.slid_segment, w.landing) == (False, -1, segment)
 
 
 def foot_at(x: float, z: float) -> list[float]:

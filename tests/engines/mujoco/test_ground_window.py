@@ -360,7 +360,7 @@ def test_pictures_of_a_window_are_those_of_the_whole(
 
     MuJoCo moves the earth's mesh into its middle, which is another one in a window: its corners round otherwise, by
     some 1e-7 m, and where an edge runs through the middle of a pixel that shows the other side: one in these pictures.
-    Seven were once seen, when marks took their `objtype` from what was in their memory; see `mjbiped.rendering.geoms`.
+    Seven were once seen, when marks took their `objtype` from what was in their memory; see `mjbiped.rendering.marks`.
     """
     walk = mjbiped.walk(controller, LONG["stairs"], steps=26, sample_period=0.02)
     begin, end = float(walk.samples["time"][0]), float(walk.samples["time"][-1])

@@ -1,0 +1,264 @@
+"""The commands `mjbiped sweep`, `robustness`, `reproduce`, `report` and `compile`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import click
+
+from mjbiped.cli import kinds, options, sections, tables
+from mjbiped.cli.files import INTERRUPTED, Results, end
+from mjbiped.cli.sections import results
+from mjbiped.engines.names import ENGINES
+from mjbiped.errors import InputError, shown
+from mjbiped.records.record import Walk
+
+
+@click.command("sweep", cls=sections.SectionCommand)
+@options.study_argument
+@sections.options(
+    "Walks",
+    *options.STUDY,
+    (
+        "--trajectories",
+        bool,
+        "Keep the samples of all walks too, in trajectories.parquet; needs pip install 'mjbiped[data]'.",
+    ),
+)
+@results(
+    options.STUDY_FOLDER,
+    ("--parquet", bool, "Write the table as study.parquet too; needs pip install 'mjbiped[data]'."),
+    options.WIDTH,
+    *options.PRINTED,
+)
+def sweep(
+    study: Path,
+    results: Results,
+    workers: int | None,
+    scheduler: str | None,
+    fresh: bool,
+    trajectories: bool,
+    parquet: bool,
+) -> None:
+    """Run the walks that STUDY, a .toml file, describes: grids, random samples, or both.
+
+    Each walk is a row of the table, kept as soon as it has ended: if interrupted or killed, the same command
+    resumes. docs/sweeps.md describes the file.
+
+    \b
+    Examples:
+      mjbiped sweep scripts/studies/random_ground.toml --out out/random_ground
+      mjbiped sweep study.toml --workers 2 --json
+      mjbiped sweep study.toml --parquet --trajectories
+      mjbiped sweep study.toml --scheduler tcp://10.0.0.1:8786
+    """  # noqa: D301 (click reads the backspace)
+    from mjbiped.sweeps.bins import summarised
+    from mjbiped.sweeps.figures import draw
+    from mjbiped.sweeps.parquet import FILE, check_installed, write_table
+    from mjbiped.sweeps.plan import read_study
+    from mjbiped.sweeps.run import run
+
+    _check_walkers(workers, scheduler)
+    for option, wanted in (("--parquet", parquet), ("--trajectories", trajectories)):
+        if wanted:
+            check_installed(option)
+    planned = read_study(study)
+    folder = results.out or study.with_suffix("")
+    with _resumable(folder):
+        rows, table = run(
+            planned,
+            folder,
+            workers=workers,
+            scheduler=scheduler,
+            fresh=fresh,
+            trajectories=trajectories,
+            progress=not results.quiet,
+        )
+        files = [table]
+        if parquet:
+            files.append(write_table(table.with_suffix(".parquet"), rows))
+        if trajectories:
+            files.append(folder / FILE)
+        files += draw(planned, rows, folder)
+    summary = summarised(rows)
+    results.end(summary, tables.sweep_tables(summary), files)
+
+
+@click.command("robustness", cls=sections.SectionCommand)
+@options.study_argument
+@sections.options("Walks", *options.STUDY)
+@results(options.STUDY_FOLDER, options.WIDTH, *options.PRINTED)
+def robustness(study: Path, results: Results, workers: int | None, scheduler: str | None, fresh: bool) -> None:
+    """Measure how robust the controllers of STUDY are, a .toml file.
+
+    Each controller walks on level ground, over single steps and changes of slope that come at all phases of its step,
+    and on random ground until it falls. Finished walks are kept: if interrupted or killed, the same command
+    resumes. docs/robustness.md describes the file and what is measured.
+
+    \b
+    Examples:
+      mjbiped robustness scripts/studies/robustness.toml --out out/robustness
+      mjbiped robustness study.toml --json
+    """  # noqa: D301 (click reads the backspace)
+    from mjbiped.robustness.figures import draw
+    from mjbiped.robustness.plan import read_plan
+    from mjbiped.robustness.result import found
+    from mjbiped.robustness.tables import TABLES, robustness_tables, write_tables
+    from mjbiped.sweeps.run import run
+
+    _check_walkers(workers, scheduler)
+    planned = read_plan(study)
+    folder = results.out or study.with_suffix("")
+    with _resumable(folder):
+        rows, table = run(
+            planned.study, folder, workers=workers, scheduler=scheduler, fresh=fresh, progress=not results.quiet
+        )
+        result = found(planned, rows)
+        files = [table, write_tables(result, folder / TABLES), *draw(result, folder)]
+    results.end(result.summary(), robustness_tables(result), files)
+
+
+@click.command("reproduce", cls=sections.SectionCommand)
+@sections.options(
+    "Walks",
+    ("--quick", bool, "Only a few short walks in MuJoCo; all of the hybrid engine's."),
+    options.WORKERS,
+    ("--fresh", bool, "Delete the finished walks of an earlier run and begin again."),
+)
+@results(
+    ("--out", kinds.Folder(), "Folder where finished walks are kept.", "reproduction"),
+    ("--report", kinds.Folder(), "Folder for page, table and figures; --out unless given."),
+    options.WIDTH,
+    *options.PRINTED,
+)
+def reproduce(results: Results, quick: bool, workers: int | None, fresh: bool, report: Path | None) -> None:
+    """Reproduce section V of the paper in both engines: tables II and III, figures 4 to 6, and a report.
+
+    Finished walks are kept in --out: if interrupted or killed, the same command resumes.
+
+    \b
+    Examples:
+      mjbiped reproduce --quick
+      mjbiped reproduce --out reproduction --report docs
+    """  # noqa: D301 (click reads the backspace)
+    from mjbiped.reproduction.report.checks import checks
+    from mjbiped.reproduction.reproduce import reproduce as walk_all
+    from mjbiped.reproduction.table_2 import choices
+
+    folder = results.out
+    assert folder is not None
+    with _resumable(folder, "finished walks are"):
+        rows, files = walk_all(
+            folder, quick=quick, workers=workers, report=report, fresh=fresh, progress=not results.quiet
+        )
+    asked = checks(rows, choices(rows)[0])
+    failed = [row for row in rows if row.outcome == "failed"]
+    plain = [{**check.answer._asdict(), "engine": check.engine, "group": check.group} for check in asked]
+    errors = [{"ground": row.ground, "method": row.method, "error": row.error} for row in failed]
+    lines = (f"failed: {row.method} on {row.ground}, {row.engine}: {row.error}" for row in failed)
+    summary = {"walks": len(rows), "failed": errors, "checks": plain}
+    results.end(summary, [tables.checks_table(asked), *lines], files)
+
+
+@click.command("report", cls=sections.SectionCommand)
+@click.argument("source", metavar="RECORD", type=click.Path(path_type=Path))
+@results(
+    (
+        "--out",
+        kinds.output(".html"),
+        "The page, an .html file; unless given, beside RECORD with its name (for a folder: in it).",
+    ),
+    ("--no-video", bool, "Leave out the video, which takes longest."),
+    options.QUIET,
+)
+def report(source: Path, results: Results) -> None:
+    """Write an interactive page about the walk of RECORD, an .npz file, or about a study: the folder of a sweep.
+
+    The page holds all that it needs: it opens without a server and without a network, and can be sent as it is. It
+    needs Plotly and Jinja: pip install 'mjbiped[report]'. docs/reports.md says what is on it.
+
+    \b
+    Examples:
+      mjbiped report walk.npz
+      mjbiped report walk.npz --no-video --out pages/walk.html
+      mjbiped report out/random_ground
+    """  # noqa: D301 (click reads the backspace)
+    from mjbiped.reports.page import check_installed
+    from mjbiped.reports.study import report_study
+    from mjbiped.reports.walk import report_walk
+
+    check_installed()
+    if not source.exists():
+        raise InputError(f"there is no {shown(str(source))}: expected a walk's record (.npz), or the folder of a sweep")
+    if source.suffix.lower() == ".toml":
+        raise InputError(
+            f"{shown(str(source))} is a study's file: expected is the folder of its sweep, which is "
+            f"{source.with_suffix('')} unless `mjbiped sweep` was told another"
+        )
+    study = source.is_dir()
+    if study and results.no_video:
+        raise click.UsageError("--no-video is for the report of a walk; that of a study has no video.")
+    page = results.out or kinds.output(".html")(source / "report.html" if study else source.with_suffix(".html"))
+    if study:
+        report_study(source, page)
+        results.written["report"] = str(page)
+    else:
+        done, video = Walk.load(source), not results.no_video
+        results.write(
+            "report",
+            page,
+            lambda path: report_walk(done, path, record=source.name, video=video, progress=not results.quiet),
+        )
+    results.end({}, [])
+
+
+@click.command("compile", cls=sections.SectionCommand)
+@click.argument("controllers", nargs=-1)
+@sections.options(
+    "Machine code",
+    ("--engine", click.Choice(tuple(ENGINES)), "Only for this engine; for all unless given."),
+    options.WORKERS,
+)
+@results(*options.PRINTED)
+def compile_(results: Results, controllers: tuple[str, ...], engine: str | None, workers: int | None) -> None:
+    """Compile the machine code for walks with CONTROLLERS in advance; for all registered ones unless given.
+
+    Name your own by its class, as for `mjbiped walk`.
+
+    The machine code is kept beside the package, otherwise in the user's cache, or in the folder that the environment
+    variable NUMBA_CACHE_DIR names: set it for an image or a cluster, here and where the walks are made. It fits one
+    kind of processor and one version of the project. Existing machine code is not compiled again.
+
+    \b
+    Examples:
+      mjbiped compile
+      mjbiped compile adaptive passive --engine hybrid
+      mjbiped compile spread.py:HipSpread
+    """  # noqa: D301 (click reads the backspace)
+    from mjbiped.rollout.precompilation import precompile
+
+    engines = None if engine is None else (engine,)
+    made = precompile(controllers or None, engines=engines, workers=workers, progress=not results.quiet)
+    lines = [f"compiled for the {name} engine: {', '.join(names)}" for name, names in made.items()]
+    results.end({"compiled": made}, lines)
+
+
+@contextmanager
+def _resumable(folder: Path, kept: str = "what had ended is") -> Iterator[None]:
+    """Report Ctrl-C, and that the same command resumes the study."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        end(INTERRUPTED, f"interrupted; {kept} in {folder}: the same command goes on from there")
+
+
+def _check_walkers(workers: int | None, scheduler: str | None) -> None:
+    """Refuse a number of local processes where the workers of a scheduler walk.
+
+    Raises:
+        click.UsageError: Both are given.
+    """
+    if workers is not None and scheduler is not None:
+        raise click.UsageError("--workers is for this machine; the workers of a --scheduler are its own.")

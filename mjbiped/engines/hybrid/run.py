@@ -1,0 +1,394 @@
+"""`HybridRun`: one walk of the paper's own model, equations (1) to (4), integrated from touchdown to touchdown.
+
+docs/hybrid.md explains the method, `mjbiped.engines.hybrid.gait_step` has it.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.control.adapters import LAWS
+from mjbiped.control.compilation import MachineCode, compilable_law, unpacking
+from mjbiped.control.compile_errors import refused_in_words
+from mjbiped.control.validation import fault_at, fault_in
+from mjbiped.disturbances.pushes import following
+from mjbiped.disturbances.sampled import SampledController
+from mjbiped.engines.base import Run, Show
+from mjbiped.engines.hybrid.accounting import write_state
+from mjbiped.engines.hybrid.dynamics import rates
+from mjbiped.engines.hybrid.gait_step import advance
+from mjbiped.engines.hybrid.state import Constants, Ground, Laws, State, Tables, Walk
+from mjbiped.engines.hybrid.transfer import begin_gait_step
+from mjbiped.engines.hybrid.tuples import Tuples, tuples_of
+from mjbiped.engines.plan import Plan
+from mjbiped.errors import MjbipedError
+from mjbiped.numerics.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
+from mjbiped.numerics.jit import compiled
+from mjbiped.numerics.records import Packer, Shared, in_one_block
+from mjbiped.records.pressure import BINS
+from mjbiped.records.recorder import Cancellation, never_cancelled
+from mjbiped.records.rows import rows_of
+from mjbiped.robots.chain import hold_end
+from mjbiped.robots.equations import FREE, LOCKED, RESTING
+from mjbiped.robots.robot import Robot
+from mjbiped.rules.termination import STALL_TIME, Outcome
+
+TOLERANCE = 1e-8
+"""Of an integration step, relative and absolute. With `LONGEST_STEP` the state after each step of a walk is good to
+1e-10 and better (docs/hybrid.md)."""
+
+LONGEST_STEP = 0.22  # of an integration step, in units of sqrt(l / g): passive walking needs no other limit
+FIRST_STEP = 0.1  # the first one tried, in the same units
+_ROWS = 1024  # touchdowns between two looks at the progress bar, some 20 ms
+_MEMORY = 1024  # floats of room for a controller's memory where compiled, with delays too: one machine code serves all
+_FIRST_STINT = 24_000  # evaluations of the law until Python first has its turn, some 2 ms
+_SHORT, _LONG = 0.02, 0.08  # s: a stint shall take a time between these
+_STALLS = 10  # longest gait steps of which the buffer holds the samples
+_WHY = {
+    Outcome.UNRESOLVED: "the torque switches, or changes, faster than the integrator can follow: name the times of its "
+    "jumps in the controller's next_discontinuity, make it smooth, or walk with engine='mujoco' and a control_period",
+    Outcome.DIVERGED: "torques or motion are beyond all bounds, or no numbers",
+}
+_TOE = (
+    "the swing foot struck the ground ahead of the stance foot so that the other foot could not leave it, or slid "
+    "into a riser: such an impact has no map"
+)
+
+
+class HybridRun(Run):
+    """A walk in the hybrid model.
+
+    Attributes:
+        controller: What drives the robot's joints: the plan's controller, in a loop that ticks where it is disturbed.
+        compiled: Whether the controller's laws are compiled; a controller without `law` runs in plain Python.
+        advance: `gait_step.advance` for these laws: a function of their parameters, the constants and the state.
+        constants: Robot, rules and limits.
+        tables: Ground, pushes, and the buffers of the record.
+        state: The state of the walk.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        tolerance: float = TOLERANCE,
+        *,
+        summarised: bool = False,
+        cancellation: Cancellation = never_cancelled,
+        compile: bool = True,
+    ) -> None:
+        """Set the robot on the ground, and begin the controller's memory; see `Engine.start`.
+
+        Args:
+            plan: As checked.
+            tolerance: Tolerance of an integration step.
+            summarised: Keep no tables, but what `Run.summary` needs.
+            cancellation: Called now and then; what it raises breaks the walk off.
+            compile: Whether laws that can be compiled are.
+        """
+        super().__init__(plan, summarised=summarised, cancellation=cancellation)
+        control_period = plan.disturbances.period(None, 0.0)
+        self.controller = plan.driven(control_period)
+        self._tolerance, self._stint = tolerance, _FIRST_STINT
+        self._law = compilable_law(self.controller) if compile else None
+        self.compiled = self._law is not None
+        states, robot = len(self.controller.states), plan.robot
+        self._idle = idle_states(states, robot) if self.compiled else 0
+        self._own = self._idle + states
+        self.tables = self._begin_tables()
+        self.constants = self._begin_constants(control_period)
+        self.state = self._begin()
+        tuples = tuples_of(len(robot.angles), len(robot.joints), self._own)
+        self.functions = _functions(robot, tuples, len(self.state.y))
+        if self.compiled:
+            from mjbiped.control import machine_code
+
+            self._packed, unpack = packed(self.tables)
+            self.constants.tables = self._packed.ctypes.data
+            self.constants, self.state = in_one_block(self.constants), in_one_block(self.state)
+            inlined: tuple[Any, ...] = (rates, machine_code.torque, *tuples)
+            if robot.equations.inlined:
+                inlined += (robot.equations.accelerations,)
+            functions = (*machine_code.LAWS, unpack, *self.functions)
+            self.advance: Any = compiled(advance, Laws, functions, inlined=inlined, apart=(hold_end,))
+        else:
+            self.advance = partial(advance, self.plain.laws)
+
+    @property
+    def plain(self) -> Walk:
+        """What the engine's functions take of this walk, with the functions in plain Python."""
+        laws = Laws._make((*LAWS, self._own_tables, *self.functions))
+        return Walk(laws, self.controller, self.constants, self.state)
+
+    def _own_tables(self, _: Any) -> Tables:
+        """`Laws.tables` in plain Python."""
+        return self.tables
+
+    def _begin_tables(self) -> Tables:
+        """Ground, pushes, and empty buffers of the record."""
+        plan, rows = self.plan, rows_of(type(self.plan.robot))
+        terrain, samples = plan.terrain, 1
+        if math.isfinite(self._sample_period):
+            longest = int(_stall_time(plan.robot) / self._sample_period) + 3
+            samples += (_STALLS if self.compiled else 2) * longest
+        ground = Ground(terrain.x, terrain.z, terrain.gradients, terrain.angle)
+        # plain Python reads arrays slower than lists
+        kind = partial(np.array, dtype=np.float64) if self.compiled else list
+        return Tables(
+            ground=Ground(*(kind(each) for each in ground)),
+            pushes=plan.disturbances.schedule,
+            rows=np.zeros((_ROWS if self.compiled else 1, rows.touched)),
+            samples=np.zeros((samples, rows.sampled + self._own)),
+        )
+
+    @property
+    def _sample_period(self) -> float:
+        """Time between two samples, s; infinity: none but the last."""
+        period = self.plan.terms.sample_period
+        return float(period) if period is not None and self.sampled else math.inf
+
+    def _begin_constants(self, control_period: float) -> Any:
+        """Robot, rules and limits in plain numbers."""
+        robot, terms = self.plan.robot, self.plan.terms
+        tested = 2 * len(robot.angles) + self._own
+        return Constants(
+            robot=robot.equations.constants(robot),
+            tables=0,
+            length=robot.leg_length,
+            mass=robot.total_mass,
+            gravity=robot.gravity,
+            contact=robot.knees,
+            reach=terms.scuffing.reach * robot.leg_length,
+            delay=float(terms.scuffing.delay),
+            stall_time=_stall_time(robot),
+            end=self.plan.terrain.end,
+            steps=math.inf if terms.steps is None else float(terms.steps),
+            distance=math.inf if terms.distance is None else float(terms.distance),
+            # of a mean, to which idle states add none
+            tolerance=self._tolerance * math.sqrt(1.0 - self._idle / tested),
+            longest_step=LONGEST_STEP * math.sqrt(robot.leg_length / robot.gravity),
+            sample_period=self._sample_period,
+            control_period=control_period,
+        )
+
+    def _begin(self) -> Any:
+        """The state of a walk that starts with the left foot at x = 0."""
+        plan, controller, terrain, constants = self.plan, self.controller, self.plan.terrain, self.constants
+        q, dq = list(map(float, plan.q)), list(map(float, plan.dq))
+        angles, joints = len(q), len(plan.robot.joints)
+        memory = [0.0] * controller.memory_size
+        controller.start(memory, tuple(q), tuple(dq))
+        memory = [0.0] * self._idle + memory
+        if self.compiled:
+            memory += [0.0] * (_MEMORY * (1 + len(memory) // _MEMORY) - len(memory))
+        y = [*q, *dq, *memory[: self._own], *[0.0] * joints]
+        slope, segment = terrain.slope_at(0.0), int(terrain.segment_at(0.0))
+        push, impulse = following(plan.disturbances.schedule, 0, 0.0)
+        thigh, shank = constants.robot.thigh, constants.robot.shank
+        straight = q[thigh] == q[shank] and dq[thigh] == dq[shank]
+        state = State(
+            y=y,
+            out=[0.0] * len(y),
+            spare=[0.0] * len(y),
+            ddq=[0.0] * angles,
+            k=[0.0] * (len(y) * STAGES_WITH_DENSE),
+            dense=[0.0] * (len(y) * POWERS),
+            memory=memory,
+            torque=[0.0] * joints,
+            stage_torque=[0.0] * joints,
+            stage_time=[0.0] * joints,
+            peak_torque=[0.0] * joints,
+            ankle_torques=[0.0] * STAGES_WITH_DENSE,
+            pressure=[0.0] * (2 + BINS),
+            strike_q=[0.0] * angles,
+            strike_dq=[0.0] * angles,
+            struck_dq=[0.0] * angles,
+            slope=slope,
+            sine=math.sin(slope),
+            cosine=math.cos(slope),
+            segment=segment,
+            foot_x=0.0,
+            foot_z=terrain.height_at(0.0),
+            foot_segment=segment,
+            next_tick=0.0 if isinstance(controller, SampledController) else math.inf,
+            next_push=push,
+            push_impulse=impulse,
+            next_step=FIRST_STEP * math.sqrt(constants.length / constants.gravity),
+            locked=LOCKED if thigh == shank else RESTING if straight else FREE,
+        )
+        begin_gait_step(state, constants.contact)
+        return state
+
+    @property
+    def ended(self) -> Outcome:
+        """How the walk ended, or `Outcome.WALKING`."""
+        return Outcome(int(self.state.outcome))
+
+    def walk(self, show: Show) -> Outcome:
+        """Integrate to the end."""
+        while self.ended is Outcome.WALKING:
+            try:
+                self.recorder.cancellation()
+                self.go_on()
+            except BaseException:
+                self.take()
+                self._sample()
+                raise
+            show(self.take(), float(self.state.foot_x))
+        return self.ended
+
+    def go_on(self) -> None:
+        """Walk some steps further; rows and samples are then in the buffers, for `take`.
+
+        Compiled code cannot be interrupted. So Python has its turn, and thus Ctrl-C, after stints of so many
+        evaluations that they take less than 0.1 s; how many they are changes nothing in the walk.
+
+        Raises:
+            LawError: The controller's laws cannot be compiled.
+        """
+        w, parameters = self.state, self.parameters
+        while True:
+            w.pause = w.evaluations + self._stint
+            started = time.perf_counter()
+            self.advance(parameters, self.constants, w)
+            if self.code is not None and self.code.failed:
+                raise MjbipedError("a compiled law raised an exception; let law() return None to see where")
+            if w.evaluations < w.pause or w.outcome != Outcome.WALKING:
+                return
+            taken = time.perf_counter() - started
+            if taken < _SHORT:
+                self._stint *= 4
+            elif taken > _LONG:
+                self._stint = max(self._stint // 4, 1)
+            self.recorder.cancellation()
+
+    def take(self) -> int:
+        """Record what the buffers hold, and empty them; returns the number of touchdowns."""
+        w, tables = self.state, self.tables
+        rows, samples = int(w.rows), int(w.samples)
+        self.recorder.add(tables.rows[:rows], self._recorded(tables.samples[:samples]))
+        w.rows = w.samples = 0
+        return rows
+
+    def _sample(self) -> None:
+        """Record the last state reached, with the torque last computed, and without asking the controller."""
+        row, w = np.empty((1, self.tables.samples.shape[1])), self.state
+        estimate = self.controller.slope_estimate(self._memory())
+        write_state(self.plain, row[0], w.time, [float(value) for value in w.y], w.torque, estimate)
+        self.recorder.add(self.tables.rows[:0], self._recorded(row))
+
+    def _recorded(self, samples: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Samples without the idle states, which stand behind the robot's columns, where the controller has none."""
+        return samples[:, : samples.shape[1] - self._idle]
+
+    def _memory(self) -> list[float]:
+        """The controller's memory, with the states last reached."""
+        first = 2 * len(self.plan.q)
+        memory = [*self.state.y[first : first + self._own], *self.state.memory[self._own :]]
+        return [float(value) for value in memory[self._idle : self._idle + self.controller.memory_size]]
+
+    def compile(self) -> bool:
+        """Compile the controller's laws now, where they are compiled, and not at the first step.
+
+        Raises:
+            LawError: They cannot be compiled.
+        """
+        if self.compiled:
+            import numba
+
+            self.advance.compile(tuple(map(numba.typeof, (self.parameters, self.constants, self.state))))
+        return self.compiled
+
+    @cached_property
+    def code(self) -> MachineCode | None:
+        """The machine code of the controller's laws, where they are compiled."""
+        if self._law is None:
+            return None
+        with refused_in_words(self.controller, self._law):
+            states, size, joints = len(self.controller.states), self.controller.memory_size, len(self.plan.robot.joints)
+            return MachineCode(self._law, states, size, contract=True, joints=joints, idle=self._idle)
+
+    @property
+    def parameters(self) -> Any:
+        """What `advance` takes for the controller.
+
+        Raises:
+            LawError: The controller's laws cannot be compiled.
+        """
+        return self.controller if self.code is None else self.code.law
+
+    def peak_torque(self) -> NDArray[np.float64]:
+        """Greatest magnitude of each joint's torque so far, N m."""
+        return np.array(self.state.peak_torque, dtype=np.float64)
+
+    def pressure_times(self) -> NDArray[np.float64]:
+        """How long the centre of pressure was where so far, s; see `mjbiped.records.pressure`."""
+        return np.array(self.state.pressure[2:], dtype=np.float64)
+
+    def settings(self) -> dict[str, Any]:
+        """The tolerance, and why the walk ended where its outcome does not say it."""
+        settings = {"tolerance": self._tolerance, "compiled": self.compiled}
+        return {**settings, "warnings": self.warnings} if self.warnings else settings
+
+    @property
+    def warnings(self) -> dict[str, int]:
+        """Why the walk ended, where its outcome does not say it: sentences, and how often each is meant."""
+        if self.state.toe:
+            return {_TOE: 1}
+        if self.ended not in _WHY:
+            return {}
+        fault = self._fault() if self.ended is Outcome.DIVERGED else ""
+        return {fault or _WHY[self.ended]: 1}
+
+    def _fault(self) -> str:
+        """Which torque was no number where the walk ended, in words; empty if none was."""
+        w, memory, controller = self.state, self._memory(), self.controller
+        state, angles = [float(value) for value in w.y], len(self.plan.q)
+        q, dq = tuple(state[:angles]), tuple(state[angles : 2 * angles])
+        t = float(w.time - w.clock)
+        if isinstance(controller, SampledController):
+            return fault_in(controller.inner, controller.torque(memory, t, q, dq), t, q, dq)
+        return fault_at(controller, memory, t, q, dq)
+
+
+def idle_states(states: int, robot: Robot) -> int:
+    """How many idle states compiled code has for a controller with so many of its own.
+
+    Machine code is for one length of the state, and takes long with knees: a controller without states has as many as
+    the adaptive law.
+    """
+    return 2 if robot.knees and states == 0 else 0
+
+
+def _stall_time(robot: Robot) -> float:
+    """Longest time without touchdown, s."""
+    return STALL_TIME * math.sqrt(robot.leg_length / robot.gravity)
+
+
+def _functions(robot: Robot, tuples: Tuples, size: int) -> tuple[Any, ...]:
+    """The functions of `Laws` behind those of the controller and the tables, for states of so many components."""
+    rows, e = rows_of(type(robot)), robot.equations
+    return (
+        *unrolled(size, untested=len(robot.joints), arguments=("s",)),
+        *tuples,
+        *(e.accelerations, e.stop_foot, e.lands, e.exchange, e.lock_knee, e.limbs),
+        *(rows.write_sample, rows.write_touchdown),
+    )
+
+
+def packed(tables: Tables) -> tuple[NDArray[np.float64], Any]:
+    """Tables for compiled code, whose arrays it reads and writes where they are.
+
+    Returns:
+        A block of numbers, whose address `Constants.tables` holds, and the compiled function that makes the tables of
+        it. Block and arrays are to be kept while the engine runs.
+    """
+    packer = Packer()
+    shared = Tables(Ground(*map(Shared, tables.ground)), tables.pushes, Shared(tables.rows), Shared(tables.samples))
+    unpack = unpacking(packer.add(shared), tuple(packer.classes.items()), True)
+    return packer.record(), unpack

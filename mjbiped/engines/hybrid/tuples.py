@@ -1,0 +1,72 @@
+"""Postures as tuples, for a number of angles: functions without loops, written out as Python source.
+
+Numba needs to know the length of a tuple, which a loop does not tell it; in plain Python the functions are faster too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import cache
+from typing import Any, NamedTuple
+
+from mjbiped.numerics.trigonometry import sine_cosine
+
+
+class Tuples(NamedTuple):
+    """The functions for states of some angles, their rates, a controller's states and the works of some joints.
+
+    Attributes:
+        q: (state) -> angles, rad.
+        dq: (state) -> their rates, rad/s.
+        own: (what a law returns) -> rates of the controller's states, which stand behind the torques.
+        still: (state) -> as many zeros as there are angles.
+        powers: (torques, dq) -> power of each joint, W: the first moves the first segment, the others turn two segments
+            against each other.
+        pose: (q, slope) -> sine and cosine of each angle from the vertical.
+        reached: (levers, pose) -> place x, z of the point with these levers, m.
+    """
+
+    q: Callable[..., Any]
+    dq: Callable[..., Any]
+    own: Callable[..., Any]
+    still: Callable[..., Any]
+    powers: Callable[..., Any]
+    pose: Callable[..., Any]
+    reached: Callable[..., Any]
+
+
+@cache
+def tuples_of(angles: int, joints: int, own: int) -> Tuples:
+    """The functions.
+
+    Args:
+        angles: Number of the robot's angles.
+        joints: Number of its joints.
+        own: Number of the controller's integrated states.
+    """
+    every = range(angles)
+    pose = [f"    sine_{i}, cosine_{i} = sine_cosine(q[{i}] + slope)" for i in every]
+    source = [
+        f"def q(state):\n    return {_tuple(f'state[{i}]' for i in every)}",
+        f"def dq(state):\n    return {_tuple(f'state[{angles + i}]' for i in every)}",
+        f"def own(given):\n    return {_tuple(f'given[{joints + i}]' for i in range(own))}",
+        f"def still(state):\n    return {_tuple('0.0' for _ in every)}",
+        f"def powers(torque, dq):\n    return {_tuple(f'torque[{i}] * {_turning(i)}' for i in range(joints))}",
+        "\n".join(["def pose(q, slope):", *pose, f"    return {_tuple(f'sine_{i}, cosine_{i}' for i in every)}"]),
+        f"def reached(levers, pose):\n    return {_sum(every, 0)}, {_sum(every, 1)}",
+    ]
+    space: dict[str, Any] = {"__name__": __name__, "sine_cosine": sine_cosine}
+    exec("\n".join(source), space)
+    return Tuples(*(space[name] for name in Tuples._fields))
+
+
+def _tuple(items: Iterable[str]) -> str:
+    return f"({''.join(f'{item}, ' for item in items)})"
+
+
+def _turning(joint: int) -> str:
+    return f"(dq[{joint}] - dq[{joint - 1}])" if joint else "dq[0]"
+
+
+def _sum(every: range, part: int) -> str:
+    return " + ".join(f"levers[{i}] * pose[{2 * i + part}]" for i in every)

@@ -1,0 +1,221 @@
+"""Motions in pieces of polynomials: Bézier curves, the hold after a period, and the branches of a gait with knees.
+
+Where a touchdown is late, a reference comes to rest without a jerk. The swing leg's rate decays to zero, and the
+posture is held: a foot that is carried on would run away from the ground. The stance leg's acceleration decays to zero,
+and the leg goes on falling evenly, as an inverted pendulum does. Angle, rate and acceleration are continuous.
+
+Control points stand along the last axis but one; the last axis are the joints.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from mjbiped.robots.chain import Chain, machine_code
+from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.robot import Array
+
+DEGREE = 7
+"""Degree of a reference's Bézier curves: angle, rate and acceleration are free at both ends, and two points more."""
+
+HOLD = 0.05 * math.sqrt(9.81)
+"""Time in which the stance leg's acceleration decays, in sqrt(l/g): 0.05 s for legs of 1 m; twice that for the swing
+leg's rate. It is rounded so that the period is a whole number of them."""
+
+FALLEN = math.radians(60)
+"""A reference ends where the stance leg has fallen this far from the normal."""
+
+Numbers = NDArray[Any]
+"""Real numbers, or complex ones, whose imaginary parts carry derivatives (complex step)."""
+
+NODES: Array = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 10))
+"""Chebyshev's ten points of the second kind on 0 to 1, ends included."""
+
+FINE = 1e-11
+"""Tolerance of the integration of gaits with knees, relative and absolute."""
+
+_EARLY = 0.5  # of the time until the knee strike: further back no robot's knee strikes that is to walk on
+_ON = 0.15  # of the period after the knee strike, in which the motion of the bent knee goes on of itself
+_MATRIX = np.vander(NODES, increasing=True)
+
+
+def bernstein(degree: int, s: Numbers) -> Numbers:
+    """Bernstein's polynomials of a degree at s, shape s.shape + (degree + 1,)."""
+    return np.stack([math.comb(degree, k) * s**k * (1 - s) ** (degree - k) for k in range(degree + 1)], axis=-1)
+
+
+def curve(points: Numbers, s: Numbers, duration: Numbers | float) -> tuple[Numbers, Numbers, Numbers]:
+    """A Bézier curve and its first two derivatives with respect to time.
+
+    SciPy's `BPoly` takes one curve at a time; the optimiser needs a batch of complex ones.
+
+    Args:
+        points: Control points, shape (..., n + 1, joints).
+        s: Phases from 0 to 1, shape (..., m).
+        duration: Time that the curve takes, shape (...).
+
+    Returns:
+        Each of shape (..., m, joints).
+    """
+    degree = points.shape[-2] - 1
+    time = np.asarray(duration)[..., None, None]
+    first = degree * np.diff(points, axis=-2) / time
+    second = (degree - 1) * np.diff(first, axis=-2) / time
+    return bernstein(degree, s) @ points, bernstein(degree - 1, s) @ first, bernstein(degree - 2, s) @ second
+
+
+def powers_through(values: Array) -> Array:
+    """Coefficients of the polynomials of degree 9 through values at `NODES`, lowest power first, shape (10, ...)."""
+    return np.asarray(np.linalg.solve(_MATRIX, values), dtype=np.float64)
+
+
+def in_pieces(motion: Callable[[Array], Array], numbers: Iterable[int]) -> Array:
+    """A motion in equal pieces, each a polynomial of degree 9 in its own coordinate from 0 to 1, lowest power first.
+
+    Args:
+        motion: Values at places along the pieces: the first piece reaches from 0 to 1, the second from 1 to 2.
+        numbers: The pieces wanted, counted from 0.
+
+    Returns:
+        Coefficients, shape (pieces, 10, ...).
+    """
+    return np.stack([powers_through(motion(number + NODES)) for number in numbers])
+
+
+def curve_in_pieces(points: Array, count: int) -> Array:
+    """A Bézier curve of degree 9 at most in equal pieces, exact but for rounding: shape (count, 10, joints)."""
+    return in_pieces(lambda place: bernstein(len(points) - 1, place / count) @ points, range(count))
+
+
+def count_of_pieces(period: float, length: float, gravity: float) -> int:
+    """The number of pieces of the time of `HOLD` at most that make up a period.
+
+    Args:
+        period: s.
+        length: Length of a leg, m.
+        gravity: m/s².
+    """
+    return math.ceil(period / (HOLD * math.sqrt(length / gravity)))
+
+
+def hold(angles: Array, rates: Array, accelerations: Array, width: float, most: int) -> Array:
+    """The motion after the period.
+
+    Args:
+        angles: Angles at the period's end, rad, stance leg first.
+        rates: Their rates there, rad/s.
+        accelerations: Their accelerations there, rad/s².
+        width: Duration of a piece, s.
+        most: Greatest number of pieces.
+
+    Returns:
+        Coefficients as of `in_pieces`; the last piece is the one before the stance leg has fallen by `FALLEN`.
+    """
+
+    def motion(place: Array) -> Array:
+        t = width * place
+        stance = angles[0] + rates[0] * t + accelerations[0] * acceleration_decays(t, width)
+        return np.stack([stance, angles[1] + _rate_decays(t, rates[1], accelerations[1], 2.0 * width)], axis=-1)
+
+    fallen = (k for k in range(1, most) if abs(motion(k + NODES)[-1, 0]) > FALLEN)
+    return in_pieces(motion, range(next(fallen, most)))
+
+
+def closing_on(flexion: float, rate: float, acceleration: float, width: float, count: int) -> Array:
+    """The flexion of a knee that is driven on past its stop at an even rate: coefficients, shape (count, 10).
+
+    Args:
+        flexion: Flexion at the beginning, rad.
+        rate: Its rate there, rad/s.
+        acceleration: Its acceleration there, rad/s², which decays within a piece.
+        width: Duration of a piece, s.
+        count: Number of pieces.
+    """
+
+    def motion(place: Array) -> Array:
+        t = width * place
+        return np.asarray(flexion + rate * t + acceleration * acceleration_decays(t, width))
+
+    return in_pieces(motion, range(count))
+
+
+def acceleration_decays(t: Array, end: float) -> Array:
+    """Angle that the unit acceleration makes which falls to zero as 1 - 3 u² + 2 u³ until the time `end`."""
+    u = np.minimum(t / end, 1.0)
+    until = end * end * (u**2 / 2 - u**4 / 4 + u**5 / 10)
+    return np.asarray(until + 0.5 * end * np.maximum(t - end, 0.0))
+
+
+def _rate_decays(t: Array, rate: float, acceleration: float, end: float) -> Array:
+    """Angle that a rate and an acceleration make which are both zero at the time `end`: the rate is a cubic."""
+    u = np.minimum(t / end, 1.0)
+    of_rate = end * (u - u**3 + u**4 / 2)
+    of_acceleration = end * end * (u**2 / 2 - 2 * u**3 / 3 + u**4 / 4)
+    return np.asarray(rate * of_rate + acceleration * of_acceleration)
+
+
+def free_motion(chain: Chain, slope: float) -> Callable[[float, Array], Array]:
+    """The unpowered motion of a chain on a slope (rad): a function from the state to its rates."""
+    n = len(chain.reach)
+    (even, odd), accelerate = np.empty((2, n, n)), machine_code()
+
+    def rates(_: float, state: Array) -> Array:
+        result = np.zeros(2 * n)
+        result[:n] = state[n:]
+        accelerate(chain.weights, chain.moments, slope, state[:n], state[n:], even, odd, result[n:])
+        return result
+
+    return rates
+
+
+def passive_branches(
+    robot: KneedBiped, slope: float, start: Array, struck: Array, strike: float, period: float
+) -> tuple[float, Array, Array]:
+    """Pieces per second, and the branches of the bent and of the straight knee of a passive gait.
+
+    See `mjbiped.gaits.kneed.KneedGait`, and `in_pieces` for the coefficients.
+
+    Args:
+        robot: The robot that walks.
+        slope: Slope of the plane, rad.
+        start: State just after a heel strike, shape (6,).
+        struck: State of both legs just after the knee strike, shape (4,).
+        strike: Time of the knee strike, s.
+        period: Time between heel strikes, s.
+    """
+    count = count_of_pieces(period, robot.leg_length, robot.gravity)
+    width = period / count
+    free, locked = (free_motion(robot.chains[n], slope) for n in (3, 2))
+
+    def motion(law: Any, begin: float, end: float, state: Array) -> Any:
+        solution = scipy.integrate.solve_ivp(
+            law, (begin, end), state, method="DOP853", rtol=FINE, atol=FINE, dense_output=True
+        )
+        return solution.sol
+
+    bent_until = math.ceil(min(strike + _ON * period, period) / width)
+    bent = motion(free, 0.0, bent_until * width, start)
+    back_until = math.floor(_EARLY * strike / width)
+    ahead, back = motion(locked, strike, period, struck), motion(locked, strike, back_until * width, struck)
+
+    def straight(place: Array) -> Array:
+        return np.array([(ahead if t >= strike else back)(t)[:2] for t in width * place])
+
+    first, end, last = back(back_until * width), ahead(period), bent(bent_until * width)
+    ddq, slowing = locked(0.0, end)[2:], free(0.0, last)[3:]
+    early = in_pieces(
+        lambda place: first[:2] + first[2:] * (width * place - back_until * width)[:, None], range(back_until)
+    )
+    walked = in_pieces(straight, range(back_until, count))
+    straight_pieces = np.concatenate([early, walked, hold(end[:2], end[2:], ddq, width, count)])
+    legs = hold(last[:2], last[3:5], slowing[:2], width, len(straight_pieces) - bent_until)
+    flexion, closing, braking = np.diff([last[1:3], last[4:6], slowing[1:3]]).ravel().tolist()
+    shank = legs[..., 1] + closing_on(flexion, closing, braking, width, len(legs))
+    moved = in_pieces(lambda place: bent(width * place)[:3].T, range(bent_until))
+    return 1.0 / width, np.concatenate([moved, np.concatenate([legs, shank[..., None]], axis=-1)]), straight_pieces

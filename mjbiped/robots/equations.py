@@ -1,0 +1,55 @@
+"""What an event-driven engine takes of a robot: equations of motion, guards and reset maps, as functions.
+
+A robot whose pinned stance leg carries a chain of segments fills in one `Equations`; the engine brings the ground, the
+integrator, the events and the record. Numba compiles the functions, which run in plain Python from the same source.
+Of the engine's state `w` they read and write these fields:
+
+    slope, sine, cosine         the ground's slope under the stance foot (rad), its sine and cosine
+    stance                      the stance leg: 0 left, 1 right
+    face, sliding               whether the swing foot slides on a vertical face (not 0), or on the ground
+    pushed_x, pushed_z          direction in which these push the swing foot
+    press                       written: force with which they do, N; below zero the contact ends
+    locked                      the swing knee: FREE, LOCKED, or RESTING on its stop
+    stop_press                  written: acceleration with which a resting knee would bend forwards, rad/s^2
+    stance_flexion              flexion at which the stance knee is locked, rad
+    y                           angles and rates, one after the other
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+FREE, LOCKED, RESTING = 0, 1, 2
+"""How the swing knee is: it bends freely, is locked since it has struck its stop, or is straight and rests on it. A leg
+without a knee is always locked."""
+
+
+class Equations(NamedTuple):
+    """The equations, guards and reset maps of a kind of robot.
+
+    Attributes:
+        constants: (robot) -> `c`, what the others take of the robot, with room to compute in that is of one walk alone:
+            `chain` (`mjbiped.robots.chain.with_room`) of all angles; `stance`, how the stance leg stands
+            (`mjbiped.robots.bent_leg.stand`), zeros where it is straight; and `thigh` and `shank`, indices of the
+            angles between which the swing knee bends, equal where there is none.
+        accelerations: (c, w, q, dq, torques, push) -> accelerations, rad/s^2. The push is a torque on the stance leg.
+        stop_foot: (c, w) -> impulse along (pushed_x, pushed_z), N s. Changes the rates in `y` by a plastic,
+            frictionless impact of the swing foot, in which the stance foot stays where it is.
+        lands: (c, w, ahead) -> whether a swing foot that comes down so far ahead of the other becomes the stance foot.
+        exchange: (c, w, q, dq, slope) -> angles and rates in the new roles, after the impact of a support transfer; the
+            angles are from the normal of the ground under the new stance foot, whose slope is given, rad.
+        lock_knee: (c, w) -> None. The knee strike, in `y`.
+        limbs: (c, w, q) -> the posture behind the place of the hip: angles of left and right leg from the vertical, ...
+        inlined: Whether `accelerations` is so short that it shall become part of the integrator's machine code.
+    """
+
+    constants: Callable[[Any], SimpleNamespace]
+    accelerations: Callable[..., Any]
+    stop_foot: Callable[..., Any]
+    lands: Callable[..., Any]
+    exchange: Callable[..., Any]
+    lock_knee: Callable[..., Any]
+    limbs: Callable[..., Any]
+    inlined: bool = False
