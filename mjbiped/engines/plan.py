@@ -117,19 +117,6 @@ class Plan:
         """
         return SampledController(self.driver, self.disturbances, period) if self.disturbances.in_loop else self.driver
 
-    def arguments(self) -> dict[str, Any]:
-        """Arguments of either engine's simulation, beside controller and terrain."""
-        terms = self.terms
-        return {
-            "robot": self.robot,
-            "q": self.q,
-            "dq": self.dq,
-            "steps": terms.steps,
-            "distance": terms.distance,
-            "scuffing": terms.scuffing,
-            "pushes": self.disturbances.schedule,
-        }
-
     def settings(self) -> dict[str, Any]:
         """Settings that repeat the walk, in plain JSON types, except those of its engine."""
         terms, source = self.terms, source_of(type(self.controller))

@@ -1,7 +1,7 @@
-"""Writes the rows of a walk's record, for every engine: in plain Python, or as part of compiled code.
+"""Functions that write the rows of a walk's record, in plain Python or as part of compiled code.
 
-The arguments are the columns of `mjbiped.records.columns` by their names; what several numbers of a row hold is a
-tuple of them. Optional columns may be left out.
+Their arguments are the columns of `mjbiped.records.columns` by name; a column of several numbers is a tuple. Optional
+columns may be left out.
 """
 
 from __future__ import annotations
@@ -11,16 +11,9 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
-from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Column, tables_of, width
+from mjbiped.records.columns import Column, tables_of, width
 from mjbiped.robots.kinds import KINDS
-from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
-
-SAMPLED = width(SAMPLES)
-"""Floats of a sample; the controller's integrated states stand behind them."""
-
-TOUCHED = width(TOUCHDOWNS)
-"""Floats of a touchdown."""
 
 
 class Rows(NamedTuple):
@@ -54,12 +47,15 @@ def rows_of(kind: type[Robot]) -> Rows:
     )
 
 
-def _writer(
-    name: str, columns: Mapping[str, Column], of_all: Sequence[Mapping[str, Column]] = ()
-) -> Callable[..., None]:
-    """The function (row, first, **columns) that fills a row from the index `first` on.
+def _writer(name: str, columns: Mapping[str, Column], of_all: Sequence[Mapping[str, Column]]) -> Callable[..., None]:
+    """Make the function (row, first, **columns) that fills a row from the index `first` on.
 
     It is written out as Python source, without loops: so Numba compiles it, although columns differ in their widths.
+
+    Args:
+        name: Name of the function.
+        columns: Columns of the row.
+        of_all: Columns of all kinds of robot; those that the row does not have are ignored.
     """
     numbers = [
         f"{column}[{place}]" if of.width > 1 else column for column, of in columns.items() for place in range(of.width)
@@ -76,13 +72,3 @@ def _writer(
     exec("\n".join(source), space)
     writer: Callable[..., None] = space[name]
     return writer
-
-
-write_sample = _writer("write_sample", SAMPLES)
-write_touchdown = _writer("write_touchdown", TOUCHDOWNS)
-
-_KNEES = tables_of(KneedBiped)
-write_kneed_sample = _writer("write_kneed_sample", _KNEES.samples)
-write_kneed_touchdown = _writer("write_kneed_touchdown", _KNEES.touchdowns)
-KNEED_SAMPLED = width(_KNEES.samples)
-"""Floats of a sample of a robot with knees; the controller's integrated states stand behind them."""

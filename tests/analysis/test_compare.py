@@ -15,8 +15,7 @@ from mjbiped.analysis import divergence
 from mjbiped.analysis.compare import Comparison, torque_differences
 from mjbiped.analysis.divergence import COLUMNS
 from mjbiped.cli import tables
-from mjbiped.engines.hybrid import engine as hybrid_engine
-from mjbiped.engines.mujoco import run as mujoco_run
+from mjbiped.engines.base import Run
 from mjbiped.plotting.comparison import plot_comparison
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
@@ -198,8 +197,7 @@ def test_bad_input_is_refused_before_anything_is_computed(
     def simulate(*_: object, **__: object) -> None:
         raise AssertionError("a walk was computed")
 
-    for engine in (mujoco_run, hybrid_engine):
-        monkeypatch.setattr(engine, "simulate", simulate)
+    monkeypatch.setattr(Run, "go", simulate)
     with pytest.raises(mjbiped.InputError, match=next(iter(bad)).split("_")[0]):
         mjbiped.compare(controller, Terrain.level(), **bad)
 

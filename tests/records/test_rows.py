@@ -1,62 +1,43 @@
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from inspect import signature
 from typing import Any
 
 import numpy as np
 import pytest
 
-from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Column, split, tables_of
-from mjbiped.records.rows import (
-    KNEED_SAMPLED,
-    SAMPLED,
-    TOUCHED,
-    rows_of,
-    write_kneed_sample,
-    write_sample,
-    write_touchdown,
-)
+from mjbiped.records.columns import split, tables_of, width
+from mjbiped.records.rows import rows_of
 from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 
 
-@pytest.mark.parametrize(
-    ("write", "columns", "size"),
-    [(write_sample, SAMPLES, SAMPLED), (write_touchdown, TOUCHDOWNS, TOUCHED)],
-    ids=["samples", "touchdowns"],
-)
-def test_every_column_is_written_where_it_is_read(
-    write: Callable[..., None], columns: Mapping[str, Column], size: int
-) -> None:
-    assert list(signature(write).parameters) == ["row", "first", *columns]
-    numbers = iter(range(size))
-    values = {name: tuple(float(next(numbers)) for _ in range(column.width)) for name, column in columns.items()}
-    row = np.full(size, np.nan)
-    write(row, 0, **{name: value if len(value) > 1 else value[0] for name, value in values.items()})
-    assert {name: tuple(table.ravel()) for name, table in split(columns, row[None]).items()} == values
-
-
-def test_what_an_engine_leaves_out_is_nan() -> None:
-    columns = tables_of(KneedBiped).samples
-    optional = [name for name, column in columns.items() if column.optional]
-    row = np.zeros(KNEED_SAMPLED)
-    given = {name: (1.0,) * column.width for name, column in columns.items() if name not in optional}
-    write_kneed_sample(row, 0, **{name: value if len(value) > 1 else value[0] for name, value in given.items()})
-    assert optional == ["stance_knee_torque"]
-    assert np.isnan(row).tolist() == [False] * (KNEED_SAMPLED - 1) + [True]
-
-
+@pytest.mark.parametrize("table", ["samples", "touchdowns"])
 @pytest.mark.parametrize("kind", KINDS.values())
-def test_one_call_serves_every_robot(kind: type[Robot]) -> None:
-    rows, columns = rows_of(kind), tables_of(kind).touchdowns
-    widest = {name: column for other in KINDS.values() for name, column in tables_of(other).touchdowns.items()}
+def test_one_call_writes_the_columns_of_every_robot_where_they_are_read(kind: type[Robot], table: str) -> None:
+    rows, columns = rows_of(kind), getattr(tables_of(kind), table)
+    write, size = {
+        "samples": (rows.write_sample, rows.sampled),
+        "touchdowns": (rows.write_touchdown, rows.touched),
+    }[table]
+    assert size == width(columns)
+    widest = {name: each for other in KINDS.values() for name, each in getattr(tables_of(other), table).items()}
     given: dict[str, Any] = {}
     for place, (name, column) in enumerate(widest.items()):
         numbers = tuple(100.0 * place + k for k in range(column.width))
         given[name] = numbers if column.width > 1 else numbers[0]
-    row = np.full(rows.touched + 3, np.inf)
-    rows.write_touchdown(row, 3, **given)
+    row = np.full(size + 3, np.inf)
+    write(row, 3, **given)
+    assert np.isinf(row[:3]).all()
     for name, values in split(columns, row[3:][None]).items():
         np.testing.assert_array_equal(np.ravel(values), np.ravel(given[name])[: np.size(values)])
+
+
+def test_what_an_engine_leaves_out_is_nan() -> None:
+    columns, rows = tables_of(KneedBiped).samples, rows_of(KneedBiped)
+    optional = [name for name, column in columns.items() if column.optional]
+    row = np.zeros(rows.sampled)
+    given = {name: (1.0,) * column.width for name, column in columns.items() if name not in optional}
+    rows.write_sample(row, 0, **{name: value if len(value) > 1 else value[0] for name, value in given.items()})
+    assert optional == ["stance_knee_torque"]
+    assert np.isnan(row).tolist() == [False] * (rows.sampled - 1) + [True]
