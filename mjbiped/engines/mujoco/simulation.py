@@ -247,9 +247,9 @@ class Simulation:
         if made is not None:
             check_offsets(self.model, self.data)
             self.native = made.with_constants(self.constants)
-            if self._attachment is not None:
-                self._attachment.close()
-                self._attach()
+        if self._attachment is not None:
+            self._attachment.close()
+            self._attach()
         return True
 
     @property
