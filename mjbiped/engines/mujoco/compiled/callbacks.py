@@ -37,8 +37,12 @@ from mjbiped.engines.mujoco.scene import ARRIVE, CONTROL, FILTER, RECORDS_SIZE, 
 from mjbiped.engines.mujoco.state import SIZE, Constants, State
 from mjbiped.numerics.jit import c_function, described, options, prepared
 from mjbiped.numerics.records import WORD, Packer, Shared
+from mjbiped.records.pressure import note_pressure
 from mjbiped.records.rows import Rows
+from mjbiped.robots.bent_leg import bent_leg
+from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
 from mjbiped.rules.termination import Outcome
+from mjbiped.terrain import profile
 
 if TYPE_CHECKING:
     from mjbiped.control.controller import Law
@@ -269,6 +273,13 @@ _TRAMPOLINES = """def bind(digest):
 """
 
 
+_APART = (
+    *(profile.height_of, profile.height_over, profile.height_over_ground),
+    *(profile.segment_met, profile.segment_stood_on, profile.segment_under),
+    *(swing_foot_collides, swing_foot_is_drawn_in, note_pressure, bent_leg),
+)
+
+
 @lru_cache(maxsize=64)
 def _compile(made: str, classes: tuple[tuple[str, type], ...], rows: Rows, at: Layout) -> Functions:
     """The callbacks for one kind of record."""
@@ -280,7 +291,8 @@ def _compile(made: str, classes: tuple[tuple[str, type], ...], rows: Rows, at: L
     own = (motors.arrive, motors.control, leapfrog.show, step_size.resolve, step_size.soften, contacts.refuses)
     groups = (Parts, motors.Setting, state.Userdata)
     known = (
-        prepared((*own, *parts.values()), inlined=(motors.control, torque)),
+        # a call of a function that is not inlined copies all constants; those of other rooms take few of them
+        prepared((*own, *parts.values()), inlined=(*own, torque), apart=_APART),
         described(memory.memory_access.__wrapped__),
         *(made, at, SIZE, State._fields_),
         *((kind.__qualname__, getattr(kind, "_fields", ())) for _, kind in classes),
