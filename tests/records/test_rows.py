@@ -51,11 +51,12 @@ def test_what_an_engine_leaves_out_is_nan() -> None:
 @pytest.mark.parametrize("kind", KINDS.values())
 def test_one_call_serves_every_robot(kind: type[Robot]) -> None:
     rows, columns = rows_of(kind), tables_of(kind).touchdowns
-    widest = {name: column for other in KINDS.values() for name, column in tables_of(other).touchdowns.items()}
+    every = [each for other in KINDS.values() for each in tables_of(other).touchdowns.items()]
+    widest = dict(sorted(every, key=lambda each: each[1].width))
     given: dict[str, Any] = {}
     for place, (name, column) in enumerate(widest.items()):
         numbers = tuple(100.0 * place + k for k in range(column.width))
-        given[name] = numbers if column.width > 1 else numbers[0]
+        given[name] = numbers if column.parts else numbers[0]
     row = np.full(rows.touched + 3, np.inf)
     rows.write_touchdown(row, 3, **given)
     for name, values in split(columns, row[3:][None]).items():
