@@ -26,6 +26,7 @@ from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Branched, Gait, Periodic
 from mjbiped.records.settings import described
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
 from mjbiped.terrain.terrain import Terrain
@@ -213,7 +214,7 @@ def check_robot(name: str, robot: object) -> None:
     """
     if not isinstance(robot, Robot):
         raise InputError(
-            f"{name} must be a mjbiped.Compass or a mjbiped.KneedBiped, got "
+            f"{name} must be a mjbiped.{' or a mjbiped.'.join(kind.__name__ for kind in KINDS.values())}, got "
             f"{shown(robot) if isinstance(robot, str) else type(robot).__name__}"
         )
 

@@ -48,7 +48,7 @@ class State(ctypes.Structure):
     smooth_next: float  # whether those of this step are
     prepared: float  # 1: what `step_size.soften` writes is written for this step
     shown: float  # 1: `mjData.qvel` is what MuJoCo's velocity stage is to see
-    stance: float  # leg that stands: 0 left, 1 right
+    stance: float  # number of the leg that stands: the remainder of `count` by the number of legs
     transfer_time: float  # of the last support transfer, s
     next_control: float  # when the controller ticks next, s
     next_sample: float  # when a sample is due, s
