@@ -62,7 +62,7 @@ def _writer(
     It is written out as Python source, without loops: so Numba compiles it, although columns differ in their widths.
     """
     numbers = [
-        f"{column}[{place}]" if of.parts else column for column, of in columns.items() for place in range(of.width)
+        f"{column}[{place}]" if of.row else column for column, of in columns.items() for place in range(of.width)
     ]
     arguments = [f"{column}=nan" if of.optional else column for column, of in columns.items()]
     arguments += [
