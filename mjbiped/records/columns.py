@@ -35,6 +35,11 @@ class Column(NamedTuple):
     parts: tuple[str, ...] = ()
     optional: bool = False
 
+    @property
+    def row(self) -> tuple[int, ...]:
+        """Shape of a row's numbers: a single one that has a name is an array, too."""
+        return (self.width,) if self.parts or self.width > 1 else ()
+
 
 class Tables(NamedTuple):
     """Columns of both tables of a walk.
@@ -169,6 +174,6 @@ def split(
     arrays: dict[str, NDArray[np.float64]] = {}
     for name, column in columns.items():
         first = index_of(columns, name)
-        part = table[:, first : first + column.width] if column.parts else table[:, first]
+        part = table[:, first : first + column.width] if column.row else table[:, first]
         arrays[name] = part.astype(np.int64 if name in WHOLE_NUMBERS else np.float64)
     return arrays

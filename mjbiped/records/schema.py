@@ -120,7 +120,7 @@ def _table(
             choices = legs if name == "stance" else 2
             _check_column(f"{beginning}{name}", name in WHOLE_NUMBERS, choices, column, table[name])
         else:
-            table[name] = np.full((rows, column.width)[: 2 if column.parts else 1], np.nan)
+            table[name] = np.full((rows, *column.row), np.nan)
     return table
 
 
@@ -131,7 +131,7 @@ def _check_column(where: str, whole: bool, choices: int, column: Column, array: 
         RecordError: Its shape, type or a number in it is not as specified.
     """
     expected = np.int64 if whole else np.float64
-    if array.shape[1:] != ((column.width,) if column.parts else ()) or array.dtype != expected:
+    if array.shape[1:] != column.row or array.dtype != expected:
         kind = "whole numbers" if whole else "floats"
         raise damaged(f"{where} is {_described(array)}; expected {kind}, {column.width} a row")
     if whole and not ((array >= 0) & (array < choices)).all():
