@@ -50,7 +50,8 @@ def _refresh() -> None:
     """Put into MuJoCo's places what is needed there now."""
     global _here, _standing
     if _here == _THEIRS:
-        _standing = {name: getattr(mujoco, f"get_{name}")() for name in _NAMES}
+        empty = _compiled > 0 and not any(_slots()[0])  # as it mostly is, and faster found than asked of MuJoCo
+        _standing = dict.fromkeys(_NAMES) if empty else {name: getattr(mujoco, f"get_{name}")() for name in _NAMES}
     if _builders:
         wanted = _TRAMPOLINES if _compiled else _NOTHING
     elif _driven or (_compiled and any(_standing[name] is not None for name in CALLBACKS)):
