@@ -162,3 +162,9 @@ def test_what_a_wheel_is_told() -> None:
         mjbiped.RimlessWheel(spokes=4)
     with pytest.raises(InputError, match="two finite numbers q1, dq1"):
         roll(HUB, "hybrid", math.nan)
+
+
+def test_a_video_of_a_wheel_is_refused_in_words(tmp_path: Path) -> None:
+    walk = roll(HUB, "hybrid", 1.2, steps=2)
+    with pytest.raises(mjbiped.RenderError, match="two legs; a RimlessWheel has 8"):
+        walk.video(tmp_path / "wheel.mp4")
