@@ -67,21 +67,6 @@ def friction_ratio(foot: Felt, slope: float, light: float) -> float:
     return abs(foot.forward * cosine + foot.downward * sine) / normal if normal > light else 0.0
 
 
-def see_ground(places: Places, u: Any, centres: Any) -> None:
-    """Note, once in a step, which segments of the ground the feet can meet.
-
-    Args:
-        places: In the scene.
-        u: State, after the observation.
-        centres: Of all geoms, an array of shape (geoms, 3), m.
-    """
-    profile, swing = places.profile, places.legs[swing_of(u, places.legs)].foot
-    stance = places.legs[stance_of(u)].foot
-    u.met = segment_met(profile, centres[swing, 0], centres[swing, 2])
-    u.stance_met = segment_met(profile, centres[stance, 0], centres[stance, 2])
-    u.stood = segment_stood_on(profile, centres[stance, 0], centres[stance, 2], SUNK)
-
-
 def refuses(constants: Constants, u: Any, centres: Any, first: int, second: int) -> bool:
     """`mjcb_contactfilter`: whether a pair of geoms does not collide.
 
@@ -98,7 +83,7 @@ def refuses(constants: Constants, u: Any, centres: Any, first: int, second: int)
 
     Args:
         constants: The walk's.
-        u: State, after `see_ground`.
+        u: State, after the observation.
         centres: Of all geoms, an array of shape (geoms, 3), m.
         first: One geom.
         second: The other.
@@ -108,7 +93,7 @@ def refuses(constants: Constants, u: Any, centres: Any, first: int, second: int)
     lifted, foot = int(u.lifted), places.legs[swing].foot
     if foot in (first, second):
         other = second if first == foot else first
-        return lifted == swing or not u.collides or not meets(places, int(u.met), other)
+        return lifted == swing or not u.collides or not meets(places, centres[foot, 0], centres[foot, 2], other)
     foot = places.legs[stance].foot
     if foot not in (first, second):
         resting = False
@@ -117,24 +102,25 @@ def refuses(constants: Constants, u: Any, centres: Any, first: int, second: int)
         return resting
     other, x, z = second if first == foot else first, centres[foot, 0], centres[foot, 2]
     if u.time == u.transfer_time and u.count > 0.0:  # as it did when it landed
-        return not meets(places, int(u.stance_met), other)
-    return lifted == stance or beside(constants, u, x, z, other)
+        return not meets(places, x, z, other)
+    return lifted == stance or beside(constants, x, z, other)
 
 
-def meets(places: Places, segment: int, geom: int) -> bool:
-    """Whether a foot that can meet a segment of the ground can meet a geom."""
+def meets(places: Places, x: float, z: float, geom: int) -> bool:
+    """Whether a foot at x, z can meet a geom of the ground."""
+    segment = segment_met(places.profile, x, z)
     riser = int(places.risers[geom])
     if riser >= 0:
         return (segment < riser) == (places.rises[riser] > 0.0)
     return bool(places.first[geom] <= segment <= places.last[geom])
 
 
-def beside(constants: Constants, u: Any, x: float, z: float, geom: int) -> bool:
+def beside(constants: Constants, x: float, z: float, geom: int) -> bool:
     """Whether a standing foot at x, z, which may have sunk a little, has a geom of the ground beside it."""
     places = constants.places
     if places.risers[geom] >= 0.0:
-        return constants.scuffs or not meets(places, int(u.stance_met), geom)
-    segment = int(u.stood)
+        return constants.scuffs or not meets(places, x, z, geom)
+    segment = segment_stood_on(places.profile, x, z, SUNK)
     if places.first[geom] <= segment <= places.last[geom]:
         return False
     nearest = int(places.first[geom]) if segment < places.first[geom] else int(places.last[geom])

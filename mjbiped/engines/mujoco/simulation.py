@@ -29,7 +29,7 @@ from mjbiped.engines.mujoco import leapfrog, motors, observation, step_size
 from mjbiped.engines.mujoco.compiled import registry
 from mjbiped.engines.mujoco.compiled.callbacks import ACCELERATION, POSITION, Native, attached, check_offsets
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
-from mjbiped.engines.mujoco.contacts import refuses, see_ground
+from mjbiped.engines.mujoco.contacts import refuses
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
 from mjbiped.engines.mujoco.judged import ground_needed, limits_of
 from mjbiped.engines.mujoco.motors import Parts, Recording, Setting
@@ -380,7 +380,6 @@ class Simulation:
             leapfrog.show(constants, u, data.qpos.tolist(), data.qvel)
         else:
             if not u.prepared:
-                see_ground(constants.places, u, data.geom_xpos)
                 step_size.soften(constants, u, _softness_of(model, data))
             return int(refuses(constants, u, data.geom_xpos, *arguments))
         return 0

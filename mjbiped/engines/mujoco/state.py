@@ -100,9 +100,6 @@ class State(ctypes.Structure):
     strike_time: float  # of the knee strike, from the support transfer on, s; NaN: there was none
     flexion: float  # greatest in this gait step, rad
     lifted: float  # leg whose foot passes through the ground, as it leaves it in this step; -1: none
-    met: float  # segment of the ground that the swing foot can meet in this step; see `contacts.see_ground`
-    stance_met: float  # segment that the stance foot could meet
-    stood: float  # segment that it stands on
     clear: float  # height of the swing foot over the ground, m
     touching: float  # 1: the swing foot has not left the ground since it last touched it
     stubs: float  # in this gait step

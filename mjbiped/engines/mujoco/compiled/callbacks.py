@@ -229,10 +229,8 @@ _SOURCE = """def bind(digest):
             call_with({arrive}, model, data)
         p = numbers(record, SCALARS)
         constants, _, _ = {made}
+        soften(constants, u, softness_at(model, data, constants))
         centres = array(word(data + AT_GEOM_XPOS), (len(constants.places.risers), 3))
-        if not u.prepared:
-            see_ground(constants.places, u, centres)
-            soften(constants, u, softness_at(model, data, constants))
         return 1 if refuses(constants, u, centres, first, second) else 0
 
     return arrive_{name}, control_{name}, sensor_{name}, filter_{name}
@@ -290,10 +288,7 @@ def _compile(made: str, classes: tuple[tuple[str, type], ...], rows: Rows, at: L
     from mjbiped.numerics.addresses import call_with
 
     parts, names = parts_of(rows)
-    own = (
-        *(motors.arrive, motors.control, leapfrog.show, step_size.resolve, step_size.soften),
-        *(contacts.see_ground, contacts.refuses),
-    )
+    own = (motors.arrive, motors.control, leapfrog.show, step_size.resolve, step_size.soften, contacts.refuses)
     groups = (Parts, motors.Setting, state.Userdata)
     known = (
         # a call of a function that is not inlined copies all constants; those of other rooms take few of them
