@@ -30,6 +30,7 @@ from mjbiped.limit_cycles.return_map import ReturnMap
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.wheel import RimlessWheel
 from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
 from mjbiped.rollout.walk_many import WalksInterrupted, WalksStopped, walk_many
 from mjbiped.rules.scuffing import ScuffingRule
@@ -62,6 +63,7 @@ __all__ = [
     "RecordError",
     "RenderError",
     "ReturnMap",
+    "RimlessWheel",
     "ScuffingRule",
     "Survival",
     "Terrain",

@@ -220,7 +220,8 @@ def _grazing(there: Walk, here: Walk, k: int) -> Iterator[str]:
     time = second.samples["time"]
     inside = (time > begin) & (time < second.touchdowns["time"][k])
     qpos, stance = second.samples["qpos"][inside], second.samples["stance"][inside]
-    x, z = second.robot.limbs(qpos)[np.arange(len(qpos)), 1 - stance, -1].T
+    limbs = second.robot.limbs(qpos)
+    x, z = limbs[np.arange(len(qpos)), (stance + 1) % limbs.shape[1], -1].T
     clearance = np.abs(z - second.terrain.height(x))
     near = np.abs(x - place) < 0.02 * length
     elsewhere = abs(float(second.touchdowns["x"][k]) - place) > 0.02 * length

@@ -161,7 +161,7 @@ KIND: Row = (
     "--robot",
     kinds.ROBOT,
     "'compass' has straight legs; 'kneed' has knees, light shanks and a heavy hip; 'halved-rods' has the legs of Table "
-    'I cut at the knee; or a .toml file with kind = "kneed" (or "compass") and parameters as in the record. The '
+    "I cut at the knee; 'wheel' is a rimless wheel; or a .toml file with a kind and parameters as in the record. The "
     "options below change single parameters.",
     Compass.kind,
 )

@@ -116,8 +116,8 @@ def _function(
     from mjbiped.numerics import addresses
 
     values, q, dq = joints + states, _numbered("q", joints), _numbered("dq", joints)
-    values_of = ", ".join(f"value_{index}" for index in range(values))  # unpacked: their number is looked at
     given = [f"value_{index}" for index in range(values)]
+    values_of = ", ".join(given) + "," * (values == 1)  # unpacked: their number is looked at
     given[joints:joints] = ["0.0"] * idle
     written = "; ".join(f"o[{index}] = float({value})" for index, value in enumerate(given))
     memory = f"numbers(m + {WORD * idle}, {memory_size})" if idle else f"numbers(m, {memory_size})"

@@ -220,9 +220,9 @@ def _step_on(controller: Controller, memory: list[float], q: State, dq: State) -
         controller.slope_estimate(kept)
         if len(q) > 2:
             controller.on_knee_strike(kept, _LATER, q, dq)
-        shank = len(q) - 2  # as a passive gait's
-        before, after = (0.2, -0.2) + (-0.2,) * shank, (-0.2, 0.2) + (0.2,) * shank
-        controller.on_touchdown(kept, before, after, (1.1, 0.8) + (0.8,) * shank)
+        others = len(q) - 1  # as a passive gait's
+        before, after = (0.2, *(-0.2,) * others), (-0.2, *(0.2,) * others)
+        controller.on_touchdown(kept, before, after, (1.1, *(0.8,) * others))
     except (InputError, FrozenInstanceError):
         raise
     except Exception:  # in a state that the walk may never come to

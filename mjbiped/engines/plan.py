@@ -26,6 +26,7 @@ from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Branched, Gait, Periodic
 from mjbiped.records.settings import described
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
 from mjbiped.terrain.terrain import Terrain
@@ -130,7 +131,7 @@ class Plan:
             "steps": terms.steps,
             "distance": terms.distance,
             "sample_period": terms.sample_period,
-            "scuffing": None if self.robot.knees else dataclasses.asdict(terms.scuffing),
+            "scuffing": None if self.robot.collides_from_lift_off else dataclasses.asdict(terms.scuffing),
             **({} if self.disturbances == UNDISTURBED else {"disturbances": self.disturbances.to_dict()}),
             "versions": dict(versions()),
         }
@@ -179,10 +180,9 @@ def _check_engine(plan: Plan) -> None:
         InputError: It does not walk such a robot, or not under these terms.
     """
     robot, engine = plan.robot, plan.terms.engine
-    if robot.knees and plan.terms.scuffing != ScuffingRule():
+    if robot.collides_from_lift_off and plan.terms.scuffing != ScuffingRule():
         raise InputError(
-            f"scuffing rule: a {type(robot).__name__} has knees, and its swing foot's contact is on from lift-off; "
-            "leave the rule out"
+            f"scuffing rule: a {type(robot).__name__}'s swing foot's contact is on from lift-off; leave the rule out"
         )
     if not isinstance(robot, engine.robots):
         raise InputError(
@@ -201,7 +201,7 @@ def check_robot(name: str, robot: object) -> None:
     """
     if not isinstance(robot, Robot):
         raise InputError(
-            f"{name} must be a mjbiped.Compass or a mjbiped.KneedBiped, got "
+            f"{name} must be a mjbiped.{' or a mjbiped.'.join(kind.__name__ for kind in KINDS.values())}, got "
             f"{shown(robot) if isinstance(robot, str) else type(robot).__name__}"
         )
 
@@ -252,7 +252,7 @@ def _checked_parts(controller: Controller) -> dict[str, Any]:
 def _numbers_of(robot: Robot) -> str:
     """Name the numbers of a first state in words."""
     names = [f"{kind}{k + 1}" for kind in ("q", "dq") for k in range(len(robot.angles))]
-    return f"{ {4: 'four', 6: 'six'}[len(names)] } numbers {', '.join(names)}"
+    return f"{ {2: 'two', 4: 'four', 6: 'six'}[len(names)] } numbers {', '.join(names)}"
 
 
 def _first_state(
@@ -318,7 +318,7 @@ def _check_start(robot: Robot, terrain: Terrain, q: tuple[float, ...], rule: Scu
     along, above = robot.swing_foot(q).tolist()
     foot_x = along * math.cos(slope) + above * math.sin(slope)
     foot_z = z0 + above * math.cos(slope) - along * math.sin(slope)
-    scuffs = not robot.knees and foot_x < rule.reach * length
+    scuffs = not robot.collides_from_lift_off and foot_x < rule.reach * length
     posture = ", ".join(f"q{k + 1} = {angle:.4g}" for k, angle in enumerate(q))
     if robot.knees and q[2] < q[1]:
         raise InputError(f"initial state {posture}: the swing knee is bent forwards, beyond its stop; q3 >= q2")

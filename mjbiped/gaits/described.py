@@ -12,15 +12,18 @@ from mjbiped.gaits.kneed import find_kneed_gait
 from mjbiped.gaits.optimisation import Goal
 from mjbiped.gaits.optimised import optimised_from
 from mjbiped.gaits.passive import find_passive_gait
+from mjbiped.gaits.rolling import find_rolling
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
+from mjbiped.robots.wheel import RimlessWheel
 from mjbiped.utils import domains
 
 FINDERS: Mapping[str, Callable[[Any, float], Periodic]] = {
     Compass.kind: find_passive_gait,
     KneedBiped.kind: find_kneed_gait,
+    RimlessWheel.kind: find_rolling,
 }
 """Finders of passive gaits by the kind of robot."""
 

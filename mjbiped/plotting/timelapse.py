@@ -54,7 +54,8 @@ def _axis_width() -> float:
 def rows_of(walk: Walk) -> list[Row]:
     """Split the ground that a walk covered into rows of equal length."""
     qpos, leg = walk.samples["qpos"], walk.robot.leg_length
-    reached = walk.robot.limbs(qpos)[..., 0]
+    limbs = walk.robot.limbs(qpos)
+    reached, tops = limbs[..., 0], limbs[..., 1].max(axis=(1, 2))
     start, stop = float(reached.min()) - 0.15, float(reached.max()) + 0.15
     # half as wide, a row holds 0.7 times the ground, so that the robot is 0.7 times as large
     usual = _ROW * math.sqrt(_axis_width() / (WIDTHS[DEFAULT_WIDTH].inches - _BESIDE))
@@ -69,7 +70,7 @@ def rows_of(walk: Walk) -> list[Row]:
         inside = (qpos[:, 0] >= first) & (qpos[:, 0] <= first + length)
         highest = float(z.max())
         if inside.any():  # at most two legs over the ground: where a robot that diverges gets to, nothing is drawn
-            highest = max(highest, min(float(qpos[inside, 1].max()), highest + 2.0 * leg))
+            highest = max(highest, min(float(tops[inside].max()), highest + 2.0 * leg))
         high = highest + _ABOVE
         low = float(z.min()) - _BELOW / scale
         rows.append(Row(first, first + length, low, high, (high - low) * scale))
@@ -107,7 +108,8 @@ def draw_row(axes: Axes, walk: Walk, row: Row) -> None:
     postures = np.stack([np.interp(between, time, column) for column in qpos.T], axis=1)
     _draw_sticks(axes, row, postures, stance, robot, 0.55 * thick, 0.35)
     # at a touchdown the old stance leg still is the one that stands
-    _draw_sticks(axes, row, touchdowns["qpos"], 1 - touchdowns["stance"], robot, thick, 1.0)
+    standing = (touchdowns["stance"] - 1) % len(robot.bodies.limbs)
+    _draw_sticks(axes, row, touchdowns["qpos"], standing, robot, thick, 1.0)
     if walk.outcome != "finished" and row.start <= qpos[-1, 0] <= row.stop:
         _draw_sticks(axes, row, qpos[-1:], samples["stance"][-1:], robot, 1.3 * thick, 1.0, VERMILLION)
         x, z, *_ = qpos[-1].tolist()
@@ -134,16 +136,17 @@ def _draw_sticks(
     alpha: float,
     color: str = "",
 ) -> None:
-    """Draw postures as two lines from the hip to the feet, the swing legs under the stance legs."""
+    """Draw postures as lines from the hip to the feet, the swing legs under the stance legs."""
     inside = (qpos[:, 0] >= row.start) & (qpos[:, 0] < row.stop)
     qpos, stance = qpos[inside], stance[inside].astype(np.int64)
     if not len(qpos):
         return
     hip, limbs = qpos[:, :2], robot.limbs(qpos)
+    stands = np.arange(limbs.shape[1]) == stance[:, None]
     for is_stance in (False, True):
         axes.add_collection(
             LineCollection(
-                list(limbs[np.arange(len(qpos)), stance if is_stance else 1 - stance]),
+                list(limbs[stands == is_stance]),
                 colors=color or (BLUE if is_stance else ORANGE),
                 linewidths=width if is_stance else 0.7 * width,
                 alpha=alpha,

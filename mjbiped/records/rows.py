@@ -58,7 +58,7 @@ def _writer(name: str, columns: Mapping[str, Column], of_all: Sequence[Mapping[s
         of_all: Columns of all kinds of robot; those that the row does not have are ignored.
     """
     numbers = [
-        f"{column}[{place}]" if of.width > 1 else column for column, of in columns.items() for place in range(of.width)
+        f"{column}[{place}]" if of.row else column for column, of in columns.items() for place in range(of.width)
     ]
     arguments = [f"{column}=nan" if of.optional else column for column, of in columns.items()]
     arguments += [

@@ -47,9 +47,9 @@ def checked_fields(arrays: Arrays) -> dict[str, Any]:
     if not is_numbers(end, 2):
         raise damaged(f"its end is {shown(end)}; expected a time and a place")
     robot = checked_settings(settings)
-    columns = tables_of(type(robot))
-    samples = _table("samples", columns.samples, arrays, header["version"])
-    touchdowns = _table("touchdowns", columns.touchdowns, arrays, header["version"])
+    columns, legs = tables_of(type(robot)), len(robot.bodies.limbs)
+    samples = _table("samples", columns.samples, arrays, header["version"], legs)
+    touchdowns = _table("touchdowns", columns.touchdowns, arrays, header["version"], legs)
     states = samples.get("controller_states")
     if states is None or states.dtype != np.float64 or states.ndim != 2:
         raise damaged("samples/controller_states must be a column of numbers for each state of the controller")
@@ -98,7 +98,9 @@ def _header(arrays: Arrays) -> dict[str, Any]:
     return dict(header)
 
 
-def _table(kind: str, columns: Mapping[str, Column], arrays: Arrays, version: int) -> dict[str, NDArray[Any]]:
+def _table(
+    kind: str, columns: Mapping[str, Column], arrays: Arrays, version: int, legs: int
+) -> dict[str, NDArray[Any]]:
     """Return one of the two tables with the columns of `mjbiped.records.columns`, and others beside them.
 
     Raises:
@@ -115,24 +117,25 @@ def _table(kind: str, columns: Mapping[str, Column], arrays: Arrays, version: in
             raise damaged(f"{beginning}{shown(name)} is {_described(array)}; expected {rows} rows of numbers")
     for name, column in columns.items():
         if name in table:
-            _check_column(f"{beginning}{name}", name in WHOLE_NUMBERS, column, table[name])
+            choices = legs if name == "stance" else 2
+            _check_column(f"{beginning}{name}", name in WHOLE_NUMBERS, choices, column, table[name])
         else:
-            table[name] = np.full((rows, column.width)[: 2 if column.width > 1 else 1], np.nan)
+            table[name] = np.full((rows, *column.row), np.nan)
     return table
 
 
-def _check_column(where: str, whole: bool, column: Column, array: NDArray[Any]) -> None:
+def _check_column(where: str, whole: bool, choices: int, column: Column, array: NDArray[Any]) -> None:
     """Check a column against its specification.
 
     Raises:
         RecordError: Its shape, type or a number in it is not as specified.
     """
     expected = np.int64 if whole else np.float64
-    if array.shape[1:] != ((column.width,) if column.width > 1 else ()) or array.dtype != expected:
+    if array.shape[1:] != column.row or array.dtype != expected:
         kind = "whole numbers" if whole else "floats"
         raise damaged(f"{where} is {_described(array)}; expected {kind}, {column.width} a row")
-    if whole and not ((array == 0) | (array == 1)).all():
-        raise damaged(f"{where} holds other numbers than 0 and 1")
+    if whole and not ((array >= 0) & (array < choices)).all():
+        raise damaged(f"{where} holds other numbers than {' and '.join(map(str, range(choices)))}")
     if column.finite and not np.isfinite(array).all():
         raise damaged(f"{where} holds what is no finite number")
     if where.endswith("/qpos") and not (np.abs(array) <= FARTHEST).all():

@@ -9,6 +9,7 @@ import numpy as np
 
 from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows
+from mjbiped.errors import RenderError
 from mjbiped.records.record import Walk
 from mjbiped.rendering.camera import fit_cameras
 from mjbiped.rendering.moments import Moment
@@ -30,7 +31,15 @@ class PosedScene:
     data: mujoco.MjData
 
     def __init__(self, walk: Walk) -> None:
-        """Cut the terrain of a record with samples; `go_to` builds the scene."""
+        """Cut the terrain of a record with samples; `go_to` builds the scene.
+
+        Raises:
+            RenderError: The robot has not two legs, by which marks and colours go.
+        """
+        legs = len(walk.robot.bodies.limbs)
+        if legs != 2:
+            kind = type(walk.robot).__name__
+            raise RenderError(f"videos and reports are of robots with two legs; a {kind} has {legs}: draw its figure")
         self._samples, self._length, self._robot = walk.samples, walk.robot.leg_length, walk.robot
         self._windows = GroundWindows(
             walk.robot,

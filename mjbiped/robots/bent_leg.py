@@ -8,10 +8,17 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.robots.chain import Array
 
-FLEXION, LEAN, ACROSS = 0, 1, 2  # indices of what tells how a leg stands
+FLEXION, LEAN, ACROSS, LENGTH = 0, 1, 2, 3  # indices of what tells how a leg stands
+
+
+def straight_leg(length: float) -> Array:
+    """How a straight leg of a length (m) stands, as `stand` writes it."""
+    return np.array([0.0, 0.0, 0.0, length])
 
 
 def bent_leg(upper: float, lower: float, flexion: float) -> tuple[float, float]:
@@ -48,8 +55,8 @@ def stand(
     """Write what the flexion of the locked stance knee changes in the chains of three and of two segments.
 
     Args:
-        standing: Flexion and lean of the shank (rad), and the moment of the leg's weight beside its line (N m), at the
-            indices above; changed, as all from `free_weights` on.
+        standing: Flexion and lean of the shank (rad), the moment of the leg's weight beside its line (N m), and the
+            length of that line (m), at the indices above; changed, as all from `free_weights` on.
         flexion: Of the stance knee from now on, rad.
         weights: A of four segments; see `mjbiped.robots.chain.Chain`.
         moments: b of four.
@@ -64,7 +71,7 @@ def stand(
     shank_sine, shank_cosine = math.sin(lean), math.cos(lean)
     thigh_sine, thigh_cosine = math.sin(lean - flexion), math.cos(lean - flexion)
     knee = math.cos(flexion)
-    standing[FLEXION], standing[LEAN] = flexion, lean
+    standing[FLEXION], standing[LEAN], standing[LENGTH] = flexion, lean, length
     standing[ACROSS] = moments[0] * shank_sine + moments[1] * thigh_sine
     free_weights[0, 0] = (weights[0, 0] + weights[1, 0] * knee) + (weights[0, 1] * knee + weights[1, 1])
     for j in range(1, 3):

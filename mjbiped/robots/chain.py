@@ -33,18 +33,22 @@ from mjbiped.numerics.trigonometry import sine_cosine
 Array = NDArray[np.float64]
 
 
-def with_room(chain: Chain) -> SimpleNamespace:
+def with_room(chain: Chain, beside: float = 0.0) -> SimpleNamespace:
     """A chain of n segments with room to compute in, for functions that hand all of it on as one thing.
 
+    Args:
+        chain: The chain.
+        beside: How far its far end lies beside the line of each segment, a right angle ahead of it, m.
+
     Returns:
-        Copies of weights, moments and reach; and rooms `q`, `dq`, `ddq` for a motion, `row` and `push` for a point's
-        Jacobian and the motion that a force makes, all of shape (n,), and `even` and `odd` of shape (n, n).
+        Copies of weights, moments and reach, and `beside`; rooms `q`, `dq`, `ddq` for a motion, `row` and `push` for a
+        point's Jacobian and the motion that a force makes, all of shape (n,), and `even` and `odd` of shape (n, n).
     """
     n = len(chain.reach)
     room = {name: np.zeros(n) for name in ("q", "dq", "ddq", "row", "push")}
     squares = {name: np.zeros((n, n)) for name in ("even", "odd")}
     arrays = {name: getattr(chain, name).copy() for name in ("weights", "moments", "reach")}
-    return SimpleNamespace(**arrays, **room, **squares)
+    return SimpleNamespace(beside=np.full(n, beside), **arrays, **room, **squares)
 
 
 def hold_end(s: Any, slope: float, x: float, z: float) -> float:
@@ -60,8 +64,9 @@ def hold_end(s: Any, slope: float, x: float, z: float) -> float:
     bend = 0.0
     for i in range(len(s.q)):
         sine, cosine = sine_cosine(s.q[i] + slope)
-        s.row[i] = s.reach[i] * (cosine * x - sine * z)
-        bend -= s.reach[i] * (sine * x + cosine * z) * s.dq[i] * s.dq[i]
+        turned, bent = cosine * x - sine * z, sine * x + cosine * z
+        s.row[i] = s.reach[i] * turned - s.beside[i] * bent
+        bend -= (s.reach[i] * bent + s.beside[i] * turned) * s.dq[i] * s.dq[i]
     return constrain(s.weights, s.q, s.row, bend, s.even, s.odd, s.push, s.ddq)
 
 

@@ -19,6 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.numerics.trigonometry import sine_cosine
+from mjbiped.robots.bent_leg import straight_leg
+from mjbiped.robots.bodies import Bodies, Segment
 from mjbiped.robots.chain import Chain, hold_end, stop_end, with_room
 from mjbiped.robots.equations import Equations
 from mjbiped.robots.robot import Robot
@@ -180,7 +182,9 @@ def _constants(robot: "Compass") -> SimpleNamespace:
         mass=robot.total_mass,
         gravity=robot.gravity,
     )
-    return SimpleNamespace(lumped=robot.constants, chain=with_room(chain), stance=np.zeros(3), thigh=1, shank=1)
+    return SimpleNamespace(
+        lumped=robot.constants, chain=with_room(chain), stance=straight_leg(length), thigh=1, shank=1
+    )
 
 
 def _accelerations(c: Any, w: Any, q: Legged, dq: Legged, torques: Any, push: float) -> tuple[float, float]:
@@ -257,6 +261,7 @@ class Compass(Robot):
     joints: ClassVar[tuple[str, ...]] = ("ankle", "hip")
     places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "left", "right")
     knees: ClassVar[bool] = False
+    collides_from_lift_off: ClassVar[bool] = False
     equations: ClassVar[Equations] = Equations(
         _constants, _accelerations, _stop_foot, _lands, _exchange, _lock_knee, _limbs, inlined=True
     )
@@ -279,6 +284,12 @@ class Compass(Robot):
     def total_mass(self) -> float:
         """Mass of the whole robot, kg."""
         return 2 * self.leg_mass + self.hip_mass
+
+    @property
+    def bodies(self) -> Bodies:
+        """A leg on either side of the hip."""
+        leg = Segment("leg", self.leg_mass, self.leg_length, self.upper_length, self.leg_inertia)
+        return Bodies("scene.xml", self.hip_mass, (leg,))
 
     @property
     def input_matrix(self) -> Array:

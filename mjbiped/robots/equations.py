@@ -5,7 +5,7 @@ integrator, the events and the record. Numba compiles the functions, which run i
 Of the engine's state `w` they read and write these fields:
 
     slope, sine, cosine         the ground's slope under the stance foot (rad), its sine and cosine
-    stance                      the stance leg: 0 left, 1 right
+    stance, count               number of the stance leg (of a biped 0 left, 1 right); touchdowns since the start
     face, sliding               whether the swing foot slides on a vertical face (not 0), or on the ground
     pushed_x, pushed_z          direction in which these push the swing foot
     press                       written: force with which they do, N; below zero the contact ends
@@ -32,7 +32,7 @@ class Equations(NamedTuple):
     Attributes:
         constants: (robot) -> `c`, what the others take of the robot, with room to compute in that is of one walk alone:
             `chain` (`mjbiped.robots.chain.with_room`) of all angles; `stance`, how the stance leg stands
-            (`mjbiped.robots.bent_leg.stand`), zeros where it is straight; and `thigh` and `shank`, indices of the
+            (`mjbiped.robots.bent_leg.stand` and `straight_leg`); and `thigh` and `shank`, indices of the
             angles between which the swing knee bends, equal where there is none.
         accelerations: (c, w, q, dq, torques, push) -> accelerations, rad/s^2. The push is a torque on the stance leg.
         stop_foot: (c, w) -> impulse along (pushed_x, pushed_z), N s. Changes the rates in `y` by a plastic,

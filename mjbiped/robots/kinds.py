@@ -10,14 +10,16 @@ from mjbiped.errors import InputError
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
+from mjbiped.robots.wheel import RimlessWheel
 from mjbiped.utils.domains import known_name
 
-KINDS: Mapping[str, type[Robot]] = {kind.kind: kind for kind in (Compass, KneedBiped)}
+KINDS: Mapping[str, type[Robot]] = {kind.kind: kind for kind in (Compass, KneedBiped, RimlessWheel)}
 
-NAMED: Mapping[str, Callable[[], Compass | KneedBiped]] = {
+NAMED: Mapping[str, Callable[[], Compass | KneedBiped | RimlessWheel]] = {
     Compass.kind: Compass,
     KneedBiped.kind: KneedBiped,
     "halved-rods": KneedBiped.halved_rods,
+    RimlessWheel.kind: RimlessWheel,
 }
 """Robots by their names, with the parameters that they have unless others are given."""
 

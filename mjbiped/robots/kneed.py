@@ -24,7 +24,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjbiped.errors import InputError
-from mjbiped.robots.bent_leg import ACROSS, bent_leg, force_beside, gravity_beside, stand
+from mjbiped.robots.bent_leg import ACROSS, bent_leg, force_beside, gravity_beside, stand, straight_leg
+from mjbiped.robots.bodies import Bodies, Segment
 from mjbiped.robots.chain import Array, Chain, chain_of, ground_force
 from mjbiped.robots.equations import Equations
 from mjbiped.robots.kneed_equations import EQUATIONS, LEGS, SWING_LOCKED
@@ -75,6 +76,7 @@ class KneedBiped(Robot):
     joints: ClassVar[tuple[str, ...]] = ("ankle", "hip", "knee")
     places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "left", "right", "left_knee", "right_knee")
     knees: ClassVar[bool] = True
+    collides_from_lift_off: ClassVar[bool] = True
     equations: ClassVar[Equations] = EQUATIONS
 
     def __post_init__(self) -> None:
@@ -111,6 +113,13 @@ class KneedBiped(Robot):
         return 2 * (self.thigh_mass + self.shank_mass) + self.hip_mass
 
     @property
+    def bodies(self) -> Bodies:
+        """Thigh and shank on either side of the hip."""
+        thigh = Segment("thigh", self.thigh_mass, self.thigh_length, self.thigh_centre, self.thigh_inertia)
+        shank = Segment("shank", self.shank_mass, self.shank_length, self.shank_centre, self.shank_inertia)
+        return Bodies("kneed_scene.xml", self.hip_mass, (thigh, shank))
+
+    @property
     def input_matrix(self) -> Array:
         """B, shape (3, 3): the ankle acts on the stance leg, hip and knee between the segments that they join."""
         return np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0], [0.0, 0.0, 1.0]])
@@ -144,7 +153,7 @@ class KneedBiped(Robot):
             chain._replace(weights=chain.weights.copy(), moments=chain.moments.copy(), reach=chain.reach.copy())
             for chain in (three, two)
         )
-        standing = np.zeros(3)
+        standing = straight_leg(self.leg_length)
         stand(standing, flexion, four.weights, four.moments, *three[:3], *two[:3])
         return {3: three, 2: two}, float(standing[ACROSS])
 

@@ -37,7 +37,7 @@ def constants_of(robot: KneedBiped) -> SimpleNamespace:
         whole=with_room(four),
         chain=with_room(three),
         straight=with_room(two),
-        stance=np.zeros(3),
+        stance=bent_leg.straight_leg(robot.leg_length),
         legs=LEGS,
         about_end=four.about_end,
         onto_end=four.onto_end,

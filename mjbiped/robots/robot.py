@@ -10,13 +10,14 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped.robots.bodies import Bodies
 from mjbiped.robots.equations import Equations
 
 Array = NDArray[np.float64]
 
 
 class Robot(ABC):
-    """A planar biped with two equal legs and point feet; subclasses are frozen dataclasses, whose fields tell all.
+    """A planar robot with equal legs and point feet; subclasses are frozen dataclasses, whose fields tell all.
 
     Engines, records, figures and videos take from here how many numbers a state, a torque and a posture have.
 
@@ -26,7 +27,9 @@ class Robot(ABC):
         joints: Names of the joints with motors, in the order of torques.
         places: Names of the numbers of a posture `qpos`: hip x and z (m), left and right thigh, or leg, from the
             vertical (rad), and what the robot has beyond that.
-        knees: Whether it has knees, and so needs no rule that lets the swing foot pass through the ground.
+        knees: Whether it has knees.
+        collides_from_lift_off: Whether the swing foot meets the ground in all of the swing; else the scuffing rule says
+            from when on.
         equations: Equations of motion, guards and reset maps for event-driven engines.
         gravity: m/s^2.
     """
@@ -36,8 +39,14 @@ class Robot(ABC):
     joints: ClassVar[tuple[str, ...]]
     places: ClassVar[tuple[str, ...]]
     knees: ClassVar[bool]
+    collides_from_lift_off: ClassVar[bool]
     equations: ClassVar[Equations]
     gravity: float
+
+    @property
+    @abstractmethod
+    def bodies(self) -> Bodies:
+        """The bodies that it consists of, for engines of rigid bodies."""
 
     @property
     @abstractmethod
@@ -89,13 +98,14 @@ class Robot(ABC):
 
     @abstractmethod
     def limbs(self, qpos: Any) -> Array:
-        """Hip, joints and foot of the left leg and of the right leg in postures `qpos`.
+        """Hip, joints and foot of each leg in postures `qpos`.
 
         Args:
             qpos: Shape (..., len(places)).
 
         Returns:
-            Places x, z in m, shape (..., 2, points, 2): legs, points from the hip down to the foot, x and z.
+            Places x, z in m, shape (..., legs, points, 2): legs in the order in which they stand, points from the hip
+            down to the foot, x and z.
         """
 
     @abstractmethod
@@ -141,7 +151,7 @@ class Robot(ABC):
 
         Args:
             foot: Place of the stance foot, x and z in m.
-            stance: 0 left, 1 right.
+            stance: Number of the stance leg: of a biped 0 left, 1 right.
             angles: Angles from the vertical, stance leg first, shape (len(angles),), rad.
             stance_flexion: Flexion of the stance knee, rad.
         """

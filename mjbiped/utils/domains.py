@@ -252,6 +252,7 @@ LEG_MASS = Domain(1e-9, 1e6, "kg")  # as far as the simplest walker (docs/gaits.
 HIP_MASS = Domain(0.0, 1e6, "kg")
 LENGTH = Domain(1e-9, 1e3, "m")
 LEG = Domain(1e-3, 2e3, "m")
+SPOKES = Count(5, 100)  # an impact stops a wheel with fewer
 INERTIA = Domain(0.0, 1e12, "kg m^2")
 GRAVITY = Domain(1e-3, 1e3, "m/s^2")
 MUJOCO_LEG = Domain(0.01, 10.0, "m")

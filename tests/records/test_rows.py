@@ -21,7 +21,8 @@ def test_one_call_writes_the_columns_of_every_robot_where_they_are_read(kind: ty
         "touchdowns": (rows.write_touchdown, rows.touched),
     }[table]
     assert size == width(columns)
-    widest = {name: each for other in KINDS.values() for name, each in getattr(tables_of(other), table).items()}
+    every = [each for other in KINDS.values() for each in getattr(tables_of(other), table).items()]
+    widest = dict(sorted(every, key=lambda each: each[1].width))
     given: dict[str, Any] = {}
     for place, (name, column) in enumerate(widest.items()):
         numbers = tuple(100.0 * place + k for k in range(column.width))

@@ -1,4 +1,4 @@
-"""What both robots tell of themselves: widths, limbs, and descriptions in records."""
+"""What all robots tell of themselves: widths, limbs, and descriptions in records."""
 
 import json
 import math
@@ -92,7 +92,7 @@ def test_joints_do_the_work_of_the_forces(robot: Robot) -> None:
 
 def test_a_name_is_a_robot_whose_parameters_can_be_others() -> None:
     """Inertias of uniform rods follow masses and lengths unless they are given."""
-    assert [robot_named(name, {}) for name in NAMED] == [mjbiped.Compass(), *ROBOTS[1:]]
+    assert [robot_named(name, {}) for name in NAMED] == [mjbiped.Compass(), *ROBOTS[1:], mjbiped.RimlessWheel()]
     assert robot_named("halved-rods", {"thigh_mass": 3.0}).to_dict()["thigh_inertia"] == 3.0 * 0.5**2 / 12
     assert robot_named("kneed", {"thigh_mass": 3.0, "thigh_inertia": 0.2}).to_dict()["thigh_inertia"] == 0.2
     with pytest.raises(InputError, match=r"parameter of the robot kneed 'leg_mass'.*thigh_mass"):

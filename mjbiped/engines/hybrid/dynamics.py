@@ -7,6 +7,7 @@ from typing import Any
 
 from mjbiped.engines.hybrid.state import Walk, hand_over
 from mjbiped.numerics.dormand_prince import STAGES, STAGES_WITH_DENSE, dense_at
+from mjbiped.robots.bent_leg import LENGTH
 
 WILDEST_ANGLE = 1e6  # beyond it, rad, the motion has no meaning, and sine and cosine no digits
 
@@ -24,7 +25,7 @@ def rates(s: Walk, t: float, state: tuple[float, ...]) -> tuple[float, ...]:
         q = dq = laws.still(state)
     given = laws.torque(s.law, w.memory, min(max(t, w.after), w.before), q, dq)
     if w.push != 0.0:  # what a horizontal force at the hip is to the stance leg: its torque about the foot
-        push += w.push * s.c.robot.chain.reach[0] * math.cos(q[0] + w.slope)
+        push += w.push * s.c.robot.stance[LENGTH] * math.cos(q[0] + w.slope)
     accelerations = laws.accelerations(s.c.robot, w, q, dq, given, push)
     w.ankle_torques[w.stage] = given[0]
     w.stage += 1

@@ -180,23 +180,24 @@ def _gap(s: Walk, event: int) -> tuple[float, float]:
 def foot_speed(s: Walk, pose: Any) -> tuple[float, float]:
     """Rates of the swing foot's place at the step's end, m/s."""
     along = up = 0.0
-    reach, first = s.c.robot.chain.reach, len(s.w.strike_q)
-    for i in range(len(reach)):
-        speed = reach[i] * s.w.out[first + i]
-        along += speed * pose[2 * i + 1]
-        up -= speed * pose[2 * i]
+    chain, first = s.c.robot.chain, len(s.w.strike_q)
+    for i in range(first):
+        speed, beside = chain.reach[i] * s.w.out[first + i], chain.beside[i] * s.w.out[first + i]
+        along += speed * pose[2 * i + 1] - beside * pose[2 * i]
+        up -= speed * pose[2 * i] + beside * pose[2 * i + 1]
     return along, up
 
 
 def foot_acceleration(s: Walk) -> float:
     """Bound of the swing foot's acceleration in the step, m/s^2, from its ends."""
-    w, reach = s.w, s.c.robot.chain.reach
+    w, chain = s.w, s.c.robot.chain
     n, first = len(w.y), len(w.strike_q)
     start = end = 0.0
     for i in range(first):
         rate, later = w.y[first + i], w.out[first + i]
-        start += abs(reach[i]) * (abs(w.k[first + i]) + rate * rate)
-        end += abs(reach[i]) * (abs(w.k[STAGES * n + first + i]) + later * later)
+        lever = abs(chain.reach[i]) + abs(chain.beside[i])
+        start += lever * (abs(w.k[first + i]) + rate * rate)
+        end += lever * (abs(w.k[STAGES * n + first + i]) + later * later)
     return ROOM * max(start, end) + float(s.c.gravity)
 
 

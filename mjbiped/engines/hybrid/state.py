@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from mjbiped.disturbances.pushes import Pushes
+from mjbiped.robots.bent_leg import LENGTH
 from mjbiped.robots.equations import LOCKED
 
 
@@ -54,7 +55,7 @@ class State:
         after: Earliest time for which the law is asked, s: it lies on this side of the law's last discontinuity.
         before: Latest time for which it is asked, on this side of its next discontinuity.
         time: Time since the start of the walk, s.
-        stance: Stance leg: 0 left, 1 right.
+        stance: Number of the stance leg: of a biped 0 left, 1 right.
         contact_enabled: Whether the swing foot collides with the ground.
         locked: `FREE`, `LOCKED` or `RESTING`: how the swing knee is.
         stop_press: Acceleration with which a resting knee would bend forwards without its stop, rad/s^2.
@@ -225,6 +226,7 @@ class Constants:
         length: Length of a leg, m.
         mass: Mass of the robot, kg; NaN: the force of the ground is of no interest.
         gravity: m/s^2.
+        legs: Number of legs, which stand in turn.
         contact: Whether the swing foot collides from the step's first moment on; if not, the scuffing rule decides.
         reach: Reach of the scuffing rule, m.
         delay: Its delay, s.
@@ -243,6 +245,7 @@ class Constants:
     length: float
     mass: float
     gravity: float
+    legs: int
     contact: bool
     reach: float
     delay: float
@@ -360,11 +363,12 @@ def pose_of(s: Walk, state: Any) -> tuple[float, ...]:
 
 def swing_foot(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
     """Place x, z of the swing foot, m."""
-    x, z = s.laws.reached(s.c.robot.chain.reach, pose)
+    chain = s.c.robot.chain
+    x, z = s.laws.reached(chain.reach, chain.beside, pose)
     return s.w.foot_x + x, s.w.foot_z + z
 
 
 def hip(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
     """Place x, z of the hip, m, at the end of the stance leg's line."""
-    length = s.c.robot.chain.reach[0]
+    length = s.c.robot.stance[LENGTH]
     return s.w.foot_x + length * pose[0], s.w.foot_z + length * pose[1]

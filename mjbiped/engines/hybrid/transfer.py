@@ -90,11 +90,11 @@ def transfer_support(s: Walk) -> None:
 
 
 def stand_on(s: Walk, segment: int, foot_x: float) -> None:
-    """Stand the robot on its other foot, at x (m) on a segment of the terrain; the gait step's time begins."""
+    """Stand the robot on its next foot, at x (m) on a segment of the terrain; the gait step's time begins."""
     w, ground = s.w, ground_of(s)
     note_face(s, int(w.foot_segment), w.foot_x)
     w.clock, w.after, w.before = w.time, 0.0, math.inf
-    w.stance = 1 - w.stance
+    w.stance = (w.stance + 1) % s.c.legs
     slope = ground.angle[segment]
     w.slope, w.sine, w.cosine = slope, math.sin(slope), math.cos(slope)
     w.foot_x, w.foot_z, w.foot_segment = foot_x, height_of(ground, segment, foot_x), segment

@@ -23,7 +23,8 @@ class Tuples(NamedTuple):
         powers: (torques, dq) -> power of each joint, W: the first moves the first segment, the others turn two segments
             against each other.
         pose: (q, slope) -> sine and cosine of each angle from the vertical.
-        reached: (levers, pose) -> place x, z of the point with these levers, m.
+        reached: (along, beside, pose) -> place x, z of the point with these levers along the segments, and a right
+            angle ahead of them, m.
     """
 
     q: Callable[..., Any]
@@ -53,7 +54,7 @@ def tuples_of(angles: int, joints: int, own: int) -> Tuples:
         f"def still(state):\n    return {_tuple('0.0' for _ in every)}",
         f"def powers(torque, dq):\n    return {_tuple(f'torque[{i}] * {_turning(i)}' for i in range(joints))}",
         "\n".join(["def pose(q, slope):", *pose, f"    return {_tuple(f'sine_{i}, cosine_{i}' for i in every)}"]),
-        f"def reached(levers, pose):\n    return {_sum(every, 0)}, {_sum(every, 1)}",
+        f"def reached(along, beside, pose):\n    return {_sum(every, 0, '+')}, {_sum(every, 1, '-')}",
     ]
     space: dict[str, Any] = {"__name__": __name__, "sine_cosine": sine_cosine}
     exec("\n".join(source), space)
@@ -68,5 +69,5 @@ def _turning(joint: int) -> str:
     return f"(dq[{joint}] - dq[{joint - 1}])" if joint else "dq[0]"
 
 
-def _sum(every: range, part: int) -> str:
-    return " + ".join(f"levers[{i}] * pose[{2 * i + part}]" for i in every)
+def _sum(every: range, part: int, sign: str) -> str:
+    return " + ".join(f"along[{i}] * pose[{2 * i + part}] {sign} beside[{i}] * pose[{2 * i + 1 - part}]" for i in every)

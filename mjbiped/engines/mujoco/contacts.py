@@ -76,6 +76,8 @@ def refuses(constants: Constants, u: Any, centres: Any, first: int, second: int)
 
     The stance foot, which stands still, meets all ground but what stands beside it: not the risers, nor a higher piece.
 
+    The feet of all other legs pass through everything.
+
     A foot that leaves the ground in this step passes through it: a solver with a convex friction cone would drag one
     that leaves obliquely, as the stance foot does in the step that resolves the other foot's touchdown.
 
@@ -94,7 +96,10 @@ def refuses(constants: Constants, u: Any, centres: Any, first: int, second: int)
         return lifted == swing or not u.collides or not meets(places, centres[foot, 0], centres[foot, 2], other)
     foot = places.legs[stance].foot
     if foot not in (first, second):
-        return False
+        resting = False
+        for leg in places.legs:
+            resting = resting or leg.foot in (first, second)
+        return resting
     other, x, z = second if first == foot else first, centres[foot, 0], centres[foot, 2]
     if u.time == u.transfer_time and u.count > 0.0:  # as it did when it landed
         return not meets(places, x, z, other)

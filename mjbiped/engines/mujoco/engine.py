@@ -17,9 +17,7 @@ from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.plan import Plan, Terms, make_plan
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.records.recorder import Cancellation, never_cancelled
-from mjbiped.robots.bodies import bodies_of
-from mjbiped.robots.compass import Compass
-from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
@@ -56,7 +54,7 @@ class Mujoco(Options, Engine):
     """
 
     name: ClassVar[str] = "mujoco"
-    robots: ClassVar[tuple[type[Robot], ...]] = (Compass, KneedBiped)
+    robots: ClassVar[tuple[type[Robot], ...]] = tuple(KINDS.values())
 
     def check(self, plan: Plan) -> None:
         """Refuse legs of a length for which contacts are not resolved, and a servo where there can be none.
@@ -66,7 +64,7 @@ class Mujoco(Options, Engine):
                 steps that cannot follow it.
         """
         if self.stance_knee == MOTOR:
-            if len(bodies_of(plan.robot).leg) == 1:
+            if len(plan.robot.bodies.leg) == 1:
                 raise InputError('stance_knee = "motor" needs a robot with knees; leave it out, or take a KneedBiped')
             longest = LONGEST / frequency_of(plan.robot)
             if self.timestep > longest:

@@ -17,9 +17,9 @@ import mujoco
 
 from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
-from mjbiped.engines.mujoco.scene import SIDES, Scene, compose_scene
+from mjbiped.engines.mujoco.scene import Scene, compose_scene
 from mjbiped.engines.mujoco.state import Leg, Places
-from mjbiped.robots.bodies import bodies_of
+from mjbiped.robots.bodies import Limb
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.profile import Profile
 from mjbiped.terrain.terrain import Terrain
@@ -97,7 +97,7 @@ class GroundWindows:
 
 def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> Places:
     """Where things are in a scene: the segments that it shows of a terrain, joints, geoms, and sensor data."""
-    model = scene.model
+    model, bodies = scene.model, robot.bodies
     begin = scene.segments.start
     shown = slice(begin, scene.segments.stop)
     names = [model.geom(index).name for index in range(model.ngeom)]
@@ -106,10 +106,10 @@ def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> Places:
     return Places(
         profile=Profile(*(values[shown] for values in terrain.profile)),
         rises=terrain.rises[shown],
-        legs=tuple(_leg_in(model, side, [segment.length for segment in bodies_of(robot).leg]) for side in SIDES),
-        hip=int(model.actuator("hip").id),
+        legs=tuple(_leg_in(model, limb, [segment.length for segment in bodies.leg]) for limb in bodies.limbs),
+        hip=mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, "hip"),
         order=tuple(int(model.joint(name).qposadr[0]) for name in robot.places),
-        slots=int(model.sensor(f"{SIDES[0]}_contact").dim[0]),
+        slots=int(model.sensor(f"{bodies.limbs[0].name}_contact").dim[0]),
         readings=model.nsensordata,
         actuators=model.nu,
         locks=model.neq,
@@ -121,24 +121,27 @@ def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> Places:
     )
 
 
-def _leg_in(model: mujoco.MjModel, side: str, lengths: Sequence[float]) -> Leg:
+def _leg_in(model: mujoco.MjModel, limb: Limb, lengths: Sequence[float]) -> Leg:
     """Where a leg's parts are in a model; of two lengths of segments the leg has a knee."""
+    name = limb.name
     leg = Leg(
-        hip=int(model.joint(side).qposadr[0]),
+        hip=int(model.joint(limb.hinge).qposadr[0]),
+        offset=limb.offset,
+        lap=limb.lap,
         knee=-1,
         upper=lengths[0],
         lower=0.0,
-        foot=int(model.geom(f"{side}_foot").id),
-        contacts=int(model.sensor(f"{side}_contact").adr[0]),
-        ankle=int(model.actuator(f"{side}_ankle").id),
+        foot=int(model.geom(f"{name}_foot").id),
+        contacts=int(model.sensor(f"{name}_contact").adr[0]),
+        ankle=int(model.actuator(limb.ankle).id),
     )
     if len(lengths) == 1:
         return leg
-    knee = model.joint(f"{side}_knee")
+    knee = model.joint(f"{name}_knee")
     return leg._replace(
         knee=int(knee.qposadr[0]),
         lower=lengths[1],
-        motor=int(model.actuator(f"{side}_knee").id),
+        motor=int(model.actuator(f"{name}_knee").id),
         stop=int(knee.id),
-        lock=int(model.equality(f"{side}_lock").id),
+        lock=int(model.equality(f"{name}_lock").id),
     )

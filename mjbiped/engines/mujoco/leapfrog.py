@@ -93,7 +93,7 @@ def show(constants: Constants, u: Any, qpos: Sequence[float], qvel: MutableSeque
     stance = constants.places.legs[stance_of(u)]
     foot = Foot(u.reach, constants.limits.foot_radius, u.old_slope if constants.scuffs else u.slope)
     turning, lag = turning_of(stance, qvel, u.share), turning_of(stance, u.lag, u.share)
-    shown_x, shown_z = held(foot, qpos[stance.hip] + u.tilt, turning, lag, u.planned, u.last_step)
+    shown_x, shown_z = held(foot, qpos[stance.hip] + stance.offset + u.tilt, turning, lag, u.planned, u.last_step)
     for index in range(2, len(qvel)):
         qvel[index] += u.lag[index]
     qvel[X] += shown_x

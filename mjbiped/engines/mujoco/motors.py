@@ -209,7 +209,8 @@ def drive(constants: Constants, u: Any, ctrl: MutableSequence[float]) -> None:
     for index in range(places.actuators):
         ctrl[index] = 0.0
     ctrl[stance.ankle] = u.torque[0]
-    ctrl[places.hip] = -u.torque[1] if u.stance else u.torque[1]
+    if places.hip >= 0:
+        ctrl[places.hip] = -u.torque[1] if u.stance else u.torque[1]
     if swing.knee >= 0:
         ctrl[swing.motor] = u.torque[2]
     if constants.servo.stiffness > 0.0:
@@ -234,9 +235,9 @@ def count_work(constants: Constants, u: Any, before: tuple[float, float, float],
         before: Torques that were held before it, N m.
         hold: Of the servo before it, N m.
     """
-    legs, stance = constants.places.legs, stance_of(u)
-    old1, old2, old3 = angles_of(legs, u.old_q, stance, u.old_tilt, 0.0)
-    new1, new2, new3 = angles_of(legs, u.q, stance, u.tilt, 0.0)
+    legs, stance, count = constants.places.legs, stance_of(u), int(u.count)
+    old1, old2, old3 = angles_of(legs, u.old_q, count, u.old_tilt, 0.0)
+    new1, new2, new3 = angles_of(legs, u.q, count, u.tilt, 0.0)
     leg, swing, shank = new1 - old1, new2 - old2, new3 - old3
     thigh = leg
     if constants.servo.stiffness > 0.0:  # ankle and hip turn against shank and thigh

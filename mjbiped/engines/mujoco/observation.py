@@ -181,7 +181,7 @@ def turn_to(u: Any, time: float, qpos: Sequence[float], qvel: Sequence[float]) -
 def see_posture(constants: Constants, u: Any) -> None:
     """Note the angles by role, and their rates."""
     legs, stance = constants.places.legs, stance_of(u)
-    put(u.angles, angles_of(legs, u.q, stance, u.tilt, u.slope))
+    put(u.angles, angles_of(legs, u.q, int(u.count), u.tilt, u.slope))
     put(u.turning, rates_of(legs, u.rates, stance, u.share))
 
 
@@ -302,11 +302,11 @@ def least_normal_force(u: Any) -> float:
 
 def note_strike(constants: Constants, u: Any) -> None:
     """The knee has struck its stop in the step before; the controller is told at its next tick."""
-    legs, stance = constants.places.legs, stance_of(u)
+    legs, stance, count = constants.places.legs, stance_of(u), int(u.count)
     u.strike_time, u.strike_untold = u.time - u.transfer_time, 1.0
-    put(u.strike_q, angles_of(legs, u.old_q, stance, u.old_tilt, u.slope))
+    put(u.strike_q, angles_of(legs, u.old_q, count, u.old_tilt, u.slope))
     put(u.strike_rates, rates_of(legs, u.old_rates, stance, u.old_share))
-    put(u.struck_q, angles_of(legs, u.q, stance, u.tilt, u.slope))
+    put(u.struck_q, angles_of(legs, u.q, count, u.tilt, u.slope))
     put(u.struck_rates, rates_of(legs, u.rates, stance, u.share))
 
 
@@ -321,7 +321,7 @@ def transfer(parts: Any, constants: Constants, u: Any, row: MutableSequence[floa
     The new stance knee stays locked as it is, straight or bent, or is held so by its servo from now on.
     """
     limits, profile, legs = constants.limits, constants.places.profile, constants.places.legs
-    old, new = stance_of(u), swing_of(u, legs)
+    old, new, count = stance_of(u), swing_of(u, legs), int(u.count)
     x, z = foot_of(legs[new], u.q)
     segment = segment_stood_on(profile, x, z)
     if not abs(z - height_of(profile, segment, x)) <= MISSED * limits.leg_length:
@@ -329,10 +329,10 @@ def transfer(parts: Any, constants: Constants, u: Any, row: MutableSequence[floa
         return
     dq_before = u.turning
     put(dq_before, rates_of(legs, u.old_rates, old, u.old_share))
-    put(u.told_before, angles_of(legs, u.q, old, u.tilt, u.slope))
+    put(u.told_before, angles_of(legs, u.q, count, u.tilt, u.slope))
     stand_on(constants, u, new)
     slope = -math.atan(profile.gradient[segment])
-    put(u.told_q, angles_of(legs, u.q, new, u.tilt, slope))
+    put(u.told_q, angles_of(legs, u.q, count + 1, u.tilt, slope))
     put(u.told_dq, rates_of(legs, u.rates, new, u.share))
     u.stance, u.slope, u.transfer_time, u.transferred = float(new), slope, u.time, 1.0
     u.foot_x, u.foot_z, u.foot_angle = x, z, u.q[legs[new].hip]

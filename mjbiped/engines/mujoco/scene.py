@@ -1,12 +1,13 @@
 """Robot MJCF and terrain to one `mujoco.MjModel`.
 
-The robot (`models/compass.xml`, `models/kneed.xml`) and its surroundings (`models/surroundings.xml`) stand in files;
+The robot (`models/compass.xml` and its neighbours) and its surroundings (`models/surroundings.xml`) stand in files;
 this module writes the robot's parameters over it and puts the terrain in the floor's place
 (`mjbiped.engines.mujoco.ground`), with `mujoco.MjSpec`. Feet are spheres of radius `FOOT_RADIUS` about the legs' ends.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
@@ -18,7 +19,7 @@ import mujoco
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground
 from mjbiped.engines.mujoco.scenery import add_section
 from mjbiped.engines.mujoco.step_size import LOCK_STIFFNESS, PUSHED_OUT, STIFFNESS
-from mjbiped.robots.bodies import Segment, bodies_of
+from mjbiped.robots.bodies import Limb, Segment
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.segments import GROUND_FRICTION
 
@@ -36,10 +37,6 @@ RECORDS = "walks"
 RECORDS_SIZE = 7
 ARRIVE, CONTROL, SENSOR, FILTER, OWNER, TABLE, COUNT = range(RECORDS_SIZE)
 """Addresses of the walk's functions, of the model itself and of the table of its records, and their number."""
-
-SIDES = ("left", "right")
-"""The legs, in the order in which they stand."""
-_ACROSS = (0.04, -0.04)  # where they are seen across the walking direction, leg lengths
 
 
 @dataclass(frozen=True)
@@ -78,7 +75,7 @@ def compose_scene(
     Returns:
         The scene.
     """
-    spec = mujoco.MjSpec.from_file(str(models_folder() / bodies_of(robot).scene))
+    spec = mujoco.MjSpec.from_file(str(models_folder() / robot.bodies.scene))
     spec.nuserdata = userdata
     spec.add_numeric(name=RECORDS, size=RECORDS_SIZE, data=[0.0] * RECORDS_SIZE)
     _set_robot(spec, robot, timestep)
@@ -107,39 +104,59 @@ def _set_robot(spec: mujoco.MjSpec, robot: Robot, timestep: float) -> None:
     """Write the robot's parameters, the timestep and the damping that belongs to it over the spec."""
     spec.option.timestep = timestep
     spec.option.gravity = [0.0, 0.0, -robot.gravity]
-    length, bodies = robot.leg_length, bodies_of(robot)
+    length, bodies = robot.leg_length, robot.bodies
     spec.body("hip").mass = max(bodies.hip_mass, SMALLEST_HIP_MASS * robot.total_mass)
     hip = spec.geom("hip_visual")
     hip.size, hip.fromto = length * hip.size, length * hip.fromto
     riser = spec.find_default("riser").geom
     riser.solref[:2] = [-PUSHED_OUT / timestep, -1.0 / timestep]
     stop = [-LOCK_STIFFNESS, -1.0 / timestep]
-    for side, y in zip(SIDES, _ACROSS, strict=True):
+    for limb in bodies.limbs:
+        side, y = limb.name, length * limb.across
+        if spec.geom(f"{side}_foot") is None:
+            _add_leg(spec, bodies.limbs[0].name, side)
         for segment in bodies.leg:
-            _set_segment(spec, f"{side}_{segment.name}", segment, length, y)
+            _set_segment(spec, limb, segment, length)
         for upper, lower in pairwise(bodies.leg):
             spec.body(f"{side}_{lower.name}").pos = [0.0, 0.0, -upper.length]
             kneecap = spec.geom(f"{side}_kneecap")
-            kneecap.size, kneecap.pos = length * kneecap.size, [0.0, length * y, -upper.length]
+            kneecap.size, kneecap.pos = length * kneecap.size, [0.0, y, -upper.length]
             spec.joint(f"{side}_knee").solref_limit[:2] = stop
             spec.equality(f"{side}_lock").solref[:2] = stop
         last = bodies.leg[-1].length
         foot, tip = spec.geom(f"{side}_foot"), spec.geom(f"{side}_tip")
-        foot.pos = [0.0, 0.0, -last]
+        foot.pos = _down(limb, last, 0.0)
         foot.size = [FOOT_RADIUS, 0.0, 0.0]
         foot.friction = [GROUND_FRICTION, 0.0, 0.0]
         foot.solref[:2] = [-STIFFNESS, -1.0 / timestep]
-        tip.size, tip.pos = length * tip.size, [0.0, length * y, 0.024 * length - last]
+        tip.size, tip.pos = length * tip.size, _down(limb, last - 0.024 * length, y)
         shown = spec.geom(f"{side}_{bodies.leg[-1].name}")
-        shown.fromto = [0.0, length * y, 0.0, 0.0, length * y, 0.018 * length - last]
+        shown.fromto = [0.0, y, 0.0, *_down(limb, last - 0.018 * length, y)]
 
 
-def _set_segment(spec: mujoco.MjSpec, name: str, segment: Segment, length: float, y: float) -> None:
+def _add_leg(spec: mujoco.MjSpec, first: str, name: str) -> None:
+    """Add a leg that the robot's file does not hold to the body of the first one, with the same parts."""
+    for geom in [geom for geom in spec.geoms if geom.name.startswith(f"{first}_")]:
+        copy = geom.parent.add_geom(geom.classname, name=name + geom.name.removeprefix(first))
+        copy.type, copy.size, copy.material = geom.type, geom.size, geom.material
+    felt = spec.sensor(f"{first}_contact")
+    kinds = {"type": felt.type, "objtype": felt.objtype, "intprm": felt.intprm}
+    spec.add_sensor(name=f"{name}_contact", objname=f"{name}_foot", **kinds)
+
+
+def _down(limb: Limb, distance: float, y: float) -> list[float]:
+    """Place on a leg at a distance (m) from its hinge, in the hinge's frame; y is across the walking direction."""
+    return [0.0 - distance * math.sin(limb.offset), y, -distance * math.cos(limb.offset)]
+
+
+def _set_segment(spec: mujoco.MjSpec, limb: Limb, segment: Segment, length: float) -> None:
     """Write a segment's parameters over its body; what is seen of it is as thick as befits the leg's length."""
-    body, shown, bulge = spec.body(name), spec.geom(name), spec.geom(f"{name}_mass")
+    name, y = f"{limb.name}_{segment.name}", length * limb.across
+    shown, bulge = spec.geom(name), spec.geom(f"{name}_mass")
+    body = shown.parent
     body.mass = segment.mass
     body.ipos = [0.0, 0.0, -segment.centre]
     body.inertia = [max(segment.inertia, SMALLEST_INERTIA * segment.mass * length**2)] * 3
     shown.size, bulge.size = length * shown.size, length * bulge.size
-    shown.fromto = [0.0, length * y, 0.0, 0.0, length * y, -segment.length]
-    bulge.pos = [0.0, length * y, -segment.centre]
+    shown.fromto = [0.0, y, 0.0, *_down(limb, segment.length, y)]
+    bulge.pos = _down(limb, segment.centre, y)

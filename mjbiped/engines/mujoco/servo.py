@@ -12,7 +12,6 @@ import numpy as np
 
 from mjbiped.engines.mujoco.state import Leg, Servo
 from mjbiped.robots.bent_leg import bent_leg
-from mjbiped.robots.bodies import bodies_of
 from mjbiped.robots.chain import chain_of
 from mjbiped.robots.robot import Robot
 
@@ -44,7 +43,7 @@ def _stiffness(robot: Robot) -> float:
 
 def free_inertia(robot: Robot) -> float:
     """What a torque at a knee accelerates, over its flexion, of a robot in the air whose legs hang straight, kg m²."""
-    bodies = bodies_of(robot)
+    bodies = robot.bodies
     thigh, shank = bodies.leg
     hanging = chain_of(  # the hip's way forward, then thigh and shank of each leg
         [

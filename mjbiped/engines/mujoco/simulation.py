@@ -41,7 +41,6 @@ from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
 from mjbiped.records.columns import index_of, tables_of
 from mjbiped.records.recorder import Recorder
 from mjbiped.records.rows import rows_of
-from mjbiped.robots.bodies import bodies_of
 from mjbiped.rules.termination import Outcome
 
 START_DEPTH = 1e-6  # a foot set exactly on the surface may find a heightfield's inner edge instead, m
@@ -147,7 +146,7 @@ class Simulation:
         """What does not change while a scene is used."""
         plan, options, controller = self.plan, self.options, self.controller
         robot, columns = plan.robot, tables_of(type(plan.robot)).touchdowns
-        scuffs, shortest = not bodies_of(robot).collides_from_lift_off, self._shortest
+        scuffs, shortest = not robot.collides_from_lift_off, self._shortest
         return Constants(
             limits=self.limits._replace(start=scene.start, end=scene.end),
             places=places,
@@ -185,17 +184,15 @@ class Simulation:
 
     def _place(self, q: Sequence[float], dq: Sequence[float]) -> None:
         """Set the robot with its first foot at x = 0 on a straight leg, and begin the controller's memory."""
-        terrain, length = self.plan.terrain, self.limits.leg_length
+        robot, terrain, length = self.plan.robot, self.plan.terrain, self.limits.leg_length
         slope, height = terrain.slope_at(0.0), terrain.height_at(0.0)
-        stance, swing = self.constants.places.legs[:2]
-        leg = q[0] + slope
-        hip = (length * math.sin(leg), height + length * math.cos(leg) - START_DEPTH)
-        qpos, qvel = [*hip, *[0.0] * (self.model.nq - 2)], [0.0] * self.model.nv
-        qpos[stance.hip], qpos[swing.hip] = leg, q[1] + slope
-        qvel[:2] = length * math.cos(leg) * dq[0], -length * math.sin(leg) * dq[0]
-        qvel[stance.hip], qvel[swing.hip] = dq[0], dq[1]
-        if swing.knee >= 0:
-            qpos[swing.knee], qvel[swing.knee] = q[2] + slope - qpos[swing.hip], dq[2] - dq[1]
+        leg, qpos, qvel = q[0] + slope, [0.0] * self.model.nq, [0.0] * self.model.nv
+        posture = robot.posture((0.0, height), 0, [angle + slope for angle in q])
+        # a joint's angle is a sum or a difference of angles, and its rate that of theirs
+        rates = (length * math.cos(leg) * dq[0], -length * math.sin(leg) * dq[0], *robot.posture((0.0, 0.0), 0, dq)[2:])
+        for index, place, rate in zip(self.constants.places.order, posture, rates, strict=True):
+            qpos[index], qvel[index] = place, rate
+        qpos[1] -= START_DEPTH
         self.data.qpos[:] = qpos
         self.data.qvel[:] = qvel
         u, _, memory, _ = self._here

@@ -48,7 +48,7 @@ class State(ctypes.Structure):
     smooth_next: float  # whether those of this step are
     prepared: float  # 1: what `step_size.soften` writes is written for this step
     shown: float  # 1: `mjData.qvel` is what MuJoCo's velocity stage is to see
-    stance: float  # leg that stands: 0 left, 1 right
+    stance: float  # number of the leg that stands: the remainder of `count` by the number of legs
     transfer_time: float  # of the last support transfer, s
     next_control: float  # when the controller ticks next, s
     next_sample: float  # when a sample is due, s
@@ -160,7 +160,9 @@ class Leg(NamedTuple):
     """A leg: a chain of one segment or two that hangs at the hip, with a foot at its end.
 
     Attributes:
-        hip: Index in qpos of its upper segment's angle from the vertical.
+        hip: Index in qpos of the hinge that turns its upper segment.
+        offset: Angle of its upper segment from the vertical where that of the hinge is zero, rad.
+        lap: What is added to that with each round in which all legs have stood, rad.
         knee: Index in qpos of its knee's flexion; -1: it is straight, and has none.
         upper: Length of its upper segment, m.
         lower: Length of its lower segment, m.
@@ -173,6 +175,8 @@ class Leg(NamedTuple):
     """
 
     hip: int
+    offset: float
+    lap: float
     knee: int
     upper: float
     lower: float
@@ -191,7 +195,7 @@ class Places(NamedTuple):
         profile: The ground, as far as it was built.
         rises: Steps up at the starts of its segments, m.
         legs: The robot's legs, in the order in which they stand.
-        hip: Actuator between the legs.
+        hip: Actuator between the legs; -1: there is none.
         order: For each of the robot's `places` its index in qpos.
         slots: Floats of one foot's contacts in the sensor data.
         readings: Floats of all sensor data.
@@ -335,22 +339,36 @@ def foot_of(leg: Leg, q: Any) -> tuple[float, float]:
 
 
 def end_of_leg(leg: Leg, x: float, z: float, angle: float, flexion: float) -> tuple[float, float]:
-    """Place of a leg's foot, x and z in m, by the hip's, the upper segment's angle and the knee's flexion in rad."""
+    """Place of a leg's foot, x and z in m, by the hip's, the hinge's angle and the knee's flexion in rad."""
+    angle += leg.offset
     x, z = x - leg.upper * math.sin(angle), z - leg.upper * math.cos(angle)
     if leg.knee < 0:
         return x, z
     return x - leg.lower * math.sin(angle + flexion), z - leg.lower * math.cos(angle + flexion)
 
 
-def angles_of(legs: Sequence[Leg], q: Any, stance: int, tilt: float, slope: float) -> tuple[float, float, float]:
+def angles_of(legs: Sequence[Leg], q: Any, count: int, tilt: float, slope: float) -> tuple[float, float, float]:
     """Stance leg, swing thigh and swing shank from a slope's normal, rad; a straight leg is thigh and shank in one.
 
     A stance leg whose knee is bent has the angle of the line from its foot to the hip.
+
+    Args:
+        legs: The robot's.
+        q: Its coordinates.
+        count: Touchdowns so far, which tell the legs' roles.
+        tilt: Of the line from stance foot to hip, from the stance thigh, rad.
+        slope: Of the ground, rad.
     """
-    standing, swinging = legs[stance], legs[(stance + 1) % len(legs)]
-    thigh = q[swinging.hip]
+    swinging = legs[(count + 1) % len(legs)]
+    thigh = upper_angle(legs, q, count + 1)
     shank = thigh + q[swinging.knee] if swinging.knee >= 0 else thigh
-    return q[standing.hip] + tilt - slope, thigh - slope, shank - slope
+    return upper_angle(legs, q, count) + tilt - slope, thigh - slope, shank - slope
+
+
+def upper_angle(legs: Sequence[Leg], q: Any, count: int) -> float:
+    """Angle from the vertical of the upper segment of the leg that stands after so many touchdowns, rad."""
+    leg, laps = legs[count % len(legs)], count // len(legs)
+    return float(q[leg.hip] + (leg.offset + laps * leg.lap))
 
 
 def rates_of(legs: Sequence[Leg], rates: Any, stance: int, share: float) -> tuple[float, float, float]:

@@ -24,8 +24,9 @@ def test_states_are_taken_apart_as_their_order_says(angles: int) -> None:
 @pytest.mark.parametrize("angles", [1, 2, 3, 5])
 def test_the_end_of_a_chain_is_the_sum_of_its_segments(angles: int) -> None:
     draw = np.random.default_rng(angles)
-    q, levers, slope = draw.uniform(-1.0, 1.0, angles), draw.uniform(-1.0, 1.0, angles), 0.1
+    (q, along, beside), slope = draw.uniform(-1.0, 1.0, (3, angles)), 0.1
     functions = tuples_of(angles, 1, 0)
     pose = functions.pose(tuple(q), slope)
-    expected = [levers @ np.sin(q + slope), levers @ np.cos(q + slope)]
-    assert functions.reached(levers, pose) == pytest.approx(expected, abs=1e-15)
+    sines, cosines = np.sin(q + slope), np.cos(q + slope)
+    expected = [along @ sines + beside @ cosines, along @ cosines - beside @ sines]
+    assert functions.reached(along, beside, pose) == pytest.approx(expected, abs=1e-15)

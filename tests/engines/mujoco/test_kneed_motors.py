@@ -46,7 +46,7 @@ def test_work_is_what_mujocos_actuators_do_over_their_ways(stance: int, stance_k
     simulation.constants = constants = simulation.constants._replace(sampled=held)
     u, data, draw = simulation.state, simulation.data, np.random.default_rng(stance)
     legs = constants.places.legs
-    u.stance = stance
+    u.stance = u.count = stance
     begin, change = draw.uniform(-0.3, 0.3, 6), draw.uniform(-0.1, 0.1, 6)
     begin[4:] = abs(begin[4:])
     if stance_knee == "locked":

@@ -131,7 +131,8 @@ def test_work_is_torque_times_what_was_turned(
     """Of the mean of both ends' torques, or of those that a digital controller holds; the hip turns the legs apart."""
     for held in (False, True):
         u = State()
-        u.stance, u.old_q[2:4], u.q[2:4], u.torque[:2] = float(right), before, now, last
+        u.stance = u.count = float(right)
+        u.old_q[2:4], u.q[2:4], u.torque[:2] = before, now, last
         motors.count_work(constants(sampled=held), u, (*first, 0.0), 0.0)
         turned = np.subtract(now, before)[:: -1 if right else 1]
         acting = np.array(first) if held else 0.5 * np.add(first, last)

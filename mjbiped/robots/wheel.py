@@ -1,0 +1,241 @@
+"""The rimless wheel: spokes without mass about a hub that has all of it, which rolls down a slope without a motor.
+
+One spoke stands at a time. The wheel is a pendulum on it, upside down, until the next spoke strikes the ground:
+
+    (M l^2 + I) ddq = M g l sin(q + slope) + tau,    dq' = dq (M l^2 cos 2 alpha + I) / (M l^2 + I)
+
+M mass, I inertia about the hub, l length of a spoke, 2 alpha angle between two spokes; q angle of the stance spoke from
+the ground's normal, rad, positive forward; tau torque of the ankle, N m. The impact keeps the angular momentum about
+the foot that strikes (McGeer 1990; Coleman, Chatterjee and Ruina 1997). docs/validation.md has the steady rolling.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any, ClassVar, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mjbiped.numerics.trigonometry import sine_cosine
+from mjbiped.robots.bent_leg import straight_leg
+from mjbiped.robots.bodies import Bodies, Limb, Segment
+from mjbiped.robots.chain import Array, Chain, ground_force, hold_end, stop_end, with_room
+from mjbiped.robots.equations import Equations
+from mjbiped.robots.robot import Robot
+from mjbiped.utils import domains
+
+One: TypeAlias = tuple[float]
+"""A number for the stance spoke, which tells those of all others."""
+
+
+def _constants(robot: RimlessWheel) -> SimpleNamespace:
+    _, beside = robot.levers
+    return SimpleNamespace(
+        chain=with_room(robot.chain, beside),
+        stance=straight_leg(robot.length),
+        thigh=0,
+        shank=0,
+        between=robot.between,
+        kept=robot.kept,
+    )
+
+
+def _accelerations(c: Any, w: Any, q: One, dq: One, torques: Any, push: float) -> One:
+    """A pendulum on the stance foot, whose other end a surface holds where the next spoke touches one."""
+    chain, (sine, cosine) = c.chain, sine_cosine(q[0])
+    gravity = chain.moments[0] * (sine * w.cosine + cosine * w.sine)
+    acceleration = (gravity + torques[0] + push) / chain.weights[0, 0]
+    if w.face != 0.0 or w.sliding:
+        chain.q[0], chain.dq[0], chain.ddq[0] = q[0], dq[0], acceleration
+        w.press = hold_end(chain, w.slope, w.pushed_x, w.pushed_z)
+        acceleration = chain.ddq[0]
+    return (acceleration,)
+
+
+def _stop_foot(c: Any, w: Any) -> float:
+    """A plastic impact on a face, in which the stance foot stays: the wheel stops."""
+    impulse = stop_end(c.chain, w, 1)
+    w.y[1] = c.chain.ddq[0]
+    return impulse
+
+
+def _lands(*_: Any) -> bool:
+    """Every spoke that comes down stands."""
+    return True
+
+
+def _exchange(c: Any, w: Any, q: One, dq: One, slope: float) -> tuple[One, One]:
+    """The impact of the next spoke."""
+    return (q[0] - c.between + w.slope - slope,), (c.kept * dq[0],)
+
+
+def _lock_knee(*_: Any) -> None:
+    """There is no knee."""
+
+
+def _limbs(c: Any, w: Any, q: One) -> One:
+    """How far the wheel has turned since its first spoke stood upright, rad."""
+    return (q[0] + w.slope + c.between * w.count,)
+
+
+@dataclass(frozen=True)
+class RimlessWheel(Robot):
+    """A wheel of equal spokes without a rim, all of whose mass is at the hub or turns about it.
+
+    Only the spoke that stands and the next one meet the ground: a wheel that does not come over its stance spoke falls
+    back.
+
+    Attributes:
+        mass: kg, > 0.
+        inertia: About the hub, kg m^2, >= 0.
+        length: Of a spoke, from the hub to its foot, m, > 0.
+        spokes: Their number, at least 5: its first impact stops one with fewer.
+        gravity: m/s^2, > 0.
+
+    Raises:
+        InputError: a value is not a finite number of its domain.
+    """
+
+    mass: float = 10.0
+    inertia: float = 0.0
+    length: float = 1.0
+    spokes: int = 8
+    gravity: float = 9.81
+
+    kind: ClassVar[str] = "wheel"
+    angles: ClassVar[tuple[str, ...]] = ("stance",)
+    joints: ClassVar[tuple[str, ...]] = ("ankle",)
+    places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "turn")
+    knees: ClassVar[bool] = False
+    collides_from_lift_off: ClassVar[bool] = True
+    equations: ClassVar[Equations] = Equations(
+        _constants, _accelerations, _stop_foot, _lands, _exchange, _lock_knee, _limbs, inlined=True
+    )
+
+    def __post_init__(self) -> None:
+        """Check every value, and turn all but the number of spokes into plain floats."""
+        domains.check_fields(self, mass=domains.LEG_MASS, inertia=domains.INERTIA)
+        domains.check_fields(self, length=domains.LEG, spokes=domains.SPOKES, gravity=domains.GRAVITY)
+
+    @property
+    def between(self) -> float:
+        """Angle 2 alpha between two spokes, rad."""
+        return 2 * math.pi / self.spokes
+
+    @property
+    def kept(self) -> float:
+        """Rate after the impact of a spoke over that before it."""
+        hub = self.mass * self.length**2
+        return (hub * math.cos(self.between) + self.inertia) / (hub + self.inertia)
+
+    @property
+    def chain(self) -> Chain:
+        """The wheel as a chain of one segment, whose far end is beside its line; see `levers`."""
+        along, _ = self.levers
+        weight = np.array([[self.mass * self.length**2 + self.inertia]])
+        moment = np.array([self.weight * self.length])
+        return Chain(weight, moment, np.array([along]), self.mass, self.gravity)
+
+    @property
+    def levers(self) -> tuple[float, float]:
+        """The next spoke's foot from the stance foot, m: along the stance spoke, and a right angle ahead of it."""
+        return self.length * (1 - math.cos(self.between)), self.length * math.sin(self.between)
+
+    @property
+    def bodies(self) -> Bodies:
+        """One body, with all spokes."""
+        rod = Segment("rod", self.mass, self.length, 0.0, self.inertia)
+        spokes = (Limb(f"spoke_{k}", "turn", "ankle", 0.0, -k * self.between, -2 * math.pi) for k in range(self.spokes))
+        return Bodies("wheel_scene.xml", 0.0, (rod,), tuple(spokes))
+
+    @property
+    def leg_length(self) -> float:
+        """Length of a spoke, m."""
+        return self.length
+
+    @property
+    def total_mass(self) -> float:
+        """Mass of the wheel, kg."""
+        return self.mass
+
+    @property
+    def input_matrix(self) -> Array:
+        """B, shape (1, 1): the ankle turns the stance spoke."""
+        return np.eye(1)
+
+    def mass_matrix(self, q: ArrayLike) -> Array:
+        """M(q), shape (1, 1), kg m^2."""
+        return self.chain.mass_matrix(_one("q", q))
+
+    def coriolis_matrix(self, q: ArrayLike, dq: ArrayLike) -> Array:
+        """C(q, dq), shape (1, 1), kg m^2/s: zero."""
+        return self.chain.coriolis_matrix(_one("q", q), _one("dq", dq))
+
+    def gravity_vector(self, q: ArrayLike, slope: float) -> Array:
+        """g(q, slope), shape (1,), N m."""
+        return self.chain.gravity_vector(_one("q", q), slope)
+
+    def kinetic_energy(self, q: ArrayLike, dq: ArrayLike) -> float:
+        """Kinetic energy, J."""
+        return self.chain.kinetic_energy(_one("q", q), _one("dq", dq))
+
+    def potential_energy(self, q: ArrayLike, slope: float) -> float:
+        """Potential energy about the stance foot, J."""
+        return self.chain.potential_energy(_one("q", q), slope)
+
+    def swing_foot(self, q: ArrayLike) -> Array:
+        """Foot of the next spoke from the stance foot, shape (2,), m: along the ground, along its normal."""
+        (angle,), (along, beside) = _one("q", q), self.levers
+        sine, cosine = math.sin(angle), math.cos(angle)
+        return np.array([along * sine + beside * cosine, along * cosine - beside * sine])
+
+    def limbs(self, qpos: ArrayLike) -> Array:
+        """Hub and foot of each spoke, shape (..., spokes, 2, 2); see `Robot.limbs`."""
+        places = np.asarray(qpos, dtype=np.float64)
+        hub, angles = places[..., None, :2], places[..., 2:] - self.between * np.arange(self.spokes)
+        foot = hub - self.length * np.stack([np.sin(angles), np.cos(angles)], axis=-1)
+        return np.stack([np.broadcast_to(hub, foot.shape), foot], axis=-2)
+
+    def centre_of_mass(self, qpos: ArrayLike) -> Array:
+        """Place of the hub in postures `qpos`, shape (..., 2), m."""
+        return np.asarray(qpos, dtype=np.float64)[..., :2]
+
+    def posture(self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0) -> tuple[float, ...]:
+        """Posture `qpos` on the foot of a spoke; see `Robot.posture`."""
+        hip_x, hip_z, angle = super().posture(foot, 0, angles)
+        return hip_x, hip_z, angle + self.between * stance
+
+    def ground_force(
+        self,
+        q: ArrayLike,
+        dq: ArrayLike,
+        torque: ArrayLike,
+        slope: float,
+        *,
+        locked: bool = True,
+        stance_flexion: float = 0.0,
+    ) -> tuple[float, float]:
+        """Force of the ground on the stance foot, forward and upward, N; see `Robot.ground_force`."""
+        angles, rates, chain = _one("q", q), _one("dq", dq), self.chain
+        ddq = (_one("torque", torque) - chain.gravity_vector(angles, slope)) / chain.weights[0, 0]
+        return ground_force(chain.moments, self.mass, self.gravity, angles + slope, rates, ddq)
+
+    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
+        """The impact of the next spoke; see `Robot.rates_after_touchdown`."""
+        return self.kept * _one("dq", dq)
+
+    def rolling_rate(self, slope: float) -> float:
+        r"""Rate just after an impact of the wheel that rolls steadily down a slope (rad), rad/s; 0: it does not.
+
+        .. math:: \omega^2 = \frac{\eta^2}{1 - \eta^2} \frac{4 M g l \sin\alpha \sin\gamma}{M l^2 + I}
+        """
+        fall = 4 * self.weight * self.length * math.sin(self.between / 2) * math.sin(max(slope, 0.0))
+        gained = fall / (self.mass * self.length**2 + self.inertia)
+        return self.kept * math.sqrt(gained / (1 - self.kept**2))
+
+
+def _one(name: str, value: ArrayLike) -> Array:
+    return domains.RATE.array(name, value, (1,))

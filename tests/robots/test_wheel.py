@@ -1,0 +1,170 @@
+"""The rimless wheel in both engines, against the closed form of its rolling."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from simulations import Plain
+
+import mjbiped
+from mjbiped.errors import GaitError, InputError
+from mjbiped.gaits.rolling import find_rolling
+from mjbiped.plotting.walk import plot_walk
+from mjbiped.records import measures
+from mjbiped.robots.kinds import robot_from, robot_named
+
+SLOPE = math.radians(5)
+GROUND = mjbiped.Terrain.incline(5)
+HUB = mjbiped.RimlessWheel()
+HEAVY = mjbiped.RimlessWheel(mass=3.0, inertia=0.7, length=0.8, spokes=11, gravity=3.7)
+WHEELS = (HUB, HEAVY)
+STEPS = HEAVY.spokes + 1  # more than a turn
+
+
+def roll(robot: mjbiped.RimlessWheel, engine: str, rate: float, steps: int = STEPS) -> mjbiped.Walk:
+    start = (-math.pi / robot.spokes, rate)
+    return mjbiped.walk(Plain(), GROUND, robot=robot, engine=engine, initial=start, steps=steps)
+
+
+def rates(robot: mjbiped.RimlessWheel, rate: float, steps: int) -> list[float]:
+    """Rates just after the impacts, by energy and angular momentum."""
+    hub, half = robot.mass * robot.length**2, math.pi / robot.spokes
+    inertia, found = hub + robot.inertia, []
+    for _ in range(steps):
+        fall = 4 * robot.mass * robot.gravity * robot.length * math.sin(half) * math.sin(SLOPE)
+        rate = (hub * math.cos(2 * half) + robot.inertia) / inertia * math.sqrt(rate**2 + fall / inertia)
+        found.append(rate)
+    return found
+
+
+def test_the_steady_rate_is_the_textbooks() -> None:
+    """Without inertia: cot 2a sqrt(4 (g/l) sin a sin slope)."""
+    half = math.pi / 8
+    told = math.sqrt(4 * 9.81 * math.sin(half) * math.sin(SLOPE)) / math.tan(2 * half)
+    assert HUB.rolling_rate(SLOPE) == pytest.approx(told, rel=1e-14)
+    for robot in WHEELS:
+        steady = robot.rolling_rate(SLOPE)
+        assert rates(robot, steady, 1) == pytest.approx([steady], rel=1e-14)
+
+
+@pytest.mark.parametrize("robot", WHEELS)
+def test_rates_after_impacts_are_the_closed_forms(robot: mjbiped.RimlessWheel) -> None:
+    """From the fixed point and from others; in MuJoCo within the error of its contact steps, 1e-4 measured."""
+    steady = robot.rolling_rate(SLOPE)
+    for rate in (steady, 1.4 * steady):
+        for engine, error in (("hybrid", 1e-11), ("mujoco", 4e-4)):
+            walk = roll(robot, engine, rate)
+            assert (walk.outcome, walk.steps) == ("finished", STEPS)
+            assert walk.touchdowns["dq"][:, 0] == pytest.approx(rates(robot, rate, STEPS), rel=error)
+
+
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+def test_the_record_tells_of_spokes(engine: str, tmp_path: Path) -> None:
+    walk = roll(HEAVY, engine, HEAVY.rolling_rate(SLOPE))
+    touchdowns, half, exact = walk.touchdowns, math.pi / HEAVY.spokes, {"hybrid": 1e-12, "mujoco": 1e-4}[engine]
+    assert touchdowns["stance"].tolist() == [k % HEAVY.spokes for k in range(1, STEPS + 1)]
+    assert touchdowns["q_before"] == pytest.approx(np.full((STEPS, 1), half), abs=exact)
+    assert touchdowns["q"] == pytest.approx(np.full((STEPS, 1), -half), abs=exact)
+    turned = touchdowns["qpos"][:, 2] - SLOPE
+    assert turned == pytest.approx(half + 2 * half * np.arange(STEPS), abs=exact)  # it goes on beyond a whole turn
+    feet = HEAVY.limbs(touchdowns["qpos"])[np.arange(STEPS), touchdowns["stance"], -1]
+    assert feet == pytest.approx(np.column_stack([touchdowns["x"], touchdowns["z"]]), abs=exact)
+    assert walk.distance == pytest.approx(STEPS * 2 * 0.8 * math.sin(half) * math.cos(SLOPE), abs=exact)
+    assert np.abs(measures.impact_errors(walk)).max() < 1e-3
+    assert walk.cost_of_transport == 0.0
+    assert touchdowns["normal_force"] == pytest.approx(np.full(STEPS, touchdowns["normal_force"][-1]), rel=0.02)
+    walk.save(tmp_path / "wheel.npz")
+    again = mjbiped.Walk.load(tmp_path / "wheel.npz")
+    assert again == walk
+    assert again.robot == HEAVY
+    plot_walk(again, tmp_path / "wheel.png")
+
+
+def test_both_engines_bear_the_same_load() -> None:
+    """In MuJoCo it is a mean over some time, 3 % more than the least moment's."""
+    forces = [roll(HUB, engine, 1.0, 3).touchdowns["normal_force"] for engine in ("hybrid", "mujoco")]
+    assert forces[1] == pytest.approx(forces[0], rel=0.05)
+
+
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+def test_a_wheel_rolls_off_a_step_and_falls_back_from_a_hill(engine: str) -> None:
+    robot, rate = HUB, HUB.rolling_rate(SLOPE)
+    down = mjbiped.Terrain.from_segments([(1.0, 5.0, 0.0), (9.0, 5.0, -0.05)])
+    walk = mjbiped.walk(Plain(), down, robot=robot, engine=engine, initial="gait", steps=8)
+    assert walk.outcome == "finished"
+    foot = math.asin(0.05 * math.cos(SLOPE) / (2 * math.sin(math.pi / 8)))  # one foot is lower than the other
+    turned = np.sort(walk.touchdowns["q"][:, 0] + math.pi / 8)
+    assert turned == pytest.approx([*[0.0] * 7, foot], abs=3e-5)
+    assert walk.touchdowns["z"][-1] < -0.05
+    hill = mjbiped.walk(
+        Plain(), mjbiped.Terrain.incline(-5), robot=robot, engine=engine, initial=(-math.pi / 8, rate), steps=8
+    )
+    assert hill.outcome == "fell"
+
+
+def test_the_equations_are_a_pendulums() -> None:
+    q, dq, torque = 0.2, 1.3, 0.4
+    robot = HEAVY
+    inertia = 3.0 * 0.8**2 + 0.7
+    ddq = np.linalg.solve(robot.mass_matrix([q]), robot.input_matrix @ [torque] - robot.gravity_vector([q], SLOPE))
+    assert ddq == pytest.approx([(torque + 3.0 * 3.7 * 0.8 * math.sin(q + SLOPE)) / inertia], rel=1e-14)
+    assert robot.energy([q], [dq], SLOPE) == pytest.approx(
+        0.5 * inertia * dq**2 + 3.0 * 3.7 * 0.8 * math.cos(q + SLOPE), rel=1e-14
+    )
+    assert not robot.coriolis_matrix([q], [dq]).any()
+    # the hub's acceleration, and gravity
+    forward, upward = robot.ground_force([q], [dq], [torque], SLOPE)
+    sine, cosine = math.sin(q + SLOPE), math.cos(q + SLOPE)
+    assert forward == pytest.approx(3.0 * 0.8 * (cosine * ddq[0] - sine * dq**2), rel=1e-12)
+    assert upward == pytest.approx(3.0 * (3.7 - 0.8 * (sine * ddq[0] + cosine * dq**2)), rel=1e-12)
+
+
+def test_limbs_lead_to_the_next_foot() -> None:
+    for stance in range(HEAVY.spokes):
+        qpos = HEAVY.posture((0.3, 0.1), stance, [0.2])
+        feet = HEAVY.limbs(qpos)[:, -1]
+        assert feet[stance] == pytest.approx([0.3, 0.1], abs=1e-14)
+        ahead = feet[(stance + 1) % HEAVY.spokes] - feet[stance]
+        assert ahead == pytest.approx(HEAVY.swing_foot([0.2]), abs=1e-14)
+        assert HEAVY.centre_of_mass(qpos) == pytest.approx(qpos[:2])
+
+
+def test_steady_rolling_is_a_gait() -> None:
+    """Its period is that of the pendulum between two impacts, its multiplier that of the rate."""
+    gait = find_rolling(HEAVY, SLOPE)
+    half, inertia, moment = math.pi / 11, 3.0 * 0.8**2 + 0.7, 3.0 * 3.7 * 0.8
+
+    def fall(_: float, state: NDArray[np.float64]) -> list[float]:
+        return [state[1], moment * math.sin(state[0] + SLOPE) / inertia]
+
+    def lands(_: float, state: NDArray[np.float64]) -> float:
+        return float(state[0]) - half
+
+    lands.terminal = True  # type: ignore[attr-defined]
+    step = solve_ivp(fall, (0.0, 5.0), gait.start, events=lands, rtol=1e-11, atol=1e-12)
+    assert gait.period == pytest.approx(step.t[-1], rel=1e-9)
+    near, far = (rates(HEAVY, gait.start[1] * (1 + change), 1)[0] for change in (-1e-6, 1e-6))
+    assert gait.multipliers.real == pytest.approx([(far - near) / (2e-6 * gait.start[1])], rel=1e-8)
+    assert gait.step_length == pytest.approx(2 * 0.8 * math.sin(half))
+    assert gait.stable
+    for slope in (0.0, -0.1, 0.01):
+        with pytest.raises(GaitError, match="does not roll"):
+            find_rolling(HUB, slope)
+
+
+def test_what_a_wheel_is_told() -> None:
+    assert robot_named("wheel", {"spokes": 9}) == mjbiped.RimlessWheel(spokes=9)
+    assert robot_from(HEAVY.to_dict()) == HEAVY
+    with pytest.raises(InputError, match="spokes = 4: must be a whole number from 5"):
+        mjbiped.RimlessWheel(spokes=4)
+    with pytest.raises(InputError, match="two finite numbers q1, dq1"):
+        roll(HUB, "hybrid", math.nan)
+
+
+def test_a_video_of_a_wheel_is_refused_in_words(tmp_path: Path) -> None:
+    walk = roll(HUB, "hybrid", 1.2, steps=2)
+    with pytest.raises(mjbiped.RenderError, match="two legs; a RimlessWheel has 8"):
+        walk.video(tmp_path / "wheel.mp4")
