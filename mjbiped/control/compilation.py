@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache, partial
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from mjbiped.control.adapters import gives_its_law
 from mjbiped.control.controller import Controller, Law
 from mjbiped.numerics.jit import c_function, called_within, from_source, jitted, kept_apart, options, raises
-from mjbiped.numerics.records import WORD, NotPackableError, Packer
+from mjbiped.numerics.records import WORD, NotPackableError, Packer, in_one_block
 
 if TYPE_CHECKING:
     from mjbiped.control.machine_code import CompiledLaw
@@ -22,9 +23,11 @@ class MachineCode:
 
     Attributes:
         law: Addresses, for compiled engines.
+        block: The same as a record, which a function hands on as one address.
     """
 
     law: CompiledLaw
+    block: Any
 
     def __init__(
         self,
@@ -67,6 +70,7 @@ class MachineCode:
             record=self._record.ctypes.data,
             values=(0.0,) * (joints + max(idle + states, room)),
         )
+        self.block = in_one_block(SimpleNamespace(**self.law._asdict()))
 
     @property
     def failed(self) -> bool:

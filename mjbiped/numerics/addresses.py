@@ -77,18 +77,20 @@ def array(_typing: Any, _address: Any, shape: Any) -> Any:
 def call_torque(_typing: Any, _function: Any, _record: Any, memory: Any, state: Any, values: Any) -> Any:
     """Call the C function at an address, and return the floats that it writes: as many as `values` has.
 
-    Its arguments are a record, an array, the floats of a tuple (time and state), and the address to write to.
+    Its arguments are a record, an array, the floats of a tuple (time and state), and the address to write to. `values`
+    is a tuple, or an array in a record, whose length is part of its type.
     """
+    made_of = _floats(range(values.shape[0])) if isinstance(values, types.Array) else values
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         function, record, memory, state, _ = arguments
         given = cgutils.unpack_tuple(builder, state)
-        made = cgutils.alloca_once(builder, context.get_value_type(values))
+        made = cgutils.alloca_once(builder, context.get_value_type(made_of))
         out = builder.ptrtoint(made, cgutils.intp_t)
         _call(builder, function, ir.VoidType(), [record, _data(context, builder, signature, memory), *given, out])
         return builder.load(made)
 
-    return values(types.int64, types.int64, memory, _floats(state), values), generate
+    return made_of(types.int64, types.int64, memory, _floats(state), values), generate
 
 
 @intrinsic  # type: ignore[untyped-decorator]

@@ -321,7 +321,7 @@ class HybridRun(Run):
         Raises:
             LawError: The controller's laws cannot be compiled.
         """
-        return self.controller if self.code is None else self.code.law
+        return self.controller if self.code is None else self.code.block
 
     def peak_torque(self) -> NDArray[np.float64]:
         """Greatest magnitude of each joint's torque so far, N m."""
