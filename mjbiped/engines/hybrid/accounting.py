@@ -14,15 +14,13 @@ from mjbiped.engines.hybrid.dynamics import component_at, dense_state, ensure_de
 from mjbiped.engines.hybrid.events import flexion_within
 from mjbiped.engines.hybrid.forces import PIECES, note_ground_force, note_least_force, note_pressures, parabola_top
 from mjbiped.engines.hybrid.state import Walk, hand_over, hip, pose_of
-from mjbiped.numerics.dormand_prince import STAGE_PLACES, STAGES, TESTED_STAGES, dense_rate_at
+from mjbiped.numerics.dormand_prince import IN_ORDER, PLACES, STAGE_PLACES, STAGES, dense_rate_at
 from mjbiped.robots.equations import LOCKED
 
 BARELY = 1.0 + 1e-9  # ignore peaks within the step that are less than 1e-9 higher
 HARDLY = 0.7  # of the weight: in a gait step that bears less, the least force is looked for within integration steps
 NO_WORK = 1e-14  # J in a step: rounding
 FAR, NEAR = 0.25, 0.05  # of the power's spread in a step: whether zero can be, and is looked for, between two stages
-IN_ORDER = tuple(sorted((0, *TESTED_STAGES), key=lambda stage: STAGE_PLACES[stage]))
-PLACES = tuple(STAGE_PLACES[stage] for stage in IN_ORDER)
 
 
 def accumulate(s: Walk, pose: Any, h: float) -> bool:
@@ -32,13 +30,14 @@ def accumulate(s: Walk, pose: Any, h: float) -> bool:
         Whether the motion within it is one: a torque may be no number where only a sample is taken.
     """
     w = s.w
-    note_peaks(s)
+    note_peaks(w, STAGES)
     acts = False
-    for joint in range(len(w.torque)):
-        acts = acts or w.stage_torque[joint] > 0.0
-    for joint in range(len(w.torque)):
-        if w.stage_torque[joint] > w.peak_torque[joint] * BARELY:
-            _note_peak_within(s, h, joint)
+    for joint in range(len(w.peak_torque)):
+        stage = _greatest(w, joint)
+        size = abs(w.torques[stage * len(w.peak_torque) + joint])
+        acts = acts or size > 0.0
+        if size > w.peak_torque[joint] * BARELY:
+            _note_peak_within(s, h, joint, STAGE_PLACES[stage])
     _add_work(s, h, acts)
     normal = w.normal_now
     note_ground_force(s, pose, w.out, STAGES * len(w.y) + len(w.strike_q))
@@ -52,18 +51,28 @@ def accumulate(s: Walk, pose: Any, h: float) -> bool:
     return _take_samples(s, h)
 
 
-def note_peaks(s: Walk) -> None:
-    """Keep the greatest magnitudes of the torques."""
-    w = s.w
-    for joint in range(len(w.torque)):
-        w.peak_torque[joint] = max(w.peak_torque[joint], abs(w.torque[joint]))
+def note_peaks(w: Any, stage: int) -> None:
+    """Keep the greatest magnitudes of the torques, with those at a stage."""
+    joints = len(w.peak_torque)
+    for joint in range(joints):
+        w.peak_torque[joint] = max(w.peak_torque[joint], abs(w.torques[stage * joints + joint]))
+
+
+def _greatest(w: Any, joint: int) -> int:
+    """The stage of the step at which a joint's torque is greatest."""
+    stage, greatest = 0, 0.0
+    for other in IN_ORDER:
+        size = abs(w.torques[other * len(w.peak_torque) + joint])
+        if size > greatest:
+            stage, greatest = other, size
+    return stage
 
 
 def _add_work(s: Walk, h: float, acts: bool) -> None:
     """Add the work of a step; where no torque acts there is none."""
     w = s.w
     n = len(w.y)
-    for component in range(n - len(w.torque), n):
+    for component in range(n - len(w.peak_torque), n):
         net = w.out[component] - w.y[component]
         variation = abs(net)
         if acts and _turns(w.k, n, component, h):
@@ -81,13 +90,13 @@ def _asked(s: Walk, t: float, state: Any) -> Any:
     return laws.torque(s.law, w.memory, min(max(t, w.after), w.before), laws.q(state), laws.dq(state))
 
 
-def _note_peak_within(s: Walk, h: float, joint: int) -> None:
+def _note_peak_within(s: Walk, h: float, joint: int, place: float) -> None:
     """Keep a joint's peak inside the step: the top of the parabola through a greatest value and its neighbours.
 
-    It is climbed to from the stage at which the torque seemed greatest, in sixteenths of the step.
+    It is climbed to in sixteenths of the step from the place, a share of the step, at which the torque seemed greatest.
     """
     w = s.w
-    piece = min(max(int(PIECES * (w.stage_time[joint] - w.elapsed) / h + 0.5), 1), PIECES - 1)
+    piece = min(max(int(PIECES * place + 0.5), 1), PIECES - 1)
     ensure_dense(s, h)
     middle = _torque_within(s, h, piece, joint)
     left = _torque_within(s, h, piece - 1, joint)
@@ -225,6 +234,6 @@ def write_state(s: Walk, row: Any, time: float, state: Any, torque: Any, estimat
         locked=1.0 if w.locked == LOCKED else 0.0,
     )
     angles = len(w.strike_q)
-    own = len(w.y) - 2 * angles - len(w.torque)
+    own = len(w.y) - 2 * angles - len(w.peak_torque)
     for index in range(own):
         row[len(row) - own + index] = state[2 * angles + index]

@@ -27,14 +27,10 @@ def rates(s: Walk, t: float, state: tuple[float, ...]) -> tuple[float, ...]:
     if w.push != 0.0:  # what a horizontal force at the hip is to the stance leg: its torque about the foot
         push += w.push * s.c.robot.stance[LENGTH] * math.cos(q[0] + w.slope)
     accelerations = laws.accelerations(s.c.robot, w, q, dq, given, push)
-    w.ankle_torques[w.stage] = given[0]
+    joints = len(w.peak_torque)
+    for joint in range(joints):
+        w.torques[w.stage * joints + joint] = given[joint]
     w.stage += 1
-    for joint in range(len(w.torque)):
-        size = abs(given[joint])
-        w.torque[joint] = given[joint]
-        greater = size > w.stage_torque[joint]
-        w.stage_torque[joint] = size if greater else w.stage_torque[joint]
-        w.stage_time[joint] = t if greater else w.stage_time[joint]
     # Numba adds tuples, but cannot unpack them into another
     return dq + accelerations + laws.own(given) + laws.powers(given, dq)  # type: ignore[no-any-return]
 
@@ -52,25 +48,28 @@ def attempt(s: Walk, h: float) -> float:
         The estimated error over the tolerance; NaN where the motion has no meaning.
     """
     w = s.w
-    for joint in range(len(w.torque)):
-        w.stage_torque[joint] = 0.0
     w.has_dense, w.stage = False, 1
     w.evaluations += STAGES
     return float(s.laws.step(rates, s, w.elapsed, h, w.y, w.k, w.out, s.c.tolerance))
 
 
+def carry_over(w: Any) -> None:
+    """Let the rates and torques at the end of a step be those at the start of the next."""
+    n, joints = len(w.y), len(w.peak_torque)
+    for component in range(n):
+        w.k[component] = w.k[STAGES * n + component]
+    for joint in range(joints):
+        w.torques[joint] = w.torques[STAGES * joints + joint]
+
+
 def ensure_dense(s: Walk, h: float) -> None:
-    """Compute the step's dense output, unless it is there; torques and press stay those at the step's end."""
+    """Compute the step's dense output, unless it is there; forces of contacts stay those at the step's end."""
     w = s.w
     if w.has_dense:
         return
     press, stop_press = w.press, w.stop_press
-    for joint in range(len(w.torque)):
-        w.spare[joint] = w.torque[joint]
     s.laws.dense(rates, s, w.elapsed, h, w.y, w.k, w.out, w.dense)
     w.press, w.stop_press = press, stop_press
-    for joint in range(len(w.torque)):
-        w.torque[joint] = w.spare[joint]
     w.has_dense = True
     w.evaluations += STAGES_WITH_DENSE - STAGES - 1
 

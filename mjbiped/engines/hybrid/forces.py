@@ -13,14 +13,12 @@ from typing import Any
 
 from mjbiped.engines.hybrid.dynamics import dense_state
 from mjbiped.engines.hybrid.state import Walk, pose_of
-from mjbiped.numerics.dormand_prince import STAGE_PLACES, STAGES, dense_rate_at
+from mjbiped.numerics.dormand_prince import IN_ORDER, PLACES, dense_rate_at
 from mjbiped.records.pressure import note_pressure
 from mjbiped.robots.bent_leg import ACROSS, force_beside
 from mjbiped.rules.termination import AVERAGED, LIGHT_CONTACT
 
 PIECES = 16  # of a step, in which a change of the power's sign, a peak or the least force is looked for
-IN_ORDER = tuple(sorted((*range(STAGES - 1), STAGES), key=lambda stage: STAGE_PLACES[stage]))
-PLACES = tuple(STAGE_PLACES[stage] for stage in IN_ORDER)
 _BOUNDS = (0.0, *(0.5 * (near + far) for near, far in pairwise(PLACES)), 1.0)
 SHARES = tuple(far - near for near, far in pairwise(_BOUNDS))  # of the step, one for each stage
 
@@ -120,9 +118,8 @@ def note_pressures(s: Walk, before: float, h: float) -> None:
     w = s.w
     change, light = w.normal_now - before, LIGHT_CONTACT * s.c.mass * s.c.gravity
     for i in range(len(IN_ORDER)):
-        torque, normal = w.ankle_torques[IN_ORDER[i]], before + PLACES[i] * change
+        torque, normal = w.torques[IN_ORDER[i] * len(w.peak_torque)], before + PLACES[i] * change
         note_pressure(w.pressure, 0, 2, torque, normal, light, s.c.length, SHARES[i] * h)
-    w.ankle_torques[0] = w.ankle_torques[STAGES]  # where the next step begins
 
 
 def momentum(s: Walk) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from typing import Any
 from mjbiped.disturbances.pushes import following
 from mjbiped.engines.hybrid import dynamics
 from mjbiped.engines.hybrid.accounting import accumulate, note_peaks, take_sample
-from mjbiped.engines.hybrid.dynamics import attempt, is_motion
+from mjbiped.engines.hybrid.dynamics import attempt, carry_over, is_motion
 from mjbiped.engines.hybrid.events import (
     BEYOND_END,
     EDGE,
@@ -120,8 +120,7 @@ def gait_step(s: Walk) -> bool:
             w.outcome = DIVERGED
         _move(s, w.limit if last and length == h else w.elapsed + length)
         if event == NOTHING and w.elapsed < w.limit and w.outcome == WALKING:
-            for i in range(len(w.y)):
-                w.k[i] = w.k[STAGES * len(w.y) + i]
+            carry_over(w)
             here = there
             continue
         if w.outcome == WALKING and _reset(s, event):
@@ -231,7 +230,7 @@ def begin(s: Walk) -> None:
     if w.locked == RESTING and w.stop_press < 0.0:
         w.locked = FREE
         dynamics.begin(s)
-    note_peaks(s)
+    note_peaks(w, 0)
     note_ground_force(s, pose_of(s, w.y), w.y, len(w.strike_q))
     note_impact(s)
 

@@ -200,11 +200,8 @@ class HybridRun(Run):
             k=[0.0] * (len(y) * STAGES_WITH_DENSE),
             dense=[0.0] * (len(y) * POWERS),
             memory=memory,
-            torque=[0.0] * joints,
-            stage_torque=[0.0] * joints,
-            stage_time=[0.0] * joints,
+            torques=[0.0] * (joints * STAGES_WITH_DENSE),
             peak_torque=[0.0] * joints,
-            ankle_torques=[0.0] * STAGES_WITH_DENSE,
             pressure=[0.0] * (2 + BINS),
             strike_q=[0.0] * angles,
             strike_dq=[0.0] * angles,
@@ -280,7 +277,7 @@ class HybridRun(Run):
         """Record the last state reached, with the torque last computed, and without asking the controller."""
         row, w = np.empty((1, self.tables.samples.shape[1])), self.state
         estimate = self.controller.slope_estimate(self._memory())
-        write_state(self.plain, row[0], w.time, [float(value) for value in w.y], w.torque, estimate)
+        write_state(self.plain, row[0], w.time, [float(value) for value in w.y], w.torques, estimate)
         self.recorder.add(self.tables.rows[:0], self._recorded(row))
 
     def _recorded(self, samples: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -28,11 +28,8 @@ class State:
         k: Rates at the step's stages.
         dense: Coefficients of the step's dense output.
         memory: The controller's.
-        torque: Torques of all joints, as last computed, N m.
-        stage_torque: Greatest magnitude of each joint's torque at the stages of the current step, N m.
-        stage_time: When that was, since the support transfer, s.
-        peak_torque: Greatest magnitude since the start, N m.
-        ankle_torques: Ankle torque at each stage, N m.
+        torques: Torques of all joints at each stage of the current step, N m; the first are those in the state `y`.
+        peak_torque: Greatest magnitude of each joint's torque since the start, N m.
         pressure: Greatest distance of the centre of pressure ahead of and behind the ankle in this gait step (m), then
             the time that it has spent in each bin of `records.pressure` since the start (s).
         strike_q: Angles at this gait step's knee strike, rad; NaN without one.
@@ -110,11 +107,8 @@ class State:
     k: Any
     dense: Any
     memory: Any
-    torque: Any
-    stage_torque: Any
-    stage_time: Any
+    torques: Any
     peak_torque: Any
-    ankle_torques: Any
     pressure: Any
     strike_q: Any
     strike_dq: Any
@@ -343,7 +337,7 @@ def hand_over(s: Walk, state: Any) -> None:
     """Write the controller's integrated states, as they are in a state of motion, into its memory."""
     w = s.w
     first = 2 * len(w.strike_q)
-    for index in range(len(w.y) - first - len(w.torque)):
+    for index in range(len(w.y) - first - len(w.peak_torque)):
         w.memory[index] = state[first + index]
 
 
@@ -351,7 +345,7 @@ def take_back(s: Walk) -> None:
     """Take the controller's integrated states from its memory, after it has changed them."""
     w = s.w
     first = 2 * len(w.strike_q)
-    for index in range(len(w.y) - first - len(w.torque)):
+    for index in range(len(w.y) - first - len(w.peak_torque)):
         w.y[first + index] = w.memory[index]
 
 

@@ -45,7 +45,7 @@ def transfer_support(s: Walk) -> None:
     for i in range(len(q)):
         w.y[i], w.y[len(q) + i] = q[i], dq[i]
     take_back(s)
-    for component in range(len(w.y) - len(w.torque), len(w.y)):
+    for component in range(len(w.y) - len(w.peak_torque), len(w.y)):
         w.y[component] = 0.0
     laws.write_touchdown(
         laws.tables(c.tables).rows[w.rows],
