@@ -7,6 +7,7 @@ and no step has to end on them.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,7 +15,7 @@ from mjbiped.engines.hybrid.dynamics import component_at, dense_state, ensure_de
 from mjbiped.engines.hybrid.events import flexion_within
 from mjbiped.engines.hybrid.forces import PIECES, note_ground_force, note_least_force, note_pressures, parabola_top
 from mjbiped.engines.hybrid.state import Walk, hand_over, hip, pose_of
-from mjbiped.numerics.dormand_prince import IN_ORDER, PLACES, STAGE_PLACES, STAGES, dense_rate_at
+from mjbiped.numerics.dormand_prince import IN_ORDER, PLACES, STAGES, dense_rate_at
 from mjbiped.robots.equations import LOCKED
 
 BARELY = 1.0 + 1e-9  # ignore peaks within the step that are less than 1e-9 higher
@@ -33,11 +34,10 @@ def accumulate(s: Walk, pose: Any, h: float) -> bool:
     note_peaks(w, STAGES)
     acts = False
     for joint in range(len(w.peak_torque)):
-        stage = _greatest(w, joint)
-        size = abs(w.torques[stage * len(w.peak_torque) + joint])
+        size, place = _greatest_torque(w, joint)
         acts = acts or size > 0.0
         if size > w.peak_torque[joint] * BARELY:
-            _note_peak_within(s, h, joint, STAGE_PLACES[stage])
+            _note_peak_within(s, h, joint, place)
     _add_work(s, h, acts)
     normal = w.normal_now
     note_ground_force(s, pose, w.out, STAGES * len(w.y) + len(w.strike_q))
@@ -58,14 +58,44 @@ def note_peaks(w: Any, stage: int) -> None:
         w.peak_torque[joint] = max(w.peak_torque[joint], abs(w.torques[stage * joints + joint]))
 
 
-def _greatest(w: Any, joint: int) -> int:
-    """The stage of the step at which a joint's torque is greatest."""
-    stage, greatest = 0, 0.0
-    for other in IN_ORDER:
-        size = abs(w.torques[other * len(w.peak_torque) + joint])
+def _greatest_torque(w: Any, joint: int) -> tuple[float, float]:
+    """Greatest magnitude of a joint's torque in the step as its stages tell it, N m, and its share of the step.
+
+    Near the peak known so far it is the top of the parabola through the greatest value and two beside it.
+    """
+    joints, last, greatest, least = len(w.peak_torque), 0, 0.0, math.inf
+    for i in range(len(IN_ORDER)):
+        size = abs(w.torques[IN_ORDER[i] * joints + joint])
+        least = min(least, size)
         if size > greatest:
-            stage, greatest = other, size
-    return stage
+            last, greatest = i, size
+    if 2.0 * greatest - least > w.peak_torque[joint]:
+        i = min(max(last, 1), len(IN_ORDER) - 2)
+        middle = abs(w.torques[IN_ORDER[i] * joints + joint])
+        left = middle - abs(w.torques[IN_ORDER[i - 1] * joints + joint])
+        right = abs(w.torques[IN_ORDER[i + 1] * joints + joint]) - middle
+        slope, bend, before, after = _parabola(i, left, right)
+        if 2.0 * bend * after < -slope < -2.0 * bend * before:
+            return middle - slope * slope / (4.0 * bend), PLACES[i] - slope / (2.0 * bend)
+    return greatest, PLACES[last]
+
+
+def _parabola(i: int, left: float, right: float) -> tuple[float, float, float, float]:
+    """The parabola through three values at neighbouring places of stages.
+
+    Args:
+        i: The middle one of the places, in their order.
+        left: Change of the value up to it.
+        right: Change after it.
+
+    Returns:
+        Slope and half the second derivative there, by the share of the step; distances from the place before, and to
+        the place after.
+    """
+    before, after = PLACES[i] - PLACES[i - 1], PLACES[i + 1] - PLACES[i]
+    falling, rising = left / before, right / after
+    bend = (rising - falling) / (before + after)
+    return falling + bend * before, bend, before, after
 
 
 def _add_work(s: Walk, h: float, acts: bool) -> None:
@@ -138,12 +168,12 @@ def _turns(k: Sequence[float], n: int, component: int, h: float) -> bool:
     if min(abs(least), abs(greatest)) > FAR * spread:
         return False
     for i in range(1, len(IN_ORDER) - 1):
-        before, after = PLACES[i] - PLACES[i - 1], PLACES[i + 1] - PLACES[i]
         middle = sign * k[IN_ORDER[i] * n + component]
-        falling = (middle - sign * k[IN_ORDER[i - 1] * n + component]) / before
-        rising = (sign * k[IN_ORDER[i + 1] * n + component] - middle) / after
-        bend = (rising - falling) / (before + after)
-        slope = falling + bend * before
+        left, right = (
+            middle - sign * k[IN_ORDER[i - 1] * n + component],
+            sign * k[IN_ORDER[i + 1] * n + component] - middle,
+        )
+        slope, bend, before, after = _parabola(i, left, right)
         if -2.0 * bend * before < -slope < 2.0 * bend * after and middle - slope * slope / (4.0 * bend) < NEAR * spread:
             return True
     return False
