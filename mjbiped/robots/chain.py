@@ -353,6 +353,12 @@ class Chain(NamedTuple):
         """The far end from the pinned foot, shape (2,), m: along the ground, along its normal."""
         return np.array([self.reach @ np.sin(q), self.reach @ np.cos(q)])
 
+    def ground_force(self, forces: Array, q: Array, dq: Array, slope: float) -> tuple[tuple[float, float], Array]:
+        """Force of the ground, forward and upward, N, and accelerations, rad/s^2, under generalised forces, N m."""
+        pull = forces - self.coriolis_matrix(q, dq) @ dq - self.gravity_vector(q, slope)
+        ddq: Array = np.linalg.solve(self.mass_matrix(q), pull).astype(np.float64)
+        return ground_force(self.moments, self.mass, self.gravity, q + slope, dq, ddq), ddq
+
     def end_strikes(self, q: Array, dq: Array) -> Array:
         """Rates after the far end's plastic impact, by which the foot leaves the ground: shape (n,), rad/s."""
         return _struck(self.about_end, self.onto_end, q, q, dq)

@@ -10,6 +10,7 @@ slope positive downhill. Forces are generalised forces B tau, N m. docs/model.md
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import SimpleNamespace
@@ -173,18 +174,8 @@ def rates_after_impact(
 
 
 def _constants(robot: "Compass") -> SimpleNamespace:
-    a11, a12, a22, b1, b2, *_ = robot.constants
-    length = robot.leg_length
-    chain = Chain(
-        weights=np.array([[a11, -a12], [-a12, a22]]),
-        moments=np.array([b1, -b2]),
-        reach=np.array([length, -length]),
-        mass=robot.total_mass,
-        gravity=robot.gravity,
-    )
-    return SimpleNamespace(
-        lumped=robot.constants, chain=with_room(chain), stance=straight_leg(length), thigh=1, shank=1
-    )
+    chain, length = with_room(robot.chains[2]), robot.leg_length
+    return SimpleNamespace(lumped=robot.constants, chain=chain, stance=straight_leg(length), thigh=1, shank=1)
 
 
 def _accelerations(c: Any, w: Any, q: Legged, dq: Legged, torques: Any, push: float) -> tuple[float, float]:
@@ -311,6 +302,14 @@ class Compass(Robot):
             J - m * a * b,
         )
 
+    @cached_property
+    def chains(self) -> Mapping[int, Chain]:
+        """The robot as a chain of its two legs."""
+        a11, a12, a22, b1, b2, *_ = self.constants
+        weights, length = np.array([[a11, -a12], [-a12, a22]]), self.leg_length
+        reach = np.array([length, -length])
+        return {2: Chain(weights, np.array([b1, -b2]), reach, self.total_mass, self.gravity)}
+
     def mass_matrix(self, q: ArrayLike) -> Array:
         """M(q) of eq. (1), shape (2, 2), kg m^2, for q of shape (2,) in rad."""
         m11, m12, m22 = mass_terms(self.constants, legs_of(*_angles(q)))
@@ -327,41 +326,6 @@ class Compass(Robot):
         sine, cosine = math.sin(_slope(slope)), math.cos(slope)
         return np.array([gc1 * sine + gs1 * cosine, gc2 * sine + gs2 * cosine])
 
-    def kinetic_energy(self, q: ArrayLike, dq: ArrayLike) -> float:
-        """Kinetic energy, J, for q and dq of shape (2,) in rad and rad/s."""
-        return kinetic_energy(self.constants, *_angles(q), *_rates(dq))
-
-    def potential_energy(self, q: ArrayLike, slope: float) -> float:
-        """Potential energy about the stance foot, J, for q of shape (2,) and the slope in rad."""
-        return potential_energy(self.constants, *_angles(q), _slope(slope))
-
-    def ground_force(
-        self,
-        q: ArrayLike,
-        dq: ArrayLike,
-        torque: ArrayLike,
-        slope: float,
-        *,
-        locked: bool = True,
-        stance_flexion: float = 0.0,
-    ) -> tuple[float, float]:
-        """Force of the ground on the stance foot, forward and upward, N, by the equations of motion.
-
-        Args:
-            q: stance and swing leg from the ground's normal, shape (2,), rad.
-            dq: their rates, rad/s.
-            torque: of ankle and hip, N m.
-            slope: of the ground, rad.
-            locked: the legs are straight, always.
-            stance_flexion: likewise.
-        """
-        (q1, q2), (dq1, dq2), angle = _angles(q), _rates(dq), _slope(slope)
-        ankle, hip = np.asarray(torque, dtype=np.float64).tolist()
-        turn = math.sin(angle), math.cos(angle)
-        ddq1, ddq2 = acceleration(self.constants, q1, q2, dq1, dq2, *turn, ankle - hip, hip)
-        legs = legs_of(q1 + angle, q2 + angle)
-        return ground_force(self.constants, self.total_mass, self.gravity, legs, dq1, dq2, ddq1, ddq2)
-
     def impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
         """State (q_plus, dq_plus), each of shape (2,), after the swing foot's impact, with the legs exchanged (eq. 2).
 
@@ -370,26 +334,6 @@ class Compass(Robot):
         """
         q1, q2 = _angles(q)
         return np.array([q2, q1]), np.array(impact_rates(self.constants, q1, q2, *_rates(dq)))
-
-    def swing_foot(self, q: ArrayLike) -> Array:
-        """Swing foot from the stance foot, shape (2,), m: (along the ground, along its normal), for q of shape (2,).
-
-        The second component is H of eq. (4) on a plane.
-        """
-        return np.array(swing_foot(self.leg_length, legs_of(*_angles(q))))
-
-    def limbs(self, qpos: ArrayLike) -> Array:
-        """Hip and foot of either leg, shape (..., 2, 2, 2); see `Robot.limbs`."""
-        places = np.asarray(qpos, dtype=np.float64)
-        hip, legs = places[..., None, :2], places[..., 2:]
-        foot = hip - self.leg_length * np.stack([np.sin(legs), np.cos(legs)], axis=-1)
-        return np.stack([np.broadcast_to(hip, foot.shape), foot], axis=-2)
-
-    def centre_of_mass(self, qpos: ArrayLike) -> Array:
-        """Place of the centre of mass in postures `qpos`, shape (..., 2), m."""
-        places = np.asarray(qpos, dtype=np.float64)
-        legs = np.stack([np.sin(places[..., 2:]).sum(axis=-1), np.cos(places[..., 2:]).sum(axis=-1)], axis=-1)
-        return np.asarray(places[..., :2] - self.leg_mass * self.upper_length / self.total_mass * legs)
 
     def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
         """The impact map (2), of unchecked numbers; see `Robot.rates_after_touchdown`."""

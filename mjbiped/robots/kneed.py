@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 from mjbiped.errors import InputError
 from mjbiped.robots.bent_leg import ACROSS, bent_leg, force_beside, gravity_beside, stand, straight_leg
 from mjbiped.robots.bodies import Bodies, Segment
-from mjbiped.robots.chain import Array, Chain, chain_of, ground_force
+from mjbiped.robots.chain import Array, Chain, chain_of
 from mjbiped.robots.equations import Equations
 from mjbiped.robots.kneed_equations import EQUATIONS, LEGS, SWING_LOCKED
 from mjbiped.robots.robot import Robot
@@ -141,7 +141,7 @@ class KneedBiped(Robot):
             gravity=self.gravity,
         )
         three = four.locked(STANCE_LOCKED)
-        return {4: four, 3: three, 2: three.locked(SWING_LOCKED)}
+        return {2: three.locked(SWING_LOCKED), 3: three, 4: four}
 
     def chains_on(self, flexion: float) -> tuple[Mapping[int, Chain], float]:
         """The chains of two and of three segments on a stance leg whose knee is locked at a flexion, rad.
@@ -156,35 +156,6 @@ class KneedBiped(Robot):
         standing = straight_leg(self.leg_length)
         stand(standing, flexion, four.weights, four.moments, *three[:3], *two[:3])
         return {3: three, 2: two}, float(standing[ACROSS])
-
-    def mass_matrix(self, q: ArrayLike) -> Array:
-        """M(q), shape (n, n), kg m^2, for q of shape (n,) in rad with n = 2, 3 or 4."""
-        return self._chain(angles := _angles(q)).mass_matrix(angles)
-
-    def coriolis_matrix(self, q: ArrayLike, dq: ArrayLike) -> Array:
-        """C(q, dq), shape (n, n), kg m^2/s; dM/dt - 2 C is skew. q, dq of shape (n,) in rad and rad/s."""
-        angles = _angles(q)
-        return self._chain(angles).coriolis_matrix(angles, _rates(dq, angles))
-
-    def gravity_vector(self, q: ArrayLike, slope: float) -> Array:
-        """g(q, slope), shape (n,), N m, for q of shape (n,) and the slope in rad, > 0 downhill."""
-        angles = _angles(q)
-        return self._chain(angles).gravity_vector(angles, domains.ANGLE.check("slope", slope))
-
-    def kinetic_energy(self, q: ArrayLike, dq: ArrayLike) -> float:
-        """Kinetic energy, J, for q and dq of shape (n,) in rad and rad/s."""
-        angles = _angles(q)
-        return self._chain(angles).kinetic_energy(angles, _rates(dq, angles))
-
-    def potential_energy(self, q: ArrayLike, slope: float) -> float:
-        """Potential energy about the stance foot, J, for q of shape (n,) and the slope in rad."""
-        angles = _angles(q)
-        return self._chain(angles).potential_energy(angles, domains.ANGLE.check("slope", slope))
-
-    def swing_foot(self, q: ArrayLike) -> Array:
-        """Swing foot from the stance foot, shape (2,), m: (along the ground, along its normal), for q of shape (n,)."""
-        angles = _angles(q)
-        return self._chain(angles).end(angles)
 
     def knee_impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
         """State (q_plus, dq_plus), each of shape (2,), after the swing knee's plastic impact on its stop: it locks.
@@ -247,25 +218,6 @@ class KneedBiped(Robot):
         thighs, knees = [line + lean - stance_flexion, swing], [stance_flexion, shank - swing]
         return (*hip, *(thighs[::-1] if stance else thighs), *(knees[::-1] if stance else knees))
 
-    def limbs(self, qpos: ArrayLike) -> Array:
-        """Hip, knee and foot of either leg, shape (..., 2, 3, 2); see `Robot.limbs`."""
-        places = np.asarray(qpos, dtype=np.float64)
-        hip, thighs = places[..., None, :2], places[..., 2:4]
-        shanks = thighs + places[..., 4:6]
-        knee = hip - self.thigh_length * np.stack([np.sin(thighs), np.cos(thighs)], axis=-1)
-        foot = knee - self.shank_length * np.stack([np.sin(shanks), np.cos(shanks)], axis=-1)
-        return np.stack([np.broadcast_to(hip, knee.shape), knee, foot], axis=-2)
-
-    def centre_of_mass(self, qpos: ArrayLike) -> Array:
-        """Place of the centre of mass in postures `qpos`, shape (..., 2), m."""
-        points = self.limbs(qpos)
-        thighs, shanks = (np.diff(points[..., k : k + 2, :], axis=-2).sum(axis=(-3, -2)) for k in (0, 1))
-        knees = 2 * points[..., 0, 0, :] + thighs
-        moment = self.hip_mass * points[..., 0, 0, :]
-        moment = moment + self.thigh_mass * (2 * points[..., 0, 0, :] + self.thigh_centre / self.thigh_length * thighs)
-        moment = moment + self.shank_mass * (knees + self.shank_centre / self.shank_length * shanks)
-        return np.asarray(moment / self.total_mass)
-
     def ground_force(
         self,
         q: ArrayLike,
@@ -276,39 +228,18 @@ class KneedBiped(Robot):
         locked: bool = True,
         stance_flexion: float = 0.0,
     ) -> tuple[float, float]:
-        """Force of the ground on the stance foot, forward and upward, N, by the equations of motion.
-
-        Args:
-            q: stance leg, swing thigh and swing shank, shape (3,), rad.
-            dq: their rates, rad/s.
-            torque: of ankle, hip and swing knee, N m.
-            slope: of the ground, rad.
-            locked: whether the swing knee is.
-            stance_flexion: flexion at which the stance knee is locked, rad.
-        """
+        """Force of the ground on the stance foot, forward and upward, N; see `Robot.ground_force`."""
         n = 2 if locked else 3
-        angles, rates = _angles(q)[:n], _rates(dq, _angles(q))[:n]
+        angles = domains.ANGLE.array("q", q, (3,))
+        angles, rates = angles[:n], _rates(dq, angles)[:n]
         chains, across = self.chains_on(stance_flexion)
         forces = (self.input_matrix @ np.asarray(torque, dtype=np.float64))[:n]
         forces[0] -= gravity_beside(across, angles[0] + slope, 0.0, 1.0)
         if locked:  # the knee's motor acts within the leg
             forces[1] += np.asarray(torque)[2]
-        chain = chains[n]
-        pull = forces - chain.coriolis_matrix(angles, rates) @ rates - chain.gravity_vector(angles, slope)
-        ddq: Array = np.linalg.solve(chain.mass_matrix(angles), pull).astype(np.float64)
-        forward, upward = ground_force(chain.moments, self.total_mass, self.gravity, angles + slope, rates, ddq)
+        (forward, upward), ddq = chains[n].ground_force(forces, angles, rates, slope)
         beside = force_beside(across, self.gravity, angles[0] + slope, rates[0], ddq[0])
         return forward + beside[0], upward + beside[1]
-
-    def _chain(self, angles: Array) -> Chain:
-        return self.chains[len(angles)]
-
-
-def _angles(q: ArrayLike) -> Array:
-    angles = domains.ANGLE.array("q", q, (None,))
-    if len(angles) not in (2, 3, 4):
-        raise InputError(f"q: expected 2, 3 or 4 angles, got {len(angles)}")
-    return angles
 
 
 def _rates(dq: ArrayLike, angles: Array) -> Array:

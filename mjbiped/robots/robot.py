@@ -5,13 +5,17 @@ from __future__ import annotations
 import dataclasses
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Bodies
+from mjbiped.robots.chain import Chain
 from mjbiped.robots.equations import Equations
+from mjbiped.utils import domains
 
 Array = NDArray[np.float64]
 
@@ -63,41 +67,54 @@ class Robot(ABC):
         """Weight of the whole robot, N."""
         return self.total_mass * self.gravity
 
+    @property
     @abstractmethod
-    def mass_matrix(self, q: Any) -> Array:
+    def chains(self) -> Mapping[int, Chain]:
+        """The robot as a chain of segments, by the number of angles that tell its posture."""
+
+    def mass_matrix(self, q: ArrayLike) -> Array:
         """M(q), shape (n, n), kg m^2, for angles of shape (n,) in rad."""
+        chain, angles = self._chain(q)
+        return chain.mass_matrix(angles)
 
-    @abstractmethod
-    def coriolis_matrix(self, q: Any, dq: Any) -> Array:
-        """C(q, dq), shape (n, n), kg m^2/s; dM/dt - 2 C is skew."""
+    def coriolis_matrix(self, q: ArrayLike, dq: ArrayLike) -> Array:
+        """C(q, dq), shape (n, n), kg m^2/s; dM/dt - 2 C is skew. Angles and rates of shape (n,) in rad and rad/s."""
+        chain, angles = self._chain(q)
+        return chain.coriolis_matrix(angles, _rates(dq, angles))
 
-    @abstractmethod
-    def gravity_vector(self, q: Any, slope: float) -> Array:
-        """g(q, slope), shape (n,), N m; the slope in rad, > 0 downhill."""
+    def gravity_vector(self, q: ArrayLike, slope: float) -> Array:
+        """g(q, slope), shape (n,), N m, for angles of shape (n,) and the slope in rad, > 0 downhill."""
+        chain, angles = self._chain(q)
+        return chain.gravity_vector(angles, domains.ANGLE.check("slope", slope))
 
     @property
     @abstractmethod
     def input_matrix(self) -> Array:
         """B: generalised forces of joint torques, shape (len(angles), len(joints))."""
 
-    @abstractmethod
-    def kinetic_energy(self, q: Any, dq: Any) -> float:
-        """Kinetic energy, J."""
+    def kinetic_energy(self, q: ArrayLike, dq: ArrayLike) -> float:
+        """Kinetic energy, J, for angles and rates of shape (n,) in rad and rad/s."""
+        chain, angles = self._chain(q)
+        return chain.kinetic_energy(angles, _rates(dq, angles))
 
-    @abstractmethod
-    def potential_energy(self, q: Any, slope: float) -> float:
-        """Potential energy about the stance foot, J."""
+    def potential_energy(self, q: ArrayLike, slope: float) -> float:
+        """Potential energy about the stance foot, J, for angles of shape (n,) and the slope in rad."""
+        chain, angles = self._chain(q)
+        return chain.potential_energy(angles, domains.ANGLE.check("slope", slope))
 
     def energy(self, q: Any, dq: Any, slope: float) -> float:
         """Kinetic plus potential energy about the stance foot, J; constant between impacts while no torque acts."""
         return self.kinetic_energy(q, dq) + self.potential_energy(q, slope)
 
-    @abstractmethod
-    def swing_foot(self, q: Any) -> Array:
-        """Swing foot from the stance foot, shape (2,), m: (along the ground, along its normal), for angles in rad."""
+    def swing_foot(self, q: ArrayLike) -> Array:
+        """Swing foot from the stance foot, shape (2,), m: (along the ground, along its normal), for angles in rad.
 
-    @abstractmethod
-    def limbs(self, qpos: Any) -> Array:
+        On a plane the second component is H of eq. (4).
+        """
+        chain, angles = self._chain(q)
+        return chain.end(angles)
+
+    def limbs(self, qpos: ArrayLike) -> Array:
         """Hip, joints and foot of each leg in postures `qpos`.
 
         Args:
@@ -107,17 +124,27 @@ class Robot(ABC):
             Places x, z in m, shape (..., legs, points, 2): legs in the order in which they stand, points from the hip
             down to the foot, x and z.
         """
+        places = np.asarray(qpos, dtype=np.float64)
+        angles, points = np.zeros(2), [np.broadcast_to(places[..., None, :2], (*places.shape[:-1], 2, 2))]
+        for k, segment in enumerate(self.bodies.leg):
+            angles = angles + places[..., 2 + 2 * k : 4 + 2 * k]
+            points.append(points[-1] - segment.length * np.stack([np.sin(angles), np.cos(angles)], axis=-1))
+        return np.stack(points, axis=-2)
 
-    @abstractmethod
-    def centre_of_mass(self, qpos: Any) -> Array:
+    def centre_of_mass(self, qpos: ArrayLike) -> Array:
         """Place of the centre of mass in postures `qpos`, shape (..., 2), m."""
+        points = self.limbs(qpos)
+        moment = self.bodies.hip_mass * points[..., 0, 0, :]
+        for k, segment in enumerate(self.bodies.leg):
+            upper, lower = points[..., k, :], points[..., k + 1, :]
+            moment = moment + segment.mass * (upper + segment.centre / segment.length * (lower - upper)).sum(axis=-2)
+        return np.asarray(moment / self.total_mass)
 
     def joint_rates(self, dq: Any) -> Array:
         """Rates at which the joints turn, shape (..., len(joints)), rad/s, of the rates of the angles."""
         rates = np.asarray(dq, dtype=np.float64)
         return np.concatenate([rates[..., :1], np.diff(rates, axis=-1)], axis=-1)
 
-    @abstractmethod
     def ground_force(
         self, q: Any, dq: Any, torque: Any, slope: float, *, locked: bool = True, stance_flexion: float = 0.0
     ) -> tuple[float, float]:
@@ -131,6 +158,10 @@ class Robot(ABC):
             locked: Whether the swing knee is; a straight leg is one that always is.
             stance_flexion: Flexion at which the stance knee is locked, rad.
         """
+        chain, angles = self._chain(q)
+        forces = self.input_matrix @ np.asarray(torque, dtype=np.float64)
+        force, _ = chain.ground_force(forces, angles, _rates(dq, angles), domains.ANGLE.check("slope", slope))
+        return force
 
     @abstractmethod
     def rates_after_touchdown(self, q: Any, dq: Any, stance_flexion: float = 0.0) -> Array:
@@ -159,6 +190,14 @@ class Robot(ABC):
         hip = (x + self.leg_length * math.sin(angles[0]), z + self.leg_length * math.cos(angles[0]))
         return (*hip, *(angles[::-1] if stance else angles))
 
+    def _chain(self, q: ArrayLike) -> tuple[Chain, Array]:
+        """The chain for a number of angles, and the angles, checked."""
+        counts = tuple(self.chains)
+        angles = domains.ANGLE.array("q", q, counts if len(counts) == 1 else (None,))
+        if len(angles) not in counts:
+            raise InputError(f"q: expected {counts[0]} to {counts[-1]} angles, got {len(angles)}")
+        return self.chains[len(angles)], angles
+
     @classmethod
     def parameters(cls) -> tuple[str, ...]:
         """Names of the parameters, which are the dataclass's fields."""
@@ -167,3 +206,7 @@ class Robot(ABC):
     def to_dict(self) -> dict[str, Any]:
         """Kind and parameters in plain JSON types; `mjbiped.robots.kinds.robot_from` reads it."""
         return {"kind": self.kind, **dataclasses.asdict(self)}  # type: ignore[call-overload]  # subclasses are ones
+
+
+def _rates(dq: ArrayLike, angles: Array) -> Array:
+    return domains.RATE.array("dq", dq, angles.shape)

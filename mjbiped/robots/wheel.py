@@ -12,6 +12,7 @@ the foot that strikes (McGeer 1990; Coleman, Chatterjee and Ruina 1997). docs/va
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, ClassVar, TypeAlias
@@ -22,7 +23,7 @@ from numpy.typing import ArrayLike
 from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.robots.bent_leg import straight_leg
 from mjbiped.robots.bodies import Bodies, Limb, Segment
-from mjbiped.robots.chain import Array, Chain, ground_force, hold_end, stop_end, with_room
+from mjbiped.robots.chain import Array, Chain, hold_end, stop_end, with_room
 from mjbiped.robots.equations import Equations
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
@@ -34,7 +35,7 @@ One: TypeAlias = tuple[float]
 def _constants(robot: RimlessWheel) -> SimpleNamespace:
     _, beside = robot.levers
     return SimpleNamespace(
-        chain=with_room(robot.chain, beside),
+        chain=with_room(robot.chains[1], beside),
         stance=straight_leg(robot.length),
         thigh=0,
         shank=0,
@@ -132,12 +133,12 @@ class RimlessWheel(Robot):
         return (hub * math.cos(self.between) + self.inertia) / (hub + self.inertia)
 
     @property
-    def chain(self) -> Chain:
+    def chains(self) -> Mapping[int, Chain]:
         """The wheel as a chain of one segment, whose far end is beside its line; see `levers`."""
         along, _ = self.levers
         weight = np.array([[self.mass * self.length**2 + self.inertia]])
         moment = np.array([self.weight * self.length])
-        return Chain(weight, moment, np.array([along]), self.mass, self.gravity)
+        return {1: Chain(weight, moment, np.array([along]), self.mass, self.gravity)}
 
     @property
     def levers(self) -> tuple[float, float]:
@@ -166,26 +167,6 @@ class RimlessWheel(Robot):
         """B, shape (1, 1): the ankle turns the stance spoke."""
         return np.eye(1)
 
-    def mass_matrix(self, q: ArrayLike) -> Array:
-        """M(q), shape (1, 1), kg m^2."""
-        return self.chain.mass_matrix(_one("q", q))
-
-    def coriolis_matrix(self, q: ArrayLike, dq: ArrayLike) -> Array:
-        """C(q, dq), shape (1, 1), kg m^2/s: zero."""
-        return self.chain.coriolis_matrix(_one("q", q), _one("dq", dq))
-
-    def gravity_vector(self, q: ArrayLike, slope: float) -> Array:
-        """g(q, slope), shape (1,), N m."""
-        return self.chain.gravity_vector(_one("q", q), slope)
-
-    def kinetic_energy(self, q: ArrayLike, dq: ArrayLike) -> float:
-        """Kinetic energy, J."""
-        return self.chain.kinetic_energy(_one("q", q), _one("dq", dq))
-
-    def potential_energy(self, q: ArrayLike, slope: float) -> float:
-        """Potential energy about the stance foot, J."""
-        return self.chain.potential_energy(_one("q", q), slope)
-
     def swing_foot(self, q: ArrayLike) -> Array:
         """Foot of the next spoke from the stance foot, shape (2,), m: along the ground, along its normal."""
         (angle,), (along, beside) = _one("q", q), self.levers
@@ -207,21 +188,6 @@ class RimlessWheel(Robot):
         """Posture `qpos` on the foot of a spoke; see `Robot.posture`."""
         hip_x, hip_z, angle = super().posture(foot, 0, angles)
         return hip_x, hip_z, angle + self.between * stance
-
-    def ground_force(
-        self,
-        q: ArrayLike,
-        dq: ArrayLike,
-        torque: ArrayLike,
-        slope: float,
-        *,
-        locked: bool = True,
-        stance_flexion: float = 0.0,
-    ) -> tuple[float, float]:
-        """Force of the ground on the stance foot, forward and upward, N; see `Robot.ground_force`."""
-        angles, rates, chain = _one("q", q), _one("dq", dq), self.chain
-        ddq = (_one("torque", torque) - chain.gravity_vector(angles, slope)) / chain.weights[0, 0]
-        return ground_force(chain.moments, self.mass, self.gravity, angles + slope, rates, ddq)
 
     def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
         """The impact of the next spoke; see `Robot.rates_after_touchdown`."""

@@ -129,7 +129,7 @@ def test_parameters_outside_their_domain_are_named(name: str, bad: object, words
 
 def test_shapes_are_checked() -> None:
     robot = KneedBiped()
-    with pytest.raises(InputError, match="q: expected 2, 3 or 4 angles, got 5"):
+    with pytest.raises(InputError, match="q: expected 2 to 4 angles, got 5"):
         robot.mass_matrix([0.0] * 5)
     with pytest.raises(InputError, match=r"dq: expected shape \(3,\), got \(2,\)"):
         robot.coriolis_matrix([0.1, 0.2, 0.3], [0.1, 0.2])
