@@ -34,7 +34,7 @@ from mjbiped.errors import InputError
 from mjbiped.gaits.gait import Branched
 from mjbiped.gaits.reference import Table, reference_at, table_of
 from mjbiped.robots.bent_leg import ACROSS, FLEXION, LEAN, gravity_beside, stand, straight_leg
-from mjbiped.robots.chain import Array, accelerate, inverse_dynamics, solve, weighted
+from mjbiped.robots.chain import Array, Chain, accelerate, inverse_dynamics, solve, weighted
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.utils import domains
 
@@ -53,6 +53,7 @@ class Segments(NamedTuple):
     Attributes:
         weights: A of `mjbiped.robots.chain.Chain`, shape (n, n), kg m².
         moments: b of it, shape (n,), N m.
+        reach: Levers of the swing foot, shape (n,), m.
         q: Room for angles, rad, shape (n,).
         dq: Room for their rates, rad/s.
         motion: Room for accelerations, rad/s².
@@ -64,6 +65,7 @@ class Segments(NamedTuple):
 
     weights: Array
     moments: Array
+    reach: Array
     q: Array
     dq: Array
     motion: Array
@@ -79,10 +81,7 @@ class Parameters(NamedTuple):
     Attributes:
         free: The chain of three segments while the swing knee is free, with the stance leg as it stands.
         locked: The chain of two segments once it is locked.
-        reach: Levers of the swing foot of three segments, shape (3,), m.
-        locked_reach: Levers of the swing foot of two segments, shape (2,), m.
-        weights: A of four segments, kg m².
-        moments: b of four segments, N m.
+        whole: The chain of four segments.
         standing: How the stance leg stands; see `mjbiped.robots.bent_leg.stand`.
         gains: Gains and switches.
         bump: Of a re-planned knee, rad.
@@ -95,10 +94,7 @@ class Parameters(NamedTuple):
 
     free: Segments
     locked: Segments
-    reach: Array
-    locked_reach: Array
-    weights: Array
-    moments: Array
+    whole: Chain
     standing: Array
     gains: Gains
     bump: float
@@ -149,14 +145,11 @@ class KneedController(PaperSettings, Tracking):
     @cached_property
     def parameters(self) -> Parameters:
         """The attributes in plain numbers, as the laws take them."""
-        gait, four = self.gait, self.robot.chains[4]
+        gait = self.gait
         return Parameters(
             free=_segments(self.robot, 3),
             locked=_segments(self.robot, 2),
-            reach=self.robot.chains[3].reach.copy(),
-            locked_reach=self.robot.chains[2].reach.copy(),
-            weights=four.weights,
-            moments=four.moments,
+            whole=self.robot.chains[4],
             standing=straight_leg(self.robot.leg_length),
             gains=self.gains,
             bump=self.knee_bump,
@@ -203,7 +196,7 @@ class KneedController(PaperSettings, Tracking):
 
 def _segments(robot: KneedBiped, n: int) -> Segments:
     chain = robot.chains[n]
-    return Segments(chain.weights.copy(), chain.moments.copy(), *np.zeros((5, n)), *np.zeros((2, n, n)))
+    return Segments(*(each.copy() for each in chain[:3]), *np.zeros((5, n)), *np.zeros((2, n, n)))
 
 
 def torque_law(
@@ -221,7 +214,7 @@ def torque_law(
         _aim(gains, segments, leg, (legs[leg], legs[2 + leg], legs[4 + leg]), state)
     _stand(parameters, memory[BENT])
     across = parameters.standing[ACROSS]
-    weights, moments, q, dq, motion, forces, errors, even, odd = segments
+    weights, moments, _, q, dq, motion, forces, errors, even, odd = segments
     weighted(weights, q, q, even, odd)
     inverse_dynamics(moments, memory[SIN], memory[COS], q, dq, even, odd, motion, forces)
     if across != 0.0:
@@ -237,19 +230,7 @@ def _stand(parameters: Parameters, flexion: float) -> None:
     """Adapt the model to a stance leg whose knee is locked at a flexion, rad."""
     if flexion == parameters.standing[FLEXION]:
         return
-    three, two = parameters.free, parameters.locked
-    stand(
-        parameters.standing,
-        flexion,
-        parameters.weights,
-        parameters.moments,
-        three.weights,
-        three.moments,
-        parameters.reach,
-        two.weights,
-        two.moments,
-        parameters.locked_reach,
-    )
+    stand(parameters.standing, flexion, parameters.whole, parameters.free, parameters.locked)
 
 
 def _aim(gains: Gains, segments: Segments, index: int, wanted: Angle, state: tuple[float, ...]) -> None:
@@ -265,7 +246,7 @@ def touchdown_law(parameters: Parameters, memory: Memory, *postures: float) -> N
     """Estimate update (27) and plan of the new step (IV-B); `postures` are q1 to q3 before, then after, dq1 to dq3."""
     before, q, dq = postures[:3], postures[3:6], postures[6:]
     _stand(parameters, memory[BENT])
-    standing, reach = parameters.standing, parameters.reach
+    standing, reach = parameters.standing, parameters.free.reach
     thigh = before[0] + standing[LEAN] - standing[FLEXION]  # q1 is the angle of the line from foot to hip
     felt = reach[0] * math.cos(before[0]) + reach[1] * math.cos(before[1]) + reach[2] * math.cos(before[2])
     memory[BENT] = 0.0 if memory[LOCKED] != 0.0 else max(0.0, before[2] - before[1])
@@ -320,7 +301,7 @@ def plan(parameters: Parameters, memory: Memory, felt: float, q: tuple[float, ..
     memory[_BUMP] += parameters.bump
     # the curve leaves the measured state with the acceleration that the imitated passive walker would have there
     _stand(parameters, memory[BENT])
-    weights, moments, angles, rates, motion, _, _, even, odd = parameters.free
+    weights, moments, _, angles, rates, motion, _, _, even, odd = parameters.free
     for index in range(ANGLES):
         angles[index], rates[index], motion[index] = q[index], dq[index], 0.0
     sine, cosine = math.sin(gains.imitated_slope), math.cos(gains.imitated_slope)

@@ -7,6 +7,7 @@ of that line's length, so that M and C keep their form. Only the leg's own mass 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -40,47 +41,31 @@ def bent_leg(upper: float, lower: float, flexion: float) -> tuple[float, float]:
     return math.sqrt(along * along + across * across), math.atan2(across, along)
 
 
-def stand(
-    standing: Array,
-    flexion: float,
-    weights: Array,
-    moments: Array,
-    free_weights: Array,
-    free_moments: Array,
-    reach: Array,
-    locked_weights: Array,
-    locked_moments: Array,
-    locked_reach: Array,
-) -> None:
+def stand(standing: Array, flexion: float, whole: Any, free: Any, locked: Any) -> None:
     """Write what the flexion of the locked stance knee changes in the chains of three and of two segments.
 
     Args:
         standing: Flexion and lean of the shank (rad), the moment of the leg's weight beside its line (N m), and the
-            length of that line (m), at the indices above; changed, as all from `free_weights` on.
+            length of that line (m), at the indices above; changed.
         flexion: Of the stance knee from now on, rad.
-        weights: A of four segments; see `mjbiped.robots.chain.Chain`.
-        moments: b of four.
-        free_weights: A of three.
-        free_moments: b of three.
-        reach: Levers of the swing foot of three, whose last two are those of its thigh and shank, m.
-        locked_weights: A of two.
-        locked_moments: b of two.
-        locked_reach: Levers of two.
+        whole: The chain of four segments, with the arrays of `mjbiped.robots.chain.Chain`.
+        free: That of three, whose last two levers of the swing foot are those of its thigh and shank; changed.
+        locked: That of two; changed.
     """
-    length, lean = bent_leg(-reach[1], -reach[2], flexion)
+    length, lean = bent_leg(-free.reach[1], -free.reach[2], flexion)
     shank_sine, shank_cosine = math.sin(lean), math.cos(lean)
     thigh_sine, thigh_cosine = math.sin(lean - flexion), math.cos(lean - flexion)
-    knee = math.cos(flexion)
+    knee, weights, moments = math.cos(flexion), whole.weights, whole.moments
     standing[FLEXION], standing[LEAN], standing[LENGTH] = flexion, lean, length
     standing[ACROSS] = moments[0] * shank_sine + moments[1] * thigh_sine
-    free_weights[0, 0] = (weights[0, 0] + weights[1, 0] * knee) + (weights[0, 1] * knee + weights[1, 1])
+    free.weights[0, 0] = (weights[0, 0] + weights[1, 0] * knee) + (weights[0, 1] * knee + weights[1, 1])
     for j in range(1, 3):
-        free_weights[0, j] = weights[0, j + 1] * shank_cosine + weights[1, j + 1] * thigh_cosine
-        free_weights[j, 0] = free_weights[0, j]
-    free_moments[0] = moments[0] * shank_cosine + moments[1] * thigh_cosine
-    reach[0] = locked_reach[0] = length
-    locked_weights[0, 0], locked_moments[0] = free_weights[0, 0], free_moments[0]
-    locked_weights[0, 1] = locked_weights[1, 0] = free_weights[0, 1] + free_weights[0, 2]
+        free.weights[0, j] = weights[0, j + 1] * shank_cosine + weights[1, j + 1] * thigh_cosine
+        free.weights[j, 0] = free.weights[0, j]
+    free.moments[0] = moments[0] * shank_cosine + moments[1] * thigh_cosine
+    free.reach[0] = locked.reach[0] = length
+    locked.weights[0, 0], locked.moments[0] = free.weights[0, 0], free.moments[0]
+    locked.weights[0, 1] = locked.weights[1, 0] = free.weights[0, 1] + free.weights[0, 2]
 
 
 def gravity_beside(across: float, angle: float, sin_slope: float, cos_slope: float) -> float:

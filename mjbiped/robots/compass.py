@@ -282,11 +282,6 @@ class Compass(Robot):
         leg = Segment("leg", self.leg_mass, self.leg_length, self.upper_length, self.leg_inertia)
         return Bodies("scene.xml", self.hip_mass, (leg,))
 
-    @property
-    def input_matrix(self) -> Array:
-        """B of eq. (1), shape (2, 2): the ankle acts on the stance leg, the hip between the legs."""
-        return np.array([[1.0, -1.0], [0.0, 1.0]])
-
     @cached_property
     def constants(self) -> Constants:
         """The lumped parameters that the functions of this module take; see `Constants`."""

@@ -119,11 +119,6 @@ class KneedBiped(Robot):
         shank = Segment("shank", self.shank_mass, self.shank_length, self.shank_centre, self.shank_inertia)
         return Bodies("kneed_scene.xml", self.hip_mass, (thigh, shank))
 
-    @property
-    def input_matrix(self) -> Array:
-        """B, shape (3, 3): the ankle acts on the stance leg, hip and knee between the segments that they join."""
-        return np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0], [0.0, 0.0, 1.0]])
-
     @cached_property
     def chains(self) -> Mapping[int, Chain]:
         """The robot as a chain of two, three or four segments, by their number."""
@@ -154,7 +149,7 @@ class KneedBiped(Robot):
             for chain in (three, two)
         )
         standing = straight_leg(self.leg_length)
-        stand(standing, flexion, four.weights, four.moments, *three[:3], *two[:3])
+        stand(standing, flexion, four, three, two)
         return {3: three, 2: two}, float(standing[ACROSS])
 
     def knee_impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:

@@ -53,22 +53,10 @@ def stand(c: Any, flexion: float) -> None:
     """Let the constants be those of a stance leg whose knee is locked at a flexion, rad."""
     if flexion == c.stance[FLEXION]:
         return
-    whole, free, locked = c.whole, c.chain, c.straight
-    bent_leg.stand(
-        c.stance,
-        flexion,
-        whole.weights,
-        whole.moments,
-        free.weights,
-        free.moments,
-        free.reach,
-        locked.weights,
-        locked.moments,
-        locked.reach,
-    )
+    bent_leg.stand(c.stance, flexion, c.whole, c.chain, c.straight)
     for j in range(3):
-        c.knee_before[0, j] = free.weights[0, j]
-    c.knee_before[1, 0] = free.weights[1, 0] + free.weights[2, 0]
+        c.knee_before[0, j] = c.chain.weights[0, j]
+    c.knee_before[1, 0] = c.chain.weights[1, 0] + c.chain.weights[2, 0]
 
 
 def accelerations(c: Any, w: Any, q: Angles, dq: Angles, torques: Any, push: float) -> Angles:

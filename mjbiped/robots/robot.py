@@ -88,9 +88,13 @@ class Robot(ABC):
         return chain.gravity_vector(angles, domains.ANGLE.check("slope", slope))
 
     @property
-    @abstractmethod
     def input_matrix(self) -> Array:
-        """B: generalised forces of joint torques, shape (len(angles), len(joints))."""
+        """B, shape (len(angles), len(joints)): generalised forces of joint torques.
+
+        The ankle acts on the stance leg, each other joint between the two segments that it joins.
+        """
+        shape = len(self.angles), len(self.joints)
+        return np.eye(*shape) - np.eye(*shape, k=1)
 
     def kinetic_energy(self, q: ArrayLike, dq: ArrayLike) -> float:
         """Kinetic energy, J, for angles and rates of shape (n,) in rad and rad/s."""

@@ -162,11 +162,6 @@ class RimlessWheel(Robot):
         """Mass of the wheel, kg."""
         return self.mass
 
-    @property
-    def input_matrix(self) -> Array:
-        """B, shape (1, 1): the ankle turns the stance spoke."""
-        return np.eye(1)
-
     def swing_foot(self, q: ArrayLike) -> Array:
         """Foot of the next spoke from the stance foot, shape (2,), m: along the ground, along its normal."""
         (angle,), (along, beside) = _one("q", q), self.levers
