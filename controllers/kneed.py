@@ -20,7 +20,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, NamedTuple, TypeAlias
+from typing import Annotated, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -123,20 +123,11 @@ class KneedController(PaperSettings, Tracking):
 
     robot: KneedBiped
     gait: Branched
-    knee_bump: float = 0.5
-    knee_bump_per_step: float = 5.0
+    knee_bump: Annotated[float, domains.KNEE_BUMP] = 0.5
+    knee_bump_per_step: Annotated[float, domains.KNEE_BUMP_PER_STEP] = 5.0
 
     joints: ClassVar[tuple[str, ...]] = KneedBiped.joints
     memory_size: ClassVar[int] = CURVES + ANGLES * POINTS
-
-    def __post_init__(self) -> None:
-        """Refuse parameters outside their domain.
-
-        Raises:
-            InputError: One is; see `mjbiped.utils.domains`.
-        """
-        super().__post_init__()
-        domains.check_fields(self, knee_bump=domains.KNEE_BUMP, knee_bump_per_step=domains.KNEE_BUMP_PER_STEP)
 
     def check_imitated(self) -> None:
         """Refuse a robot or a gait without knees."""

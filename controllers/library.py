@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import ClassVar, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 from controllers import adaptive
 from controllers.adaptive import AdaptiveController
@@ -62,9 +62,9 @@ class LibraryController(AdaptiveController):
     """
 
     replanning: str = "additive"
-    climbing_clearance: float = 0.1
-    climbing_steps: int = 5
-    height_threshold: float = 0.005
+    climbing_clearance: Annotated[float, domains.CLEARANCE] = 0.1
+    climbing_steps: Annotated[int, domains.STEPS] = 5
+    height_threshold: Annotated[float, domains.CLEARANCE] = 0.005
     climbing_gait: Gait | None = None
 
     memory_size: ClassVar[int] = _CLIMBING + 1
@@ -78,12 +78,6 @@ class LibraryController(AdaptiveController):
             GaitError: There is no such climbing gait.
         """
         super().__post_init__()
-        domains.check_fields(
-            self,
-            climbing_clearance=domains.CLEARANCE,
-            climbing_steps=domains.STEPS,
-            height_threshold=domains.CLEARANCE,
-        )
         if self.climbing_gait is None:
             found = find_reference(self.gait.robot, speed=self.gait.speed, clearance=self.climbing_clearance)
             object.__setattr__(self, "climbing_gait", found)

@@ -7,7 +7,7 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 from mjbiped.control.controller import Controller, LawController, Memory
 from mjbiped.errors import InputError, shown
@@ -75,14 +75,14 @@ class PaperSettings(LawController):
 
     robot: Robot
     gait: Periodic
-    position_gain: float = 5.0
-    velocity_gain: float = 12.0
-    adaptation_gain: float = 0.3
-    replanning_delay: float | None = 0.8
+    position_gain: Annotated[float, domains.GAIN] = 5.0
+    velocity_gain: Annotated[float, domains.GAIN] = 12.0
+    adaptation_gain: Annotated[float, domains.ADAPTATION_GAIN] = 0.3
+    replanning_delay: Annotated[float | None, domains.REPLANNING_DELAY] = 0.8
     estimate_update: bool = True
-    update_threshold: float = 2e-3
-    replanning_threshold: float = 1e-2
-    initial_slope_estimate: float = 0.0
+    update_threshold: Annotated[float, domains.SLOPE_THRESHOLD] = 2e-3
+    replanning_threshold: Annotated[float, domains.STATE_THRESHOLD] = 1e-2
+    initial_slope_estimate: Annotated[float, domains.SLOPE] = 0.0
     replanning: str = "paper"
 
     states: ClassVar[tuple[str, ...]] = ("sin_slope_estimate", "cos_slope_estimate")
@@ -93,17 +93,7 @@ class PaperSettings(LawController):
         Raises:
             InputError: One is; see `mjbiped.utils.domains`.
         """
-        domains.check_fields(
-            self,
-            position_gain=domains.GAIN,
-            velocity_gain=domains.GAIN,
-            adaptation_gain=domains.ADAPTATION_GAIN,
-            update_threshold=domains.SLOPE_THRESHOLD,
-            replanning_threshold=domains.STATE_THRESHOLD,
-            initial_slope_estimate=domains.SLOPE,
-        )
-        if self.replanning_delay is not None:
-            domains.check_fields(self, replanning_delay=domains.REPLANNING_DELAY)
+        domains.check_fields(self)
         domains.known_name("replanning", self.replanning, REPLANNINGS)
         self.check_imitated()
         if not isinstance(self.estimate_update, bool):

@@ -6,10 +6,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 from controllers.settings import check_imitation
 from controllers.slope_estimator import slope_change
@@ -34,7 +34,7 @@ class Parameters(NamedTuple):
         source: Index of the slope's source in `SLOPE_SOURCES`.
         imitated_slope: phi_r, rad.
         energy: E_ref, J; NaN for a gait that has none.
-        gains: The law's own attributes, in the order of `KnownSlopeController.gains`.
+        gains: The law's own attributes, in their order.
         table: The gait's trajectory, for a law that follows it; else empty.
     """
 
@@ -74,11 +74,9 @@ class KnownSlopeController(LawController):
     robot: Compass
     gait: Gait
     slope_source: str = field(default="local", kw_only=True)
-    initial_slope: float = field(default=0.0, kw_only=True)
+    initial_slope: Annotated[float, domains.SLOPE] = field(default=0.0, kw_only=True)
 
     memory_size: ClassVar[int] = 2
-    gains: ClassVar[Mapping[str, domains.Domain]] = {}
-    """The law's own attributes, with their domains."""
     follows: ClassVar[bool] = False
     """Whether the law follows the gait's trajectory in time."""
     torque_law: ClassVar[Callable[..., tuple[float, float]]]
@@ -92,7 +90,7 @@ class KnownSlopeController(LawController):
         """
         check_imitation(self, passive=not self.follows)
         domains.known_name("slope_source", self.slope_source, SLOPE_SOURCES)
-        domains.check_fields(self, initial_slope=domains.SLOPE, **self.gains)
+        domains.check_fields(self)
 
     @cached_property
     def parameters(self) -> Parameters:
@@ -102,7 +100,7 @@ class KnownSlopeController(LawController):
             source=SLOPE_SOURCES.index(self.slope_source),
             imitated_slope=float(self.gait.slope),
             energy=self.gait.energy if isinstance(self.gait, PassiveGait) else math.nan,
-            gains=tuple(getattr(self, name) for name in self.gains),
+            gains=tuple(getattr(self, each.name) for each in fields(self) if each.name not in _COMMON),
             table=self.gait.table if self.follows else (),
         )
 
@@ -114,6 +112,9 @@ class KnownSlopeController(LawController):
     def plain_law(self) -> Law:
         """The law of the class; see `LawController.plain_law`."""
         return Law(self.parameters, type(self).torque_law, _touchdown, _slope_estimate, never)
+
+
+_COMMON = tuple(each.name for each in fields(KnownSlopeController))
 
 
 def against_slope(memory: Memory, q1: float, q2: float) -> tuple[float, float, float]:

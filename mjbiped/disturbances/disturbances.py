@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from mjbiped.disturbances.chance import words_of
 from mjbiped.disturbances.pushes import Pushes, following
 from mjbiped.errors import InputError, shown
 from mjbiped.utils import domains
-from mjbiped.utils.domains import check_fields, check_given_fields, entries, known_name
+from mjbiped.utils.domains import check_fields, entries, known_name
 
 DEFAULT_PERIOD = 1e-3
 """Time between two ticks of a disturbed control loop, unless given, s."""
@@ -66,44 +66,25 @@ class Disturbances:
         InputError: A value is outside its domain, or contradicts another.
     """
 
-    angle_noise: float = 0.0
-    rate_noise: float = 0.0
-    angle_bias: float = 0.0
-    rate_bias: float = 0.0
-    angle_resolution: float = 0.0
-    control_period: float | None = None
-    delay: float = 0.0
-    torque_limit: float | None = None
-    motor_bandwidth: float | None = None
+    angle_noise: Annotated[float, domains.ANGLE_NOISE] = 0.0
+    rate_noise: Annotated[float, domains.RATE_NOISE] = 0.0
+    angle_bias: Annotated[float, domains.ANGLE_BIAS] = 0.0
+    rate_bias: Annotated[float, domains.RATE_BIAS] = 0.0
+    angle_resolution: Annotated[float, domains.ANGLE_NOISE] = 0.0
+    control_period: Annotated[float | None, domains.CONTROL_PERIOD] = None
+    delay: Annotated[float, domains.LOOP_DELAY] = 0.0
+    torque_limit: Annotated[float | None, domains.TORQUE_LIMIT] = None
+    motor_bandwidth: Annotated[float | None, domains.BANDWIDTH] = None
     pushes: tuple[tuple[float, float], ...] = ()
-    push_impulse: float = 0.0
-    push_interval: float | None = None
-    push_duration: float = 0.05
-    friction: float | None = None
-    seed: int = 0
+    push_impulse: Annotated[float, domains.IMPULSE] = 0.0
+    push_interval: Annotated[float | None, domains.PUSH_INTERVAL] = None
+    push_duration: Annotated[float, domains.PUSH_DURATION] = 0.05
+    friction: Annotated[float | None, domains.FRICTION] = None
+    seed: Annotated[int, domains.SEED] = 0
 
     def __post_init__(self) -> None:
         """Check the values."""
-        check_fields(
-            self,
-            angle_noise=domains.ANGLE_NOISE,
-            rate_noise=domains.RATE_NOISE,
-            angle_bias=domains.ANGLE_BIAS,
-            rate_bias=domains.RATE_BIAS,
-            angle_resolution=domains.ANGLE_NOISE,
-            delay=domains.LOOP_DELAY,
-            push_impulse=domains.IMPULSE,
-            push_duration=domains.PUSH_DURATION,
-            seed=domains.SEED,
-        )
-        check_given_fields(
-            self,
-            control_period=domains.CONTROL_PERIOD,
-            torque_limit=domains.TORQUE_LIMIT,
-            motor_bandwidth=domains.BANDWIDTH,
-            push_interval=domains.PUSH_INTERVAL,
-            friction=domains.FRICTION,
-        )
+        check_fields(self)
         object.__setattr__(self, "pushes", _checked_pushes(self.pushes, self.push_duration))
         if (self.push_impulse != 0.0) != (self.push_interval is not None):
             raise InputError(

@@ -8,12 +8,16 @@ where they arise. All messages have one form: the name, the value that was given
 from __future__ import annotations
 
 import difflib
+import inspect
 import math
-from collections.abc import Iterable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache, wraps
 from numbers import Integral, Real
-from typing import Any, TypeVar
+from types import NoneType
+from typing import Annotated, Any, TypeVar, cast, get_args, get_origin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +25,7 @@ from numpy.typing import NDArray
 from mjbiped.errors import InputError, shown
 
 Kind = TypeVar("Kind")
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True)
@@ -187,37 +192,76 @@ def check_kind(name: str, value: object, kind: type[Kind]) -> Kind:
     raise InputError(f"{name} must be a mjbiped.{kind.__name__}, got {type(value).__name__}")
 
 
-def check_fields(instance: object, **domains: Domain | Count) -> None:
-    """Check fields of a dataclass in the order given, and replace them with plain numbers.
+def check_fields(instance: Any) -> None:
+    """Check the fields of a dataclass whose types are annotated with a domain, and replace them with plain numbers.
+
+    A field `speed: Annotated[float, SPEED]` must be in its domain; `Annotated[float | None, SPEED]` allows None.
 
     Raises:
         InputError: One is outside its domain.
     """
-    for name, domain in domains.items():
-        object.__setattr__(instance, name, domain.check(name, getattr(instance, name)))
+    checked: dict[str, tuple[Any, bool]] = {}
+    for kind in reversed(type(instance).__mro__):
+        checked |= _annotated(kind)
+    for name, (domain, optional) in checked.items():
+        value = getattr(instance, name)
+        if not (value is None and optional):
+            object.__setattr__(instance, name, domain.check(name, value))
 
 
-def check_given_fields(instance: object, **domains: Domain | Count) -> None:
-    """Check fields like `check_fields`, but allow None.
+def checked(function: Function) -> Function:
+    """Decorate a function so that arguments are checked whose types are annotated with a domain, as `check_fields`.
 
-    Raises:
-        InputError: One is outside its domain.
+    It is called with the arguments as plain numbers, and raises an `InputError` where one is outside its domain.
     """
-    check_fields(instance, **{name: of for name, of in domains.items() if getattr(instance, name) is not None})
+    signature = inspect.signature(function)
+
+    @wraps(function)
+    def checking(*args: Any, **named: Any) -> Any:
+        given = signature.bind(*args, **named)
+        for name, (domain, optional) in _annotated(function).items():
+            if name in given.arguments and not (given.arguments[name] is None and optional):
+                given.arguments[name] = domain.check(name, given.arguments[name])
+        return function(*given.args, **given.kwargs)
+
+    return cast(Function, checking)
 
 
-def check_interval(name: str, value: object, domain: Domain) -> tuple[float, float]:
-    """Check a range (low, high) with low <= high, both ends in the domain.
+@cache
+def _annotated(owner: Any) -> dict[str, tuple[Any, bool]]:
+    """Domains by the names that a class or a function annotates with them, and whether None is allowed."""
+    found, space = {}, vars(sys.modules[owner.__module__])
+    for name, hint in inspect.get_annotations(owner).items():
+        with suppress(Exception):  # a type that only a type checker sees, or whatever a user's class has there
+            meant = eval(hint, space) if isinstance(hint, str) else hint
+            if get_origin(meant) is Annotated:
+                kind, domain = get_args(meant)
+                found[name] = (domain, NoneType in get_args(kind))
+    return found
 
-    Raises:
-        InputError: The value is not a pair, an end is outside the domain, or the ends are in the wrong order.
+
+@dataclass(frozen=True)
+class Interval:
+    """Ranges (low, high) of real numbers with low <= high, both ends in a domain.
+
+    Attributes:
+        ends: Domain of the ends, or whatever else has its `check`.
     """
-    if isinstance(value, str) or not isinstance(value, Sequence) or len(value) != 2:
-        raise InputError(f"{name} = {shown(value)}: must be a range (low, high), on the command line low..high")
-    low, high = (domain.check(f"{name}, {end} end", v) for end, v in zip(("low", "high"), value, strict=True))
-    if low > high:
-        raise InputError(f"{name} = ({low:g}, {high:g}): must have its low end first, swap them")
-    return low, high
+
+    ends: Any
+
+    def check(self, name: str, value: object) -> tuple[float, float]:
+        """Check a range.
+
+        Raises:
+            InputError: The value is not a pair, an end is outside the domain, or the ends are in the wrong order.
+        """
+        if isinstance(value, str) or not isinstance(value, Sequence) or len(value) != 2:
+            raise InputError(f"{name} = {shown(value)}: must be a range (low, high), on the command line low..high")
+        low, high = (self.ends.check(f"{name}, {end} end", v) for end, v in zip(("low", "high"), value, strict=True))
+        if low > high:
+            raise InputError(f"{name} = ({low:g}, {high:g}): must have its low end first, swap them")
+        return low, high
 
 
 def entries(value: object) -> tuple[Any, ...] | None:
