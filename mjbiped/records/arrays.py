@@ -6,6 +6,7 @@ with each other and with the size of the file.
 
 from __future__ import annotations
 
+import io
 import math
 import zipfile
 from collections.abc import Mapping
@@ -27,6 +28,7 @@ times their size, most where a robot stands still."""
 MOST_MEMBERS = 256
 """Greatest number of arrays in an archive; a walk's record has about forty."""
 
+_LONGEST_READ = 1 << 20  # bytes; zipfile reads a directory at once, and NumPy arrays in parts of a quarter of this
 _SUFFIX = ".npy"
 _NUMBERS = (np.dtype(np.float64), np.dtype(np.int64))
 
@@ -59,7 +61,7 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
     """
     try:
         require_file(path)
-        with zipfile.ZipFile(path) as archive:
+        with _Bounded(path.open("rb", buffering=0)) as file, zipfile.ZipFile(file) as archive:
             members = _members(archive, path.stat().st_size)
             return {name: _read(archive, member) for name, member in members.items()}
     except InputError as error:
@@ -72,6 +74,20 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
         raise RecordError(f"cannot read {path}: there is not enough memory for it") from error
     except Exception as error:  # whatever damaged bytes make the parsers of zipfile, zlib and NumPy raise
         raise RecordError(f"{path} is no walk's record, or only a part of one ({shown(error)})") from error
+
+
+class _Bounded(io.BufferedReader):
+    """A file that refuses to read a directory of very many members, which takes zipfile minutes and gigabytes."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """Read up to `size` bytes.
+
+        Raises:
+            RecordError: These are more than an archive of `MOST_MEMBERS` arrays asks for.
+        """
+        if size is not None and size > _LONGEST_READ:
+            raise RecordError(f"its directory has {size} bytes; a record has at most {MOST_MEMBERS} arrays")
+        return super().read(size)
 
 
 def _members(archive: zipfile.ZipFile, size: int) -> dict[str, zipfile.ZipInfo]:

@@ -112,6 +112,16 @@ def test_archives_of_many_members_are_refused(tmp_path: Path) -> None:
         read_arrays(holding(record_file.MOST_MEMBERS + 1))
 
 
+def test_a_directory_of_very_many_members_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "many.npz"
+    with zipfile.ZipFile(path, "w") as archive:
+        for number in range(300):  # names of 4 kB fill a directory of more than 1 MiB
+            archive.writestr(f"{number:04000}.npy", b"")
+    monkeypatch.setattr(zipfile, "ZipInfo", None)  # what the directory's entries become
+    with pytest.raises(RecordError, match=r"its directory has \d+ bytes; a record has at most 256 arrays"):
+        read_arrays(path)
+
+
 def test_devices_and_pipes_are_not_read(tmp_path: Path) -> None:
     """One gives bytes without end (23 GB were read once), the other waits for someone to write."""
     pipe = tmp_path / "walk.npz"
