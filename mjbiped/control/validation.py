@@ -12,7 +12,7 @@ import inspect
 import math
 from collections.abc import Sequence
 from dataclasses import FrozenInstanceError
-from functools import cached_property, lru_cache
+from functools import cached_property
 from numbers import Real
 from typing import Any
 
@@ -45,7 +45,7 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
         InputError: It breaks the contract.
     """
     kind = type(controller)
-    _check_parameters(kind)
+    _check_parameters(controller)
     try:
         _try_out(_stand_in(controller), q, dq)
     except InputError:
@@ -164,20 +164,19 @@ def _stand_in(controller: Controller) -> Controller:
         return controller
 
 
-@lru_cache(maxsize=64)
-def _check_parameters(kind: type) -> None:
+def _check_parameters(controller: Controller) -> None:
     """Refuse methods that do not take what they are called with."""
+    kind = type(controller)
     for method, parameters in _PARAMETERS.items():
         try:
-            signature = inspect.signature(getattr(kind, method))
+            signature, whole = inspect.signature(getattr(controller, method)), inspect.signature(getattr(kind, method))
         except (TypeError, ValueError):  # of compiled extensions
             continue
-        bound = isinstance(inspect.getattr_static(kind, method), staticmethod | classmethod)
         try:
-            signature.bind(*(() if bound else ("self",)), *parameters)
+            signature.bind(*parameters)
         except TypeError as error:
             raise InputError(
-                f"{kind.__name__}.{method}{signature} does not take what it is given: {error}; expected is "
+                f"{kind.__name__}.{method}{whole} does not take what it is given: {error}; expected is "
                 f"def {method}(self, {', '.join(parameters)})"
             ) from error
 

@@ -27,6 +27,9 @@ _TOUCHDOWN: Channels = (8, 5, 12), (6, 7, 13)  # the ankle that stands and the k
 _OLD_ANKLE, _HIP, _OLD_KNEE = 4, 5, 11  # of the same posture's angles in the old roles
 _STRIKE: Channels = (14, 15, 18), (16, 17, 19)
 
+SENSORS = ("angle_noise", "rate_noise", "angle_bias", "rate_bias", "angle_resolution")
+"""Names of the disturbances of the sensors, in `Disturbances` and in `Loop`."""
+
 Angles: TypeAlias = tuple[float, ...]
 """Stance leg, swing leg or thigh and, with knees, swing shank: from the ground's normal, rad, or their rates, rad/s."""
 
