@@ -1,4 +1,4 @@
-"""What the paper's adaptive controller is set by, for any robot; the check of a compass biped and its gait."""
+"""Settings of the paper's adaptive controller for any robot, and the check of a compass biped and its gait."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Gains(NamedTuple):
         additive: Whether the transition is added to the gait, or leads to it in its stead.
         estimate_update: Whether (27) acts.
         update_threshold: epsilon of (27), rad.
-        replanning_threshold: rad and rad/s.
+        replanning_threshold: Distance from the limit cycle beyond which a step is re-planned, rad and rad/s.
         imitated_slope: phi_r, rad.
     """
 
@@ -125,14 +125,14 @@ class PaperSettings(LawController):
     @property
     @abstractmethod
     def parameters(self) -> Any:
-        """What the laws take: the attributes in plain numbers."""
+        """Parameters of the laws: the attributes in plain numbers."""
 
     def parameters_of(self, memory: Memory) -> Any:
-        """The parameters that act in the step that the memory is of: by default the same in all."""
+        """Return the parameters that act in the current step; by default they are the same in all steps."""
         return self.parameters
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
-        """Begin with the initial estimate, and plan the way from the first state to the limit cycle."""
+        """Begin with the initial estimate, and plan the transition from the first state to the limit cycle."""
         memory[SIN], memory[COS] = math.sin(self.initial_slope_estimate), math.cos(self.initial_slope_estimate)
         self.plan_first_step(memory, q, dq)
 
@@ -146,7 +146,7 @@ class PaperSettings(LawController):
 
 
 def check_imitation(controller: Controller, *, passive: bool = False) -> None:
-    """Refuse a controller without a compass biped's model and gait.
+    """Refuse a controller whose robot or gait is not a compass biped's.
 
     Args:
         controller: The controller.

@@ -54,7 +54,7 @@ class EnergyConstraintController(KnownSlopeController):
         gain: zeta, 1/s.
         ratio: mu, ankle torque over hip torque; not 0.
         singular_band: Smallest :math:`|(\mu - 1) \dot q_1 + \dot q_2|` at which the law holds, rad/s.
-        slope_source: See `KnownSlopeController`, as for all attributes not named here.
+        slope_source: One of `SLOPE_SOURCES`; `KnownSlopeController` describes it and the other attributes.
     """
 
     gain: Annotated[float, domains.GAIN] = 5.0

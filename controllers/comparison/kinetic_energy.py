@@ -44,7 +44,7 @@ class KineticEnergyController(KnownSlopeController):
         gain: lambda, 1/s.
         slowest: Smallest root of the denominator at which the law holds, rad/s.
         hip_weight: w, at least 0; with 0 the ankle acts alone.
-        slope_source: See `KnownSlopeController`, as for all attributes not named here.
+        slope_source: One of `SLOPE_SOURCES`; `KnownSlopeController` describes it and the other attributes.
     """
 
     gain: Annotated[float, domains.GAIN] = 20.0

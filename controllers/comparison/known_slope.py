@@ -27,7 +27,7 @@ _LOCAL, _TILT = 0, 1
 
 
 class Parameters(NamedTuple):
-    """What the laws of these controllers take: the attributes in plain numbers.
+    """Parameters of the laws of these controllers: the attributes in plain numbers.
 
     Attributes:
         constants: Lumped constants of the robot model.
@@ -48,7 +48,7 @@ class Parameters(NamedTuple):
 
 @dataclass(frozen=True)
 class KnownSlopeController(LawController):
-    r"""A law of the ground's slope, which is given at the start and then, by choice, dead reckoned at touchdown.
+    r"""A law that uses the slope of the ground, given at the start and then, by choice, dead reckoned at touchdowns.
 
     | `slope_source` | the law's slope :math:`\varphi`, which its angles are taken from the normal of |
     |---|---|
@@ -66,9 +66,9 @@ class KnownSlopeController(LawController):
 
     Attributes:
         robot: Robot model of the law; it may differ from the robot that walks.
-        gait: That is imitated; a passive one, but for a law that `follows` its trajectory.
+        gait: Gait that is imitated; a passive one, except for a law that `follows` its trajectory.
         slope_source: One of `SLOPE_SOURCES`.
-        initial_slope: Of the ground at the start, rad, positive downhill.
+        initial_slope: Slope of the ground at the start, rad, positive downhill.
     """
 
     robot: Compass
@@ -105,7 +105,7 @@ class KnownSlopeController(LawController):
         )
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
-        """Begin with the slope given."""
+        """Begin with the given slope."""
         memory[_LOCAL], memory[_TILT] = float(self.initial_slope), 0.0
 
     @cached_property
@@ -118,7 +118,7 @@ _COMMON = tuple(each.name for each in fields(KnownSlopeController))
 
 
 def against_slope(memory: Memory, q1: float, q2: float) -> tuple[float, float, float]:
-    """The law's slope and the legs' angles from its normal, rad, of angles from the ground's normal."""
+    """Return the law's slope, and convert angles from the ground's normal to angles from that slope's normal, rad."""
     return memory[_LOCAL] + memory[_TILT], q1 - memory[_TILT], q2 - memory[_TILT]
 
 

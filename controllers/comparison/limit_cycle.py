@@ -34,7 +34,7 @@ class LimitCycleController(KnownSlopeController):
     Attributes:
         rate_gain: K1 = diag(k, k), 1/s.
         position_gain: K2 = diag(k, k), 1/s².
-        slope_source: See `KnownSlopeController`, as for all attributes not named here.
+        slope_source: One of `SLOPE_SOURCES`; `KnownSlopeController` describes it and the other attributes.
     """
 
     rate_gain: Annotated[float, domains.GAIN] = 10.0

@@ -30,7 +30,7 @@ class PassivityController(KnownSlopeController):
 
     Attributes:
         gain: k, s.
-        slope_source: See `KnownSlopeController`, as for all attributes not named here.
+        slope_source: One of `SLOPE_SOURCES`; `KnownSlopeController` describes it and the other attributes.
     """
 
     gain: Annotated[float, domains.DAMPING_GAIN] = 5.0

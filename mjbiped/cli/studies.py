@@ -225,7 +225,7 @@ def compile_(results: Results, controllers: tuple[str, ...], engine: str | None,
 
 @contextmanager
 def _resumable(folder: Path, kept: str = "what had ended is") -> Iterator[None]:
-    """Report Ctrl-C, and that the same command resumes the study."""
+    """On Ctrl-C, say that the same command resumes the study."""
     try:
         yield
     except KeyboardInterrupt:
@@ -233,7 +233,7 @@ def _resumable(folder: Path, kept: str = "what had ended is") -> Iterator[None]:
 
 
 def _check_walkers(workers: int | None, scheduler: str | None, **_: Any) -> None:
-    """Refuse a number of local processes where the workers of a scheduler walk.
+    """Refuse a number of local processes together with a scheduler, which has workers of its own.
 
     Raises:
         click.UsageError: Both are given.

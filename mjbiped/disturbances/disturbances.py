@@ -24,7 +24,7 @@ LONGEST_DELAY = 256
 
 @dataclass(frozen=True)
 class Disturbances:
-    """What the real world does to a walk. All is off unless given; docs/disturbances.md explains and measures it.
+    """Disturbances of a walk, all of them off by default; docs/disturbances.md explains and measures them.
 
     ```python
     disturbances = mjbiped.Disturbances(angle_noise=0.005, rate_noise=0.05, delay=0.01, torque_limit=50)
@@ -57,7 +57,7 @@ class Disturbances:
         push_impulse: Size of random pushes, forward or backward by chance, N s; instead of `pushes`.
         push_interval: Mean time from the end of a random push to the next one, s; the times are exponentially
             distributed.
-        push_duration: How long a push lasts, with constant force, s.
+        push_duration: Duration of a push, during which its force is constant, s.
         friction: Coefficient of Coulomb friction between feet and ground; None: 0.8. In MuJoCo alone: the hybrid
             engine's stance foot never slips, and its record says for how much friction a walk asks.
         seed: Seed of noise and random pushes; the same seed gives the same noise and pushes in both engines.
@@ -107,7 +107,7 @@ class Disturbances:
 
     @property
     def schedule(self) -> Pushes:
-        """The pushes, as engines take them."""
+        """Pushes in the form that engines take."""
         times, impulses = zip(*self.pushes, strict=True) if self.pushes else ((), ())
         return Pushes(
             np.array(times, dtype=np.float64),
@@ -119,7 +119,7 @@ class Disturbances:
         )
 
     def pushes_until(self, time: float) -> tuple[tuple[float, float], ...]:
-        """All pushes that begin before a time, given or random: times (s) and impulses (N s).
+        """List the pushes, given or random, that begin before a time: times (s) and impulses (N s).
 
         Args:
             time: Since the walk's start, s.
@@ -138,11 +138,11 @@ class Disturbances:
         """Time between two ticks in an engine, s.
 
         Args:
-            given: The engine's own, s.
-            shortest: That it can have, s.
+            given: Control period of the engine, s; None if it has none.
+            shortest: Shortest period that the engine can have, s.
 
         Raises:
-            InputError: The engine's own is another.
+            InputError: The engine has another period than these disturbances.
         """
         if self.control_period is None:
             return given or max(DEFAULT_PERIOD, shortest)
@@ -154,10 +154,10 @@ class Disturbances:
         return self.control_period
 
     def delay_ticks(self, period: float) -> int:
-        """The delay in ticks.
+        """Convert the delay to ticks.
 
         Raises:
-            InputError: It is no whole number of them, or too many.
+            InputError: The delay is no whole number of ticks, or too many.
         """
         ticks = round(self.delay / period)
         if abs(ticks * period - self.delay) > 1e-6 * period:
@@ -177,7 +177,7 @@ class Disturbances:
 
     @classmethod
     def from_dict(cls, given: Mapping[str, Any]) -> Disturbances:
-        """Disturbances from what `to_dict` returned.
+        """Make disturbances from the dictionary that `to_dict` returned.
 
         Raises:
             InputError: A name is unknown, or a value outside its domain.

@@ -88,12 +88,12 @@ class SampledController(Controller):
         return tuple(memory[first : first + self.loop.joints + self.loop.states])
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
-        """Exchange the motors' roles, and tell the controller the posture that its sensors show."""
+        """Exchange the motors' roles, and pass the posture that the sensors show to the controller."""
         told = laws.touchdown(self.loop, memory, tuple(q_before), tuple(q), tuple(dq))
         self._tell(self.inner.on_touchdown, memory, *told)
 
     def on_knee_strike(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
-        """Tell the controller the state that its sensors show."""
+        """Pass the state that the sensors show to the controller."""
         told = laws.knee_strike(self.loop, memory, tuple(q), tuple(dq))
         self._tell(self.inner.on_knee_strike, memory, t, *told)
 

@@ -180,7 +180,7 @@ class Presets:
             segment_length: Range of the segments' lengths, m, > 0.
             slope_deg: Range of the slopes, degrees.
             rise: Range of the steps, m, positive up.
-            step_probability: How probable a step is at a segment's start, 0 to 1.
+            step_probability: Probability of a step at a segment's start, 0 to 1.
             roughness: Standard deviation of normally distributed heights of mean zero, m, >= 0, added about every
                 `spacing` and at the breaks, linear in between, after the first metre and before the last segment's end.
             spacing: Distance between these heights, m, > 0; every segment is cut into equal cells nearest to it.
@@ -313,12 +313,12 @@ def _generator(seed: int) -> np.random.Generator:
 
 
 def _straight(dx: float, dz: float, step: float = 0.0) -> Segment:
-    """The segment that leads so far forward and up, m, after a step."""
+    """Return the segment that leads `dx` forward and `dz` up, m, after a step."""
     return math.hypot(dx, dz), math.degrees(math.atan2(-dz, dx)), step
 
 
 def _pieces(length: float, piece: float, name: str) -> int:
-    """Number of pieces after the level start; refuse more segments than a terrain may have."""
+    """Count the pieces after the level start, and refuse more segments than a terrain may have."""
     if (length - START) / piece > MOST_SEGMENTS - 2:
         raise InputError(
             f"{length:g} m in pieces of {piece:g} m are more than {MOST_SEGMENTS} segments; take a shorter length or a "
@@ -372,7 +372,7 @@ def recorded_rows(seed: int, length: float, x: Sequence[float], z: Sequence[floa
 
 
 def _joined(points: Sequence[tuple[float, float]]) -> Iterator[Segment]:
-    """Segments between points; two points above one another are a step."""
+    """Iterate over the segments between points; two points above one another are a step."""
     step = 0.0
     for (x, z), (next_x, next_z) in pairwise(points):
         dx, dz = next_x - x, next_z - z

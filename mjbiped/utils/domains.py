@@ -1,4 +1,4 @@
-"""Valid ranges of user inputs, all in one place, and checks of what a user names or lists.
+"""Valid ranges of user inputs, and checks of names and lists.
 
 The ranges are wide: they contain whatever the engines were measured to work with (docs/tables/domains.md), and exclude
 what no arithmetic survives. Conditions on several numbers at once, such as a slope too steep to stand on, are checked
@@ -193,43 +193,46 @@ def check_kind(name: str, value: object, kind: type[Kind]) -> Kind:
 
 
 def check_fields(instance: Any) -> None:
-    """Check the fields of a dataclass whose types are annotated with a domain, and replace them with plain numbers.
+    """Check the fields of a dataclass that are annotated with a domain, and replace them with plain numbers.
 
     A field `speed: Annotated[float, SPEED]` must be in its domain; `Annotated[float | None, SPEED]` allows None.
 
     Raises:
         InputError: One is outside its domain.
     """
-    checked: dict[str, tuple[Any, bool]] = {}
     for kind in reversed(type(instance).__mro__):
-        checked |= _annotated(kind)
-    for name, (domain, optional) in checked.items():
-        value = getattr(instance, name)
-        if not (value is None and optional):
-            object.__setattr__(instance, name, domain.check(name, value))
+        for name, number in _checked(kind, vars(instance)).items():
+            object.__setattr__(instance, name, number)
 
 
 def checked(function: Function) -> Function:
-    """Decorate a function so that arguments are checked whose types are annotated with a domain, as `check_fields`.
+    """Decorate a function to check the arguments that are annotated with a domain, as `check_fields` does for fields.
 
-    It is called with the arguments as plain numbers, and raises an `InputError` where one is outside its domain.
+    The function receives plain numbers. An argument outside its domain raises an `InputError`.
     """
     signature = inspect.signature(function)
 
     @wraps(function)
     def checking(*args: Any, **named: Any) -> Any:
         given = signature.bind(*args, **named)
-        for name, (domain, optional) in _annotated(function).items():
-            if name in given.arguments and not (given.arguments[name] is None and optional):
-                given.arguments[name] = domain.check(name, given.arguments[name])
+        given.arguments.update(_checked(function, given.arguments))
         return function(*given.args, **given.kwargs)
 
     return cast(Function, checking)
 
 
+def _checked(owner: Any, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Check the values of the fields or parameters that a class or a function annotates with domains."""
+    return {
+        name: domain.check(name, values[name])
+        for name, (domain, optional) in _annotated(owner).items()
+        if name in values and not (optional and values[name] is None)
+    }
+
+
 @cache
 def _annotated(owner: Any) -> dict[str, tuple[Any, bool]]:
-    """Domains by the names that a class or a function annotates with them, and whether None is allowed."""
+    """Domain of each annotated field or parameter, by its name, and whether None is allowed."""
     found, space = {}, vars(sys.modules[owner.__module__])
     for name, hint in inspect.get_annotations(owner).items():
         with suppress(Exception):  # a type that only a type checker sees, or whatever a user's class has there
@@ -245,7 +248,7 @@ class Interval:
     """Ranges (low, high) of real numbers with low <= high, both ends in a domain.
 
     Attributes:
-        ends: Domain of the ends, or whatever else has its `check`.
+        ends: Domain of the ends.
     """
 
     ends: Any
@@ -265,7 +268,7 @@ class Interval:
 
 
 def entries(value: object) -> tuple[Any, ...] | None:
-    """The entries of a list, a tuple or a row of an array; None for a single value, text or a mapping."""
+    """Return the entries of a list, a tuple or an array; None for a single value, text or a mapping."""
     if isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping):
         with suppress(TypeError):  # an array of no dimension
             return tuple(value)
@@ -285,7 +288,7 @@ def known_name(what: str, name: object, valid: Iterable[str]) -> str:
 
 
 def nearest(name: object, valid: Iterable[str]) -> str:
-    """The end of a message about an unknown name: "; did you mean 'rise'?", or nothing where no name is near."""
+    """Return the end of a message about an unknown name, such as "; did you mean 'rise'?"; empty if no name is near."""
     near = difflib.get_close_matches(name, tuple(valid), n=1) if isinstance(name, str) and len(name) < 100 else []
     return f"; did you mean {near[0]!r}?" if near else ""
 
