@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from numbers import Real
-from typing import Any, Literal, TypeAlias, overload
+from typing import Any, Literal, TypeAlias, TypedDict, Unpack, overload
 
 from mjbiped.control.controller import Controller
 from mjbiped.disturbances.disturbances import Disturbances
@@ -57,13 +57,28 @@ class WalksInterrupted(KeyboardInterrupt):
         self.errors = errors
 
 
+class _Options(TypedDict, total=False):
+    """Keyword arguments that the overloads of `walk_many` have in common."""
+
+    engine: str | Engine
+    steps: int | None
+    distance: float | None
+    initial: Initial | Sequence[Initial]
+    robot: Robot | None
+    sample_period: float | None
+    scuffing: ScuffingRule | None
+    disturbances: Disturbances | Sequence[Disturbances] | None
+    workers: int | None
+    progress: bool
+
+
 @overload
 def walk_many(
     controllers: Controller | Iterable[Controller],
     terrains: Terrain | Iterable[Terrain],
     *,
     summaries: Literal[False] = ...,
-    **options: Any,
+    **options: Unpack[_Options],
 ) -> list[Walk]: ...
 
 
@@ -73,7 +88,7 @@ def walk_many(
     terrains: Terrain | Iterable[Terrain],
     *,
     summaries: Literal[True],
-    **options: Any,
+    **options: Unpack[_Options],
 ) -> list[dict[str, Any]]: ...
 
 
