@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import math
+import sys
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -28,7 +29,6 @@ times their size, most where a robot stands still."""
 MOST_MEMBERS = 256
 """Greatest number of arrays in an archive; a walk's record has about forty."""
 
-_LONGEST_READ = 1 << 20  # bytes; zipfile reads a directory at once, and NumPy arrays in parts of a quarter of this
 _SUFFIX = ".npy"
 _NUMBERS = (np.dtype(np.float64), np.dtype(np.int64))
 
@@ -62,6 +62,7 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
     try:
         require_file(path)
         with _Bounded(path.open("rb", buffering=0)) as file, zipfile.ZipFile(file) as archive:
+            file.longest = sys.maxsize  # arrays may be long
             members = _members(archive, path.stat().st_size)
             return {name: _read(archive, member) for name, member in members.items()}
     except InputError as error:
@@ -77,15 +78,21 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
 
 
 class _Bounded(io.BufferedReader):
-    """A file that refuses to read a directory of very many members, which takes zipfile minutes and gigabytes."""
+    """A file that refuses to read a directory of very many members, which takes zipfile minutes and gigabytes.
+
+    Attributes:
+        longest: Greatest number of bytes of one read: zipfile reads the whole directory at once.
+    """
+
+    longest = 1 << 20
 
     def read(self, size: int | None = -1, /) -> bytes:
         """Read up to `size` bytes.
 
         Raises:
-            RecordError: These are more than an archive of `MOST_MEMBERS` arrays asks for.
+            RecordError: These are more than `longest`.
         """
-        if size is not None and size > _LONGEST_READ:
+        if size is not None and size > self.longest:
             raise RecordError(f"its directory has {size} bytes; a record has at most {MOST_MEMBERS} arrays")
         return super().read(size)
 
