@@ -1,4 +1,4 @@
-"""Control laws for bipeds without and with knees. No simulator in here: plain functions of a state and a memory."""
+"""Control laws for bipeds with and without knees: plain functions of a state and a memory, without any simulator."""
 
 from controllers.adaptive import AdaptiveController
 from controllers.comparison.energy_constraint import EnergyConstraintController

@@ -23,7 +23,7 @@ _CURVES = REPLANNED + 1  # index in the memory
 
 
 class Parameters(NamedTuple):
-    """What the laws of this module take: `AdaptiveController`'s attributes in plain numbers.
+    """Parameters of the laws of this module: `AdaptiveController`'s attributes in plain numbers.
 
     Attributes:
         constants: Lumped constants of the robot model.
@@ -58,7 +58,7 @@ class AdaptiveController(PaperSettings, AdaptiveTracking):
     with_knees: ClassVar[str | None] = "controllers.kneed:KneedController"
 
     def check_imitated(self) -> None:
-        """Refuse any robot but a compass biped, and any gait but one of it."""
+        """Refuse robots other than a compass biped, and gaits of other robots."""
         check_imitation(self)
 
     @cached_property
@@ -76,7 +76,7 @@ class AdaptiveController(PaperSettings, AdaptiveTracking):
         _plan(self.parameters_of(memory), memory, q[0], q[1], dq[0], dq[1])
 
     def reference(self, memory: Memory, t: float) -> Motion:
-        """What is tracked at time t of the step: q_r (rad), its rates and accelerations, stance leg first each."""
+        """Tracked angles q_r (rad), rates and accelerations at time t of the step, each with the stance leg first."""
         parameters = self.parameters_of(memory)
         return legs_at(parameters.gains, memory, _CURVES, parameters.table, t)
 

@@ -20,7 +20,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, NamedTuple, TypeAlias
+from typing import Annotated, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -44,11 +44,11 @@ LOCKED, _BUMP, BENT, CURVES = REPLANNED + 1, REPLANNED + 2, REPLANNED + 3, REPLA
 ANGLES = 3
 
 Angle: TypeAlias = tuple[float, float, float]
-"""Of one angle: where it is to be (rad), its rate and its acceleration."""
+"""Reference of one angle: angle (rad), rate and acceleration."""
 
 
 class Segments(NamedTuple):
-    """The robot model as a chain of n segments, and room to compute in, which holds nothing between two calls.
+    """The robot model as a chain of n segments, with arrays for intermediate results, which hold nothing between calls.
 
     Attributes:
         weights: A of `mjbiped.robots.chain.Chain`, shape (n, n), kg m².
@@ -76,20 +76,20 @@ class Segments(NamedTuple):
 
 
 class Parameters(NamedTuple):
-    """What the laws of this module take: `KneedController`'s attributes in plain numbers.
+    """Parameters of the laws of this module: `KneedController`'s attributes in plain numbers.
 
     Attributes:
         free: The chain of three segments while the swing knee is free, with the stance leg as it stands.
         locked: The chain of two segments once it is locked.
         whole: The chain of four segments.
-        standing: How the stance leg stands; see `mjbiped.robots.bent_leg.stand`.
+        standing: Posture of the stance leg; see `mjbiped.robots.bent_leg.stand`.
         gains: Gains and switches.
-        bump: Of a re-planned knee, rad.
-        bump_per_step: Of a step felt at touchdown, rad/m.
+        bump: Flexion that is added in a re-planned step, rad.
+        bump_per_step: Further flexion for each metre of a step felt at touchdown, rad/m.
         cycle: First state on the limit cycle, shape (6,).
-        legs: The bent branch's stance leg and swing thigh.
-        shank: Its swing shank, twice.
-        straight: The straight branch.
+        legs: Trajectory of stance leg and swing thigh while the knee is bent.
+        shank: Trajectory of the swing shank while the knee is bent, in both columns.
+        straight: Trajectory of both legs once the knee is straight.
     """
 
     free: Segments
@@ -113,26 +113,17 @@ class KneedController(PaperSettings, Tracking):
         robot: Robot model of the law; it may differ from the robot that walks.
         gait: Gait that is imitated, `mjbiped.find_kneed_gait`'s or `mjbiped.find_reference`'s.
         knee_bump: Flexion that is added to a re-planned step, rad: 64 A u³ (1 - u)³ over the transition.
-        knee_bump_per_step: What it grows by for each metre that the last touchdown was higher or lower than the ground
-            before it, rad/m.
+        knee_bump_per_step: Increase of that flexion for each metre by which the last touchdown was higher or lower than
+            the one before, rad/m.
     """
 
     robot: KneedBiped
     gait: Branched
-    knee_bump: float = 0.5
-    knee_bump_per_step: float = 5.0
+    knee_bump: Annotated[float, domains.KNEE_BUMP] = 0.5
+    knee_bump_per_step: Annotated[float, domains.KNEE_BUMP_PER_STEP] = 5.0
 
     joints: ClassVar[tuple[str, ...]] = KneedBiped.joints
     memory_size: ClassVar[int] = CURVES + ANGLES * POINTS
-
-    def __post_init__(self) -> None:
-        """Refuse parameters outside their domain.
-
-        Raises:
-            InputError: One is; see `mjbiped.utils.domains`.
-        """
-        super().__post_init__()
-        domains.check_fields(self, knee_bump=domains.KNEE_BUMP, knee_bump_per_step=domains.KNEE_BUMP_PER_STEP)
 
     def check_imitated(self) -> None:
         """Refuse a robot or a gait without knees."""
@@ -179,7 +170,7 @@ class KneedController(PaperSettings, Tracking):
         plan(own, memory, 0.0, tuple(q), tuple(dq))
 
     def reference(self, memory: Memory, t: float) -> tuple[tuple[float, float, float], ...]:
-        """What is tracked at time t of the step: of stance leg, swing thigh and swing shank each angle and derivatives.
+        """Tracked angle, rate and acceleration of stance leg, swing thigh and swing shank at time t of the step.
 
         Once the knee is locked, thigh and shank are one.
         """
@@ -234,7 +225,7 @@ def _stand(parameters: Parameters, flexion: float) -> None:
 
 
 def _aim(gains: Gains, segments: Segments, index: int, wanted: Angle, state: tuple[float, ...]) -> None:
-    """Note the state of one angle, its error z2, and the acceleration that (12) asks of it."""
+    """Store the state of one angle, its error z2, and the acceleration that (12) asks for."""
     q, dq = state[index], state[ANGLES + index]
     on_position, on_rate = feedback_gains(gains.position, gains.velocity)
     z1, dz1, z2 = angle_errors(gains.position, wanted[0], wanted[1], q, dq)
@@ -266,7 +257,7 @@ def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> 
 
 
 def shank_at(parameters: Parameters, memory: Memory, t: float) -> Angle:
-    """What the swing shank is to do while the knee is free: the transition with its bump until it ends, then the gait.
+    """Reference of the swing shank while the knee is free: the transition with its bump until it ends, then the gait.
 
     The bump is A 64 u³ (1 - u)³, whose rate and acceleration are zero at both ends.
     """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import ClassVar, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 from controllers import adaptive
 from controllers.adaptive import AdaptiveController
@@ -53,18 +53,18 @@ class LibraryController(AdaptiveController):
 
     Attributes:
         gait: The economical gait.
-        climbing_gait: The other; unless given, the optimised reference of the economical one's speed and of
+        climbing_gait: The climbing gait; unless given, the optimised reference of the economical one's speed and of
             `climbing_clearance`.
-        climbing_clearance: m; see `mjbiped.find_reference`.
-        climbing_steps: How many steps are made with the climbing gait after a height change.
+        climbing_clearance: Clearance of that reference, m; see `mjbiped.find_reference`.
+        climbing_steps: Number of steps made with the climbing gait after a height change.
         height_threshold: Height change that counts, m.
         replanning: See `AdaptiveController`, as for all attributes not named here.
     """
 
     replanning: str = "additive"
-    climbing_clearance: float = 0.1
-    climbing_steps: int = 5
-    height_threshold: float = 0.005
+    climbing_clearance: Annotated[float, domains.CLEARANCE] = 0.1
+    climbing_steps: Annotated[int, domains.STEPS] = 5
+    height_threshold: Annotated[float, domains.CLEARANCE] = 0.005
     climbing_gait: Gait | None = None
 
     memory_size: ClassVar[int] = _CLIMBING + 1
@@ -78,12 +78,6 @@ class LibraryController(AdaptiveController):
             GaitError: There is no such climbing gait.
         """
         super().__post_init__()
-        domains.check_fields(
-            self,
-            climbing_clearance=domains.CLEARANCE,
-            climbing_steps=domains.STEPS,
-            height_threshold=domains.CLEARANCE,
-        )
         if self.climbing_gait is None:
             found = find_reference(self.gait.robot, speed=self.gait.speed, clearance=self.climbing_clearance)
             object.__setattr__(self, "climbing_gait", found)
@@ -101,8 +95,8 @@ class LibraryController(AdaptiveController):
         )
 
     def parameters_of(self, memory: Memory) -> adaptive.Parameters:
-        """The parameters of the gait that this step is made with."""
-        return self.library.climbing if memory[_CLIMBING] > 0.0 else self.library.economical
+        """Return the parameters of the gait with which the current step is made."""
+        return _of_step(self.library, memory)
 
     @cached_property
     def plain_law(self) -> Law:
@@ -110,16 +104,20 @@ class LibraryController(AdaptiveController):
         return Law(self.library, _torque, _touchdown, slope_estimate_law, _next_discontinuity)
 
     def _with(self, gait: Gait | None) -> AdaptiveController:
-        """The adaptive controller of one gait."""
+        """Make the adaptive controller of one gait."""
         given = {each.name: getattr(self, each.name) for each in fields(AdaptiveController)}
         return AdaptiveController(**{**given, "gait": gait})
+
+
+def _of_step(parameters: Parameters, memory: Memory) -> adaptive.Parameters:
+    """Parameters of the gait with which the current step is made."""
+    return parameters.climbing if memory[_CLIMBING] > 0.0 else parameters.economical
 
 
 def _torque(
     parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> tuple[float, float, float, float]:
-    gait = parameters.climbing if memory[_CLIMBING] > 0.0 else parameters.economical
-    return adaptive.torque_law(gait, memory, t, q1, q2, dq1, dq2)
+    return adaptive.torque_law(_of_step(parameters, memory), memory, t, q1, q2, dq1, dq2)
 
 
 def _touchdown(
@@ -130,10 +128,8 @@ def _touchdown(
         memory[_CLIMBING] = parameters.steps
     elif memory[_CLIMBING] > 0.0:
         memory[_CLIMBING] -= 1.0
-    gait = parameters.climbing if memory[_CLIMBING] > 0.0 else parameters.economical
-    adaptive.touchdown_law(gait, memory, before1, before2, q1, q2, dq1, dq2)
+    adaptive.touchdown_law(_of_step(parameters, memory), memory, before1, before2, q1, q2, dq1, dq2)
 
 
 def _next_discontinuity(parameters: Parameters, memory: Memory, t: float) -> float:
-    gait = parameters.climbing if memory[_CLIMBING] > 0.0 else parameters.economical
-    return adaptive.next_discontinuity_law(gait, memory, t)
+    return adaptive.next_discontinuity_law(_of_step(parameters, memory), memory, t)

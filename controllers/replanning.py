@@ -47,13 +47,13 @@ def transition(
 
 
 def transition_at(points: Sequence[float], first: int, duration: float, t: float) -> tuple[float, float, float]:
-    r"""A transition curve and its derivatives.
+    r"""Evaluate a transition curve and its derivatives.
 
     .. math:: q(u) = \sum_k \binom{5}{k} (1-u)^{5-k} u^k P_k, \quad u = t / t_c
 
     Args:
-        points: Holds six control points from index `first` on, rad.
-        first: Place of the first of them.
+        points: Numbers with six control points from index `first` on, rad.
+        first: Index of the first control point.
         duration: t_c, s.
         t: Time since the support transfer, s, in [0, t_c].
 
@@ -84,18 +84,18 @@ def begin_step(
     q: tuple[float, ...],
     dq: tuple[float, ...],
 ) -> bool:
-    """Note whether the step starts off the limit cycle and is re-planned; lay the curves that are added to the gait.
+    """Decide whether a step that starts off the limit cycle is re-planned, and lay curves that are added to the gait.
 
     Args:
-        gains: Of the law.
-        memory: To be changed.
+        gains: Gains of the law.
+        memory: Memory of the controller, which is changed in place.
         first: Index of the first angle's curve; the others follow.
         cycle: First state on the limit cycle, angles then rates.
         q: Angles now, rad.
         dq: Their rates, rad/s.
 
     Returns:
-        Whether curves are wanted that lead to the gait in its stead; `lay` lays them.
+        Whether the caller must lay curves, by `lay`, that replace the gait until they reach it.
     """
     off = 0.0
     for index in range(len(q)):
@@ -118,7 +118,7 @@ def lay(memory: Memory, first: int, index: int, points: Motion) -> None:
 
 
 def legs_at(gains: Gains, memory: Memory, first: int, table: Table, t: float) -> Motion:
-    """What both legs are to do at time t of the step: the transition's curves until they end, then the gait."""
+    """Reference of both legs at time t of the step: the transition's curves until they end, then the gait."""
     duration = gains.transition_time
     if memory[REPLANNED] == 0.0 or t >= duration:
         return reference_at(table, t)

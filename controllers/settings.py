@@ -1,4 +1,4 @@
-"""What the paper's adaptive controller is set by, for any robot; the check of a compass biped and its gait."""
+"""Settings of the paper's adaptive controller for any robot, and the check of a compass biped and its gait."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 from mjbiped.control.controller import Controller, LawController, Memory
 from mjbiped.errors import InputError, shown
@@ -35,7 +35,7 @@ class Gains(NamedTuple):
         additive: Whether the transition is added to the gait, or leads to it in its stead.
         estimate_update: Whether (27) acts.
         update_threshold: epsilon of (27), rad.
-        replanning_threshold: rad and rad/s.
+        replanning_threshold: Distance from the limit cycle beyond which a step is re-planned, rad and rad/s.
         imitated_slope: phi_r, rad.
     """
 
@@ -75,14 +75,14 @@ class PaperSettings(LawController):
 
     robot: Robot
     gait: Periodic
-    position_gain: float = 5.0
-    velocity_gain: float = 12.0
-    adaptation_gain: float = 0.3
-    replanning_delay: float | None = 0.8
+    position_gain: Annotated[float, domains.GAIN] = 5.0
+    velocity_gain: Annotated[float, domains.GAIN] = 12.0
+    adaptation_gain: Annotated[float, domains.ADAPTATION_GAIN] = 0.3
+    replanning_delay: Annotated[float | None, domains.REPLANNING_DELAY] = 0.8
     estimate_update: bool = True
-    update_threshold: float = 2e-3
-    replanning_threshold: float = 1e-2
-    initial_slope_estimate: float = 0.0
+    update_threshold: Annotated[float, domains.SLOPE_THRESHOLD] = 2e-3
+    replanning_threshold: Annotated[float, domains.STATE_THRESHOLD] = 1e-2
+    initial_slope_estimate: Annotated[float, domains.SLOPE] = 0.0
     replanning: str = "paper"
 
     states: ClassVar[tuple[str, ...]] = ("sin_slope_estimate", "cos_slope_estimate")
@@ -93,17 +93,7 @@ class PaperSettings(LawController):
         Raises:
             InputError: One is; see `mjbiped.utils.domains`.
         """
-        domains.check_fields(
-            self,
-            position_gain=domains.GAIN,
-            velocity_gain=domains.GAIN,
-            adaptation_gain=domains.ADAPTATION_GAIN,
-            update_threshold=domains.SLOPE_THRESHOLD,
-            replanning_threshold=domains.STATE_THRESHOLD,
-            initial_slope_estimate=domains.SLOPE,
-        )
-        if self.replanning_delay is not None:
-            domains.check_fields(self, replanning_delay=domains.REPLANNING_DELAY)
+        domains.check_fields(self)
         domains.known_name("replanning", self.replanning, REPLANNINGS)
         self.check_imitated()
         if not isinstance(self.estimate_update, bool):
@@ -135,14 +125,14 @@ class PaperSettings(LawController):
     @property
     @abstractmethod
     def parameters(self) -> Any:
-        """What the laws take: the attributes in plain numbers."""
+        """Parameters of the laws: the attributes in plain numbers."""
 
     def parameters_of(self, memory: Memory) -> Any:
-        """The parameters that act in the step that the memory is of: by default the same in all."""
+        """Return the parameters that act in the current step; by default they are the same in all steps."""
         return self.parameters
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
-        """Begin with the initial estimate, and plan the way from the first state to the limit cycle."""
+        """Begin with the initial estimate, and plan the transition from the first state to the limit cycle."""
         memory[SIN], memory[COS] = math.sin(self.initial_slope_estimate), math.cos(self.initial_slope_estimate)
         self.plan_first_step(memory, q, dq)
 
@@ -156,7 +146,7 @@ class PaperSettings(LawController):
 
 
 def check_imitation(controller: Controller, *, passive: bool = False) -> None:
-    """Refuse a controller without a compass biped's model and gait.
+    """Refuse a controller whose robot or gait is not a compass biped's.
 
     Args:
         controller: The controller.

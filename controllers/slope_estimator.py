@@ -26,7 +26,7 @@ def estimate_rates(
         adaptation_gain: gamma, the same for both.
         legs: Sine and cosine of stance and swing angle.
         z2a: Second backstepping error of the stance leg, rad/s.
-        z2b: The same of the swing leg, rad/s.
+        z2b: Second backstepping error of the swing leg, rad/s.
 
     Returns:
         Rates of the estimates of the slope's sine and cosine, 1/s.
@@ -43,8 +43,8 @@ def estimate_rates_of_chain(
     """Adaptive law (17) for a chain of segments (`mjbiped.robots.chain`), whose stance leg may be bent.
 
     Args:
-        moments: Of the controller's robot model, shape (n,), N m.
-        across: Moment of the stance leg's weight beside its line (`mjbiped.robots.bent_leg`), N m; 0: it is straight.
+        moments: Moments b of the controller's robot model, shape (n,), N m.
+        across: Moment of the stance leg's weight across its line (`mjbiped.robots.bent_leg`), N m; 0 if straight.
         adaptation_gain: gamma, the same for both.
         q: Angles, shape (n,), rad.
         momentum: M^-1 z2, shape (n,).
@@ -66,7 +66,7 @@ def slope_of(sin_slope: float) -> float:
 
 
 def slope_change(stance_before: float, swing_after: float) -> float:
-    """Change of slope at a touchdown, rad: q1 just before it less q2 just after it.
+    """Change of slope at a touchdown, rad: q1 just before it minus q2 just after it.
 
     The leg that has just left the ground has not moved; its angle against the old ground's normal (as stance leg) and
     against the new one's (as swing leg) differ by the change of slope.

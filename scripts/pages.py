@@ -6,18 +6,20 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from mjbiped.utils.markdown import markdown_table
+
 
 def show_table(
     title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], page: Path | None, name: str
 ) -> None:
-    """Print a table, and write it into a page, if there is one; see `write_table`.
+    """Print a table, and write it into a page where one is given.
 
     Args:
-        title: Printed above it.
-        headings: Of the columns.
-        rows: Of cells.
-        page: The page.
-        name: Of the place in it.
+        title: Title printed above the table.
+        headings: Heading of each column.
+        rows: Cells of each row.
+        page: Page that gets the table; None prints only.
+        name: Name of the place in the page.
 
     Raises:
         ValueError: The page has no such place.
@@ -33,13 +35,13 @@ def show_table(
 
 
 def write_table(page: Path, name: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Replace what stands between `<!-- NAME -->` and `<!-- end NAME -->` in a Markdown page by a table.
+    """Replace the text between `<!-- NAME -->` and `<!-- end NAME -->` in a Markdown page by a table.
 
     Args:
-        page: The page; all else in it stays.
-        name: Of the place.
-        headings: Of the columns.
-        rows: Of cells.
+        page: The page; its other text stays.
+        name: Name of the place.
+        headings: Heading of each column.
+        rows: Cells of each row.
 
     Raises:
         ValueError: The page has no such place.
@@ -48,12 +50,12 @@ def write_table(page: Path, name: str, headings: Sequence[str], rows: Sequence[S
 
 
 def write_block(page: Path, name: str, text: str) -> None:
-    """Replace what stands between `<!-- NAME -->` and `<!-- end NAME -->` in a Markdown page by a text.
+    """Replace the text between `<!-- NAME -->` and `<!-- end NAME -->` in a Markdown page.
 
     Args:
-        page: The page; all else in it stays.
-        name: Of the place.
-        text: Whole lines.
+        page: The page; its other text stays.
+        name: Name of the place.
+        text: New text.
 
     Raises:
         ValueError: The page has no such place.
@@ -63,10 +65,4 @@ def write_block(page: Path, name: str, text: str) -> None:
     _, end, after = rest.partition(f"<!-- end {name} -->")
     if not begin or not end:
         raise ValueError(f"{page} has no place for a table between <!-- {name} --> and <!-- end {name} -->")
-    page.write_text(f"{before}{begin}{text}{end}{after}", encoding="utf-8")
-
-
-def markdown_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in Markdown, whole lines."""
-    lines = [headings, ["---"] * len(headings), *rows]
-    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+    page.write_text(f"{before}{begin}{text.rstrip()}\n{end}{after}", encoding="utf-8")

@@ -7,7 +7,8 @@ import pytest
 
 # an import costs (CPU time, ms): numba 700, the parts of scipy 400, matplotlib 250, tqdm 50, yaml 15
 LATER = (
-    "numba llvmlite matplotlib PIL mediapy dm_control gymnasium tqdm yaml scipy.integrate scipy.linalg scipy.optimize "
+    "numba llvmlite matplotlib PIL mediapy dm_control gymnasium tqdm yaml scipy.integrate scipy.linalg scipy.ndimage "
+    "scipy.optimize "
     "pandas pyarrow plotly jinja2"
 )
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated
 
 from controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
 from controllers.comparison.virtual_gravity import energy_error
@@ -55,18 +54,12 @@ class EnergyConstraintController(KnownSlopeController):
         gain: zeta, 1/s.
         ratio: mu, ankle torque over hip torque; not 0.
         singular_band: Smallest :math:`|(\mu - 1) \dot q_1 + \dot q_2|` at which the law holds, rad/s.
-        slope_source: See `KnownSlopeController`, as for all attributes not named here.
+        slope_source: One of `SLOPE_SOURCES`; `KnownSlopeController` describes it and the other attributes.
     """
 
-    gain: float = 5.0
-    ratio: float = -2.3
-    singular_band: float = 0.1
-
-    gains: ClassVar[Mapping[str, domains.Domain]] = {
-        "gain": domains.GAIN,
-        "ratio": domains.TORQUE_RATIO,
-        "singular_band": domains.SLOWEST_RATE,
-    }
+    gain: Annotated[float, domains.GAIN] = 5.0
+    ratio: Annotated[float, domains.TORQUE_RATIO] = -2.3
+    singular_band: Annotated[float, domains.SLOWEST_RATE] = 0.1
 
     def __post_init__(self) -> None:
         """Refuse parameters outside their domain.

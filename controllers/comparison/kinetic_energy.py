@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Annotated
 
 from controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
 from controllers.comparison.virtual_gravity import energy_error, shaped_torque
@@ -45,19 +44,13 @@ class KineticEnergyController(KnownSlopeController):
         gain: lambda, 1/s.
         slowest: Smallest root of the denominator at which the law holds, rad/s.
         hip_weight: w, at least 0; with 0 the ankle acts alone.
-        slope_source: See `KnownSlopeController`, as for all attributes not named here.
+        slope_source: One of `SLOPE_SOURCES`; `KnownSlopeController` describes it and the other attributes.
     """
 
-    gain: float = 20.0
-    slowest: float = 0.1
-    hip_weight: float = 0.0
+    gain: Annotated[float, domains.GAIN] = 20.0
+    slowest: Annotated[float, domains.SLOWEST_RATE] = 0.1
+    hip_weight: Annotated[float, domains.HIP_WEIGHT] = 0.0
     slope_source: str = field(default="two_point", kw_only=True)
-
-    gains: ClassVar[Mapping[str, domains.Domain]] = {
-        "gain": domains.GAIN,
-        "slowest": domains.SLOWEST_RATE,
-        "hip_weight": domains.HIP_WEIGHT,
-    }
 
 
 def _torque(

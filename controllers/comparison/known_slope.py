@@ -6,10 +6,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 from controllers.settings import check_imitation
 from controllers.slope_estimator import slope_change
@@ -27,14 +27,14 @@ _LOCAL, _TILT = 0, 1
 
 
 class Parameters(NamedTuple):
-    """What the laws of these controllers take: the attributes in plain numbers.
+    """Parameters of the laws of these controllers: the attributes in plain numbers.
 
     Attributes:
         constants: Lumped constants of the robot model.
         source: Index of the slope's source in `SLOPE_SOURCES`.
         imitated_slope: phi_r, rad.
         energy: E_ref, J; NaN for a gait that has none.
-        gains: The law's own attributes, in the order of `KnownSlopeController.gains`.
+        gains: The law's own attributes, in their order.
         table: The gait's trajectory, for a law that follows it; else empty.
     """
 
@@ -48,7 +48,7 @@ class Parameters(NamedTuple):
 
 @dataclass(frozen=True)
 class KnownSlopeController(LawController):
-    r"""A law of the ground's slope, which is given at the start and then, by choice, dead reckoned at touchdown.
+    r"""A law that uses the slope of the ground, given at the start and then, by choice, dead reckoned at touchdowns.
 
     | `slope_source` | the law's slope :math:`\varphi`, which its angles are taken from the normal of |
     |---|---|
@@ -66,19 +66,17 @@ class KnownSlopeController(LawController):
 
     Attributes:
         robot: Robot model of the law; it may differ from the robot that walks.
-        gait: That is imitated; a passive one, but for a law that `follows` its trajectory.
+        gait: Gait that is imitated; a passive one, except for a law that `follows` its trajectory.
         slope_source: One of `SLOPE_SOURCES`.
-        initial_slope: Of the ground at the start, rad, positive downhill.
+        initial_slope: Slope of the ground at the start, rad, positive downhill.
     """
 
     robot: Compass
     gait: Gait
     slope_source: str = field(default="local", kw_only=True)
-    initial_slope: float = field(default=0.0, kw_only=True)
+    initial_slope: Annotated[float, domains.SLOPE] = field(default=0.0, kw_only=True)
 
     memory_size: ClassVar[int] = 2
-    gains: ClassVar[Mapping[str, domains.Domain]] = {}
-    """The law's own attributes, with their domains."""
     follows: ClassVar[bool] = False
     """Whether the law follows the gait's trajectory in time."""
     torque_law: ClassVar[Callable[..., tuple[float, float]]]
@@ -92,7 +90,7 @@ class KnownSlopeController(LawController):
         """
         check_imitation(self, passive=not self.follows)
         domains.known_name("slope_source", self.slope_source, SLOPE_SOURCES)
-        domains.check_fields(self, initial_slope=domains.SLOPE, **self.gains)
+        domains.check_fields(self)
 
     @cached_property
     def parameters(self) -> Parameters:
@@ -102,12 +100,12 @@ class KnownSlopeController(LawController):
             source=SLOPE_SOURCES.index(self.slope_source),
             imitated_slope=float(self.gait.slope),
             energy=self.gait.energy if isinstance(self.gait, PassiveGait) else math.nan,
-            gains=tuple(getattr(self, name) for name in self.gains),
+            gains=tuple(getattr(self, each.name) for each in fields(self) if each.name not in _COMMON),
             table=self.gait.table if self.follows else (),
         )
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
-        """Begin with the slope given."""
+        """Begin with the given slope."""
         memory[_LOCAL], memory[_TILT] = float(self.initial_slope), 0.0
 
     @cached_property
@@ -116,8 +114,11 @@ class KnownSlopeController(LawController):
         return Law(self.parameters, type(self).torque_law, _touchdown, _slope_estimate, never)
 
 
+_COMMON = tuple(each.name for each in fields(KnownSlopeController))
+
+
 def against_slope(memory: Memory, q1: float, q2: float) -> tuple[float, float, float]:
-    """The law's slope and the legs' angles from its normal, rad, of angles from the ground's normal."""
+    """Return the law's slope, and convert angles from the ground's normal to angles from that slope's normal, rad."""
     return memory[_LOCAL] + memory[_TILT], q1 - memory[_TILT], q2 - memory[_TILT]
 
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
 from controllers.tracking import computed_torque, tracking_errors
@@ -35,13 +34,12 @@ class LimitCycleController(KnownSlopeController):
     Attributes:
         rate_gain: K1 = diag(k, k), 1/s.
         position_gain: K2 = diag(k, k), 1/s².
-        slope_source: See `KnownSlopeController`, as for all attributes not named here.
+        slope_source: One of `SLOPE_SOURCES`; `KnownSlopeController` describes it and the other attributes.
     """
 
-    rate_gain: float = 10.0
-    position_gain: float = 25.0
+    rate_gain: Annotated[float, domains.GAIN] = 10.0
+    position_gain: Annotated[float, domains.POSITION_GAIN] = 25.0
 
-    gains: ClassVar[Mapping[str, domains.Domain]] = {"rate_gain": domains.GAIN, "position_gain": domains.POSITION_GAIN}
     follows: ClassVar[bool] = True
 
     @cached_property

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Annotated
 
 from controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
 from controllers.comparison.virtual_gravity import energy_error, shaped_torque
@@ -31,13 +30,11 @@ class PassivityController(KnownSlopeController):
 
     Attributes:
         gain: k, s.
-        slope_source: See `KnownSlopeController`, as for all attributes not named here.
+        slope_source: One of `SLOPE_SOURCES`; `KnownSlopeController` describes it and the other attributes.
     """
 
-    gain: float = 5.0
+    gain: Annotated[float, domains.DAMPING_GAIN] = 5.0
     slope_source: str = field(default="two_point", kw_only=True)
-
-    gains: ClassVar[Mapping[str, domains.Domain]] = {"gain": domains.DAMPING_GAIN}
 
 
 def _torque(

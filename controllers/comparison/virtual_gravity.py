@@ -8,13 +8,7 @@ from mjbiped.robots import compass
 
 
 def energy_error(
-    constants: compass.Constants,
-    slope: float,
-    energy: float,
-    q1: float,
-    q2: float,
-    dq1: float,
-    dq2: float,
+    constants: compass.Constants, slope: float, energy: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> float:
     r"""Error of the energy that the robot would have on a slope.
 

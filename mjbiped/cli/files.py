@@ -1,4 +1,4 @@
-"""What a command writes and prints, and how it ends."""
+"""Output files, printed results and exit status of a command."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LONGEST_LINE = 1000
 
 @dataclass
 class Results:
-    """The results that a command was asked for, what it has written, and what went wrong.
+    """Requested results of a command, the files written so far, and failures.
 
     One failure does not stop the next file.
 
@@ -67,9 +67,9 @@ class Results:
         """Write the figure `plot`.
 
         Args:
-            function: The function that draws it, as "module:name" in `mjbiped.plotting`; it is called with what is
-                shown and the path. It is imported only here, since Matplotlib takes long to load.
-            *shown: What the figure shows.
+            function: Name of the function that draws it, as "module:name" in `mjbiped.plotting`. It is imported only
+                here, since Matplotlib takes long to load.
+            *shown: Arguments of that function before the path.
         """
         self.write("plot", self.plot, lambda file: resolve_name(f"mjbiped.plotting.{function}")(*shown, file))
 

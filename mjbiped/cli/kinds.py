@@ -1,4 +1,4 @@
-"""Types of command-line options: each reads a value, or says what it expected."""
+"""Types of command-line options, which read a value or say what was expected."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from mjbiped.utils.files import check_writable
 
 
 class Kind(click.ParamType):  # type: ignore[type-arg]  # generic in the latest click alone
-    """The type of a value that a function reads.
+    """Type of an option whose value a function reads.
 
     Attributes:
-        metavar: Stands for a value in the help.
-        read: Makes the value of what was given; an `InputError` refuses it.
-        expected: What a refused value should have been; the error's own words if empty.
+        metavar: Placeholder of a value in the help.
+        read: Function that converts the given text; it raises an `InputError` to refuse it.
+        expected: Description of a valid value, for the message; if empty, the message is the error's own.
     """
 
     def __init__(self, metavar: str, read: Callable[[Any], Any], expected: str = "") -> None:
-        """Take the attributes."""
+        """Set the attributes."""
         self.name = self.metavar = metavar
         self.read, self.expected = read, expected
 
@@ -47,7 +47,7 @@ class Kind(click.ParamType):  # type: ignore[type-arg]  # generic in the latest 
 
 
 class Folder(click.Path):
-    """The path of a folder, which need not exist."""
+    """Type of a path to a folder, which need not exist."""
 
     metavar = "FOLDER"
 
@@ -57,7 +57,7 @@ class Folder(click.Path):
 
 
 class Width(click.Choice):  # type: ignore[type-arg]  # generic in the latest click alone
-    """The width of all figures that a command draws: reading it sets it, until the command ends."""
+    """Type of the option that sets the width of all figures until the command ends."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Read a width's name."""
@@ -68,7 +68,7 @@ class Width(click.Choice):  # type: ignore[type-arg]  # generic in the latest cl
 
 
 def output(*suffixes: str) -> Kind:
-    """The type of a file to write: it has one of these suffixes, and its folder exists and can be written to.
+    """Return the type of a file to write, with one of these suffixes, in a folder that can be written to.
 
     An existing file may be replaced.
     """
@@ -94,17 +94,17 @@ def output(*suffixes: str) -> Kind:
 
 
 def number(text: Any, domain: Domain | Count) -> Any:
-    """The number that a text spells, checked against its domain."""
+    """Read a number from a text, and check it against its domain."""
     return domain.check("", parse_number(text) if isinstance(text, str) else text)
 
 
 def quantity(domain: Domain | Count) -> Kind:
-    """The type of a number in a domain."""
+    """Return the type of a number in a domain."""
     return Kind("X" if isinstance(domain, Domain) else "N", lambda value: number(value, domain), domain.words)
 
 
 def span(domain: Domain) -> Kind:
-    """The type of two numbers in a domain, the first below the second, such as "0.8..1.6"."""
+    """Return the type of two numbers in a domain, the first below the second, such as "0.8..1.6"."""
 
     def read(value: Any) -> tuple[float, float]:
         first, _, second = str(value).partition("..")
@@ -117,7 +117,7 @@ def span(domain: Domain) -> Kind:
 
 
 def pair(value: str, separator: str = "=") -> tuple[str, str]:
-    """Two texts with a separator between them, such as "ratio=-2"; neither is empty."""
+    """Split a text such as "ratio=-2" at its separator into two texts, neither of them empty."""
     first, _, second = value.partition(separator)
     if not first.strip() or not second.strip():
         raise InputError("one part is missing")
@@ -182,7 +182,7 @@ def _video_size(value: str) -> tuple[int, int]:
 
 
 def _of_look(argument: str) -> Callable[[str], str]:
-    """Check names that `mjbiped.rendering.look.look` takes as an argument, and leave them as they are written."""
+    """Return a function that checks names for an argument of `mjbiped.rendering.look.look`, and returns them."""
 
     def read(value: str) -> str:
         look(**{argument: value})

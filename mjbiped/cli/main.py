@@ -27,10 +27,10 @@ from mjbiped.version import __version__
 
 
 class _Commands(click.Group):
-    """Commands whose user errors, and Ctrl-C, become one line and an exit status."""
+    """Group of commands that turns user errors and Ctrl-C into one line and an exit status."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names of the commands, in the order in which they are added."""
+        """Return the names of the commands, in the order in which they were added."""
         return list(self.commands)
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -219,7 +219,7 @@ def _check_part(pictures: Mapping[str, Any]) -> None:
     """Refuse a video that ends before it begins.
 
     Raises:
-        click.UsageError: It does.
+        click.UsageError: The video ends before it begins.
     """
     start, stop = pictures["start"], pictures["stop"]
     if start is not None and stop is not None and start > stop:

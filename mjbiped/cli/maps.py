@@ -174,7 +174,7 @@ def basin(ctx: click.Context, /, results: Results, scuffing_reach: float, **valu
 
 
 def _rates(gait: Any, count: int, controlled: bool, values: dict[str, Any]) -> dict[str, NDArray[np.float64]]:
-    """The initial rates along both sides of the map, rad/s; around those of the gait unless given."""
+    """Return the initial rates along both sides of the map, rad/s; by default a range around the gait's rates."""
     rates = gait.start[len(gait.start) // 2 :] if gait is not None else np.zeros(1)  # refused later
     greatest = float(np.abs(rates).max())
     around = ((-2.0, 11.0), (-25.0, 25.0)) if controlled else ((0.7, 1.45), (-1.5, 2.2))

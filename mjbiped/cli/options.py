@@ -33,7 +33,7 @@ OTHERS = (*COMPARED, *(name for name in controller_names() if name not in ("adap
 
 
 def gains_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
-    """Names and defaults of the settings that `--gain` sets; the others have options of their own."""
+    """Return names and defaults of the settings that `--gain` sets; the others have options of their own."""
     return {key: value for key, value in settings_of(name, robot).items() if key not in (*SHARED, "slope_source")}
 
 
@@ -65,7 +65,7 @@ walk_options = options(
 
 
 def gain_option(section: str) -> Callable[[Function], Function]:
-    """The option that sets a controller's fields."""
+    """Return the option that sets a field of the controller."""
     known = "; ".join(f"{name}: {shown_defaults(gains_of(name))}" for name in COMPARED)
     text = f"Set a field of the controller, may be repeated; {known}; your own: its dataclass fields."
     return options(section, ("--gain", kinds.SETTING, text, ()))
@@ -95,7 +95,7 @@ mujoco_options = options(
 
 
 def scuffing_option(section: str) -> Callable[[Function], Function]:
-    """The option of the scuffing rule: which scuffs are ignored, and which steps are long enough."""
+    """Return the option of the scuffing rule: which scuffs are ignored, and which steps are long enough."""
     text = "Leg lengths ahead of the stance foot from which the swing foot may touch the ground; steps must be longer."
     return options(section, ("--scuffing-reach", domains.REACH, text, ScuffingRule.reach))
 

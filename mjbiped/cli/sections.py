@@ -1,4 +1,4 @@
-"""Options of a command in sections of its help, and what a command asks about them."""
+"""Options in sections of a command's help, and queries about the options that were given."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class SectionOption(click.Option):
     """An option in a section of its command's help."""
 
     def __init__(self, *args: Any, section: str, **kwargs: Any) -> None:
-        """Take the section beside an option's usual arguments."""
+        """Make an option in a section; the other arguments are those of `click.Option`."""
         super().__init__(*args, **kwargs)
         self.section = section
 
@@ -69,7 +69,7 @@ def options(section: str, *rows: Row) -> Callable[[Function], Function]:
 
 
 def together(*decorators: Callable[[Function], Function]) -> Callable[[Function], Function]:
-    """Several decorators as one, the first outermost."""
+    """Combine decorators into one; the first is the outermost."""
 
     def decorate(function: Function) -> Function:
         for decorator in reversed(decorators):
@@ -95,17 +95,17 @@ def results(*rows: Row) -> Callable[[Callable[..., None]], Callable[..., None]]:
 
 
 def section(ctx: click.Context, *sections: str) -> list[click.Parameter]:
-    """The options in sections of a command's help."""
+    """Return the options in sections of a command's help."""
     return [parameter for parameter in ctx.command.params if getattr(parameter, "section", "") in sections]
 
 
 def taken(ctx: click.Context, values: dict[str, Any], *sections: str) -> dict[str, Any]:
-    """The options in sections of a command's help, removed from `values`."""
+    """Remove the options in sections of a command's help from `values`, and return them."""
     return {str(parameter.name): values.pop(str(parameter.name)) for parameter in section(ctx, *sections)}
 
 
 def is_given(ctx: click.Context, name: str) -> bool:
-    """Whether an option stands on the command line."""
+    """Tell whether an option was given on the command line."""
     return ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -33,15 +34,7 @@ from mjbiped.records.record import Walk
     options.WIDTH,
     *options.PRINTED,
 )
-def sweep(
-    study: Path,
-    results: Results,
-    workers: int | None,
-    scheduler: str | None,
-    fresh: bool,
-    trajectories: bool,
-    parquet: bool,
-) -> None:
+def sweep(study: Path, results: Results, trajectories: bool, parquet: bool, **walks: Any) -> None:
     """Run the walks that STUDY, a .toml file, describes: grids, random samples, or both.
 
     Each walk is a row of the table, kept as soon as it has ended: if interrupted or killed, the same command
@@ -60,22 +53,14 @@ def sweep(
     from mjbiped.sweeps.plan import read_study
     from mjbiped.sweeps.run import run
 
-    _check_walkers(workers, scheduler)
+    _check_walkers(**walks)
     for option, wanted in (("--parquet", parquet), ("--trajectories", trajectories)):
         if wanted:
             check_installed(option)
     planned = read_study(study)
     folder = results.out or study.with_suffix("")
     with _resumable(folder):
-        rows, table = run(
-            planned,
-            folder,
-            workers=workers,
-            scheduler=scheduler,
-            fresh=fresh,
-            trajectories=trajectories,
-            progress=not results.quiet,
-        )
+        rows, table = run(planned, folder, trajectories=trajectories, progress=not results.quiet, **walks)
         files = [table]
         if parquet:
             files.append(write_table(table.with_suffix(".parquet"), rows))
@@ -90,7 +75,7 @@ def sweep(
 @options.study_argument
 @sections.options("Walks", *options.STUDY)
 @results(options.STUDY_FOLDER, options.WIDTH, *options.PRINTED)
-def robustness(study: Path, results: Results, workers: int | None, scheduler: str | None, fresh: bool) -> None:
+def robustness(study: Path, results: Results, **walks: Any) -> None:
     """Measure how robust the controllers of STUDY are, a .toml file.
 
     Each controller walks on level ground, over single steps and changes of slope that come at all phases of its step,
@@ -108,13 +93,11 @@ def robustness(study: Path, results: Results, workers: int | None, scheduler: st
     from mjbiped.robustness.tables import TABLES, robustness_tables, write_tables
     from mjbiped.sweeps.run import run
 
-    _check_walkers(workers, scheduler)
+    _check_walkers(**walks)
     planned = read_plan(study)
     folder = results.out or study.with_suffix("")
     with _resumable(folder):
-        rows, table = run(
-            planned.study, folder, workers=workers, scheduler=scheduler, fresh=fresh, progress=not results.quiet
-        )
+        rows, table = run(planned.study, folder, progress=not results.quiet, **walks)
         result = found(planned, rows)
         files = [table, write_tables(result, folder / TABLES), *draw(result, folder)]
     results.end(result.summary(), robustness_tables(result), files)
@@ -133,7 +116,7 @@ def robustness(study: Path, results: Results, workers: int | None, scheduler: st
     options.WIDTH,
     *options.PRINTED,
 )
-def reproduce(results: Results, quick: bool, workers: int | None, fresh: bool, report: Path | None) -> None:
+def reproduce(results: Results, **walks: Any) -> None:
     """Reproduce section V of the paper in both engines: tables II and III, figures 4 to 6, and a report.
 
     Finished walks are kept in --out: if interrupted or killed, the same command resumes.
@@ -150,9 +133,7 @@ def reproduce(results: Results, quick: bool, workers: int | None, fresh: bool, r
     folder = results.out
     assert folder is not None
     with _resumable(folder, "finished walks are"):
-        rows, files = walk_all(
-            folder, quick=quick, workers=workers, report=report, fresh=fresh, progress=not results.quiet
-        )
+        rows, files = walk_all(folder, progress=not results.quiet, **walks)
     asked = checks(rows, choices(rows)[0])
     failed = [row for row in rows if row.outcome == "failed"]
     plain = [{**check.answer._asdict(), "engine": check.engine, "group": check.group} for check in asked]
@@ -206,11 +187,8 @@ def report(source: Path, results: Results) -> None:
         results.written["report"] = str(page)
     else:
         done, video = Walk.load(source), not results.no_video
-        results.write(
-            "report",
-            page,
-            lambda path: report_walk(done, path, record=source.name, video=video, progress=not results.quiet),
-        )
+        settings: dict[str, Any] = {"record": source.name, "video": video, "progress": not results.quiet}
+        results.write("report", page, lambda path: report_walk(done, path, **settings))
     results.end({}, [])
 
 
@@ -247,15 +225,15 @@ def compile_(results: Results, controllers: tuple[str, ...], engine: str | None,
 
 @contextmanager
 def _resumable(folder: Path, kept: str = "what had ended is") -> Iterator[None]:
-    """Report Ctrl-C, and that the same command resumes the study."""
+    """On Ctrl-C, say that the same command resumes the study."""
     try:
         yield
     except KeyboardInterrupt:
         end(INTERRUPTED, f"interrupted; {kept} in {folder}: the same command goes on from there")
 
 
-def _check_walkers(workers: int | None, scheduler: str | None) -> None:
-    """Refuse a number of local processes where the workers of a scheduler walk.
+def _check_walkers(workers: int | None, scheduler: str | None, **_: Any) -> None:
+    """Refuse a number of local processes together with a scheduler, which has workers of its own.
 
     Raises:
         click.UsageError: Both are given.

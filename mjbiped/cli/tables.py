@@ -1,4 +1,4 @@
-"""Results of commands in words and numbers: tables to read, and JSON."""
+"""Results of commands as tables and as JSON."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:
-    """Two engines' measures side by side, and their largest differences at a touchdown with the limits."""
+    """Return both engines' measures side by side, and their largest differences at a touchdown with the limits."""
     measures = comparison.measures()
     sides = bare_table("", "MuJoCo", "hybrid", "difference", "%", "unit")
     outcome = measures["outcome"]
@@ -89,7 +89,7 @@ _THEOREM: tuple[Line, ...] = (
 
 
 def gait_told(gait: PassiveGait) -> Told:
-    """A passive gait; states are q1, q2 (rad) and dq1, dq2 (rad/s)."""
+    """Report a passive gait; states are q1, q2 (rad) and dq1, dq2 (rad/s)."""
     summary = {
         "slope_deg": math.degrees(gait.slope),
         "state_after_impact": gait.start.tolist(),
@@ -111,7 +111,7 @@ def gait_told(gait: PassiveGait) -> Told:
 
 
 def kneed_gait_told(gait: KneedGait) -> Told:
-    """A passive gait with knees; states are of stance leg, swing thigh and shank, rad and rad/s."""
+    """Report a passive gait with knees; states are of stance leg, swing thigh and shank, rad and rad/s."""
     summary = {
         "slope_deg": math.degrees(gait.slope),
         "state_after_heel_strike": gait.start.tolist(),
@@ -143,12 +143,12 @@ def kneed_gait_told(gait: KneedGait) -> Told:
 
 
 def _filled(lines: Iterable[Line], results: Mapping[str, Any]) -> Table:
-    """The table of lines with the results in them."""
+    """Fill results into the lines of a table."""
     return table_of((label, form.format_map(results), unit) for label, form, unit in lines)
 
 
 def _stability_of(gait: PassiveGait | KneedGait) -> dict[str, Any]:
-    """A gait's Floquet multipliers, and whether it is stable."""
+    """Return a gait's Floquet multipliers, and whether it is stable."""
     return {
         "multipliers": [
             {"real": value.real, "imaginary": value.imag, "modulus": abs(value)} for value in gait.multipliers.tolist()
@@ -158,7 +158,7 @@ def _stability_of(gait: PassiveGait | KneedGait) -> dict[str, Any]:
 
 
 def _stability_lines(summary: Mapping[str, Any]) -> Iterator[Line]:
-    """The lines of a gait's stability."""
+    """Iterate over the lines about a gait's stability."""
     for value in summary["multipliers"]:
         number = f"{value['real']:.5f}" + (f" {value['imaginary']:+.5f} i" if value["imaginary"] else "")
         yield "Floquet multiplier, modulus", f"{number}, {value['modulus']:.5f}", ""
@@ -166,7 +166,7 @@ def _stability_lines(summary: Mapping[str, Any]) -> Iterator[Line]:
 
 
 def reference_told(gait: OptimisedGait | OptimisedKneedGait) -> Told:
-    """An optimised gait; states are the robot's angles (rad), then their rates (rad/s)."""
+    """Report an optimised gait; states are the robot's angles (rad), then their rates (rad/s)."""
     told, joints = gait.measures, gait.robot.joints
     summary = {
         "speed_m_per_s": gait.speed,
@@ -203,7 +203,7 @@ def reference_told(gait: OptimisedGait | OptimisedKneedGait) -> Told:
 
 
 def stability_told(found: Stability) -> Told:
-    """Theorem 1 along a walk; what a walk of one step does not have is None."""
+    """Report on Theorem 1 along a walk; results that need more than one step are None for a walk of one."""
     norms = np.linalg.norm(found.end, axis=1)
     compared = found.ratio[np.isfinite(found.ratio)]
     left = found.condition[1:]
@@ -232,7 +232,7 @@ def stability_told(found: Stability) -> Told:
 
 
 def bifurcation_told(cascade: Cascade, diagram: BifurcationDiagram, steps: int, seconds: tuple[float, float]) -> Told:
-    """Period doublings, and where the robot is lost.
+    """Report period doublings, and the slope from which the robot falls.
 
     Args:
         cascade: The onsets of the doublings.
@@ -268,7 +268,7 @@ def bifurcation_told(cascade: Cascade, diagram: BifurcationDiagram, steps: int, 
 
 
 def basin_told(found: Basin, seconds: float) -> Told:
-    """The shares of a basin's starts by their fate, and the time that the walks took, s."""
+    """Report the share of a basin's starts by their fate, and the duration of the computation, s."""
     shares = {fate.name.lower(): found.share(fate) for fate in Fate}
     summary = {
         "walker": found.walker,
@@ -287,7 +287,7 @@ def basin_told(found: Basin, seconds: float) -> Told:
 
 
 def checks_table(checks: Iterable[Check]) -> Table:
-    """The paper's claims, and whether they hold."""
+    """Return a table of the paper's claims, and whether they hold."""
     table = bare_table("claim", "settings", "engine", "found", "holds")
     for check in checks:
         answer = check.answer
@@ -298,7 +298,7 @@ def checks_table(checks: Iterable[Check]) -> Table:
 
 
 def sweep_tables(summary: Mapping[str, Any]) -> list[Table]:
-    """A study's summary by `mjbiped.sweeps.bins.summarised`: outcomes, quantiles, and errors if there are any."""
+    """Return tables of a study's summary by `mjbiped.sweeps.bins.summarised`: outcomes, quantiles and any errors."""
     outcomes = bare_table("outcome", "walks", "%")
     for outcome, count in summary["verdicts"].items():
         outcomes.add_row(outcome, str(count), f"{100.0 * count / summary['walks']:.1f}")
@@ -317,12 +317,12 @@ def sweep_tables(summary: Mapping[str, Any]) -> list[Table]:
 
 
 def as_json(values: Mapping[str, Any]) -> str:
-    """Values as a JSON object; infinity and NaN, which JSON does not have, become null."""
+    """Write values as a JSON object; infinity and NaN, which JSON does not have, become null."""
     return json.dumps(_plain(values), indent=2, allow_nan=False, ensure_ascii=True)
 
 
 def _plain(value: Any) -> Any:
-    """A value that JSON can hold."""
+    """Convert a value to one that JSON can hold."""
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

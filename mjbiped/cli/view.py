@@ -90,7 +90,7 @@ def view(ctx: click.Context, /, what: str, **values: Any) -> None:
 
 
 def _replay(path: Path) -> Callable[[], Source]:
-    """Read a record, and return what replays it."""
+    """Read a record, and return a function that begins its replay."""
     from mjbiped.viewing.replay import Replay
 
     record = Walk.load(path)
@@ -98,7 +98,7 @@ def _replay(path: Path) -> Callable[[], Source]:
 
 
 def _live(ctx: click.Context, text: str, values: dict[str, Any]) -> Callable[[], Source]:
-    """Check the options of a walk, and return what starts it."""
+    """Check the options of a walk, and return a function that starts it."""
     from mjbiped.viewing.live import LiveWalk
 
     seed = values["seed"]
@@ -114,4 +114,4 @@ def _live(ctx: click.Context, text: str, values: dict[str, Any]) -> Callable[[],
     def on_next_ground(ground: Callable[[], Terrain]) -> Plan:
         return make_plan(terms, controller, ground(), initial, plan.description, disturbances)
 
-    return lambda: LiveWalk(plan, partial(on_next_ground, grounds) if grounds else None)
+    return lambda: LiveWalk(plan, grounds and partial(on_next_ground, grounds))

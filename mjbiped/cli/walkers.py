@@ -35,7 +35,7 @@ _Robot = TypeVar("_Robot", bound=Robot)
 
 
 def walker(ctx: click.Context, values: dict[str, Any]) -> tuple[Controller, Terrain]:
-    """The controller and the terrain of a command, their options removed from `values`.
+    """Make the controller and the terrain of a command, and remove their options from `values`.
 
     Robot, scuffing rule and disturbances replace their options in `values`.
 
@@ -52,7 +52,7 @@ def walker(ctx: click.Context, values: dict[str, Any]) -> tuple[Controller, Terr
 
 
 def robot_of(ctx: click.Context, values: dict[str, Any]) -> Robot:
-    """The robot of a command, its options removed from `values`.
+    """Make the robot of a command, and remove its options from `values`.
 
     Raises:
         click.UsageError: An option is given that the robot does not have.
@@ -69,7 +69,7 @@ def robot_of(ctx: click.Context, values: dict[str, Any]) -> Robot:
 
 
 def _named(name: str) -> tuple[type[Robot], dict[str, Any]]:
-    """Kind and parameters of a robot, by its name or its file."""
+    """Return kind and parameters of a robot, by its name or its file."""
     if name in NAMED:
         return named(name)
     with prefixed(f"--robot {shown(name)}: "):
@@ -81,7 +81,7 @@ def _named(name: str) -> tuple[type[Robot], dict[str, Any]]:
 
 
 def controller_of(ctx: click.Context, robot: Robot, values: dict[str, Any]) -> Controller:
-    """The controller of a command, its options removed from `values`.
+    """Make the controller of a command, and remove its options from `values`.
 
     Raises:
         click.UsageError: An option is given that the controller does not have.
@@ -127,7 +127,7 @@ def _refuse_options(ctx: click.Context, name: str, valid: Iterable[str]) -> None
 
 
 def disturbances_of(given: Iterable[tuple[str, str]], pushes: Sequence[tuple[float, float]]) -> Disturbances | None:
-    """The disturbances of a command; None if there are none.
+    """Make the disturbances of a command; None if there are none.
 
     Args:
         given: Names and values as texts.
@@ -147,7 +147,7 @@ def disturbances_of(given: Iterable[tuple[str, str]], pushes: Sequence[tuple[flo
 
 
 def model_of(robot: _Robot, errors: Sequence[tuple[str, float]]) -> _Robot:
-    """The controller's model of a robot.
+    """Make the controller's model of a robot.
 
     Args:
         robot: The robot that walks.
@@ -167,7 +167,7 @@ def model_of(robot: _Robot, errors: Sequence[tuple[str, float]]) -> _Robot:
 
 
 def terrain_of(text: str, seed: int | None) -> Terrain:
-    """The terrain that a text and a seed describe.
+    """Make the terrain that a text and a seed describe.
 
     Raises:
         InputError: The text describes none, or the seed does not fit it.
@@ -184,11 +184,11 @@ def terrain_of(text: str, seed: int | None) -> Terrain:
 
 
 def next_ground(text: str, seed: int | None) -> Callable[[], Terrain] | None:
-    """A function that makes the terrain of the next seed at each call; None where the text describes no random ground.
+    """Return a function that makes the terrain of the next seed at each call; None where the ground is not random.
 
     Args:
         text: A text that `terrain_of` accepts.
-        seed: The seed beside it.
+        seed: Seed that was given with the text; None without one.
     """
     name, parameters = _random(text)
     if not name:
@@ -198,7 +198,7 @@ def next_ground(text: str, seed: int | None) -> Callable[[], Terrain] | None:
 
 
 def _random(text: str) -> tuple[str, dict[str, Any]]:
-    """Name and parameters of random ground; an empty name where the text describes other ground."""
+    """Return name and parameters of random ground; the name is empty where the text describes other ground."""
     name, _, rest = text.partition(":")
     if name.strip() not in RANDOM:
         return "", {}
@@ -206,7 +206,7 @@ def _random(text: str) -> tuple[str, dict[str, Any]]:
 
 
 def engine_of(ctx: click.Context, name: str, values: dict[str, Any]) -> Engine:
-    """The engine of a command, its options removed from `values`.
+    """Make the engine of a command, and remove its options from `values`.
 
     Raises:
         click.UsageError: An option is given that the engine does not have.
@@ -220,6 +220,6 @@ def engine_of(ctx: click.Context, name: str, values: dict[str, Any]) -> Engine:
 
 
 def mujoco_of(ctx: click.Context, values: dict[str, Any]) -> Mujoco:
-    """The MuJoCo engine of a command, its options removed from `values`."""
+    """Make the MuJoCo engine of a command, and remove its options from `values`."""
     settings = taken(ctx, values, options.MUJOCO)
     return Mujoco(lands=not settings.pop("plain_steps"), **settings)

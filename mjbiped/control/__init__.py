@@ -1,1 +1,1 @@
-"""What a controller is to an engine."""
+"""The contract between controllers and engines."""

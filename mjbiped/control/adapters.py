@@ -10,6 +10,7 @@ from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 from mjbiped.errors import InputError, shown
+from mjbiped.utils.domains import entries
 
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller, Memory
@@ -18,7 +19,7 @@ _METHODS = ("on_touchdown", "on_knee_strike", "torque", "slope_estimate", "next_
 
 
 def gives_its_law(controller: Controller) -> bool:
-    """Whether `law` speaks for the controller: it has no method that is newer than it.
+    """Tell whether `law` stands for all methods of the controller: none of them is newer than it.
 
     A method is newer that was replaced in a class derived from the one that has `law`, or in the object itself.
     """
@@ -33,7 +34,7 @@ def gives_its_law(controller: Controller) -> bool:
 def torque(
     controller: Controller, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
 ) -> Sequence[float]:
-    """Call the method `torque`, with the controller in the place of its law's parameters.
+    """Call the method `torque` by the signature of `Law.torque`, whose first argument is the controller here.
 
     Raises:
         InputError: It returned another number of values than it should, or no numbers.
@@ -50,15 +51,12 @@ def values_of(controller: Controller, given: Any) -> tuple[float, ...]:
     """Check that `torque` returned as many numbers as it must, and return them as a tuple.
 
     Raises:
-        InputError: It is not.
+        InputError: `torque` returned something else.
     """
     wanted = len(controller.joints) + len(controller.states)
-    try:
-        values = tuple(given)
-    except TypeError:
-        values = None
-    if values is None or isinstance(given, str) or len(values) != wanted:
-        got = shown(given) if values is None or isinstance(given, str) else f"{len(values)} values"
+    values = entries(given)
+    if values is None or len(values) != wanted:
+        got = shown(given) if values is None else f"{len(values)} values"
         rates = ", ".join(controller.states) or "none"
         returned = ", ".join((*controller.joints, *(f"rate_of_{state}" for state in controller.states)))
         raise InputError(
@@ -74,7 +72,7 @@ def values_of(controller: Controller, given: Any) -> tuple[float, ...]:
 
 
 def _method(name: str) -> Callable[..., Any]:
-    """A function that calls a method, with the controller in the place of its law's parameters."""
+    """Return a function that calls a method by the signature of a law, whose first argument is the controller here."""
     return lambda controller, *arguments: getattr(controller, name)(*arguments)
 
 

@@ -1,4 +1,4 @@
-"""Why a controller's laws cannot be compiled, in words."""
+"""Explanations of why a controller's laws cannot be compiled."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class LawError(InputError):
 
 @contextmanager
 def refused_in_words(controller: Controller, law: Law | None) -> Iterator[None]:
-    """Tell which law is to blame, why, and where, if the laws that a block calls cannot be compiled.
+    """Explain which law cannot be compiled, why, and where, if the block's compilation fails.
 
     Args:
-        controller: Whose laws they are.
-        law: What `compilable_law` gave; None where nothing is compiled.
+        controller: Controller of the laws.
+        law: Result of `compilable_law`; None where nothing is compiled.
 
     Raises:
         LawError: They cannot be compiled. An exception that a running law raised passes unchanged.
@@ -48,7 +48,7 @@ def refused_in_words(controller: Controller, law: Law | None) -> Iterator[None]:
 
 
 def _blame(law: Law, states: Sequence[str], joints: int = 2) -> str:
-    """The first law that cannot be compiled by itself, and why; empty if all can."""
+    """Describe the first law that cannot be compiled by itself, and why; empty if all can."""
     numba: Any = import_module("numba")  # slow to import, and without types
     types = numba.types
     prepared(tuple(law.functions.values()), inlined=())
@@ -74,7 +74,7 @@ def _blame(law: Law, states: Sequence[str], joints: int = 2) -> str:
 
 
 def _reason(error: Exception) -> str:
-    """The line of Numba's message that says what is wrong, and the place in the source."""
+    """Return the line of Numba's message that says what is wrong, and the place in the source."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     message = next((line for line in lines if not line.startswith("Failed in")), type(error).__name__).rstrip(".")
     if "NRT required" in message:

@@ -1,4 +1,4 @@
-"""What a controller is: gains, a memory of plain numbers, and laws that turn a state into torques.
+"""The contract of a controller: gains, a memory of plain numbers, and laws that turn a state into torques.
 
 Write your own by deriving from `Controller` and giving it a `torque` method:
 
@@ -38,13 +38,13 @@ class Law(NamedTuple):
     For a robot with knees each state has three angles, q1, q2, q3, and three rates.
 
     Attributes:
-        parameters: All that the laws need beside the memory: numbers, arrays, tuples and NamedTuples of these.
+        parameters: All that the laws need besides the memory: numbers, arrays, tuples and NamedTuples of these.
         torque: (parameters, memory, t, q1, q2, dq1, dq2) -> floats, as `Controller.torque`.
         touchdown: (parameters, memory, q1 and q2 before, q1, q2, dq1, dq2), as `Controller.on_touchdown`.
         slope_estimate: (parameters, memory) -> float.
         next_discontinuity: (parameters, memory, t) -> float.
-        tick: What `mjbiped.disturbances.sampled.SampledController` does once in each control period, with the
-            arguments of `torque`; None for all others.
+        tick: Action of `mjbiped.disturbances.sampled.SampledController` once in each control period, with the
+            arguments of `torque`; None for all other controllers.
         knee_strike: `Controller.on_knee_strike`, with the arguments of `torque`; robots with knees need it.
     """
 
@@ -58,7 +58,7 @@ class Law(NamedTuple):
 
     @property
     def functions(self) -> dict[str, Callable[..., Any]]:
-        """The functions that are not None, by their names."""
+        """All functions that are not None, by their names."""
         return {name: each for name, each in self._asdict().items() if name != "parameters" and each is not None}
 
 
@@ -83,7 +83,7 @@ class Controller(ABC):
         memory_size: Floats needed in all, the integrated states included.
         joints: Names of the joints that the law drives, as `Robot.joints` has them; with knees q, dq and torques have
             three numbers each.
-        with_knees: Where the class of the same law for robots with knees is, as "module:Class"; None: there is none.
+        with_knees: Class of the same law for robots with knees, as "module:Class"; None if there is none.
         robot: The robot model that the laws use, or None; the walking robot is this one unless told otherwise.
         gait: The gait that is imitated, or None; a walk with `initial="gait"` starts on it.
     """
@@ -121,10 +121,10 @@ class Controller(ABC):
     def on_touchdown(  # noqa: B027 (optional hook)
         self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]
     ) -> None:
-        """Take notice of a support transfer.
+        """Update the memory after a support transfer.
 
         Args:
-            memory: As the last call left it; to be changed in place.
+            memory: Memory of the controller, which is changed in place.
             q_before: Angles at touchdown in the roles and against the ground normal of the step that ends, rad.
             q: The same posture in the new roles and against the new ground's normal, rad.
             dq: Rates just after the impact in the new roles, rad/s.
@@ -133,10 +133,10 @@ class Controller(ABC):
     def on_knee_strike(  # noqa: B027 (optional hook)
         self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
     ) -> None:
-        """Take notice that the swing knee has struck its stop and is locked, for robots with knees.
+        """Update the memory after the swing knee has struck its stop and is locked, for robots with knees.
 
         Args:
-            memory: As the last call left it; to be changed in place.
+            memory: Memory of the controller, which is changed in place.
             t: Time since the support transfer, s.
             q: Stance leg, swing thigh and swing shank from the ground's normal under the stance foot, rad.
             dq: Their rates just after the strike, rad/s.
@@ -201,12 +201,12 @@ class LawController(Controller):
         """The law for plain Python, with tables in tuples, which it reads faster than arrays."""
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
-        """Take notice of a support transfer; see `Controller.on_touchdown`."""
+        """Update the memory after a support transfer; see `Controller.on_touchdown`."""
         law = self.plain_law
         law.touchdown(law.parameters, memory, *q_before, *q, *dq)
 
     def on_knee_strike(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
-        """Take notice that the swing knee is locked; see `Controller.on_knee_strike`."""
+        """Update the memory after the knee strike; see `Controller.on_knee_strike`."""
         law = self.plain_law
         if law.knee_strike is not None:
             law.knee_strike(law.parameters, memory, t, *q, *dq)
@@ -232,5 +232,5 @@ class LawController(Controller):
 
 
 def never(parameters: Any, memory: Memory, t: float) -> float:  # noqa: ARG001 (a law has all of them)
-    """`Law.next_discontinuity` of a law without kinks: infinity."""
+    """Return infinity: `Law.next_discontinuity` of a law without kinks."""
     return math.inf

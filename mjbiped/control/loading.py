@@ -1,7 +1,7 @@
-"""Controllers of the user's own by the names of their classes: `spread.py:HipSpread`, or `package.module:Class`.
+"""Load a user's own controllers by the names of their classes: `spread.py:HipSpread`, or `package.module:Class`.
 
 Nothing has to be installed or registered. A file is loaded by itself, under a name that no other module has, so that
-it may be called like a package of this project; what stands beside it can be imported by it.
+it may be called like a package of this project. It can import other files of its folder.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _named: dict[type, dict[str, str]] = {}
 
 
 class _Reference(NamedTuple):
-    """A reference in its parts; `place` is a file's path or a module's name."""
+    """Parts of a reference; `place` is a file's path or a module's name."""
 
     place: str
     name: str
@@ -46,7 +46,7 @@ class _Reference(NamedTuple):
 
 
 def is_reference(name: object) -> bool:
-    """Whether a controller's name is a reference to a class in a file or a module."""
+    """Tell whether a controller's name is a reference to a class in a file or a module."""
     return isinstance(name, str) and (":" in name or name.endswith(".py"))
 
 
@@ -101,8 +101,8 @@ def recorded_class(source: Mapping[str, str], named: str | None) -> type[Control
     """Load the class that a record's controller came from, if the user names it and its source is unchanged.
 
     Args:
-        source: What the record tells, as `source_of`; its place is never loaded.
-        named: Where the class is in the user's words; None where nothing was named.
+        source: Reference and digest in the record, as `source_of` returns them; nothing is loaded from there.
+        named: Reference to the class, given by the user; None if the user named none.
 
     Raises:
         InputError: Nothing was named, another class was, or its sources have changed since then.
@@ -121,12 +121,12 @@ def recorded_class(source: Mapping[str, str], named: str | None) -> type[Control
 
 
 def source_of(kind: type) -> dict[str, str] | None:
-    """The reference and the digest of its sources that a record keeps of a class loaded by `own_class`."""
+    """Return the reference to a class loaded by `own_class` and the digest of its sources, for the record."""
     return _named.get(kind)
 
 
 def digest_of(reference: str) -> str:
-    """Digest of a controller's source: its file, or its package, and all that they import from the same folder.
+    """Return the digest of a controller's source: its file or package, and all that they import from the same folder.
 
     Libraries are not in it, nor other files that the controller reads.
 
@@ -178,7 +178,7 @@ def _module_of_file(place: str) -> ModuleType:
 
 
 def _whole(path: Path) -> Path:
-    """An absolute path that keeps links: the files beside a link can be imported, not those beside its target."""
+    """Make a path absolute but keep links: files in the folder of a link can be imported, not those of its target."""
     return Path(os.path.normpath(Path.cwd() / path))
 
 
@@ -212,7 +212,7 @@ def _module(name: str) -> ModuleType:
 
 
 def _failing(place: str, error: BaseException, path: Path | None = None) -> InputError:
-    """The error that says why a file or module cannot be loaded."""
+    """Make the error that says why a file or module cannot be loaded."""
     if isinstance(error, SyntaxError):
         where = f"{Path(error.filename or place).name}, line {error.lineno}"
         said = f"{error.msg} ({where}: {(error.text or '').strip()})" if error.lineno else str(error)
@@ -223,13 +223,13 @@ def _failing(place: str, error: BaseException, path: Path | None = None) -> Inpu
 
 
 def _import_from(folder: Path) -> None:
-    """Let modules of a folder be imported, after all others, so that none of them hides a library's."""
+    """Make modules of a folder importable, last in the search path, so that none of them hides a library."""
     if str(folder) not in sys.path:
         sys.path.append(str(folder))
 
 
 def _sources(part: _Reference) -> Mapping[str, bytes]:
-    """Contents of a controller's source files, by their places in the folder that they are imported from."""
+    """Read a controller's source files; keys are paths in the folder from which they are imported."""
     if part.is_file:
         waiting = [_read(part.place)[0]]
         root = waiting[0].parent
@@ -254,7 +254,7 @@ def _sources(part: _Reference) -> Mapping[str, bytes]:
 
 
 def _imported(text: bytes, root: Path) -> list[Path]:
-    """Files in a folder that a source imports; this project's packages are not looked for there."""
+    """List the files in a folder that a source imports, except this project's packages."""
     try:
         nodes = list(ast.walk(ast.parse(text)))
     except (SyntaxError, ValueError):

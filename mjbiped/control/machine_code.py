@@ -18,7 +18,7 @@ Angles: TypeAlias = tuple[float, ...]
 
 
 class CompiledLaw(NamedTuple):
-    """Where a law's machine code and its parameters lie. The C functions take angles and rates one by one.
+    """Addresses of a law's machine code and parameters. The C functions take angles and rates one by one.
 
     Attributes:
         torque: Address of the C function (record, memory, t, q1, ..., dq1, ..., out).
@@ -26,9 +26,9 @@ class CompiledLaw(NamedTuple):
         slope_estimate: Address of (record, memory, t) -> float; the time means nothing.
         next_discontinuity: Address of (record, memory, t) -> float.
         record: Address of the parameters, a `mjbiped.numerics.records.Packer`'s record.
-        values: At least as many zeros as `torque` gives numbers: a tuple's length is part of its type.
+        values: Zeros, at least as many as `torque` returns numbers: a tuple's length is part of its type.
         tick: Address of (record, memory, t, q1, ..., dq1, ...); 0: the law has none.
-        knee_strike: Of (record, memory, t, q1, ..., dq1, ...); 0: the law has none.
+        knee_strike: Address of (record, memory, t, q1, ..., dq1, ...); 0: the law has none.
     """
 
     torque: int

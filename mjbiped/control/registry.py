@@ -1,4 +1,4 @@
-"""Controllers by the names that they have on the command line and in study files: registered ones, and a user's own.
+"""Controllers by their names on the command line and in study files: registered ones, and a user's own.
 
 Nothing here knows a control law. A package registers its controllers as entry points of the group `GROUP`, as this
 project does in its own pyproject.toml, and they are found when somebody asks for them:
@@ -62,7 +62,7 @@ _FILLED_IN = ("robot", "gait", "climbing_gait", *SLOPE_FIELDS)
 
 @cache
 def registered() -> Mapping[str, EntryPoint]:
-    """The registered controllers by name, the default first; none is imported yet.
+    """Return the registered controllers by name, the default first; none is imported yet.
 
     Raises:
         InputError: Two packages register different controllers by one name.
@@ -78,15 +78,15 @@ def registered() -> Mapping[str, EntryPoint]:
 
 
 def controller_names() -> tuple[str, ...]:
-    """Names of all registered controllers, the default first."""
+    """Return the names of all registered controllers, the default first."""
     return tuple(registered())
 
 
 def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
-    """The class of a name.
+    """Return the class of a controller's name.
 
     Args:
-        name: Of a registered controller, or where a class of the user's stands: see `mjbiped.control.loading`.
+        name: Name of a registered controller, or reference to a user's class; see `mjbiped.control.loading`.
         robot: The robot to be driven; a law may have a class of its own for robots with knees.
 
     Raises:
@@ -111,14 +111,14 @@ def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
 
 
 def names_by_class(robot: Robot | None = None) -> dict[str, str]:
-    """Names of registered controllers by the names of the classes that drive a robot."""
+    """Return the names of registered controllers by the names of their classes for a robot."""
     if robot is not None and robot.knees:
         return {controller_class(name, robot).__name__: name for name in registered()}
     return {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
 
 
 def settings_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
-    """Names of a controller's settings, with their defaults; `REQUIRED` for those that have none.
+    """Return a controller's settings with their defaults; `REQUIRED` for those that have none.
 
     Raises:
         InputError: As `controller_class`.
@@ -129,13 +129,13 @@ def settings_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
 
 
 def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: Periodic | None = None) -> Controller:
-    """Make the controller of a name.
+    """Make a controller by its name.
 
     Args:
-        name: As for `controller_class`.
+        name: Name or reference, as for `controller_class`.
         robot: The robot model of the law.
         settings: Values by the names of `settings_of`; what is left out has its default.
-        gait: What is imitated; unless given, it is found by `imitate_slope_deg`, or by `reference`. With knees it is
+        gait: Gait that is imitated; unless given, it is found by `imitate_slope_deg` or `reference`. With knees it is
             the reference `KNEED_REFERENCE` where neither is given.
 
     Returns:
@@ -148,7 +148,7 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
     valid = settings_of(name, robot)
     kind = controller_class(name, robot)
     for key in settings:
-        check_setting(name, key, valid)
+        _check_setting(name, key, valid)
     own = fields_of(kind)
     values = {**valid, **{key: checked(kind, key, value) if key in own else value for key, value in settings.items()}}
     missing = {key: value for key, value in values.items() if value is REQUIRED}
@@ -178,16 +178,16 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
 
 
 def _imitated(robot: Robot, slope: float, reference: object, *, passive: bool) -> Periodic:
-    """The gait that a controller imitates.
+    """Find the gait that a controller imitates.
 
     Args:
-        robot: Whose gait it is.
-        slope: Of the passive gait, rad.
-        reference: What is asked of an optimised one, as text; None: nothing.
-        passive: Whether the passive gait was asked for by its slope.
+        robot: Robot of the gait.
+        slope: Slope of the passive gait, rad.
+        reference: Text that describes an optimised gait; None if there is none.
+        passive: Whether the passive gait was requested by its slope.
 
     Raises:
-        InputError: It is no text of a reference, or a passive gait is asked for as well.
+        InputError: The text describes no reference, or a passive gait was requested as well.
         GaitError: The slope has no passive gait.
     """
     if reference is None:
@@ -202,15 +202,15 @@ def _imitated(robot: Robot, slope: float, reference: object, *, passive: bool) -
     return find_reference(robot, **parse_reference(reference))
 
 
-def check_setting(name: str, key: str, valid: Mapping[str, Any], what: str = "setting") -> None:
+def _check_setting(name: str, key: str, valid: Mapping[str, Any]) -> None:
     """Refuse the name of a setting that a controller does not have.
 
     Raises:
-        InputError: It is; the message lists the valid ones with their defaults.
+        InputError: The controller does not have it; the message lists the valid ones with their defaults.
     """
     if key not in valid:
         try:
-            known_name(f"{what} of the controller {name}", key, valid)
+            known_name(f"setting of the controller {name}", key, valid)
         except InputError as error:
             said = shown_defaults(valid)
             raise InputError(
@@ -221,15 +221,15 @@ def check_setting(name: str, key: str, valid: Mapping[str, Any], what: str = "se
 def controller_from(
     description: Mapping[str, Any], source: Mapping[str, str] | None = None, named: str | None = None
 ) -> Controller:
-    """Build anew the controller that a record describes; see `Controller.describe`.
+    """Rebuild the controller that a record describes; see `Controller.describe`.
 
     A field that the class has got since then has its default, with which the class does what it did before. A record
     may come from anyone: it never decides which code is loaded, nor does it begin a search for a reference.
 
     Args:
-        description: Of a controller.
-        source: What the record tells of a class of the user's own; see `mjbiped.control.loading.source_of`.
-        named: Where that class is, in the words of who builds it anew; it is loaded if its digest is the record's.
+        description: Description of the controller.
+        source: Reference and digest of a user's own class in the record; see `mjbiped.control.loading.source_of`.
+        named: Reference to that class, given by the caller; it is loaded if its digest is the one in the record.
 
     Raises:
         InputError: No registered class has the description's name, or the class has other parameters or has changed,

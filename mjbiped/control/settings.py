@@ -1,4 +1,4 @@
-"""The settings of a controller: the fields of its dataclass, their defaults, and what values they take."""
+"""The settings of a controller: the fields of its dataclass, their defaults and valid types."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ _TRUTH = {"true": True, "false": False}
 
 
 def fields_of(kind: type) -> Mapping[str, Field[Any]]:
-    """Fields of a controller's dataclass that its constructor takes, by name; empty for other classes.
+    """Return the fields of a controller's dataclass that its constructor takes, by name; empty for other classes.
 
     Raises:
-        InputError: What is no dataclass cannot be made without arguments.
+        InputError: The class is no dataclass, and cannot be constructed without arguments.
     """
     if is_dataclass(kind):
         return {field.name: field for field in fields(kind) if field.init}
@@ -48,17 +48,17 @@ _HOW = (
 
 
 def default_of(field: Field[Any]) -> Any:
-    """The default of a field; `REQUIRED` where it has none."""
+    """Return the default of a field; `REQUIRED` where it has none."""
     return field.default if field.default_factory is MISSING else field.default_factory()
 
 
 def why_none(kind: type) -> str:
-    """Advice for a controller class that has no fields; empty for a dataclass."""
+    """Return advice for a controller class that has no fields; empty for a dataclass."""
     return "" if is_dataclass(kind) else f"; it is no dataclass: {_HOW}"
 
 
 def shown_defaults(settings: Mapping[str, Any]) -> str:
-    """Settings with their defaults, as they stand in messages."""
+    """Write settings with their defaults for a message."""
     return ", ".join(f"{key} (needed)" if value is REQUIRED else f"{key}={value}" for key, value in settings.items())
 
 
@@ -66,7 +66,7 @@ def value_of(kind: type, name: str, text: str) -> Any:
     """Read the value of a field from a text on the command line, by the field's type.
 
     Raises:
-        InputError: The text means none.
+        InputError: The text is no value of the field's type.
     """
     wanted = _kinds(kind, name)
     text = text.strip()
@@ -84,10 +84,10 @@ def value_of(kind: type, name: str, text: str) -> Any:
 def checked(kind: type, name: str, value: Any) -> Any:
     """Check a value against a field's type; a whole number also passes where a float is asked for.
 
-    What the type does not say, as a gain's domain, is for the class to check.
+    The class itself checks what the type does not say, such as a gain's domain.
 
     Raises:
-        InputError: It is of another type.
+        InputError: The value is of another type.
     """
     wanted = _kinds(kind, name)
     if value == "none" and types.NoneType in wanted and str not in wanted:
@@ -99,7 +99,7 @@ def checked(kind: type, name: str, value: Any) -> Any:
 
 
 def _kinds(kind: type, name: str) -> tuple[Any, ...]:
-    """The types that a field takes; none where they are not known."""
+    """Return the types that a field takes; none where they are not known."""
     try:
         hint = get_type_hints(kind).get(name, Any)
     except Exception:  # names that stand only where a type checker sees them

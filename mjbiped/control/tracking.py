@@ -1,4 +1,4 @@
-"""What figures, videos and the analysis of Theorem 1 need of a controller beyond the contract: what it tracks."""
+"""Controllers that track a reference, which figures, videos and the analysis of Theorem 1 show."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from mjbiped.robots.compass import Compass
 
 
 class Tracking(Controller):
-    """A controller that tracks a reference, to which it may lead each step by a transition of its own.
+    """A controller that tracks a reference, after a transition in steps that start off it.
 
-    What it tracks stands in the figures and videos of its walks.
+    Figures and videos of its walks show what it tracks.
     """
 
     @abstractmethod
     def tracked(self, memory: Memory, t: float) -> tuple[Sequence[float], Sequence[float]]:
-        """What is tracked at time t of the step: the angles (rad) and their rates (rad/s), in the robot's order."""
+        """Tracked angles (rad) and rates (rad/s) at time t of the step, in the robot's order."""
 
     @abstractmethod
     def transition_end(self, memory: Memory) -> float:
@@ -49,13 +49,13 @@ class AdaptiveTracking(Tracking):
 
     @abstractmethod
     def reference(self, memory: Memory, t: float) -> tuple[float, float, float, float, float, float]:
-        """What is tracked at time t of the step: q_r (rad), its rates and accelerations, stance leg first each."""
+        """Tracked angles q_r (rad), rates and accelerations at time t of the step, each with the stance leg first."""
 
     @abstractmethod
     def tracking_errors(
         self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
     ) -> tuple[float, float, float, float, float, float]:
-        """z1 of (5) (rad), its rate, and z2 of (9) (rad/s) at time t of the step, stance leg first each."""
+        """z1 of (5) (rad), its rate, and z2 of (9) (rad/s) at time t of the step, each with the stance leg first."""
 
     def tracked(self, memory: Memory, t: float) -> tuple[Sequence[float], Sequence[float]]:
         """Angles and rates of `reference`."""

@@ -15,7 +15,7 @@ class Unpowered(LawController):
     """Zero torque at all joints of any robot, for walks without a controller from `controllers`."""
 
     def driving(self, robot: Robot) -> Controller:
-        """The same controller with as many torques as the robot has joints."""
+        """Return this controller with as many torques as the robot has joints."""
         if robot.joints == self.joints:
             return self
         driver = copy.copy(self)
@@ -24,7 +24,7 @@ class Unpowered(LawController):
 
     @property
     def plain_law(self) -> Law:
-        """The law of no torque, whatever the state."""
+        """Law that applies no torque in any state."""
         zeros = (0.0,) * len(self.joints)
         return Law(zeros, _no_torque, _no_notice, _no_estimate, never, knee_strike=_no_notice)
 

@@ -1,4 +1,4 @@
-"""Tries a controller's methods once before a walk, so that errors in them are told early and in words.
+"""Trial of a controller's methods before a walk, so that errors in them are reported early and explained.
 
 What the contract asks for (`mjbiped.control.controller.Controller`) and a first step would show: parameters, the
 memory's size, the numbers that `torque` returns, and that these depend on nothing but its arguments and the memory.
@@ -12,7 +12,7 @@ import inspect
 import math
 from collections.abc import Sequence
 from dataclasses import FrozenInstanceError
-from functools import cached_property, lru_cache
+from functools import cached_property
 from numbers import Real
 from typing import Any
 
@@ -42,10 +42,10 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
         dq: Their rates, rad/s.
 
     Raises:
-        InputError: It breaks the contract.
+        InputError: The controller breaks the contract.
     """
     kind = type(controller)
-    _check_parameters(kind)
+    _check_parameters(controller)
     try:
         _try_out(_stand_in(controller), q, dq)
     except InputError:
@@ -104,7 +104,7 @@ def _given(controller: Controller, method: str, *arguments: Any) -> Any:
 
 
 def fault_in(controller: Controller, values: Sequence[float], t: float, q: State, dq: State) -> str:
-    """Describe which numbers that `torque` gave are not finite, and when; empty where all are.
+    """Describe which numbers from `torque` are not finite, and in which state; empty if all are.
 
     Args:
         controller: The law.
@@ -129,7 +129,7 @@ def fault_in(controller: Controller, values: Sequence[float], t: float, q: State
 
 
 def fault_at(controller: Controller, memory: Sequence[float], t: float, q: State, dq: State) -> str:
-    """Describe what `fault_in` finds in the state in which a walk ended.
+    """Describe the numbers that are not finite in the state in which a walk ended; see `fault_in`.
 
     The law is also asked a little later, for the walk ends just before the state in which it fails.
 
@@ -152,7 +152,7 @@ def fault_at(controller: Controller, memory: Sequence[float], t: float, q: State
 
 
 def _stand_in(controller: Controller) -> Controller:
-    """A copy of a controller for the trial, since methods may change the controller's attributes.
+    """Copy a controller for the trial, since methods may change its attributes.
 
     A controller whose law speaks for it keeps nothing, and is not copied.
     """
@@ -164,20 +164,19 @@ def _stand_in(controller: Controller) -> Controller:
         return controller
 
 
-@lru_cache(maxsize=64)
-def _check_parameters(kind: type) -> None:
+def _check_parameters(controller: Controller) -> None:
     """Refuse methods that do not take what they are called with."""
+    kind = type(controller)
     for method, parameters in _PARAMETERS.items():
         try:
-            signature = inspect.signature(getattr(kind, method))
+            signature, whole = inspect.signature(getattr(controller, method)), inspect.signature(getattr(kind, method))
         except (TypeError, ValueError):  # of compiled extensions
             continue
-        bound = isinstance(inspect.getattr_static(kind, method), staticmethod | classmethod)
         try:
-            signature.bind(*(() if bound else ("self",)), *parameters)
+            signature.bind(*parameters)
         except TypeError as error:
             raise InputError(
-                f"{kind.__name__}.{method}{signature} does not take what it is given: {error}; expected is "
+                f"{kind.__name__}.{method}{whole} does not take what it is given: {error}; expected is "
                 f"def {method}(self, {', '.join(parameters)})"
             ) from error
 
@@ -198,7 +197,7 @@ def _asked(controller: Controller, memory: list[float], t: float, q: State, dq: 
     """Call `torque`, and check that it leaves the memory unchanged.
 
     Raises:
-        InputError: It has, or its values are not as they must be.
+        InputError: The memory has changed, or `torque` did not return the numbers that it must.
     """
     given = list(memory)
     values = values_of(controller, controller.torque(given, t, q, dq))
@@ -213,7 +212,7 @@ def _asked(controller: Controller, memory: list[float], t: float, q: State, dq: 
 
 
 def _step_on(controller: Controller, memory: list[float], q: State, dq: State) -> None:
-    """Call all methods that a step calls, on a copy of the memory: only attributes of the object can change."""
+    """Call all methods that a step calls, on a copy of the memory, so that only the object's attributes can change."""
     kept = list(memory)
     try:
         _asked(controller, kept, _LATER, tuple(0.5 * angle for angle in q), dq)
@@ -231,7 +230,7 @@ def _step_on(controller: Controller, memory: list[float], q: State, dq: State) -
 
 
 def _attributes(controller: Controller) -> dict[str, Any]:
-    """Attributes of the object, except cached properties."""
+    """Return the attributes of the object, except cached properties."""
     kind = type(controller)
     return {
         key: value

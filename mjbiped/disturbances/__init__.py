@@ -1,1 +1,1 @@
-"""What the real world does to a control loop and to a robot: noise, delay, weak motors, pushes."""
+"""Disturbances of a control loop and of a robot: noise, delay, weak motors, pushes."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from mjbiped.disturbances.chance import words_of
 from mjbiped.disturbances.pushes import Pushes, following
 from mjbiped.errors import InputError, shown
 from mjbiped.utils import domains
-from mjbiped.utils.domains import check_fields, check_given_fields, entries, known_name
+from mjbiped.utils.domains import check_fields, entries, known_name
 
 DEFAULT_PERIOD = 1e-3
 """Time between two ticks of a disturbed control loop, unless given, s."""
@@ -24,7 +24,7 @@ LONGEST_DELAY = 256
 
 @dataclass(frozen=True)
 class Disturbances:
-    """What the real world does to a walk. All is off unless given; docs/disturbances.md explains and measures it.
+    """Disturbances of a walk, all of them off by default; docs/disturbances.md explains and measures them.
 
     ```python
     disturbances = mjbiped.Disturbances(angle_noise=0.005, rate_noise=0.05, delay=0.01, torque_limit=50)
@@ -57,7 +57,7 @@ class Disturbances:
         push_impulse: Size of random pushes, forward or backward by chance, N s; instead of `pushes`.
         push_interval: Mean time from the end of a random push to the next one, s; the times are exponentially
             distributed.
-        push_duration: How long a push lasts, with constant force, s.
+        push_duration: Duration of a push, during which its force is constant, s.
         friction: Coefficient of Coulomb friction between feet and ground; None: 0.8. In MuJoCo alone: the hybrid
             engine's stance foot never slips, and its record says for how much friction a walk asks.
         seed: Seed of noise and random pushes; the same seed gives the same noise and pushes in both engines.
@@ -66,44 +66,25 @@ class Disturbances:
         InputError: A value is outside its domain, or contradicts another.
     """
 
-    angle_noise: float = 0.0
-    rate_noise: float = 0.0
-    angle_bias: float = 0.0
-    rate_bias: float = 0.0
-    angle_resolution: float = 0.0
-    control_period: float | None = None
-    delay: float = 0.0
-    torque_limit: float | None = None
-    motor_bandwidth: float | None = None
+    angle_noise: Annotated[float, domains.ANGLE_NOISE] = 0.0
+    rate_noise: Annotated[float, domains.RATE_NOISE] = 0.0
+    angle_bias: Annotated[float, domains.ANGLE_BIAS] = 0.0
+    rate_bias: Annotated[float, domains.RATE_BIAS] = 0.0
+    angle_resolution: Annotated[float, domains.ANGLE_NOISE] = 0.0
+    control_period: Annotated[float | None, domains.CONTROL_PERIOD] = None
+    delay: Annotated[float, domains.LOOP_DELAY] = 0.0
+    torque_limit: Annotated[float | None, domains.TORQUE_LIMIT] = None
+    motor_bandwidth: Annotated[float | None, domains.BANDWIDTH] = None
     pushes: tuple[tuple[float, float], ...] = ()
-    push_impulse: float = 0.0
-    push_interval: float | None = None
-    push_duration: float = 0.05
-    friction: float | None = None
-    seed: int = 0
+    push_impulse: Annotated[float, domains.IMPULSE] = 0.0
+    push_interval: Annotated[float | None, domains.PUSH_INTERVAL] = None
+    push_duration: Annotated[float, domains.PUSH_DURATION] = 0.05
+    friction: Annotated[float | None, domains.FRICTION] = None
+    seed: Annotated[int, domains.SEED] = 0
 
     def __post_init__(self) -> None:
         """Check the values."""
-        check_fields(
-            self,
-            angle_noise=domains.ANGLE_NOISE,
-            rate_noise=domains.RATE_NOISE,
-            angle_bias=domains.ANGLE_BIAS,
-            rate_bias=domains.RATE_BIAS,
-            angle_resolution=domains.ANGLE_NOISE,
-            delay=domains.LOOP_DELAY,
-            push_impulse=domains.IMPULSE,
-            push_duration=domains.PUSH_DURATION,
-            seed=domains.SEED,
-        )
-        check_given_fields(
-            self,
-            control_period=domains.CONTROL_PERIOD,
-            torque_limit=domains.TORQUE_LIMIT,
-            motor_bandwidth=domains.BANDWIDTH,
-            push_interval=domains.PUSH_INTERVAL,
-            friction=domains.FRICTION,
-        )
+        check_fields(self)
         object.__setattr__(self, "pushes", _checked_pushes(self.pushes, self.push_duration))
         if (self.push_impulse != 0.0) != (self.push_interval is not None):
             raise InputError(
@@ -126,7 +107,7 @@ class Disturbances:
 
     @property
     def schedule(self) -> Pushes:
-        """The pushes, as engines take them."""
+        """Pushes in the form that engines take."""
         times, impulses = zip(*self.pushes, strict=True) if self.pushes else ((), ())
         return Pushes(
             np.array(times, dtype=np.float64),
@@ -138,7 +119,7 @@ class Disturbances:
         )
 
     def pushes_until(self, time: float) -> tuple[tuple[float, float], ...]:
-        """All pushes that begin before a time, given or random: times (s) and impulses (N s).
+        """List the pushes, given or random, that begin before a time: times (s) and impulses (N s).
 
         Args:
             time: Since the walk's start, s.
@@ -157,11 +138,11 @@ class Disturbances:
         """Time between two ticks in an engine, s.
 
         Args:
-            given: The engine's own, s.
-            shortest: That it can have, s.
+            given: Control period of the engine, s; None if it has none.
+            shortest: Shortest period that the engine can have, s.
 
         Raises:
-            InputError: The engine's own is another.
+            InputError: The engine has another period than these disturbances.
         """
         if self.control_period is None:
             return given or max(DEFAULT_PERIOD, shortest)
@@ -173,10 +154,10 @@ class Disturbances:
         return self.control_period
 
     def delay_ticks(self, period: float) -> int:
-        """The delay in ticks.
+        """Convert the delay to ticks.
 
         Raises:
-            InputError: It is no whole number of them, or too many.
+            InputError: The delay is no whole number of ticks, or too many.
         """
         ticks = round(self.delay / period)
         if abs(ticks * period - self.delay) > 1e-6 * period:
@@ -196,7 +177,7 @@ class Disturbances:
 
     @classmethod
     def from_dict(cls, given: Mapping[str, Any]) -> Disturbances:
-        """Disturbances from what `to_dict` returned.
+        """Make disturbances from the dictionary that `to_dict` returned.
 
         Raises:
             InputError: A name is unknown, or a value outside its domain.

@@ -27,6 +27,9 @@ _TOUCHDOWN: Channels = (8, 5, 12), (6, 7, 13)  # the ankle that stands and the k
 _OLD_ANKLE, _HIP, _OLD_KNEE = 4, 5, 11  # of the same posture's angles in the old roles
 _STRIKE: Channels = (14, 15, 18), (16, 17, 19)
 
+SENSORS = ("angle_noise", "rate_noise", "angle_bias", "rate_bias", "angle_resolution")
+"""Names of the disturbances of the sensors, in `Disturbances` and in `Loop`."""
+
 Angles: TypeAlias = tuple[float, ...]
 """Stance leg, swing leg or thigh and, with knees, swing shank: from the ground's normal, rad, or their rates, rad/s."""
 
@@ -76,21 +79,15 @@ class Loop(NamedTuple):
 
 
 def tick(
-    ask: Callable[..., Any],
-    law: Any,
-    loop: Loop,
-    memory: MutableSequence[float],
-    t: float,
-    q: Angles,
-    dq: Angles,
+    ask: Callable[..., Any], law: Any, loop: Loop, memory: MutableSequence[float], t: float, q: Angles, dq: Angles
 ) -> None:
     """Read the sensors, ask the law, and set the torques that are held until the next tick.
 
     Args:
         ask: The law's `torque`.
-        law: Its parameters.
-        loop: The loop's.
-        memory: To be changed, behind the controller's part.
+        law: Parameters of the law.
+        loop: Parameters of the loop.
+        memory: Memory, whose part behind the controller's is changed in place.
         t: Time since the support transfer, s.
         q: Angles, rad.
         dq: Their rates, rad/s.
@@ -126,7 +123,7 @@ def _drive(loop: Loop, memory: MutableSequence[float], joint: int, torque: float
 def touchdown(
     loop: Loop, memory: MutableSequence[float], q_before: Angles, q: Angles, dq: Angles
 ) -> tuple[Angles, Angles, Angles]:
-    """Take notice of a support transfer, and read the posture that the controller is told of it.
+    """Exchange the motors' roles at a support transfer, and read the sensors for the controller.
 
     Returns:
         The posture in the old roles, in the new ones, and the rates.
@@ -145,7 +142,7 @@ def touchdown(
 
 
 def knee_strike(loop: Loop, memory: MutableSequence[float], q: Angles, dq: Angles) -> tuple[Angles, Angles]:
-    """Read what the controller is told when the swing knee strikes its stop; the motors hold what they have."""
+    """Read the sensors for the controller when the swing knee strikes its stop; the motors hold their torques."""
     if not loop.senses:
         return q, dq
     number = int(memory[loop.size + TOUCHDOWNS])
@@ -171,7 +168,7 @@ def _exchanged(loop: Loop, memory: MutableSequence[float]) -> int:
 
 
 def _reassign(loop: Loop, memory: MutableSequence[float], first: int) -> None:
-    """Exchange the roles of the torques of ankle, hip and swing knee, whose first one's index is given."""
+    """Exchange the roles of the torques of ankle, hip and swing knee, which begin at an index."""
     memory[first], memory[first + 1] = 0.0, -memory[first + 1]
     if loop.joints > 2:
         memory[first + 2] = 0.0
@@ -186,9 +183,9 @@ def _sensed(
 
     Args:
         loop: The loop's parameters.
-        memory: Tells which leg stands.
-        number: Of the reading.
-        channels: Of its noise.
+        memory: Memory, which says which leg stands.
+        number: Number of the reading.
+        channels: Channels of its noise.
         q: Angles, rad.
         dq: Their rates, rad/s.
     """
@@ -222,7 +219,7 @@ def read_rate(loop: Loop, rate: float, number: int, channel: int) -> float:
 
 
 def limited(loop: Loop, torque: float) -> float:
-    """A torque cut to the motor's limit, N m; NaN stays NaN."""
+    """Clip a torque to the motor's limit, N m; NaN stays NaN."""
     if torque > loop.torque_limit:
         return loop.torque_limit
     return -loop.torque_limit if torque < -loop.torque_limit else torque

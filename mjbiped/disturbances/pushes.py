@@ -1,4 +1,4 @@
-"""When the robot is pushed, and how hard: one law for both engines, as functions of plain numbers."""
+"""Times and impulses of pushes, the same in both engines, as functions of plain numbers."""
 
 from __future__ import annotations
 

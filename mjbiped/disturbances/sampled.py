@@ -40,6 +40,7 @@ class SampledController(Controller):
             InputError: The delay does not fit the period.
         """
         given, states, joints = disturbances, len(inner.states), len(inner.joints)
+        sensors = {name: getattr(given, name) for name in laws.SENSORS}
         delay = given.delay_ticks(period)
         lag = 0.0 if given.motor_bandwidth is None else 2.0 * math.pi * given.motor_bandwidth * period
         self.inner = inner
@@ -59,14 +60,8 @@ class SampledController(Controller):
             ring=ring,
             room=room,
             delay=delay,
-            senses=any(
-                (given.angle_noise, given.rate_noise, given.angle_bias, given.rate_bias, given.angle_resolution)
-            ),
-            angle_noise=given.angle_noise,
-            rate_noise=given.rate_noise,
-            angle_bias=given.angle_bias,
-            rate_bias=given.rate_bias,
-            angle_resolution=given.angle_resolution,
+            senses=any(sensors.values()),
+            **sensors,
             torque_limit=math.inf if given.torque_limit is None else given.torque_limit,
             remaining=math.exp(-lag) if lag else 0.0,
             mean=-math.expm1(-lag) / lag if lag else 0.0,
@@ -93,12 +88,12 @@ class SampledController(Controller):
         return tuple(memory[first : first + self.loop.joints + self.loop.states])
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
-        """Exchange the motors' roles, and tell the controller the posture that its sensors show."""
+        """Exchange the motors' roles, and pass the posture that the sensors show to the controller."""
         told = laws.touchdown(self.loop, memory, tuple(q_before), tuple(q), tuple(dq))
         self._tell(self.inner.on_touchdown, memory, *told)
 
     def on_knee_strike(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
-        """Tell the controller the state that its sensors show."""
+        """Pass the state that the sensors show to the controller."""
         told = laws.knee_strike(self.loop, memory, tuple(q), tuple(dq))
         self._tell(self.inner.on_knee_strike, memory, t, *told)
 

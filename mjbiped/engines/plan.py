@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import mujoco
 import numpy as np
@@ -31,7 +31,7 @@ from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.utils.domains import MEMORY_SIZE, check_given_fields, check_kind, check_states
+from mjbiped.utils.domains import MEMORY_SIZE, check_fields, check_kind, check_states
 from mjbiped.version import __version__
 
 if TYPE_CHECKING:
@@ -61,17 +61,17 @@ class Terms:
     """
 
     engine: Engine
-    steps: int | None
-    distance: float | None
+    steps: Annotated[int | None, domains.STEPS]
+    distance: Annotated[float | None, domains.DISTANCE]
     robot: Robot | None
-    sample_period: float | None
+    sample_period: Annotated[float | None, domains.SAMPLE_PERIOD]
     scuffing: ScuffingRule
 
     def __post_init__(self) -> None:
         """Check what can be checked without a controller and a terrain."""
         if self.steps is None and self.distance is None:
             object.__setattr__(self, "steps", DEFAULT_STEPS)
-        check_given_fields(self, steps=domains.STEPS, distance=domains.DISTANCE, sample_period=domains.SAMPLE_PERIOD)
+        check_fields(self)
         if self.robot is not None:
             check_robot("robot", self.robot)
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from types import MappingProxyType
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -77,8 +77,8 @@ class WalkTask:
     residual: bool = False
     privileged: bool = False
     terrain: Terrain | Mapping[str, Any] = field(default_factory=dict)
-    control_period: float = CONTROL_PERIOD
-    time_limit: float = TIME_LIMIT
+    control_period: Annotated[float, _CONTROL_PERIOD] = CONTROL_PERIOD
+    time_limit: Annotated[float, domains.TIME] = TIME_LIMIT
 
     def __post_init__(self) -> None:
         """Check what can be checked before an episode."""
@@ -91,7 +91,7 @@ class WalkTask:
                 f"terrain = {shown(self.terrain)}: must be a Terrain, or a dictionary of parameters of the preset "
                 f"{TASKS[self.name][0]}"
             )
-        domains.check_fields(self, time_limit=domains.TIME, control_period=_CONTROL_PERIOD)
+        domains.check_fields(self)
         _ = self.engine
         self.ground(np.random.default_rng(0))
 

@@ -16,7 +16,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -163,16 +163,15 @@ class Goal:
         InputError: One is outside its domain.
     """
 
-    speed: float
-    clearance: float
+    speed: Annotated[float, domains.SPEED]
+    clearance: Annotated[float, domains.CLEARANCE]
     retraction: bool
-    torque_limit: float | None
-    friction: float
+    torque_limit: Annotated[float | None, domains.TORQUE]
+    friction: Annotated[float, domains.NEEDED_FRICTION]
 
     def __post_init__(self) -> None:
         """Check the values."""
-        domains.check_fields(self, speed=domains.SPEED, clearance=domains.CLEARANCE, friction=domains.NEEDED_FRICTION)
-        domains.check_given_fields(self, torque_limit=domains.TORQUE)
+        domains.check_fields(self)
         if not isinstance(self.retraction, bool):
             raise InputError(f"retraction = {shown(self.retraction)}: must be True or False")
 

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.integrate import quad
 
 from mjbiped.errors import GaitError
 from mjbiped.gaits.gait import Passive
@@ -44,6 +44,6 @@ def find_rolling(robot: RimlessWheel, slope: float) -> Rolling:
 
     if slope <= 0.0 or squared(max(-slope, -half)) <= 0.0:
         raise GaitError(f"a wheel of {robot.spokes} spokes does not roll steadily on {math.degrees(slope):.4g} degrees")
-    period, _ = quad(lambda angle: 1 / math.sqrt(squared(angle)), -half, half)
+    period, _ = scipy.integrate.quad(lambda angle: 1 / math.sqrt(squared(angle)), -half, half)
     multiplier = np.array([robot.kept**2], dtype=np.complex128)
     return Rolling(robot, slope, np.array([-half, rate]), period, 2 * robot.length * math.sin(half), multiplier)

@@ -6,7 +6,9 @@ with each other and with the size of the file.
 
 from __future__ import annotations
 
+import io
 import math
+import sys
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -59,7 +61,8 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
     """
     try:
         require_file(path)
-        with zipfile.ZipFile(path) as archive:
+        with _Bounded(path.open("rb", buffering=0)) as file, zipfile.ZipFile(file) as archive:
+            file.longest = sys.maxsize  # arrays may be long
             members = _members(archive, path.stat().st_size)
             return {name: _read(archive, member) for name, member in members.items()}
     except InputError as error:
@@ -72,6 +75,26 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
         raise RecordError(f"cannot read {path}: there is not enough memory for it") from error
     except Exception as error:  # whatever damaged bytes make the parsers of zipfile, zlib and NumPy raise
         raise RecordError(f"{path} is no walk's record, or only a part of one ({shown(error)})") from error
+
+
+class _Bounded(io.BufferedReader):
+    """A file that refuses to read a directory of very many members, which takes zipfile minutes and gigabytes.
+
+    Attributes:
+        longest: Greatest number of bytes of one read: zipfile reads the whole directory at once.
+    """
+
+    longest = 1 << 20
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """Read up to `size` bytes.
+
+        Raises:
+            RecordError: These are more than `longest`.
+        """
+        if size is not None and size > self.longest:
+            raise RecordError(f"its directory has {size} bytes; a record has at most {MOST_MEMBERS} arrays")
+        return super().read(size)
 
 
 def _members(archive: zipfile.ZipFile, size: int) -> dict[str, zipfile.ZipInfo]:

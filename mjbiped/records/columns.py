@@ -37,7 +37,7 @@ class Column(NamedTuple):
 
     @property
     def row(self) -> tuple[int, ...]:
-        """Shape of a row's numbers: a single one that has a name is an array, too."""
+        """Shape of a row's numbers; a single number that has a name is an array, too."""
         return (self.width,) if self.parts or self.width > 1 else ()
 
 

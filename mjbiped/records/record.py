@@ -64,8 +64,8 @@ class Walk:
             engine could not follow the torques), "time limit" (of an environment's episode) or "interrupted".
         end: Time (s) and hip x (m) when it ended.
         peak_torque: Greatest `|ankle|` and `|hip|` torque, and a swing knee's, of all control ticks, N m.
-        pressure_times: For how long the ankle's torque asked for a centre of pressure where, s, shape (130,); see
-            `mjbiped.records.pressure`. NaN in records of earlier versions.
+        pressure_times: Histogram of the centre of pressure that the ankle's torque requires: time in each bin, s, shape
+            (130,); see `mjbiped.records.pressure`. NaN in records of earlier versions.
         settings: All that is needed to repeat the walk, in plain JSON types: robot, controller, terrain, engine and its
             parameters, initial state, limits, versions.
     """

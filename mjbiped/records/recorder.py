@@ -28,7 +28,7 @@ def _later(table: NDArray[np.float64], taken: Sequence[NDArray[np.float64]]) -> 
 
 
 def never_cancelled() -> None:
-    """Let the walk go on."""
+    """Never cancel a walk."""
 
 
 class Recorder:
@@ -101,7 +101,7 @@ class Recorder:
         return self._summary.steps if self._summary is not None else sum(map(len, self._rows))
 
     def summary(self) -> Summary:
-        """Return the summary that the recording was begun with."""
+        """Return the summary that was given to the constructor."""
         assert self._summary is not None
         return self._summary
 

@@ -17,7 +17,7 @@ from mjbiped.robots.robot import Robot
 
 
 class Rows(NamedTuple):
-    """How the rows of a kind of robot are written.
+    """Writers of the rows of a kind of robot.
 
     Both writers are functions (row, first, **columns) that fill a row from the index `first` on. They take the columns
     of every kind of robot by name, and leave out those that this kind does not have: so one call serves all robots.
@@ -37,7 +37,7 @@ class Rows(NamedTuple):
 
 @cache
 def rows_of(kind: type[Robot]) -> Rows:
-    """The rows of a kind of robot."""
+    """Return the writers of the rows of a kind of robot."""
     samples, touchdowns = tables_of(kind)
     return Rows(
         _writer("write_sample", samples, [tables_of(other).samples for other in KINDS.values()]),

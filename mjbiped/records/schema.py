@@ -101,7 +101,7 @@ def _header(arrays: Arrays) -> dict[str, Any]:
 def _table(
     kind: str, columns: Mapping[str, Column], arrays: Arrays, version: int, legs: int
 ) -> dict[str, NDArray[Any]]:
-    """Return one of the two tables with the columns of `mjbiped.records.columns`, and others beside them.
+    """Return one of the two tables with the columns of `mjbiped.records.columns`, and any others.
 
     Raises:
         RecordError: A column is missing, or is not as specified.

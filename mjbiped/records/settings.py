@@ -39,7 +39,7 @@ _DIGEST = 64  # letters of a source's digest
 
 
 def parsed(text: str, most: int = MOST_VALUES) -> Any:
-    """Read a JSON text into values that everything can compute with and write again.
+    """Read a JSON text into values that are safe to compute with and to write again.
 
     Args:
         text: JSON text as it stands in a file.
@@ -82,14 +82,14 @@ def described(controller: Any) -> dict[str, Any]:
 
 
 def _whole_number(text: str) -> int:
-    """Read a whole number in JSON, of a length that everything can compute with."""
+    """Read a whole number in JSON of a bounded number of digits."""
     if len(text) > _LONGEST_NUMBER:
         raise ValueError(f"a whole number of {len(text)} digits")
     return int(text)
 
 
 def _depth(value: Any) -> int:
-    """Levels of nesting of a JSON value.
+    """Count the levels of nesting of a JSON value.
 
     Raises:
         ValueError: It holds a text that cannot be written anywhere.
@@ -208,7 +208,7 @@ _CHECKS: Mapping[str, _Check] = {
     "versions": _table_of(_is_text, "texts"),
     "warnings": _table_of(lambda count: type(count) is int and count > 0, "numbers of times"),
 }
-"""Checks of the settings of all engines, beside those that are built."""
+"""Checks of the settings of all engines; parts of a walk such as its terrain are checked by building them."""
 
 _ALL = (
     *("engine", "robot", "controller", "terrain", "initial"),

@@ -174,7 +174,7 @@ def panels_of(robot: type[Robot]) -> Iterator[tuple[str, dict[str, Signal]]]:
 
 
 class Lines(NamedTuple):
-    """What a panel shows of a walk.
+    """Contents of a panel for a walk.
 
     Attributes:
         panel: The panel.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING, Any
@@ -49,7 +49,7 @@ def html_table(rows: Iterable[tuple[str, str, str]]) -> str:
     return f"<table>{''.join(lines)}</table>"
 
 
-class WalkSummary(Mapping[str, Any]):
+class WalkSummary(dict[str, Any]):
     """Measures of a walk, printed as a table, and by name as in `mjbiped.records.measures.summary`.
 
     Attributes:
@@ -58,36 +58,24 @@ class WalkSummary(Mapping[str, Any]):
 
     def __init__(self, walk: Walk) -> None:
         """Measure a walk."""
-        self._values = values = measures.summary(walk)
-        settings = walk.settings
+        super().__init__(measures.summary(walk))
+        settings, warnings = walk.settings, self["warnings"]
         rows = [
             ("outcome", walk.outcome, ""),
-            ("ended at", f"{values['ended_at_time_s']:.3f} s, hip at x = {values['ended_at_x_m']:.3f} m", ""),
+            ("ended at", f"{self['ended_at_time_s']:.3f} s, hip at x = {self['ended_at_x_m']:.3f} m", ""),
             ("terrain", walk.terrain.caption, ""),
             ("controller", f"{settings['controller']['name']}, engine {settings['engine']}", ""),
         ]
         if settings.get("disturbances"):
             rows.append(("disturbances", _in_words(settings["disturbances"]), ""))
-        if values["warnings"]:
-            warnings = (f"{text} ({n} times)" if n > 1 else text for text, n in values["warnings"].items())
-            rows.append(("warning", "; ".join(warnings), ""))
+        if warnings:
+            told = (f"{text} ({n} times)" if n > 1 else text for text, n in warnings.items())
+            rows.append(("warning", "; ".join(told), ""))
         rows += [
-            (label, measures.in_words(values[key], factor, form), "" if values[key] is None else unit)
+            (label, measures.in_words(self[key], factor, form), "" if self[key] is None else unit)
             for label, key, factor, form, unit in measures.measures_of(type(walk.robot))
         ]
         self.rows = tuple(rows)
-
-    def __getitem__(self, key: str) -> Any:
-        """Return a measure by its name."""
-        return self._values[key]
-
-    def __iter__(self) -> Iterator[str]:
-        """Iterate over the names of the measures."""
-        return iter(self._values)
-
-    def __len__(self) -> int:
-        """Return the number of measures."""
-        return len(self._values)
 
     def __rich__(self) -> Table:
         """Return the table for Rich."""

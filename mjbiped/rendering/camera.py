@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
 from mjbiped.records.record import Walk
 
@@ -33,7 +33,7 @@ def smooth_offsets(walk: Walk) -> NDArray[np.float64]:
     path = np.stack([np.interp(even, time, places) for places in centre.T], axis=1)
     # continued beyond both ends by point reflection, so that the camera neither lags at the start nor stops early
     padded = np.pad(path, ((_REACH, _REACH), (0, 0)), mode="reflect", reflect_type="odd")
-    smoothed = gaussian_filter1d(padded, 10.0, axis=0, radius=_REACH)[_REACH:-_REACH]
+    smoothed = scipy.ndimage.gaussian_filter1d(padded, 10.0, axis=0, radius=_REACH)[_REACH:-_REACH]
     smooth = np.stack([np.interp(time, even, places) for places in smoothed.T], axis=1)
     return np.asarray(smooth - centre, dtype=np.float64)
 

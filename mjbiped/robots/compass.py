@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import SimpleNamespace
-from typing import Any, ClassVar, TypeAlias
+from typing import Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -240,12 +240,12 @@ class Compass(Robot):
         InputError: a value is not a finite number of its domain; see `mjbiped.utils.domains`.
     """
 
-    leg_mass: float = 5.0
-    hip_mass: float = 0.0
-    lower_length: float = 0.5
-    upper_length: float = 0.5
+    leg_mass: Annotated[float, domains.LEG_MASS] = 5.0
+    hip_mass: Annotated[float, domains.HIP_MASS] = 0.0
+    lower_length: Annotated[float, domains.LENGTH] = 0.5
+    upper_length: Annotated[float, domains.LENGTH] = 0.5
     leg_inertia: float = None  # type: ignore[assignment]  # a number after __post_init__
-    gravity: float = 9.81
+    gravity: Annotated[float, domains.GRAVITY] = 9.81
 
     kind: ClassVar[str] = "compass"
     angles: ClassVar[tuple[str, ...]] = ("stance", "swing")
@@ -259,11 +259,9 @@ class Compass(Robot):
 
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""
-        domains.check_fields(self, leg_mass=domains.LEG_MASS, hip_mass=domains.HIP_MASS)
-        domains.check_fields(self, lower_length=domains.LENGTH, upper_length=domains.LENGTH)
-        if self.leg_inertia is None:
-            object.__setattr__(self, "leg_inertia", self.leg_mass * self.leg_length**2 / 12)
-        domains.check_fields(self, leg_inertia=domains.INERTIA, gravity=domains.GRAVITY)
+        domains.check_fields(self)
+        inertia = self.leg_mass * self.leg_length**2 / 12 if self.leg_inertia is None else self.leg_inertia
+        object.__setattr__(self, "leg_inertia", domains.INERTIA.check("leg_inertia", inertia))
         domains.LEG.check("lower_length + upper_length", self.leg_length)
 
     @property

@@ -18,7 +18,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -60,16 +60,16 @@ class KneedBiped(Robot):
         InputError: a value is not a finite number of its domain, or a centre of mass lies beyond the end of its link.
     """
 
-    thigh_mass: float = 4.5
-    shank_mass: float = 0.5
-    hip_mass: float = 5.0
-    thigh_length: float = 0.5
-    shank_length: float = 0.5
-    thigh_centre: float = 0.30
-    shank_centre: float = 0.09
+    thigh_mass: Annotated[float, domains.LEG_MASS] = 4.5
+    shank_mass: Annotated[float, domains.LEG_MASS] = 0.5
+    hip_mass: Annotated[float, domains.HIP_MASS] = 5.0
+    thigh_length: Annotated[float, domains.LENGTH] = 0.5
+    shank_length: Annotated[float, domains.LENGTH] = 0.5
+    thigh_centre: Annotated[float, domains.LENGTH] = 0.30
+    shank_centre: Annotated[float, domains.LENGTH] = 0.09
     thigh_inertia: float = None  # type: ignore[assignment]  # a number after __post_init__
     shank_inertia: float = None  # type: ignore[assignment]  # the same
-    gravity: float = 9.81
+    gravity: Annotated[float, domains.GRAVITY] = 9.81
 
     kind: ClassVar[str] = "kneed"
     angles: ClassVar[tuple[str, ...]] = ("stance", "swing", "shank")
@@ -81,9 +81,7 @@ class KneedBiped(Robot):
 
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""
-        masses: Mapping[str, domains.Domain] = {"thigh_mass": domains.LEG_MASS, "shank_mass": domains.LEG_MASS}
-        lengths = ("thigh_length", "shank_length", "thigh_centre", "shank_centre")
-        domains.check_fields(self, **masses, hip_mass=domains.HIP_MASS, **dict.fromkeys(lengths, domains.LENGTH))
+        domains.check_fields(self)
         for link in ("thigh", "shank"):
             length, centre = getattr(self, f"{link}_length"), getattr(self, f"{link}_centre")
             if centre > length:
@@ -91,10 +89,9 @@ class KneedBiped(Robot):
                     f"{link}_centre = {centre:g}: must lie on the link, at most {link}_length = {length:g} m from its "
                     "upper end"
                 )
-            if getattr(self, f"{link}_inertia") is None:
-                object.__setattr__(self, f"{link}_inertia", getattr(self, f"{link}_mass") * length**2 / 12)
-        domains.check_fields(self, thigh_inertia=domains.INERTIA, shank_inertia=domains.INERTIA)
-        domains.check_fields(self, gravity=domains.GRAVITY)
+            given, rod = getattr(self, f"{link}_inertia"), getattr(self, f"{link}_mass") * length**2 / 12
+            inertia = domains.INERTIA.check(f"{link}_inertia", rod if given is None else given)
+            object.__setattr__(self, f"{link}_inertia", inertia)
         domains.LEG.check("thigh_length + shank_length", self.leg_length)
 
     @classmethod

@@ -15,7 +15,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import Any, ClassVar, TypeAlias
+from typing import Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -100,11 +100,11 @@ class RimlessWheel(Robot):
         InputError: a value is not a finite number of its domain.
     """
 
-    mass: float = 10.0
-    inertia: float = 0.0
-    length: float = 1.0
-    spokes: int = 8
-    gravity: float = 9.81
+    mass: Annotated[float, domains.LEG_MASS] = 10.0
+    inertia: Annotated[float, domains.INERTIA] = 0.0
+    length: Annotated[float, domains.LEG] = 1.0
+    spokes: Annotated[int, domains.SPOKES] = 8
+    gravity: Annotated[float, domains.GRAVITY] = 9.81
 
     kind: ClassVar[str] = "wheel"
     angles: ClassVar[tuple[str, ...]] = ("stance",)
@@ -118,8 +118,7 @@ class RimlessWheel(Robot):
 
     def __post_init__(self) -> None:
         """Check every value, and turn all but the number of spokes into plain floats."""
-        domains.check_fields(self, mass=domains.LEG_MASS, inertia=domains.INERTIA)
-        domains.check_fields(self, length=domains.LEG, spokes=domains.SPOKES, gravity=domains.GRAVITY)
+        domains.check_fields(self)
 
     @property
     def between(self) -> float:

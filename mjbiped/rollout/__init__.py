@@ -1,1 +1,1 @@
-"""One walk, and many."""
+"""Functions that simulate one walk or many."""

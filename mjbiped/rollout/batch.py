@@ -38,8 +38,8 @@ class _Ended(NamedTuple):
     """The result of one walk.
 
     Attributes:
-        result: Its record or summary; None where the walk could not begin.
-        error: What went wrong; empty if nothing did.
+        result: Record or summary of the walk; None where it could not begin.
+        error: Message of the error that stopped it; empty if there was none.
         trace: Python's traceback of the error.
         interrupted: Whether Ctrl-C ended the walk.
     """
@@ -56,13 +56,13 @@ def _walked(
     """Make one walk to its end.
 
     Args:
-        plan: What is walked.
+        plan: Plan of the walk.
         summarised: Whether a summary is kept, and no record.
         cancellation: See `Engine.start`.
         first: A walk whose `sharing()` is held while this one is made in a thread; None: it is made alone.
 
     Returns:
-        Its result; None where it cannot be made beside the first one.
+        Its result; None where it cannot share threads with the first walk.
     """
     try:
         run = plan.terms.engine.start(plan, summarised=summarised, cancellation=cancellation)
@@ -101,7 +101,7 @@ class Batch:
 
     Attributes:
         results: Record or summary of each walk; None where there is none yet.
-        errors: What went wrong, by the walk's index.
+        errors: Error messages by the walk's index.
         traces: Tracebacks of the errors, by the walk's index.
     """
 
@@ -109,7 +109,7 @@ class Batch:
         """Prepare a batch of walks.
 
         Args:
-            plans: What is walked.
+            plans: Plan of each walk.
             summarised: Whether summaries are kept, and no records.
             workers: Walks at a time.
             bar: Progress bar, advanced by one with each walk that ends.

@@ -99,7 +99,7 @@ def precompile(
 
 
 def _walk_a_step(unit: Unit) -> None:
-    """Walk one step, in a process of its own: that compiles all that the walk needs, and shows that it works."""
+    """Walk one step in a process of its own, which compiles all code that the walk needs, and tests it."""
     engine, name, robot = unit
     given = {"imitate_slope_deg": 2.5} if robot.knees and "imitate_slope_deg" in settings_of(name, robot) else {}
     walk(make_controller(name, robot, given), Terrain.incline(2.5), engine=engine, robot=robot, steps=1, progress=False)

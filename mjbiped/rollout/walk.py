@@ -1,4 +1,4 @@
-"""`walk()`: a controller on a terrain in an engine, and what came of it."""
+"""`walk()`: simulate a controller on a terrain in an engine."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class WalkStopped(MjbipedError):  # noqa: N818 (its sister is a KeyboardInterrup
     before: tuple[Walk, ...] = ()
 
     def __init__(self, message: str, walk: Walk) -> None:
-        """Keep the walk beside the message."""
+        """Make the error from its message and the walk so far."""
         super().__init__(message)
         self.walk = walk
 
@@ -44,7 +44,7 @@ class WalkInterrupted(KeyboardInterrupt):
     before: tuple[Walk, ...] = ()
 
     def __init__(self, walk: Walk) -> None:
-        """Keep the walk."""
+        """Make the interrupt from the walk so far."""
         super().__init__("walk interrupted")
         self.walk = walk
 
@@ -63,7 +63,7 @@ def walk(
     disturbances: Disturbances | None = None,
     progress: bool = False,
 ) -> Walk:
-    """Let a robot walk on a terrain until it has done its steps, or cannot go on.
+    """Simulate a robot on a terrain until it has made its steps, or cannot go on.
 
     A fall is a result, not an exception: see `Walk.outcome` and `Walk.warnings`. The same arguments give bitwise the
     same record.

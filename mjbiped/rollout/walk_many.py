@@ -1,4 +1,4 @@
-"""`walk_many()`: many walks side by side, each the same as by itself. docs/many_walks.md says how and how fast."""
+"""`walk_many()`: simulate many walks at once, each bitwise as if alone; see docs/many_walks.md."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ class WalksStopped(MjbipedError):  # noqa: N818 (as its sisters of one walk)
     """Some of many walks were broken off by an error; the others have been walked to their ends.
 
     Attributes:
-        walks: What is kept of each walk, in order; of a broken one the part so far, with the outcome "interrupted",
-            and None where there is none.
-        errors: What went wrong, by the walk's index in that list.
+        walks: Record or summary of each walk, in order; of a broken walk the part so far, with the outcome
+            "interrupted", or None if it could not begin.
+        errors: Error messages, by the walk's index in that list.
     """
 
     def __init__(self, message: str, walks: Sequence[Result | None], errors: Mapping[int, str]) -> None:
-        """Keep what has been walked beside the message."""
+        """Make the error from its message, the walks so far and their errors."""
         super().__init__(message)
         self.walks = walks
         self.errors = errors
@@ -45,13 +45,13 @@ class WalksInterrupted(KeyboardInterrupt):
     """Many walks were broken off by Ctrl-C; what was recorded is not lost.
 
     Attributes:
-        walks: What is kept of each walk, in order; None of those that had not begun, or were under way in another
+        walks: Record or summary of each walk, in order; None for walks that had not begun, or were under way in another
             process. A walk under way in a thread has the outcome "interrupted".
-        errors: What went wrong in single walks before, as in `WalksStopped`.
+        errors: Error messages of single walks before the interrupt, as in `WalksStopped`.
     """
 
     def __init__(self, walks: Sequence[Result | None], errors: Mapping[int, str]) -> None:
-        """Keep what has been walked."""
+        """Make the interrupt from the walks so far and their errors."""
         super().__init__("walks interrupted")
         self.walks = walks
         self.errors = errors
@@ -108,7 +108,7 @@ def walk_many(
     workers: int | None = None,
     progress: bool = False,
 ) -> list[Any]:
-    """Let many robots walk at once, each as `walk()` would by itself, to the last bit.
+    """Simulate many walks at once, each bitwise the same as by `walk()`.
 
     ```python
     terrains = [Terrain.random(seed=seed) for seed in range(1000)]
@@ -208,7 +208,7 @@ def _plans(
 
 
 def _stopped(batch: Batch) -> WalksStopped:
-    """The error that reports the broken walks."""
+    """Make the error that reports the broken walks."""
     first, count = min(batch.errors), len(batch.results)
     others = count - len(batch.errors)
     error = WalksStopped(

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from mjbiped.errors import InputError
 from mjbiped.utils import domains
@@ -32,8 +32,8 @@ class ScuffingRule:
         name: Name in records; the third condition, that it is above the ground at its own position, has no parameter.
     """
 
-    reach: float = 0.20
-    delay: float = 0.1
+    reach: Annotated[float, domains.REACH] = 0.20
+    delay: Annotated[float, domains.DELAY] = 0.1
     name: str = "drawn in until ahead"
 
     def __post_init__(self) -> None:
@@ -42,7 +42,7 @@ class ScuffingRule:
         Raises:
             InputError: A value is outside its domain; see `mjbiped.utils.domains`.
         """
-        domains.check_fields(self, reach=domains.REACH, delay=domains.DELAY)
+        domains.check_fields(self)
         domains.check_text("name", self.name)
 
 

@@ -1,1 +1,1 @@
-"""The ground: what it is, and files of it."""
+"""The ground: profiles, presets and terrain files."""

@@ -217,7 +217,7 @@ def _check_order(samples: Sequence[Sample], new: Sample) -> None:
 
 
 def _read_segment(k: int, segment: object, yaml_file: bool) -> tuple[object, ...]:
-    """Make a tuple of the k-th segment of a file (1-based), a list or a table."""
+    """Convert the k-th segment of a file (1-based), a list or a table, to a tuple."""
     if isinstance(segment, dict):
         with prefixed(f"segment {k}: "):
             for key in segment:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from inspect import signature
 from itertools import pairwise
-from typing import Any, Self
+from types import MappingProxyType
+from typing import Annotated, Any, Self, TypeAlias
 
 import numpy as np
 
 from mjbiped.errors import InputError, prefixed
-from mjbiped.terrain.segments import MOST_SEGMENTS, Segment, chained, check_slope, checked_slope
+from mjbiped.terrain.segments import MOST_SEGMENTS, STANDABLE, Segment, chained, check_slope
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Count, Domain, check_interval, known_name
+from mjbiped.utils.domains import Interval, checked, known_name
 
 PRESETS = ("level", "incline", "slopes", "stairs", "mixed", "random", "treads", "waves", "recorded")
 """Names of the terrains that a method of `Terrain` of that name makes; only "recorded" needs an argument, a file."""
@@ -26,6 +27,14 @@ START = 2.0
 
 GROWN = 3.0
 """Distance, in longest waves, in which heights grow to 95 % of their final size: 1 - exp(-3)."""
+
+Seed: TypeAlias = Annotated[int, domains.SEED]
+Length: TypeAlias = Annotated[float, domains.FAMILY_STRETCH]
+Stretch: TypeAlias = Annotated[float, domains.STRETCH]
+Slope: TypeAlias = Annotated[float, STANDABLE]
+Slopes: TypeAlias = Annotated[tuple[float, float], Interval(STANDABLE)]
+Changes: TypeAlias = Annotated[int, domains.CHANGES]
+Deviation: TypeAlias = Annotated[float, domains.DEVIATION]
 
 _WAVES = 64  # of band-limited ground; their sum is nearly normal
 
@@ -58,13 +67,20 @@ class Presets:
         return cls._of_segments([(1.0, 0.0, 0.0)], "level")
 
     @classmethod
-    def incline(cls, slope_deg: float = 3.0) -> Self:
+    @checked
+    def incline(cls, slope_deg: Slope = 3.0) -> Self:
         """Make an endless slope; `slope_deg` in degrees, positive downhill."""
-        slope = checked_slope("slope_deg", slope_deg)
-        return cls._of_segments([(1.0, slope, 0.0)], "incline", slope_deg=slope)
+        return cls._of_segments([(1.0, slope_deg, 0.0)], "incline", {"slope_deg": slope_deg})
 
     @classmethod
-    def stairs(cls, tread: float = 1.8, rise: float = -0.06, first: float | None = None, count: int = 20) -> Self:
+    @checked
+    def stairs(
+        cls,
+        tread: Stretch = 1.8,
+        rise: Annotated[float, domains.STEP] = -0.06,
+        first: Annotated[float | None, domains.STRETCH] = None,
+        count: Changes = 20,
+    ) -> Self:
         """Make stairs of level treads (the paper's, in section V-A, have 1.8 m treads with steps of 0.006 and 0.06 m).
 
         The 20 risers of the default reach 35 m: more than 60 steps of 0.38 m.
@@ -78,14 +94,19 @@ class Presets:
         Raises:
             InputError: A value outside its domain.
         """
-        given = _checked(tread=(domains.STRETCH, tread), rise=(domains.STEP, rise))
-        first = given["tread"] / 2.0 if first is None else first
-        given |= _checked(first=(domains.STRETCH, first), count=(domains.CHANGES, count))
-        rows = [(given["first"], 0.0, 0.0)] + [(given["tread"], 0.0, given["rise"])] * given["count"]
-        return cls._of_segments(rows, "stairs", **given)
+        first = domains.STRETCH.check("first", tread / 2.0) if first is None else first
+        given = locals().copy()
+        return cls._of_segments([(first, 0.0, 0.0), *[(tread, 0.0, rise)] * count], "stairs", given)
 
     @classmethod
-    def slopes(cls, length: float = 1.5, change_deg: float = 0.3, count: int = 16, start_deg: float = 0.0) -> Self:
+    @checked
+    def slopes(
+        cls,
+        length: Stretch = 1.5,
+        change_deg: Annotated[float, domains.SLOPE_DEG] = 0.3,
+        count: Changes = 16,
+        start_deg: Slope = 0.0,
+    ) -> Self:
         """Make ground whose slope changes by the same angle at equal distances (the paper's: 1.5 m, 0.3 and -1 degree).
 
         The 16 changes of the default reach 24 m: more than 60 steps of 0.38 m.
@@ -99,13 +120,10 @@ class Presets:
         Raises:
             InputError: A value outside its domain, or a slope that gets too steep: ask for fewer or smaller changes.
         """
-        length = domains.STRETCH.check("length", length)
-        change = domains.SLOPE_DEG.check("change_deg", change_deg)
-        count = domains.CHANGES.check("count", count)
-        start = checked_slope("start_deg", start_deg)
-        check_slope(f"start_deg + {count} x change_deg", math.radians(start + count * change))
-        rows = [(length, start + k * change, 0.0) for k in range(count + 1)]
-        return cls._of_segments(rows, "slopes", length=length, change_deg=change, count=count, start_deg=start)
+        given = locals().copy()
+        check_slope(f"start_deg + {count} x change_deg", math.radians(start_deg + count * change_deg))
+        rows = [(length, start_deg + k * change_deg, 0.0) for k in range(count + 1)]
+        return cls._of_segments(rows, "slopes", given)
 
     @classmethod
     def mixed(cls) -> Self:
@@ -138,16 +156,17 @@ class Presets:
         return cls._of_segments(_MIXED, "mixed")
 
     @classmethod
+    @checked
     def random(
         cls,
-        seed: int = 0,
-        length: float = 25.0,
-        segment_length: tuple[float, float] = (0.8, 2.0),
-        slope_deg: tuple[float, float] = (-3.0, 3.0),
-        rise: tuple[float, float] = (-0.02, 0.005),
-        step_probability: float = 0.5,
-        roughness: float = 0.0,
-        spacing: float = 0.25,
+        seed: Seed = 0,
+        length: Annotated[float, domains.RANDOM_STRETCH] = 25.0,
+        segment_length: Annotated[tuple[float, float], Interval(domains.STRETCH)] = (0.8, 2.0),
+        slope_deg: Slopes = (-3.0, 3.0),
+        rise: Annotated[tuple[float, float], Interval(domains.STEP)] = (-0.02, 0.005),
+        step_probability: Annotated[float, domains.PROBABILITY] = 0.5,
+        roughness: Annotated[float, domains.ROUGHNESS] = 0.0,
+        spacing: Stretch = 0.25,
     ) -> Self:
         """Make random ground; the same arguments give the same terrain bit by bit (NumPy's PCG64).
 
@@ -161,7 +180,7 @@ class Presets:
             segment_length: Range of the segments' lengths, m, > 0.
             slope_deg: Range of the slopes, degrees.
             rise: Range of the steps, m, positive up.
-            step_probability: How probable a step is at a segment's start, 0 to 1.
+            step_probability: Probability of a step at a segment's start, 0 to 1.
             roughness: Standard deviation of normally distributed heights of mean zero, m, >= 0, added about every
                 `spacing` and at the breaks, linear in between, after the first metre and before the last segment's end.
             spacing: Distance between these heights, m, > 0; every segment is cut into equal cells nearest to it.
@@ -170,41 +189,33 @@ class Presets:
             InputError: A value outside its domain, or a slope too steep to be stood on: less roughness or a wider
                 spacing keeps slopes gentle.
         """
-        given = _checked(seed=(domains.SEED, seed), length=(domains.RANDOM_STRETCH, length))
-        lengths = check_interval("segment_length", segment_length, domains.STRETCH)
-        slopes = _checked_slopes(slope_deg)
-        rises = check_interval("rise", rise, domains.STEP)
-        given |= {"segment_length": lengths, "slope_deg": slopes, "rise": rises}
-        given |= _checked(
-            step_probability=(domains.PROBABILITY, step_probability),
-            roughness=(domains.ROUGHNESS, roughness),
-            spacing=(domains.STRETCH, spacing),
-        )
-        length, roughness, spacing = given["length"], given["roughness"], given["spacing"]
-        finest = min(lengths[0], spacing) if roughness else lengths[0]
-        if (length + lengths[1]) / finest > MOST_SEGMENTS:
+        given = locals().copy()
+        finest = min(segment_length[0], spacing) if roughness else segment_length[0]
+        longest = length + segment_length[1]
+        if longest / finest > MOST_SEGMENTS:
             raise InputError(
-                f"{length + lengths[1]:g} m in pieces of {finest:g} m can be more than {MOST_SEGMENTS} segments; "
+                f"{longest:g} m in pieces of {finest:g} m can be more than {MOST_SEGMENTS} segments; "
                 "take a shorter length, segments of longer least and shorter greatest length, or a wider spacing"
             )
-        draw = _generator(given["seed"])
+        draw = _generator(seed)
         rows, done = [(1.0, 0.0, 0.0)], 1.0
         while done < length:
-            piece, slope, step = (float(draw.uniform(*ends)) for ends in (lengths, slopes, rises))
-            rows.append((piece, slope, step if draw.random() < given["step_probability"] else 0.0))
+            piece, slope, step = (float(draw.uniform(*ends)) for ends in (segment_length, slope_deg, rise))
+            rows.append((piece, slope, step if draw.random() < step_probability else 0.0))
             done += piece
         if roughness:
             rows = _roughened(rows, spacing, lambda: float(draw.normal(0.0, roughness)))
-        return cls._of_segments(rows, "random", **given)
+        return cls._of_segments(rows, "random", given)
 
     @classmethod
+    @checked
     def treads(
         cls,
-        seed: int = 0,
-        length: float = 400.0,
-        tread: float = 1.0,
-        deviation: float = 0.03,
-        slope_deg: tuple[float, float] = (0.0, 0.0),
+        seed: Seed = 0,
+        length: Length = 400.0,
+        tread: Stretch = 1.0,
+        deviation: Deviation = 0.03,
+        slope_deg: Slopes = (0.0, 0.0),
     ) -> Self:
         """Make treads of one depth with random steps between them; the same arguments give the same terrain bit by bit.
 
@@ -221,28 +232,22 @@ class Presets:
         Raises:
             InputError: A value outside its domain.
         """
-        given = _checked(
-            seed=(domains.SEED, seed),
-            length=(domains.FAMILY_STRETCH, length),
-            tread=(domains.STRETCH, tread),
-            deviation=(domains.DEVIATION, deviation),
-        )
-        given["slope_deg"] = _checked_slopes(slope_deg)
-        count = _pieces(given["length"], given["tread"], "tread")
-        draw = _generator(given["seed"])
-        drawn = ((draw.uniform(*given["slope_deg"]), given["deviation"] * draw.standard_normal()) for _ in range(count))
-        rows = [(given["tread"], float(slope), float(step)) for slope, step in drawn]
-        return cls._of_segments([_LEVEL, *rows], "treads", **given)
+        given = locals().copy()
+        count, draw = _pieces(length, tread, "tread"), _generator(seed)
+        drawn = ((draw.uniform(*slope_deg), deviation * draw.standard_normal()) for _ in range(count))
+        rows = [_LEVEL, *((tread, float(slope), float(step)) for slope, step in drawn)]
+        return cls._of_segments(rows, "treads", given)
 
     @classmethod
+    @checked
     def waves(
         cls,
-        seed: int = 0,
-        length: float = 400.0,
-        deviation: float = 0.01,
-        shortest: float = 0.5,
-        longest: float = 5.0,
-        spacing: float = 0.05,
+        seed: Seed = 0,
+        length: Length = 400.0,
+        deviation: Deviation = 0.01,
+        shortest: Stretch = 0.5,
+        longest: Stretch = 5.0,
+        spacing: Stretch = 0.05,
     ) -> Self:
         """Make rough ground from a band of wave lengths; the same arguments give the same terrain bit by bit.
 
@@ -262,28 +267,19 @@ class Presets:
             InputError: A value outside its domain, or a slope too steep to be stood on: take a smaller deviation or
                 longer waves.
         """
-        given = _checked(
-            seed=(domains.SEED, seed),
-            length=(domains.FAMILY_STRETCH, length),
-            deviation=(domains.DEVIATION, deviation),
-            shortest=(domains.STRETCH, shortest),
-            longest=(domains.STRETCH, longest),
-            spacing=(domains.STRETCH, spacing),
-        )
-        if not 4.0 * given["spacing"] <= given["shortest"] < given["longest"]:
+        given = locals().copy()
+        if not 4.0 * spacing <= shortest < longest:
             raise InputError(
                 f"shortest = {shortest:g} m must be at least four times spacing = {spacing:g} m, and less than longest "
                 f"= {longest:g} m"
             )
-        count = _pieces(given["length"], given["spacing"], "spacing")
-        draw = _generator(given["seed"])
-        spacing, longest = given["spacing"], given["longest"]
-        numbers = 2.0 * math.pi * draw.uniform(1.0 / longest, 1.0 / given["shortest"], _WAVES)
+        count, draw = _pieces(length, spacing, "spacing"), _generator(seed)
+        numbers = 2.0 * math.pi * draw.uniform(1.0 / longest, 1.0 / shortest, _WAVES)
         phases = draw.uniform(0.0, 2.0 * math.pi, _WAVES)
         x = np.arange(count + 1) * spacing
-        heights = math.sqrt(2.0 / _WAVES) * given["deviation"] * np.sin(numbers * x[:, None] + phases).sum(axis=1)
+        heights = math.sqrt(2.0 / _WAVES) * deviation * np.sin(numbers * x[:, None] + phases).sum(axis=1)
         rises = np.diff(heights * (1.0 - np.exp(-x / longest)))  # the ground leaves the start without a step
-        return cls._of_segments([_LEVEL, *(_straight(spacing, rise) for rise in rises.tolist())], "waves", **given)
+        return cls._of_segments([_LEVEL, *(_straight(spacing, rise) for rise in rises.tolist())], "waves", given)
 
     @classmethod
     def preset(cls, name: str, **parameters: Any) -> Self:
@@ -299,24 +295,17 @@ class Presets:
             return make(**parameters)
 
     @classmethod
-    def _of_segments(cls, rows: Sequence[Segment], name: str, **parameters: Any) -> Self:
-        """Make a terrain of checked segments, laid one after another from x = 0."""
+    def _of_segments(cls, rows: Sequence[Segment], name: str, given: Mapping[str, Any] = MappingProxyType({})) -> Self:
+        """Make a terrain of checked segments, laid one after another from x = 0.
+
+        Args:
+            rows: The segments.
+            name: Name of the terrain.
+            given: Parameters that it was made with, such as the local variables of a constructor at its beginning.
+        """
         x, z, angle = chained(rows)
-        pairs = tuple(parameters.items())
+        pairs = tuple((key, value) for key, value in given.items() if key != "cls")
         return cls(x=x, z=z, angle=angle, name=name, parameters=pairs)  # type: ignore[call-arg]  # Terrain's fields
-
-
-def _checked(**given: tuple[Domain | Count, object]) -> dict[str, Any]:
-    """Check numbers against their domains, in the order given, and make plain numbers of them."""
-    return {name: domain.check(name, value) for name, (domain, value) in given.items()}
-
-
-def _checked_slopes(slope_deg: object) -> tuple[float, float]:
-    """Check a range of slopes, degrees."""
-    slopes = check_interval("slope_deg", slope_deg, domains.SLOPE_DEG)
-    for slope in slopes:
-        checked_slope("slope_deg", slope)
-    return slopes
 
 
 def _generator(seed: int) -> np.random.Generator:
@@ -324,12 +313,12 @@ def _generator(seed: int) -> np.random.Generator:
 
 
 def _straight(dx: float, dz: float, step: float = 0.0) -> Segment:
-    """The segment that leads so far forward and up, m, after a step."""
+    """Return the segment that leads `dx` forward and `dz` up, m, after a step."""
     return math.hypot(dx, dz), math.degrees(math.atan2(-dz, dx)), step
 
 
 def _pieces(length: float, piece: float, name: str) -> int:
-    """Number of pieces after the level start; refuse more segments than a terrain may have."""
+    """Count the pieces after the level start, and refuse more segments than a terrain may have."""
     if (length - START) / piece > MOST_SEGMENTS - 2:
         raise InputError(
             f"{length:g} m in pieces of {piece:g} m are more than {MOST_SEGMENTS} segments; take a shorter length or a "
@@ -383,7 +372,7 @@ def recorded_rows(seed: int, length: float, x: Sequence[float], z: Sequence[floa
 
 
 def _joined(points: Sequence[tuple[float, float]]) -> Iterator[Segment]:
-    """Segments between points; two points above one another are a step."""
+    """Iterate over the segments between points; two points above one another are a step."""
     step = 0.0
     for (x, z), (next_x, next_z) in pairwise(points):
         dx, dz = next_x - x, next_z - z

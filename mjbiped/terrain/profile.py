@@ -68,7 +68,7 @@ def height_over(profile: Profile, x: float) -> float:
 def segment_stood_on(
     ground: Any, x: float, z: float, edge: float = EDGE, beside: float = BESIDE, over: float = OVER
 ) -> int:
-    """Index of the segment that a foot at x, z stands on: the one rule for feet near a break.
+    """Index of the segment that a foot at x, z stands on, by one rule for all feet near a break.
 
     A foot is a point and stands on the segment under x. Only at a step its height decides as well: by a solver's
     residual, a foot that slides down a face, or stands on the very edge, may lie on the other side.
@@ -99,7 +99,7 @@ def segment_stood_on(
 
 
 def segment_met(profile: Profile, x: float, z: float) -> int:
-    """Index of the segment that a foot at x, z would land on, or slides down to beside a face."""
+    """Index of the segment that a foot at x, z would land on, or that it slides down to along a vertical face."""
     return segment_stood_on(profile, x, z, EDGE, BESIDE, 0.0)
 
 

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from mjbiped.errors import InputError, shown
 from mjbiped.utils import domains
-from mjbiped.utils.domains import entries
+from mjbiped.utils.domains import Domain, entries
 
 Segment: TypeAlias = tuple[float, float, float]
 """Length along the ground (m), slope (degrees, positive downhill) and step up at the start (m)."""
@@ -36,11 +36,18 @@ def check_slope(where: str, angle: float) -> None:
         )
 
 
-def checked_slope(what: str, degrees: object) -> float:
-    """Check a slope in degrees and return it as a plain float."""
-    slope = domains.SLOPE_DEG.check(what, degrees)
-    check_slope(what, math.radians(slope))
-    return slope
+class _Standable(Domain):
+    """Slopes that the robot can stand on, degrees."""
+
+    def check(self, name: str, value: object) -> float:
+        """Check a slope, and return it as a plain float."""
+        slope = super().check(name, value)
+        check_slope(name.partition(",")[0], math.radians(slope))  # without the end of an interval
+        return slope
+
+
+STANDABLE = _Standable(domains.SLOPE_DEG.low, domains.SLOPE_DEG.high, domains.SLOPE_DEG.unit)
+"""Slopes that the robot can stand on, degrees."""
 
 
 def checked_segments(segments: Iterable[object]) -> list[Segment]:
@@ -54,7 +61,7 @@ def checked_segments(segments: Iterable[object]) -> list[Segment]:
         if len(values) not in (2, 3):
             raise InputError(f"segment {k} is {shown(segment)}; expected (length_m, slope_deg, step_up_m)")
         length = domains.STRETCH.check(f"segment {k}: length", values[0])
-        slope = checked_slope(f"segment {k}: slope", values[1])
+        slope = STANDABLE.check(f"segment {k}: slope", values[1])
         step = domains.STEP.check(f"segment {k}: step", (*values, 0.0)[2])
         rows.append((length, slope, step))
     if not rows:

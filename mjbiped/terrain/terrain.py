@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.terrain.files import FILE_SUFFIXES, parse_parameters, read_samples, read_segments
-from mjbiped.terrain.presets import PRESETS, Presets, recorded_rows
+from mjbiped.terrain.presets import PRESETS, Length, Presets, Seed, recorded_rows
 from mjbiped.terrain.profile import Profile, height_of, segment_under
 from mjbiped.terrain.segments import HIGHEST_STEP, MOST_SEGMENTS, check_slope, checked_segments
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Domain, entries, known_name
+from mjbiped.utils.domains import Domain, checked, entries, known_name
 
 STEP_RESOLUTION = 1e-9
 """Greatest height difference at a break that is rounding, not a step, m; `domains.PLACE` bounds the rounding."""
@@ -127,7 +127,7 @@ class Terrain(Presets):
             InputError: No segments, or a value outside its domain; the message names the segment, counted from 1.
         """
         rows = checked_segments(segments)
-        return cls._of_segments(rows, name, segments=rows)
+        return cls._of_segments(rows, name, {"segments": rows})
 
     @classmethod
     def from_file(cls, path: str | Path) -> Terrain:
@@ -152,7 +152,7 @@ class Terrain(Presets):
             if suffix == ".csv":
                 return cls._from_samples(path)
             rows = checked_segments(read_segments(path))
-            return cls._of_segments(rows, path.name, segments=rows)
+            return cls._of_segments(rows, path.name, {"segments": rows})
 
     @classmethod
     def _from_samples(cls, path: Path) -> Terrain:
@@ -172,7 +172,8 @@ class Terrain(Presets):
         return cls(tuple(x), tuple(z), tuple(angles), end=samples[-1].x, name=path.name)
 
     @classmethod
-    def recorded(cls, file: str | Path | Terrain | None = None, seed: int = 0, length: float = 400.0) -> Terrain:
+    @checked
+    def recorded(cls, file: str | Path | Terrain | None = None, seed: Seed = 0, length: Length = 400.0) -> Terrain:
         """Make random ground from a recorded elevation profile; the same arguments give the same terrain bit by bit.
 
         The first 2 m are level. Then comes a stretch of the record without its trend: the straight line that fits the
@@ -196,8 +197,6 @@ class Terrain(Presets):
             raise InputError(
                 f"{shown(record.name)} is no record: its ground goes on without end; expected an elevation file (.csv)"
             )
-        seed = domains.SEED.check("seed", seed)
-        length = domains.FAMILY_STRETCH.check("length", length)
         reach = record.end - record.x[0]
         if reach < SHORTEST_RECORD:
             raise InputError(
@@ -211,7 +210,7 @@ class Terrain(Presets):
             )
         x, z = record.samples
         rows = recorded_rows(seed, length, x, z)
-        return cls._of_segments(rows, "recorded", file=record.name, seed=seed, length=length)
+        return cls._of_segments(rows, "recorded", {"file": record.name, "seed": seed, "length": length})
 
     # ---- asking it -----------------------------------------------------------------------------------------------
 

@@ -1,4 +1,4 @@
-"""Valid ranges of user inputs, all in one place, and checks of what a user names or lists.
+"""Valid ranges of user inputs, and checks of names and lists.
 
 The ranges are wide: they contain whatever the engines were measured to work with (docs/tables/domains.md), and exclude
 what no arithmetic survives. Conditions on several numbers at once, such as a slope too steep to stand on, are checked
@@ -8,12 +8,16 @@ where they arise. All messages have one form: the name, the value that was given
 from __future__ import annotations
 
 import difflib
+import inspect
 import math
-from collections.abc import Iterable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache, wraps
 from numbers import Integral, Real
-from typing import Any, TypeVar
+from types import NoneType
+from typing import Annotated, Any, TypeVar, cast, get_args, get_origin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +25,7 @@ from numpy.typing import NDArray
 from mjbiped.errors import InputError, shown
 
 Kind = TypeVar("Kind")
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True)
@@ -187,41 +192,83 @@ def check_kind(name: str, value: object, kind: type[Kind]) -> Kind:
     raise InputError(f"{name} must be a mjbiped.{kind.__name__}, got {type(value).__name__}")
 
 
-def check_fields(instance: object, **domains: Domain | Count) -> None:
-    """Check fields of a dataclass in the order given, and replace them with plain numbers.
+def check_fields(instance: Any) -> None:
+    """Check the fields of a dataclass that are annotated with a domain, and replace them with plain numbers.
+
+    A field `speed: Annotated[float, SPEED]` must be in its domain; `Annotated[float | None, SPEED]` allows None.
 
     Raises:
         InputError: One is outside its domain.
     """
-    for name, domain in domains.items():
-        object.__setattr__(instance, name, domain.check(name, getattr(instance, name)))
+    for kind in reversed(type(instance).__mro__):
+        for name, number in _checked(kind, vars(instance)).items():
+            object.__setattr__(instance, name, number)
 
 
-def check_given_fields(instance: object, **domains: Domain | Count) -> None:
-    """Check fields like `check_fields`, but allow None.
+def checked(function: Function) -> Function:
+    """Decorate a function to check the arguments that are annotated with a domain, as `check_fields` does for fields.
 
-    Raises:
-        InputError: One is outside its domain.
+    The function receives plain numbers. An argument outside its domain raises an `InputError`.
     """
-    check_fields(instance, **{name: of for name, of in domains.items() if getattr(instance, name) is not None})
+    signature = inspect.signature(function)
+
+    @wraps(function)
+    def checking(*args: Any, **named: Any) -> Any:
+        given = signature.bind(*args, **named)
+        given.arguments.update(_checked(function, given.arguments))
+        return function(*given.args, **given.kwargs)
+
+    return cast(Function, checking)
 
 
-def check_interval(name: str, value: object, domain: Domain) -> tuple[float, float]:
-    """Check a range (low, high) with low <= high, both ends in the domain.
+def _checked(owner: Any, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Check the values of the fields or parameters that a class or a function annotates with domains."""
+    return {
+        name: domain.check(name, values[name])
+        for name, (domain, optional) in _annotated(owner).items()
+        if name in values and not (optional and values[name] is None)
+    }
 
-    Raises:
-        InputError: The value is not a pair, an end is outside the domain, or the ends are in the wrong order.
+
+@cache
+def _annotated(owner: Any) -> dict[str, tuple[Any, bool]]:
+    """Domain of each annotated field or parameter, by its name, and whether None is allowed."""
+    found, space = {}, vars(sys.modules[owner.__module__])
+    for name, hint in inspect.get_annotations(owner).items():
+        with suppress(Exception):  # a type that only a type checker sees, or whatever a user's class has there
+            meant = eval(hint, space) if isinstance(hint, str) else hint
+            if get_origin(meant) is Annotated:
+                kind, domain = get_args(meant)
+                found[name] = (domain, NoneType in get_args(kind))
+    return found
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Ranges (low, high) of real numbers with low <= high, both ends in a domain.
+
+    Attributes:
+        ends: Domain of the ends.
     """
-    if isinstance(value, str) or not isinstance(value, Sequence) or len(value) != 2:
-        raise InputError(f"{name} = {shown(value)}: must be a range (low, high), on the command line low..high")
-    low, high = (domain.check(f"{name}, {end} end", v) for end, v in zip(("low", "high"), value, strict=True))
-    if low > high:
-        raise InputError(f"{name} = ({low:g}, {high:g}): must have its low end first, swap them")
-    return low, high
+
+    ends: Any
+
+    def check(self, name: str, value: object) -> tuple[float, float]:
+        """Check a range.
+
+        Raises:
+            InputError: The value is not a pair, an end is outside the domain, or the ends are in the wrong order.
+        """
+        if isinstance(value, str) or not isinstance(value, Sequence) or len(value) != 2:
+            raise InputError(f"{name} = {shown(value)}: must be a range (low, high), on the command line low..high")
+        low, high = (self.ends.check(f"{name}, {end} end", v) for end, v in zip(("low", "high"), value, strict=True))
+        if low > high:
+            raise InputError(f"{name} = ({low:g}, {high:g}): must have its low end first, swap them")
+        return low, high
 
 
 def entries(value: object) -> tuple[Any, ...] | None:
-    """The entries of a list, a tuple or a row of an array; None for a single value, text or a mapping."""
+    """Return the entries of a list, a tuple or an array; None for a single value, text or a mapping."""
     if isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping):
         with suppress(TypeError):  # an array of no dimension
             return tuple(value)
@@ -241,7 +288,7 @@ def known_name(what: str, name: object, valid: Iterable[str]) -> str:
 
 
 def nearest(name: object, valid: Iterable[str]) -> str:
-    """The end of a message about an unknown name: "; did you mean 'rise'?", or nothing where no name is near."""
+    """Return the end of a message about an unknown name, such as "; did you mean 'rise'?"; empty if no name is near."""
     near = difflib.get_close_matches(name, tuple(valid), n=1) if isinstance(name, str) and len(name) < 100 else []
     return f"; did you mean {near[0]!r}?" if near else ""
 

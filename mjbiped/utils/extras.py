@@ -1,4 +1,4 @@
-"""Optional packages, which an extra of this one installs."""
+"""Optional packages, which extras of this package install."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def needed(module: str, extra: str, what: str) -> ModuleType:
     Args:
         module: Full name of the module.
         extra: The extra of mjbiped that installs its package.
-        what: What needs it; begins the message.
+        what: Feature that needs the module; the message begins with it.
 
     Returns:
         The module.

@@ -1,6 +1,6 @@
 """Files that appear whole or not at all.
 
-A file is written under a temporary name beside its place. The temporary file is removed if the block that writes it
+A file is written under a temporary name in its folder. The temporary file is removed if the block that writes it
 fails, and when the process ends; what a killed process leaves behind is removed after a day, by the next process that
 writes into the same folder.
 """
@@ -29,7 +29,7 @@ _swept: set[Path] = set()
 
 @contextmanager
 def written_whole(path: Path) -> Iterator[Path]:
-    """Write a file under another name beside its place, and move it there once it is complete.
+    """Write a file under a temporary name in its folder, and rename it once it is complete.
 
     Args:
         path: The file; an older one is replaced.
@@ -50,7 +50,7 @@ def written_whole(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def saved(path: Path, failure: type[MjbipedError] = RecordError) -> Iterator[Path]:
-    """Write a file as `written_whole` does, with an exception of this package where that fails.
+    """Write a file as `written_whole` does, and raise an exception of this package if that fails.
 
     Args:
         path: The file; an older one is replaced.
@@ -83,7 +83,7 @@ def check_writable(path: Path) -> None:
 
 @contextmanager
 def _unfinished_file(path: Path) -> Iterator[Path]:
-    """Make an empty file of the same suffix beside another; it is removed when the block ends, unless it was moved.
+    """Make an empty file of the same suffix in the same folder, and remove it when the block ends unless it was moved.
 
     Raises:
         OSError: The folder is missing or cannot be written to.
@@ -131,7 +131,7 @@ def _check_name(path: Path) -> None:
 
 
 def _sweep(folder: Path) -> None:
-    """Remove what killed processes left in a folder long ago; once for each folder."""
+    """Remove temporary files that killed processes left in a folder more than a day ago; once for each folder."""
     if folder in _swept:
         return
     _swept.add(folder)

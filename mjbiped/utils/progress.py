@@ -1,4 +1,4 @@
-"""When a progress bar is shown: if one was asked for and somebody can see it."""
+"""Whether a progress bar is shown: only if it was requested, and on a terminal or in a notebook."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import sys
 
 
 def hidden(progress: bool) -> bool | None:
-    """The value of tqdm's argument `disable`.
+    """Return the value of tqdm's argument `disable`.
 
     Args:
-        progress: Whether a bar was asked for.
+        progress: Whether a bar was requested.
 
     Returns:
         Whether the bar is hidden; None lets tqdm check for a terminal. In a notebook bars are shown without one.

@@ -11,7 +11,7 @@ _OURS = Path(__file__).parents[2] / "controllers"
 
 
 def hidden_laws() -> str:
-    """A message that names the file which hides the package `controllers`; empty if there is none."""
+    """Return a message that names the file which hides the package `controllers`; empty if there is none."""
     module = sys.modules.get("controllers")
     found = getattr(importlib.util.find_spec("controllers") if module is None else module.__spec__, "origin", None)
     if found is None or Path(found).parent == _OURS or not _OURS.is_dir():

@@ -21,7 +21,8 @@ from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP
 from mjbiped.plotting.style import BLACK, BLUE, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
 from mjbiped.records import measures
 from mjbiped.robots.compass import Array
-from scripts.pages import markdown_table, write_block
+from mjbiped.utils.markdown import markdown_table
+from scripts.pages import write_block
 from scripts.paper.cycle import cycle_stability, lyapunov_gain
 
 TERRAINS = {

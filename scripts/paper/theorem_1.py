@@ -17,7 +17,8 @@ from controllers import AdaptiveController
 from mjbiped.analysis.error_dynamics import ESTIMATES, impact_gain, lyapunov_weights
 from mjbiped.analysis.stability import Stability, stability
 from mjbiped.plotting.stability import plot_stability
-from scripts.pages import markdown_table, write_block
+from mjbiped.utils.markdown import markdown_table
+from scripts.pages import write_block
 from scripts.paper.cycle import cycle_stability, lyapunov_gain
 
 TERRAINS = {

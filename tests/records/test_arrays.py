@@ -13,7 +13,7 @@ import pytest
 
 from mjbiped.errors import RecordError
 from mjbiped.records import arrays as record_file
-from mjbiped.records.arrays import read_arrays
+from mjbiped.records.arrays import read_arrays, write_arrays
 
 
 def array_file(array: np.ndarray, header: str = "") -> bytes:
@@ -110,6 +110,25 @@ def test_archives_of_many_members_are_refused(tmp_path: Path) -> None:
     assert len(read_arrays(holding(record_file.MOST_MEMBERS))) == record_file.MOST_MEMBERS
     with pytest.raises(RecordError, match="a record has at most 256"):
         read_arrays(holding(record_file.MOST_MEMBERS + 1))
+
+
+def test_a_directory_of_very_many_members_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "many.npz"
+    with zipfile.ZipFile(path, "w") as archive:
+        for number in range(300):  # names of 4 kB fill a directory of more than 1 MiB
+            archive.writestr(f"{number:04000}.npy", b"")
+    monkeypatch.setattr(zipfile, "ZipInfo", None)  # what the directory's entries become
+    with pytest.raises(RecordError, match=r"its directory has \d+ bytes; a record has at most 256 arrays"):
+        read_arrays(path)
+
+
+def test_arrays_may_be_longer_than_a_directory(tmp_path: Path) -> None:
+    numbers = np.random.default_rng(0).normal(size=1 << 18)  # 2 MiB, which no packing makes shorter
+    text = "".join(map(chr, np.random.default_rng(1).integers(32, 126, 1 << 20)))
+    write_arrays(tmp_path / "long.npz", {"numbers": numbers, "text": text})
+    found = read_arrays(tmp_path / "long.npz")
+    assert found["numbers"].tobytes() == numbers.tobytes()
+    assert str(found["text"]) == text
 
 
 def test_devices_and_pipes_are_not_read(tmp_path: Path) -> None:

@@ -34,7 +34,7 @@ from mjbiped.rendering.video import render_frame, render_video
 from mjbiped.terrain.presets import PRESETS
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Count, Domain, check_interval, check_kind, check_states, known_name
+from mjbiped.utils.domains import Count, Domain, Interval, check_kind, check_states, known_name
 
 ROBOT = mjbiped.Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2.0))
@@ -99,7 +99,7 @@ def test_arrays_have_a_shape_and_numbers_of_the_domain() -> None:
 
 
 def test_the_other_checks() -> None:
-    assert check_interval("rise", [0, 0.5], domains.STEP) == (0.0, 0.5)
+    assert Interval(domains.STEP).check("rise", [0, 0.5]) == (0.0, 0.5)
     assert check_states("state", (1, 2, 3e5, 4), (4,)).tolist() == [1.0, 2.0, 3e5, 4.0]
     with pytest.raises(InputError, match="its angles: 300000"):
         check_states("state", (3e5, 0, 0, 0), (4,))

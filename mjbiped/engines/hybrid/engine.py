@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine
@@ -32,11 +32,11 @@ class Hybrid(Engine):
     name: ClassVar[str] = "hybrid"
     robots: ClassVar[tuple[type[Robot], ...]] = tuple(KINDS.values())
 
-    tolerance: float = TOLERANCE
+    tolerance: Annotated[float, domains.TOLERANCE] = TOLERANCE
 
     def __post_init__(self) -> None:
         """Check the value."""
-        domains.check_fields(self, tolerance=domains.TOLERANCE)
+        domains.check_fields(self)
 
     def check_disturbances(self, disturbances: Disturbances) -> None:
         """Refuse a delay that does not fit the control period, and friction.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -27,22 +28,21 @@ class Options:
         InputError: A value is outside its domain.
     """
 
-    timestep: float = DEFAULT_TIMESTEP
-    contact_timestep: float = DEFAULT_CONTACT_TIMESTEP
-    control_period: float | None = None
+    timestep: Annotated[float, domains.TIMESTEP] = DEFAULT_TIMESTEP
+    contact_timestep: Annotated[float, domains.CONTACT_TIMESTEP] = DEFAULT_CONTACT_TIMESTEP
+    control_period: Annotated[float | None, domains.CONTROL_PERIOD] = None
     ground: str = "auto"
     lands: bool = True
     stance_knee: str = LOCKED
 
     def __post_init__(self) -> None:
         """Check what does not depend on a walk."""
-        domains.check_fields(self, timestep=domains.TIMESTEP, contact_timestep=domains.CONTACT_TIMESTEP)
+        domains.check_fields(self)
         known_name("ground", self.ground, GROUND_KINDS)
         known_name("stance_knee", self.stance_knee, STANCE_KNEES)
         if not isinstance(self.lands, bool):
             raise InputError(f"lands = {shown(self.lands)}: must be True or False")
         if self.control_period is not None:
-            domains.check_fields(self, control_period=domains.CONTROL_PERIOD)
             ratio = self.control_period / self.timestep
             if not (ratio > 0.5 and np.isclose(ratio, round(ratio), rtol=1e-6)):
                 raise InputError(

@@ -9,11 +9,11 @@ import pytest
 
 import mjbiped
 from mjbiped.envs.tasks import WalkTask
+from mjbiped.utils.markdown import markdown_table
 from scripts.learning import evaluate
 from scripts.learning.controller import LearnedController
 from scripts.learning.evaluation import GROUNDS, by_training, interval, try_out
 from scripts.learning.rollouts import Rollouts
-from scripts.pages import markdown_table
 
 PAGE = Path(__file__).parents[3] / "docs" / "tables" / "learning.md"
 SMALL = 1_000_000
