@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from mjbiped.reproduction.cell import Cell, Walks
-from mjbiped.reproduction.grounds import GROUNDS, TABLE_2, TABLE_3, Segments, end_of
+from mjbiped.reproduction.grounds import GROUNDS, TABLE_2, TABLE_3, UNEVEN, Segments, end_of
 from mjbiped.reproduction.methods import adaptive
 from mjbiped.reproduction.rows import Row, as_csv, rounded
-from mjbiped.reproduction.table_2 import UNEVEN, Tried, choices, logs
+from mjbiped.reproduction.table_2 import Tried, choices, logs
 from mjbiped.terrain.terrain import Terrain
 
 SEGMENTS = 6

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -13,7 +13,7 @@ from mjbiped.plotting.walk import plot_walk
 from mjbiped.records.record import Walk
 from mjbiped.reproduction import placebo, plan
 from mjbiped.reproduction.cell import LENGTHS, Cell, Walks, opened_walks
-from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS
+from mjbiped.reproduction.grounds import PRINTED
 from mjbiped.reproduction.methods import BLIND, METHODS, SETTLED, Variant, settled
 from mjbiped.reproduction.placebo import RandomGround
 from mjbiped.reproduction.report import checks
@@ -21,13 +21,14 @@ from mjbiped.reproduction.report import fit as report_fit
 from mjbiped.reproduction.report import table_2 as report_table_2
 from mjbiped.reproduction.report import table_3 as report_table_3
 from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
-from mjbiped.reproduction.report.markdown import table
-from mjbiped.reproduction.rows import Entry, Row, write_rows
+from mjbiped.reproduction.report.markdown import ENGINES
+from mjbiped.reproduction.rows import Entry, Row, select, write_rows
 from mjbiped.reproduction.table_2 import Choice, Tried, agreements, choices, fitted, scan, write_tried
 from mjbiped.reproduction.traces import traced
 from mjbiped.sweeps.cell import FAILED
 from mjbiped.sweeps.store import make_folder
 from mjbiped.utils.files import saved
+from mjbiped.utils.markdown import markdown_table
 
 PAGE = "reproduction.md"
 TABLES = "tables/reproduction.md"
@@ -115,23 +116,17 @@ def in_mujoco(best: Choice, source: str, nearest: Sequence[Variant], quick: bool
         nearest: These methods with the gains and sources nearest to Table II.
         quick: Whether only a few short ones.
     """
-    mine = Variant("adaptive", best.delay)
+    chosen = [Variant("adaptive", delay) for delay in dict.fromkeys((best.delay, *plan.DRAWN_DELAYS[1:]))]
     if quick:
-        return plan.table_2_in_mujoco(best.places, [mine], QUICK_STEPS)
-    delays = dict.fromkeys((mine.delay, *plan.DRAWN_DELAYS[1:]))
-    chosen = [Variant("adaptive", delay) for delay in delays]
+        return plan.table_2_in_mujoco(best.places, chosen[:1], QUICK_STEPS)
     chosen += [
         settled(method, named)
         for method in METHODS[1:]
         for named in dict.fromkeys((source, SETTLED[method].slope_source))
     ]
-    printed = [
-        (ground, pattern, (FIRST_RISERS if ground.startswith("stair") else FIRST_CHANGES)[0])
-        for ground, pattern in AS_PRINTED.items()
-    ]
     steps = max(MUJOCO_STEPS, best.length)
     return [
-        *plan.table_2_in_mujoco([*best.places, *printed], chosen, steps),
+        *plan.table_2_in_mujoco([*best.places, *PRINTED], chosen, steps),
         *plan.compared("blind", best, BLIND.values(), "mujoco", steps),
         *plan.compared("fitted", best, nearest, "mujoco", steps),
         *plan.table_3("mujoco"),
@@ -153,17 +148,15 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], kept: Walks, pages: Path
         The files.
     """
     drawings: dict[str, Callable[[Path], object]] = {"table_3": partial(plot_table_3, rows)}
-    shown = engine_shown(rows)
-    for engine in ("hybrid", "mujoco"):
-        pairs = ((row, entry.cell) for row, entry in zip(rows, entries, strict=True))
-        mine = [(row, cell) for row, cell in pairs if cell.record and cell.engine == engine]
-        for name, make in _of_records(mine, kept).items():
-            drawings[f"{name}_{engine}"] = make
+    for engine in ENGINES:
+        pairs = zip(rows, entries, strict=True)
+        mine = [(row, entry.cell) for row, entry in pairs if entry.cell.record and row.engine == engine]
+        drawings |= {f"{name}_{engine}": make for name, make in _of_records(mine, kept).items()}
     written = []
     for name, make in drawings.items():
         written.append(prints / f"reproduction_{name}.pdf")
         make(written[-1])
-        if name.endswith(shown) or name == "table_3":
+        if name.endswith((engine_shown(rows), "table_3")):
             written.append(pages / f"reproduction_{name}.png")
             make(written[-1])
             make_small(written[-1])
@@ -201,30 +194,28 @@ def render(rows: Sequence[Row], tried: Sequence[Tried], grounds: Sequence[Random
         grounds: Random grounds with their own Tables III.
     """
     best = choices(rows)[0]
-    failed = [[row.ground, row.method, row.engine, row.error] for row in rows if row.outcome == "failed"]
-    mujoco_steps = [row.steps for row in rows if (row.part, row.engine) == ("table 2", "mujoco")]
+    failed = [[row.ground, row.method, row.engine, row.error] for row in select(rows, outcome=FAILED)]
+    in_mujoco, engine = select(rows, engine="mujoco"), engine_shown(rows)
     parts = {
         **report_table_2.sections(rows),
         **report_fit.sections(rows, best, tried),
         **report_table_3.sections(rows),
         **report_fit.worth_sections(rows, best, tried, grounds),
         **checks.sections(checks.checks(rows, best)),
-        "engine": engine_shown(rows),
+        "engine": engine,
+        "engine_name": {"mujoco": "MuJoCo", "hybrid": "hybrid engine"}[engine],
         "walks": str(len(rows)),
-        "in_mujoco": str(sum(row.engine == "mujoco" for row in rows)),
-        "mujoco_steps": str(max(mujoco_steps, default=0)),
-        "engine_name": {"mujoco": "MuJoCo", "hybrid": "hybrid engine"}[engine_shown(rows)],
-        "failed": table(("ground", "method", "engine", "error"), failed) if failed else "None.",
+        "in_mujoco": str(len(in_mujoco)),
+        "mujoco_steps": str(max((row.steps for row in select(in_mujoco, part="table 2")), default=0)),
+        "failed": markdown_table(("ground", "method", "engine", "error"), failed, 1) if failed else "None.",
     }
-    return {PAGE: _filled("template_page.md", parts), TABLES: _filled("template_tables.md", parts)}
-
-
-def _filled(template: str, parts: Mapping[str, str]) -> str:
-    """Fill the places of a template of this package."""
-    text = (resources.files("mjbiped.reproduction") / template).read_text(encoding="utf-8")
-    return Template(text).substitute(parts)
+    templates = {
+        name: (resources.files("mjbiped.reproduction") / file).read_text(encoding="utf-8")
+        for name, file in ((PAGE, "template_page.md"), (TABLES, "template_tables.md"))
+    }
+    return {name: Template(text).substitute(parts) for name, text in templates.items()}
 
 
 def engine_shown(rows: Sequence[Row]) -> str:
     """Name of the engine whose figures the page shows: MuJoCo where it has any."""
-    return "mujoco" if any(row.part == "table 3" and row.engine == "mujoco" for row in rows) else "hybrid"
+    return "mujoco" if select(rows, part="table 3", engine="mujoco") else "hybrid"

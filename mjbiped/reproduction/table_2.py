@@ -9,11 +9,19 @@ from dataclasses import dataclass
 
 from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.cell import LENGTHS, Cell, Walks
-from mjbiped.reproduction.grounds import GROUNDS, TABLE_2, Place, meets, reading_at
+from mjbiped.reproduction.grounds import (
+    ENERGY_BASED,
+    GROUNDS,
+    SLOPES,
+    STAIRS,
+    TABLE_2,
+    UNEVEN,
+    Place,
+    meets,
+    reading_at,
+)
 from mjbiped.reproduction.methods import SLOPE_SOURCES, Variant
-from mjbiped.reproduction.rows import Row, as_csv, rounded
-
-UNEVEN = ("stair 1", "stair 2", "slope 1", "slope 2")
+from mjbiped.reproduction.rows import Row, as_csv, rounded, select
 
 
 @dataclass(frozen=True)
@@ -42,8 +50,8 @@ class Choice:
     @property
     def places(self) -> list[Place]:
         """Ground, pattern and first change of every ground in Table II."""
-        uneven = [(ground, *(self.stairs if ground.startswith("stair") else self.slopes)) for ground in UNEVEN]
-        return [("level", "", 0.0), *uneven]
+        stairs, slopes = (self.stairs, STAIRS), (self.slopes, SLOPES)
+        return [("level", "", 0.0), *((ground, *change) for change, pair in (stairs, slopes) for ground in pair)]
 
     def reads(self, entry: Row) -> bool:
         """Whether a walk is on one of the grounds of this reading."""
@@ -54,12 +62,11 @@ def choices(rows: Iterable[Row]) -> list[Choice]:
     """List all readings by the adaptive controller's walks in the hybrid engine, the nearest to the paper first."""
     known, found = logs(rows), []
     for delay, kind, length in dict.fromkeys(key[:3] for key in known):
-        sides = []
-        for pair in (UNEVEN[:2], UNEVEN[2:]):
-            places = dict.fromkeys(key[4:] for key in known if key[3] == pair[0])
-            sides.append([(place, [known[(delay, kind, length, g, *place)] for g in pair]) for place in places])
-        for (stairs, first), (slopes, second) in itertools.product(*sides):
-            found.append(Choice(delay, kind, length, stairs, slopes, _root_mean_square(first + second)))
+        sides = ([key[4:] for key in known if key[:4] == (delay, kind, length, pair[0])] for pair in (STAIRS, SLOPES))
+        for stairs, slopes in itertools.product(*sides):
+            places = [*((ground, *stairs) for ground in STAIRS), *((ground, *slopes) for ground in SLOPES)]
+            values = [known[(delay, kind, length, *place)] for place in places]
+            found.append(Choice(delay, kind, length, stairs, slopes, _root_mean_square(values)))
     return sorted(found, key=lambda choice: choice.distance)
 
 
@@ -119,15 +126,8 @@ def walks_read(rows: Iterable[Row], choice: Choice, part: str, engine: str, sour
         engine: "hybrid" or "mujoco".
         source: Slope source; any unless given.
     """
-    return [
-        row
-        for row in rows
-        if (row.part, row.engine) == (part, engine)
-        and row.method in TABLE_2
-        and row.method != "adaptive"
-        and source in (None, row.slope_source)
-        and choice.reads(row)
-    ]
+    wanted = {"part": part, "engine": engine, **({} if source is None else {"slope_source": source})}
+    return [row for row in select(rows, **wanted) if row.method in ENERGY_BASED and choice.reads(row)]
 
 
 def agreement_of(walks: Iterable[Row], choice: Choice, source: str = "") -> Agreement:
@@ -147,12 +147,12 @@ def side_distances(
     rows: Iterable[Row], pair: Sequence[str]
 ) -> Iterator[tuple[float, float | None, str, int, str, float]]:
     """List readings of the stairs or of the slopes alone: distance, zeta, kind, steps, pattern, first change."""
-    by_key: dict[tuple[float | None, str, int, str, float], list[float]] = {}
-    for (delay, kind, length, ground, pattern, first), value in logs(rows).items():
-        if ground in pair:
-            by_key.setdefault((delay, kind, length, pattern, first), []).append(value)
-    for key, values in by_key.items():
-        yield _root_mean_square(values), *key
+    known = logs(rows)
+    for delay, kind, length, ground, *change in known:
+        if ground == pair[0]:
+            pattern, first = change
+            values = [known[delay, kind, length, each, pattern, first] for each in pair]
+            yield _root_mean_square(values), delay, kind, length, pattern, first
 
 
 def logs(rows: Iterable[Row]) -> dict[tuple[float | None, str, int, str, str, float], float]:
@@ -162,8 +162,8 @@ def logs(rows: Iterable[Row]) -> dict[tuple[float | None, str, int, str, str, fl
     """
     return {
         (row.delay, kind, length, *row.place_read): _log(row.cost[kind, length], TABLE_2["adaptive"][row.ground])
-        for row in rows
-        if (row.part, row.engine, row.method) == ("table 2", "hybrid", "adaptive") and row.ground in UNEVEN
+        for row in select(rows, part="table 2", engine="hybrid", method="adaptive")
+        if row.ground in UNEVEN
         for kind, length in itertools.product(WORK_KINDS, LENGTHS)
     }
 

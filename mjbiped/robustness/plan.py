@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mjbiped.control.loading import is_reference, located
-from mjbiped.errors import InputError, shortened, shown
+from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Disturbance
 from mjbiped.robustness.walks import BASIN, Plan, Trial, walks_of
 from mjbiped.rules.scuffing import ScuffingRule
@@ -81,10 +81,8 @@ def read_plan(path: Path) -> Plan:
     Raises:
         InputError: It cannot be read, or says anything that no study can have; the message names the place.
     """
-    try:
+    with prefixed(f"robustness study {shortened(str(path))}: "):
         return plan(path, parse_toml(read_text(path)))
-    except InputError as error:
-        raise InputError(f"robustness study {shortened(str(path))}: {error}") from error
 
 
 def plan(path: Path, content: Mapping[str, Any]) -> Plan:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from inspect import signature
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mjbiped.errors import InputError, shown
 from mjbiped.gaits.gait import Periodic
@@ -188,8 +188,7 @@ def _ground(words: object, steps: int, folder: Path, records: dict[Scalar | None
     """
     if not isinstance(words, str):
         raise InputError(f"a random ground is a text, as 'treads:deviation=0.03', got {shown(words)}")
-    name, _, rest = words.partition(":")
-    parameters = parse_parameters(rest) if rest else {}
+    name, parameters = _parsed(words)
     known_name("random ground", name, RANDOM)
     for key, reason in (("seed", "the study draws the seeds itself"), ("length", "it follows from the steps")):
         if key in parameters:
@@ -199,22 +198,21 @@ def _ground(words: object, steps: int, folder: Path, records: dict[Scalar | None
     if file is not None and file not in records:
         records[file] = Terrain.from_file(folder / file)
     Terrain.preset(name, **{**parameters, "seed": 0, **({} if file is None else {FILE_KEY: records[file]})})
-    return {
-        "terrain.name": name,
-        **{
-            f"terrain.{key}": "..".join(map(str, value)) if isinstance(value, tuple) else value
-            for key, value in parameters.items()
-        },
-    }
+    ranges = {key: "..".join(map(str, value)) for key, value in parameters.items() if isinstance(value, tuple)}
+    return {f"terrain.{key}": value for key, value in {"name": name, **parameters, **ranges}.items()}
 
 
 def rough_from(words: str) -> float:
     """Distance after which a random ground, as the command line writes it, has its full roughness, m."""
+    name, parameters = _parsed(words)
+    longest = signature(Terrain.waves).parameters["longest"].default
+    return START + GROWN * float(parameters.get("longest", longest)) if name == "waves" else START
+
+
+def _parsed(words: str) -> tuple[str, dict[str, Any]]:
+    """Read the name and the parameters of a ground as the command line writes it."""
     name, _, rest = words.partition(":")
-    if name != "waves":
-        return START
-    usual = signature(Terrain.waves).parameters["longest"].default
-    return START + GROWN * float((parse_parameters(rest) if rest else {}).get("longest", usual))
+    return name, parse_parameters(rest) if rest else {}
 
 
 def _first_rates(gait: Periodic | None, count: int) -> Iterator[dict[str, Scalar]]:

@@ -42,11 +42,11 @@ def summarised(rows: Sequence[Row]) -> dict[str, Any]:
     """
     outcomes = Counter(row["outcome"] for row in rows)
     verdicts = Counter(verdict(row["outcome"], row["steps_violating_contact"]) for row in rows)
-    finished = [row for row in rows if row["outcome"] == "finished"]
     quantiles: dict[str, list[float] | None] = {}
     for name in SUMMARISED:
-        values = [row[name] for row in finished if row[name] is not None]
-        quantiles[name] = np.quantile(values, QUANTILES).tolist() if values else None
+        values = values_of(rows, name)
+        known = values[~np.isnan(values)]
+        quantiles[name] = np.quantile(known, QUANTILES).tolist() if known.size else None
     errors = Counter(row["error"] for row in rows if row["outcome"] == FAILED)
     first = {row["error"]: row["cell"] for row in reversed(rows)}
     return {
@@ -152,9 +152,7 @@ def values_of(rows: Iterable[Row], name: str) -> Array:
     """Return a measure of each row; NaN for walks that did not finish, unless it is `FINISHED`."""
     if name == FINISHED:
         return np.array([float(row["outcome"] == "finished") for row in rows])
-    return np.array(
-        [row[name] if row["outcome"] == "finished" and row[name] is not None else math.nan for row in rows], dtype=float
-    )
+    return np.array([row[name] if row["outcome"] == "finished" else None for row in rows], dtype=float)
 
 
 def middle(values: Array, name: str) -> float:
@@ -168,9 +166,7 @@ def middle(values: Array, name: str) -> float:
 def quartiles(values: Array) -> tuple[float, float]:
     """Lower and upper quartile of a measure; NaN without values."""
     values = values[~np.isnan(values)]
-    if not values.size:
-        return math.nan, math.nan
-    lower, upper = np.quantile(values, (0.25, 0.75)).tolist()
+    lower, upper = np.quantile(values, (0.25, 0.75)).tolist() if values.size else (math.nan, math.nan)
     return lower, upper
 
 
@@ -219,7 +215,7 @@ def binned(rows: Sequence[Row], name: str, most: int, *, log: bool = False) -> A
         most: Number of bins where the values are many.
         log: Whether their widths are equal on a logarithmic scale.
     """
-    values = np.array([math.nan if row[name] is None else row[name] for row in rows], dtype=float)
+    values = np.array([row[name] for row in rows], dtype=float)
     there = ~np.isnan(values)
     unique = np.unique(values[there])
     log = log or _is_geometric(unique)
@@ -239,4 +235,4 @@ def _is_geometric(values: Array) -> bool:
     if len(values) < 3 or not values[0] > 0.0:
         return False
     ratios = np.diff(np.log(values))
-    return float(np.ptp(ratios)) < 1e-6 * float(ratios[0])
+    return bool(np.ptp(ratios) < 1e-6 * ratios[0])

@@ -157,8 +157,7 @@ def _draw_map(figure: Figure, axes: Axes, parameters: Sequence[Axis], table: Arr
     figure.colorbar(mesh, ax=axes, pad=0.02)
     _set_scale(axes, x, "x")
     _set_scale(axes, y, "y")
-    for spine in axes.spines.values():
-        spine.set_visible(True)
+    axes.spines[:].set_visible(True)
 
 
 def _format(tables: Sequence[Array], name: str, norm: Normalize) -> Callable[[float], str]:

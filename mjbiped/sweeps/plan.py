@@ -19,7 +19,7 @@ from mjbiped.control.unpowered import Unpowered
 from mjbiped.control.validation import try_out
 from mjbiped.engines.names import ENGINES
 from mjbiped.engines.plan import INITIAL_STATES, Terms, check_controller, make_plan
-from mjbiped.errors import InputError, shortened, shown
+from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.gaits.gait import Periodic
 from mjbiped.gaits.optimised import find_reference
 from mjbiped.gaits.passive import find_passive_gait
@@ -95,10 +95,8 @@ def read_study(path: Path) -> Study:
     Raises:
         InputError: It cannot be read, or says anything that no walk can have; the message names the place.
     """
-    try:
+    with prefixed(f"study {shortened(str(path))}: "):
         return plan(path, parse_toml(read_text(path)))
-    except InputError as error:
-        raise InputError(f"study {shortened(str(path))}: {error}") from error
 
 
 def plan(path: Path, content: Mapping[str, Any]) -> Study:
@@ -173,13 +171,9 @@ def _cells(
 
 def _varied(combinations: Sequence[Combination]) -> list[str]:
     """Names whose values differ between combinations."""
-    names = dict.fromkeys(name for each in combinations for name in each)
-    first = combinations[0]
-    return [
-        name
-        for name in names
-        if isinstance(first.get(name), Draw) or any(each.get(name) != first.get(name) for each in combinations)
-    ]
+    names, first = dict.fromkeys(name for each in combinations for name in each), combinations[0]
+    differ = {name for each in combinations for name in names if each.get(name) != first.get(name)}
+    return [name for name in names if name in differ or isinstance(first.get(name), Draw)]
 
 
 def _read_grounds(path: Path, combinations: Sequence[Combination]) -> dict[str, Terrain]:
@@ -189,12 +183,10 @@ def _read_grounds(path: Path, combinations: Sequence[Combination]) -> dict[str, 
         InputError: A file is no terrain file.
     """
     named = dict.fromkeys(each["terrain.file"] for each in combinations if "terrain.file" in each)
-    grounds = {}
     for name in named:
         if not isinstance(name, str):
             raise InputError(f"terrain.file must be the path of a file ({', '.join(FILE_SUFFIXES)}), got {shown(name)}")
-        grounds[name] = Terrain.from_file(path.parent / name)
-    return grounds
+    return {str(name): Terrain.from_file(path.parent / str(name)) for name in named}
 
 
 def check_cells(cells: Sequence[Cell], varied: Sequence[str]) -> None:

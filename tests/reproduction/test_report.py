@@ -11,11 +11,11 @@ from reproduction_rows import read_grounds, read_tried
 
 from mjbiped.reproduction import plan
 from mjbiped.reproduction.cell import measures_of
-from mjbiped.reproduction.grounds import AS_PRINTED, TABLE_3
+from mjbiped.reproduction.grounds import PRINTED, SLOPES, STAIRS, TABLE_3
 from mjbiped.reproduction.report.table_3 import distance, walks_of
 from mjbiped.reproduction.reproduce import GROUNDS, PAGE, TABLE, TABLES, TRIED, render
 from mjbiped.reproduction.rows import Entry, Row, read_rows, write_rows
-from mjbiped.reproduction.table_2 import UNEVEN, choices, side_distances
+from mjbiped.reproduction.table_2 import choices, side_distances
 from mjbiped.reproduction.traces import RESOLVED_SLOPE, traced
 from mjbiped.terrain.segments import GROUND_FRICTION
 
@@ -89,10 +89,10 @@ def test_table_is_whole(rows: list[Row]) -> None:
 def test_prose_is_true_of_the_table(rows: list[Row]) -> None:
     """The sentences of the template that no number carries."""
     best = choices(rows)[0]
-    stairs = {side[4] for side in side_distances(rows, UNEVEN[:2]) if math.isfinite(side[0])}
+    stairs = {side[4] for side in side_distances(rows, STAIRS) if math.isfinite(side[0])}
     assert stairs == {"descending"}, "stairs fit as descending alone"
     slopes: dict[str, float] = {}
-    for side in side_distances(rows, UNEVEN[2:]):
+    for side in side_distances(rows, SLOPES):
         slopes[side[4]] = min(side[0], slopes.get(side[4], math.inf))
     assert min(slopes["accumulating downhill"], slopes["accumulating uphill"]) > 0.3, "added up they are far off"
     ranked = sorted(slopes, key=lambda pattern: slopes[pattern])
@@ -100,7 +100,9 @@ def test_prose_is_true_of_the_table(rows: list[Row]) -> None:
     assert best.stairs[0] == "descending"
     assert best.slopes[0].startswith("down and up")
     assert best.length == 20, "over few steps"
-    climbing = [r for r in rows if r.part == "table 2" and r.ground == "stair 2" and r.pattern == AS_PRINTED["stair 2"]]
+    climbing = [
+        r for r in rows if r.part == "table 2" and r.place_read[:2] == PRINTED[1][:2] == ("stair 2", "ascending")
+    ]
     assert climbing
     assert not any(row.finished for row in climbing), "nothing walks up stair 2"
     near = choices(rows)[9].distance / best.distance
