@@ -82,6 +82,14 @@ BLIND = _variants(
 the rule of docs/comparison.md finds with it."""
 
 
+FITTED = _variants(
+    ("PBC", "none", {"gain": 25.0}),
+    ("ECC", "none", {"ratio": -3.0, "gain": 80.0}),
+    ("KETC", "none", {"gain": 40.0, "hip_weight": 0.0}),
+)
+"""Settings of the energy-based methods nearest to Table II, of all that `scripts/paper/fits.py` tries."""
+
+
 def settled(method: str, source: str) -> Variant:
     """Combine a comparison method's gains that settle with a slope source."""
     return replace(SETTLED[method], slope_source=source)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import resources
@@ -11,11 +12,10 @@ from string import Template
 from mjbiped.plotting.style import make_small
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records.record import Walk
-from mjbiped.reproduction import placebo, plan
+from mjbiped.reproduction import plan
 from mjbiped.reproduction.cell import LENGTHS, Cell, Walks, opened_walks
 from mjbiped.reproduction.grounds import PRINTED
-from mjbiped.reproduction.methods import BLIND, METHODS, SETTLED, Variant, settled
-from mjbiped.reproduction.placebo import RandomGround
+from mjbiped.reproduction.methods import BLIND, FITTED, METHODS, SETTLED, Variant, settled
 from mjbiped.reproduction.report import checks
 from mjbiped.reproduction.report import fit as report_fit
 from mjbiped.reproduction.report import table_2 as report_table_2
@@ -23,7 +23,7 @@ from mjbiped.reproduction.report import table_3 as report_table_3
 from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.reproduction.report.markdown import ENGINES
 from mjbiped.reproduction.rows import Entry, Row, select, write_rows
-from mjbiped.reproduction.table_2 import Choice, Tried, agreements, choices, fitted, scan, write_tried
+from mjbiped.reproduction.table_2 import Choice, agreements, choices
 from mjbiped.reproduction.traces import traced
 from mjbiped.sweeps.cell import FAILED
 from mjbiped.sweeps.store import make_folder
@@ -33,8 +33,12 @@ from mjbiped.utils.markdown import markdown_table
 PAGE = "reproduction.md"
 TABLES = "tables/reproduction.md"
 TABLE = "reproduction.csv"
-TRIED = "reproduction_gains.csv"
-GROUNDS = "reproduction_grounds.csv"
+GAINS_TABLE, GROUNDS_TABLE = SEARCHED = ("reproduction_gains.csv", "reproduction_grounds.csv")
+"""Stored results of the searches that the page links to; `scripts/paper/fits.py` has made them."""
+
+FITS = "fits.json"
+"""Texts of the page about these searches."""
+
 PICTURES = "images"
 PRINTS = "figures"
 MUJOCO_STEPS = 60
@@ -76,24 +80,20 @@ def reproduce(
         entries = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
         rows = walked(entries, walks)
         best = choices(rows)[0]
-        tried = scan(best, walks)
-        nearest = [each.variant for each in fitted(tried).values()]
         more = [
             *plan.gravity(best.places, best.delay),
             *plan.compared("blind", best, BLIND.values(), "hybrid", max(LENGTHS)),
-            *plan.compared("fitted", best, nearest, "hybrid", max(LENGTHS)),
-            *plan.misjudged(best, nearest),
-            *in_mujoco(best, agreements(rows, best)[0].source, nearest, quick),
+            *plan.compared("fitted", best, FITTED.values(), "hybrid", max(LENGTHS)),
+            *plan.misjudged(best, FITTED.values()),
+            *in_mujoco(best, agreements(rows, best)[0].source, quick),
         ]
         rows += walked(more, walks)
-        grounds = placebo.walked(placebo.drawn(), walks)
-        written = [
-            _write(report / TABLE, write_rows(rows)),
-            _write(report / TRIED, write_tried(tried)),
-            _write(report / GROUNDS, placebo.write_grounds(grounds)),
-            *(_write(report / name, text) for name, text in render(rows, tried, grounds).items()),
-        ]
-        return rows, [*written, *draw([*entries, *more], rows, walks, report / PICTURES, folder / PRINTS)]
+        texts = {TABLE: write_rows(rows), **{name: _stored(f"fits/{name}") for name in SEARCHED}, **render(rows)}
+        for name, text in texts.items():
+            with saved(report / name) as unfinished:
+                unfinished.write_text(text, encoding="utf-8")
+        drawn = draw([*entries, *more], rows, walks, report / PICTURES, folder / PRINTS)
+        return rows, [*(report / name for name in texts), *drawn]
 
 
 def walked(entries: Sequence[Entry], walks: Walks) -> list[Row]:
@@ -107,13 +107,12 @@ def walked(entries: Sequence[Entry], walks: Walks) -> list[Row]:
     return rows
 
 
-def in_mujoco(best: Choice, source: str, nearest: Sequence[Variant], quick: bool) -> list[Entry]:
+def in_mujoco(best: Choice, source: str, quick: bool) -> list[Entry]:
     """List the walks that MuJoCo repeats.
 
     Args:
         best: The reading of Table II's grounds that fits.
         source: Slope source for the energy-based methods with gains that settle.
-        nearest: These methods with the gains and sources nearest to Table II.
         quick: Whether only a few short ones.
     """
     chosen = [Variant("adaptive", delay) for delay in dict.fromkeys((best.delay, *plan.DRAWN_DELAYS[1:]))]
@@ -128,7 +127,7 @@ def in_mujoco(best: Choice, source: str, nearest: Sequence[Variant], quick: bool
     return [
         *plan.table_2_in_mujoco([*best.places, *PRINTED], chosen, steps),
         *plan.compared("blind", best, BLIND.values(), "mujoco", steps),
-        *plan.compared("fitted", best, nearest, "mujoco", steps),
+        *plan.compared("fitted", best, FITTED.values(), "mujoco", steps),
         *plan.table_3("mujoco"),
         *plan.figure_5("mujoco"),
     ]
@@ -179,28 +178,31 @@ def _of_records(recorded: Sequence[tuple[Row, Cell]], kept: Walks) -> dict[str, 
     return drawings
 
 
-def _write(path: Path, text: str) -> Path:
-    with saved(path) as unfinished:
-        unfinished.write_text(text, encoding="utf-8")
-    return path
+def _stored(file: str) -> str:
+    """Read a text that is part of this package."""
+    return (resources.files("mjbiped.reproduction") / file).read_text(encoding="utf-8")
 
 
-def render(rows: Sequence[Row], tried: Sequence[Tried], grounds: Sequence[RandomGround]) -> dict[str, str]:
-    """Write the page and its tables, by file name; every number comes from the arguments.
+def stored_fits() -> dict[str, str]:
+    """Read the texts about the fits to the paper's tables, by their places in the templates."""
+    found: dict[str, str] = json.loads(_stored(f"fits/{FITS}"))
+    return found
+
+
+def render(rows: Sequence[Row]) -> dict[str, str]:
+    """Write the page and its tables, by file name, from the rows of a reproduction and the stored results of the fits.
 
     Args:
         rows: Rows of a whole reproduction; walks in MuJoCo may be missing.
-        tried: Gains and slope sources of the comparison methods, on the reading that the rows choose.
-        grounds: Random grounds with their own Tables III.
     """
     best = choices(rows)[0]
     failed = [[row.ground, row.method, row.engine, row.error] for row in select(rows, outcome=FAILED)]
     in_mujoco, engine = select(rows, engine="mujoco"), engine_shown(rows)
     parts = {
         **report_table_2.sections(rows),
-        **report_fit.sections(rows, best, tried),
+        **report_fit.sections(rows, best),
         **report_table_3.sections(rows),
-        **report_fit.worth_sections(rows, best, tried, grounds),
+        **stored_fits(),
         **checks.sections(checks.checks(rows, best)),
         "engine": engine,
         "engine_name": {"mujoco": "MuJoCo", "hybrid": "hybrid engine"}[engine],
@@ -209,11 +211,8 @@ def render(rows: Sequence[Row], tried: Sequence[Tried], grounds: Sequence[Random
         "mujoco_steps": str(max((row.steps for row in select(in_mujoco, part="table 2")), default=0)),
         "failed": markdown_table(("ground", "method", "engine", "error"), failed, 1) if failed else "None.",
     }
-    templates = {
-        name: (resources.files("mjbiped.reproduction") / file).read_text(encoding="utf-8")
-        for name, file in ((PAGE, "template_page.md"), (TABLES, "template_tables.md"))
-    }
-    return {name: Template(text).substitute(parts) for name, text in templates.items()}
+    templates = {PAGE: "template_page.md", TABLES: "template_tables.md"}
+    return {name: Template(_stored(file)).substitute(parts) for name, file in templates.items()}
 
 
 def engine_shown(rows: Sequence[Row]) -> str:
