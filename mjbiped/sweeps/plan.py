@@ -245,7 +245,8 @@ def _check_walk(cell: Cell) -> None:
             raise InputError(f"{key} is for the engine mujoco; the engine {engine} has none")
     if "initial" in cell.values:
         known_name("initial state", cell.values["initial"], INITIAL_STATES)
-    _check_initial(cell)
+    else:
+        _check_initial(cell)
     limits = cell.section(LIMIT)
     terms = Terms(cell.engine(), limits.get("steps"), limits.get("distance"), cell.robot(), None, cell.scuffing())
     make_plan(terms, Unpowered(), Terrain.level(), "rest", disturbances=cell.disturbances())
@@ -253,15 +254,18 @@ def _check_walk(cell: Cell) -> None:
 
 def _check_initial(cell: Cell) -> None:
     """Refuse an initial state that does not fit the robot."""
-    given = cell.section("initial")
-    valid = state_of(type(cell.robot())) if given else {}
+    given, valid = cell.section("initial"), state_of(type(cell.robot()))
     for name, value in given.items():
-        if name != "around":
-            known_name("number of the first state", name, valid)
+        if known_name("key of initial", name, ("around", *valid)) == "around":
+            known_name("initial.around", value, INITIAL_STATES)
+        else:
             valid[name].check(f"initial.{name}", value)
     missing = [name for name in valid if name not in given]
     if missing and "around" not in given:
-        raise InputError(f"initial needs {', '.join(missing)} as well, or around")
+        raise InputError(
+            f"initial needs {', '.join(missing)} as well: all of {', '.join(valid)} (rad, rad/s), or around = one of "
+            f"{', '.join(INITIAL_STATES)} and the deviations from it"
+        )
 
 
 def _plot(table: object, varied: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
