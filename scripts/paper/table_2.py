@@ -32,7 +32,7 @@ def main(out: Path | None) -> None:
     sections = {**report_table_2.sections(rows), **report_fit.sections(rows, best), **stored_fits()}
     console = Console(width=140)
     console.print(f"{sections['best']}; distance {sections['best_distance']} %")
-    for name in ("table_2", "agreement", "fits", "nearest"):
+    for name in ("table_2_whole", "agreement", "fits", "nearest"):
         console.print(Markdown(sections[name]))
 
 

@@ -65,7 +65,12 @@ def sections(asked: Sequence[Check]) -> dict[str, str]:
         parts |= {f"missed_{group}": _missed(mine), f"checks_{group}": _table(mine)}
     without = _by_claim(check for check in asked if check.group in (UNFITTED, BLIND))
     denied = {key: said for key, said in without.items() if any(each.holds is False for each in said.values())}
-    return {**parts, "missed_without_the_table": _missed(without), "denied": _table(denied)}
+    lines = [
+        [claim, source, " and ".join(ENGINES[engine] for engine, each in said.items() if each.holds is False)]
+        for (_, claim, source), said in denied.items()
+    ]
+    shown = markdown_table(("claim", "in the paper", "does not hold in"), lines)
+    return {**parts, "missed_without_the_table": _missed(without), "denied": shown}
 
 
 Asked = Mapping[tuple[str, str, str], Mapping[str, Answer]]
