@@ -73,18 +73,18 @@ class Divergence:
     causes: tuple[str, ...]
 
     def __str__(self) -> str:
-        """In sentences."""
+        """Describe the divergence in sentences."""
         where = f"The engines part at touchdown {self.touchdown} ({self.time:.3f} s, step from x = {self.x:.3f} m)"
         why = f"Cause: {'; '.join(self.causes)}." if self.causes else "No cause was found."
         return f"{where}: {', '.join(self.differences)}. {why}"
 
     def to_dict(self) -> dict[str, Any]:
-        """In plain JSON types."""
+        """Return the divergence in plain JSON types."""
         return asdict(self)
 
 
 def differences(there: Walk, here: Walk) -> dict[str, Array]:
-    """Differences at each touchdown that both walks have, and their limits, as `Comparison.touchdowns` holds them."""
+    """Compute the differences and limits at each touchdown that both walks have, for `Comparison.touchdowns`."""
     n = min(there.steps, here.steps)
     one, two = there.touchdowns, here.touchdowns
 
@@ -111,7 +111,7 @@ def differences(there: Walk, here: Walk) -> dict[str, Array]:
 
 
 def find(there: Walk, here: Walk, table: Mapping[str, Array], controller: Controller) -> Divergence | None:
-    """The divergence of two walks, if there is one.
+    """Find the divergence of two walks; None if there is none.
 
     Args:
         there: The walk in MuJoCo.
@@ -148,7 +148,7 @@ def find(there: Walk, here: Walk, table: Mapping[str, Array], controller: Contro
 
 
 def _said(name: str, difference: float) -> str:
-    """One difference in words."""
+    """Write a difference in words."""
     factor, unit = DISPLAYED[COLUMNS[name].unit]
     return f"{name.replace('_', ' ')} {factor * difference:+.3g} {unit}"
 

@@ -176,7 +176,7 @@ def found_terrain() -> Terrain:
 
 
 def found_segments() -> Segments:
-    """Segments of that ground."""
+    """Return the segments of the ground that `found_terrain` reads."""
     segments: Segments = dict(found_terrain().parameters)["segments"]
     return segments
 

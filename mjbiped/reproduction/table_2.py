@@ -1,4 +1,4 @@
-"""Fits to Table II: the reading of its grounds, and the gains of the comparison methods, nearest to its numbers."""
+"""The reading of Table II's grounds nearest to its numbers, and the agreement of walks with the table."""
 
 from __future__ import annotations
 
@@ -146,9 +146,8 @@ def side_distances(
 ) -> Iterator[tuple[float, float | None, str, int, str, float]]:
     """List readings of the stairs or of the slopes alone: distance, zeta, kind, steps, pattern, first change."""
     known = logs(rows)
-    for delay, kind, length, ground, *change in known:
+    for delay, kind, length, ground, pattern, first in known:
         if ground == pair[0]:
-            pattern, first = change
             values = [known[delay, kind, length, each, pattern, first] for each in pair]
             yield root_mean_square(values), delay, kind, length, pattern, first
 

@@ -1,4 +1,4 @@
-"""Reading the file of a robustness study; docs/robustness.md describes it."""
+"""The reader of a robustness study's file; docs/robustness.md describes the file."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ MARGIN_GROUND = "treads:deviation=0.01"
 
 
 class _Table:
-    """A table of the file that has valid keys only."""
+    """A table of the file, all of whose keys are valid."""
 
     def __init__(self, name: str, content: Mapping[str, Any], valid: Sequence[str]) -> None:
-        """Take the table of a name; an empty name stands for the whole content.
+        """Take the table with a name; an empty name stands for the whole content.
 
         Raises:
             InputError: The content has no such table, or the table has an unknown key.

@@ -40,7 +40,7 @@ _FALLBACK = 0.38  # step length of a controller that imitates no gait, in leg le
 
 @dataclass(frozen=True)
 class Trial:
-    """Disturbances that are tried in the same way.
+    """Disturbances that share one way of testing.
 
     Attributes:
         magnitudes: The magnitudes that are tried, by the disturbance's name.
@@ -57,7 +57,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a robustness study tries.
+    """The tests of a robustness study.
 
     Attributes:
         study: Its walks.
@@ -142,8 +142,8 @@ def walks_of(wanted: Plan) -> Iterator[Cell]:
             told = {**rough, "terrain.seed": seed, **MARGINS[test].told(magnitude, engine, plain[label].robot())}
             if any(name.startswith("disturbances.") for name in told):
                 told["disturbances.seed"] = seed
-            columns = {"ground": wanted.margin_ground, "magnitude": magnitude, "case": seed}
-            yield cell(engine, test, label, whole, told, **columns)
+            ground = wanted.margin_ground
+            yield cell(engine, test, label, whole, told, ground=ground, magnitude=magnitude, case=seed)
         for words, seed, label in itertools.product(grounds, range(wanted.seeds), plain):
             told = {**grounds[words], "terrain.seed": seed}
             yield cell(engine, SURVIVAL, label, wanted.steps, told, ground=words, case=seed)

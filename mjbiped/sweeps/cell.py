@@ -144,7 +144,7 @@ class Cell:
         return Mujoco(**options) if options else engine_of(str(self.values["engine"]))  # type: ignore[arg-type]  # checked
 
     def terrain(self) -> Terrain:
-        """The ground."""
+        """Return the ground."""
         settings = self.section("terrain")
         name = settings.pop("name", None)
         if name is None and self.ground is not None:
@@ -153,7 +153,7 @@ class Cell:
         return Terrain.preset(name, **parameters, **({} if self.ground is None else {FILE_KEY: self.ground}))
 
     def initial(self, controller: Controller, robot: Robot, terrain: Terrain) -> str | tuple[float, ...]:
-        """The first state."""
+        """Return the first state: a name, or the robot's angles and rates."""
         if "initial" in self.values:
             return str(self.values["initial"])
         domain, state = state_of(type(robot)), self.section("initial")

@@ -162,7 +162,7 @@ def _number(
     norm: Normalize,
     written: Callable[[float], str],
 ) -> None:
-    """Write its number into each cell of a map, and the number of walks in smaller letters below."""
+    """Write into each cell of a map its value and, in smaller letters below, the number of walks."""
     x, y = parameters
     words = {place: written(float(table[place])) for place in np.ndindex(table.shape) if not math.isnan(table[place])}
     across = axes.get_subplotspec()
@@ -257,7 +257,7 @@ def _histograms(rows: Sequence[Row], measures: Sequence[str], figure: Figure) ->
 
 
 def _write_none(axes: Axes) -> None:
-    """Write into an empty panel that no walk finished."""
+    """Note in an empty panel that no walk finished."""
     axes.text(0.5, 0.5, "no walk finished", ha="center", transform=axes.transAxes, color=GUIDE)
 
 

@@ -82,14 +82,14 @@ def forget(folder: Path) -> None:
 
 
 class Trajectories:
-    """A study's table that keeps the samples of the walks beside it.
+    """A study's table, with the samples of its walks beside it.
 
     Attributes:
         folder: The table's folder.
     """
 
     def __init__(self, store: Store, count: int) -> None:
-        """Look for samples beside a table.
+        """Open the samples beside a table.
 
         Args:
             store: The table.

@@ -1,4 +1,4 @@
-"""A study file, and its walks."""
+"""A study file and the walks that it describes."""
 
 from __future__ import annotations
 
@@ -222,7 +222,7 @@ def _is_fine_seed(name: str, value: Scalar) -> bool:
 
 @cache
 def _stand_in(*, knees: bool) -> Periodic:
-    """A gait with which settings are checked."""
+    """Return a gait with which settings are checked without a search."""
     return find_reference(KneedBiped(), clearance=0.08) if knees else find_passive_gait(Compass(), _STAND_IN_SLOPE)
 
 

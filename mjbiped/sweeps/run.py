@@ -1,4 +1,4 @@
-"""Running the walks of a study in other processes, and the digest of the sources on which their numbers depend."""
+"""The walks of a study in other processes, and the digest of the sources on which their numbers depend."""
 
 from __future__ import annotations
 

@@ -64,13 +64,13 @@ def _table(rows: Sequence[Row], ground: str) -> str:
                 delay(zeta),
                 number(torque, ".5g"),
                 *([] if begun is None else [number(begun.get(zeta), ".5g")]),
-                *(ending(walk, number(walk and walk.torque, ".5g")) for walk in walks),
+                *(ending(walk, number(None if walk is None else walk.torque, ".5g")) for walk in walks),
                 excess(ours, torque),
                 number(paper),
                 *(cost(walk, "absolute", None) for walk in walks),
                 excess(price, paper),
-                *(number(walk and walk.least_force, ".2f") for walk in walks),
-                "pulls" if here and here.pulls else number(here and here.friction, ".3g"),
+                *(number(None if walk is None else walk.least_force, ".2f") for walk in walks),
+                "pulls" if here and here.pulls else number(None if here is None else here.friction, ".3g"),
             ]
         )
     sides = ("paper", "hybrid", "MuJoCo", "hybrid − paper")
