@@ -23,9 +23,7 @@ import scipy
 from mjbiped.robots.robot import Robot
 from mjbiped.utils.files import written_whole
 
-_REPEATS = (
-    1e-7  # largest error, in sqrt(g/l), of the rates with which a stored gait starts its next step; searches leave 1e-9
-)
+_REPEATS = 1e-7  # largest error of the rates after the impact with which a stored gait is used, sqrt(g/l)
 
 
 def folder() -> Path:

@@ -127,11 +127,12 @@ def _random(robustness: Robustness, engine: str, ground: str) -> Table:
 
 def scuffing_words(robustness: Robustness) -> str:
     """Describe the scuffing rule, on which results on ascending steps depend."""
-    rule, knees = robustness.plan.scuffing, {cell.knees for cell in robustness.plan.study.cells}
-    if knees == {True}:
+    rule = robustness.plan.scuffing
+    from_lift_off = {cell.kind.collides_from_lift_off for cell in robustness.plan.study.cells}
+    if from_lift_off == {True}:
         return "the swing foot collides from lift-off on"
     words = f"scuffing rule: the swing foot collides from {rule.reach:g} leg lengths ahead and {rule.delay:g} s on"
-    return f"{words}, with knees from lift-off on" if True in knees else words
+    return f"{words}, with knees from lift-off on" if True in from_lift_off else words
 
 
 def conditions(robustness: Robustness) -> str:

@@ -120,7 +120,7 @@ def walks_of(wanted: Plan) -> Iterator[Cell]:
             **columns,
             f"{LIMIT}.steps": steps,
             **({} if test == BASIN else {"initial": "gait"}),
-            **({} if plain[label].knees else rule),
+            **({} if plain[label].kind.collides_from_lift_off else rule),
             **wanted.controllers[label],
             **told,
         }

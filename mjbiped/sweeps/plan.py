@@ -76,7 +76,7 @@ class Study:
     @property
     def measures(self) -> tuple[str, ...]:
         """Names of the columns of measures."""
-        return KNEES_MEASURES if any(cell.knees for cell in self.cells) else MEASURES
+        return KNEES_MEASURES if any(cell.kind.knees for cell in self.cells) else MEASURES
 
     @property
     def digest(self) -> str:
@@ -229,7 +229,7 @@ def _stand_in(*, knees: bool) -> Periodic:
 def _check_controller(cell: Cell) -> None:
     """Refuse settings of the robot and of the controller that are not valid; a user's own law is tried out."""
     cell.robot()
-    gait = _stand_in(knees=cell.knees)
+    gait = _stand_in(knees=cell.kind.knees)
     controller = cell.controller(gait)
     if cell.law is not None:
         q, dq = np.split(gait.start, 2)
