@@ -8,12 +8,10 @@ import math
 
 from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.cell import LENGTHS
-from mjbiped.reproduction.grounds import GROUNDS, TABLE_3
-from mjbiped.reproduction.methods import Variant
-from mjbiped.reproduction.placebo import RandomGround
+from mjbiped.reproduction.grounds import TABLE_3
 from mjbiped.reproduction.rows import Row
-from mjbiped.reproduction.table_2 import Tried
 from mjbiped.reproduction.traces import Traces
+from scripts.paper.placebo import RandomGround
 
 
 def made_row(cost: float, **others: object) -> Row:
@@ -34,19 +32,8 @@ def fallen(**others: object) -> Row:
     return made_row(math.nan, **{"outcome": "fell", "steps": 3, **others})
 
 
-def read_tried(text: str) -> list[Tried]:
-    """The settings that `mjbiped.reproduction.table_2.write_tried` wrote."""
-    found = []
-    for line in csv.DictReader(io.StringIO(text)):
-        gains = tuple((name, float(line[name])) for name in ("ratio", "gain", "hip_weight") if line[name])
-        ended = {name: int(line[name][2:]) for name in GROUNDS if line[name].startswith("X ")}
-        cost = {name: math.nan if name in ended else float(line[name]) for name in GROUNDS}
-        found.append(Tried(Variant(line["method"], slope_source=line["slope_source"], gains=gains), cost, ended))
-    return found
-
-
 def read_grounds(text: str) -> list[RandomGround]:
-    """The grounds that `mjbiped.reproduction.placebo.write_grounds` wrote."""
+    """The grounds that `scripts.paper.placebo.write_grounds` wrote."""
     found = []
     for line in list(csv.reader(io.StringIO(text)))[1:]:
         tables = [float(value) for value in line[-2 * len(TABLE_3) :] if value]

@@ -52,7 +52,7 @@ class Comparison:
     divergence: Divergence | None
 
     def __repr__(self) -> str:
-        """One line; the tables are long."""
+        """Return a summary in one line; the tables are long."""
         found = "they agree" if self.divergence is None else f"they part at touchdown {self.divergence.touchdown}"
         ends = (
             f"{walk.outcome} after {walk.steps} steps, {walk.distance:.3f} m" for walk in (self.mujoco, self.hybrid)
@@ -91,7 +91,7 @@ class Comparison:
         return table
 
     def to_dict(self) -> dict[str, Any]:
-        """The comparison without its samples, in plain JSON types."""
+        """Return the comparison without its samples, in plain JSON types."""
         return {
             "verdict": self.verdict,
             "parting": None if self.divergence is None else self.divergence.to_dict(),

@@ -43,14 +43,9 @@ DISPLAYED: Mapping[str, tuple[float, str]] = {
 # on 138 rough terrains (scripts/studies/agreement_study.py; docs/tables/convergence.md has them), up to the first
 # touchdown that has another cause. Period, angle and rate are wider, to hold for ten steps of the comparison
 # controllers too (1.5 ms, 4.5e-4 rad, 1.5e-3 rad/s on slopes and small steps): their errors fade slowly.
-# Scaled by leg length, weight and gravity.
-_FOOTHOLD = 1e-3  # leg lengths
-_PERIOD = 5e-3  # sqrt(l / g)
-_ANGLE = 2.2e-3  # rad
-_RATE = 2.5e-3  # sqrt(g / l)
-_SLOPE = 5e-6  # rad
-_ESTIMATE = 7.5e-4  # rad
-_WORK, _WORK_SHARE = 1.2e-4, 0.012  # weight times leg length; and of the step's work
+# In leg lengths l, sqrt(l / g), rad, sqrt(g / l), rad, rad and weights times l; the last also in shares of the work.
+_FOOTHOLD, _PERIOD, _ANGLE, _RATE, _SLOPE, _ESTIMATE, _WORK = 1e-3, 5e-3, 2.2e-3, 2.5e-3, 5e-6, 7.5e-4, 1.2e-4
+_WORK_SHARE = 0.012
 
 SLID = 1e-4  # leg lengths; ordinary steps slide by 2e-6 to 2e-5
 EDGE = 5e-4  # m; a foot nearer to a break of the ground may meet its edge
@@ -78,18 +73,18 @@ class Divergence:
     causes: tuple[str, ...]
 
     def __str__(self) -> str:
-        """In sentences."""
+        """Describe the divergence in sentences."""
         where = f"The engines part at touchdown {self.touchdown} ({self.time:.3f} s, step from x = {self.x:.3f} m)"
         why = f"Cause: {'; '.join(self.causes)}." if self.causes else "No cause was found."
         return f"{where}: {', '.join(self.differences)}. {why}"
 
     def to_dict(self) -> dict[str, Any]:
-        """In plain JSON types."""
+        """Return the divergence in plain JSON types."""
         return asdict(self)
 
 
 def differences(there: Walk, here: Walk) -> dict[str, Array]:
-    """Differences at each touchdown that both walks have, and their limits, as `Comparison.touchdowns` holds them."""
+    """Compute the differences and limits at each touchdown that both walks have, for `Comparison.touchdowns`."""
     n = min(there.steps, here.steps)
     one, two = there.touchdowns, here.touchdowns
 
@@ -97,10 +92,9 @@ def differences(there: Walk, here: Walk) -> dict[str, Array]:
         difference = one[name][:n] - two[name][:n]
         return np.take_along_axis(difference, np.abs(difference).argmax(axis=1)[:, None], axis=1)[:, 0]
 
-    steps_work = [np.diff(np.append(0.0, walk.touchdowns["work_absolute"]))[:n] for walk in (there, here)]
-    robot = there.robot
-    length, weight = robot.leg_length, robot.weight
-    pace = math.sqrt(robot.gravity / length)
+    work, work_here = (np.diff(walk.touchdowns["work_absolute"], prepend=0.0)[:n] for walk in (there, here))
+    length, weight = there.robot.leg_length, there.robot.weight
+    pace = math.sqrt(there.robot.gravity / length)
     # what a held torque does grows with the time for which it is held; plain steps err in first order of their length
     coarse = max(1.0, (there.settings["control_period"] or there.settings["timestep"]) / DEFAULT_TIMESTEP)
     found: dict[str, tuple[Array, Any]] = {
@@ -110,14 +104,14 @@ def differences(there: Walk, here: Walk) -> dict[str, Array]:
         "rate": (greater("dq"), _RATE * pace),
         "slope": (one["slope"][:n] - two["slope"][:n], _SLOPE),
         "slope_estimate": (one["slope_estimate"][:n] - two["slope_estimate"][:n], _ESTIMATE),
-        "work": (steps_work[0] - steps_work[1], _WORK * weight * length + _WORK_SHARE * steps_work[1]),
+        "work": (work - work_here, _WORK * weight * length + _WORK_SHARE * work_here),
     }
     limits = {f"limit_{name}": coarse * limit * np.ones(n) for name, (_, limit) in found.items()}
     return {name: difference for name, (difference, _) in found.items()} | limits
 
 
 def find(there: Walk, here: Walk, table: Mapping[str, Array], controller: Controller) -> Divergence | None:
-    """The divergence of two walks, if there is one.
+    """Find the divergence of two walks; None if there is none.
 
     Args:
         there: The walk in MuJoCo.
@@ -154,7 +148,7 @@ def find(there: Walk, here: Walk, table: Mapping[str, Array], controller: Contro
 
 
 def _said(name: str, difference: float) -> str:
-    """One difference in words."""
+    """Write a difference in words."""
     factor, unit = DISPLAYED[COLUMNS[name].unit]
     return f"{name.replace('_', ' ')} {factor * difference:+.3g} {unit}"
 

@@ -31,7 +31,7 @@ _NODES = (0.5 - math.sqrt(3.0) / 6.0, 0.5 + math.sqrt(3.0) / 6.0)  # Gauss and L
 
 
 def regressor(constants: compass.Constants, q: Array) -> Array:
-    """W(t) of (22), its two columns that are not zero: [g_c, g_s]' M^-1.
+    """Compute the two columns of the regressor W(t) of (22) that are not zero: [g_c, g_s]' M^-1.
 
     Args:
         constants: Constants of the controller's robot model.
@@ -76,7 +76,7 @@ class Evolution(NamedTuple):
 
 
 def evolve(controller: AdaptiveTracking, time: Array, q: Array, dq: Array) -> Evolution:
-    """Transition matrix and excitation of (22) along a motion.
+    """Integrate the transition matrix and the excitation of (22) along a motion.
 
     The motion between two times is the cubic through angles and rates (Hermite); the transition matrix is Magnus'
     expansion to order 4 at the two nodes of Gauss and Legendre, the integral their quadrature. The errors are of fourth

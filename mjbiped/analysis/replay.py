@@ -1,4 +1,4 @@
-"""The reference that a recorded walk's controller tracked: the law built anew, and its plans at the touchdowns."""
+"""The reference that a recorded walk's controller tracked: the controller rebuilt, and its plans at the touchdowns."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _POINTS = 60  # on the curve of a transition
 
 
 def recorded_controller(walk: Walk, named: str | None = None) -> AdaptiveTracking:
-    """The adaptive controller of a walk, built anew from the record.
+    """Rebuild the adaptive controller of a walk from its record.
 
     Args:
         walk: The record.
@@ -44,7 +44,7 @@ def recorded_controller(walk: Walk, named: str | None = None) -> AdaptiveTrackin
 
 
 def recorded_tracking(walk: Walk, named: str | None = None) -> Tracking:
-    """The controller of a walk, built anew from the record, if it tracks a reference.
+    """Rebuild the controller of a walk from its record, if it tracks a reference.
 
     Args:
         walk: The record.
@@ -79,7 +79,7 @@ class StepStart(NamedTuple):
 
 
 def replayed(walk: Walk, controller: Controller) -> Iterator[tuple[StepStart, list[float]]]:
-    """The controller's memory at each step's beginning; the step that the walk's end cut off is the last.
+    """Replay the controller's memory at the beginning of each step, the unfinished last one included.
 
     It includes what was planned at touchdowns, with the sensors' errors at the time. The integrated states are not
     carried on through a step: a caller who needs them writes those of the step's end into the memory before asking for
@@ -165,7 +165,7 @@ class TrackedReference:
     """The reference that a walk's controller tracked, at any time of the record."""
 
     def __init__(self, walk: Walk, controller: Tracking) -> None:
-        """Repeat all plans of a walk.
+        """Replay all plans of a walk.
 
         Args:
             walk: The record.

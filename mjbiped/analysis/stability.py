@@ -76,7 +76,7 @@ class Stability:
     balance: Array
 
     def __repr__(self) -> str:
-        """One line; the tables are long."""
+        """Return a summary in one line; the tables are long."""
         name, holds = type(self.controller).__name__, int((self.condition[1:] < 1.0).sum())
         return f"<Stability of {name} over {self.steps} steps: (24) holds at {holds} of {self.steps - 1} touchdowns>"
 
@@ -277,6 +277,6 @@ def _impacts(walk: Walk, controller: AdaptiveTracking, start: Array, end: Array)
 
 
 def _ratio(above: Array, below: Array) -> Array:
-    """Quotient of norms: infinite where something comes from nothing, NaN where neither is resolved."""
+    """Divide norms: infinite where only the lower one is zero, NaN where neither is resolved."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(np.maximum(above, below) < RESOLVED, np.nan, above / below)

@@ -42,7 +42,7 @@ class Survival:
     fell: tuple[bool, ...]
 
     def __post_init__(self) -> None:
-        """Refuse what is no set of walks.
+        """Refuse an empty or inconsistent set of walks.
 
         Raises:
             InputError: There are no walks, or not as many ends as walks.
@@ -64,7 +64,7 @@ class Survival:
         return cls(tuple(steps for steps, _ in ends), tuple(fell for _, fell in ends))
 
     def after(self, transient: int) -> Survival:
-        """The survival after a transient; a walk that ended within it contributes neither steps nor a fall.
+        """Return the survival after a transient; a walk that ended within it contributes neither steps nor a fall.
 
         Args:
             transient: Number of steps after which the initial state no longer matters.

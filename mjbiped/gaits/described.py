@@ -42,7 +42,7 @@ def passive_gait_of(robot: Robot, slope: float) -> Periodic:
 
 
 def gait_from(described: Mapping[str, Any]) -> Periodic:
-    """The gait that `Periodic.describe` described: a passive one is found anew, an optimised one is read.
+    """Make the gait that `Periodic.describe` described: a passive one is searched for, an optimised one is read.
 
     Raises:
         InputError: Something is missing, of another kind or outside its domain.
@@ -59,7 +59,7 @@ def gait_from(described: Mapping[str, Any]) -> Periodic:
 
 
 def parse_reference(text: str) -> dict[str, Any]:
-    """The arguments of `find_reference` from a text of the command line such as "clearance=0.06,retraction=no".
+    """Read the arguments of `find_reference` from a text such as "clearance=0.06,retraction=no".
 
     Raises:
         InputError: A name is unknown or stands twice, or a value cannot be read.
@@ -84,7 +84,7 @@ def parse_reference(text: str) -> dict[str, Any]:
 
 
 def words_of(goal: Goal) -> str:
-    """The text that `parse_reference` reads as a goal."""
+    """Write a goal as the text that `parse_reference` reads."""
     asked = {name: getattr(goal, name) for name in _PARTS}
     return ",".join(
         f"{name}={('no', 'yes')[value] if isinstance(value, bool) else repr(value)}"

@@ -45,7 +45,7 @@ class Periodic:
         return self.step_length / self.period
 
     def describe(self) -> dict[str, Any]:
-        """A description in plain JSON types, from which `mjbiped.gaits.described.gait_from` makes the gait again."""
+        """Describe the gait in plain JSON types, for `mjbiped.gaits.described.gait_from` to make it again."""
         return {"slope": self.slope, "robot": self.robot.to_dict()}
 
 
@@ -60,7 +60,7 @@ class Passive(Periodic):
     multipliers: NDArray[np.complex128]
 
     def __repr__(self) -> str:
-        """One line."""
+        """Return a summary in one line."""
         kind = "stable" if self.stable else "unstable"
         return (
             f"<{type(self).__name__} on {math.degrees(self.slope):.4g} deg: {kind}, period {self.period:.6g} s, "

@@ -97,7 +97,7 @@ def find_kneed_gait(robot: KneedBiped, slope: float) -> KneedGait:
 
 
 def follow_kneed_gaits(gait: KneedGait, to: float, step: float = math.radians(0.25)) -> Iterator[KneedGait]:
-    """The gaits that continue a gait on gentler or steeper slopes, one after the other, until they end.
+    """Follow a gait to gentler or steeper slopes, one after the other, until its branch ends.
 
     Near the end of a branch the steps become shorter, down to 0.002 degrees; a gait counts only if it lies close to the
     one extrapolated, so that the search does not slip onto another branch.
@@ -192,7 +192,7 @@ def _start(robot: KneedBiped, scaled: Array) -> Array:
 def _phase(
     robot: KneedBiped, slope: float, start: Array, end: _Event, others: dict[str, _Event], tolerance: float, dense: bool
 ) -> _Phase:
-    """The motion from a start until `end` falls through zero.
+    """Integrate the motion from a start until `end` falls through zero.
 
     Raises:
         GaitError: One of the others does so before, or nothing does.

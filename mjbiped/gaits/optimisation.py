@@ -199,7 +199,7 @@ class Told(NamedTuple):
 
 
 def optimise(model: StepModel, goal: Goal) -> Array:
-    """The numbers of the cheapest reference of several searches; see `motion_of`.
+    """Search from several starts, and return the numbers of the cheapest reference; see `motion_of`.
 
     Raises:
         GaitError: None keeps the constraints; the message says what stands in the way, and what to do.
@@ -395,7 +395,7 @@ def _asked(goal: Goal) -> str:
 
 
 def _hindrance(model: StepModel, goal: Goal, broken: Mapping[str, float]) -> str:
-    """Why there is no reference, found by asking for less, and what to do."""
+    """Explain why there is no reference, by asking for less, and what to do."""
     if goal.torque_limit is not None:
         freely = replace(goal, torque_limit=None)
         found, _ = _best(model, freely)

@@ -83,7 +83,7 @@ class Optimised(Periodic):
         return self.measures.cost_of_transport
 
     def describe(self) -> dict[str, Any]:
-        """The trajectory and its goal in plain JSON types, from which `gait_from` makes the gait again."""
+        """Return the trajectory and its goal in plain JSON types, from which `gait_from` makes the gait again."""
         return {
             "goal": dataclasses.asdict(self.goal),
             "clearance_phase": self.clearance_phase,
@@ -94,7 +94,7 @@ class Optimised(Periodic):
         }
 
     def __repr__(self) -> str:
-        """One line."""
+        """Return a summary in one line."""
         return (
             f"<{type(self).__name__} at {self.speed:.4g} m/s with {self.goal.clearance:.4g} m of clearance: "
             f"c_mt {self.cost_of_transport:.4f}, period {self.period:.6g} s, step {self.step_length:.6g} m>"
@@ -299,7 +299,7 @@ _searches_forbidden: ContextVar[bool] = ContextVar("searches_forbidden", default
 
 @contextmanager
 def only_kept() -> Iterator[None]:
-    """Let `find_reference` search for nothing in a block: what is not kept on this machine is a `GaitError` there.
+    """Forbid searches in a block: `find_reference` raises `GaitError` for a reference that is not stored here.
 
     For what others have asked for, as a record does.
     """
@@ -324,7 +324,7 @@ def _find(robot: Compass | KneedBiped, goal: Goal) -> OptimisedGait | OptimisedK
 
 
 def optimised_from(described: Mapping[str, Any]) -> OptimisedGait | OptimisedKneedGait:
-    """The gait that `Optimised.describe` described, bit by bit and without optimising again.
+    """Make the gait that `Optimised.describe` described, bitwise and without a new optimisation.
 
     Raises:
         KeyError: Something is missing.

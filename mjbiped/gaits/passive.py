@@ -85,7 +85,7 @@ def find_passive_gait(robot: Compass, slope: float) -> PassiveGait:
 
 
 def checked_slope(slope: float) -> float:
-    """The slope of a passive gait, rad.
+    """Check the slope of a passive gait, rad.
 
     Raises:
         InputError: It is no number within a right angle of level.
@@ -172,7 +172,7 @@ def differences(function: Callable[[Array], Array], size: int, width: float) -> 
 
 
 def no_gait(slope: float, reason: str, what: str = "passive gait") -> GaitError:
-    """The error that a robot has no gait on a slope."""
+    """Make the error that a robot has no gait on a slope."""
     return GaitError(f"no {what} on a slope of {math.degrees(slope):.6g} degrees: {reason}")
 
 

@@ -94,7 +94,7 @@ def curve_in_pieces(points: Array, count: int) -> Array:
 
 
 def count_of_pieces(period: float, length: float, gravity: float) -> int:
-    """The number of pieces of the time of `HOLD` at most that make up a period.
+    """Return the number of pieces, each at most `HOLD` long, that make up a period.
 
     Args:
         period: s.
@@ -146,14 +146,14 @@ def closing_on(flexion: float, rate: float, acceleration: float, width: float, c
 
 
 def acceleration_decays(t: Array, end: float) -> Array:
-    """Angle that the unit acceleration makes which falls to zero as 1 - 3 u² + 2 u³ until the time `end`."""
+    """Angle due to an acceleration that falls from 1 to zero as 1 - 3 u² + 2 u³ until the time `end`."""
     u = np.minimum(t / end, 1.0)
     until = end * end * (u**2 / 2 - u**4 / 4 + u**5 / 10)
     return np.asarray(until + 0.5 * end * np.maximum(t - end, 0.0))
 
 
 def _rate_decays(t: Array, rate: float, acceleration: float, end: float) -> Array:
-    """Angle that a rate and an acceleration make which are both zero at the time `end`: the rate is a cubic."""
+    """Angle due to a rate and an acceleration that both decay to zero at the time `end`; the rate is a cubic."""
     u = np.minimum(t / end, 1.0)
     of_rate = end * (u - u**3 + u**4 / 2)
     of_acceleration = end * end * (u**2 / 2 - 2 * u**3 / 3 + u**4 / 4)

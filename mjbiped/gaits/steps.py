@@ -57,7 +57,7 @@ class CompassStep(StepModel):
         return self.course(*curve(motion.points, np.concatenate(stretches, axis=-1), motion.period))
 
     def keeps(self, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int) -> dict[str, Numbers]:
-        """The foot is above the ground wherever it might touch it."""
+        """Keep the foot above the ground wherever it might touch it."""
         # the greater of height and what is missing to the reach, rounded
         height = course.height[..., :-1] / self.robot.leg_length
         missing = REACH - course.ahead[..., :-1] / self.robot.leg_length
@@ -175,7 +175,7 @@ class KneedStep(StepModel):
         )
 
     def keeps(self, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int) -> dict[str, Numbers]:
-        """The foot is above the ground at all times, with its clearance from `RISEN` on; the knee lands softly."""
+        """Keep the foot above the ground, with its clearance from `RISEN` on; the knee closes softly."""
         last, unit = motion.own[..., -1:], math.sqrt(self.robot.leg_length / self.robot.gravity)
         closing = DEGREE * last * unit / (KNEE_STRIKE * motion.period[..., None])
         risen, lands = _smoothly(phases / RISEN), _smoothly((1.0 - phases) / LANDS)

@@ -1,8 +1,8 @@
 """Gaits on disk, so that each is searched for once.
 
-A file holds NumPy arrays under the digest of all that the result depends on: what was asked, the sources of the search,
-and the versions of the libraries that it is made with. A damaged file counts as none, and is written anew. What cannot
-be written is searched for again.
+A file holds NumPy arrays; its name is a digest of all that the result depends on: the request, the sources of the
+search, and the versions of the libraries. A damaged file is replaced. Where nothing can be written, every request is a
+new search.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ import scipy
 from mjbiped.robots.robot import Robot
 from mjbiped.utils.files import written_whole
 
-_REPEATS = 1e-7  # error of the rates after the impact, sqrt(g/l): searches are good to 1e-9 and better
+_REPEATS = 1e-7  # largest error of the rates after the impact with which a stored gait is used, sqrt(g/l)
 
 
 def folder() -> Path:
-    """The folder that the environment variable MJBIPED_CACHE_DIR names, else one in the user's cache."""
+    """Return the folder of stored gaits: the environment variable MJBIPED_CACHE_DIR, or one in the user's cache."""
     named = os.environ.get("MJBIPED_CACHE_DIR")
     return Path(named) if named else platformdirs.user_cache_path("mjbiped") / "references"
 
 
 def load(asked: Mapping[str, Any]) -> dict[str, Any] | None:
-    """The numbers and arrays kept for what is asked, bit by bit as they were saved; None where there are none.
+    """Load the numbers and arrays stored for a request, bitwise as they were saved; None where there are none.
 
     Args:
         asked: What the result was searched for, in plain JSON types.
@@ -46,7 +46,7 @@ def load(asked: Mapping[str, Any]) -> dict[str, Any] | None:
 
 
 def save(asked: Mapping[str, Any], found: Mapping[str, Any]) -> None:
-    """Keep numbers and arrays for what is asked, where the folder can be written to."""
+    """Store numbers and arrays for a request, if the folder can be written to."""
     with suppress(OSError):
         path = _file(asked)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -55,7 +55,7 @@ def save(asked: Mapping[str, Any], found: Mapping[str, Any]) -> None:
 
 
 def passive(robot: Robot, slope: float, search: Callable[[Any, float], dict[str, Any]]) -> dict[str, Any]:
-    """The attributes of a passive gait by their names, kept or searched for.
+    """Return the attributes of a passive gait by name, from the store or from a search.
 
     Args:
         robot: The robot that walks.
@@ -87,7 +87,7 @@ def _file(asked: Mapping[str, Any]) -> Path:
 
 @cache
 def _made_with() -> list[str]:
-    """Digests and versions of what makes a gait."""
+    """Return the versions of the libraries and the digests of the sources on which a search depends."""
     here = Path(__file__).parent
     sources = [
         *here.glob("*.py"),

@@ -1,4 +1,4 @@
-"""Basins of attraction: from which first rates a walk settles on its gait, and from which it ends in a fall.
+"""Basins of attraction: initial rates from which a walk settles on its gait, and those from which it falls.
 
 A basin is a slice through the section of states just after an impact: both feet stand on the plane, the angle between
 the legs is the gait's, and the rates of the two legs form a grid. The gait lies in the slice.
@@ -90,7 +90,7 @@ class Basin:
     walker: str
 
     def __repr__(self) -> str:
-        """One line; the maps are long."""
+        """Return a summary in one line; the maps are long."""
         shares = ", ".join(f"{100 * self.share(fate):.3g} % {fate.name.lower()}" for fate in Fate if self.share(fate))
         rows, columns = self.fates.shape
         return f"<Basin of {self.walker} on {math.degrees(self.slope):.4g} deg, {rows} x {columns} starts: {shares}>"
@@ -286,7 +286,7 @@ def _walk_controlled(run: HybridRun, goal: Array, near: Array) -> tuple[int, Fat
 def _empty(
     slope: float, start: Array, stance_rates: ArrayLike | None, swing_rates: ArrayLike | None, limit: int, walker: str
 ) -> Basin:
-    """A map of undecided starts.
+    """Make a map of undecided starts.
 
     Raises:
         InputError: The rates do not ascend, or the limit is no number of steps.
@@ -300,7 +300,7 @@ def _empty(
 
 
 def rates_around(start: Array, count: int, width: float = 1.0) -> tuple[Array, Array]:
-    """Default first rates of a map.
+    """Return the default initial rates of a map.
 
     Args:
         start: The gait's state after an impact, shape (4,), or (6,) with knees.
@@ -320,7 +320,7 @@ def rates_around(start: Array, count: int, width: float = 1.0) -> tuple[Array, A
 
 
 def _rates(name: str, given: ArrayLike | None, usual: Array) -> Array:
-    """The first rates of a leg that are given, or the usual ones."""
+    """Check the initial rates of a leg that are given; the usual ones unless given."""
     rates = usual if given is None else domains.RATE.array(name, given, (None,))
     if not 1 <= len(rates) <= domains.GRID.high or (np.diff(rates) <= 0.0).any():
         raise InputError(f"{name}: expected 1 to {domains.GRID.high} numbers that ascend, got {len(rates)}")

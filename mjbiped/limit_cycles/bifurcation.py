@@ -57,7 +57,7 @@ class Cascade:
     end: str
 
     def __repr__(self) -> str:
-        """One line."""
+        """Return a summary in one line."""
         begins = ", ".join(f"{degrees:.6g}" for degrees in np.degrees(self.onsets))
         return f"<Cascade: periods double on {begins} deg>" if begins else "<Cascade: no period doubles>"
 
@@ -91,7 +91,7 @@ class Cascade:
 
 
 def find_cascade(robot: Compass, doublings: int = 4, *, progress: bool = False) -> Cascade:
-    """The passive gaits of periods 1, 2, 4 and so on, and the slopes at which each gives way to the next.
+    """Find the passive gaits of periods 1, 2, 4 and so on, and the slopes at which each gives way to the next.
 
     The gait of period one is followed from 0.1 degrees; beyond each doubling the robot is left to find the gait of
     twice the period by itself, which Newton's method then makes exact and follows further. Touchdown is that of eq. 4:
@@ -135,7 +135,7 @@ def find_cascade(robot: Compass, doublings: int = 4, *, progress: bool = False) 
 
 
 def _followed(gait: PeriodicGait, step: float) -> Branch:
-    """A branch from its first gait until shortly beyond its doubling, in equal steps of the slope."""
+    """Follow a branch from its first gait until shortly beyond its doubling, in equal steps of the slope."""
     gaits, doubling = [gait], None
     slopes = np.arange(gait.slope, _STEEPEST, step)[1:]
     beyond = math.inf
@@ -181,7 +181,7 @@ class BifurcationDiagram:
     outcomes: tuple[str, ...] = field(repr=False)
 
     def __repr__(self) -> str:
-        """One line; the tables are long."""
+        """Return a summary in one line; the tables are long."""
         first, last = np.degrees(self.slopes[[0, -1]])
         fallen = sum(outcome != "walking" for outcome in self.outcomes)
         return (
@@ -223,7 +223,7 @@ def bifurcation_diagram(
     scuffing: ScuffingRule | None = None,
     progress: bool = False,
 ) -> BifurcationDiagram:
-    """The bifurcation diagram of the passive robot: on each plane it walks on from its last state on the one before.
+    """Compute the bifurcation diagram of the passive robot; each plane is entered in the last state on the one before.
 
     Args:
         robot: Any compass biped.

@@ -53,7 +53,7 @@ class PeriodicGait:
     doubling: float = field(compare=False)
 
     def __repr__(self) -> str:
-        """One line."""
+        """Return a summary in one line."""
         kind = "stable" if self.stable else "unstable"
         return f"<PeriodicGait of period {len(self.states)} on {math.degrees(self.slope):.6g} deg: {kind}>"
 
@@ -74,7 +74,7 @@ def step_lengths(robot: Compass, states: Array) -> Array:
 
 
 def differentiate(plane: Plane, places: Array, widths: Array) -> tuple[Array, Array, Array] | None:
-    """The return map in (q1, dq1, dq2) at places of shape (n, 3), and its derivatives there.
+    """Evaluate the return map in (q1, dq1, dq2) and its derivatives at points of shape (n, 3).
 
     Args:
         plane: Robot and plane.
@@ -97,7 +97,7 @@ def differentiate(plane: Plane, places: Array, widths: Array) -> tuple[Array, Ar
 
 
 def find_periodic_gait(robot: Compass, slope: float, states: ArrayLike) -> PeriodicGait:
-    """The gait of period n near n states, stable or not, by Newton's method.
+    """Find the gait of period n near n states, stable or not, by Newton's method.
 
     Args:
         robot: Any compass biped.
@@ -158,7 +158,7 @@ def first_gait(robot: Compass, slope: float) -> PeriodicGait:
 
 
 def follow(gait: PeriodicGait, slopes: Sequence[float]) -> Iterator[PeriodicGait]:
-    """The gaits on other slopes that continue a gait without a jump, stable or not, until the branch ends.
+    """Follow a gait to other slopes without a jump, stable or not, until its branch ends.
 
     Args:
         gait: The first gait of the branch.
@@ -204,7 +204,7 @@ def extrapolated(known: Sequence[PeriodicGait], slope: float) -> Array:
 def zero_on_branch(
     below: PeriodicGait, above: PeriodicGait, value: Callable[[PeriodicGait], float], tolerance: float = 1e-12
 ) -> PeriodicGait:
-    """The gait of a branch on which a value passes through zero, between two near gaits.
+    """Find the gait of a branch at which a value passes through zero, between two neighbouring gaits.
 
     Args:
         below: A gait for which the value has one sign.

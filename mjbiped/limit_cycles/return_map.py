@@ -119,7 +119,7 @@ def check_rule(robot: Robot, scuffing: ScuffingRule) -> None:
     Raises:
         InputError: The rule is not the default one.
     """
-    if robot.knees and scuffing != ScuffingRule():
+    if robot.collides_from_lift_off and scuffing != ScuffingRule():
         raise InputError("scuffing is for straight legs: with knees the swing foot collides from lift-off on")
 
 

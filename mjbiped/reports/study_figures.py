@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,28 +10,13 @@ import numpy as np
 
 from mjbiped.plotting.style import BLACK, BLUE, GREEN, ORANGE, VERMILLION
 from mjbiped.reports.figures import Panels, Shown, shares, span
-from mjbiped.sweeps.bins import (
-    MOST_VALUES,
-    Axis,
-    binned,
-    chosen,
-    grouped,
-    measure_label,
-    middle,
-    quartiles,
-    values_of,
-    without_seeds,
-)
+from mjbiped.sweeps.bins import SHOWN, Axis, arranged, measure_label, middle, quartiles, values_of
 from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.plan import FINISHED
-
-MEASURES = ("cost_of_transport", FINISHED, "peak_ankle_torque_Nm")
 
 _COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, BLACK)
 _DASHES = ("solid", "dash", "dot", "dashdot", "longdash")
 _PANEL = 340  # pixels
-_WALKS_IN_BIN = 12  # least mean number
-_FEWEST_BINS = 3
 _MEDIANS = "Medians of the walks that finished; the share is of all."
 _SHARE = {"range": [-0.03, 1.03]}
 
@@ -47,20 +31,13 @@ def study_figures(rows: Sequence[Row], varied: Sequence[str]) -> list[Shown]:
     Raises:
         InputError: Plotly is not installed.
     """
-    numeric, named = chosen(rows, without_seeds(varied))
-    groups = grouped(rows, named)
-    each = len(rows) / groups.count
-
-    def axis(name: str, most: float) -> Axis:
-        return binned(rows, name, int(np.clip(most, _FEWEST_BINS, MOST_VALUES)))
-
-    if len(numeric) > 1:
-        most = math.sqrt(each / _WALKS_IN_BIN)
-        pairs = enumerate(itertools.combinations(numeric, 2))
-        return [_maps(rows, (axis(x, most), axis(y, most)), groups, number) for number, (x, y) in pairs]
-    if numeric:
-        return [_lines(rows, axis(numeric[0], each / _WALKS_IN_BIN), groups)]
-    return [_groups(rows, groups) if named else _histograms(rows)]
+    axes, groups = arranged(rows, varied)
+    if len(axes) > 1:
+        pairs = enumerate(itertools.combinations(axes, 2))
+        return [_maps(rows, pair, groups, number) for number, pair in pairs]
+    if axes:
+        return [_lines(rows, axes[0], groups)]
+    return [_groups(rows, groups) if groups.name else _histograms(rows)]
 
 
 def _scale(axis: Axis) -> dict[str, Any]:
@@ -85,7 +62,7 @@ def _maps(rows: Sequence[Row], pair: tuple[Axis, Axis], groups: Axis, number: in
     drawn = [k for k in range(groups.count) if (there & (groups.bin == k)).any()]
     panels = Panels()
     down = shares(len(drawn), 0.3 / len(drawn))[::-1]
-    for name, across in zip(MEASURES, shares(len(MEASURES), 0.12), strict=True):
+    for name, across in zip(SHOWN, shares(len(SHOWN), 0.12), strict=True):
         values = values_of(rows, name)
         bins = [
             [[values[(groups.bin == k) & (x.bin == i) & (y.bin == j)] for i in range(x.count)] for j in range(y.count)]
@@ -99,7 +76,7 @@ def _maps(rows: Sequence[Row], pair: tuple[Axis, Axis], groups: Axis, number: in
         for line, k in enumerate(drawn):
             low, high = down[line]
             words = "<br>".join(filter(None, (f"<b>{measure_label(name)}</b>", groups.ticks[k])))
-            axes = {"x": _map_axis(x, line == len(drawn) - 1), "y": _map_axis(y, name == MEASURES[0])}
+            axes = {"x": _map_axis(x, line == len(drawn) - 1), "y": _map_axis(y, name == SHOWN[0])}
             place = panels.add(across, (low, high), heading=words, **axes)
             if np.isnan(tables[line]).all():
                 continue
@@ -126,14 +103,14 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis) -> Shown:
     panels = Panels()
     scale: dict[str, Any] = {"type": "log"} if axis.log else {}
     x: dict[str, Any] | None = {**scale, "title": {"text": axis.label}}
-    for name, down in zip(MEASURES, shares(len(MEASURES), 0.08)[::-1], strict=True):
+    for name, down in zip(SHOWN, shares(len(SHOWN), 0.08)[::-1], strict=True):
         values = values_of(rows, name)
         bins = [[values[(groups.bin == k) & (axis.bin == i)] for i in range(axis.count)] for k in range(groups.count)]
         middles = [np.array([middle(each, name) for each in group], dtype=float) for group in bins]
         bands = [np.array([quartiles(each) for each in group]).T for group in bins]
         known = [*middles, *(() if name == FINISHED else (np.ravel(band) for band in bands))]
         reach = _SHARE if name == FINISHED else span(np.concatenate(known).astype(float))
-        heading, first = f"<b>{measure_label(name)}</b>", name == MEASURES[0]
+        heading, first = f"<b>{measure_label(name)}</b>", name == SHOWN[0]
         place = panels.add(down=down, heading=heading, x=x if first else None, y={**reach, "automargin": True})
         looks = zip(groups.ticks, itertools.cycle(zip(_COLOURS, _DASHES, strict=True)), strict=False)
         for k, (kind, (colour, dash)) in enumerate(looks):
@@ -165,14 +142,14 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis) -> Shown:
 def _groups(rows: Sequence[Row], groups: Axis) -> Shown:
     """Draw the median of each measure of each group, and a bar from quartile to quartile."""
     panels = Panels()
-    for name, across in zip(MEASURES, shares(len(MEASURES), 0.04), strict=True):
+    for name, across in zip(SHOWN, shares(len(SHOWN), 0.04), strict=True):
         values = values_of(rows, name)
         bins = [values[groups.bin == k] for k in range(groups.count)]
         middles = np.array([middle(each, name) for each in bins])
         low, high = np.array([quartiles(each) for each in bins]).T
         bars = {} if name == FINISHED else {"error_x": {"array": high - middles, "arrayminus": middles - low}}
         x = {**(_SHARE if name == FINISHED else span(middles)), "title": {"text": measure_label(name)}}
-        y = {"automargin": True, "autorange": "reversed", "showticklabels": name == MEASURES[0]}
+        y = {"automargin": True, "autorange": "reversed", "showticklabels": name == SHOWN[0]}
         panels.figure.add_scatter(
             x=middles, y=list(groups.ticks), mode="markers", marker={"size": 9, "color": BLUE}, showlegend=False,
             hovertemplate="%{y}: %{x:.4g}<extra></extra>", **panels.add(across, x=x, y=y), **bars,
@@ -184,7 +161,7 @@ def _groups(rows: Sequence[Row], groups: Axis) -> Shown:
 def _histograms(rows: Sequence[Row]) -> Shown:
     """Draw how often each measure has which value, of walks that finished."""
     panels = Panels()
-    drawn = [name for name in MEASURES if name != FINISHED]
+    drawn = [name for name in SHOWN if name != FINISHED]
     for name, across in zip(drawn, shares(len(drawn), 0.08), strict=True):
         values = values_of(rows, name)
         place = panels.add(across, x={"title": {"text": measure_label(name)}}, y={"title": {"text": "walks"}})

@@ -69,14 +69,10 @@ class Cell:
     def key(self) -> str:
         """Digest of all that the walk depends on: inputs, versions, and the sources of physics and control laws."""
         inputs = {
-            "engine": self.engine,
+            **vars(self),
             "controller": self.controller.describe(),
             "terrain": self.terrain.to_dict(),
-            "initial": self.initial,
-            "steps": self.steps,
-            "distance": self.distance,
             "timestep": self.timestep if self.engine == "mujoco" else None,
-            "record": self.record,
         }
         text = json.dumps([inputs, versions(), sources()], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:_KEY_DIGITS]
@@ -103,23 +99,24 @@ def measures_of(done: Walk) -> Row:
         (greatest at the steps' beginnings, greatest and root mean square at their ends, greatest change at a
         touchdown), degrees; and c_mt by kind and number of steps. NaN stands for what does not exist.
     """
-    rows = done.touchdowns
-    begun, ended = (np.abs(np.degrees(errors)) for errors in measures.estimate_errors(done))
-    walked = done.steps > 0
-    return {
+    rows, (ankle, hip) = done.touchdowns, done.peak_torque.tolist()
+    found = dict.fromkeys(_MEASURES, math.nan)
+    found |= {
         "steps": done.steps,
         "place": done.end[1],
-        "ankle": float(done.peak_torque[0]),
-        "hip": float(done.peak_torque[1]),
-        "friction": float(rows["friction"].max()) if walked else math.nan,
-        "least_force": float(rows["normal_force"].min()) / done.robot.weight if walked else math.nan,
+        "ankle": ankle,
+        "hip": hip,
         "strikes": int(rows["strikes"].sum()),
-        "begun": float(begun.max()) if walked else math.nan,
-        "ended": float(ended.max()) if walked else math.nan,
-        "rms": math.sqrt(float(np.mean(ended**2))) if walked else math.nan,
-        "jump": float(np.abs(begun - ended).max()) if walked else math.nan,
-        **{name: cost_after(done, kind, steps) for name, (kind, steps) in COSTS.items()},
     }
+    found |= {name: cost_after(done, kind, steps) for name, (kind, steps) in COSTS.items()}
+    if done.steps:
+        begun, ended = (np.abs(np.degrees(errors)) for errors in measures.estimate_errors(done))
+        found["friction"] = float(rows["friction"].max())
+        found["least_force"] = float(rows["normal_force"].min()) / done.robot.weight
+        found["begun"], found["ended"] = float(begun.max()), float(ended.max())
+        found["rms"] = math.sqrt(float(np.mean(ended**2)))
+        found["jump"] = float(np.abs(begun - ended).max())
+    return found
 
 
 def cost_after(done: Walk, kind: str, steps: int | None = None) -> float:
@@ -192,8 +189,7 @@ class Walks:
         """Whether a cell has ended without an error, and row and record can be read."""
         with suppress(RecordError):
             row = self._store.row(cell.key)
-            if row is not None and row["outcome"] != FAILED:
-                return not cell.record or self.record(cell) is not None
+            return bool(row and row["outcome"] != FAILED and (not cell.record or self.record(cell)))
         return False
 
 

@@ -17,7 +17,9 @@ from mjbiped.terrain.terrain import Terrain
 IMITATED_SLOPE = math.radians(2.0)
 """Slope of the imitated gait in every simulation of section V, rad."""
 
-GROUNDS = ("level", "stair 1", "stair 2", "slope 1", "slope 2")
+STAIRS, SLOPES = ("stair 1", "stair 2"), ("slope 1", "slope 2")
+UNEVEN = (*STAIRS, *SLOPES)
+GROUNDS = ("level", *UNEVEN)
 
 TREAD = 1.8
 """Depth of the treads of stair 1 and 2, m."""
@@ -35,6 +37,9 @@ TABLE_2: Mapping[str, Mapping[str, float | None]] = {
     "adaptive": {"level": 0.0350, "stair 1": 0.0357, "stair 2": 0.0831, "slope 1": 0.0336, "slope 2": 0.0335},
 }
 """c_mt by method and ground; None where the paper has an X (instability)."""
+
+ENERGY_BASED = tuple(method for method in TABLE_2 if method != "adaptive")
+"""The methods that Table II compares the adaptive controller with."""
 
 DIGITS = 4
 """Decimals of c_mt in the paper's tables."""
@@ -76,7 +81,7 @@ FIRST_RISERS = (0.9, 1.8)
 FIRST_CHANGES = (1.5, 0.9)
 """Lengths of the first slope segment, m: as long as the others, and as on the stairs."""
 
-STAIR_PATTERNS: dict[str, Sequence[int]] = {
+STAIR_PATTERNS: dict[str, Sequence[float]] = {
     "descending": [-1] * COUNT,
     "ascending": [1] * COUNT,
     "alternating, down first": [-1, 1] * (COUNT // 2),
@@ -96,12 +101,18 @@ SLOPE_PATTERNS: dict[str, Sequence[float]] = {
 }
 """Slopes of the segments in units of the change Δ, downhill positive."""
 
-AS_PRINTED = {
-    "stair 1": "ascending",
-    "stair 2": "ascending",
-    "slope 1": "accumulating downhill",
-    "slope 2": "accumulating uphill",
-}
+
+def changes_of(ground: str) -> tuple[Sequence[float], Mapping[str, Sequence[float]]]:
+    """Return the positions of the first change, and the patterns, in which an uneven ground is read."""
+    return (FIRST_RISERS, STAIR_PATTERNS) if ground in STAIRS else (FIRST_CHANGES, SLOPE_PATTERNS)
+
+
+PRINTED: Sequence[Place] = (
+    ("stair 1", "ascending", FIRST_RISERS[0]),
+    ("stair 2", "ascending", FIRST_RISERS[0]),
+    ("slope 1", "accumulating downhill", FIRST_CHANGES[0]),
+    ("slope 2", "accumulating uphill", FIRST_CHANGES[0]),
+)
 """Readings by the signs of the paper's Fig. 4: steps up positive, slopes downhill positive, each change added."""
 
 
@@ -135,19 +146,19 @@ def readings(ground: str) -> list[Reading]:
     """
     if ground == "level":
         return [Reading(ground, "", 0.0, Terrain.level())]
-    stairs, change = ground.startswith("stair"), abs(CHANGES[ground])
-    found = []
-    for first in FIRST_RISERS if stairs else FIRST_CHANGES:
-        if stairs:
-            for pattern, signs in STAIR_PATTERNS.items():
-                rows = [(first, 0.0, 0.0), *((TREAD, 0.0, sign * change) for sign in signs)]
-                found.append(Reading(ground, pattern, first, Terrain.from_segments(rows, name=ground)))
-        else:
-            for pattern, factors in SLOPE_PATTERNS.items():
-                lengths = [first, *[SLOPE_LENGTH] * (len(factors) - 1)]
-                rows = [(length, factor * change, 0.0) for length, factor in zip(lengths, factors, strict=True)]
-                found.append(Reading(ground, pattern, first, Terrain.from_segments(rows, name=ground)))
-    return found
+    change = abs(CHANGES[ground])
+
+    def segments(first: float, factors: Sequence[float]) -> Segments:
+        if ground in STAIRS:
+            return [(first, 0.0, 0.0), *((TREAD, 0.0, factor * change) for factor in factors)]
+        return [(SLOPE_LENGTH if k else first, factor * change, 0.0) for k, factor in enumerate(factors)]
+
+    firsts, patterns = changes_of(ground)
+    return [
+        Reading(ground, pattern, first, Terrain.from_segments(segments(first, factors), name=ground))
+        for first in firsts
+        for pattern, factors in patterns.items()
+    ]
 
 
 def reading_at(place: Place) -> Reading:
@@ -165,7 +176,7 @@ def found_terrain() -> Terrain:
 
 
 def found_segments() -> Segments:
-    """Segments of that ground."""
+    """Return the segments of the ground that `found_terrain` reads."""
     segments: Segments = dict(found_terrain().parameters)["segments"]
     return segments
 

@@ -23,14 +23,7 @@ SLOPE_SOURCES = ("two_point", "local", "none")
 METHODS = ("adaptive", "PBC", "ECC", "KETC", "LCTC")
 """The paper's names of the controllers; LCTC, limit cycle tracking [20], is not in its Table II."""
 
-_NAMES: Mapping[str, str] = {
-    "PBC": "passivity",
-    "ECC": "energy-constraint",
-    "KETC": "kinetic-energy",
-    "LCTC": "limit-cycle",
-}
-
-
+_NAMES = ("adaptive", "passivity", "energy-constraint", "kinetic-energy", "limit-cycle")  # of `METHODS`
 _GAINS = ("ratio", "gain", "hip_weight", "rate_gain", "position_gain")
 
 
@@ -57,33 +50,44 @@ class Variant:
         model = robot or Compass()
         if self.method == "adaptive":
             return _law("adaptive", model, replanning_delay=self.delay)
-        law: Any = _law(_NAMES[self.method], model, slope_source=self.slope_source, **dict(self.gains))
+        law: Any = _law(_NAMES[METHODS.index(self.method)], model, slope_source=self.slope_source, **dict(self.gains))
         start = terrain.slope_at(0.0) + math.radians(self.start_error)
         controller: Controller = replace(law, initial_slope=start)
         return controller
 
 
-_SETTLED = (
-    Variant("PBC", slope_source="two_point", gains=(("gain", 5.0),)),
-    Variant("ECC", slope_source="local", gains=(("ratio", -2.3), ("gain", 5.0))),
-    Variant("KETC", slope_source="local", gains=(("gain", 6.0), ("hip_weight", 1.0))),
-    Variant("LCTC", slope_source="local", gains=(("rate_gain", 10.0), ("position_gain", 25.0))),
+def _variants(*settings: tuple[str, str, dict[str, float]]) -> Mapping[str, Variant]:
+    """Make variants of method, slope source and gains each, by method."""
+    return {m: Variant(m, slope_source=source, gains=tuple(gains.items())) for m, source, gains in settings}
+
+
+SETTLED = _variants(
+    ("PBC", "two_point", {"gain": 5.0}),
+    ("ECC", "local", {"ratio": -2.3, "gain": 5.0}),
+    ("KETC", "local", {"gain": 6.0, "hip_weight": 1.0}),
+    ("LCTC", "local", {"rate_gain": 10.0, "position_gain": 25.0}),
 )
-SETTLED: Mapping[str, Variant] = {variant.method: variant for variant in _SETTLED}
 """Gains with which steps on level ground converge, found as docs/comparison.md says and without a look at Table II, and
 the slope source with which they were found; LCTC's gains are those of its source."""
 
 BLIND_SOURCE = "two_point"
 """The only slope source that the paper names for an energy-based method, in its introduction for PBC."""
 
-_BLIND = (
-    Variant("PBC", slope_source=BLIND_SOURCE, gains=(("gain", 5.0),)),
-    Variant("ECC", slope_source=BLIND_SOURCE, gains=(("ratio", -2.3), ("gain", 5.0))),
-    Variant("KETC", slope_source=BLIND_SOURCE, gains=(("gain", 4.0), ("hip_weight", 1.0))),
+BLIND = _variants(
+    ("PBC", BLIND_SOURCE, {"gain": 5.0}),
+    ("ECC", BLIND_SOURCE, {"ratio": -2.3, "gain": 5.0}),
+    ("KETC", BLIND_SOURCE, {"gain": 4.0, "hip_weight": 1.0}),
 )
-BLIND: Mapping[str, Variant] = {variant.method: variant for variant in _BLIND}
 """Settings of the energy-based methods without a look at Table II: `BLIND_SOURCE` for all of them, and the gains that
 the rule of docs/comparison.md finds with it."""
+
+
+FITTED = _variants(
+    ("PBC", "none", {"gain": 25.0}),
+    ("ECC", "none", {"ratio": -3.0, "gain": 80.0}),
+    ("KETC", "none", {"gain": 40.0, "hip_weight": 0.0}),
+)
+"""Settings of the energy-based methods nearest to Table II, of all that `scripts/paper/fits.py` tries."""
 
 
 def settled(method: str, source: str) -> Variant:

@@ -43,7 +43,7 @@ OTHER_GRAVITY = 9.8  # m/s²
 
 
 def table_2(grounds: Iterable[str] = GROUNDS, methods: Iterable[str] = METHODS) -> list[Entry]:
-    """List every reading of every ground by every variant of every method, in the hybrid engine."""
+    """List the walks of every variant of every method on every reading of every ground, in the hybrid engine."""
     chosen = [variant for method in methods for variant in variants(method)]
     return [
         _walked("table 2", "hybrid", reading, variant, max(LENGTHS))
@@ -54,7 +54,7 @@ def table_2(grounds: Iterable[str] = GROUNDS, methods: Iterable[str] = METHODS) 
 
 
 def table_2_in_mujoco(places: Iterable[Place], chosen: Iterable[Variant], steps: int) -> list[Entry]:
-    """List some readings, given by ground, pattern and first change, in MuJoCo."""
+    """List the walks of some variants on some readings, given by ground, pattern and first change, in MuJoCo."""
     chosen = list(chosen)
     return [
         _walked("table 2", "mujoco", reading, variant, steps) for reading in _readings(places) for variant in chosen
@@ -62,7 +62,7 @@ def table_2_in_mujoco(places: Iterable[Place], chosen: Iterable[Variant], steps:
 
 
 def compared(part: str, choice: Choice, chosen: Iterable[Variant], engine: str, steps: int) -> list[Entry]:
-    """List settings of the comparison methods on the grounds of the chosen reading.
+    """List the walks of the comparison methods on the grounds of the chosen reading.
 
     Args:
         part: "fitted" for those nearest to Table II, "blind" for `mjbiped.reproduction.methods.BLIND`, "misjudged" for
@@ -77,19 +77,19 @@ def compared(part: str, choice: Choice, chosen: Iterable[Variant], engine: str, 
 
 
 def misjudged(choice: Choice, chosen: Iterable[Variant]) -> list[Entry]:
-    """List settings that are given a start slope wrong by `START_ERROR` either way, in the hybrid engine."""
+    """List the walks with a start slope wrong by `START_ERROR` either way, in the hybrid engine."""
     wrong = [replace(variant, start_error=sign * START_ERROR) for variant in chosen for sign in (1.0, -1.0)]
     return compared("misjudged", choice, wrong, "hybrid", max(LENGTHS))
 
 
 def gravity(places: Iterable[Place], delay: float | None) -> list[Entry]:
-    """List some readings by the adaptive controller with g = 9.8 m/s²."""
+    """List the adaptive controller's walks on some readings with g = 9.8 m/s²."""
     mine, robot = Variant("adaptive", delay), Compass(gravity=OTHER_GRAVITY)
     return [_walked("gravity", "hybrid", reading, mine, max(LENGTHS), robot) for reading in _readings(places)]
 
 
 def table_3(engine: str) -> list[Entry]:
-    """List every zeta of Table III on our mixed ground and on the one found; those of Fig. 6 keep records."""
+    """List the walks of Table III on our mixed ground and on the one found; those of Fig. 6 keep records."""
     mixed = ("mixed", Terrain.mixed(), MIXED_STEPS, None)
     found = ("found", found_terrain(), None, end_of(found_segments()))
     entries = []
@@ -101,13 +101,13 @@ def table_3(engine: str) -> list[Entry]:
 
 
 def start() -> list[Entry]:
-    """List the first step of Table III alone: from rest on level ground, in the hybrid engine."""
+    """List the first step alone of Table III's walks: from rest on level ground, in the hybrid engine."""
     cells = [Cell("hybrid", adaptive(delay), Terrain.level(), "rest", 1) for delay in TABLE_3]
     return [Entry("start", "level", "adaptive", cell) for cell in cells]
 
 
 def figure_5(engine: str, gains: Iterable[float] = ADAPTATION_GAINS) -> list[Entry]:
-    """List the mixed ground with and without the estimate update, from estimates that are wrong either way.
+    """List the walks of Fig. 5: with and without the estimate update, from estimates that are wrong either way.
 
     From a right one the adaptive law (17) would have nothing to do, for the update (27) keeps it right.
     """

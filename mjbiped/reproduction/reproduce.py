@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import json
+from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -11,29 +12,33 @@ from string import Template
 from mjbiped.plotting.style import make_small
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records.record import Walk
-from mjbiped.reproduction import placebo, plan
+from mjbiped.reproduction import plan
 from mjbiped.reproduction.cell import LENGTHS, Cell, Walks, opened_walks
-from mjbiped.reproduction.grounds import AS_PRINTED, FIRST_CHANGES, FIRST_RISERS
-from mjbiped.reproduction.methods import BLIND, METHODS, SETTLED, Variant, settled
-from mjbiped.reproduction.placebo import RandomGround
+from mjbiped.reproduction.grounds import PRINTED
+from mjbiped.reproduction.methods import BLIND, FITTED, METHODS, SETTLED, Variant, settled
 from mjbiped.reproduction.report import checks
 from mjbiped.reproduction.report import fit as report_fit
 from mjbiped.reproduction.report import table_2 as report_table_2
 from mjbiped.reproduction.report import table_3 as report_table_3
 from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
-from mjbiped.reproduction.report.markdown import table
-from mjbiped.reproduction.rows import Entry, Row, write_rows
-from mjbiped.reproduction.table_2 import Choice, Tried, agreements, choices, fitted, scan, write_tried
+from mjbiped.reproduction.report.markdown import ENGINES
+from mjbiped.reproduction.rows import Entry, Row, select, write_rows
+from mjbiped.reproduction.table_2 import Choice, agreements, choices
 from mjbiped.reproduction.traces import traced
 from mjbiped.sweeps.cell import FAILED
 from mjbiped.sweeps.store import make_folder
 from mjbiped.utils.files import saved
+from mjbiped.utils.markdown import markdown_table
 
 PAGE = "reproduction.md"
 TABLES = "tables/reproduction.md"
 TABLE = "reproduction.csv"
-TRIED = "reproduction_gains.csv"
-GROUNDS = "reproduction_grounds.csv"
+GAINS_TABLE, GROUNDS_TABLE = SEARCHED = ("reproduction_gains.csv", "reproduction_grounds.csv")
+"""Stored results of the searches that the page links to; `scripts/paper/fits.py` has made them."""
+
+FITS = "fits.json"
+"""Texts of the page about these searches."""
+
 PICTURES = "images"
 PRINTS = "figures"
 MUJOCO_STEPS = 60
@@ -75,24 +80,20 @@ def reproduce(
         entries = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
         rows = walked(entries, walks)
         best = choices(rows)[0]
-        tried = scan(best, walks)
-        nearest = [each.variant for each in fitted(tried).values()]
         more = [
             *plan.gravity(best.places, best.delay),
             *plan.compared("blind", best, BLIND.values(), "hybrid", max(LENGTHS)),
-            *plan.compared("fitted", best, nearest, "hybrid", max(LENGTHS)),
-            *plan.misjudged(best, nearest),
-            *in_mujoco(best, agreements(rows, best)[0].source, nearest, quick),
+            *plan.compared("fitted", best, FITTED.values(), "hybrid", max(LENGTHS)),
+            *plan.misjudged(best, FITTED.values()),
+            *in_mujoco(best, agreements(rows, best)[0].source, quick),
         ]
         rows += walked(more, walks)
-        grounds = placebo.walked(placebo.drawn(), walks)
-        written = [
-            _write(report / TABLE, write_rows(rows)),
-            _write(report / TRIED, write_tried(tried)),
-            _write(report / GROUNDS, placebo.write_grounds(grounds)),
-            *(_write(report / name, text) for name, text in render(rows, tried, grounds).items()),
-        ]
-        return rows, [*written, *draw([*entries, *more], rows, walks, report / PICTURES, folder / PRINTS)]
+        texts = {TABLE: write_rows(rows), **{name: _stored(f"fits/{name}") for name in SEARCHED}, **render(rows)}
+        for name, text in texts.items():
+            with saved(report / name) as unfinished:
+                unfinished.write_text(text, encoding="utf-8")
+        drawn = draw([*entries, *more], rows, walks, report / PICTURES, folder / PRINTS)
+        return rows, [*(report / name for name in texts), *drawn]
 
 
 def walked(entries: Sequence[Entry], walks: Walks) -> list[Row]:
@@ -106,34 +107,27 @@ def walked(entries: Sequence[Entry], walks: Walks) -> list[Row]:
     return rows
 
 
-def in_mujoco(best: Choice, source: str, nearest: Sequence[Variant], quick: bool) -> list[Entry]:
+def in_mujoco(best: Choice, source: str, quick: bool) -> list[Entry]:
     """List the walks that MuJoCo repeats.
 
     Args:
         best: The reading of Table II's grounds that fits.
         source: Slope source for the energy-based methods with gains that settle.
-        nearest: These methods with the gains and sources nearest to Table II.
         quick: Whether only a few short ones.
     """
-    mine = Variant("adaptive", best.delay)
+    chosen = [Variant("adaptive", delay) for delay in dict.fromkeys((best.delay, *plan.DRAWN_DELAYS[1:]))]
     if quick:
-        return plan.table_2_in_mujoco(best.places, [mine], QUICK_STEPS)
-    delays = dict.fromkeys((mine.delay, *plan.DRAWN_DELAYS[1:]))
-    chosen = [Variant("adaptive", delay) for delay in delays]
+        return plan.table_2_in_mujoco(best.places, chosen[:1], QUICK_STEPS)
     chosen += [
         settled(method, named)
         for method in METHODS[1:]
         for named in dict.fromkeys((source, SETTLED[method].slope_source))
     ]
-    printed = [
-        (ground, pattern, (FIRST_RISERS if ground.startswith("stair") else FIRST_CHANGES)[0])
-        for ground, pattern in AS_PRINTED.items()
-    ]
     steps = max(MUJOCO_STEPS, best.length)
     return [
-        *plan.table_2_in_mujoco([*best.places, *printed], chosen, steps),
+        *plan.table_2_in_mujoco([*best.places, *PRINTED], chosen, steps),
         *plan.compared("blind", best, BLIND.values(), "mujoco", steps),
-        *plan.compared("fitted", best, nearest, "mujoco", steps),
+        *plan.compared("fitted", best, FITTED.values(), "mujoco", steps),
         *plan.table_3("mujoco"),
         *plan.figure_5("mujoco"),
     ]
@@ -153,17 +147,15 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], kept: Walks, pages: Path
         The files.
     """
     drawings: dict[str, Callable[[Path], object]] = {"table_3": partial(plot_table_3, rows)}
-    shown = engine_shown(rows)
-    for engine in ("hybrid", "mujoco"):
-        pairs = ((row, entry.cell) for row, entry in zip(rows, entries, strict=True))
-        mine = [(row, cell) for row, cell in pairs if cell.record and cell.engine == engine]
-        for name, make in _of_records(mine, kept).items():
-            drawings[f"{name}_{engine}"] = make
+    for engine in ENGINES:
+        pairs = zip(rows, entries, strict=True)
+        mine = [(row, entry.cell) for row, entry in pairs if entry.cell.record and row.engine == engine]
+        drawings |= {f"{name}_{engine}": make for name, make in _of_records(mine, kept).items()}
     written = []
     for name, make in drawings.items():
         written.append(prints / f"reproduction_{name}.pdf")
         make(written[-1])
-        if name.endswith(shown) or name == "table_3":
+        if name.endswith((engine_shown(rows), "table_3")):
             written.append(pages / f"reproduction_{name}.png")
             make(written[-1])
             make_small(written[-1])
@@ -186,45 +178,43 @@ def _of_records(recorded: Sequence[tuple[Row, Cell]], kept: Walks) -> dict[str, 
     return drawings
 
 
-def _write(path: Path, text: str) -> Path:
-    with saved(path) as unfinished:
-        unfinished.write_text(text, encoding="utf-8")
-    return path
+def _stored(file: str) -> str:
+    """Read a text that is part of this package."""
+    return (resources.files("mjbiped.reproduction") / file).read_text(encoding="utf-8")
 
 
-def render(rows: Sequence[Row], tried: Sequence[Tried], grounds: Sequence[RandomGround]) -> dict[str, str]:
-    """Write the page and its tables, by file name; every number comes from the arguments.
+def stored_fits() -> dict[str, str]:
+    """Read the texts about the fits to the paper's tables, by their places in the templates."""
+    found: dict[str, str] = json.loads(_stored(f"fits/{FITS}"))
+    return found
+
+
+def render(rows: Sequence[Row]) -> dict[str, str]:
+    """Write the page and its tables, by file name, from the rows of a reproduction and the stored results of the fits.
 
     Args:
         rows: Rows of a whole reproduction; walks in MuJoCo may be missing.
-        tried: Gains and slope sources of the comparison methods, on the reading that the rows choose.
-        grounds: Random grounds with their own Tables III.
     """
     best = choices(rows)[0]
-    failed = [[row.ground, row.method, row.engine, row.error] for row in rows if row.outcome == "failed"]
-    mujoco_steps = [row.steps for row in rows if (row.part, row.engine) == ("table 2", "mujoco")]
+    failed = [[row.ground, row.method, row.engine, row.error] for row in select(rows, outcome=FAILED)]
+    in_mujoco, engine = select(rows, engine="mujoco"), engine_shown(rows)
     parts = {
         **report_table_2.sections(rows),
-        **report_fit.sections(rows, best, tried),
+        **report_fit.sections(rows, best),
         **report_table_3.sections(rows),
-        **report_fit.worth_sections(rows, best, tried, grounds),
+        **stored_fits(),
         **checks.sections(checks.checks(rows, best)),
-        "engine": engine_shown(rows),
+        "engine": engine,
+        "engine_name": {"mujoco": "MuJoCo", "hybrid": "hybrid engine"}[engine],
         "walks": str(len(rows)),
-        "in_mujoco": str(sum(row.engine == "mujoco" for row in rows)),
-        "mujoco_steps": str(max(mujoco_steps, default=0)),
-        "engine_name": {"mujoco": "MuJoCo", "hybrid": "hybrid engine"}[engine_shown(rows)],
-        "failed": table(("ground", "method", "engine", "error"), failed) if failed else "None.",
+        "in_mujoco": str(len(in_mujoco)),
+        "mujoco_steps": str(max((row.steps for row in select(in_mujoco, part="table 2")), default=0)),
+        "failed": markdown_table(("ground", "method", "engine", "error"), failed, 1) if failed else "None.",
     }
-    return {PAGE: _filled("template_page.md", parts), TABLES: _filled("template_tables.md", parts)}
-
-
-def _filled(template: str, parts: Mapping[str, str]) -> str:
-    """Fill the places of a template of this package."""
-    text = (resources.files("mjbiped.reproduction") / template).read_text(encoding="utf-8")
-    return Template(text).substitute(parts)
+    templates = {PAGE: "template_page.md", TABLES: "template_tables.md"}
+    return {name: Template(_stored(file)).substitute(parts) for name, file in templates.items()}
 
 
 def engine_shown(rows: Sequence[Row]) -> str:
     """Name of the engine whose figures the page shows: MuJoCo where it has any."""
-    return "mujoco" if any(row.part == "table 3" and row.engine == "mujoco" for row in rows) else "hybrid"
+    return "mujoco" if select(rows, part="table 3", engine="mujoco") else "hybrid"

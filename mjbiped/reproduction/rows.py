@@ -129,12 +129,8 @@ class Entry:
         start = law.get("initial_slope_estimate", law.get("initial_slope", math.nan))
         columns = {
             **measured,
-            "part": self.part,
-            "ground": self.ground,
-            "pattern": self.pattern,
-            "first": self.first,
+            **{name: getattr(self, name) for name in ("part", "ground", "pattern", "first", "method")},
             "engine": self.cell.engine,
-            "method": self.method,
             "delay": law.get("replanning_delay"),
             "slope_source": law.get("slope_source"),
             "gains": gains_told(law),
@@ -145,6 +141,11 @@ class Entry:
             **{_trace(name): value for name, value in (traces or Traces())._asdict().items()},
         }
         return _row({name: rounded(value) if isinstance(value, float) else value for name, value in columns.items()})
+
+
+def select(rows: Iterable[Row], **wanted: object) -> list[Row]:
+    """Select the rows whose attributes have the values wanted."""
+    return [row for row in rows if all(getattr(row, name) == value for name, value in wanted.items())]
 
 
 def write_rows(rows: Iterable[Row]) -> str:

@@ -1,19 +1,25 @@
-"""Fits to Table II: the reading of its grounds, and the gains of the comparison methods, nearest to its numbers."""
+"""The reading of Table II's grounds nearest to its numbers, and the agreement of walks with the table."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from mjbiped.records.measures import WORK_KINDS
-from mjbiped.reproduction.cell import LENGTHS, Cell, Walks
-from mjbiped.reproduction.grounds import GROUNDS, TABLE_2, Place, meets, reading_at
-from mjbiped.reproduction.methods import SLOPE_SOURCES, Variant
-from mjbiped.reproduction.rows import Row, as_csv, rounded
-
-UNEVEN = ("stair 1", "stair 2", "slope 1", "slope 2")
+from mjbiped.reproduction.cell import LENGTHS
+from mjbiped.reproduction.grounds import (
+    ENERGY_BASED,
+    SLOPES,
+    STAIRS,
+    TABLE_2,
+    UNEVEN,
+    Place,
+    meets,
+)
+from mjbiped.reproduction.methods import SLOPE_SOURCES
+from mjbiped.reproduction.rows import Row, select
 
 
 @dataclass(frozen=True)
@@ -42,8 +48,8 @@ class Choice:
     @property
     def places(self) -> list[Place]:
         """Ground, pattern and first change of every ground in Table II."""
-        uneven = [(ground, *(self.stairs if ground.startswith("stair") else self.slopes)) for ground in UNEVEN]
-        return [("level", "", 0.0), *uneven]
+        stairs, slopes = (self.stairs, STAIRS), (self.slopes, SLOPES)
+        return [("level", "", 0.0), *((ground, *change) for change, pair in (stairs, slopes) for ground in pair)]
 
     def reads(self, entry: Row) -> bool:
         """Whether a walk is on one of the grounds of this reading."""
@@ -54,12 +60,11 @@ def choices(rows: Iterable[Row]) -> list[Choice]:
     """List all readings by the adaptive controller's walks in the hybrid engine, the nearest to the paper first."""
     known, found = logs(rows), []
     for delay, kind, length in dict.fromkeys(key[:3] for key in known):
-        sides = []
-        for pair in (UNEVEN[:2], UNEVEN[2:]):
-            places = dict.fromkeys(key[4:] for key in known if key[3] == pair[0])
-            sides.append([(place, [known[(delay, kind, length, g, *place)] for g in pair]) for place in places])
-        for (stairs, first), (slopes, second) in itertools.product(*sides):
-            found.append(Choice(delay, kind, length, stairs, slopes, _root_mean_square(first + second)))
+        sides = ([key[4:] for key in known if key[:4] == (delay, kind, length, pair[0])] for pair in (STAIRS, SLOPES))
+        for stairs, slopes in itertools.product(*sides):
+            places = [*((ground, *stairs) for ground in STAIRS), *((ground, *slopes) for ground in SLOPES)]
+            values = [known[(delay, kind, length, *place)] for place in places]
+            found.append(Choice(delay, kind, length, stairs, slopes, root_mean_square(values)))
     return sorted(found, key=lambda choice: choice.distance)
 
 
@@ -104,7 +109,7 @@ def agreement(costs: Iterable[tuple[str, str, float]], source: str = "") -> Agre
             met.append(meets(ours, paper))
             if ours > 0.0:
                 logs.append(_log(ours, paper))
-    distance = _root_mean_square(logs) if logs else math.nan
+    distance = root_mean_square(logs) if logs else math.nan
     return Agreement(sum(agreeing), len(agreeing), sum(met), len(met), distance, source)
 
 
@@ -119,15 +124,8 @@ def walks_read(rows: Iterable[Row], choice: Choice, part: str, engine: str, sour
         engine: "hybrid" or "mujoco".
         source: Slope source; any unless given.
     """
-    return [
-        row
-        for row in rows
-        if (row.part, row.engine) == (part, engine)
-        and row.method in TABLE_2
-        and row.method != "adaptive"
-        and source in (None, row.slope_source)
-        and choice.reads(row)
-    ]
+    wanted = {"part": part, "engine": engine, **({} if source is None else {"slope_source": source})}
+    return [row for row in select(rows, **wanted) if row.method in ENERGY_BASED and choice.reads(row)]
 
 
 def agreement_of(walks: Iterable[Row], choice: Choice, source: str = "") -> Agreement:
@@ -147,12 +145,11 @@ def side_distances(
     rows: Iterable[Row], pair: Sequence[str]
 ) -> Iterator[tuple[float, float | None, str, int, str, float]]:
     """List readings of the stairs or of the slopes alone: distance, zeta, kind, steps, pattern, first change."""
-    by_key: dict[tuple[float | None, str, int, str, float], list[float]] = {}
-    for (delay, kind, length, ground, pattern, first), value in logs(rows).items():
-        if ground in pair:
-            by_key.setdefault((delay, kind, length, pattern, first), []).append(value)
-    for key, values in by_key.items():
-        yield _root_mean_square(values), *key
+    known = logs(rows)
+    for delay, kind, length, ground, pattern, first in known:
+        if ground == pair[0]:
+            values = [known[delay, kind, length, each, pattern, first] for each in pair]
+            yield root_mean_square(values), delay, kind, length, pattern, first
 
 
 def logs(rows: Iterable[Row]) -> dict[tuple[float | None, str, int, str, str, float], float]:
@@ -162,113 +159,17 @@ def logs(rows: Iterable[Row]) -> dict[tuple[float | None, str, int, str, str, fl
     """
     return {
         (row.delay, kind, length, *row.place_read): _log(row.cost[kind, length], TABLE_2["adaptive"][row.ground])
-        for row in rows
-        if (row.part, row.engine, row.method) == ("table 2", "hybrid", "adaptive") and row.ground in UNEVEN
+        for row in select(rows, part="table 2", engine="hybrid", method="adaptive")
+        if row.ground in UNEVEN
         for kind, length in itertools.product(WORK_KINDS, LENGTHS)
     }
 
 
-def _root_mean_square(values: Sequence[float]) -> float:
+def root_mean_square(values: Sequence[float]) -> float:
+    """Compute the root mean square of some values."""
     return math.sqrt(sum(value**2 for value in values) / len(values))
 
 
 def _log(ours: float, paper: float | None) -> float:
     """ln(ours / paper's); infinite where ours does not exist or is not positive."""
     return math.log(ours / paper) if paper is not None and ours > 0.0 else math.inf
-
-
-GAINS = (
-    0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 50.0,
-    60.0, 80.0, 100.0, 150.0, 200.0, 300.0,
-)  # fmt: skip
-"""Values of k of PBC in s, and of zeta of ECC and lambda of KETC in 1/s."""
-
-RATIOS = (
-    -3.5, -3.25, -3.0, -2.75, -2.5, -2.4, -2.3, -2.25, -2.2, -2.15, -2.1, -2.05, -2.0, -1.95, -1.9, -1.8, -1.75, -1.7,
-    -1.6, -1.5, -1.4, -1.25, -1.0,
-)  # fmt: skip
-"""Values of mu of ECC; docs/comparison.md says why positive ones are useless."""
-
-HIP_WEIGHTS = (0.0, 1.0)
-"""Values of w of KETC: the ankle alone, or both legs alike."""
-
-
-@dataclass(frozen=True)
-class Tried:
-    """A setting of a comparison method, and its walks on the grounds of Table II in the hybrid engine.
-
-    Attributes:
-        variant: Method, gains and slope source.
-        cost: c_mt by ground, of six digits; NaN where the robot did not come to the end.
-        ended: The step in which it ended, by ground, where it did not come to it.
-    """
-
-    variant: Variant
-    cost: Mapping[str, float]
-    ended: Mapping[str, int]
-
-    @property
-    def agreement(self) -> Agreement:
-        """Agreement with the paper's row."""
-        return agreement((self.variant.method, ground, cost) for ground, cost in self.cost.items())
-
-
-def settings() -> list[Variant]:
-    """List all settings that are tried: every gain with every slope source."""
-    gains: list[tuple[str, tuple[tuple[str, float], ...]]] = [("PBC", (("gain", gain),)) for gain in GAINS]
-    gains += [("ECC", (("ratio", ratio), ("gain", gain))) for ratio in RATIOS for gain in GAINS]
-    gains += [("KETC", (("gain", gain), ("hip_weight", weight))) for weight in HIP_WEIGHTS for gain in GAINS]
-    return [Variant(method, slope_source=source, gains=each) for method, each in gains for source in SLOPE_SOURCES]
-
-
-def scan(choice: Choice, kept: Walks, tried: Sequence[Variant] | None = None) -> list[Tried]:
-    """Walk the five grounds of a reading with every setting in the hybrid engine, as many steps as the reading's.
-
-    Args:
-        choice: The reading.
-        kept: Where finished walks are.
-        tried: The settings; `settings()` unless given.
-    """
-    chosen = settings() if tried is None else list(tried)
-    grounds = {place[0]: reading_at(place).terrain for place in choice.places}
-    cells = {
-        (variant, name): Cell("hybrid", variant.controller(ground), ground, steps=choice.length)
-        for name, ground in grounds.items()
-        for variant in chosen
-    }
-    results = kept.results(cells.values())
-    found = []
-    for variant in chosen:
-        walks = {name: results[cells[variant, name].key] for name in grounds}
-        finished = {name for name, walk in walks.items() if walk["outcome"] == "finished"}
-        cost = {
-            name: rounded(walk[f"{choice.kind}_end"]) if name in finished else math.nan for name, walk in walks.items()
-        }
-        ended = {name: (walk["steps"] or 0) + 1 for name, walk in walks.items() if name not in finished}
-        found.append(Tried(variant, cost, ended))
-    return found
-
-
-def ranked(tried: Iterable[Tried]) -> list[Tried]:
-    """Sort settings: first by how many X stand where the paper's do, then by distance from its numbers."""
-    return sorted(tried, key=lambda each: each.agreement.rank)
-
-
-def fitted(tried: Sequence[Tried]) -> dict[str, Tried]:
-    """Choose the best setting of each method, one for all grounds."""
-    methods = dict.fromkeys(each.variant.method for each in tried)
-    return {method: ranked(each for each in tried if each.variant.method == method)[0] for method in methods}
-
-
-_NAMES = ("ratio", "gain", "hip_weight")
-_HEADINGS = ("method", "slope_source", *_NAMES, *GROUNDS)
-
-
-def write_tried(tried: Iterable[Tried]) -> str:
-    """Write settings as CSV: c_mt by ground, or X and the step in which the walk ended."""
-    lines = []
-    for each in tried:
-        gains = dict(each.variant.gains)
-        cells = [f"X {each.ended[name]}" if name in each.ended else repr(each.cost[name]) for name in GROUNDS]
-        lines.append([each.variant.method, each.variant.slope_source, *(gains.get(n, "") for n in _NAMES), *cells])
-    return as_csv(_HEADINGS, lines)

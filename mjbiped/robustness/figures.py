@@ -100,7 +100,7 @@ def plot_limits(robustness: Robustness, engine: str, path: Path | None = None) -
 
 
 def _costs(findings: list[Findings]) -> tuple[float, float]:
-    """Ends of the axis of costs: rounding is no difference between controllers."""
+    """Choose the ends of the axis of costs so wide that rounding does not look like a difference."""
     costs = [each.level_cost for each in findings if not math.isnan(each.level_cost)] or [0.0]
     middle, half = (min(costs) + max(costs)) / 2.0, (max(costs) - min(costs)) / 2.0
     half = max(1.2 * half, _LEAST_SPAN / 2.0)

@@ -49,7 +49,7 @@ class Disturbance:
         return {} if self.asked is not None and engine == "hybrid" else self.values(magnitude, robot, place)
 
     def borne(self, row: Row) -> bool:
-        """Whether a walk in an engine without this disturbance demands no more than the magnitude."""
+        """Whether a walk in an engine without this disturbance stays within the magnitude."""
         if self.asked is None or row["engine"] != "hybrid":
             return True
         asked = row[self.asked]
@@ -85,7 +85,7 @@ def _of(field: str, **others: Scalar) -> Values:
 
 
 def _believed(sign: float, *endings: str) -> Values:
-    """Make the controller's model of its robot's legs wrong by so many percent."""
+    """Make the legs of the controller's model wrong by a number of percent."""
 
     def values(percent: float, robot: Robot, _: float) -> Told:
         factor = 1.0 + sign * percent / 100.0
@@ -150,7 +150,7 @@ class Limit:
 
     @property
     def greatest(self) -> float | None:
-        """The hardest magnitude up to which all are survived; None where the gentlest is not."""
+        """The hardest magnitude up to which all are survived; None where not even the gentlest is."""
         found = None
         for magnitude, share in zip(self.magnitudes, self.shares, strict=True):
             if share < self.wanted:

@@ -1,4 +1,4 @@
-"""Reading the file of a robustness study; docs/robustness.md describes it."""
+"""The reader of a robustness study's file; docs/robustness.md describes the file."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mjbiped.control.loading import is_reference, located
-from mjbiped.errors import InputError, shortened, shown
+from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Disturbance
 from mjbiped.robustness.walks import BASIN, Plan, Trial, walks_of
 from mjbiped.rules.scuffing import ScuffingRule
@@ -34,10 +34,10 @@ MARGIN_GROUND = "treads:deviation=0.01"
 
 
 class _Table:
-    """A table of the file that has valid keys only."""
+    """A table of the file, all of whose keys are valid."""
 
     def __init__(self, name: str, content: Mapping[str, Any], valid: Sequence[str]) -> None:
-        """Take the table of a name; an empty name stands for the whole content.
+        """Take the table with a name; an empty name stands for the whole content.
 
         Raises:
             InputError: The content has no such table, or the table has an unknown key.
@@ -81,10 +81,8 @@ def read_plan(path: Path) -> Plan:
     Raises:
         InputError: It cannot be read, or says anything that no study can have; the message names the place.
     """
-    try:
+    with prefixed(f"robustness study {shortened(str(path))}: "):
         return plan(path, parse_toml(read_text(path)))
-    except InputError as error:
-        raise InputError(f"robustness study {shortened(str(path))}: {error}") from error
 
 
 def plan(path: Path, content: Mapping[str, Any]) -> Plan:
@@ -100,7 +98,9 @@ def plan(path: Path, content: Mapping[str, Any]) -> Plan:
     given = content.get("grounds", ["treads:deviation=0.03"])
     rule = ScuffingRule(**_Table("scuffing", content, SCUFFING).values)
     controllers, laws = _controllers(content.get("controller", [{}]), content.get("robot", {}), path.parent)
-    if "scuffing" in content and all(Cell(0, None, settings).knees for settings in controllers.values()):
+    if "scuffing" in content and all(
+        Cell(0, None, settings).kind.collides_from_lift_off for settings in controllers.values()
+    ):
         raise InputError("scuffing is for straight legs: with knees the swing foot collides from lift-off on")
     wanted = Plan(
         study=Study(path, (), VARIED, False, frozenset(), dict(content), laws=laws),

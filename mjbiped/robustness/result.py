@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -103,10 +104,8 @@ class Robustness:
 
 def found(plan: Plan, rows: Sequence[Row]) -> Robustness:
     """Evaluate the rows of a plan."""
-    return Robustness(
-        plan,
-        tuple(_findings(plan, controller, engine, rows) for engine in plan.engines for controller in plan.controllers),
-    )
+    each = itertools.product(plan.engines, plan.controllers)
+    return Robustness(plan, tuple(_findings(plan, controller, engine, rows) for engine, controller in each))
 
 
 def _findings(plan: Plan, controller: str, engine: str, rows: Iterable[Row]) -> Findings:
@@ -122,8 +121,9 @@ def _findings(plan: Plan, controller: str, engine: str, rows: Iterable[Row]) -> 
             survival[ground] = Survival(tuple(row["steps"] for row in there), fell)
             settled[ground] = survival[ground].after(_transient(ground, level))
             costs[ground] = _cost(there)
-            lengths = [length for row in there if math.isfinite(length := _number(row, SOLE))]
-            soles[ground] = float(np.median(lengths)) if lengths else math.nan
+            lengths = np.array([_number(row, SOLE) for row in there])
+            lengths = lengths[np.isfinite(lengths)]
+            soles[ground] = float(np.median(lengths)) if lengths.size else math.nan
             violating[ground] = sum(_number(row, VIOLATING) for row in there) / max(sum(survival[ground].steps), 1)
     limits, limits_violating = (
         {test: _limit(plan, test, mine, on_any_ground) for test in (*plan.limits.magnitudes, *plan.margins.magnitudes)}
@@ -135,21 +135,9 @@ def _findings(plan: Plan, controller: str, engine: str, rows: Iterable[Row]) -> 
     recovered = [_survived(row, plan.limits.torque) for row in mine if row["test"] == BASIN]
     basin = sum(recovered) / len(recovered) if recovered else math.nan
     errors = tuple(dict.fromkeys(row["error"] for row in mine if row["outcome"] == FAILED))
-    area = basin * _window(plan, controller)
+    of_grounds, of_limits = (survival, settled, costs, soles), (limits, limits_violating, violating)
     return Findings(
-        controller,
-        engine,
-        level,
-        survival,
-        settled,
-        costs,
-        soles,
-        limits,
-        limits_violating,
-        violating,
-        basin,
-        area,
-        errors,
+        controller, engine, level, *of_grounds, *of_limits, basin, basin * _window(plan, controller), errors
     )
 
 
@@ -180,12 +168,10 @@ def _limit(plan: Plan, test: str, rows: Iterable[Row], on_any_ground: bool) -> L
 
 def _window(plan: Plan, controller: str) -> float:
     """Area of the first rates that were tried, rad^2/s^2; 0 where none were."""
-    cells = [cell.values for cell in plan.study.cells if cell.values["test"] == BASIN]
-    area = 1.0
-    for rate in ("initial.dq1", "initial.dq2"):
-        tried = [float(values[rate]) for values in cells if values["controller"] == controller]
-        area *= max(tried, default=0.0) - min(tried, default=0.0)
-    return area
+    cells = (cell.values for cell in plan.study.cells)
+    mine = [values for values in cells if (values["test"], values["controller"]) == (BASIN, controller)]
+    tried = [[float(values[f"initial.{rate}"]) for values in mine] for rate in ("dq1", "dq2")]
+    return float(np.prod(np.ptp(tried, axis=1))) if mine else 0.0
 
 
 def _survived(row: Row, torque: float | None, on_any_ground: bool = False) -> bool:

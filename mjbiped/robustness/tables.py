@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 from rich.table import Table
 from rich.text import Text
 
 from mjbiped.analysis.survival import Survival
-from mjbiped.errors import RecordError
 from mjbiped.records.tables import bare_table
-from mjbiped.robustness.limits import Limit
+from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Limit
 from mjbiped.robustness.result import FORGETTING, Findings, Robustness
 from mjbiped.robustness.walks import LEVEL, LEVEL_STEPS, Trial, rough_from
 from mjbiped.utils.files import saved
+from mjbiped.utils.markdown import markdown_table
 
 TABLES = "robustness.md"
 """Name of the file with the tables in a study's folder."""
@@ -30,114 +30,23 @@ Columns: TypeAlias = dict[str, Callable[[Findings], str]]
 """Functions that write a controller's cell, by the column's heading."""
 
 
-class Sheet(NamedTuple):
-    """A table's texts, for a terminal and for Markdown.
-
-    Attributes:
-        title: Subject of the table.
-        headings: Headings of the columns.
-        rows: Cells of each controller.
-        caption: What the numbers mean.
-    """
-
-    title: str
-    headings: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    caption: str
-
-
-def sheets(robustness: Robustness) -> Iterator[Sheet]:
-    """Make each engine's tables: level walking and single disturbances, soles, margins, and each random ground."""
-    plan = robustness.plan
-    for engine in plan.engines:
-        yield _level(robustness, engine)
-        if plan.limits.magnitudes:
-            yield _soles(robustness, engine)
-        if plan.margins.magnitudes:
-            yield _margins(robustness, engine)
-        for ground in plan.grounds:
-            yield _random(robustness, engine, ground)
-
-
-def _sheet(title: str, findings: Sequence[Findings], columns: Columns, caption: str) -> Sheet:
-    """Make a table with a row for each controller."""
-    rows = tuple((each.controller, *(cell(each) for cell in columns.values())) for each in findings)
-    return Sheet(title, ("controller", *columns), rows, caption)
-
-
-def _level(robustness: Robustness, engine: str) -> Sheet:
-    plan, findings = robustness.plan, robustness.of(engine)
-    columns: Columns = {
-        "c_mt, level": lambda each: _digits(each.level_cost, ".4f"),
-        "speed (m/s)": lambda each: _digits(each.level.get("speed_m_per_s"), ".3f"),
-        "sole (m)": lambda each: _digits(each.soles[LEVEL], ".2f"),
-        **_limits(findings, plan.limits),
-    }
-    if plan.basin:
-        columns["basin (rad²/s²)"] = _basin
-    title = f"Level ground{' and single disturbances' if plan.limits.magnitudes else ''}, {engine} engine"
-    return _sheet(
-        title,
-        findings,
-        columns,
-        f"{conditions(robustness)}; {VIOLATING_WORDS}; {SOLE_WORDS}; {scuffing_words(robustness)}",
-    )
-
-
-def _soles(robustness: Robustness, engine: str) -> Sheet:
-    return _sheet(
-        f"Soles at these limits (m), {engine} engine",
-        robustness.of(engine),
-        {test: partial(_sole, test=test) for test in robustness.plan.limits.magnitudes},
-        f"{SOLE_WORDS}, the greatest of all phases; {scuffing_words(robustness)}",
-    )
-
-
-def _margins(robustness: Robustness, engine: str) -> Sheet:
-    plan, findings = robustness.plan, robustness.of(engine)
-    return _sheet(
-        f"Margins on {plan.margin_ground}, {engine} engine",
-        findings,
-        _limits(findings, plan.margins),
-        f"hardest with which {plan.margins.share:.0%} of {plan.seeds} walks make {plan.margins.steps} steps; "
-        f"{VIOLATING_WORDS}; {scuffing_words(robustness)}",
-    )
-
-
-def _random(robustness: Robustness, engine: str, ground: str) -> Sheet:
-    plan, findings = robustness.plan, robustness.of(engine)
-    survival = {each.controller: _survival(each.settled.get(ground)) for each in findings}
-    return _sheet(
-        f"{ground}, {engine} engine",
-        findings,
-        {
-            "c_mt there": lambda each: _digits(each.costs.get(ground), ".4f"),
-            "sole (m)": lambda each: _digits(each.soles.get(ground), ".2f"),
-            "falls": lambda each: survival[each.controller][0],
-            "steps to a fall (95 %)": lambda each: survival[each.controller][1],
-            "λ₂": lambda each: survival[each.controller][2],
-            "misfit": lambda each: survival[each.controller][3],
-            "violating": lambda each: _share(each.violating.get(ground, math.nan)),
-            f"times that of {findings[0].controller} (95 %)": lambda each: _times(robustness, each, ground),
-        },
-        f"{plan.seeds} grounds, at most {plan.steps} steps on each; {SOLE_WORDS}, median of the walks; falls after the "
-        f"transient of {rough_from(ground):g} m and {FORGETTING} steps; λ₂: probability of the next step, misfit: of "
-        "its geometric distribution, off the Kaplan-Meier curve; violating: steps on ground that no foot has; "
-        f"{scuffing_words(robustness)}",
-    )
-
-
 def robustness_tables(robustness: Robustness) -> list[Table]:
-    """Make the tables for a terminal."""
-    tables = []
-    for sheet in sheets(robustness):
-        table = bare_table(*sheet.headings)
-        for row in sheet.rows:
-            table.add_row(*map(Text, row))
-        table.title, table.caption = sheet.title, sheet.caption
-        table.title_justify = table.caption_justify = "left"
-        tables.append(table)
+    """Make each engine's tables: level walking and single disturbances, soles, margins, and each random ground."""
+    plan, tables = robustness.plan, []
+    for engine in plan.engines:
+        tables.append(_level(robustness, engine))
+        if plan.limits.magnitudes:
+            tables.append(_soles(robustness, engine))
+        if plan.margins.magnitudes:
+            tables.append(_margins(robustness, engine))
+        tables += [_random(robustness, engine, ground) for ground in plan.grounds]
     return tables
+
+
+def texts_of(table: Table) -> tuple[list[str], list[list[str]]]:
+    """Return the headings and the rows of a table."""
+    columns = [list(map(str, column.cells)) for column in table.columns]
+    return [str(column.header) for column in table.columns], [list(row) for row in zip(*columns, strict=True)]
 
 
 def write_tables(robustness: Robustness, path: Path) -> Path:
@@ -146,23 +55,84 @@ def write_tables(robustness: Robustness, path: Path) -> Path:
     Raises:
         RecordError: The file cannot be written.
     """
-    parts = []
-    for sheet in sheets(robustness):
-        lines = [sheet.headings, ["---"] * len(sheet.headings), *sheet.rows]
-        table = "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
-        parts.append(f"**{sheet.title}**\n\n{table}\n{sheet.caption}\n")
-    with saved(path, RecordError) as unfinished:
+    parts = (
+        f"**{table.title}**\n\n{markdown_table(*texts_of(table))}\n\n{table.caption}\n"
+        for table in robustness_tables(robustness)
+    )
+    with saved(path) as unfinished:
         unfinished.write_text("\n".join(parts), encoding="utf-8")
     return path
 
 
+def _table(robustness: Robustness, engine: str, title: str, columns: Columns, *meanings: str) -> Table:
+    """Make a table with a row for each controller, and a caption that says what its numbers mean."""
+    table = bare_table("controller", *columns)
+    for each in robustness.of(engine):
+        table.add_row(*map(Text, (each.controller, *(write(each) for write in columns.values()))))
+    table.title, table.caption = f"{title}, {engine} engine", "; ".join((*meanings, scuffing_words(robustness)))
+    table.title_justify = table.caption_justify = "left"
+    return table
+
+
+def _level(robustness: Robustness, engine: str) -> Table:
+    plan = robustness.plan
+    columns: Columns = {
+        "c_mt, level": lambda each: _digits(each.level_cost, ".4f"),
+        "speed (m/s)": lambda each: _digits(each.level.get("speed_m_per_s"), ".3f"),
+        "sole (m)": lambda each: _digits(each.soles[LEVEL], ".2f"),
+        **_limits(plan.limits),
+    }
+    if plan.basin:
+        columns["basin (rad²/s²)"] = _basin
+    title = f"Level ground{' and single disturbances' if plan.limits.magnitudes else ''}"
+    return _table(robustness, engine, title, columns, conditions(robustness), VIOLATING_WORDS, SOLE_WORDS)
+
+
+def _soles(robustness: Robustness, engine: str) -> Table:
+    columns: Columns = {test: partial(_sole, test=test) for test in robustness.plan.limits.magnitudes}
+    meaning = f"{SOLE_WORDS}, the greatest of all phases"
+    return _table(robustness, engine, "Soles at these limits (m)", columns, meaning)
+
+
+def _margins(robustness: Robustness, engine: str) -> Table:
+    plan, trial = robustness.plan, robustness.plan.margins
+    meaning = f"hardest with which {trial.share:.0%} of {plan.seeds} walks make {trial.steps} steps"
+    return _table(robustness, engine, f"Margins on {plan.margin_ground}", _limits(trial), meaning, VIOLATING_WORDS)
+
+
+def _random(robustness: Robustness, engine: str, ground: str) -> Table:
+    plan, first = robustness.plan, robustness.of(engine)[0].controller
+    columns: Columns = {
+        "c_mt there": lambda each: _digits(each.costs.get(ground), ".4f"),
+        "sole (m)": lambda each: _digits(each.soles.get(ground), ".2f"),
+        "falls": lambda each: _survival(each.settled.get(ground))[0],
+        "steps to a fall (95 %)": lambda each: _survival(each.settled.get(ground))[1],
+        "λ₂": lambda each: _survival(each.settled.get(ground))[2],
+        "misfit": lambda each: _survival(each.settled.get(ground))[3],
+        "violating": lambda each: _share(each.violating.get(ground, math.nan)),
+        f"times that of {first} (95 %)": lambda each: _times(robustness, each, ground),
+    }
+    return _table(
+        robustness,
+        engine,
+        ground,
+        columns,
+        f"{plan.seeds} grounds, at most {plan.steps} steps on each",
+        f"{SOLE_WORDS}, median of the walks",
+        f"falls after the transient of {rough_from(ground):g} m and {FORGETTING} steps",
+        "λ₂: probability of the next step, misfit: of its geometric distribution, off the Kaplan-Meier curve",
+        "violating: steps on ground that no foot has",
+    )
+
+
 def scuffing_words(robustness: Robustness) -> str:
     """Describe the scuffing rule, on which results on ascending steps depend."""
-    rule, knees = robustness.plan.scuffing, {cell.knees for cell in robustness.plan.study.cells}
-    if knees == {True}:
+    rule = robustness.plan.scuffing
+    from_lift_off = {cell.kind.collides_from_lift_off for cell in robustness.plan.study.cells}
+    if from_lift_off == {True}:
         return "the swing foot collides from lift-off on"
     words = f"scuffing rule: the swing foot collides from {rule.reach:g} leg lengths ahead and {rule.delay:g} s on"
-    return f"{words}, with knees from lift-off on" if True in knees else words
+    return f"{words}, with knees from lift-off on" if True in from_lift_off else words
 
 
 def conditions(robustness: Robustness) -> str:
@@ -182,9 +152,9 @@ def _digits(value: float | None, form: str) -> str:
     return "-" if value is None or math.isnan(value) else format(value, form)
 
 
-def _limits(findings: Sequence[Findings], trial: Trial) -> Columns:
+def _limits(trial: Trial) -> Columns:
     """Make the columns of the greatest disturbances survived."""
-    units = {test: findings[0].limits[test].unit for test in trial.magnitudes}
+    units = {test: {**DISTURBANCES, **MARGINS}[test].unit for test in trial.magnitudes}
     return {f"{test} ({unit})" if unit else test: partial(_limit, test=test) for test, unit in units.items()}
 
 

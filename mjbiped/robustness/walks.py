@@ -7,12 +7,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from inspect import signature
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
 
 from mjbiped.errors import InputError, shown
 from mjbiped.gaits.gait import Periodic
 from mjbiped.limit_cycles.basin import rates_around
-from mjbiped.robustness.limits import DISTURBANCES, MARGINS
+from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Told
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.sweeps.cell import LIMIT, Cell
 from mjbiped.sweeps.plan import Study
@@ -40,7 +40,7 @@ _FALLBACK = 0.38  # step length of a controller that imitates no gait, in leg le
 
 @dataclass(frozen=True)
 class Trial:
-    """Disturbances that are tried in the same way.
+    """Disturbances that share one way of testing.
 
     Attributes:
         magnitudes: The magnitudes that are tried, by the disturbance's name.
@@ -57,7 +57,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a robustness study tries.
+    """The tests of a robustness study.
 
     Attributes:
         study: Its walks.
@@ -95,76 +95,58 @@ class Plan:
         return len(self.engines) * len(self.controllers) * each
 
 
-class _Asked(NamedTuple):
-    """A walk before it is a cell: its columns in the table, and values of the cell that are its own."""
-
-    engine: str
-    test: str
-    controller: str
-    steps: int
-    told: Mapping[str, Scalar]
-    columns: Mapping[str, Scalar]
-
-
 def walks_of(wanted: Plan) -> Iterator[Cell]:
     """Make all walks of a plan, whose study has no cells yet; the short walks come first.
 
     Raises:
         InputError: The words of a random ground are not valid.
     """
+    folder, laws, number = wanted.study.path.parent, wanted.study.laws, itertools.count()
     rule = {"scuffing.reach": wanted.scuffing.reach, "scuffing.delay": wanted.scuffing.delay}
+    plain = {  # with nothing but a controller and its robot
+        label: Cell(0, None, settings, None, laws.get(str(settings["controller.name"])))
+        for label, settings in wanted.controllers.items()
+    }
     records: dict[Scalar | None, Terrain] = {}
-    plain = {label: _plain_cell(wanted, label) for label in wanted.controllers}
-    for index, walk in enumerate(_asked(wanted, plain, records)):
-        values = {
-            "engine": walk.engine,
-            "test": walk.test,
-            "controller": walk.controller,
-            **walk.columns,
-            f"{LIMIT}.steps": walk.steps,
-            **({} if walk.test == BASIN else {"initial": "gait"}),
-            **({} if plain[walk.controller].knees else rule),
-            **wanted.controllers[walk.controller],
-            **walk.told,
-        }
-        record = records.get(walk.told.get("terrain.file"))
-        yield Cell(index, None, values, record, plain[walk.controller].law)
-
-
-def _plain_cell(wanted: Plan, label: str) -> Cell:
-    """Make a cell with nothing but a controller and its robot."""
-    settings = wanted.controllers[label]
-    return Cell(0, None, settings, None, wanted.study.laws.get(str(settings["controller.name"])))
-
-
-def _asked(wanted: Plan, plain: Mapping[str, Cell], records: dict[Scalar | None, Terrain]) -> Iterator[_Asked]:
-    """List all walks, and read the files of their grounds into the records."""
-    folder, level = wanted.study.path.parent, {"terrain.name": "level"}
     grounds = {words: _ground(words, wanted.steps, folder, records) for words in wanted.grounds}
-    after, whole = wanted.limits.steps, wanted.margins.steps
+    level, after, whole = {"terrain.name": "level"}, wanted.limits.steps, wanted.margins.steps
     rough = _ground(wanted.margin_ground, whole, folder, records)
+
+    def cell(engine: str, test: str, label: str, steps: int, told: Told, **columns: Scalar) -> Cell:
+        values = {
+            "engine": engine,
+            "test": test,
+            "controller": label,
+            **columns,
+            f"{LIMIT}.steps": steps,
+            **({} if test == BASIN else {"initial": "gait"}),
+            **({} if plain[label].kind.collides_from_lift_off else rule),
+            **wanted.controllers[label],
+            **told,
+        }
+        return Cell(next(number), None, values, records.get(told.get("terrain.file")), plain[label].law)
+
     for engine in wanted.engines:
         for label in plain:
-            yield _Asked(engine, LEVEL, label, LEVEL_STEPS, level, {})
-        for label, cell in plain.items():
-            robot, gait = cell.robot(), cell.controller().gait
+            yield cell(engine, LEVEL, label, LEVEL_STEPS, level)
+        for label, known in plain.items():
+            robot, gait = known.robot(), known.controller().gait
             length = float(gait.step_length) if gait is not None else _FALLBACK * robot.leg_length
             for test, magnitude, phase in _cases(wanted.limits, wanted.phases):
                 place = (_BEFORE + (phase + 0.5) / wanted.phases) * length
                 told = DISTURBANCES[test].told(magnitude, engine, robot, place)
-                columns: dict[str, Scalar] = {"magnitude": magnitude, "case": phase}
-                yield _Asked(engine, test, label, _BEFORE + 1 + after, told, columns)
+                yield cell(engine, test, label, _BEFORE + 1 + after, told, magnitude=magnitude, case=phase)
             for case, rates in enumerate(_first_rates(gait, wanted.basin)):
-                yield _Asked(engine, BASIN, label, after, {**level, **rates}, {"case": case})
+                yield cell(engine, BASIN, label, after, {**level, **rates}, case=case)
         for label, (test, magnitude, seed) in itertools.product(plain, _cases(wanted.margins, wanted.seeds)):
             told = {**rough, "terrain.seed": seed, **MARGINS[test].told(magnitude, engine, plain[label].robot())}
             if any(name.startswith("disturbances.") for name in told):
                 told["disturbances.seed"] = seed
-            columns = {"ground": wanted.margin_ground, "magnitude": magnitude, "case": seed}
-            yield _Asked(engine, test, label, whole, told, columns)
+            ground = wanted.margin_ground
+            yield cell(engine, test, label, whole, told, ground=ground, magnitude=magnitude, case=seed)
         for words, seed, label in itertools.product(grounds, range(wanted.seeds), plain):
             told = {**grounds[words], "terrain.seed": seed}
-            yield _Asked(engine, SURVIVAL, label, wanted.steps, told, {"ground": words, "case": seed})
+            yield cell(engine, SURVIVAL, label, wanted.steps, told, ground=words, case=seed)
 
 
 def _cases(trial: Trial, count: int) -> Iterator[tuple[str, float, int]]:
@@ -188,8 +170,7 @@ def _ground(words: object, steps: int, folder: Path, records: dict[Scalar | None
     """
     if not isinstance(words, str):
         raise InputError(f"a random ground is a text, as 'treads:deviation=0.03', got {shown(words)}")
-    name, _, rest = words.partition(":")
-    parameters = parse_parameters(rest) if rest else {}
+    name, parameters = _parsed(words)
     known_name("random ground", name, RANDOM)
     for key, reason in (("seed", "the study draws the seeds itself"), ("length", "it follows from the steps")):
         if key in parameters:
@@ -199,22 +180,21 @@ def _ground(words: object, steps: int, folder: Path, records: dict[Scalar | None
     if file is not None and file not in records:
         records[file] = Terrain.from_file(folder / file)
     Terrain.preset(name, **{**parameters, "seed": 0, **({} if file is None else {FILE_KEY: records[file]})})
-    return {
-        "terrain.name": name,
-        **{
-            f"terrain.{key}": "..".join(map(str, value)) if isinstance(value, tuple) else value
-            for key, value in parameters.items()
-        },
-    }
+    ranges = {key: "..".join(map(str, value)) for key, value in parameters.items() if isinstance(value, tuple)}
+    return {f"terrain.{key}": value for key, value in {"name": name, **parameters, **ranges}.items()}
 
 
 def rough_from(words: str) -> float:
     """Distance after which a random ground, as the command line writes it, has its full roughness, m."""
+    name, parameters = _parsed(words)
+    longest = signature(Terrain.waves).parameters["longest"].default
+    return START + GROWN * float(parameters.get("longest", longest)) if name == "waves" else START
+
+
+def _parsed(words: str) -> tuple[str, dict[str, Any]]:
+    """Read the name and the parameters of a ground as the command line writes it."""
     name, _, rest = words.partition(":")
-    if name != "waves":
-        return START
-    usual = signature(Terrain.waves).parameters["longest"].default
-    return START + GROWN * float((parse_parameters(rest) if rest else {}).get("longest", usual))
+    return name, parse_parameters(rest) if rest else {}
 
 
 def _first_rates(gait: Periodic | None, count: int) -> Iterator[dict[str, Scalar]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,7 +32,7 @@ SUMMARISED = (
 )
 QUANTILES = (0.05, 0.5, 0.95)
 
-_SHOWN = 10  # kinds of errors
+_ERRORS = 10  # kinds of them that are listed
 
 
 def summarised(rows: Sequence[Row]) -> dict[str, Any]:
@@ -42,11 +42,11 @@ def summarised(rows: Sequence[Row]) -> dict[str, Any]:
     """
     outcomes = Counter(row["outcome"] for row in rows)
     verdicts = Counter(verdict(row["outcome"], row["steps_violating_contact"]) for row in rows)
-    finished = [row for row in rows if row["outcome"] == "finished"]
     quantiles: dict[str, list[float] | None] = {}
     for name in SUMMARISED:
-        values = [row[name] for row in finished if row[name] is not None]
-        quantiles[name] = np.quantile(values, QUANTILES).tolist() if values else None
+        values = values_of(rows, name)
+        known = values[~np.isnan(values)]
+        quantiles[name] = np.quantile(known, QUANTILES).tolist() if known.size else None
     errors = Counter(row["error"] for row in rows if row["outcome"] == FAILED)
     first = {row["error"]: row["cell"] for row in reversed(rows)}
     return {
@@ -56,7 +56,7 @@ def summarised(rows: Sequence[Row]) -> dict[str, Any]:
         "quantiles": list(QUANTILES),
         "finished": quantiles,
         "errors": [
-            {"error": error, "walks": count, "first_cell": first[error]} for error, count in errors.most_common(_SHOWN)
+            {"error": error, "walks": count, "first_cell": first[error]} for error, count in errors.most_common(_ERRORS)
         ],
     }
 
@@ -109,12 +109,17 @@ def value_label(name: str, value: Any) -> str:
     return f"{name.rpartition('.')[2].replace('_', ' ')} {value}"
 
 
+SHOWN = ("cost_of_transport", FINISHED, "peak_ankle_torque_Nm")
+"""Measures in the figures of a study unless its file says otherwise."""
+
 MOST_VALUES = 16
 """Greatest number of a parameter's values that are shown one by one; more are binned."""
 
 _MOST_PARAMETERS = 3
 _MOST_GROUPS = 5
 _MOST_LISTED = 40  # where there is nothing else
+_FEWEST_BINS = 3
+_WALKS_IN_BIN = 12  # at least, in the mean
 
 
 @dataclass(frozen=True)
@@ -122,6 +127,7 @@ class Axis:
     """Bins of a parameter.
 
     Attributes:
+        name: Name of the column, or of the columns.
         label: The axis's label.
         bin: Each row's bin, -1 for a row without a value, shape (rows,).
         edges: Edges of the bins, shape (count + 1,); 0, 1, 2 ... where each bin has one value.
@@ -130,6 +136,7 @@ class Axis:
         log: Whether the scale is logarithmic.
     """
 
+    name: str
     label: str
     bin: NDArray[np.int64]
     edges: Array
@@ -152,9 +159,7 @@ def values_of(rows: Iterable[Row], name: str) -> Array:
     """Return a measure of each row; NaN for walks that did not finish, unless it is `FINISHED`."""
     if name == FINISHED:
         return np.array([float(row["outcome"] == "finished") for row in rows])
-    return np.array(
-        [row[name] if row["outcome"] == "finished" and row[name] is not None else math.nan for row in rows], dtype=float
-    )
+    return np.array([row[name] if row["outcome"] == "finished" else None for row in rows], dtype=float)
 
 
 def middle(values: Array, name: str) -> float:
@@ -168,9 +173,7 @@ def middle(values: Array, name: str) -> float:
 def quartiles(values: Array) -> tuple[float, float]:
     """Lower and upper quartile of a measure; NaN without values."""
     values = values[~np.isnan(values)]
-    if not values.size:
-        return math.nan, math.nan
-    lower, upper = np.quantile(values, (0.25, 0.75)).tolist()
+    lower, upper = np.quantile(values, (0.25, 0.75)).tolist() if values.size else (math.nan, math.nan)
     return lower, upper
 
 
@@ -185,29 +188,32 @@ def grouped(rows: Sequence[Row], names: Sequence[str]) -> Axis:
     )
     label = ", ".join(map(parameter_label, names))
     edges = np.arange(len(kinds) + 1.0)
-    return Axis(label, np.array([places[key] for key in keys]), edges, edges[:-1], ticks)
+    return Axis("_".join(names), label, np.array([places[key] for key in keys]), edges, edges[:-1], ticks)
 
 
-def without_seeds(varied: Iterable[str]) -> list[str]:
-    """Names of varied columns without random seeds, which are no axes."""
-    return [name for name in varied if not name.endswith(".seed")]
-
-
-def chosen(rows: Sequence[Row], varied: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Choose the columns that figures of a study show.
+def arranged(rows: Sequence[Row], shown: Sequence[str], logarithmic: Collection[str] = ()) -> tuple[list[Axis], Axis]:
+    """Choose what the figures of a study show, and bin it.
 
     Args:
         rows: Rows of the table.
-        varied: Names of the varied columns, the most important first.
+        shown: Names of the varied columns, the most important first; random seeds are left out.
+        logarithmic: Names of those whose bins have equal widths on a logarithmic scale.
 
     Returns:
-        Names of numeric columns, to be axes, and names of the columns that tell groups of walks apart.
+        Bins of up to three numeric columns, to be axes, and the groups of walks that the other columns tell apart; the
+        name of the groups is empty where there are no other columns.
     """
+    varied = [name for name in shown if not name.endswith(".seed")]
     numeric = [name for name in varied if all(isinstance(row[name], float | int | None) for row in rows)]
     named = [name for name in varied if name not in numeric]
-    while grouped(rows, named).count > (_MOST_GROUPS if numeric else _MOST_LISTED):
+    groups = grouped(rows, named)
+    while groups.count > (_MOST_GROUPS if numeric else _MOST_LISTED):
         named.pop()
-    return numeric[:_MOST_PARAMETERS], named
+        groups = grouped(rows, named)
+    numeric = numeric[:_MOST_PARAMETERS]
+    each = len(rows) / groups.count / _WALKS_IN_BIN
+    most = int(np.clip(each if len(numeric) == 1 else math.sqrt(each), _FEWEST_BINS, MOST_VALUES))
+    return [binned(rows, name, most, log=name in logarithmic) for name in numeric], groups
 
 
 def binned(rows: Sequence[Row], name: str, most: int, *, log: bool = False) -> Axis:
@@ -219,19 +225,19 @@ def binned(rows: Sequence[Row], name: str, most: int, *, log: bool = False) -> A
         most: Number of bins where the values are many.
         log: Whether their widths are equal on a logarithmic scale.
     """
-    values = np.array([math.nan if row[name] is None else row[name] for row in rows], dtype=float)
+    values = np.array([row[name] for row in rows], dtype=float)
     there = ~np.isnan(values)
     unique = np.unique(values[there])
     log = log or _is_geometric(unique)
     if len(unique) <= MOST_VALUES:
         place = np.where(there, np.searchsorted(unique, values), -1)
         ticks = tuple(f"{value:.4g}" for value in unique.tolist())
-        return Axis(parameter_label(name), place, np.arange(len(unique) + 1.0), unique, ticks, log)
+        return Axis(name, parameter_label(name), place, np.arange(len(unique) + 1.0), unique, ticks, log)
     low, high = float(unique[0]), float(unique[-1])
     edges = np.geomspace(low, high, most + 1) if log else np.linspace(low, high, most + 1)
     at = np.sqrt(edges[:-1] * edges[1:]) if log else (edges[:-1] + edges[1:]) / 2.0
     place = np.where(there, np.clip(np.searchsorted(edges, values, side="right") - 1, 0, most - 1), -1)
-    return Axis(parameter_label(name), place, edges, at, (), log)
+    return Axis(name, parameter_label(name), place, edges, at, (), log)
 
 
 def _is_geometric(values: Array) -> bool:
@@ -239,4 +245,4 @@ def _is_geometric(values: Array) -> bool:
     if len(values) < 3 or not values[0] > 0.0:
         return False
     ratios = np.diff(np.log(values))
-    return float(np.ptp(ratios)) < 1e-6 * float(ratios[0])
+    return bool(np.ptp(ratios) < 1e-6 * ratios[0])

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from mjbiped.control.controller import Controller
@@ -17,7 +18,7 @@ from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
-from mjbiped.errors import InputError, explained
+from mjbiped.errors import explained
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Periodic
 from mjbiped.records import measures
@@ -108,18 +109,15 @@ class Cell:
                     found[outer] = value
         return found
 
-    def robot(self) -> Robot:
-        """The robot that walks."""
-        return self._robot({})
-
-    def _robot(self, model: Mapping[str, Any]) -> Robot:
-        parameters = {**self.section("robot"), **model}
+    def robot(self, **changed: Any) -> Robot:
+        """The robot that walks, or one that differs from it in some parameters."""
+        parameters = {**self.section("robot"), **changed}
         return robot_named(str(parameters.pop("kind", ROBOT)), parameters)
 
     @property
-    def knees(self) -> bool:
-        """Whether the robot has knees."""
-        return named(str(self.values.get("robot.kind", ROBOT)))[0].knees
+    def kind(self) -> type[Robot]:
+        """Kind of the robot that walks."""
+        return named(str(self.values.get("robot.kind", ROBOT)))[0]
 
     def controller(self, gait: Periodic | None = None) -> Controller:
         """Make the controller; its robot model is the walking robot, except for parameters of the section `model`.
@@ -129,14 +127,12 @@ class Cell:
         """
         settings = self.section("controller")
         name = settings.pop("name")
-        return make_controller(self.law or name, self._robot(self.section("model")), settings, gait)
+        return make_controller(self.law or name, self.robot(**self.section("model")), settings, gait)
 
     def disturbances(self) -> Disturbances | None:
         """Noise, delay, weak motors and pushes; None without the section."""
-        given = self.section("disturbances")
-        if not given:
-            return None
-        return Disturbances(**{name: checked(Disturbances, name, value) for name, value in given.items()})
+        given = {name: checked(Disturbances, name, value) for name, value in self.section("disturbances").items()}
+        return Disturbances(**given) if given else None
 
     def scuffing(self) -> ScuffingRule:
         """The rule that says when the foot of a straight swing leg may touch the ground."""
@@ -148,16 +144,16 @@ class Cell:
         return Mujoco(**options) if options else engine_of(str(self.values["engine"]))  # type: ignore[arg-type]  # checked
 
     def terrain(self) -> Terrain:
-        """The ground."""
+        """Return the ground."""
         settings = self.section("terrain")
         name = settings.pop("name", None)
         if name is None and self.ground is not None:
             return self.ground
         parameters = {key: _range(f"terrain.{key}", value) for key, value in settings.items() if key != FILE_KEY}
-        return Terrain.preset(name, **({} if self.ground is None else {FILE_KEY: self.ground}), **parameters)
+        return Terrain.preset(name, **parameters, **({} if self.ground is None else {FILE_KEY: self.ground}))
 
     def initial(self, controller: Controller, robot: Robot, terrain: Terrain) -> str | tuple[float, ...]:
-        """The first state."""
+        """Return the first state: a name, or the robot's angles and rates."""
         if "initial" in self.values:
             return str(self.values["initial"])
         domain, state = state_of(type(robot)), self.section("initial")
@@ -203,9 +199,16 @@ def measured(cell: Cell, *, trajectory: bool = False) -> Row:
     Returns:
         Outcome, error and measures; None for what does not exist.
     """
+
+    def measure(done: Walk) -> Row:
+        summary = measures.summary(done)
+        # friction is unbounded where the ground would have to pull
+        row = {name: None if summary.get(name) == math.inf else summary.get(name) for name in KNEES_MEASURES}
+        return row | ({TRAJECTORY: flat_samples(done)} if trajectory else {})
+
     period = DEFAULT_SAMPLE_PERIOD if trajectory else SPARSE
     with _MUJOCO if cell.values["engine"] == "mujoco" else nullcontext():
-        return attempt(lambda: cell.walk(period), lambda done: {**_measures(done), **_samples(done, trajectory)})
+        return attempt(partial(cell.walk, period), measure)
 
 
 def attempt(walked: Callable[[], Walk], measure: Callable[[Walk], Row]) -> Row:
@@ -232,25 +235,13 @@ def attempt(walked: Callable[[], Walk], measure: Callable[[Walk], Row]) -> Row:
     return {**measure(done), "outcome": done.outcome, "error": None}
 
 
-def _samples(done: Walk, wanted: bool) -> Row:
-    return {TRAJECTORY: flat_samples(done)} if wanted else {}
-
-
-def _measures(done: Walk) -> Row:
-    summary = measures.summary(done)
-    # friction is unbounded where the ground would have to pull
-    return {name: None if summary.get(name) == math.inf else summary.get(name) for name in KNEES_MEASURES}
-
-
 def _range(where: str, value: Any) -> Any:
     """Read a terrain's range of numbers from "low..high" or from a table; return anything else as it is."""
     if isinstance(value, str):
         return parse_parameters(f"{where}={value}")[where]
-    if isinstance(value, Mapping):
-        if "plus_minus" in value:
-            half = domains.STUDY_HALF.check(f"{where}.plus_minus", value["plus_minus"])
-            return (-half, half)
-        if not {"low", "high"} <= value.keys():
-            raise InputError(f"{where} needs both low and high, or plus_minus alone")
-        return (value["low"], value["high"])
-    return value
+    if not isinstance(value, Mapping):
+        return value
+    if "plus_minus" in value:
+        half = domains.STUDY_HALF.check(f"{where}.plus_minus", value["plus_minus"])
+        return (-half, half)
+    return (value["low"], value["high"])

@@ -20,30 +20,14 @@ from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import BLACK, BLUE, GREEN, GROUND, GUIDE, ORANGE, SHADE, VERMILLION, drawn, note_at
 from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
-from mjbiped.sweeps.bins import (
-    MOST_VALUES,
-    Axis,
-    binned,
-    chosen,
-    grouped,
-    measure_label,
-    middle,
-    quartiles,
-    values_of,
-    without_seeds,
-)
+from mjbiped.sweeps.bins import SHOWN, Axis, arranged, measure_label, middle, quartiles, values_of
 from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.plan import FINISHED, Study
-
-MEASURES = ("cost_of_transport", FINISHED, "peak_ankle_torque_Nm")
-"""Shown unless the study file says otherwise."""
 
 _MOST_TICKS = 8
 _COLUMNS = 3
 _BESIDE_MAP = 1.15  # labels and colour bar, inches
 _SMALLEST = 5.0  # letters in a map, points
-_FEWEST_BINS = 3
-_WALKS_IN_BIN = 12  # at least, in the mean
 _MOST_NUMBERED = 7  # columns of a heat map that has its numbers written in
 _LOG_RATIO = 30.0  # of greatest to least value, from which on a colour scale is logarithmic
 _MAP = ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.95, 256)))
@@ -65,24 +49,17 @@ def draw(study: Study, rows: Sequence[Row], folder: Path) -> list[Path]:
     Raises:
         RenderError: A file cannot be written.
     """
-    numeric, named = chosen(rows, study.plot_parameters or without_seeds(study.varied))
-    groups = grouped(rows, named)
-    measures = study.plot_measures or MEASURES
-    drawings: dict[str, Callable[[Figure], None]] = {}
-
-    def axis(name: str, most: float) -> Axis:
-        return binned(rows, name, int(np.clip(most, _FEWEST_BINS, MOST_VALUES)), log=name in study.logarithmic)
-
-    each = len(rows) / groups.count
-    for x, y in itertools.combinations(numeric, 2):
-        pair = [axis(name, math.sqrt(each / _WALKS_IN_BIN)) for name in (x, y)]
-        drawings[f"map_{x}_{y}"] = partial(_maps, rows, pair, groups, measures)
-    if len(numeric) == 1:
-        line = axis(numeric[0], each / _WALKS_IN_BIN)
-        drawings[f"line_{numeric[0]}"] = partial(_lines, rows, line, groups, measures)
-    elif not numeric and named:
-        drawings[f"groups_{'_'.join(named)}"] = partial(_groups, rows, groups, measures)
-    elif not numeric:
+    axes, groups = arranged(rows, study.plot_parameters or study.varied, study.logarithmic)
+    measures = study.plot_measures or SHOWN
+    drawings: dict[str, Callable[[Figure], None]] = {
+        f"map_{pair[0].name}_{pair[1].name}": partial(_maps, rows, pair, groups, measures)
+        for pair in itertools.combinations(axes, 2)
+    }
+    if len(axes) == 1:
+        drawings[f"line_{axes[0].name}"] = partial(_lines, rows, axes[0], groups, measures)
+    elif not axes and groups.name:
+        drawings[f"groups_{groups.name}"] = partial(_groups, rows, groups, measures)
+    elif not axes:
         drawings["histograms"] = partial(_histograms, rows, measures)
     written = [folder / f"{name}.png" for name in drawings]
     for path, fill in zip(written, drawings.values(), strict=True):
@@ -157,8 +134,7 @@ def _draw_map(figure: Figure, axes: Axes, parameters: Sequence[Axis], table: Arr
     figure.colorbar(mesh, ax=axes, pad=0.02)
     _set_scale(axes, x, "x")
     _set_scale(axes, y, "y")
-    for spine in axes.spines.values():
-        spine.set_visible(True)
+    axes.spines[:].set_visible(True)
 
 
 def _format(tables: Sequence[Array], name: str, norm: Normalize) -> Callable[[float], str]:
@@ -186,7 +162,7 @@ def _number(
     norm: Normalize,
     written: Callable[[float], str],
 ) -> None:
-    """Write its number into each cell of a map, and the number of walks in smaller letters below."""
+    """Write into each cell of a map its value and, in smaller letters below, the number of walks."""
     x, y = parameters
     words = {place: written(float(table[place])) for place in np.ndindex(table.shape) if not math.isnan(table[place])}
     across = axes.get_subplotspec()
@@ -281,7 +257,7 @@ def _histograms(rows: Sequence[Row], measures: Sequence[str], figure: Figure) ->
 
 
 def _write_none(axes: Axes) -> None:
-    """Write into an empty panel that no walk finished."""
+    """Note in an empty panel that no walk finished."""
     axes.text(0.5, 0.5, "no walk finished", ha="center", transform=axes.transAxes, color=GUIDE)
 
 

@@ -51,8 +51,7 @@ def write_table(path: Path, rows: Sequence[Row]) -> Path:
         InputError: PyArrow is not installed.
         RecordError: The file cannot be written.
     """
-    parquet = needed("pyarrow.parquet", "data", "a Parquet file")
-    arrow = needed("pyarrow", "data", "a Parquet file")
+    parquet, arrow = (needed(module, "data", "a Parquet file") for module in ("pyarrow.parquet", "pyarrow"))
     table = arrow.table({name: _one_type([row[name] for row in rows]) for name in rows[0]})
     with saved(path) as unfinished:
         parquet.write_table(table, unfinished)
@@ -83,14 +82,14 @@ def forget(folder: Path) -> None:
 
 
 class Trajectories:
-    """A study's table that keeps the samples of the walks beside it.
+    """A study's table, with the samples of its walks beside it.
 
     Attributes:
         folder: The table's folder.
     """
 
     def __init__(self, store: Store, count: int) -> None:
-        """Look for samples beside a table.
+        """Open the samples beside a table.
 
         Args:
             store: The table.
@@ -99,8 +98,8 @@ class Trajectories:
         Raises:
             InputError: PyArrow is not installed.
         """
-        self._arrow = needed("pyarrow", "data", "keeping trajectories")
-        self._parquet = needed("pyarrow.parquet", "data", "keeping trajectories")
+        modules = ("pyarrow", "pyarrow.parquet")
+        self._arrow, self._parquet = (needed(module, "data", "keeping trajectories") for module in modules)
         self.folder, self._store, self._count = store.folder, store, count
         self._whole, self._pieces = store.folder / FILE, store.folder / _PIECES
 

@@ -1,4 +1,4 @@
-"""A study file, and its walks."""
+"""A study file and the walks that it describes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mjbiped.control.unpowered import Unpowered
 from mjbiped.control.validation import try_out
 from mjbiped.engines.names import ENGINES
 from mjbiped.engines.plan import INITIAL_STATES, Terms, check_controller, make_plan
-from mjbiped.errors import InputError, shortened, shown
+from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.gaits.gait import Periodic
 from mjbiped.gaits.optimised import find_reference
 from mjbiped.gaits.passive import find_passive_gait
@@ -76,7 +76,7 @@ class Study:
     @property
     def measures(self) -> tuple[str, ...]:
         """Names of the columns of measures."""
-        return KNEES_MEASURES if any(cell.knees for cell in self.cells) else MEASURES
+        return KNEES_MEASURES if any(cell.kind.knees for cell in self.cells) else MEASURES
 
     @property
     def digest(self) -> str:
@@ -95,10 +95,8 @@ def read_study(path: Path) -> Study:
     Raises:
         InputError: It cannot be read, or says anything that no walk can have; the message names the place.
     """
-    try:
+    with prefixed(f"study {shortened(str(path))}: "):
         return plan(path, parse_toml(read_text(path)))
-    except InputError as error:
-        raise InputError(f"study {shortened(str(path))}: {error}") from error
 
 
 def plan(path: Path, content: Mapping[str, Any]) -> Study:
@@ -173,13 +171,9 @@ def _cells(
 
 def _varied(combinations: Sequence[Combination]) -> list[str]:
     """Names whose values differ between combinations."""
-    names = dict.fromkeys(name for each in combinations for name in each)
-    first = combinations[0]
-    return [
-        name
-        for name in names
-        if isinstance(first.get(name), Draw) or any(each.get(name) != first.get(name) for each in combinations)
-    ]
+    names, first = dict.fromkeys(name for each in combinations for name in each), combinations[0]
+    differ = {name for each in combinations for name in names if each.get(name) != first.get(name)}
+    return [name for name in names if name in differ or isinstance(first.get(name), Draw)]
 
 
 def _read_grounds(path: Path, combinations: Sequence[Combination]) -> dict[str, Terrain]:
@@ -189,12 +183,10 @@ def _read_grounds(path: Path, combinations: Sequence[Combination]) -> dict[str, 
         InputError: A file is no terrain file.
     """
     named = dict.fromkeys(each["terrain.file"] for each in combinations if "terrain.file" in each)
-    grounds = {}
     for name in named:
         if not isinstance(name, str):
             raise InputError(f"terrain.file must be the path of a file ({', '.join(FILE_SUFFIXES)}), got {shown(name)}")
-        grounds[name] = Terrain.from_file(path.parent / name)
-    return grounds
+    return {str(name): Terrain.from_file(path.parent / str(name)) for name in named}
 
 
 def check_cells(cells: Sequence[Cell], varied: Sequence[str]) -> None:
@@ -230,14 +222,14 @@ def _is_fine_seed(name: str, value: Scalar) -> bool:
 
 @cache
 def _stand_in(*, knees: bool) -> Periodic:
-    """A gait with which settings are checked."""
+    """Return a gait with which settings are checked without a search."""
     return find_reference(KneedBiped(), clearance=0.08) if knees else find_passive_gait(Compass(), _STAND_IN_SLOPE)
 
 
 def _check_controller(cell: Cell) -> None:
     """Refuse settings of the robot and of the controller that are not valid; a user's own law is tried out."""
     cell.robot()
-    gait = _stand_in(knees=cell.knees)
+    gait = _stand_in(knees=cell.kind.knees)
     controller = cell.controller(gait)
     if cell.law is not None:
         q, dq = np.split(gait.start, 2)
@@ -253,7 +245,8 @@ def _check_walk(cell: Cell) -> None:
             raise InputError(f"{key} is for the engine mujoco; the engine {engine} has none")
     if "initial" in cell.values:
         known_name("initial state", cell.values["initial"], INITIAL_STATES)
-    _check_initial(cell)
+    else:
+        _check_initial(cell)
     limits = cell.section(LIMIT)
     terms = Terms(cell.engine(), limits.get("steps"), limits.get("distance"), cell.robot(), None, cell.scuffing())
     make_plan(terms, Unpowered(), Terrain.level(), "rest", disturbances=cell.disturbances())
@@ -261,15 +254,18 @@ def _check_walk(cell: Cell) -> None:
 
 def _check_initial(cell: Cell) -> None:
     """Refuse an initial state that does not fit the robot."""
-    given = cell.section("initial")
-    valid = state_of(type(cell.robot())) if given else {}
+    given, valid = cell.section("initial"), state_of(type(cell.robot()))
     for name, value in given.items():
-        if name != "around":
-            known_name("number of the first state", name, valid)
+        if known_name("key of initial", name, ("around", *valid)) == "around":
+            known_name("initial.around", value, INITIAL_STATES)
+        else:
             valid[name].check(f"initial.{name}", value)
     missing = [name for name in valid if name not in given]
     if missing and "around" not in given:
-        raise InputError(f"initial needs {', '.join(missing)} as well, or around")
+        raise InputError(
+            f"initial needs {', '.join(missing)} as well: all of {', '.join(valid)} (rad, rad/s), or around = one of "
+            f"{', '.join(INITIAL_STATES)} and the deviations from it"
+        )
 
 
 def _plot(table: object, varied: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -1,4 +1,4 @@
-"""Running the walks of a study in other processes, and the digest of the sources on which their numbers depend."""
+"""The walks of a study in other processes, and the digest of the sources on which their numbers depend."""
 
 from __future__ import annotations
 
@@ -225,20 +225,17 @@ def sources() -> str:
 def law_folders() -> list[Path]:
     """Folders of the packages that register controllers, and files of registered modules outside any package."""
     packages = {entry.module.partition(".")[0] for entry in registered().values()}
-    specs = [spec for spec in map(find_spec, sorted(packages)) if spec]
+    specs = filter(None, map(find_spec, sorted(packages)))
     return [Path(place) for spec in specs for place in spec.submodule_search_locations or (spec.origin,) if place]
 
 
 def digest(package: Path, laws: Sequence[Path], models: Path) -> str:
     """Digest the contents and places of all files that numbers can depend on."""
-    files = [(package, file) for file in package.rglob("*.py") if _is_of_numbers(file.relative_to(package))]
-    files += [(place, file) for place in laws for file in ([place] if place.is_file() else place.rglob("*.py"))]
-    files += [(models, file) for file in models.rglob("*.xml")]
     found = hashlib.sha256()
-    for name, file in sorted((f"{folder.name}/{file.relative_to(folder).as_posix()}", file) for folder, file in files):
-        found.update(f"{name}\n".encode() + hashlib.sha256(file.read_bytes()).digest())
+    for place in (package, *laws, models):
+        files = [place] if place.is_file() else sorted([*place.rglob("*.py"), *place.rglob("*.xml")])
+        for file in files:
+            name = file.relative_to(place)
+            if place != package or name.parts[0] not in _NO_NUMBERS or name.name == "cell.py":
+                found.update(f"{place.name}/{name.as_posix()}\n".encode() + hashlib.sha256(file.read_bytes()).digest())
     return found.hexdigest()
-
-
-def _is_of_numbers(file: Path) -> bool:
-    return file.parts[0] not in _NO_NUMBERS or file.name == "cell.py"

@@ -16,7 +16,7 @@ from mjbiped.errors import InputError, shown
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import named
 from mjbiped.robots.robot import Robot
-from mjbiped.sweeps.cell import LIMIT, LIMITS, OPTIONS, ROBOT, state_of
+from mjbiped.sweeps.cell import LIMIT, LIMITS, OPTIONS, ROBOT
 from mjbiped.sweeps.values import Choice, Draw, check_keys, read_choice
 from mjbiped.terrain.files import FILE_KEY
 from mjbiped.terrain.presets import PRESETS
@@ -54,7 +54,8 @@ def parts_of(content: Mapping[str, Any], folder: Path) -> Iterator[list[Settings
     initial = content.get("initial", INITIAL_STATES[0])
     alternatives = initial if isinstance(initial, list) else [initial]
     if not isinstance(initial, str | list) or any(isinstance(each, Mapping) for each in alternatives):
-        yield [_initial(table, kinds) for table in _tables("initial", initial)]
+        tables = _tables("initial", initial)
+        yield [{f"initial.{key}": read_choice(f"initial.{key}", value) for key, value in one.items()} for one in tables]
     else:
         yield [{"initial": read_choice("initial", initial)}]
     yield [read_controller(table, folder, kinds) for table in _tables("controller", content.get("controller", {}))]
@@ -138,21 +139,6 @@ def kinds_of(robots: Iterable[Settings]) -> tuple[type[Robot], ...]:
     """Kinds of robots that the sections `robot` of a study name."""
     names = [str(name) for settings in robots for name in _texts("robot", settings.get(f"robot.{KIND}", (ROBOT,)))]
     return tuple(dict.fromkeys(named(name)[0] for name in names))
-
-
-def _initial(table: Mapping[str, Any], kinds: Sequence[type[Robot]]) -> Settings:
-    states = [state_of(kind) for kind in kinds]
-    check_keys("key of initial", table, tuple(dict.fromkeys(["around", *(key for each in states for key in each)])))
-    if "around" not in table and all(any(key not in table for key in each) for each in states):
-        wanted = " or ".join(", ".join(each) for each in states)
-        raise InputError(
-            f"initial needs all of {wanted} (rad, rad/s), or around = one of {', '.join(INITIAL_STATES)} and the "
-            "deviations from it"
-        )
-    settings = {f"initial.{key}": read_choice(f"initial.{key}", value) for key, value in table.items()}
-    for name in _texts("initial.around", settings.get("initial.around", ())):
-        known_name("initial.around", name, INITIAL_STATES)
-    return settings
 
 
 def read_controller(table: Mapping[str, Any], folder: Path, kinds: Sequence[type[Robot]] = (Compass,)) -> Settings:

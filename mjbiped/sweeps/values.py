@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -17,8 +18,6 @@ from mjbiped.utils.domains import Count, Domain, known_name
 Scalar: TypeAlias = bool | int | float | str
 
 SCALES = ("linear", "log")
-DISTRIBUTIONS = ("uniform", "log_uniform", "normal", "integer")
-
 _RANGE = ("from", "to", "count", "scale")
 _ENDS: dict[str, tuple[Domain | Count, Domain | Count]] = {
     "uniform": (domains.STUDY_NUMBER, domains.STUDY_NUMBER),
@@ -26,6 +25,8 @@ _ENDS: dict[str, tuple[Domain | Count, Domain | Count]] = {
     "normal": (domains.STUDY_NUMBER, domains.STUDY_POSITIVE),
     "integer": (domains.STUDY_EXACT, domains.STUDY_EXACT),
 }
+DISTRIBUTIONS = tuple(_ENDS)
+
 _DIGITS = 12  # of a range's inner values: 0.3 and not 0.30000000000000004
 
 
@@ -49,11 +50,9 @@ class Draw:
         draw = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=key)))
         if self.kind == "integer":
             return int(draw.integers(int(self.first), int(self.second), endpoint=True))
-        if self.kind == "normal":
-            return float(draw.normal(self.first, self.second))
-        if self.kind == "uniform":
-            return float(draw.uniform(self.first, self.second))
-        return math.exp(float(draw.uniform(math.log(self.first), math.log(self.second))))
+        if self.kind == "log_uniform":
+            return math.exp(draw.uniform(math.log(self.first), math.log(self.second)))
+        return float(getattr(draw, self.kind)(self.first, self.second))
 
 
 Choice: TypeAlias = tuple[Scalar, ...] | Draw
@@ -85,15 +84,11 @@ def read_choice(where: str, value: object) -> Choice:
         if not value:
             raise InputError(f"{where} is an empty list; expected at least one value")
         values = tuple(_scalar(f"{where}, value {i}", each) for i, each in enumerate(value, start=1))
-        seen: set[tuple[type, Scalar]] = set()
-        for each in values:
-            if (type(each), each) in seen:
+        for (_, each), times in Counter((type(each), each) for each in values).items():
+            if times > 1:
                 raise InputError(f"{where} has {shown(each)} twice; give it once")
-            seen.add((type(each), each))
         return values
-    if isinstance(value, Mapping):
-        return _read_table(where, value)
-    return (_scalar(where, value),)
+    return _read_table(where, value) if isinstance(value, Mapping) else (_scalar(where, value),)
 
 
 def _scalar(where: str, value: object) -> Scalar:

@@ -19,9 +19,9 @@ from tqdm.auto import tqdm
 
 from mjbiped.reproduction.cell import measures_of
 from mjbiped.reproduction.grounds import TABLE_3, Segments
-from mjbiped.reproduction.placebo import bounds, cells, segments_of
 from mjbiped.sweeps.cell import Row, attempt
 from mjbiped.utils.progress import hidden
+from scripts.paper.placebo import bounds, cells, segments_of
 
 _FALL = 10.0  # distance of a ground on which the robot falls, more the earlier it does
 

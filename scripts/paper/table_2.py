@@ -12,11 +12,11 @@ from rich.markdown import Markdown
 
 from mjbiped.reproduction import plan
 from mjbiped.reproduction.cell import LENGTHS, opened_walks
-from mjbiped.reproduction.methods import BLIND
+from mjbiped.reproduction.methods import BLIND, FITTED
 from mjbiped.reproduction.report import fit as report_fit
 from mjbiped.reproduction.report import table_2 as report_table_2
-from mjbiped.reproduction.reproduce import walked
-from mjbiped.reproduction.table_2 import choices, fitted, scan
+from mjbiped.reproduction.reproduce import stored_fits, walked
+from mjbiped.reproduction.table_2 import choices
 
 
 @click.command(help=__doc__)
@@ -26,14 +26,13 @@ def main(out: Path | None) -> None:
     with TemporaryDirectory() as folder, opened_walks(out or Path(folder), progress=True) as kept:
         rows = walked(plan.table_2(), kept)
         best = choices(rows)[0]
-        tried = scan(best, kept)
-        nearest = [each.variant for each in fitted(tried).values()]
-        for part, chosen in (("blind", [*BLIND.values()]), ("fitted", nearest)):
-            rows += walked(plan.compared(part, best, chosen, "hybrid", max(LENGTHS)), kept)
-    sections = {**report_table_2.sections(rows), **report_fit.sections(rows, best, tried)}
+        for part, chosen in (("blind", BLIND), ("fitted", FITTED)):
+            rows += walked(plan.compared(part, best, chosen.values(), "hybrid", max(LENGTHS)), kept)
+        rows += walked(plan.misjudged(best, FITTED.values()), kept)
+    sections = {**report_table_2.sections(rows), **report_fit.sections(rows, best), **stored_fits()}
     console = Console(width=140)
     console.print(f"{sections['best']}; distance {sections['best_distance']} %")
-    for name in ("table_2", "agreement", "fits", "nearest"):
+    for name in ("table_2_whole", "agreement", "fits", "nearest"):
         console.print(Markdown(sections[name]))
 
 

@@ -10,10 +10,9 @@ from command_line import run
 
 from mjbiped.plotting.style import new_figure, save_figure
 from mjbiped.reproduction import cell as walks
-from mjbiped.reproduction import methods, placebo, plan, table_2
+from mjbiped.reproduction import methods, plan
 from mjbiped.reproduction import reproduce as whole
 from mjbiped.reproduction.cell import Cell, opened_walks, walked
-from mjbiped.reproduction.methods import settled
 from mjbiped.sweeps import run as running
 from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.store import read_table
@@ -21,14 +20,13 @@ from mjbiped.sweeps.store import read_table
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch, studies_in_threads: None) -> None:
-    """A reproduction of the adaptive controller with one zeta, of one setting of PBC, without MuJoCo and processes."""
+    """A reproduction of the adaptive controller with one zeta, of PBC, without MuJoCo and processes."""
     all_of_table_2 = plan.table_2
     monkeypatch.setattr(methods, "DELAYS", (0.6,))
     monkeypatch.setattr(plan, "table_2", lambda: all_of_table_2(methods=("adaptive",)))
     monkeypatch.setattr(whole, "in_mujoco", lambda *_: [])
-    monkeypatch.setattr(table_2, "settings", lambda: [settled("PBC", "none")])
-    some = placebo.drawn(4)
-    monkeypatch.setattr(placebo, "drawn", lambda: some)
+    for chosen in ("BLIND", "FITTED"):
+        monkeypatch.setattr(whole, chosen, {"PBC": getattr(methods, chosen)["PBC"]})
     # these take seconds to draw, and have tests of their own
     for name in ("plot_walk", "plot_figure_5", "plot_figure_6"):
         monkeypatch.setattr(whole, name, lambda _, path: save_figure(new_figure(1.0), path))

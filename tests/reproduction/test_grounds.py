@@ -7,8 +7,8 @@ import math
 import pytest
 
 from mjbiped.reproduction.grounds import (
-    AS_PRINTED,
     GROUNDS,
+    PRINTED,
     SLOPE_PATTERNS,
     STAIR_PATTERNS,
     TABLE_2,
@@ -77,7 +77,7 @@ def test_every_reading_has_its_own_ground() -> None:
 
 
 def test_patterns_as_printed_exist() -> None:
-    for ground, pattern in AS_PRINTED.items():
+    for ground, pattern, _ in PRINTED:
         assert pattern in (STAIR_PATTERNS if ground.startswith("stair") else SLOPE_PATTERNS)
 
 

@@ -7,17 +7,32 @@ import re
 from pathlib import Path
 
 import pytest
-from reproduction_rows import read_grounds, read_tried
 
+from mjbiped.control.registry import settings_of
 from mjbiped.reproduction import plan
-from mjbiped.reproduction.cell import measures_of
-from mjbiped.reproduction.grounds import AS_PRINTED, TABLE_3
+from mjbiped.reproduction.cell import LENGTHS, measures_of
+from mjbiped.reproduction.grounds import (
+    GROUNDS,
+    PRINTED,
+    SLOPE_PATTERNS,
+    SLOPES,
+    STAIR_PATTERNS,
+    STAIRS,
+    TABLE_2,
+    TABLE_3,
+)
+from mjbiped.reproduction.methods import BLIND, BLIND_SOURCE, DELAYS, SETTLED, gains_told
+from mjbiped.reproduction.report.checks_figures import ZERO
 from mjbiped.reproduction.report.table_3 import distance, walks_of
-from mjbiped.reproduction.reproduce import GROUNDS, PAGE, TABLE, TABLES, TRIED, render
+from mjbiped.reproduction.reproduce import PAGE, TABLE, TABLES, render
 from mjbiped.reproduction.rows import Entry, Row, read_rows, write_rows
-from mjbiped.reproduction.table_2 import UNEVEN, choices, side_distances
+from mjbiped.reproduction.table_2 import choices, side_distances
 from mjbiped.reproduction.traces import RESOLVED_SLOPE, traced
 from mjbiped.terrain.segments import GROUND_FRICTION
+from mjbiped.terrain.terrain import Terrain
+from scripts.paper import placebo
+from scripts.paper.fits import SMALL_SHARE
+from scripts.paper.gain_scan import GAINS, RATIOS, settings
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -34,11 +49,52 @@ def identity(row: Row) -> tuple[object, ...]:
 
 
 def test_pages_are_made_of_the_table(rows: list[Row]) -> None:
-    tried = read_tried((DOCS / TRIED).read_text(encoding="utf-8"))
-    grounds = read_grounds((DOCS / GROUNDS).read_text(encoding="utf-8"))
-    for name, page in render(rows, tried, grounds).items():
+    for name, page in render(rows).items():
         assert (DOCS / name).read_text(encoding="utf-8") == page
     assert write_rows(rows) == (DOCS / TABLE).read_text(encoding="utf-8")
+
+
+def test_constants_in_the_prose_are_those_of_the_code() -> None:
+    templates = (DOCS.parent / "mjbiped" / "reproduction").glob("template_*.md")
+    prose = " ".join(word for path in templates for word in path.read_text(encoding="utf-8").split())
+    (short, long), (up, down), (low, high) = placebo.LENGTHS, placebo.SLOPES, placebo.RISES
+    readings = len(DELAYS) * 3 * len(LENGTHS) * 2 * len(STAIR_PATTERNS) * 2 * len(SLOPE_PATTERNS)
+    for words in (
+        f"{len(settings()) * len(GROUNDS)} walks",
+        f"{len(settings())} settings",
+        f"{readings} readings",
+        f"{len(STAIR_PATTERNS)} patterns of stairs and {len(SLOPE_PATTERNS)} of slopes",
+        f"{len(DELAYS)} ζ, three kinds of work, {len(LENGTHS)} lengths",
+        f"from {min(GAINS):g} to {max(GAINS):g} ({len(GAINS)} values)",
+        f"from −{-min(RATIOS):g} to −{-max(RATIOS):g} ({len(RATIOS)} values)",
+        f'slope source "{BLIND_SOURCE}"',
+        *(
+            gains_told(dict(variant.gains)).replace("-", "−")
+            for chosen in (BLIND, SETTLED)
+            for variant in chosen.values()
+        ),
+        f"nearest to the paper's {TABLE_2['PBC']['level']:.4f}",
+        f"its friction is {GROUND_FRICTION:g}",
+        f"{plan.MIXED_STEPS} steps",
+        f"{1000 * max(map(abs, Terrain.mixed().rises)):.0f} mm",
+        f"{2 * len(TABLE_3)} numbers",
+        f"{math.degrees(RESOLVED_SLOPE):.2f}° (ε",
+        f"{math.degrees(settings_of('adaptive')['replanning_threshold']):.2f}° (from which",
+        f"{100 * ZERO:g} % of the greatest",
+        f"wrong by {plan.START_ESTIMATES[0]:g}° at the start",
+        f"wrong by {plan.START_ERROR:g}°",
+        f"{placebo.ROWS} random rows",
+        f"{100 * SMALL_SHARE:g} % or more",
+        f"{placebo.COUNT} random grounds",
+        f"with {len(placebo.bounds())} free numbers",
+        f"from {placebo.span('level')[0]:.4f} to {placebo.span('level')[1]:.4f}",
+        f"{placebo.span('stair 2')[0]:.4f} to",
+        f"{placebo.span('stair 2')[1]:.4f}",
+        f"{placebo.SEGMENTS} segments of {short:g} to {long:g} m, slopes of −{-up:g}° to {down:g}°",
+        f"steps of −{-1000 * low:g} to {1000 * high:g} mm",
+        f"{max(LENGTHS)} steps in the hybrid engine",
+    ):
+        assert words in prose, words
 
 
 def test_walks_again_give_the_table(rows: list[Row]) -> None:
@@ -89,10 +145,10 @@ def test_table_is_whole(rows: list[Row]) -> None:
 def test_prose_is_true_of_the_table(rows: list[Row]) -> None:
     """The sentences of the template that no number carries."""
     best = choices(rows)[0]
-    stairs = {side[4] for side in side_distances(rows, UNEVEN[:2]) if math.isfinite(side[0])}
+    stairs = {side[4] for side in side_distances(rows, STAIRS) if math.isfinite(side[0])}
     assert stairs == {"descending"}, "stairs fit as descending alone"
     slopes: dict[str, float] = {}
-    for side in side_distances(rows, UNEVEN[2:]):
+    for side in side_distances(rows, SLOPES):
         slopes[side[4]] = min(side[0], slopes.get(side[4], math.inf))
     assert min(slopes["accumulating downhill"], slopes["accumulating uphill"]) > 0.3, "added up they are far off"
     ranked = sorted(slopes, key=lambda pattern: slopes[pattern])
@@ -100,7 +156,9 @@ def test_prose_is_true_of_the_table(rows: list[Row]) -> None:
     assert best.stairs[0] == "descending"
     assert best.slopes[0].startswith("down and up")
     assert best.length == 20, "over few steps"
-    climbing = [r for r in rows if r.part == "table 2" and r.ground == "stair 2" and r.pattern == AS_PRINTED["stair 2"]]
+    climbing = [
+        r for r in rows if r.part == "table 2" and r.place_read[:2] == PRINTED[1][:2] == ("stair 2", "ascending")
+    ]
     assert climbing
     assert not any(row.finished for row in climbing), "nothing walks up stair 2"
     near = choices(rows)[9].distance / best.distance

@@ -9,10 +9,10 @@ import pytest
 from reproduction_rows import made_row
 
 from mjbiped.reproduction.cell import LENGTHS
-from mjbiped.reproduction.grounds import GROUNDS, TABLE_2
+from mjbiped.reproduction.grounds import GROUNDS, STAIRS, TABLE_2
 from mjbiped.reproduction.methods import SLOPE_SOURCES
 from mjbiped.reproduction.rows import Row, read_rows, write_rows
-from mjbiped.reproduction.table_2 import UNEVEN, agreements, choices, side_distances
+from mjbiped.reproduction.table_2 import agreements, choices, side_distances
 
 PAPER = TABLE_2["adaptive"]
 
@@ -69,7 +69,7 @@ def test_ground_that_is_not_walked_cannot_be_chosen(rows: list[Row]) -> None:
     found = choices(lost)
     assert found[0].stairs[0] == "up"
     assert math.isinf(found[-1].distance)
-    sides = {side[4]: side[0] for side in side_distances(lost, UNEVEN[:2])}
+    sides = {side[4]: side[0] for side in side_distances(lost, STAIRS)}
     assert math.isinf(sides["down"])
     assert sides["up"] == pytest.approx(math.log(1.3), rel=1e-12)
 

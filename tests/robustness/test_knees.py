@@ -12,7 +12,7 @@ import mjbiped
 from mjbiped.errors import InputError
 from mjbiped.robustness.plan import plan
 from mjbiped.robustness.result import found
-from mjbiped.robustness.tables import scuffing_words, sheets
+from mjbiped.robustness.tables import robustness_tables, scuffing_words, texts_of
 from mjbiped.robustness.walks import BASIN, LEVEL
 from mjbiped.sweeps.run import run
 
@@ -87,5 +87,5 @@ def test_findings_are_those_of_walks_with_knees(tmp_path: Path) -> None:
     assert findings.limits["step down"].shares == (1.0, 0.0)
     assert findings.survival["treads:deviation=0.01"].falls == 0
     assert scuffing_words(result) == "the swing foot collides from lift-off on"
-    assert [sheet.rows[0][0] for sheet in sheets(result)] == ["knees"] * 3
+    assert [texts_of(table)[1][0][0] for table in robustness_tables(result)] == ["knees"] * 3
     assert scuffing_words(found(plan(Path("x.toml"), SMALL), [])).endswith("with knees from lift-off on")

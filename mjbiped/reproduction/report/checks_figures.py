@@ -11,7 +11,7 @@ from mjbiped.reproduction.grounds import TABLE_3
 from mjbiped.reproduction.plan import ADAPTATION_GAINS, DRAWN_DELAYS, PAPER_GAIN, START_ESTIMATES
 from mjbiped.reproduction.report.markdown import Answer, answer, delay, number, printed
 from mjbiped.reproduction.report.table_3 import walks_of
-from mjbiped.reproduction.rows import Row
+from mjbiped.reproduction.rows import Row, select
 from mjbiped.reproduction.traces import RESOLVED_SLOPE
 
 _ZETAS = [zeta for zeta in TABLE_3 if zeta is not None]
@@ -26,8 +26,8 @@ _SLOW_GAIN = min(ADAPTATION_GAINS)
 _FROM = " and ".join(f"{start:+g}°" for start in START_ESTIMATES).replace("-", "−")
 
 
-def table_3(rows: Sequence[Row], ground: str, title: str, engine: str) -> Iterator[Answer]:
-    """Test the claims of Table III and section V-D.
+def answers(rows: Sequence[Row], ground: str, title: str, engine: str) -> Iterator[Answer]:
+    """Test the claims about a ground that stands for the one of Table III and Figs. 4 to 6.
 
     Args:
         rows: Rows of the reproduction.
@@ -35,6 +35,15 @@ def table_3(rows: Sequence[Row], ground: str, title: str, engine: str) -> Iterat
         title: Name of the ground, to begin a sentence with.
         engine: "hybrid" or "mujoco".
     """
+    yield from _table_3(rows, ground, title, engine)
+    yield from _figure_4(rows, ground, title, engine)
+    if ground == "mixed":
+        yield from _figure_5(rows, title, engine)
+    yield from _figure_6(rows, ground, title, engine)
+
+
+def _table_3(rows: Sequence[Row], ground: str, title: str, engine: str) -> Iterator[Answer]:
+    """Test the claims of Table III and section V-D; arguments as in `answers`."""
     walks = walks_of(rows, ground, engine)
     lost = [f"ζ = {delay(zeta)}: {walk.outcome}" for zeta, walk in walks.items() if not walk.finished]
     claim = f"{title} the robot comes to the end with every ζ, and without re-planning"
@@ -90,20 +99,17 @@ def _torques(torque: Mapping[float | None, float], zetas: Sequence[float], title
     )
 
 
-def walks_of_figure_5(rows: Sequence[Row], engine: str, gain: float, update: str) -> list[Row]:
+def _walks_of_figure_5(rows: Sequence[Row], engine: str, gain: float, update: str) -> list[Row]:
     """Walks with one gamma, with or without the update (27), by `plan.START_ESTIMATES`; none unless all exist."""
-    by_start = {
-        row.start_estimate: row
-        for row in rows
-        if (row.part, row.engine, row.adaptation_gain, row.update) == ("figure 5", engine, gain, update)
-    }
+    found = select(rows, part="figure 5", engine=engine, adaptation_gain=gain, update=update)
+    by_start = {row.start_estimate: row for row in found}
     return [by_start[start] for start in START_ESTIMATES] if by_start.keys() >= set(START_ESTIMATES) else []
 
 
-def figure_4(rows: Sequence[Row], ground: str, title: str, engine: str) -> Iterator[Answer]:
-    """Test the claims of section V-B, Fig. 4(b) to (d); arguments as in `table_3`."""
+def _figure_4(rows: Sequence[Row], ground: str, title: str, engine: str) -> Iterator[Answer]:
+    """Test the claims of section V-B, Fig. 4(b) to (d); arguments as in `answers`."""
     if ground == "mixed":
-        walks = walks_of_figure_5(rows, engine, PAPER_GAIN, "yes")
+        walks = _walks_of_figure_5(rows, engine, PAPER_GAIN, "yes")
         wrong = f"from a start estimate of {_FROM}"
     else:
         walks = [walk for zeta, walk in walks_of(rows, ground, engine).items() if zeta == DRAWN_DELAYS[1]]
@@ -130,9 +136,9 @@ def figure_4(rows: Sequence[Row], ground: str, title: str, engine: str) -> Itera
     yield within(claim, "d", "z1", _ON_CYCLE)
 
 
-def figure_5(rows: Sequence[Row], title: str, engine: str) -> Iterator[Answer]:
-    """Test the claims of section V-C about the estimate update; arguments as in `table_3`."""
-    with_it, without = (walks_of_figure_5(rows, engine, PAPER_GAIN, update) for update in ("yes", "no"))
+def _figure_5(rows: Sequence[Row], title: str, engine: str) -> Iterator[Answer]:
+    """Test the claims of section V-C about the estimate update; arguments as in `answers`."""
+    with_it, without = (_walks_of_figure_5(rows, engine, PAPER_GAIN, update) for update in ("yes", "no"))
     if not all(walk.finished for walk in with_it + without):
         with_it = without = []
     ground = f"{title}, from a start estimate of {_FROM}"
@@ -150,7 +156,7 @@ def figure_5(rows: Sequence[Row], title: str, engine: str) -> Iterator[Answer]:
     yield answer(claim, "V-C, Fig. 5", _known(ended, ended < _EPSILON), f"{number(ended, '.4f')}° at most")
     claim = "with the update the greatest error of the estimate after a touchdown is smaller than without"
     yield less(claim, "begun", ".4f", "°")
-    slow = walks_of_figure_5(rows, engine, _SLOW_GAIN, "yes")
+    slow = _walks_of_figure_5(rows, engine, _SLOW_GAIN, "yes")
     jump, error = _greatest(slow, "jump"), _greatest(slow, "begun")
     yield answer(
         f"{ground}, γ = {_SLOW_GAIN:g}: the update makes no wrong estimate right, that is left to (17): it changes the "
@@ -176,8 +182,8 @@ def _known(value: float, holds: bool) -> bool | None:
     return None if math.isnan(value) else holds
 
 
-def figure_6(rows: Sequence[Row], ground: str, title: str, engine: str) -> Iterator[Answer]:
-    """Test the claims of section V-D, Fig. 6, about re-planning; arguments as in `table_3`."""
+def _figure_6(rows: Sequence[Row], ground: str, title: str, engine: str) -> Iterator[Answer]:
+    """Test the claims of section V-D, Fig. 6, about re-planning; arguments as in `answers`."""
     walks = walks_of(rows, ground, engine)
     drawn = [walks[zeta] for zeta in DRAWN_DELAYS if zeta in walks and walks[zeta].finished]
     planned = " and ".join(f"ζ = {zeta:g}" for zeta in DRAWN_DELAYS if zeta is not None)

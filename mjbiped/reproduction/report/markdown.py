@@ -1,9 +1,8 @@
-"""Tables and numbers of the report as Markdown, and answers to claims of the paper."""
+"""Numbers, walks, and answers to claims of the paper, as texts of the report."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from mjbiped.reproduction.grounds import DIGITS, TABLE_2
@@ -15,20 +14,19 @@ ENGINES = {"hybrid": "hybrid", "mujoco": "MuJoCo"}
 """What the engines are called, in the order in which the report has them."""
 
 
-def table(headings: Sequence[str], lines: Iterable[Sequence[str]], words: int = 1) -> str:
-    """Write a Markdown table: the first columns hold words and are aligned left, all others right."""
-    places = ["---"] * words + ["---:"] * (len(headings) - words)
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in (headings, places, *lines))
-
-
 def number(value: float | None, form: str = ".4f") -> str:
     """Write a number; a dash stands for one that does not exist."""
     return NONE if value is None or not math.isfinite(value) else format(value, form).replace("-", "−")
 
 
-def percent(ours: float, other: float | None, form: str = "+.1f") -> str:
+def share(value: float, form: str = ".0f") -> str:
+    """Write a share in percent."""
+    return f"{number(100 * value, form)} %"
+
+
+def excess(ours: float, other: float | None, form: str = "+.1f") -> str:
     """Write by how much ours exceeds the other, in percent."""
-    return NONE if other is None or math.isnan(ours) else number(100.0 * (ours / other - 1.0), form) + " %"
+    return NONE if other is None or math.isnan(ours) else share(ours / other - 1.0, form)
 
 
 def paper(method: str, ground: str) -> str:
@@ -42,20 +40,23 @@ def delay(value: float | None) -> str:
     return "none" if value is None else f"{value:g}"
 
 
-def ending(row: Row) -> str:
-    """Write why and where a walk stopped before its end."""
+def ending(row: Row | None, finished: str) -> str:
+    """Write why and where a walk stopped before its end, or a text for one that came to it."""
+    if row is None:
+        return NONE
+    if row.finished:
+        return finished
     struck = f", {row.strikes} riser{'s' * (row.strikes > 1)} struck" if row.strikes else ""
     return f"X ({row.outcome} in step {row.steps + 1}, hip at {number(row.place, '.2f')} m{struck})"
 
 
-def cost(row: Row | None, kind: str, length: int | None, form: str = ".4f") -> str:
-    """Write c_mt of a walk after some steps, or where the walk ended before them."""
+def cost(row: Row | None, kind: str, length: int | None) -> str:
+    """Write c_mt of a walk after some steps (None: at its end), or the step in which it ended before that."""
     if row is None:
         return NONE
     value = row.cost[kind, length]
-    if math.isfinite(value):
-        return number(value, form)
-    return NONE if row.finished else f"X {row.steps + 1}"
+    came = row.finished or (length is not None and math.isfinite(value))
+    return number(value) if came else f"X {row.steps + 1}"
 
 
 class Answer(NamedTuple):

@@ -1,4 +1,4 @@
-"""The part of the report on Table II."""
+"""The part of the report on Table II: how its grounds are read, and the walks on them in both engines."""
 
 from __future__ import annotations
 
@@ -8,21 +8,14 @@ from typing import TypeAlias
 
 import numpy as np
 
+from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.cell import LENGTHS
-from mjbiped.reproduction.grounds import (
-    AS_PRINTED,
-    FIRST_CHANGES,
-    FIRST_RISERS,
-    GROUNDS,
-    SLOPE_PATTERNS,
-    STAIR_PATTERNS,
-    TABLE_2,
-    Place,
-)
+from mjbiped.reproduction.grounds import GROUNDS, PRINTED, SLOPES, STAIRS, TABLE_2, Place
 from mjbiped.reproduction.methods import DELAYS, METHODS, SETTLED, SLOPE_SOURCES
-from mjbiped.reproduction.report.markdown import NONE, cost, delay, ending, number, paper, percent, table
-from mjbiped.reproduction.rows import Row
-from mjbiped.reproduction.table_2 import UNEVEN, Choice, agreements, choices, side_distances, walks_read
+from mjbiped.reproduction.report.markdown import NONE, cost, delay, ending, excess, number, paper
+from mjbiped.reproduction.rows import Row, select
+from mjbiped.reproduction.table_2 import Choice, agreements, choices, side_distances, walks_read
+from mjbiped.utils.markdown import markdown_table
 
 _NEAREST = 10  # readings that are listed
 
@@ -36,21 +29,15 @@ def sections(rows: Sequence[Row]) -> dict[str, str]:
     best = found[0]
     source = agreements(rows, best)[0].source
     return {
-        "readings": str(len(found)),
         "best": _words(best),
         "best_distance": number(100 * best.distance, ".1f"),
         "best_kind": best.kind,
         "best_length": str(best.length),
         "best_delay": delay(best.delay),
         "source": source,
-        "stair_patterns": str(len(STAIR_PATTERNS)),
-        "slope_patterns": str(len(SLOPE_PATTERNS)),
-        "delays_tried": str(len(DELAYS)),
-        "lengths": str(len(LENGTHS)),
-        "hybrid_steps": str(max(LENGTHS)),
         "nearest": _nearest(found),
-        "stairs": _sides(rows, UNEVEN[:2]),
-        "slopes": _sides(rows, UNEVEN[2:]),
+        "stairs": _sides(rows, STAIRS),
+        "slopes": _sides(rows, SLOPES),
         "delays": _delays(rows, best),
         "sources": _sources(rows, best),
         "printed": _printed(rows, best),
@@ -67,16 +54,22 @@ def walk_of(
     engine: str,
     place: Place,
     method: str,
-    zeta: float | None = None,
-    source: str = "",
+    setting: float | str | None,
     part: str = "table 2",
 ) -> Row | None:
-    """Find a method's walk on a ground: the adaptive controller's by zeta, others' by slope source."""
-    for row in rows:
-        right = row.delay == zeta if method == "adaptive" else row.slope_source == source
-        if right and (row.part, row.engine, row.method, row.place_read) == (part, engine, method, place):
-            return row
-    return None
+    """Find a method's walk on a ground.
+
+    Args:
+        rows: Rows of the report.
+        engine: "hybrid" or "mujoco".
+        place: Ground, pattern and first change.
+        method: One of `METHODS`.
+        setting: zeta of the adaptive controller, slope source of another one.
+        part: Part of the report that needs the walk.
+    """
+    name = "delay" if method == "adaptive" else "slope_source"
+    walks = select(rows, part=part, engine=engine, method=method, place_read=place, **{name: setting})
+    return walks[0] if walks else None
 
 
 def walks_asked(rows: Sequence[Row], best: Choice, engine: str, ground: str, part: str) -> Walks:
@@ -105,18 +98,12 @@ def _words(choice: Choice) -> str:
 
 
 def _nearest(found: Sequence[Choice]) -> str:
-    lines = [
-        [
-            f"{choice.stairs[0]}, {choice.stairs[1]:g} m",
-            f"{choice.slopes[0]}, {choice.slopes[1]:g} m",
-            delay(choice.delay),
-            choice.kind,
-            str(choice.length),
-            number(100 * choice.distance, ".2f"),
-        ]
-        for choice in found[:_NEAREST]
-    ]
-    return table(("stairs, first riser", "slopes, first change", "ζ", "work", "steps", "distance %"), lines)
+    lines = []
+    for choice in found[:_NEAREST]:
+        changes = (f"{pattern}, {first:g} m" for pattern, first in (choice.stairs, choice.slopes))
+        distance = number(100 * choice.distance, ".2f")
+        lines.append([*changes, delay(choice.delay), choice.kind, str(choice.length), distance])
+    return markdown_table(("stairs, first riser", "slopes, first change", "ζ", "work", "steps", "distance %"), lines, 1)
 
 
 def _sides(rows: Sequence[Row], pair: Sequence[str]) -> str:
@@ -132,7 +119,7 @@ def _sides(rows: Sequence[Row], pair: Sequence[str]) -> str:
         cells = [f"{first:g} m", delay(zeta), kind, str(length), *(cost(walk, kind, length) for walk in walks)]
         lines.append([pattern, *cells, number(100 * distance, ".1f")])
     papers = [f"{ground}, paper {paper('adaptive', ground)}" for ground in pair]
-    return table(("pattern", "first", "ζ", "work", "steps", *papers, "distance %"), lines)
+    return markdown_table(("pattern", "first", "ζ", "work", "steps", *papers, "distance %"), lines, 1)
 
 
 def _delays(rows: Sequence[Row], best: Choice) -> str:
@@ -140,11 +127,13 @@ def _delays(rows: Sequence[Row], best: Choice) -> str:
     lines = []
     for zeta in DELAYS:
         walks = [walk_of(rows, "hybrid", place, "adaptive", zeta) for place in best.places]
-        torques = "; ".join(NONE if walk is None else number(walk.torque, ".1f") for walk in walks)
-        forces = "; ".join(NONE if walk is None else number(walk.least_force, ".2f") for walk in walks)
+        torques, forces = (
+            "; ".join(NONE if walk is None else number(getattr(walk, name), form) for walk in walks)
+            for name, form in (("torque", ".1f"), ("least_force", ".2f"))
+        )
         lines.append([delay(zeta), *(cost(walk, best.kind, best.length) for walk in walks), torques, forces])
     lines.append(["paper", *(paper("adaptive", ground) for ground in GROUNDS), NONE, NONE])
-    return table(("ζ", *GROUNDS, "greatest torques, N m", "least normal forces, weights"), lines)
+    return markdown_table(("ζ", *GROUNDS, "greatest torques, N m", "least normal forces, weights"), lines, 1)
 
 
 def _sources(rows: Sequence[Row], best: Choice) -> str:
@@ -152,35 +141,35 @@ def _sources(rows: Sequence[Row], best: Choice) -> str:
     lines = []
     for method in METHODS[1:]:
         for source in SLOPE_SOURCES:
-            walks = [walk_of(rows, "hybrid", place, method, source=source) for place in best.places]
+            walks = [walk_of(rows, "hybrid", place, method, source) for place in best.places]
             cells = (cost(walk, best.kind, best.length) for walk in walks)
             lines.append([method, source + (" *" if source == SETTLED[method].slope_source else ""), *cells])
         if method in TABLE_2:
             lines.append([method, "paper", *(paper(method, ground) for ground in GROUNDS)])
-    return table(("method", "slope", *GROUNDS), lines)
+    return markdown_table(("method", "slope", *GROUNDS), lines, 1)
 
 
 def _printed(rows: Sequence[Row], best: Choice) -> str:
     """Tabulate the grounds with the signs that the paper prints, each change added to the last."""
     lines = []
-    for ground in UNEVEN:
-        first = FIRST_RISERS[0] if ground.startswith("stair") else FIRST_CHANGES[0]
-        place = (ground, AS_PRINTED[ground], first)
+    for place in PRINTED:
         walks = [walk_of(rows, engine, place, "adaptive", best.delay) for engine in ("hybrid", "mujoco")]
-        cells = [
-            NONE if walk is None else ending(walk) if not walk.finished else cost(walk, best.kind, best.length)
-            for walk in walks
-        ]
-        lines.append([ground, AS_PRINTED[ground], paper("adaptive", ground), *cells])
-    return table(("ground", "pattern", "paper", "hybrid", "MuJoCo"), lines)
+        ends = (ending(walk, cost(walk, best.kind, best.length)) for walk in walks)
+        lines.append([*place[:2], paper("adaptive", place[0]), *ends])
+    return markdown_table(("ground", "pattern", "paper", "hybrid", "MuJoCo"), lines, 1)
 
 
 def _pairs(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
     """Pair the walks of Table II that were made in both engines, the hybrid one first."""
     mine = [row for row in rows if row.part in ("table 2", "blind", "fitted")]
-    hybrid = {_identity(row): row for row in mine if row.engine == "hybrid"}
-    there = [row for row in mine if row.engine == "mujoco"]
-    return [(hybrid[_identity(row)], row) for row in there if _identity(row) in hybrid]
+    here, there = (
+        {
+            (row.part, row.place_read, row.method, row.delay, row.slope_source): row
+            for row in select(mine, engine=engine)
+        }
+        for engine in ("hybrid", "mujoco")
+    )
+    return [(here[key], row) for key, row in there.items() if key in here]
 
 
 def _ended_alike(here: Row, there: Row) -> bool:
@@ -216,10 +205,10 @@ def _apart(rows: Sequence[Row]) -> str:
     off = np.abs([there / here - 1.0 for (here, there), _ in compared])
     middle, nine_tenths, most = (number(100 * float(np.quantile(off, share)), ".2g") for share in (0.5, 0.9, 1.0))
     last = compared[int(off.argmax())][1]
-    named = f"{_law(last)}, on {last.ground} {last.pattern}"
     return (
         f"c_mt of the {len(off)} walks of Table II that come to their end in both differs by {middle} % in the median, "
-        f"by up to {nine_tenths} % in nine of ten, and by {most} % at most ({named})"
+        f"by up to {nine_tenths} % in nine of ten, and by {most} % at most ({_law(last)}, on {last.ground} "
+        f"{last.pattern})"
     )
 
 
@@ -228,11 +217,13 @@ def _engines(rows: Sequence[Row]) -> str:
     lines = []
     for here, there in _pairs(rows):
         if costs := _both_costs(here, there):
-            cells = [*(number(value) for value in costs), percent(costs[1], costs[0], "+.2f")]
+            cells = [*map(number, costs), excess(costs[1], costs[0], "+.2f")]
         else:
             cells = [*(f"{walk.outcome}, {walk.steps} steps" for walk in (here, there)), NONE]
         lines.append([f"{there.ground} {there.pattern}".strip(), _law(there), *cells])
-    return table(("ground", "method", "hybrid", "MuJoCo", "%"), lines) if lines else "No walks in MuJoCo yet."
+    if not lines:
+        return "No walks in MuJoCo yet."
+    return markdown_table(("ground", "method", "hybrid", "MuJoCo", "%"), lines, 1)
 
 
 def _law(row: Row) -> str:
@@ -242,38 +233,26 @@ def _law(row: Row) -> str:
     return f"{row.method}, {row.gains.replace('-', '−')}, {row.slope_source}"
 
 
-def _identity(row: Row) -> tuple[object, ...]:
-    return row.part, row.place_read, row.method, row.delay, row.slope_source
-
-
 def _gravity(rows: Sequence[Row], best: Choice) -> str:
     """Tabulate the best reading with g = 9.8 m/s²."""
     lines = []
     for place in best.places:
-        here, there = (
-            walk_of(rows, "hybrid", place, "adaptive", best.delay, part=part) for part in ("table 2", "gravity")
-        )
-        costs = [math.nan if walk is None else walk.cost[best.kind, best.length] for walk in (here, there)]
-        printed = paper("adaptive", place[0])
-        lines.append(
-            [place[0], printed, *(number(value, ".6f") for value in costs), percent(costs[1], costs[0], "+.4f")]
-        )
-    return table(("ground", "paper", "g = 9.81", "g = 9.8", "%"), lines)
+        walks = (walk_of(rows, "hybrid", place, "adaptive", best.delay, part) for part in ("table 2", "gravity"))
+        here, there = (math.nan if walk is None else walk.cost[best.kind, best.length] for walk in walks)
+        cells = number(here, ".6f"), number(there, ".6f"), excess(there, here, "+.4f")
+        lines.append([place[0], paper("adaptive", place[0]), *cells])
+    return markdown_table(("ground", "paper", "g = 9.81", "g = 9.8", "%"), lines, 1)
 
 
 def _every(rows: Sequence[Row], best: Choice, source: str) -> str:
     """Tabulate all readings: the adaptive controller's in full, the others' at the best reading's kind and length."""
     lines = []
-    places = dict.fromkeys(row.place_read for row in rows if row.part == "table 2")
-    for place in places:
-        walks = {method: walk_of(rows, "hybrid", place, method, best.delay, source) for method in METHODS}
-        ours = walks["adaptive"]
-        kinds = (
-            " ".join(cost(ours, kind, length) for length in LENGTHS) if ours is not None else NONE
-            for kind in ("absolute", "net", "positive")
-        )
-        others = (cost(walks[method], best.kind, best.length) for method in METHODS[1:])
+    for place in dict.fromkeys(row.place_read for row in select(rows, part="table 2")):
+        ours = walk_of(rows, "hybrid", place, "adaptive", best.delay)
+        kinds = (NONE if ours is None else " ".join(cost(ours, kind, n) for n in LENGTHS) for kind in WORK_KINDS)
+        walks = (walk_of(rows, "hybrid", place, method, source) for method in METHODS[1:])
+        others = (cost(walk, best.kind, best.length) for walk in walks)
         lines.append([f"{place[0]} {place[1]}".strip(), f"{place[2]:g}" if place[1] else NONE, *kinds, *others])
-    steps = " ".join(str(length) for length in LENGTHS)
-    headings = ("ground", "first, m", *(f"adaptive, {kind}: {steps}" for kind in ("absolute", "net", "positive")))
-    return table((*headings, *METHODS[1:]), lines)
+    steps = " ".join(map(str, LENGTHS))
+    kinds = (f"adaptive, {kind}: {steps}" for kind in WORK_KINDS)
+    return markdown_table(("ground", "first, m", *kinds, *METHODS[1:]), lines, 1)

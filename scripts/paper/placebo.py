@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from mjbiped.reproduction.cell import Cell, Walks
-from mjbiped.reproduction.grounds import GROUNDS, TABLE_2, TABLE_3, Segments, end_of
+from mjbiped.reproduction.grounds import GROUNDS, TABLE_2, TABLE_3, UNEVEN, Segments, end_of
 from mjbiped.reproduction.methods import adaptive
 from mjbiped.reproduction.rows import Row, as_csv, rounded
-from mjbiped.reproduction.table_2 import UNEVEN, Tried, choices, logs
+from mjbiped.reproduction.table_2 import choices, logs
 from mjbiped.terrain.terrain import Terrain
+from scripts.paper.gain_scan import Tried
 
 SEGMENTS = 6
 """Number of segments of a ground."""

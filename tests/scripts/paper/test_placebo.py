@@ -8,20 +8,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from reproduction_rows import read_grounds, read_tried
+from reproduction_rows import read_grounds
 
-from mjbiped.reproduction import placebo
 from mjbiped.reproduction.cell import opened_walks
-from mjbiped.reproduction.grounds import GROUNDS as OF_TABLE_2
-from mjbiped.reproduction.grounds import TABLE_2, TABLE_3
-from mjbiped.reproduction.placebo import COUNT, ROWS, Placebo, RandomGround, drawn, write_grounds
+from mjbiped.reproduction.grounds import GROUNDS, TABLE_2, TABLE_3
 from mjbiped.reproduction.report import fit, table_3
-from mjbiped.reproduction.report.fit import SMALL_SHARE
-from mjbiped.reproduction.reproduce import GROUNDS, TABLE, TRIED
+from mjbiped.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, TABLE
 from mjbiped.reproduction.rows import Row, read_rows
-from mjbiped.reproduction.table_2 import Tried, choices, fitted
+from mjbiped.reproduction.table_2 import choices
+from scripts.paper import placebo
+from scripts.paper.fits import SMALL_SHARE
+from scripts.paper.gain_scan import Tried, fitted, read_tried
+from scripts.paper.placebo import COUNT, ROWS, Placebo, RandomGround, drawn, write_grounds
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = Path(__file__).parents[3] / "docs"
 
 
 @pytest.fixture(scope="module")
@@ -31,12 +31,12 @@ def rows() -> list[Row]:
 
 @pytest.fixture(scope="module")
 def tried() -> list[Tried]:
-    return read_tried((DOCS / TRIED).read_text(encoding="utf-8"))
+    return read_tried((DOCS / GAINS_TABLE).read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
 def grounds() -> list[RandomGround]:
-    return read_grounds((DOCS / GROUNDS).read_text(encoding="utf-8"))
+    return read_grounds((DOCS / GROUNDS_TABLE).read_text(encoding="utf-8"))
 
 
 def test_a_row_that_is_met_exactly_is_met_by_no_random_row() -> None:
@@ -62,7 +62,7 @@ def test_a_row_among_its_like_is_met_as_near_as_half_of_them() -> None:
 
 def test_random_numbers_lie_between_the_printed_ones() -> None:
     mild = [value for row in TABLE_2.values() for ground, value in row.items() if value and ground != "stair 2"]
-    for ground in OF_TABLE_2:
+    for ground in GROUNDS:
         low, high = placebo.span(ground)
         assert math.log(high / low) == pytest.approx(math.log(max(mild) / min(mild)), rel=1e-12)
         for row in TABLE_2.values():
@@ -120,7 +120,7 @@ def test_grounds_are_of_the_family_and_the_same_again(grounds: list[RandomGround
     for each in grounds[::50]:
         flat = [value for k, row in enumerate(each.segments) for value in row[: 3 if k else 2]]
         assert all(low <= value <= high for value, (low, high) in zip(flat, placebo.bounds(), strict=True))
-    assert write_grounds(grounds) == (DOCS / GROUNDS).read_text(encoding="utf-8")
+    assert write_grounds(grounds) == (DOCS / GROUNDS_TABLE).read_text(encoding="utf-8")
 
 
 @pytest.mark.usefixtures("studies_in_threads")

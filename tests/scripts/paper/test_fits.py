@@ -1,4 +1,4 @@
-"""The scan of the comparison methods' gains: what it tries, what it keeps, and how it chooses."""
+"""The fits to Table II: the gains that are tried, how one is chosen, and what is stored for the page."""
 
 from __future__ import annotations
 
@@ -8,34 +8,36 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from reproduction_rows import read_tried
+from reproduction_rows import read_grounds
 
 import mjbiped
 from mjbiped.reproduction import cell as walks
-from mjbiped.reproduction import plan, table_2
+from mjbiped.reproduction import plan
 from mjbiped.reproduction.cell import measures_of, opened_walks
 from mjbiped.reproduction.grounds import GROUNDS, TABLE_2
-from mjbiped.reproduction.methods import BLIND, BLIND_SOURCE, SETTLED, SLOPE_SOURCES, Variant, gains_told, settled
-from mjbiped.reproduction.report.fit import walks_shown
-from mjbiped.reproduction.reproduce import TABLE, TRIED
-from mjbiped.reproduction.rows import read_rows
-from mjbiped.reproduction.table_2 import (
-    Choice,
-    Tried,
-    agreement_of,
-    agreements,
-    choices,
-    fitted,
-    ranked,
-    settings,
-    walks_read,
-    write_tried,
+from mjbiped.reproduction.methods import (
+    BLIND,
+    BLIND_SOURCE,
+    FITTED,
+    SETTLED,
+    SLOPE_SOURCES,
+    Variant,
+    gains_told,
+    settled,
 )
+from mjbiped.reproduction.report.fit import walks_shown
+from mjbiped.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, SEARCHED, TABLE, stored_fits
+from mjbiped.reproduction.rows import read_rows
+from mjbiped.reproduction.table_2 import Choice, agreement_of, agreements, choices, walks_read
 from mjbiped.terrain.terrain import Terrain
+from scripts.paper import gain_scan
+from scripts.paper.fits import sections
+from scripts.paper.gain_scan import Tried, fitted, ranked, read_tried, settings, write_tried
 from scripts.paper.gain_search import blind_trials, choose
 
 GAIT = mjbiped.find_passive_gait(mjbiped.Compass(), math.radians(2))
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = Path(__file__).parents[3] / "docs"
+STORED = DOCS.parent / "mjbiped" / "reproduction" / "fits"
 SHORT = Choice(0.6, "absolute", 3, ("descending", 0.9), ("down and up in turn, ±Δ/2", 1.5), 0.0)
 SOME = [
     Variant("PBC", slope_source="none", gains=(("gain", 25.0),)),
@@ -46,7 +48,7 @@ SOME = [
 
 @pytest.fixture(scope="module")
 def tried() -> list[Tried]:
-    return read_tried((DOCS / TRIED).read_text(encoding="utf-8"))
+    return read_tried((DOCS / GAINS_TABLE).read_text(encoding="utf-8"))
 
 
 def made_up(source: str, costs: dict[str, float], method: str = "PBC", gain: float = 1.0) -> Tried:
@@ -57,7 +59,9 @@ def made_up(source: str, costs: dict[str, float], method: str = "PBC", gain: flo
 def test_every_gain_is_tried_with_every_source() -> None:
     every = settings()
     assert (
-        len(set(every)) == len(every) == 3 * len(table_2.GAINS) * (1 + len(table_2.RATIOS) + len(table_2.HIP_WEIGHTS))
+        len(set(every))
+        == len(every)
+        == 3 * len(gain_scan.GAINS) * (1 + len(gain_scan.RATIOS) + len(gain_scan.HIP_WEIGHTS))
     )
     assert {each.method for each in every} == set(TABLE_2) - {"adaptive"}
     for method in ("PBC", "ECC", "KETC"):
@@ -85,7 +89,7 @@ def test_x_where_the_papers_are_count_first_then_the_distance() -> None:
 @pytest.mark.usefixtures("studies_in_threads")
 def test_scan_is_that_of_single_walks_and_repeats_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with opened_walks(tmp_path) as kept:
-        found = table_2.scan(SHORT, kept, SOME)
+        found = gain_scan.scan(SHORT, kept, SOME)
     assert [each.variant for each in found] == SOME
     for each in found[:2]:
         for entry in plan.compared("fitted", SHORT, [each.variant], "hybrid", SHORT.length):
@@ -100,23 +104,32 @@ def test_scan_is_that_of_single_walks_and_repeats_itself(tmp_path: Path, monkeyp
     assert write_tried(read_tried(text)) == text
     monkeypatch.setattr(walks, "walked", lambda *_: pytest.fail("what was walked is walked again"))
     with opened_walks(tmp_path) as kept:
-        assert write_tried(table_2.scan(SHORT, kept, SOME)) == text
+        assert write_tried(gain_scan.scan(SHORT, kept, SOME)) == text
 
 
 @pytest.mark.usefixtures("studies_in_threads")
 def test_committed_table_is_of_the_settings_and_can_be_walked_again(tried: list[Tried], tmp_path: Path) -> None:
     """The chosen settings and a few others on the reading of the committed report."""
     assert [each.variant for each in tried] == settings()
-    assert write_tried(tried) == (DOCS / TRIED).read_text(encoding="utf-8")
+    assert write_tried(tried) == (DOCS / GAINS_TABLE).read_text(encoding="utf-8")
     best = choices(read_rows((DOCS / TABLE).read_text(encoding="utf-8")))[0]
     known = {each.variant: each for each in tried}
     subset = [*(each.variant for each in fitted(tried).values()), *settings()[::397]]
     with opened_walks(tmp_path) as kept:
-        found = table_2.scan(best, kept, subset)
+        found = gain_scan.scan(best, kept, subset)
     for fresh in found:
         assert fresh.ended == known[fresh.variant].ended
         # six digits are kept; the rest is for other processors' arithmetic, which 20 steps do not magnify
         assert fresh.cost == pytest.approx(known[fresh.variant].cost, rel=2e-5, nan_ok=True)
+
+
+def test_stored_results_are_those_of_the_committed_walks(tried: list[Tried]) -> None:
+    rows = read_rows((DOCS / TABLE).read_text(encoding="utf-8"))
+    grounds = read_grounds((DOCS / GROUNDS_TABLE).read_text(encoding="utf-8"))
+    assert stored_fits() == sections(rows, tried, grounds)
+    assert {method: each.variant for method, each in fitted(tried).items()} == FITTED
+    for name in SEARCHED:
+        assert (STORED / name).read_bytes() == (DOCS / name).read_bytes()
 
 
 def test_fitted_walks_of_the_report_are_the_chosen_ones(tried: list[Tried]) -> None:

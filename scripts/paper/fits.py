@@ -1,0 +1,161 @@
+"""Fit the comparison methods' gains and slope sources to Table II, and say what each fit of the reproduction is worth.
+
+python -m scripts.paper.fits
+
+The settings found stand in `mjbiped.reproduction.methods.FITTED`. All results are stored in mjbiped/reproduction/fits/,
+from where `mjbiped reproduce` takes the texts of its page.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import click
+import numpy as np
+
+from mjbiped.records.measures import WORK_KINDS
+from mjbiped.reproduction.cell import LENGTHS, opened_walks
+from mjbiped.reproduction.grounds import GROUNDS, TABLE_2, changes_of
+from mjbiped.reproduction.methods import BLIND, DELAYS, SLOPE_SOURCES, Variant, gains_told
+from mjbiped.reproduction.report import table_3
+from mjbiped.reproduction.report.fit import in_kind
+from mjbiped.reproduction.report.markdown import NONE, number, paper, share
+from mjbiped.reproduction.reproduce import FITS, GAINS_TABLE, GROUNDS_TABLE, TABLE
+from mjbiped.reproduction.rows import Row, read_rows
+from mjbiped.reproduction.table_2 import agreement, choices
+from mjbiped.utils.markdown import markdown_table
+from scripts.paper import placebo
+from scripts.paper.gain_scan import Tried, fitted, ranked, scan, write_tried
+from scripts.paper.placebo import Placebo, RandomGround
+
+SMALL_SHARE = 0.05
+"""Of random rows that are met as near as the paper's: below, the fit is evidence."""
+
+_AS_NEAR = 0.005  # of the distance, for settings that are as good as the nearest
+
+
+def sections(rows: Sequence[Row], tried: Sequence[Tried], grounds: Sequence[RandomGround]) -> dict[str, str]:
+    """Fill the places of the page's templates about the fits, by name.
+
+    Args:
+        rows: Rows of the reproduction.
+        tried: Gains and slope sources of the comparison methods, on the reading that the rows choose.
+        grounds: Random grounds with their own Tables III.
+    """
+    whole = agreement(
+        (method, ground, value) for method, each in fitted(tried).items() for ground, value in each.cost.items()
+    )
+    levels = (each.cost["level"] for each in tried if each.variant.method == "PBC" and each.cost["level"] > 0.0)
+    found = table_3.distance(table_3.walks_of(rows, "found", "hybrid"))
+    fits, others = {method: placebo.of_method(tried, method) for method in fitted(tried)}, placebo.to_another(grounds)
+    return {
+        "fits": _fits(tried),
+        "fit_agreement": in_kind(whole),
+        "fit_met": f"{whole.met} of {whole.numbers}",
+        "fit_distance": number(100 * whole.distance, ".1f"),
+        "survivors": _survivors(tried, "stair 2"),
+        "as_near": _as_near(tried),
+        "pbc_falls": _falls(tried, "PBC", "slope 2"),
+        "pbc_level": number(min(levels, key=lambda value: abs(value - (TABLE_2["PBC"]["level"] or math.nan))), ".5f"),
+        "fits_worth": _worth(rows, fits, grounds, found),
+        "evident": ", ".join(method for method, each in fits.items() if each.share < SMALL_SHARE) or "none",
+        "grounds_walked": str(sum(bool(each.torques) for each in grounds)),
+        "to_another": share(float(np.median(others)), ".1f"),
+        "to_another_share": share(float(np.mean(others <= found))),
+    }
+
+
+def _fits(tried: Sequence[Tried]) -> str:
+    """Tabulate the nearest setting of each method with each slope source, and of KETC with one joint and with both."""
+    lines = []
+    for method, chosen in fitted(tried).items():
+        kinds: dict[tuple[str, float | None], Tried] = {}
+        for each in ranked(each for each in tried if each.variant.method == method):
+            kinds.setdefault((each.variant.slope_source, dict(each.variant.gains).get("hip_weight")), each)
+        for each in kinds.values():
+            gains = _gains(each.variant) + (" *" if each is chosen else "")
+            costs = (f"X {each.ended[g]}" if g in each.ended else number(each.cost[g]) for g in GROUNDS)
+            found = each.agreement
+            distance = number(100 * found.distance, ".1f")
+            lines.append([method, gains, each.variant.slope_source, in_kind(found), distance, *costs])
+        lines.append([method, "paper", NONE, NONE, NONE, *(paper(method, ground) for ground in GROUNDS)])
+    return markdown_table(("method", "gains", "slope", "X and numbers", "distance %", *GROUNDS), lines, 1)
+
+
+def _gains(variant: Variant) -> str:
+    """Write a setting's gains for the page."""
+    return gains_told(dict(variant.gains)).replace("-", "−")
+
+
+def _as_near(tried: Sequence[Tried]) -> str:
+    """Count the settings of each method that are as good as its nearest, in words."""
+    parts = []
+    for method, nearest in fitted(tried).items():
+        mine = [each.agreement for each in tried if each.variant.method == method]
+        best = nearest.agreement
+        near = sum(each.agreeing == best.agreeing and each.distance <= best.distance + _AS_NEAR for each in mine)
+        parts.append(f"{near} of {len(mine)} for {method}")
+    return ", ".join(parts)
+
+
+def _falls(tried: Sequence[Tried], method: str, ground: str) -> str:
+    """Count the settings of each slope source with which a method does not come to the end of a ground."""
+    parts = []
+    for source in SLOPE_SOURCES:
+        mine = [each for each in tried if (each.variant.method, each.variant.slope_source) == (method, source)]
+        parts.append(f'{sum(ground in each.ended for each in mine)} ("{source}")')
+    return f"{', '.join(parts[:-1])} or {parts[-1]}"
+
+
+def _survivors(tried: Sequence[Tried], ground: str) -> str:
+    """List the settings that come to the end of a ground, in words."""
+    through = [each.variant for each in tried if ground not in each.ended]
+    named = "; ".join(f"{each.method} {_gains(each)}, {each.slope_source}" for each in through)
+    return f"{len(through)} of {len(tried)}" + (f" ({named})" if through else "")
+
+
+def _worth(rows: Sequence[Row], fits: Mapping[str, Placebo], grounds: Sequence[RandomGround], searched: float) -> str:
+    """Tabulate every fit beside fits to random rows."""
+    read = (DELAYS, WORK_KINDS, LENGTHS, *changes_of("stair 1"), *changes_of("slope 1"))
+    lines = [_line("reading of the grounds, by the adaptive controller", len(read), "", placebo.of_readings(rows))]
+    for method, found in fits.items():
+        free = 1 + len(BLIND[method].gains)
+        crosses = f" and {sum(value is None for value in TABLE_2[method].values())} X"
+        lines.append(_line(f"gains and slope source of {method}", free, crosses, found))
+    free, found = len(placebo.bounds()), placebo.of_table_3(grounds)
+    distance = number(100 * searched, ".1f")
+    lines.append(["ground of Table III, searched", str(free), str(found.numbers), NONE, distance, NONE, NONE, NONE])
+    lines.append(_line("the same, random grounds", free, "", found, "of the law, not of the ground"))
+    met, as_near = "random rows: half are met within %", "random rows met as near as the paper's"
+    headings = ("fit", "free choices", "numbers met", "settings", "distance %", met, as_near, "evidence")
+    return markdown_table(headings, lines, 1)
+
+
+def _line(name: str, free: int, crosses: str, found: Placebo, kind: str = "some") -> list[str]:
+    distances = (number(100 * value, ".1f") for value in (found.distance, found.random))
+    evidence = kind if found.share < SMALL_SHARE else "none"
+    return [name, str(free), f"{found.numbers}{crosses}", str(found.tried), *distances, share(found.share), evidence]
+
+
+@click.command(help=__doc__)
+@click.option("--table", default=f"docs/{TABLE}", show_default=True, type=click.Path(exists=True, path_type=Path))
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder of finished walks; none is kept.")
+def main(table: Path, out: Path | None) -> None:
+    """Walk, and write the results."""
+    rows = read_rows(table.read_text(encoding="utf-8"))
+    with TemporaryDirectory() as kept_nowhere, opened_walks(out or Path(kept_nowhere), progress=True) as kept:
+        tried = scan(choices(rows)[0], kept)
+        grounds = placebo.walked(placebo.drawn(), kept)
+    folder = Path(__file__).parents[2] / "mjbiped" / "reproduction" / "fits"
+    (folder / GAINS_TABLE).write_text(write_tried(tried), encoding="utf-8")
+    (folder / GROUNDS_TABLE).write_text(placebo.write_grounds(grounds), encoding="utf-8")
+    text = json.dumps(sections(rows, tried, grounds), indent=2, ensure_ascii=False)
+    (folder / FITS).write_text(f"{text}\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
