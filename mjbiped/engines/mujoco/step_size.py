@@ -221,7 +221,7 @@ def _at_a_face(constants: Constants, u: Any, toe: Felt, found: Lengths) -> Lengt
     if not (constants.stepped and u.enabled):
         return found
     length, following, reached = found
-    if not u.noted and length > shortest and _reaches_face(constants, u, length):
+    if not u.noted and length > constants.sliding and _reaches_face(constants, u, length):
         length = shortest
     if not reached and _near_face(constants, u, length):
         # the first of them still has half a long step's accelerations to come
