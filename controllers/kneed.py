@@ -33,7 +33,7 @@ from mjbiped.control.tracking import Tracking
 from mjbiped.errors import InputError
 from mjbiped.gaits.gait import Branched
 from mjbiped.gaits.reference import Table, reference_at, table_of
-from mjbiped.robots.bent_leg import ACROSS, FLEXION, LEAN, gravity_beside, stand
+from mjbiped.robots.bent_leg import ACROSS, FLEXION, LEAN, gravity_beside, stand, straight_leg
 from mjbiped.robots.chain import Array, accelerate, inverse_dynamics, solve, weighted
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.utils import domains
@@ -157,7 +157,7 @@ class KneedController(PaperSettings, Tracking):
             locked_reach=self.robot.chains[2].reach.copy(),
             weights=four.weights,
             moments=four.moments,
-            standing=np.zeros(3),
+            standing=straight_leg(self.robot.leg_length),
             gains=self.gains,
             bump=self.knee_bump,
             bump_per_step=self.knee_bump_per_step,
@@ -182,7 +182,7 @@ class KneedController(PaperSettings, Tracking):
     def plan_first_step(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Lay the transition curves where the walk starts off the limit cycle."""
         # walks in threads begin at the same time
-        own = self.parameters._replace(free=_segments(self.robot, ANGLES), standing=np.zeros(3))
+        own = self.parameters._replace(free=_segments(self.robot, ANGLES), standing=straight_leg(self.robot.leg_length))
         plan(own, memory, 0.0, tuple(q), tuple(dq))
 
     def reference(self, memory: Memory, t: float) -> tuple[tuple[float, float, float], ...]:
