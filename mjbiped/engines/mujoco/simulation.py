@@ -294,10 +294,13 @@ class Simulation:
     def callbacks(self) -> Iterator[None]:
         """Install this simulation's callbacks, which are MuJoCo's process-wide globals; what stood there comes back.
 
-        MuJoCo's warnings are counted meanwhile, where it would write them to the terminal and to MUJOCO_LOG.TXT.
+        MuJoCo's warnings are counted meanwhile, where it would write them to the terminal and to MUJOCO_LOG.TXT. Its
+        timers (`data.timer`) stand still where the callbacks are compiled.
+
+        What a controller's method in plain Python raises ends the walk, and is raised at the end of the block.
 
         Raises:
-            MjbipedError: The laws are in plain Python, and another thread is walking with such.
+            MjbipedError: The callbacks are in Python, and another thread is walking with such.
         """
         with ExitStack() as stack:
             if self.native is not None:

@@ -1,9 +1,9 @@
 """MuJoCo's callbacks are globals of the process: what stands there while walks are under way, and for whom.
 
-Compiled walks share `callbacks.trampolines`, which find each walk's own functions: any number of them may be under way,
-in any threads. Walks whose laws are in plain Python share a dispatcher in Python. They are made in one thread at a
-time: while MuJoCo compiles a model, callbacks in Python have to be taken away, for it calls them with models that
-Python cannot hold. What somebody else has installed is asked for all other models, and comes back.
+Walks with compiled callbacks share `callbacks.trampolines`, which find each walk's own functions: any number of them
+may be under way, in any threads. Walks with callbacks in Python share a dispatcher in Python. They are made in one
+thread at a time: while MuJoCo compiles a model, callbacks in Python have to be taken away, for it calls them with
+models that Python cannot hold. What somebody else has installed is asked for all other models, and comes back.
 """
 
 from __future__ import annotations
@@ -185,7 +185,7 @@ def python_callbacks_removed() -> Iterator[None]:
 def _refuse_another_thread() -> None:
     if _walker not in (None, threading.get_ident()):
         raise MjbipedError(
-            "another thread of this process is walking with a controller in plain Python, and MuJoCo's callbacks are "
+            "another thread of this process is walking with callbacks in Python, and MuJoCo's callbacks are "
             "shared by all threads; let walks run one after another, or all of them by mjbiped.walk_many"
         )
 
