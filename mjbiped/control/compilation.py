@@ -121,7 +121,7 @@ class CalledMethods:
             if self.error is None:
                 try:
                     held = memory_of.from_address(memory)
-                    own = held[:]
+                    own: list[Any] = held[:]
                     found = method(own, *given[:times], *(given[group] for group in groups))
                     held[:] = own
                     if name != "torque":
@@ -134,10 +134,9 @@ class CalledMethods:
                 ctypes.memset(given[count], 0, ctypes.sizeof(values_of))
             return math.nan
 
-        returned = number if name in ("slope_estimate", "next_discontinuity") else None
-        return ctypes.CFUNCTYPE(
-            returned, word, word, *[number] * max(count, times, returned is not None), *[word] * (name == "torque")
-        )(call)
+        asked = name in ("slope_estimate", "next_discontinuity")
+        passed = [number] * (1 if asked else count) + [word] * (name == "torque")
+        return ctypes.CFUNCTYPE(number if asked else None, word, word, *passed)(call)
 
 
 def compilable_law(controller: Controller) -> Law | None:

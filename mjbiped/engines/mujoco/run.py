@@ -183,8 +183,14 @@ class _Blocks:
         model, data, simulation = self._model, self._data, self._simulation
         if not simulation.compiled:
             for _ in range(self._steps):
+                u = simulation.state
+                written = u.rows, u.samples
                 mujoco.mj_step(model, data)
-                simulation.check()
+                try:
+                    simulation.check()
+                except BaseException:
+                    u.rows, u.samples = written  # what the step under way has written is not whole
+                    raise
                 if simulation.over:
                     break
             return
