@@ -1,13 +1,15 @@
-"""Compiles a controller's laws apart from any engine; see `mjbiped.control.machine_code`."""
+"""Gives a controller's laws addresses, apart from any engine; see `mjbiped.control.machine_code`."""
 
 from __future__ import annotations
 
+import ctypes
+import math
 from collections.abc import Callable
 from functools import lru_cache, partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from mjbiped.control.adapters import gives_its_law
+from mjbiped.control.adapters import LAWS, gives_its_law
 from mjbiped.control.controller import Controller, Law
 from mjbiped.numerics.jit import c_function, called_within, from_source, jitted, kept_apart, options, raises
 from mjbiped.numerics.records import WORD, NotPackableError, Packer, in_one_block
@@ -76,6 +78,69 @@ class MachineCode:
     def failed(self) -> bool:
         """Whether a law has raised an exception; its torques are NaN from then on."""
         return bool(self._record[_FAILED])
+
+
+class CalledMethods:
+    """C functions that call a controller's methods in plain Python, to be kept while engines call them.
+
+    Attributes:
+        law: Addresses, for compiled engines.
+        error: What a method has raised: no exception could pass through C. From then on none is called, and torques are
+            zero.
+    """
+
+    law: CompiledLaw
+    error: BaseException | None = None
+
+    def __init__(self, controller: Controller, *, room: int) -> None:
+        """Wrap the methods.
+
+        Args:
+            controller: Whose methods they are.
+            room: See `MachineCode`.
+        """
+        from mjbiped.control.machine_code import CompiledLaw
+
+        self._failed = ctypes.c_double()  # as a record begins with `_FAILED`
+        functions = {
+            name: self._behind(name, partial(method, controller), controller)
+            for name, method in zip(Law._fields[1:], LAWS, strict=True)
+        }
+        self._functions = functions  # to be kept alive
+        self.law = CompiledLaw(
+            **{name: ctypes.cast(function, ctypes.c_void_p).value or 0 for name, function in functions.items()},
+            record=ctypes.addressof(self._failed),
+            values=(0.0,) * (len(controller.joints) + max(len(controller.states), room)),
+        )
+
+    def _behind(self, name: str, method: Callable[..., Any], controller: Controller) -> Any:
+        """The C function of a method, with the arguments that `CompiledLaw` says."""
+        number, word, joints = ctypes.c_double, ctypes.c_int64, len(controller.joints)
+        memory_of, values_of = number * controller.memory_size, number * (joints + len(controller.states))
+        times = 0 if name in ("touchdown", "slope_estimate") else 1
+        count = floats_taken(name, joints)
+        groups = [slice(times + first, times + first + joints) for first in range(0, count - times, joints or 1)]
+
+        def call(_record: int, memory: int, *given: Any) -> float:
+            if self.error is None:
+                try:
+                    held = memory_of.from_address(memory)
+                    own: list[Any] = held[:]
+                    found = method(own, *given[:times], *(given[group] for group in groups))
+                    held[:] = own
+                    if name != "torque":
+                        return 0.0 if found is None else float(found)
+                    values_of.from_address(given[count])[:] = found
+                    return 0.0
+                except BaseException as error:  # an interruption, too
+                    self.error, self._failed.value = error, 1.0
+            if name == "torque":
+                ctypes.memset(given[count], 0, ctypes.sizeof(values_of))
+            return math.nan
+
+        asked = name in ("slope_estimate", "next_discontinuity")
+        passed = [number] * (1 if asked else count) + [word] * (name == "torque")
+        return ctypes.CFUNCTYPE(number if asked else None, word, word, *passed)(call)
 
 
 def compilable_law(controller: Controller) -> Law | None:

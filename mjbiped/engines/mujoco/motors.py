@@ -40,7 +40,7 @@ class Parts(NamedTuple):
         slope_estimate: See there.
         tick: See there.
         knee_strike: See there.
-        told: (array, zeros) -> tuple: as many of an array's first numbers as there are zeros.
+        told: (array, zeros) -> tuple of the array's first numbers, as long as `zeros`.
         write_sample: See `mjbiped.records.rows.Rows`.
         write_touchdown: See there.
     """
@@ -56,7 +56,7 @@ class Parts(NamedTuple):
 
 
 def told(numbers: Any, zeros: tuple[float, ...]) -> tuple[float, ...]:
-    """As many of an array's first numbers as there are zeros, as a tuple."""
+    """The first numbers of an array as a tuple, as long as `zeros`."""
     return tuple(numbers[: len(zeros)])
 
 
@@ -79,14 +79,14 @@ class Setting(NamedTuple):
 def arrive(
     setting: Setting, userdata: Userdata, time: float, qpos: Sequence[float], qvel: MutableSequence[float]
 ) -> None:
-    """Come to a new time, in whatever callback is the first to see it, and let `qvel` be the state's rates.
+    """Put MuJoCo's rates back, and observe the state where the time is new: each callback begins with this.
 
     Args:
         setting: The walk's.
         userdata: To be changed.
         time: Now, s.
         qpos: The robot's coordinates now.
-        qvel: Their rates in MuJoCo, or what was shown in their place.
+        qvel: Their rates in MuJoCo. Rates that `leapfrog.show` has put there are replaced by the state's own.
     """
     u, row, memory, rates = userdata
     if not u.running:

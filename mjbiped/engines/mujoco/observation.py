@@ -47,14 +47,16 @@ from mjbiped.rules.termination import FALLEN_HIP, LIGHT_CONTACT, SLIPPED_FOOT, L
 from mjbiped.terrain.profile import Profile, height_of, height_over, height_over_ground, segment_stood_on
 
 MISSED = 0.02
-"""No foot is so far off the ground at its touchdown, or so deep in it, in leg lengths: contacts give 0.01 at most."""
-SLID = 1e-3  # leg lengths in a step: a foot that slides farther does not stand
-FEWEST_AVERAGED = 5.0  # physics steps in such a stretch, at least: the foot loses contact for single ones
+"""A foot that is farther than this from the ground at its touchdown has been lost, in leg lengths: contacts let it come
+0.01 deep at most."""
+SLID = 1e-3  # a stance foot that slides farther in a gait step counts as sliding, in leg lengths
+FEWEST_AVERAGED = 5.0  # a normal force is averaged over at least so many physics steps: single ones are without contact
 AIRBORNE = 0.06
-"""Without contact for so long the foot is airborne, in sqrt(leg length / gravity); hops of a sliding one last half."""
-OPENED = 1e-4  # rad: a knee that bends less rests against its stop, and does not strike it
-CLEAR = 1e-4  # m: a swing foot that was no higher over the ground has not left it
-NOBODY = -1.0  # leg whose foot passes through the ground
+"""A foot is airborne once it has had no contact for this time, in units of sqrt(leg length / gravity). The hops of a
+sliding foot last half as long."""
+OPENED = 1e-4  # a knee that is bent less rests against its stop and cannot strike it, rad
+CLEAR = 1e-4  # a swing foot has left the ground once it was higher over it, m
+NOBODY = -1.0  # in `State.lifted`: no foot leaves the ground in this step
 SHORTEST = 1e-9  # no step is shorter, s
 
 SLIDING_WORDS = (
@@ -144,7 +146,7 @@ def observe(
             u.opened = 1.0
     if u.noted:
         transfer(parts, constants, u, row)
-    u.bent = 0.0  # the foot of a knee that was locked for it has not come down
+    u.bent = 0.0  # a knee that was locked for a touchdown is free again: the touchdown is made, or did not come
     see_posture(constants, u)
     stance = legs[stance_of(u)]
     foot_x, foot_z = foot_of(stance, u.q)
@@ -248,7 +250,7 @@ def judge(
         elif max(slip, abs(up)) > SLIPPED_FOOT * length:
             u.outcome = _SLIPPED
         elif up < -MISSED * length and height_over(profile, foot_x) - foot_z > MISSED * length:
-            u.outcome = _DIVERGED  # it has slid under a step
+            u.outcome = _DIVERGED  # the stance foot has slid under a step of the ground
         elif not limits.start < hip_x < limits.end:
             u.outcome = _LEFT_TERRAIN
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mjbiped.control.validation import fault_in
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Run, Show
-from mjbiped.engines.mujoco.compiled.registry import shared
+from mjbiped.engines.mujoco.compiled import registry
 from mjbiped.engines.mujoco.motors import told
 from mjbiped.engines.mujoco.observation import pressure_times, warned
 from mjbiped.engines.mujoco.options import Options
@@ -69,7 +69,7 @@ class MujocoRun(Run):
 
     def sharing(self) -> AbstractContextManager[None]:
         """The trampolines of compiled callbacks, installed for all threads."""
-        return shared()
+        return registry.compiled()
 
     def shares_with(self, other: Run) -> bool:
         """Whether this walk has compiled callbacks, too."""
@@ -169,19 +169,30 @@ def _fault(simulation: Simulation) -> str:
 class _Blocks:
     """Steps a simulation, a block of many steps at once where its callbacks are compiled.
 
-    A block in which the walk's end lies, or a warning of MuJoCo's, is taken back and made step by step.
+    A block in which the walk's end lies, or a warning of MuJoCo's, is taken back and made step by step. A controller in
+    plain Python, which may notice that it is asked again, makes all steps one by one.
     """
 
     def __init__(self, simulation: Simulation, most: int) -> None:
         self._simulation, self._model, self._data = simulation, simulation.model, simulation.data
         self._state = np.empty(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
-        self._steps = min(BLOCK, most) if simulation.compiled else 1
+        self._steps = min(BLOCK, most)
 
     def advance(self) -> None:
         """Make at least one step, at most so many as the recording has room for."""
         model, data, simulation = self._model, self._data, self._simulation
-        if self._steps == 1:
-            mujoco.mj_step(model, data)
+        if not simulation.compiled:
+            for _ in range(self._steps):
+                u = simulation.state
+                written = u.rows, u.samples
+                mujoco.mj_step(model, data)
+                try:
+                    simulation.check()
+                except BaseException:
+                    u.rows, u.samples = written  # what the step under way has written is not whole
+                    raise
+                if simulation.over:
+                    break
             return
         warnings, numbers = simulation.warnings.copy(), data.warning.number.copy()
         mujoco.mj_getState(model, data, self._state, WHOLE_STATE)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.control import adapters
-from mjbiped.control.compilation import compilable_law
+from mjbiped.control.compilation import CalledMethods, MachineCode, compilable_law
 from mjbiped.control.compile_errors import refused_in_words
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.mujoco import leapfrog, motors, observation, step_size
@@ -33,7 +33,7 @@ from mjbiped.engines.mujoco.contacts import refuses
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
 from mjbiped.engines.mujoco.judged import ground_needed, limits_of
 from mjbiped.engines.mujoco.motors import Parts, Recording, Setting
-from mjbiped.engines.mujoco.options import MOTOR, Options
+from mjbiped.engines.mujoco.options import MOTOR, ROOM, Options
 from mjbiped.engines.mujoco.scene import Scene
 from mjbiped.engines.mujoco.servo import NONE, servo_of
 from mjbiped.engines.mujoco.state import SIZE, Constants, Places, Softness, State, Userdata
@@ -294,10 +294,13 @@ class Simulation:
     def callbacks(self) -> Iterator[None]:
         """Install this simulation's callbacks, which are MuJoCo's process-wide globals; what stood there comes back.
 
-        MuJoCo's warnings are counted meanwhile, where it would write them to the terminal and to MUJOCO_LOG.TXT.
+        MuJoCo's warnings are counted meanwhile, where it would write them to the terminal and to MUJOCO_LOG.TXT. Its
+        timers (`data.timer`) stand still where the callbacks are compiled.
+
+        What a controller's method in plain Python raises ends the walk, and is raised at the end of the block.
 
         Raises:
-            MjbipedError: The laws are in plain Python, and another thread is walking with such.
+            MjbipedError: The callbacks are in Python, and another thread is walking with such.
         """
         with ExitStack() as stack:
             if self.native is not None:
@@ -311,6 +314,7 @@ class Simulation:
             if self.state.running and not self.move_on() and self.data.time > self.state.time:  # a state was set, maybe
                 step_size.expect(self.constants, self.state, _softness_of(self.model, self.data), self.data.time)
             yield
+            self.check()
 
     def attach(self, stack: ExitStack) -> None:
         """Tell the compiled callbacks of this walk for as long as `stack` lasts, whatever model it moves on to."""
@@ -329,8 +333,8 @@ class Simulation:
 
     @property
     def compiled(self) -> bool:
-        """Whether the callbacks are compiled ones."""
-        return self.native is not None
+        """Whether the callbacks and the laws that they call are compiled ones."""
+        return self.native is not None and isinstance(self.native.code, MachineCode)
 
     @cached_property
     def native(self) -> Native | None:
@@ -340,16 +344,29 @@ class Simulation:
             LawError: The controller's laws cannot be compiled.
         """
         controller = self.controller
-        law = compilable_law(controller) if self._compile else None
-        if law is None:
+        if not self._compile:
             return None
+        law, states, joints = compilable_law(controller), len(controller.states), len(controller.joints)
+        code: MachineCode | CalledMethods
         try:
             check_offsets(self.model, self.data)
             with refused_in_words(controller, law):
-                return Native(law, self.constants, self._rows, self.recording)
+                if law is None:
+                    code = CalledMethods(controller, room=ROOM)
+                else:
+                    code = MachineCode(law, states, controller.memory_size, contract=False, room=ROOM, joints=joints)
+                return Native(code, self.constants, self._rows, self.recording)
         except UnknownLayoutError as error:
             warn_once(str(error))
             return None
+
+    def check(self) -> None:
+        """Raise what a controller's method in plain Python has raised in a compiled callback; the walk may go on."""
+        code = self.native.code if self.native is not None else None
+        if isinstance(code, CalledMethods) and code.error is not None:
+            error, code.error, u = code.error, None, self.state
+            u.running, u.outcome = 1.0, 0.0
+            raise error
 
     @property
     def _setting(self) -> Setting:

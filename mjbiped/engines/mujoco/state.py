@@ -255,7 +255,7 @@ class Constants(NamedTuple):
         deepest: No foot is deeper in the ground than this in the first step of a contact, m.
         timestep: Longest physics step, s.
         contact_timestep: Length of the step that makes an impact, s.
-        sliding: Length of the steps in which the swing foot slides on a riser's face, s.
+        sliding: Length of the steps in which the swing foot slides on a riser's face, s: no longer step is made there.
         lands: Whether steps end at impacts; else they all are of one length, and MuJoCo's own.
         control_period: Time between two ticks of the controller, s; 0: it ticks at every physics step.
         memory_size: Floats of the controller's memory.

@@ -15,10 +15,10 @@ step old, and a foot that happens to be out of contact falls meanwhile.
 **Damping.** A contact's damping is 1 / k: plastic within the step. So the length that a step's contacts are made for is
 *planned* one step ahead, in userdata. A step may become shorter than planned; the one that lands, half as long again.
 
-**Faces.** Near a riser's face all steps are contact steps: the foot slides on it, or over its edge. They begin a step
-or two before the face. Where the swing foot is let collide later than that, the long step that it is in is cut at once:
-in the first short step after a long one accelerations act for half the long one, and an impact in it, damped for a
-short one, would throw the foot back fifty times as fast as it came.
+**Faces.** A step or two before the swing foot can meet a riser's face, contact steps begin; while it slides on the
+face, steps are as long as `Constants.sliding`. Where the foot is let collide only when it is there already, the long
+step under way is cut at once: in the first short step after a long one accelerations act for half the long one, and an
+impact in it, damped for a short one, would throw the foot back fifty times as fast as it came.
 """
 
 from __future__ import annotations
@@ -221,7 +221,7 @@ def _at_a_face(constants: Constants, u: Any, toe: Felt, found: Lengths) -> Lengt
     if not (constants.stepped and u.enabled):
         return found
     length, following, reached = found
-    if not u.noted and length > shortest and _reaches_face(constants, u, length):
+    if not u.noted and length > constants.sliding and _reaches_face(constants, u, length):
         length = shortest
     if not reached and _near_face(constants, u, length):
         # the first of them still has half a long step's accelerations to come

@@ -182,4 +182,4 @@ def _usable(simulation: Simulation) -> Any:
         step_address()
     except UnknownLayoutError:
         return None
-    return simulation.native
+    return simulation.native if simulation.compiled else None

@@ -13,6 +13,7 @@ from simulations import Plain, make_simulation
 import mjbiped
 from controllers import KneedController, PassiveController
 from mjbiped.control.controller import Law
+from mjbiped.control.registry import make_controller
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.mujoco import motors, observation, scene
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
@@ -21,6 +22,7 @@ from mjbiped.engines.mujoco.state import State
 from mjbiped.engines.mujoco.step_size import Lengths, approach, sooner
 from mjbiped.records import measures
 from mjbiped.robots.kneed_equations import SWING_LOCKED
+from mjbiped.rules.termination import Outcome
 
 ROBOT = mjbiped.KneedBiped()
 
@@ -135,20 +137,24 @@ class InPython(KneedController):
 @pytest.mark.parametrize(
     "segments", [[(0.2, 1.0, 0.0), (20.0, 0.0, -0.02)], [(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)]], ids=["down", "up"]
 )
-def test_compiled_and_in_python_bit_by_bit_the_same(segments: Any) -> None:
+def test_compiled_and_in_python_bit_by_bit_the_same(segments: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither contracts products and sums; over a change of slope and a step down; with a bent knee after one up."""
     gait = mjbiped.find_kneed_gait(ROBOT, math.radians(2.5))
     ground = mjbiped.Terrain.from_segments(segments)
-    found, plain = (
-        mjbiped.walk(kind(ROBOT, gait), ground, engine="mujoco", steps=3, sample_period=0.02)
-        for kind in (KneedController, InPython)
-    )
+
+    def walk(kind: type[KneedController]) -> mjbiped.Walk:
+        return mjbiped.walk(kind(ROBOT, gait), ground, engine="mujoco", steps=3, sample_period=0.02)
+
+    found, called = walk(KneedController), walk(InPython)
+    monkeypatch.setattr(Simulation, "native", None)  # callbacks in Python, too
+    plain = walk(InPython)
     assert found.outcome == "finished"
-    assert found.samples.keys() == plain.samples.keys()
-    for mine, its in ((found.samples, plain.samples), (found.touchdowns, plain.touchdowns)):
-        for name, values in mine.items():
-            np.testing.assert_array_equal(values, its[name], err_msg=name)
-    np.testing.assert_array_equal(found.peak_torque, plain.peak_torque)
+    for other in (called, plain):
+        assert found.samples.keys() == other.samples.keys()
+        for mine, its in ((found.samples, other.samples), (found.touchdowns, other.touchdowns)):
+            for name, values in mine.items():
+                np.testing.assert_array_equal(values, its[name], err_msg=name)
+        np.testing.assert_array_equal(found.peak_torque, other.peak_torque)
 
 
 def test_an_unknown_mujoco_is_stepped_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -283,6 +289,7 @@ def test_contact_of_the_foot_can_wait_or_not(monkeypatch: pytest.MonkeyPatch) ->
                 ignored.append(1 - int(u.stance))
 
         monkeypatch.setattr(motors, "observe", waiting)
+        monkeypatch.setattr(Simulation, "native", None)  # callbacks in Python call it
         ground = mjbiped.Terrain.incline(2.5)
         walks.append(mjbiped.walk(Plain(), ground, robot=ROBOT, engine="mujoco", steps=2, sample_period=None))
         assert bool(ignored) == (share > 0.0)
@@ -308,6 +315,20 @@ def projected(touched: Any, index: int) -> Any:
     q, dq = np.array([thigh + knee, thigh, new, new + bent]), before[[0, 0, 1, 2]]
     legs, four, cosines = np.kron(np.eye(2), np.ones((2, 1))), ROBOT.chains[4], np.cos(q[:, None] - q)
     return np.linalg.solve(legs.T @ (four.about_end * cosines) @ legs, legs.T @ (four.onto_end * cosines) @ dq)
+
+
+def test_a_foot_that_slides_down_a_face_does_so_in_sixteenths_of_a_step() -> None:
+    """Contact steps lead it to the face; in such steps alone, the way down would take six thousand of them."""
+    controller = make_controller("adaptive", ROBOT, {})
+    simulation = mjbiped.Mujoco().simulation(controller, mjbiped.Terrain.stairs(tread=1.2, rise=0.02), steps=8)
+    lengths = []
+    with simulation.callbacks():
+        while not simulation.over:
+            mujoco.mj_step(simulation.model, simulation.data)
+            lengths.append(simulation.model.opt.timestep)
+    assert simulation.outcome is Outcome.FINISHED
+    assert np.isclose(lengths, 1e-3 / 16.0).sum() > 500
+    assert np.isclose(lengths, 1e-5).sum() < 2000
 
 
 def test_a_touchdown_with_a_bent_knee_takes_the_robot_over() -> None:

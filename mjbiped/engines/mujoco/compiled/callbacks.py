@@ -23,16 +23,15 @@ import hashlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 
-from mjbiped.control.compilation import MachineCode
+from mjbiped.control.compilation import CalledMethods, MachineCode
 from mjbiped.engines.mujoco import contacts, leapfrog, motors, state, step_size
 from mjbiped.engines.mujoco.compiled.layout import Layout, UnknownLayoutError, layout
 from mjbiped.engines.mujoco.motors import Parts, Recording
-from mjbiped.engines.mujoco.options import ROOM
 from mjbiped.engines.mujoco.scene import ARRIVE, CONTROL, FILTER, RECORDS_SIZE, SENSOR
 from mjbiped.engines.mujoco.state import SIZE, Constants, State
 from mjbiped.numerics.jit import c_function, described, options, prepared
@@ -43,9 +42,6 @@ from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain import profile
-
-if TYPE_CHECKING:
-    from mjbiped.control.controller import Law
 
 POSITION, ACCELERATION = int(mujoco.mjtStage.mjSTAGE_POS), int(mujoco.mjtStage.mjSTAGE_ACC)
 
@@ -75,7 +71,8 @@ class Native:
 
     Attributes:
         functions: Shared by all walks of a kind of robot whose controllers have no more states than there is room for.
-        constants: As given.
+        code: As given, as `constants`, `rows` and `recording` are.
+        constants: The walk's.
         made: Expression that makes the parts of the record in compiled code; see `numerics.records.Packer`.
         classes: The NamedTuples in it.
         record: Constants and gains of this walk, and where its recording lies.
@@ -83,34 +80,32 @@ class Native:
         recording: As given; its arrays are kept alive.
     """
 
-    def __init__(self, law: Law, constants: Constants, rows: Rows, recording: Recording) -> None:
+    def __init__(
+        self, code: MachineCode | CalledMethods, constants: Constants, rows: Rows, recording: Recording
+    ) -> None:
         """Compile, or take from the cache, what this kind of walk needs.
 
         Args:
-            law: The controller's.
+            code: Addresses of the controller's laws.
             constants: The walk's.
             rows: How rows of this kind of robot are written.
             recording: To be written.
 
         Raises:
             UnknownLayoutError: This MuJoCo's structs are not understood.
-            NotPackableError: The law's parameters cannot be put into a record.
-            NumbaError: The laws cannot be compiled.
         """
         packed = constants._replace(places=state.in_arrays(constants.places))
         shared = recording._replace(samples=Shared(recording.samples), rows=Shared(recording.rows))
-        packer, joints = Packer(), len(constants.joints)
-        self._law = law
-        self._code = MachineCode(law, constants.states, constants.memory_size, contract=False, room=ROOM, joints=joints)
-        self.made = packer.add((packed, shared, self._code.law))
+        packer = Packer()
+        self.made = packer.add((packed, shared, code.law))
         self.classes = tuple(packer.classes.items())
         self.functions = _compile(self.made, self.classes, rows, layout())
-        self.constants, self.rows, self.recording = constants, rows, recording
+        self.code, self.constants, self.rows, self.recording = code, constants, rows, recording
         self.record = packer.record()
 
     def with_constants(self, constants: Constants) -> Native:
         """The same walk in another scene."""
-        return Native(self._law, constants, self.rows, self.recording)
+        return Native(self.code, constants, self.rows, self.recording)
 
     def fits(self, model: mujoco.MjModel) -> bool:
         """Whether all places that the callbacks use are there in a model: C code does not look."""

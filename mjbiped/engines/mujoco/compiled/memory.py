@@ -80,7 +80,7 @@ def call_filter(_typing: Any, _function: Any, _model: Any, _data: Any, _first: A
 
 
 def told(values: Any, zeros: tuple[float, ...]) -> tuple[float, ...]:
-    """As `motors.told`."""
+    """The first numbers of an array as a tuple, as long as `zeros`: `motors.told` for compiled code."""
     found: tuple[float, ...] = floats_at(values, 0, zeros)
     return found
 

@@ -1,16 +1,16 @@
 """MuJoCo's callbacks are globals of the process: what stands there while walks are under way, and for whom.
 
-Compiled walks share `callbacks.trampolines`, which find each walk's own functions: any number of them may be under way,
-in any threads. Walks whose laws are in plain Python share a dispatcher in Python. They are made in one thread at a
-time: while MuJoCo compiles a model, callbacks in Python have to be taken away, for it calls them with models that
-Python cannot hold. What somebody else has installed is asked for all other models, and comes back.
+Walks with compiled callbacks share `callbacks.trampolines`, which find each walk's own functions: any number of them
+may be under way, in any threads. Walks with callbacks in Python share a dispatcher in Python. They are made in one
+thread at a time: while MuJoCo compiles a model, callbacks in Python have to be taken away, for it calls them with
+models that Python cannot hold. What somebody else has installed is asked for all other models, and comes back.
 """
 
 from __future__ import annotations
 
 import ctypes
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any, Protocol
@@ -24,6 +24,9 @@ from mjbiped.errors import MjbipedError
 
 CALLBACKS = ("mjcb_control", "mjcb_sensor", "mjcb_contactfilter")
 _NAMES = (*CALLBACKS, "mju_user_warning")
+_CLOCK = "mjcb_time"
+"""Times each stage of a step for `mjData.timer`, a tenth of the step's time: compiled walks are made without it. One in
+Python, as dm_control's profiling sets it, could not be asked by a thread while another one compiles a model."""
 _THEIRS, _TRAMPOLINES, _DISPATCHER, _NOTHING = range(4)  # what can stand in MuJoCo's places
 
 
@@ -40,7 +43,8 @@ _driven: dict[int, list[Driven]] = {}  # walks in Python by the addresses of the
 _walker: int | None = None  # the thread that walks in Python
 _builders = 0  # number of models that are being compiled
 _here = _THEIRS
-_standing: dict[str, Any] = {}  # what somebody else has installed, while something of ours is there
+_NONE: dict[str, Any] = dict.fromkeys(_NAMES)
+_standing = _NONE  # what somebody else has installed, while something of ours is there
 _pointers: list[int | None] = []  # MuJoCo's, while the trampolines are there
 _warnings = 0  # number that MuJoCo has given while ours were there
 _heard = threading.local()  # `listeners`: of the warnings of this thread's walks, the innermost last
@@ -50,31 +54,34 @@ def _refresh() -> None:
     """Put into MuJoCo's places what is needed there now."""
     global _here, _standing
     if _here == _THEIRS:
-        empty = _compiled > 0 and not any(_slots()[0])  # as it mostly is, and faster found than asked of MuJoCo
-        _standing = dict.fromkeys(_NAMES) if empty else {name: getattr(mujoco, f"get_{name}")() for name in _NAMES}
+        empty = _compiled > 0 and not any(_slots()[0][:-1])  # as it mostly is, and faster found than asked of MuJoCo
+        _standing = _NONE if empty else {name: getattr(mujoco, f"get_{name}")() for name in _NAMES}
     if _builders:
         wanted = _TRAMPOLINES if _compiled else _NOTHING
-    elif _driven or (_compiled and any(_standing[name] is not None for name in CALLBACKS)):
+    elif _driven or (_compiled and _standing is not _NONE and any(_standing[name] is not None for name in CALLBACKS)):
         wanted = _DISPATCHER
     else:
         wanted = _TRAMPOLINES if _compiled else _THEIRS
     if wanted == _here:
         return
     if _here == _TRAMPOLINES:
-        for slot, address in zip(_slots()[0], _pointers, strict=True):
-            slot.value = address
+        _write_pointers(_pointers)
     elif _here != _THEIRS:
         _set(_standing)
     _here = wanted
     if wanted == _TRAMPOLINES:
         slots, chosen = _slots()
         _pointers[:] = [slot.value for slot in slots]
-        for slot, address in zip(slots, chosen, strict=True):
-            slot.value = address
+        _write_pointers(chosen)
     elif wanted == _DISPATCHER:
         _set(dict(zip(_NAMES, (_control, _sensor, _filter, _on_warning), strict=True)))
     elif wanted == _NOTHING:
         _set(dict.fromkeys(CALLBACKS))
+
+
+def _write_pointers(addresses: Sequence[int | None]) -> None:
+    for slot, address in zip(_slots()[0], addresses, strict=True):
+        slot.value = address
 
 
 def _set(callbacks: dict[str, Any]) -> None:
@@ -83,14 +90,14 @@ def _set(callbacks: dict[str, Any]) -> None:
 
 
 @lru_cache(maxsize=1)
-def _slots() -> tuple[list[ctypes.c_void_p], list[int]]:
-    """MuJoCo's places, and the addresses of the trampolines and of what counts warnings.
+def _slots() -> tuple[list[ctypes.c_void_p], list[int | None]]:
+    """MuJoCo's places, the clock's last, and what stands there in compiled walks: the trampolines, and no clock.
 
     Raises:
         UnknownLayoutError: MuJoCo's library is not found.
     """
-    chosen = [*map(address_of, trampolines()[1:]), address_of(_on_c_warning)]
-    return [ctypes.c_void_p.in_dll(library(), name) for name in _NAMES], chosen
+    chosen = [*map(address_of, trampolines()[1:]), address_of(_on_c_warning), None]
+    return [ctypes.c_void_p.in_dll(library(), name) for name in (*_NAMES, _CLOCK)], chosen
 
 
 def enter() -> None:
@@ -119,22 +126,6 @@ def compiled() -> Iterator[None]:
         yield
     finally:
         leave()
-
-
-@contextmanager
-def shared() -> Iterator[None]:
-    """Have the trampolines stand in MuJoCo's places for walks in many threads, which also compile models.
-
-    A clock in Python, as dm_control's profiling sets it, would be taken away by one thread that compiles a model while
-    another one asks it; so there is none meanwhile.
-    """
-    clock = mujoco.get_mjcb_time()
-    mujoco.set_mjcb_time(None)
-    try:
-        with compiled():
-            yield
-    finally:
-        mujoco.set_mjcb_time(clock)
 
 
 @contextmanager
@@ -194,7 +185,7 @@ def python_callbacks_removed() -> Iterator[None]:
 def _refuse_another_thread() -> None:
     if _walker not in (None, threading.get_ident()):
         raise MjbipedError(
-            "another thread of this process is walking with a controller in plain Python, and MuJoCo's callbacks are "
+            "another thread of this process is walking with callbacks in Python, and MuJoCo's callbacks are "
             "shared by all threads; let walks run one after another, or all of them by mjbiped.walk_many"
         )
 
