@@ -200,7 +200,7 @@ def test_a_motor_at_the_ankle_is_disturbed_as_others_are(engine: str) -> None:
     assert walk.outcome == "finished"
     assert 0.6 < walk.peak_torque[0] <= 0.7
     free = mjbiped.walk(Plain(), GROUND, robot=HUB, engine=engine, initial="gait", steps=10)
-    assert free.touchdowns["time"][-1] + 0.2 < walk.touchdowns["time"][-1]
+    assert free.touchdowns["time"][-1] + 0.1 < walk.touchdowns["time"][-1]
 
 
 def test_the_return_map_rolls_too() -> None:
