@@ -34,6 +34,16 @@ TASKS: Mapping[str, tuple[str, Mapping[str, Any]]] = MappingProxyType(
 )
 """The terrain's preset and parameters by the task's name; random ground is another one in each episode."""
 
+IDS: Mapping[str, str] = MappingProxyType(
+    {
+        "mjbiped/CompassWalk-v0": "walk_level",
+        "mjbiped/CompassWalkSlopes-v0": "walk_slopes",
+        "mjbiped/CompassWalkStairs-v0": "walk_stairs",
+        "mjbiped/CompassWalkRandom-v0": "walk_random",
+    }
+)
+"""Tasks by their names in Gymnasium."""
+
 PEAK: Pair = (35.55, 23.7)
 """Greatest torque of the ankle's and of the hip's motor, N m: what the knee's and the hip's motor of Unitree's Go1
 give, a walking robot of 12 kg (`forcerange` in unitree_go1/go1.xml of MuJoCo Menagerie)."""
