@@ -54,11 +54,9 @@ class Replay(Source):
         """Go to the next or last touchdown, or to the start or end of the record; see `Source.touchdown_beside`."""
         times = self._walk.touchdowns["time"]
         if direction > 0:
-            index = int(np.searchsorted(times, self.time + _SAME, side="right"))
-            self.go_to(float(times[index]) if index < len(times) else self._end)
+            self.go_to(float(np.min(times[times > self.time + _SAME], initial=self._end)))
         else:
-            index = int(np.searchsorted(times, self.time - _SAME, side="left")) - 1
-            self.go_to(float(times[index]) if index >= 0 else self._begin)
+            self.go_to(float(np.max(times[times < self.time - _SAME], initial=self._begin)))
         return self.time
 
     def restart(self) -> None:
