@@ -62,7 +62,6 @@ class Walkers:
         self._out = self._ticks.out
         self._shapes = ((count, 2), *([(2,)] if count == 1 else []))  # of actions
         self._runs: list[MujocoRun | None] = [None] * count
-        self._without_episode = count
         self._inside, self._bounded = np.tile((-math.inf, math.inf), (count, 1)), False
         # what is recorded waits in a simulation's own rows until it is taken
         samples = math.ceil(task.control_period / DEFAULT_SAMPLE_PERIOD) + 1
@@ -84,9 +83,8 @@ class Walkers:
         before = self._runs[index]
         same = before.simulation if before is not None and before.plan.terrain is ground else None
         run = MujocoRun(plan, self.task.engine, before=same)
-        self._without_episode -= before is None
-        self._runs[index], simulation = run, run.simulation
-        self._ticks.put(index, simulation, self.task.controller.place)
+        self._runs[index] = run
+        self._ticks.put(index, run.simulation, self.task.controller.place)
         self._note_inside(index)
         kept, target = self._ticks.kept[index], self.task.target_speed * self.task.control_period
         kept[feeling.LEG_LENGTH], kept[feeling.TARGET] = plan.robot.leg_length, target
@@ -118,10 +116,9 @@ class Walkers:
                 raise ValueError("another shape")
             np.multiply(actions, scale, out=self.actions)
         except (TypeError, ValueError) as error:  # put into words here: this is called some 25 000 times per second
-            count = len(self.actions)
-            wanted = (
-                "two numbers, of ankle and hip" if count == 1 else f"shape ({count}, 2), ankle and hip of each robot"
-            )
+            wanted = f"shape {self.actions.shape}, ankle and hip of each robot"
+            if len(self.actions) == 1:
+                wanted = "two numbers, of ankle and hip"
             raise InputError(f"action = {shown(actions)}: expected {wanted}") from error
 
     def step(self) -> None:
@@ -130,12 +127,12 @@ class Walkers:
         Raises:
             MjbipedError: A robot has not begun an episode.
         """
-        if self._without_episode:
+        if None in self._runs:
             raise MjbipedError(_NO_EPISODE)
         ticks, out = self._ticks, self._out
         if ticks.advance():
             for index in range(len(out)):
-                if self._runs[index] is not None and self.simulation(index).outcome is Outcome.DIVERGED:
+                if self.simulation(index).outcome is Outcome.DIVERGED:
                     out[index] = 0.0
                     out[index, feeling.OUTCOME] = float(Outcome.DIVERGED)
         self._since_taken += 1
@@ -162,9 +159,8 @@ class Walkers:
 
     def _take(self, index: int) -> None:
         """Take what was recorded of a robot's walk."""
-        run = self._runs[index]
-        if run is not None:
-            run.simulation.take(run.recorder)
+        run = self._run(index)
+        run.simulation.take(run.recorder)
 
     @property
     def felt(self) -> NDArray[np.float64]:
@@ -189,12 +185,10 @@ class Walkers:
         The slope under the stance foot (rad, positive downhill), then the ground's heights over that of the stance foot
         (m) at the places `AHEAD`.
         """
-        run, foot = self._run(index), self._out[index, feeling.FOOT_X]
-        seen = np.empty(SEEN)
-        seen[0] = self._out[index, feeling.SLOPE]
-        places = foot + _AHEAD * run.plan.robot.leg_length
-        seen[1:] = run.plan.terrain.height(places) - self._ticks.now[index].foot_z
-        return np.clip(seen, -HIGHEST, HIGHEST)
+        plan, out = self.plan(index), self._out[index]
+        places = out[feeling.FOOT_X] + _AHEAD * plan.robot.leg_length
+        heights = plan.terrain.height(places) - self._ticks.now[index].foot_z
+        return np.append(out[feeling.SLOPE], heights).clip(-HIGHEST, HIGHEST)
 
     def plan(self, index: int = 0) -> Plan:
         """What a robot's episode was begun with."""
@@ -233,44 +227,40 @@ class Walkers:
         """
         simulation, ticks = self.simulation(index), self._ticks
         size = mujoco.mj_stateSize(simulation.model, WHOLE_STATE)
-        parts = size, size + ticks.kept.shape[1], size + ticks.kept.shape[1] + ticks.out.shape[1]
+        ends = np.cumsum([size, ticks.kept.shape[1], ticks.out.shape[1]]).tolist()
         state = np.asarray(state, dtype=np.float64)
-        if state.shape != (parts[-1] + 1,):
-            raise InputError(f"state: expected shape {(parts[-1] + 1,)}, got {state.shape}")
+        if state.shape != (ends[-1] + 1,):
+            raise InputError(f"state: expected shape {(ends[-1] + 1,)}, got {state.shape}")
         if state[-1] != _checksum(state[:-1]):
             raise InputError("state: it is none that was got from an episode; give one as it was got, unchanged")
         simulation.data.warning.number[:] = 0
-        mujoco.mj_setState(simulation.model, simulation.data, state[:size], WHOLE_STATE)
+        whole, ticks_kept, ticks_out, _ = np.split(state, ends)
+        mujoco.mj_setState(simulation.model, simulation.data, whole, WHOLE_STATE)
         ticks.move_on(index)
         self._note_inside(index)
         ticks.look(index)
-        ticks.kept[index], ticks.out[index] = state[size : parts[1]], state[parts[1] : -1]
+        ticks.kept[index], ticks.out[index] = ticks_kept, ticks_out
 
     def close(self) -> None:
         """End the threads, and let the simulations go."""
         self._ticks.close()
         self._runs = [None] * len(self._runs)
-        self._without_episode = len(self._runs)
 
     def __getstate__(self) -> dict[str, Any]:
         """What `__setstate__` builds like robots of."""
-        episodes: list[Any] = []
+        episodes: dict[int, Any] = {}
         for index, run in enumerate(self._runs):
-            if run is None:
-                episodes.append(None)
-                continue
-            self._take(index)
-            episodes.append((run.plan.terrain, (*run.plan.q, *run.plan.dq), self.state(index), run.recorder))
+            if run is not None:
+                self._take(index)
+                start = (*run.plan.q, *run.plan.dq)
+                episodes[index] = run.plan.terrain, start, self.state(index), run.recorder
         return {"made": (self.task, len(self._runs), self._threads, self._recorded), "episodes": episodes}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Build them again, each in the state in which it was."""
         task, count, threads, recorded = state["made"]
         self.__init__(task, count, threads=threads, recorded=recorded)  # type: ignore[misc]
-        for index, episode in enumerate(state["episodes"]):
-            if episode is None:
-                continue
-            terrain, start, whole, recorder = episode
+        for index, (terrain, start, whole, recorder) in state["episodes"].items():
             self._place(index, terrain, start)
             self.set_state(whole, index)
             self._run(index).recorder = recorder
