@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import importlib
 import threading
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
@@ -28,14 +27,6 @@ from mjbiped.records.record import Walk
 from mjbiped.rendering.gl import ensure_gl
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.domains import STATE
-
-_NAMES, _PARTS = feeling.OBSERVED.keys(), tuple(feeling.OBSERVED.values())
-_RENDERERS = {
-    "glfw": ("glfw_renderer", "GLFWContext"),
-    "egl": ("pyopengl.egl_renderer", "EGLContext"),
-    "osmesa": ("pyopengl.osmesa_renderer", "OSMesaContext"),
-}
-"""dm_control's modules and classes by the platform's name."""
 
 
 class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no types
@@ -71,10 +62,9 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
     def _make_rendering_contexts(self) -> None:
         """Let dm_control draw on a platform that works: without a display it would choose a window system's."""
         platform = ensure_gl()
-        if platform in _RENDERERS and platform != _render.BACKEND:
-            module, name = _RENDERERS[platform]
-            _render.Renderer = getattr(importlib.import_module(f"dm_control._render.{module}"), name)
-            _render.BACKEND = platform
+        for names, renderer in _render._ALL_RENDERERS:
+            if platform in names and platform != _render.BACKEND:
+                _render.Renderer, _render.BACKEND = renderer(), platform
         super()._make_rendering_contexts()
 
     # --- what dm_control asks for -------------------------------------------------------------------------------------
@@ -249,7 +239,7 @@ class Task(control.Task):  # type: ignore[misc]  # dm_control has no types
     def get_observation(self, physics: Physics) -> OrderedDict[str, NDArray[np.float64]]:
         """What the robot feels, and where the task is privileged, the ground."""
         felt = physics._walkers.felt[0].copy()
-        observation = OrderedDict(zip(_NAMES, [felt[part] for part in _PARTS], strict=True))
+        observation = OrderedDict((name, felt[part]) for name, part in feeling.OBSERVED.items())
         if self.settings.privileged:
             seen = physics._walkers.ground_seen(0)
             observation["ground_slope"], observation["ground_heights"] = seen[:1], seen[1:]

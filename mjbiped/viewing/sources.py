@@ -1,4 +1,4 @@
-"""A walk that is being simulated with the steps of `mjbiped.walk`, and can be pushed with the mouse."""
+"""What the viewer shows: a walk under way, simulated with the steps of `mjbiped.walk`, or a record."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from mjbiped.control.tracking import Tracking
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.run import MujocoRun, stepped
 from mjbiped.engines.plan import Plan
-from mjbiped.errors import MjbipedError
+from mjbiped.errors import MjbipedError, RenderError
 from mjbiped.numerics.jit import announced
+from mjbiped.records.record import Walk
 from mjbiped.records.recorder import never_cancelled
 from mjbiped.rendering.camera import fit_cameras
 from mjbiped.rendering.marks import Scales
-from mjbiped.rendering.moments import APART, TRACE, Moment, Pair, ground_under, tracked_posture
-from mjbiped.rendering.posed import place
+from mjbiped.rendering.moments import APART, TRACE, Moment, Moments, Pair, ground_under, tracked_posture
+from mjbiped.rendering.posed import PosedScene, place
 from mjbiped.rollout.walk import WalkStopped, is_interrupt
 from mjbiped.viewing.player import Source
 
@@ -223,3 +224,63 @@ def contact_force(model: mujoco.MjModel, data: mujoco.MjData, foot: str) -> np.n
             turned = data.contact.frame[index].reshape(3, 3).T @ wrench[:3]
             force += turned if pair[1] == geom else -turned
     return force[[0, 2]]
+
+
+class Replay(Source):
+    """A record of either engine, in which time can run forwards and backwards."""
+
+    goes_back = True
+
+    def __init__(self, walk: Walk) -> None:
+        """Build the scene about the start of the record.
+
+        Raises:
+            RenderError: The record holds no samples.
+        """
+        times = walk.samples["time"]
+        if not len(times):
+            raise RenderError("the record holds no samples: there is nothing to show")
+        self.robot, self.terrain, self._walk = walk.robot, walk.terrain, walk
+        self._begin, self._end = float(times[0]), float(times[-1])
+        self._moments = Moments(walk)
+        self.scales = Scales(self._moments.greatest_torque(self._begin, self._end), walk.robot.weight)
+        self._scene = PosedScene(walk)
+        self.restart()
+        self.show()
+
+    @property
+    def time(self) -> float:
+        """Time of the record, s."""
+        return self._moment.time
+
+    @property
+    def ended(self) -> str:
+        """Outcome, at the end of the record."""
+        return self._walk.outcome if self.time >= self._end else ""
+
+    def go_to(self, time: float) -> None:
+        """Look up an instant; see `Source.go_to`."""
+        self._moment = self._moments.at(min(max(time, self._begin), self._end))
+
+    def touchdown_beside(self, direction: int) -> float:
+        """Go to the next or last touchdown, or to the start or end of the record; see `Source.touchdown_beside`."""
+        times = self._walk.touchdowns["time"]
+        if direction > 0:
+            self.go_to(float(np.min(times[times > self.time + _SAME], initial=self._end)))
+        else:
+            self.go_to(float(np.max(times[times < self.time - _SAME], initial=self._begin)))
+        return self.time
+
+    def restart(self) -> None:
+        """Go back to the start."""
+        self.go_to(self._begin)
+
+    def moment(self) -> Moment:
+        """Return the present instant."""
+        return self._moment
+
+    def show(self) -> None:
+        """Set the robot to the present posture, for which MuJoCo computes contacts and forces."""
+        self._scene.go_to(self._moment.qpos[0])
+        self._scene.pose(self._moment, forces=True)
+        self.model, self.data = self._scene.model, self._scene.data
