@@ -1,4 +1,4 @@
-"""Pictures of a robot that walks now, for environments that are asked to render."""
+"""Pictures of a walk under way, for environments that render."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _CAMERA = "track"  # of models/compass.xml
 
 
 class Camera:
-    """Draws a robot beside which it goes; the scene is built again where the ground is another one."""
+    """Draws a robot from a camera that moves with it; each ground has a scene of its own."""
 
     def __init__(self, width: int, height: int) -> None:
         """Note the size of pictures, pixels; nothing is built yet."""

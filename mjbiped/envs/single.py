@@ -41,7 +41,7 @@ def action_space() -> Any:
 
 
 def observation_space(task: WalkTask) -> Any:
-    """Space of what the robot feels, and where the task is privileged, of the ground."""
+    """Space of observations, in a privileged task with those of the ground."""
     seen = SEEN if task.privileged else 0
     low, high = ([*felt, *[end] * seen] for felt, end in ((feeling.LOWEST, -HIGHEST), (feeling.HIGHEST, HIGHEST)))
     return gymnasium.spaces.Box(np.array(low), np.array(high), dtype=np.float64)
@@ -202,7 +202,7 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         return {**told, "outcome": self.walkers.outcome(0).words}
 
     def render(self) -> NDArray[np.uint8] | None:
-        """A picture of the robot, RGB, shape (height, width, 3); None without `render_mode`.
+        """Draw the robot, RGB, shape (height, width, 3); None without `render_mode`.
 
         Raises:
             RenderError: No OpenGL platform works.
@@ -215,19 +215,19 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         return self._camera.picture(self.walkers.plan(), self.walkers.simulation())
 
     def walk(self) -> Walk:
-        """The record of the episode so far, as `mjbiped.walk` gives it: measures, figures and videos can be made of it.
+        """Return the record of the episode so far, with the measures, figures and videos of any walk.
 
         Its outcome is "interrupted" while the robot walks, and "time limit" after 20 s.
         """
         return self.walkers.walk()
 
     def close(self) -> None:
-        """Let everything go."""
+        """Release the renderer, the threads and the simulations."""
         if self._camera is not None:
             self._camera.close()
             self._camera = None
         self.walkers.close()
 
     def __getstate__(self) -> dict[str, Any]:
-        """All but the camera."""
+        """Return all attributes but the camera."""
         return {**self.__dict__, "_camera": None}

@@ -1,4 +1,4 @@
-"""Many robots at once for Gymnasium, stepped in the threads of this process."""
+"""Environment of Gymnasium with many robots, stepped in the threads of this process."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ _WORDS = np.array([outcome.words for outcome in Outcome])
 
 
 class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[Any]]):
-    """So many robots of `mjbiped.envs.single.CompassWalkEnv`, each on ground of its own.
+    """Many robots of `mjbiped.envs.single.CompassWalkEnv`, each on ground of its own.
 
-    `gymnasium.make_vec("mjbiped/CompassWalkRandom-v0", num_envs=64)` gives it. Each robot walks bitwise as in an
-    environment of its own with the seed `seed + index`, whatever the number of threads. One that has ended is reset by
-    the next `step`, whose action it does not feel (`AutoresetMode.NEXT_STEP`). The terms of the reward, `x_position`
+    `gymnasium.make_vec("mjbiped/CompassWalkRandom-v0", num_envs=64)` makes it. Each robot walks bitwise as in an
+    environment of its own with the seed `seed + index`, whatever the number of threads. After the end of its episode
+    the next `step` resets it and ignores its action (`AutoresetMode.NEXT_STEP`). The terms of the reward, `x_position`
     and `outcome` are arrays in `info`.
     """
 
@@ -133,16 +133,16 @@ class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], N
         return observations(walkers), rewards, terminated, truncated, self._info(told)
 
     def _info(self, told: NDArray[np.float64]) -> dict[str, Any]:
-        """Arrays, each with the mask of Gymnasium's convention."""
+        """Arrays of `info`, each with the mask that Gymnasium asks for."""
         info: dict[str, Any] = {name: told[at] for name, at in TERMS.items()}
         outcomes = told[feeling.OUTCOME]
         info["outcome"] = _WORDS[outcomes.astype(np.int64)] if outcomes.any() else self._walking
         return {**info, **{f"_{name}": self._all for name in info}}
 
     def walk(self, index: int) -> Walk:
-        """The record of a robot's episode so far: its first 500 touchdowns, and no samples."""
+        """Return the record of a robot's episode so far: its first 500 touchdowns, without samples."""
         return self.walkers.walk(index)
 
     def close_extras(self, **kwargs: Any) -> None:
-        """End the threads, and let everything go."""
+        """End the threads, and release the simulations."""
         self.walkers.close()

@@ -1,4 +1,4 @@
-"""Robots that walk episodes of a task; what the environments of dm_control and of Gymnasium have in common."""
+"""Robots that walk episodes of a task, for the environments of dm_control and of Gymnasium."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from mjbiped.terrain.terrain import Terrain
 SEEN = 1 + len(AHEAD)
 """Numbers of the privileged part of an observation."""
 HIGHEST = 100.0
-"""Of ground that is seen, m: what is beyond, either way, is cut off."""
+"""Bound to which heights of observed ground are clipped, m."""
 _AHEAD = np.array(AHEAD)
 _NO_EPISODE = "there is no episode yet; call reset() first"
 AFFORDED = 0.1
@@ -34,25 +34,25 @@ the adaptive controller's on level ground."""
 
 
 def _checksum(numbers: NDArray[np.float64]) -> float:
-    """What tells a state from numbers that are none."""
+    """Checksum that tells a robot's state from other numbers."""
     return float(zlib.crc32(np.ascontiguousarray(numbers).tobytes()))
 
 
 class Walkers:
-    """So many robots, each on ground of its own.
+    """A row of robots, each on ground of its own.
 
     Attributes:
-        task: What they are to do.
+        task: Their task.
         actions: Torques for the next control period, N m, shape (robots, 2); `act` writes them.
     """
 
     def __init__(self, task: WalkTask, count: int = 1, *, threads: int = 1, recorded: bool = True) -> None:
-        """Make room; `begin` sets a robot on the ground.
+        """Prepare a row without episodes; `begin` sets a robot on the ground.
 
         Args:
-            task: What they are to do.
+            task: Their task.
             count: Number of robots.
-            threads: That step at a time.
+            threads: Number of threads that step robots at the same time.
             recorded: Whether the samples of walks are kept.
         """
         self.task = task
@@ -72,8 +72,8 @@ class Walkers:
         """Begin an episode of a robot.
 
         Args:
-            index: Which one.
-            random: Ground and start are drawn from it.
+            index: Number of the robot.
+            random: Generator that draws ground and start.
         """
         with announced("the environment's robot", wanted=True):
             self._place(index, self.task.ground(random), self.task.start(random))
@@ -105,11 +105,11 @@ class Walkers:
         """Choose the actions of the next control period.
 
         Args:
-            actions: Of ankle and hip; of several robots a row for each.
-            scale: What they are multiplied by to be in N m.
+            actions: Torques of ankle and hip; a row for each of several robots.
+            scale: Torque that 1 stands for, N m.
 
         Raises:
-            InputError: They have another shape, or are no numbers.
+            InputError: The actions have another shape, or are no numbers.
         """
         try:
             if np.shape(actions) not in self._shapes:
@@ -122,7 +122,7 @@ class Walkers:
             raise InputError(f"action = {shown(actions)}: expected {wanted}") from error
 
     def step(self) -> None:
-        """Let all robots that walk do their actions for a control period.
+        """Simulate a control period of all robots with their actions.
 
         Raises:
             MjbipedError: A robot has not begun an episode.
@@ -147,7 +147,7 @@ class Walkers:
                     self._note_inside(index)
 
     def _note_inside(self, index: int) -> None:
-        """Note between which places of its hip a robot needs no other ground."""
+        """Note the places of a robot's hip between which its present ground suffices."""
         self._inside[index] = self.simulation(index).inside
         self._bounded = bool(np.isfinite(self._inside).any())
 
@@ -158,29 +158,29 @@ class Walkers:
         return run
 
     def _take(self, index: int) -> None:
-        """Take what was recorded of a robot's walk."""
+        """Move the recorded samples of a robot's walk to its recorder."""
         run = self._run(index)
         run.simulation.take(run.recorder)
 
     @property
     def felt(self) -> NDArray[np.float64]:
-        """What the robots feel, shape (robots, `feeling.OBSERVATIONS`); written anew by `step`."""
+        """Observations of the robots, shape (robots, `feeling.OBSERVATIONS`), which `step` overwrites."""
         return self._out[:, : feeling.OBSERVATIONS]
 
     def value(self, which: int) -> NDArray[np.float64]:
-        """One number of all robots, by its index in `feeling`; written anew by `step`."""
+        """One number of all robots by its index in `feeling`, which `step` overwrites."""
         return self._out[:, which]
 
     def told(self) -> NDArray[np.float64]:
-        """A copy of all numbers: a row for each index in `feeling`, a column for each robot."""
+        """Copy all numbers: a row for each index in `feeling`, a column for each robot."""
         return self._out.T.copy()
 
     def outcome(self, index: int) -> Outcome:
-        """How a robot's episode has ended, or that it walks."""
+        """Outcome of a robot's episode; `Outcome.WALKING` while it lasts."""
         return Outcome(int(self._out[index, feeling.OUTCOME]))
 
     def ground_seen(self, index: int) -> NDArray[np.float64]:
-        """The privileged part of an observation, shape (`SEEN`,).
+        """Privileged part of an observation, shape (`SEEN`,).
 
         The slope under the stance foot (rad, positive downhill), then the ground's heights over that of the stance foot
         (m) at the places `AHEAD`.
@@ -191,15 +191,15 @@ class Walkers:
         return np.append(out[feeling.SLOPE], heights).clip(-HIGHEST, HIGHEST)
 
     def plan(self, index: int = 0) -> Plan:
-        """What a robot's episode was begun with."""
+        """Plan of a robot's episode."""
         return self._run(index).plan
 
     def simulation(self, index: int = 0) -> Simulation:
-        """Model and state of a robot; others in the next episode, and on long grounds meanwhile."""
+        """Simulation of a robot's episode; its model changes on long grounds."""
         return self._run(index).simulation
 
     def walk(self, index: int = 0) -> Walk:
-        """The record of a robot's episode so far.
+        """Return the record of a robot's episode so far.
 
         Its outcome is "interrupted" while it walks, and "time limit" once it has walked for the task's.
         """
@@ -211,7 +211,7 @@ class Walkers:
         return run.record()
 
     def state(self, index: int = 0) -> NDArray[np.float64]:
-        """All that a robot's future depends on, its controller's memory included, as `set_state` takes it."""
+        """Return everything that a robot's future depends on, with its controller's memory, for `set_state`."""
         simulation, ticks = self.simulation(index), self._ticks
         whole = np.empty(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
         mujoco.mj_getState(simulation.model, simulation.data, whole, WHOLE_STATE)
@@ -222,8 +222,8 @@ class Walkers:
         """Set a robot back to a state of the same episode; what is recorded goes on from there.
 
         Raises:
-            InputError: It is none that `state` has given: the controller's memory, and what a walk is judged by, are
-                in it, and no other numbers would be those of a walk.
+            InputError: `state` did not return it: it holds the controller's memory and the quantities that end a
+                walk, which other numbers would contradict.
         """
         simulation, ticks = self.simulation(index), self._ticks
         size = mujoco.mj_stateSize(simulation.model, WHOLE_STATE)
@@ -242,12 +242,12 @@ class Walkers:
         ticks.kept[index], ticks.out[index] = ticks_kept, ticks_out
 
     def close(self) -> None:
-        """End the threads, and let the simulations go."""
+        """End the threads, and release the simulations."""
         self._ticks.close()
         self._runs = [None] * len(self._runs)
 
     def __getstate__(self) -> dict[str, Any]:
-        """What `__setstate__` builds like robots of."""
+        """Return settings and episodes, from which `__setstate__` builds the robots again."""
         episodes: dict[int, Any] = {}
         for index, run in enumerate(self._runs):
             if run is not None:
@@ -257,7 +257,7 @@ class Walkers:
         return {"made": (self.task, len(self._runs), self._threads, self._recorded), "episodes": episodes}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Build them again, each in the state in which it was."""
+        """Build the robots again, each in its state."""
         task, count, threads, recorded = state["made"]
         self.__init__(task, count, threads=threads, recorded=recorded)  # type: ignore[misc]
         for index, (terrain, start, whole, recorder) in state["episodes"].items():

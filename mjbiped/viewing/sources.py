@@ -44,7 +44,7 @@ class LiveWalk(Source):
     run: MujocoRun
 
     def __init__(self, plan: Plan, next_plan: Callable[[], Plan] | None = None) -> None:
-        """Set the robot on the ground.
+        """Begin the walk.
 
         Args:
             plan: Checked plan whose engine is `mjbiped.Mujoco`.
@@ -119,14 +119,14 @@ class LiveWalk(Source):
             pass
 
     def touchdown_beside(self, direction: int) -> float:
-        """Simulate to the next touchdown; see `Source.touchdown_beside`."""
+        """Simulate to the next touchdown, and return the time, s; there is no way back."""
         before = self.steps
         while direction > 0 and self.steps == before and self._step():
             pass
         return self.time
 
     def push(self, perturbation: mujoco.MjvPerturb) -> None:
-        """Pull the body that the mouse has selected; see `Source.push`."""
+        """Pull the body that the mouse has selected from now on."""
         pulled = bool(perturbation.active) and perturbation.select > 0
         self._perturbation = copy.copy(perturbation) if pulled else None
 
@@ -259,11 +259,11 @@ class Replay(Source):
         return self._walk.outcome if self.time >= self._end else ""
 
     def go_to(self, time: float) -> None:
-        """Look up an instant; see `Source.go_to`."""
+        """Go to a time (s) of the record, or to its start or end if that is nearer."""
         self._moment = self._moments.at(min(max(time, self._begin), self._end))
 
     def touchdown_beside(self, direction: int) -> float:
-        """Go to the next or last touchdown, or to the start or end of the record; see `Source.touchdown_beside`."""
+        """Go to the next (1) or last (-1) touchdown, or to the end or start of the record, and return the time, s."""
         times = self._walk.touchdowns["time"]
         if direction > 0:
             self.go_to(float(np.min(times[times > self.time + _SAME], initial=self._end)))
