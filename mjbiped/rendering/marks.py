@@ -1,4 +1,4 @@
-"""Draws marks into a scene: torques, ground force, slope estimate, reference posture and paths of the feet.
+"""Marks in a scene: torques, ground force, slope estimate, reference posture and paths of the feet.
 
 They need only an `mujoco.MjvScene` and the values of an instant, so that videos and the viewer's `user_scn` show the
 same marks.
