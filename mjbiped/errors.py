@@ -71,7 +71,7 @@ _SHORT = _Short()
 
 
 def shown(value: object) -> str:
-    """Describe a value in an error message; never raises.
+    """Describe a value for an error message, without raising an exception.
 
     Args:
         value: Anything that a user may have given.
@@ -87,7 +87,7 @@ def shown(value: object) -> str:
 
 
 def explained(error: BaseException) -> str:
-    """Describe an exception that foreign code raised; never raises itself."""
+    """Describe an exception of foreign code, without raising one."""
     name = type(error).__name__
     try:
         return f"{name}: {error}".rstrip(": ")
@@ -96,15 +96,15 @@ def explained(error: BaseException) -> str:
 
 
 def place_of(error: BaseException, source: type | Path) -> str:
-    """Where in a user's code an error arose: file, line, function and the line's text, in brackets.
+    """Find where in a user's code an error arose: file, line, function and the line's text, in brackets.
 
     Args:
-        error: What was raised.
-        source: The class, or the file, whose code it is. The last line in it, or in the files of the class's bases, is
-            told; else the last one outside this package.
+        error: The exception.
+        source: The user's class or file. The last line in it, or in the files of the class's bases, is named;
+            otherwise the last one outside this package.
 
     Returns:
-        The words, with a blank before them; empty where no place outside this package is known.
+        The place, with a blank before it; empty if none outside this package is known.
     """
     files: set[str | None] = {str(source)}
     if not isinstance(source, Path):

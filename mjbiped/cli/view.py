@@ -91,7 +91,7 @@ def view(ctx: click.Context, /, what: str, **values: Any) -> None:
 
 def _replay(path: Path) -> Callable[[], Source]:
     """Read a record, and return what replays it."""
-    from mjbiped.viewing.replay import Replay
+    from mjbiped.viewing.sources import Replay
 
     record = Walk.load(path)
     return lambda: Replay(record)
@@ -99,7 +99,7 @@ def _replay(path: Path) -> Callable[[], Source]:
 
 def _live(ctx: click.Context, text: str, values: dict[str, Any]) -> Callable[[], Source]:
     """Check the options of a walk, and return what starts it."""
-    from mjbiped.viewing.live import LiveWalk
+    from mjbiped.viewing.sources import LiveWalk
 
     seed = values["seed"]
     values["terrain"] = text

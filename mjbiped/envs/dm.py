@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import importlib
 import threading
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
@@ -29,28 +28,20 @@ from mjbiped.rendering.gl import ensure_gl
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.domains import STATE
 
-_NAMES, _PARTS = feeling.OBSERVED.keys(), tuple(feeling.OBSERVED.values())
-_RENDERERS = {
-    "glfw": ("glfw_renderer", "GLFWContext"),
-    "egl": ("pyopengl.egl_renderer", "EGLContext"),
-    "osmesa": ("pyopengl.osmesa_renderer", "OSMesaContext"),
-}
-"""dm_control's modules and classes by the platform's name."""
-
 
 class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no types
-    """The robot on its ground, with the controller in it.
+    """The physics of an episode: the robot, its ground, and the controller in it.
 
-    A `step` is one control period: the physics steps within it are of changing lengths, for they end at touchdowns. An
-    episode on other ground has another `model` and `data`; on ground of more than 40 segments they are exchanged
-    within an episode, too.
+    A `step` is one control period: the physics steps within it vary in length, because they end at touchdowns. An
+    episode on other ground has another `model` and `data`; on ground of more than 40 segments they are also exchanged
+    within an episode.
     """
 
     def __init__(self, walkers: Walkers) -> None:
         """Show a robot that has begun an episode.
 
         Args:
-            walkers: Just this one robot.
+            walkers: A row of one robot.
         """
         self._walkers = walkers
         super().__init__(self._wrapped())
@@ -59,7 +50,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         return wrapper.MjData(self._walkers.simulation().data)
 
     def _show(self) -> None:
-        """Let model and data be those of the robot now."""
+        """Take over the model and data that the robot has now."""
         if self._walkers.simulation().data is not self.data.ptr:
             self._reload_from_data(self._wrapped())
 
@@ -71,10 +62,9 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
     def _make_rendering_contexts(self) -> None:
         """Let dm_control draw on a platform that works: without a display it would choose a window system's."""
         platform = ensure_gl()
-        if platform in _RENDERERS and platform != _render.BACKEND:
-            module, name = _RENDERERS[platform]
-            _render.Renderer = getattr(importlib.import_module(f"dm_control._render.{module}"), name)
-            _render.BACKEND = platform
+        for names, renderer in _render._ALL_RENDERERS:
+            if platform in names and platform != _render.BACKEND:
+                _render.Renderer, _render.BACKEND = renderer(), platform
         super()._make_rendering_contexts()
 
     # --- what dm_control asks for -------------------------------------------------------------------------------------
@@ -84,18 +74,18 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         return self._walkers.task.control_period
 
     def set_control(self, control: NDArray[np.float64]) -> None:
-        """Choose the ankle and hip torque of the next step, N m; what is beyond the action's bounds is cut off."""
+        """Choose the ankle and hip torque of the next step, N m, clipped to the action's bounds."""
         self._walkers.act(control)
 
     def step(self, nstep: int = 1) -> None:
-        """Go on by so many control periods; once the robot has fallen, nothing moves any more."""
+        """Simulate `nstep` control periods; after a fall nothing moves any more."""
         for _ in range(nstep):
             self._walkers.step()
         self._show()
 
     @contextmanager
     def reset_context(self) -> Iterator[Physics]:
-        """In the block an episode is begun with `begin`."""
+        """Enclose the beginning of an episode, which `begin` draws."""
         yield self
         self.after_reset()
 
@@ -104,19 +94,19 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self._walkers.restart(0)
 
     def after_reset(self) -> None:
-        """Compute what depends on the state, for pictures."""
+        """Compute the quantities that pictures need from the state."""
         self.forward()
 
     def get_state(self, sig: int | None = None) -> NDArray[np.float64]:
-        """All that the future depends on, the controller's memory included; for `sig` see `mujoco.mj_getState`."""
+        """Return the whole state with the controller's memory, or the parts `sig` of `mujoco.mj_getState`."""
         state: NDArray[np.float64] = self._walkers.state() if sig is None else super().get_state(sig)
         return state
 
     def set_state(self, physics_state: NDArray[np.float64], sig: int | None = None) -> None:
-        """Set the robot back to a state of this episode, see `get_state`.
+        """Set the robot back to a state of this episode that `get_state` returned.
 
         Raises:
-            InputError: It is none, or `sig` asks for the controller's memory alone, or for what is no finite number.
+            InputError: It is no such state, `sig` asks for the controller's memory alone, or a number is not finite.
         """
         if sig is None:
             self._walkers.set_state(physics_state)
@@ -128,31 +118,31 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         super().set_state(STATE.array("state", physics_state, (size,)), sig)
 
     def copy(self, share_model: bool = False) -> Physics:
-        """A robot in the same state, which goes on by itself; the model is never shared, for it changes in a walk."""
+        """Return an independent robot in the same state; the model, which changes in a walk, is never shared."""
         return type(self)(copy.deepcopy(self._walkers))
 
     def __getstate__(self) -> Any:
-        """The robots; all else is built of them."""
+        """Return the robots, from which everything else is built."""
         return self._walkers
 
     def __setstate__(self, state: Any) -> None:
-        """Show the robots again."""
+        """Build the physics from the robots."""
         self._contexts_lock = threading.Lock()
         self.__init__(state)  # type: ignore[misc]
 
     def free(self) -> None:
-        """Let the model go; nothing may be asked any more."""
+        """Release the model; the physics cannot be used any more."""
         super().free()
         self._walkers.close()
 
     # --- the robot ----------------------------------------------------------------------------------------------------
 
     def joint_angles(self) -> NDArray[np.float64]:
-        """Stance and swing leg from the normal of the ground under the stance foot, rad."""
+        """Angles of stance and swing leg from the normal of the ground under the stance foot, rad."""
         return self._felt("joint_angles")
 
     def joint_rates(self) -> NDArray[np.float64]:
-        """Their rates, rad/s."""
+        """Rates of stance and swing leg, rad/s."""
         return self._felt("joint_rates")
 
     def touchdown(self) -> bool:
@@ -164,7 +154,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         return float(self._felt("time_since_touchdown")[0])
 
     def last_touchdown(self) -> NDArray[np.float64]:
-        """The last touchdown's posture: angles in the old roles against the old ground, then in the new ones, rad."""
+        """Angles at the last touchdown, rad: in the old roles from the old ground's normal, then in the new ones."""
         return self._felt("last_touchdown")
 
     def torque(self) -> NDArray[np.float64]:
@@ -180,11 +170,11 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         return float(self._walkers.value(feeling.SLOPE)[0])
 
     def ground_heights(self) -> NDArray[np.float64]:
-        """Heights of the ground ahead over the stance foot's, m, 0.1 to 1 leg length ahead of it."""
+        """Heights of the ground 0.1 to 1 leg length ahead of the stance foot, above the stance foot, m."""
         return self._walkers.ground_seen(0)[1:]
 
     def outcome(self) -> Outcome:
-        """How the episode has ended, or that the robot walks."""
+        """Outcome of the episode; `Outcome.WALKING` while it lasts."""
         return self._walkers.outcome(0)
 
     def ended(self) -> bool:
@@ -209,19 +199,18 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
 
 class Task(control.Task):  # type: ignore[misc]  # dm_control has no types
-    """One of the tasks.
+    """A task of dm_control.
 
     Attributes:
-        settings: What it is.
+        settings: Settings of the task.
     """
 
     def __init__(self, settings: WalkTask, random: int | np.random.RandomState | None = None) -> None:
-        """Take the settings.
+        """Note the settings, and seed the generator.
 
         Args:
-            settings: See `WalkTask`.
-            random: Seed of what is drawn for the episodes, or a generator to draw it from; by default it differs from
-                time to time.
+            settings: Settings of the task.
+            random: Seed of the episodes, or a generator that draws it; by default each task has another one.
         """
         self.settings = settings
         if isinstance(random, np.random.RandomState):
@@ -230,7 +219,7 @@ class Task(control.Task):  # type: ignore[misc]  # dm_control has no types
 
     @property
     def random(self) -> np.random.Generator:
-        """What episodes are drawn from; dm_control's wrappers draw from it, too."""
+        """Generator of the episodes, from which dm_control's wrappers draw too."""
         return self._random
 
     def initialize_episode(self, physics: Physics) -> None:
@@ -238,41 +227,41 @@ class Task(control.Task):  # type: ignore[misc]  # dm_control has no types
         physics.begin(self._random)
 
     def before_step(self, action: NDArray[np.float64], physics: Physics) -> None:
-        """Hand the action on."""
+        """Set the torques of the action."""
         physics.set_control(action)
 
     def action_spec(self, physics: Physics) -> specs.BoundedArray:
-        """Ankle and hip torque, N m."""
+        """Bounds of an action: ankle and hip torque, N m."""
         most = np.array(self.settings.limits)
         return specs.BoundedArray((2,), np.float64, -most, most, name="ankle\thip")
 
     def get_observation(self, physics: Physics) -> OrderedDict[str, NDArray[np.float64]]:
-        """What the robot feels, and where the task is privileged, the ground."""
+        """Observe what the robot feels, and in a privileged task the ground."""
         felt = physics._walkers.felt[0].copy()
-        observation = OrderedDict(zip(_NAMES, [felt[part] for part in _PARTS], strict=True))
+        observation = OrderedDict((name, felt[part]) for name, part in feeling.OBSERVED.items())
         if self.settings.privileged:
             seen = physics._walkers.ground_seen(0)
             observation["ground_slope"], observation["ground_heights"] = seen[:1], seen[1:]
         return observation
 
     def get_reward(self, physics: Physics) -> float:
-        """From 0 to 1; docs/environments.md has its terms."""
+        """Reward of the last step, from 0 to 1; docs/environments.md describes its terms."""
         return physics.reward()
 
     def get_termination(self, physics: Physics) -> float | None:
-        """0 where the walk has ended, None where it goes on."""
+        """Discount: 0 if the walk has ended, None while it goes on."""
         return 0.0 if physics.ended() else None
 
 
 def environment(
     settings: WalkTask, random: int | np.random.RandomState | None, options: Mapping[str, Any]
 ) -> dm_env.Environment:
-    """The environment of a task.
+    """Make the environment of a task.
 
     Args:
-        settings: The task.
-        random: See `Task`.
-        options: Of `dm_control.rl.control.Environment`.
+        settings: Settings of the task.
+        random: Seed of the episodes, or a generator that draws it.
+        options: Keyword arguments of `dm_control.rl.control.Environment`.
     """
     walkers = Walkers(settings)
     walkers.begin(0, np.random.default_rng(0))  # so that there is a model; `reset` begins anew

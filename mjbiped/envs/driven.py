@@ -1,4 +1,4 @@
-"""A controller that is told from outside what torque to add to another controller's."""
+"""A controller that adds torques given from outside to those of another controller."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from mjbiped.control.controller import Controller, Law, Memory
 from mjbiped.control.machine_code import CompiledLaw
 
 Pair = tuple[float, float]
-"""Of ankle and hip, N m."""
+"""Torques of ankle and hip, N m."""
 
 
 class Parameters(NamedTuple):
-    """What the laws of this module take.
+    """Parameters of the laws of this module.
 
     Attributes:
         base: Machine code of the other controller's laws.
-        place: Index in the memory of the torque that is added to the ankle's; the hip's is the next.
+        place: Index in the memory of the torque added at the ankle; that at the hip follows.
         most: Greatest torque that is added, N m.
         peak: Greatest torque of the motors, N m.
     """
@@ -34,15 +34,15 @@ class Parameters(NamedTuple):
 
 @dataclass(frozen=True)
 class DrivenController(Controller):
-    """Adds to another controller's torques what stands in the last two numbers of its memory.
+    """Adds the torques in the last two numbers of its memory to those of another controller.
 
-    Whoever drives the robot writes them between two ticks. While they are zero, and the motors strong enough, the walk
-    is bitwise that of the other controller.
+    The environment writes them between two ticks. While they are zero, and the motors strong enough, the walk is
+    bitwise that of the other controller.
 
     Attributes:
         base: The other controller; the first numbers of the memory are its own.
-        most: Greatest ankle and hip torque that is added, N m; more is cut off.
-        peak: Greatest ankle and hip torque of the motors, N m; the sum is cut off there.
+        most: Limits of the added ankle and hip torque, N m.
+        peak: Limits of the motors at ankle and hip, to which the sum is clipped, N m.
     """
 
     base: Controller
@@ -50,43 +50,43 @@ class DrivenController(Controller):
     peak: Pair
 
     def __post_init__(self) -> None:
-        """Take over what the other controller says of itself."""
+        """Take over the other controller's states, memory, robot and gait."""
         own = {"states": self.base.states, "memory_size": self.base.memory_size + 2}
         for name, value in {**own, "robot": self.base.robot, "gait": self.base.gait}.items():
             object.__setattr__(self, name, value)
 
     @property
     def place(self) -> int:
-        """Index in the memory of the torque that is added to the ankle's."""
+        """Index in the memory of the torque added at the ankle."""
         return self.base.memory_size
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
-        """Begin as the other controller does, with nothing added."""
+        """Start the other controller, with no torque added."""
         self.base.start(memory, q, dq)
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
-        """Let the other controller take notice."""
+        """Inform the other controller."""
         self.base.on_touchdown(memory, q_before, q, dq)
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        """The other controller's torques and what is added, within the motors' limits; see `Controller.torque`."""
+        """Add to the other controller's torques, and clip the sum to the motors' limits; see `Controller.torque`."""
         ankle, hip, *rates = self.base.torque(memory, t, q, dq)
         return (*_driven(memory, self.place, self.most, self.peak, ankle, hip), *rates)
 
     def slope_estimate(self, memory: Memory) -> float:
-        """The other controller's, rad."""
+        """Slope estimate of the other controller, rad."""
         return self.base.slope_estimate(memory)
 
     @cached_property
     def _machine_code(self) -> MachineCode | None:
-        """Of the other controller's laws; None where they cannot be compiled."""
+        """Machine code of the other controller's laws; None if they cannot be compiled."""
         law = compilable_law(self.base)
         if law is None:
             return None
         return MachineCode(law, len(self.base.states), self.base.memory_size, contract=False)
 
     def law(self) -> Law | None:
-        """The same for compilation; see `Controller.law`."""
+        """Functions for compilation; None if those of the other controller cannot be compiled."""
         if self._machine_code is None:
             return None
         parameters = Parameters(self._machine_code.law, self.place, self.most, self.peak)
@@ -102,12 +102,12 @@ class DrivenController(Controller):
         }
 
     def __getstate__(self) -> dict[str, Any]:
-        """All but the machine code, which belongs to this process."""
+        """Return all attributes but the machine code, which belongs to this process."""
         return {name: value for name, value in self.__dict__.items() if name != "_machine_code"}
 
 
 def _driven(memory: Memory, place: int, most: Pair, peak: Pair, ankle: float, hip: float) -> Pair:
-    """Torques of ankle and hip, with what is added to these, N m."""
+    """Add the torques in the memory to those of ankle and hip, and clip both, N m."""
     return (
         _within(ankle + _within(memory[place], most[0]), peak[0]),
         _within(hip + _within(memory[place + 1], most[1]), peak[1]),
@@ -115,7 +115,7 @@ def _driven(memory: Memory, place: int, most: Pair, peak: Pair, ankle: float, hi
 
 
 def _within(value: float, limit: float) -> float:
-    """A number cut off at a limit either way; what is no number stays so."""
+    """Clip a number to a limit in both directions; NaN remains NaN."""
     if value > limit:
         return limit
     return -limit if value < -limit else value

@@ -1,4 +1,4 @@
-"""What a robot feels at the end of a control period, and what it is rewarded with; plain functions of numbers.
+"""Observation and reward of a robot at the end of a control period, as plain functions of numbers.
 
 The same source runs in Python and compiled (`mjbiped.engines.mujoco.compiled.advance`), after the steps of each robot.
 """
@@ -20,16 +20,16 @@ OBSERVED: dict[str, slice] = {
     "last_touchdown": slice(6, 10),
     "torque": slice(10, 12),
 }
-"""The parts of what is felt, in the order in which they stand in `out`; docs/environments.md has their meanings."""
+"""Parts of an observation by their places in `out`; docs/environments.md describes them."""
 
 LOWEST = (-10.0, -10.0, -100.0, -100.0, 0.0, 0.0, -10.0, -10.0, -10.0, -10.0, -100.0, -100.0)
 HIGHEST = (10.0, 10.0, 100.0, 100.0, 1.0, 100.0, 10.0, 10.0, 10.0, 10.0, 100.0, 100.0)
-"""Bounds of what is felt, in rad, rad/s, s and N m, far beyond what a walk comes to: what is beyond is cut off."""
+"""Bounds to which observations are clipped, in rad, rad/s, s and N m; far beyond those of a walk."""
 
 OBSERVATIONS = 12
 HIP_X, PROGRESS, ECONOMY, REWARD, OUTCOME, SLOPE, FOOT_X = range(OBSERVATIONS, OBSERVATIONS + 7)
-"""Indices in `out`, behind what is felt: hip's x (m), terms of the reward, `mjbiped.rules.termination.Outcome`, slope
-under the stance foot (rad) and the stance foot's x (m)."""
+"""Indices in `out`, behind the observation: hip's x (m), terms of the reward, `mjbiped.rules.termination.Outcome`,
+slope under the stance foot (rad) and the stance foot's x (m)."""
 
 (
     LEG_LENGTH,  # m
@@ -51,12 +51,12 @@ _DIVERGED = float(Outcome.DIVERGED)
 
 
 def feel(now: Any, kept: MutableSequence[float], out: MutableSequence[float]) -> None:
-    """Fill `out` with what the robot feels, and its reward since the last call.
+    """Fill `out` with a robot's observation and its reward since the last call.
 
     Args:
-        now: The `State` of its walk as the next tick will find it.
-        kept: Numbers of this robot, of which the last four are changed.
-        out: See `OBSERVED` and the indices behind it.
+        now: `State` of its walk as the next tick will find it.
+        kept: Numbers of this robot by the indices above; the last four are updated.
+        out: Numbers to fill, by `OBSERVED` and the indices behind the observation.
     """
     for index in range(2):
         out[index], out[2 + index] = now.angles[index], now.turning[index]

@@ -1,4 +1,4 @@
-"""`load()`: a task as an environment of dm_control."""
+"""Loading of a task as an environment of dm_control."""
 
 from __future__ import annotations
 
@@ -61,10 +61,10 @@ def load(
 
 
 def _dm() -> ModuleType:
-    """`mjbiped.envs.dm`, which needs dm_control.
+    """Import `mjbiped.envs.dm`, which needs dm_control.
 
     Raises:
-        MjbipedError: It is not installed.
+        MjbipedError: dm_control is not installed.
     """
     try:
         with warnings.catch_warnings():

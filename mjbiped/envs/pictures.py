@@ -1,10 +1,11 @@
-"""Pictures of a robot that walks now, for environments that are asked to render."""
+"""Pictures of a walk under way, for environments that render."""
 
 from __future__ import annotations
 
 import atexit
-from functools import cache
-from weakref import WeakSet
+import math
+import weakref
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -15,7 +16,6 @@ from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import RenderError
 from mjbiped.rendering.gl import ensure_gl
-from mjbiped.robots.kinds import compass_of
 from mjbiped.terrain.terrain import Terrain
 
 _SIGHT = 4.0  # ground about the robot, m
@@ -24,82 +24,64 @@ _CAMERA = "track"  # of models/compass.xml
 
 
 class Camera:
-    """Draws a robot beside which it goes; the scene is built again where the ground is another one."""
+    """Draws a robot from a camera that moves with it; each ground has a scene of its own."""
 
     def __init__(self, width: int, height: int) -> None:
-        """Nothing is built yet.
-
-        Args:
-            width: Of pictures, pixels.
-            height: Of pictures, pixels.
-        """
+        """Note the size of pictures, pixels; nothing is built yet."""
         self._size = height, width
         self._terrain: Terrain | None = None
-        self._inside = (0.0, 0.0)
-        self._windows: GroundWindows | None = None
-        self._renderer: mujoco.Renderer | None = None
+        self._renderer: Any = None
 
     def picture(self, plan: Plan, simulation: Simulation) -> NDArray[np.uint8]:
-        """The robot as it stands, RGB, shape (height, width, 3).
+        """Draw the robot as it stands, RGB, shape (height, width, 3).
 
         Raises:
             RenderError: No OpenGL platform works.
         """
         x = float(simulation.data.qpos[0])
-        if self._windows is None or self._terrain is not plan.terrain:
-            self._terrain = plan.terrain
+        if self._terrain is not plan.terrain:
+            self._terrain, self._inside = plan.terrain, (math.inf, -math.inf)
             self._windows = GroundWindows(
-                compass_of(plan.robot, "a picture of an environment"),
+                plan.robot,
                 plan.terrain,
                 timestep=1e-4,  # any: nothing is stepped
                 reach=_REACH,
                 scenery=True,
                 margin=max(_SIGHT, MARGIN * plan.robot.leg_length),
             )
-            self._build(x)
-        elif not self._inside[0] < x < self._inside[1]:
+        if not self._inside[0] < x < self._inside[1]:
             self._build(x)
         self._data.qpos[:] = simulation.data.qpos
         mujoco.mj_forward(self._model, self._data)
-        assert self._renderer is not None
         self._renderer.update_scene(self._data, _CAMERA)
         pixels: NDArray[np.uint8] = self._renderer.render()
         return pixels
 
     def _build(self, x: float) -> None:
         """Build the scene about a place (m), and a renderer for it."""
-        assert self._windows is not None
         scene = self._windows.about(x)
         self._model, self._data = scene.model, mujoco.MjData(scene.model)
         self._inside = self._windows.inside(scene)
         height, width = self._size
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = width, height
         platform = ensure_gl()
+        if self._renderer is None:  # at exit it must go before the OpenGL platform, which is loaded by now
+            atexit.register(_close, weakref.ref(self))
         self.close()
         try:
-            renderer = mujoco.Renderer(self._model, height, width, max_geom=self._model.ngeom + 100)
+            self._renderer = mujoco.Renderer(self._model, height, width, max_geom=self._model.ngeom + 100)
         except Exception as error:  # ImportError, RuntimeError, mujoco.FatalError, PyOpenGL's own
             raise RenderError(f"OpenGL platform {platform} cannot draw {width} x {height} pixels: {error}") from error
-        self._renderer = renderer
-        _open.add(self)
-        _close_at_exit()
 
     def close(self) -> None:
-        """Let the renderer go."""
+        """Release the renderer."""
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
 
 
-_open: WeakSet[Camera] = WeakSet()
-
-
-@cache
-def _close_at_exit() -> None:
-    """Where the program ends without `close`, let renderers go before the OpenGL platform, which is loaded by now."""
-
-    def close_all() -> None:
-        for camera in list(_open):
-            camera.close()
-
-    atexit.register(close_all)
+def _close(left: weakref.ref[Camera]) -> None:
+    """Close a camera that a program has left open when it ends."""
+    camera = left()
+    if camera is not None:
+        camera.close()

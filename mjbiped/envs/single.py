@@ -3,22 +3,56 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.envs import feeling
 from mjbiped.envs.pictures import Camera
-from mjbiped.envs.spaces import action_space, info_of, observation_space, observations
 from mjbiped.envs.tasks import WalkTask
-from mjbiped.envs.walkers import Walkers
-from mjbiped.errors import InputError, shown
+from mjbiped.envs.walkers import HIGHEST, SEEN, Walkers
+from mjbiped.errors import InputError, MjbipedError, shown
 from mjbiped.records.record import Walk
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import PIXELS, SEED
 
-import gymnasium  # isort: skip  # `spaces` says what to install where it is missing
+try:
+    import gymnasium
+except ModuleNotFoundError as error:
+    raise MjbipedError("Gymnasium is not installed: pip install 'mjbiped[gym]'") from error
+
+TERMS = {"reward_progress": feeling.PROGRESS, "reward_economy": feeling.ECONOMY, "x_position": feeling.HIP_X}
+"""Entries of `info`, by their indices in `feeling`."""
+
+
+class Settings(TypedDict, total=False):
+    """Settings of a task, which `CompassWalkEnv` describes."""
+
+    residual: bool
+    privileged: bool
+    terrain: Terrain | Mapping[str, Any]
+    control_period: float
+
+
+def action_space() -> Any:
+    """Space of actions: ankle and hip torque, as shares of the greatest."""
+    return gymnasium.spaces.Box(-1.0, 1.0, (2,), np.float32)
+
+
+def observation_space(task: WalkTask) -> Any:
+    """Space of observations, in a privileged task with those of the ground."""
+    seen = SEEN if task.privileged else 0
+    low, high = ([*felt, *[end] * seen] for felt, end in ((feeling.LOWEST, -HIGHEST), (feeling.HIGHEST, HIGHEST)))
+    return gymnasium.spaces.Box(np.array(low), np.array(high), dtype=np.float64)
+
+
+def observations(walkers: Walkers) -> NDArray[np.float64]:
+    """Observations of all robots, shape (robots, size of the space)."""
+    felt = walkers.felt
+    if not walkers.task.privileged:
+        return felt.copy()
+    return np.column_stack([felt, [walkers.ground_seen(index) for index in range(len(felt))]])
 
 
 class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
@@ -118,38 +152,32 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         self,
         task: str = "walk_level",
         *,
-        residual: bool = False,
-        privileged: bool = False,
-        terrain: Terrain | Mapping[str, Any] | None = None,
-        control_period: float | None = None,
         render_mode: str | None = None,
         width: int = 640,
         height: int = 480,
+        **settings: Unpack[Settings],
     ) -> None:
-        """Make the environment; see the class.
+        """Make the environment; the class's table describes the arguments.
 
         Args:
-            task: One of `mjbiped.envs.TASKS`; the other arguments stand in the class's table.
-            residual: See there, as for all that follows.
-            privileged: See there.
-            terrain: See there.
-            control_period: See there.
-            render_mode: See there.
-            width: See there.
-            height: See there.
+            task: One of `mjbiped.envs.TASKS`.
+            render_mode: "rgb_array" if `render` shall give pictures.
+            width: Width of pictures, pixels.
+            height: Height of pictures, pixels.
+            **settings: Settings of the task.
 
         Raises:
             InputError: A value is outside its domain.
         """
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InputError(f"render_mode = {shown(render_mode)}: must be None or 'rgb_array'")
-        settings = settings_of(task, residual, privileged, terrain, control_period)
-        self.walkers = Walkers(settings)
+        chosen = WalkTask(task, **settings)
+        self.walkers = Walkers(chosen)
         self.render_mode = render_mode
-        self.metadata = {**self.metadata, "render_fps": round(1.0 / settings.control_period)}
+        self.metadata = {**self.metadata, "render_fps": round(1.0 / chosen.control_period)}
         self.action_space = action_space()
-        self.observation_space = observation_space(settings)
-        self._most = np.array(settings.limits)
+        self.observation_space = observation_space(chosen)
+        self._most = np.array(chosen.limits)
         self._size = PIXELS.check("width", width), PIXELS.check("height", height)
         self._camera: Camera | None = None
 
@@ -159,7 +187,7 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         """Begin an episode; the same seed gives the same one. There are no options."""
         super().reset(seed=None if seed is None else SEED.check("seed", seed))
         self.walkers.begin(0, self.np_random)
-        return observations(self.walkers)[0], info_of(self.walkers, 0)
+        return observations(self.walkers)[0], self._info()
 
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float64], float, bool, bool, dict[str, Any]]:
         """Hold an action for a control period; see the class."""
@@ -167,10 +195,14 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         walkers.act(action, self._most)
         walkers.step()
         reward, over = float(walkers.value(feeling.REWARD)[0]), bool(walkers.value(feeling.OUTCOME)[0])
-        return observations(walkers)[0], reward, over, False, info_of(walkers, 0)
+        return observations(walkers)[0], reward, over, False, self._info()
+
+    def _info(self) -> dict[str, Any]:
+        told = {name: float(self.walkers.value(at)[0]) for name, at in TERMS.items()}
+        return {**told, "outcome": self.walkers.outcome(0).words}
 
     def render(self) -> NDArray[np.uint8] | None:
-        """A picture of the robot, RGB, shape (height, width, 3); None without `render_mode`.
+        """Draw the robot, RGB, shape (height, width, 3); None without `render_mode`.
 
         Raises:
             RenderError: No OpenGL platform works.
@@ -183,31 +215,19 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         return self._camera.picture(self.walkers.plan(), self.walkers.simulation())
 
     def walk(self) -> Walk:
-        """The record of the episode so far, as `mjbiped.walk` gives it: measures, figures and videos can be made of it.
+        """Return the record of the episode so far, with the measures, figures and videos of any walk.
 
         Its outcome is "interrupted" while the robot walks, and "time limit" after 20 s.
         """
         return self.walkers.walk()
 
     def close(self) -> None:
-        """Let everything go."""
+        """Release the renderer, the threads and the simulations."""
         if self._camera is not None:
             self._camera.close()
             self._camera = None
         self.walkers.close()
 
     def __getstate__(self) -> dict[str, Any]:
-        """All but the camera."""
+        """Return all attributes but the camera."""
         return {**self.__dict__, "_camera": None}
-
-
-def settings_of(
-    task: str,
-    residual: bool,
-    privileged: bool,
-    terrain: Terrain | Mapping[str, Any] | None,
-    control_period: float | None,
-) -> WalkTask:
-    """The task of an environment's arguments."""
-    given = {} if control_period is None else {"control_period": control_period}
-    return WalkTask(task, residual, privileged, {} if terrain is None else terrain, **given)

@@ -1,4 +1,4 @@
-"""The tasks: on what ground the robot walks, what its actions are, and what it observes."""
+"""The tasks: their grounds, actions and observations."""
 
 from __future__ import annotations
 
@@ -34,6 +34,16 @@ TASKS: Mapping[str, tuple[str, Mapping[str, Any]]] = MappingProxyType(
 )
 """The terrain's preset and parameters by the task's name; random ground is another one in each episode."""
 
+IDS: Mapping[str, str] = MappingProxyType(
+    {
+        "mjbiped/CompassWalk-v0": "walk_level",
+        "mjbiped/CompassWalkSlopes-v0": "walk_slopes",
+        "mjbiped/CompassWalkStairs-v0": "walk_stairs",
+        "mjbiped/CompassWalkRandom-v0": "walk_random",
+    }
+)
+"""Tasks by their names in Gymnasium."""
+
 PEAK: Pair = (35.55, 23.7)
 """Greatest torque of the ankle's and of the hip's motor, N m: what the knee's and the hip's motor of Unitree's Go1
 give, a walking robot of 12 kg (`forcerange` in unitree_go1/go1.xml of MuJoCo Menagerie)."""
@@ -43,7 +53,7 @@ TORQUE: Pair = (PEAK[0] / 3.0, PEAK[1] / 3.0)
 grounds (10 and 3.2 N m), and little enough that a policy which knows nothing yet does not throw the robot."""
 
 RESIDUAL: Pair = (PEAK[0] / 10.0, PEAK[1] / 10.0)
-"""The same where it is added to the adaptive controller's."""
+"""Greatest ankle and hip torque of an action that is added to the adaptive controller's, N m."""
 
 CONTROL_PERIOD = 0.02  # s
 TIME_LIMIT = 20.0  # of an episode, s
@@ -59,13 +69,13 @@ _SHORTEST_STEP = ScuffingRule().delay  # no step of a walk is shorter, s
 
 @dataclass(frozen=True)
 class WalkTask:
-    """What a learner is asked to do.
+    """A task for a learner.
 
     Attributes:
         name: One of `TASKS`.
-        residual: Whether actions are added to the torques of the adaptive controller; else they are all there is.
-        privileged: Whether the terrain is observed, too.
-        terrain: Parameters of the task's preset other than its own, or a ground of one's own.
+        residual: Whether actions are added to the torques of the adaptive controller; otherwise they act alone.
+        privileged: Whether the terrain is observed too.
+        terrain: Parameters of the task's preset that replace the default ones, or a terrain.
         control_period: Time between two actions, s, a multiple of the timestep 4 ms, at most 1 s.
         time_limit: Longest episode, s.
 
@@ -81,7 +91,7 @@ class WalkTask:
     time_limit: float = TIME_LIMIT
 
     def __post_init__(self) -> None:
-        """Check what can be checked before an episode."""
+        """Check all settings before the first episode."""
         domains.known_name("task", self.name, TASKS)
         for name in ("residual", "privileged"):
             if not isinstance(getattr(self, name), bool):
@@ -97,7 +107,7 @@ class WalkTask:
 
     @cached_property
     def engine(self) -> Mujoco:
-        """That walks."""
+        """Engine of the task."""
         return Mujoco(timestep=TIMESTEP, control_period=self.control_period)
 
     @property
@@ -112,7 +122,7 @@ class WalkTask:
 
     @cached_property
     def gait(self) -> Gait:
-        """On which episodes begin."""
+        """Gait with which episodes begin."""
         return _gait()
 
     @property
@@ -121,10 +131,10 @@ class WalkTask:
         return float(self.gait.step_length / self.gait.period)
 
     def ground(self, random: np.random.Generator) -> Terrain:
-        """The terrain of an episode.
+        """Terrain of an episode.
 
         Args:
-            random: Drawn from where the ground is another one in each episode.
+            random: Generator that draws the seed of a ground that differs from episode to episode.
 
         Raises:
             InputError: A parameter is outside its domain.
@@ -135,7 +145,7 @@ class WalkTask:
 
     @cached_property
     def _only_ground(self) -> Terrain:
-        """The terrain of all episodes."""
+        """Terrain of all episodes."""
         return self.terrain if isinstance(self.terrain, Terrain) else self._preset()
 
     def _preset(self, **drawn: int) -> Terrain:
@@ -156,7 +166,7 @@ class WalkTask:
 
     @cached_property
     def controller(self) -> DrivenController:
-        """What ticks in the robot."""
+        """Controller that the actions drive."""
         robot = self.gait.robot
         settings = {"imitate_slope_deg": IMITATED_DEG} if self.residual else {}
         base = make_controller("adaptive" if self.residual else "passive", robot, settings)
@@ -167,11 +177,11 @@ class WalkTask:
         return check_controller(self.controller)
 
     def plan(self, terrain: Terrain, start: tuple[float, float, float, float], *, recorded: bool) -> Plan:
-        """The walk of an episode, as `mjbiped.walk` would check it.
+        """Plan of the walk of an episode, as `mjbiped.walk` would check it.
 
         Args:
             terrain: The ground.
-            start: First angles and rates.
+            start: First angles (rad) and rates (rad/s).
             recorded: Whether samples are kept.
         """
         terms = Terms(

@@ -1,26 +1,25 @@
-"""Many robots at once for Gymnasium, stepped in the threads of this process."""
+"""Environment of Gymnasium with many robots, stepped in the threads of this process."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.envs import feeling
-from mjbiped.envs.single import settings_of
-from mjbiped.envs.spaces import TERMS, action_space, observation_space, observations
+from mjbiped.envs.single import TERMS, Settings, action_space, observation_space, observations
+from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
 from mjbiped.errors import InputError
 from mjbiped.records.record import Walk
 from mjbiped.rules.termination import Outcome
-from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import SEED, STEPS, WALKS, WORKERS, entries
 from mjbiped.utils.parallel import cores
 
-from gymnasium.utils import seeding  # isort: skip  # `spaces` says what to install where it is missing
+from gymnasium.utils import seeding  # isort: skip  # `single` says what to install where it is missing
 from gymnasium.vector import AutoresetMode, VectorEnv  # isort: skip
 from gymnasium.vector.utils import batch_space  # isort: skip
 
@@ -28,11 +27,11 @@ _WORDS = np.array([outcome.words for outcome in Outcome])
 
 
 class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[Any]]):
-    """So many robots of `mjbiped.envs.single.CompassWalkEnv`, each on ground of its own.
+    """Many robots of `mjbiped.envs.single.CompassWalkEnv`, each on ground of its own.
 
-    `gymnasium.make_vec("mjbiped/CompassWalkRandom-v0", num_envs=64)` gives it. Each robot walks bitwise as in an
-    environment of its own with the seed `seed + index`, whatever the number of threads. One that has ended is reset by
-    the next `step`, whose action it does not feel (`AutoresetMode.NEXT_STEP`). The terms of the reward, `x_position`
+    `gymnasium.make_vec("mjbiped/CompassWalkRandom-v0", num_envs=64)` makes it. Each robot walks bitwise as in an
+    environment of its own with the seed `seed + index`, whatever the number of threads. After the end of its episode
+    the next `step` resets it and ignores its action (`AutoresetMode.NEXT_STEP`). The terms of the reward, `x_position`
     and `outcome` are arrays in `info`.
     """
 
@@ -43,40 +42,34 @@ class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], N
         num_envs: int = 1,
         task: str = "walk_level",
         *,
-        residual: bool = False,
-        privileged: bool = False,
-        terrain: Terrain | Mapping[str, Any] | None = None,
-        control_period: float | None = None,
         max_episode_steps: int | None = None,
         threads: int | None = None,
+        **settings: Unpack[Settings],
     ) -> None:
         """Make the environment.
 
         Args:
             num_envs: Number of robots.
-            task: See `CompassWalkEnv`, as for the next four.
-            residual: See there.
-            privileged: See there.
-            terrain: See there.
-            control_period: See there.
-            max_episode_steps: After which an episode is truncated; by default those of 20 s.
-            threads: That step at a time; by default as many as there are cores.
+            task: One of `mjbiped.envs.TASKS`.
+            max_episode_steps: Number of steps after which an episode is truncated; by default those of 20 s.
+            threads: Number of threads that step robots at the same time; by default the number of cores.
+            **settings: Settings of the task, which `CompassWalkEnv` describes.
 
         Raises:
             InputError: A value is outside its domain.
         """
-        settings = settings_of(task, residual, privileged, terrain, control_period)
+        chosen = WalkTask(task, **settings)
         if max_episode_steps is not None:
             longest = STEPS.check("max_episode_steps", max_episode_steps)
-            settings = replace(settings, time_limit=longest * settings.control_period)
+            chosen = replace(chosen, time_limit=longest * chosen.control_period)
         self.num_envs = WALKS.check("num_envs", num_envs)
         threads = WORKERS.check("threads", cores() if threads is None else threads)
-        self.walkers = Walkers(settings, num_envs, threads=threads, recorded=False)
-        self._longest = settings.max_steps
-        self.single_action_space, self.single_observation_space = action_space(), observation_space(settings)
+        self.walkers = Walkers(chosen, num_envs, threads=threads, recorded=False)
+        self._longest = chosen.max_steps
+        self.single_action_space, self.single_observation_space = action_space(), observation_space(chosen)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self._most = np.array(settings.limits)
+        self._most = np.array(chosen.limits)
         self._randoms = [seeding.np_random()[0] for _ in range(num_envs)]
         self._steps = np.zeros(num_envs, dtype=np.int64)
         self._ended: list[int] = []
@@ -91,7 +84,7 @@ class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], N
         """Begin episodes.
 
         Args:
-            seed: Of the first robot, the others take the numbers that follow; or one for each; None goes on drawing.
+            seed: Seed of the first robot, whose successors seed the others; or one for each. None goes on drawing.
             options: `{"reset_mask": mask}` resets only some of the robots.
 
         Raises:
@@ -121,7 +114,7 @@ class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], N
     def step(
         self, actions: NDArray[np.float32]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """Hold the actions for a control period; those that ended in the last step begin anew instead."""
+        """Hold the actions for a control period; robots whose episode ended in the last step begin anew instead."""
         walkers = self.walkers
         walkers.act(actions, self._most)
         walkers.step()
@@ -140,16 +133,16 @@ class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], N
         return observations(walkers), rewards, terminated, truncated, self._info(told)
 
     def _info(self, told: NDArray[np.float64]) -> dict[str, Any]:
-        """Arrays, each with the mask of Gymnasium's convention."""
+        """Arrays of `info`, each with the mask that Gymnasium asks for."""
         info: dict[str, Any] = {name: told[at] for name, at in TERMS.items()}
         outcomes = told[feeling.OUTCOME]
         info["outcome"] = _WORDS[outcomes.astype(np.int64)] if outcomes.any() else self._walking
         return {**info, **{f"_{name}": self._all for name in info}}
 
     def walk(self, index: int) -> Walk:
-        """The record of a robot's episode so far: its first 500 touchdowns, and no samples."""
+        """Return the record of a robot's episode so far: its first 500 touchdowns, without samples."""
         return self.walkers.walk(index)
 
     def close_extras(self, **kwargs: Any) -> None:
-        """End the threads, and let everything go."""
+        """End the threads, and release the simulations."""
         self.walkers.close()

@@ -1,4 +1,4 @@
-"""Robots that walk episodes of a task; what the environments of dm_control and of Gymnasium have in common."""
+"""Robots that walk episodes of a task, for the environments of dm_control and of Gymnasium."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from mjbiped.terrain.terrain import Terrain
 SEEN = 1 + len(AHEAD)
 """Numbers of the privileged part of an observation."""
 HIGHEST = 100.0
-"""Of ground that is seen, m: what is beyond, either way, is cut off."""
+"""Bound to which heights of observed ground are clipped, m."""
 _AHEAD = np.array(AHEAD)
 _NO_EPISODE = "there is no episode yet; call reset() first"
 AFFORDED = 0.1
@@ -34,25 +34,25 @@ the adaptive controller's on level ground."""
 
 
 def _checksum(numbers: NDArray[np.float64]) -> float:
-    """What tells a state from numbers that are none."""
+    """Checksum that tells a robot's state from other numbers."""
     return float(zlib.crc32(np.ascontiguousarray(numbers).tobytes()))
 
 
 class Walkers:
-    """So many robots, each on ground of its own.
+    """A row of robots, each on ground of its own.
 
     Attributes:
-        task: What they are to do.
+        task: Their task.
         actions: Torques for the next control period, N m, shape (robots, 2); `act` writes them.
     """
 
     def __init__(self, task: WalkTask, count: int = 1, *, threads: int = 1, recorded: bool = True) -> None:
-        """Make room; `begin` sets a robot on the ground.
+        """Prepare a row without episodes; `begin` sets a robot on the ground.
 
         Args:
-            task: What they are to do.
+            task: Their task.
             count: Number of robots.
-            threads: That step at a time.
+            threads: Number of threads that step robots at the same time.
             recorded: Whether the samples of walks are kept.
         """
         self.task = task
@@ -62,7 +62,6 @@ class Walkers:
         self._out = self._ticks.out
         self._shapes = ((count, 2), *([(2,)] if count == 1 else []))  # of actions
         self._runs: list[MujocoRun | None] = [None] * count
-        self._without_episode = count
         self._inside, self._bounded = np.tile((-math.inf, math.inf), (count, 1)), False
         # what is recorded waits in a simulation's own rows until it is taken
         samples = math.ceil(task.control_period / DEFAULT_SAMPLE_PERIOD) + 1
@@ -73,8 +72,8 @@ class Walkers:
         """Begin an episode of a robot.
 
         Args:
-            index: Which one.
-            random: Ground and start are drawn from it.
+            index: Number of the robot.
+            random: Generator that draws ground and start.
         """
         with announced("the environment's robot", wanted=True):
             self._place(index, self.task.ground(random), self.task.start(random))
@@ -84,9 +83,8 @@ class Walkers:
         before = self._runs[index]
         same = before.simulation if before is not None and before.plan.terrain is ground else None
         run = MujocoRun(plan, self.task.engine, before=same)
-        self._without_episode -= before is None
-        self._runs[index], simulation = run, run.simulation
-        self._ticks.put(index, simulation, self.task.controller.place)
+        self._runs[index] = run
+        self._ticks.put(index, run.simulation, self.task.controller.place)
         self._note_inside(index)
         kept, target = self._ticks.kept[index], self.task.target_speed * self.task.control_period
         kept[feeling.LEG_LENGTH], kept[feeling.TARGET] = plan.robot.leg_length, target
@@ -107,35 +105,34 @@ class Walkers:
         """Choose the actions of the next control period.
 
         Args:
-            actions: Of ankle and hip; of several robots a row for each.
-            scale: What they are multiplied by to be in N m.
+            actions: Torques of ankle and hip; a row for each of several robots.
+            scale: Torque that 1 stands for, N m.
 
         Raises:
-            InputError: They have another shape, or are no numbers.
+            InputError: The actions have another shape, or are no numbers.
         """
         try:
             if np.shape(actions) not in self._shapes:
                 raise ValueError("another shape")
             np.multiply(actions, scale, out=self.actions)
         except (TypeError, ValueError) as error:  # put into words here: this is called some 25 000 times per second
-            count = len(self.actions)
-            wanted = (
-                "two numbers, of ankle and hip" if count == 1 else f"shape ({count}, 2), ankle and hip of each robot"
-            )
+            wanted = f"shape {self.actions.shape}, ankle and hip of each robot"
+            if len(self.actions) == 1:
+                wanted = "two numbers, of ankle and hip"
             raise InputError(f"action = {shown(actions)}: expected {wanted}") from error
 
     def step(self) -> None:
-        """Let all robots that walk do their actions for a control period.
+        """Simulate a control period of all robots with their actions.
 
         Raises:
             MjbipedError: A robot has not begun an episode.
         """
-        if self._without_episode:
+        if None in self._runs:
             raise MjbipedError(_NO_EPISODE)
         ticks, out = self._ticks, self._out
         if ticks.advance():
             for index in range(len(out)):
-                if self._runs[index] is not None and self.simulation(index).outcome is Outcome.DIVERGED:
+                if self.simulation(index).outcome is Outcome.DIVERGED:
                     out[index] = 0.0
                     out[index, feeling.OUTCOME] = float(Outcome.DIVERGED)
         self._since_taken += 1
@@ -150,7 +147,7 @@ class Walkers:
                     self._note_inside(index)
 
     def _note_inside(self, index: int) -> None:
-        """Note between which places of its hip a robot needs no other ground."""
+        """Note the places of a robot's hip between which its present ground suffices."""
         self._inside[index] = self.simulation(index).inside
         self._bounded = bool(np.isfinite(self._inside).any())
 
@@ -161,51 +158,48 @@ class Walkers:
         return run
 
     def _take(self, index: int) -> None:
-        """Take what was recorded of a robot's walk."""
-        run = self._runs[index]
-        if run is not None:
-            run.simulation.take(run.recorder)
+        """Move the recorded samples of a robot's walk to its recorder."""
+        run = self._run(index)
+        run.simulation.take(run.recorder)
 
     @property
     def felt(self) -> NDArray[np.float64]:
-        """What the robots feel, shape (robots, `feeling.OBSERVATIONS`); written anew by `step`."""
+        """Observations of the robots, shape (robots, `feeling.OBSERVATIONS`), which `step` overwrites."""
         return self._out[:, : feeling.OBSERVATIONS]
 
     def value(self, which: int) -> NDArray[np.float64]:
-        """One number of all robots, by its index in `feeling`; written anew by `step`."""
+        """One number of all robots by its index in `feeling`, which `step` overwrites."""
         return self._out[:, which]
 
     def told(self) -> NDArray[np.float64]:
-        """A copy of all numbers: a row for each index in `feeling`, a column for each robot."""
+        """Copy all numbers: a row for each index in `feeling`, a column for each robot."""
         return self._out.T.copy()
 
     def outcome(self, index: int) -> Outcome:
-        """How a robot's episode has ended, or that it walks."""
+        """Outcome of a robot's episode; `Outcome.WALKING` while it lasts."""
         return Outcome(int(self._out[index, feeling.OUTCOME]))
 
     def ground_seen(self, index: int) -> NDArray[np.float64]:
-        """The privileged part of an observation, shape (`SEEN`,).
+        """Privileged part of an observation, shape (`SEEN`,).
 
         The slope under the stance foot (rad, positive downhill), then the ground's heights over that of the stance foot
         (m) at the places `AHEAD`.
         """
-        run, foot = self._run(index), self._out[index, feeling.FOOT_X]
-        seen = np.empty(SEEN)
-        seen[0] = self._out[index, feeling.SLOPE]
-        places = foot + _AHEAD * run.plan.robot.leg_length
-        seen[1:] = run.plan.terrain.height(places) - self._ticks.now[index].foot_z
-        return np.clip(seen, -HIGHEST, HIGHEST)
+        plan, out = self.plan(index), self._out[index]
+        places = out[feeling.FOOT_X] + _AHEAD * plan.robot.leg_length
+        heights = plan.terrain.height(places) - self._ticks.now[index].foot_z
+        return np.append(out[feeling.SLOPE], heights).clip(-HIGHEST, HIGHEST)
 
     def plan(self, index: int = 0) -> Plan:
-        """What a robot's episode was begun with."""
+        """Plan of a robot's episode."""
         return self._run(index).plan
 
     def simulation(self, index: int = 0) -> Simulation:
-        """Model and state of a robot; others in the next episode, and on long grounds meanwhile."""
+        """Simulation of a robot's episode; its model changes on long grounds."""
         return self._run(index).simulation
 
     def walk(self, index: int = 0) -> Walk:
-        """The record of a robot's episode so far.
+        """Return the record of a robot's episode so far.
 
         Its outcome is "interrupted" while it walks, and "time limit" once it has walked for the task's.
         """
@@ -217,7 +211,7 @@ class Walkers:
         return run.record()
 
     def state(self, index: int = 0) -> NDArray[np.float64]:
-        """All that a robot's future depends on, its controller's memory included, as `set_state` takes it."""
+        """Return everything that a robot's future depends on, with its controller's memory, for `set_state`."""
         simulation, ticks = self.simulation(index), self._ticks
         whole = np.empty(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
         mujoco.mj_getState(simulation.model, simulation.data, whole, WHOLE_STATE)
@@ -228,49 +222,45 @@ class Walkers:
         """Set a robot back to a state of the same episode; what is recorded goes on from there.
 
         Raises:
-            InputError: It is none that `state` has given: the controller's memory, and what a walk is judged by, are
-                in it, and no other numbers would be those of a walk.
+            InputError: `state` did not return it: it holds the controller's memory and the quantities that end a
+                walk, which other numbers would contradict.
         """
         simulation, ticks = self.simulation(index), self._ticks
         size = mujoco.mj_stateSize(simulation.model, WHOLE_STATE)
-        parts = size, size + ticks.kept.shape[1], size + ticks.kept.shape[1] + ticks.out.shape[1]
+        ends = np.cumsum([size, ticks.kept.shape[1], ticks.out.shape[1]]).tolist()
         state = np.asarray(state, dtype=np.float64)
-        if state.shape != (parts[-1] + 1,):
-            raise InputError(f"state: expected shape {(parts[-1] + 1,)}, got {state.shape}")
+        if state.shape != (ends[-1] + 1,):
+            raise InputError(f"state: expected shape {(ends[-1] + 1,)}, got {state.shape}")
         if state[-1] != _checksum(state[:-1]):
             raise InputError("state: it is none that was got from an episode; give one as it was got, unchanged")
         simulation.data.warning.number[:] = 0
-        mujoco.mj_setState(simulation.model, simulation.data, state[:size], WHOLE_STATE)
+        whole, ticks_kept, ticks_out, _ = np.split(state, ends)
+        mujoco.mj_setState(simulation.model, simulation.data, whole, WHOLE_STATE)
         ticks.move_on(index)
         self._note_inside(index)
         ticks.look(index)
-        ticks.kept[index], ticks.out[index] = state[size : parts[1]], state[parts[1] : -1]
+        ticks.kept[index], ticks.out[index] = ticks_kept, ticks_out
 
     def close(self) -> None:
-        """End the threads, and let the simulations go."""
+        """End the threads, and release the simulations."""
         self._ticks.close()
         self._runs = [None] * len(self._runs)
-        self._without_episode = len(self._runs)
 
     def __getstate__(self) -> dict[str, Any]:
-        """What `__setstate__` builds like robots of."""
-        episodes: list[Any] = []
+        """Return settings and episodes, from which `__setstate__` builds the robots again."""
+        episodes: dict[int, Any] = {}
         for index, run in enumerate(self._runs):
-            if run is None:
-                episodes.append(None)
-                continue
-            self._take(index)
-            episodes.append((run.plan.terrain, (*run.plan.q, *run.plan.dq), self.state(index), run.recorder))
+            if run is not None:
+                self._take(index)
+                start = (*run.plan.q, *run.plan.dq)
+                episodes[index] = run.plan.terrain, start, self.state(index), run.recorder
         return {"made": (self.task, len(self._runs), self._threads, self._recorded), "episodes": episodes}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Build them again, each in the state in which it was."""
+        """Build the robots again, each in its state."""
         task, count, threads, recorded = state["made"]
         self.__init__(task, count, threads=threads, recorded=recorded)  # type: ignore[misc]
-        for index, episode in enumerate(state["episodes"]):
-            if episode is None:
-                continue
-            terrain, start, whole, recorder = episode
+        for index, (terrain, start, whole, recorder) in state["episodes"].items():
             self._place(index, terrain, start)
             self.set_state(whole, index)
             self._run(index).recorder = recorder

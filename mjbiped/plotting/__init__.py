@@ -1,1 +1,1 @@
-"""Figures."""
+"""Figures of walks, gaits and studies of them."""

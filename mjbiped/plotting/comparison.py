@@ -19,8 +19,10 @@ from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
 
-_MUJOCO: dict[str, Any] = {**MUJOCO, "linewidth": 2.4, "label": "MuJoCo"}
-_HYBRID: dict[str, Any] = {**HYBRID, "linewidth": 1.1, "label": "hybrid"}
+_LOOKS: tuple[dict[str, Any], ...] = (
+    {**MUJOCO, "linewidth": 2.4, "label": "MuJoCo"},
+    {**HYBRID, "linewidth": 1.1, "label": "hybrid"},
+)
 _BURST = 3.0  # an axis is cut where the last, unfinished step would make it longer by this factor
 _LENGTH_SPAN = 0.01  # least span, as a share of the longest step; the differences have their own panel
 _SLOPE_SPAN = 1.0  # least span, deg; smaller differences are rounding
@@ -46,7 +48,7 @@ def plot_comparison(comparison: Comparison, path: str | Path | None = None) -> F
         InputError: The path has another suffix; nothing has been drawn then.
         RenderError: A record holds no samples, or the file cannot be written.
     """
-    walks = (comparison.mujoco, comparison.hybrid)
+    walks = _walks(comparison)
     if not all(len(walk.samples["time"]) for walk in walks):
         raise RenderError("a record holds no samples: there is nothing to draw")
     with drawn(path) as figure:
@@ -72,28 +74,28 @@ def plot_comparison(comparison: Comparison, path: str | Path | None = None) -> F
     return figure
 
 
-def _pairs(comparison: Comparison) -> tuple[tuple[Walk, dict[str, Any]], ...]:
-    """Both walks, each with the look of its lines."""
-    return (comparison.mujoco, _MUJOCO), (comparison.hybrid, _HYBRID)
+def _walks(comparison: Comparison) -> tuple[Walk, Walk]:
+    """Both walks, in the order of `_LOOKS`."""
+    return comparison.mujoco, comparison.hybrid
 
 
 def _draw_torques(grid: Any, comparison: Comparison) -> None:
-    walks = (comparison.mujoco, comparison.hybrid)
+    walks = _walks(comparison)
+    time, difference = torque_differences(comparison)
     steady_ends = [_end_of_steps(walk) for walk in walks]
     cut = []
-    for joint, (axes, name) in enumerate(zip(grid[:2], ("ankle", "hip"), strict=True)):
-        for walk, style in _pairs(comparison):
-            axes.plot(walk.samples["time"], walk.samples["torque"][:, joint], **style)
+    for joint, (axes, name, line) in enumerate(zip(grid[:2], ("ankle", "hip"), (ANKLE, HIP), strict=True)):
+        torques, steady = [], []
+        for walk, look, end in zip(walks, _LOOKS, steady_ends, strict=True):
+            axes.plot(walk.samples["time"], walk.samples["torque"][:, joint], **look)
+            torques.append(walk.samples["torque"][:, joint])
+            steady.append(torques[-1][walk.samples["time"] <= end])
         axes.set(ylabel=f"{name} (N m)")
-        torques = [walk.samples["torque"][:, joint] for walk in walks]
-        steady = [t[w.samples["time"] <= end] for t, w, end in zip(torques, walks, steady_ends, strict=True)]
         if _cut_burst(axes, np.concatenate(torques), np.concatenate(steady), room=0.25):
             cut.append(f"{name} to {max(float(walk.peak_torque[joint]) for walk in walks):.3g}")
+        grid[2].plot(time, difference[:, joint], label=name, linewidth=0.9, **line)
     titled(grid[0], "a", "Joint torque")
     legend_above(grid[0])
-    time, difference = torque_differences(comparison)
-    for joint, (name, look) in enumerate((("ankle", ANKLE), ("hip", HIP))):
-        grid[2].plot(time, difference[:, joint], label=name, linewidth=0.9, **look)
     grid[2].set(ylabel="Δ (N m)")
     labelled(grid[2], "time (s);  Δ = MuJoCo − hybrid at equal times since the touchdown")
     if _cut_burst(grid[2], difference, difference[time <= min(steady_ends)], room=2.0):
@@ -136,9 +138,9 @@ def _cut_burst(axes: Axes, values: Array, steady: Array, *, room: float) -> bool
 
 
 def _draw_step_lengths(axes: Axes, under: Axes, comparison: Comparison) -> None:
-    lengths = [measures.step_lengths(walk) for walk, _ in _pairs(comparison)]
-    for own, (walk, style) in zip(lengths, _pairs(comparison), strict=True):
-        axes.plot(walk.touchdowns["x"], own, marker="o", markersize=3.0, **style)
+    lengths = [measures.step_lengths(walk) for walk in _walks(comparison)]
+    for own, walk, look in zip(lengths, _walks(comparison), _LOOKS, strict=True):
+        axes.plot(walk.touchdowns["x"], own, marker="o", markersize=3.0, **look)
     axes.set(ylabel="length (m)")
     titled(axes, "b", "Step length")
     widen(axes, _LENGTH_SPAN * float(np.concatenate(lengths).max(initial=0.0)))
@@ -150,11 +152,11 @@ def _draw_step_lengths(axes: Axes, under: Axes, comparison: Comparison) -> None:
 
 def _draw_slopes(axes: Axes, comparison: Comparison, estimated: bool) -> None:
     reached = 0.4
-    for walk, style in _pairs(comparison):
+    for walk, look in zip(_walks(comparison), _LOOKS, strict=True):
         x, estimate = walk.touchdowns["x"], np.degrees(walk.touchdowns["slope_estimate"])
         reached = max(reached, float(x.max(initial=0.0)))
         if estimated:
-            axes.plot(x, estimate, marker="o", markersize=3.0, **style)
+            axes.plot(x, estimate, marker="o", markersize=3.0, **look)
     places = np.linspace(0.0, reached, 2001)
     slopes = np.degrees(comparison.mujoco.terrain.slope(places))
     axes.plot(places, slopes, label="ground", zorder=1, linewidth=1.0, **TRUTH)
@@ -179,11 +181,11 @@ def _mark_parting(torques: Any, grounds: Any, comparison: Comparison) -> None:
     divergence = comparison.divergence
     if divergence is None:
         return
-    k = divergence.touchdown - 1
-    places = [walk.touchdowns["x"] for walk, _ in _pairs(comparison)]
-    x = next((float(column[k]) for column in places if k < len(column)), divergence.x)
-    for axes, place in (*((axes, divergence.time) for axes in torques), *((axes, x) for axes in grounds)):
-        axes.axvline(place, color=SHADE, linewidth=0.9, linestyle="-.", zorder=0)
+    beyond = [walk.touchdowns["x"][divergence.touchdown - 1 :] for walk in _walks(comparison)]
+    x = next((float(places[0]) for places in beyond if len(places)), divergence.x)
+    for panels, place in ((torques, divergence.time), (grounds, x)):
+        for axes in panels:
+            axes.axvline(place, color=SHADE, linewidth=0.9, linestyle="-.", zorder=0)
     note_at(torques[0], "they part", divergence.time, 1.0, (3, -2), color=SHADE, va="top")
 
 
@@ -191,7 +193,7 @@ def _mark_ends(torques: Any, comparison: Comparison) -> None:
     """Draw lines where walks end before their time, and name the outcome above the second panel."""
     ends = [
         (float(walk.end[0]), style["label"], walk.outcome)
-        for walk, style in _pairs(comparison)
+        for walk, style in zip(_walks(comparison), _LOOKS, strict=True)
         if walk.outcome != "finished"
     ]
     for time, *_ in ends:

@@ -58,7 +58,7 @@ def _environment(**changes: str) -> Iterator[None]:
 
 
 def one_thread() -> AbstractContextManager[None]:
-    """Have a software OpenGL that is opened in the block draw in the calling thread.
+    """Make a software OpenGL that is opened in the block draw in the calling thread.
 
     Its own threads make a frame of 1280 × 720 no faster, and use a quarter more of the processor. Mesa's variable
     LP_NUM_THREADS is left as it is if it is set.

@@ -14,6 +14,7 @@ from mjbiped.errors import MjbipedError
 from mjbiped.records.record import Walk
 from mjbiped.records.stance_knee import is_sound
 from mjbiped.robots.robot import Robot
+from mjbiped.terrain.terrain import Terrain
 
 TRACE = 2.0
 """Time for which the path of a foot is seen, s."""
@@ -32,7 +33,7 @@ class Moment(NamedTuple):
         time: Time since the start of the walk, s.
         step: Number of the current step, from 1 on; a touchdown belongs to the step that it ends.
         qpos: Posture, see `Robot.places`: hip x and z (m), left and right leg from the vertical, flexions (rad).
-        stance: Stance leg, 0 left, 1 right.
+        stance: Number of the stance leg; of a biped 0 left, 1 right.
         slope: Slope of the ground under the stance foot, rad.
         slope_estimate: Slope that the controller estimates, rad; NaN if it makes no estimate.
         torque: Torques of the robot's joints, N m.
@@ -51,8 +52,8 @@ class Moment(NamedTuple):
     torque: tuple[float, ...]
     force: Pair
     reference: tuple[float, ...] | None
-    ground: tuple[Pair, Pair]
-    traces: tuple[Points, Points]
+    ground: tuple[Pair, ...]
+    traces: tuple[Points, ...]
 
 
 class Moments:
@@ -65,8 +66,7 @@ class Moments:
             walk: A record with samples.
             ghost: Whether the tracked reference is wanted.
         """
-        self._samples, self._terrain = walk.samples, walk.terrain
-        self._robot = walk.robot
+        self._samples, self._terrain, self._robot = walk.samples, walk.terrain, walk.robot
         self._sound = is_sound(walk)
         self._times, self._touchdowns = walk.samples["time"], walk.touchdowns["time"]
         self._reference = _reference(walk) if ghost else None
@@ -106,12 +106,10 @@ class Moments:
         stance = int(samples["stance"][latest])
         locked = bool(samples["locked"][latest]) if "locked" in samples else False
         bent = float(self._robot.flexion(before, stance))
-        reference, force = None, (math.nan, math.nan)
+        force = (math.nan, math.nan)
         if self._sound[latest]:
             force = self._robot.ground_force(q, dq, torque, slope, locked=locked, stance_flexion=bent)
-        if self._reference is not None:
-            tracked = self._reference.at(time, locked=locked)
-            reference = tracked_posture(self._robot, feet[stance], stance, slope, tracked, bent)
+        tracked = None if self._reference is None else self._reference.at(time, locked=locked)
         return Moment(
             time=time,
             step=1 + int(np.searchsorted(self._touchdowns, time - _SAME)),
@@ -121,14 +119,10 @@ class Moments:
             slope_estimate=float(samples["slope_estimate"][latest]),
             torque=tuple(torque.tolist()),
             force=force,
-            reference=reference if reference is not None and all(map(math.isfinite, reference)) else None,
-            ground=(self._ground(feet[0][0]), self._ground(feet[1][0])),
-            traces=(self._trace(0, time, feet[0]), self._trace(1, time, feet[1])),
+            reference=tracked and tracked_posture(self._robot, feet[stance], stance, slope, tracked, bent),
+            ground=ground_under(self._terrain, feet),
+            traces=tuple(self._trace(leg, time, foot) for leg, foot in enumerate(feet)),
         )
-
-    def _ground(self, x: float) -> Pair:
-        """Height (m) and slope (rad) of the ground at x (m)."""
-        return self._terrain.height_at(x), self._terrain.slope_at(x)
 
     def _trace(self, leg: int, time: float, foot: Pair) -> Points:
         """Path of a foot until a time (s), at which it is at a place (m)."""
@@ -137,25 +131,26 @@ class Moments:
         return np.vstack([points[low:high], foot])
 
 
-def foot_of(robot: Robot, hip: Sequence[float], angle: float) -> Pair:
-    """Place x, z (m) of the foot of a straight leg that leans by an angle (rad) from the vertical."""
-    return hip[0] - robot.leg_length * math.sin(angle), hip[1] - robot.leg_length * math.cos(angle)
+def ground_under(terrain: Terrain, feet: Sequence[Pair]) -> tuple[Pair, ...]:
+    """Height (m) and slope (rad) of the ground under each foot at x, z (m)."""
+    return tuple((terrain.height_at(x), terrain.slope_at(x)) for x, _ in feet)
 
 
 def tracked_posture(
     robot: Robot, foot: Pair, stance: int, slope: float, tracked: Sequence[float], bent: float
-) -> tuple[float, ...]:
-    """Posture `qpos` with the angles that a controller tracks.
+) -> tuple[float, ...] | None:
+    """Posture `qpos` with the angles that a controller tracks; None where these are no finite numbers.
 
     Args:
         robot: The robot.
         foot: Place of the stance foot, x and z in m.
-        stance: 0 left, 1 right.
+        stance: Number of the stance leg.
         slope: Slope of the ground, rad.
         tracked: Angles from the ground's normal, stance leg first, rad.
         bent: Flexion of the stance knee, rad.
     """
-    return robot.posture(foot, stance, [angle + slope for angle in tracked], bent)
+    posture = robot.posture(foot, stance, [angle + slope for angle in tracked], bent)
+    return posture if all(map(math.isfinite, posture)) else None
 
 
 def _reference(walk: Walk) -> TrackedReference | None:

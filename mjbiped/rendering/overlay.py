@@ -1,4 +1,4 @@
-"""Text and signs on frames: dark letters on pale panels, in a font whose size follows the frame's."""
+"""Text and signs on frames: dark letters on pale panels, in a size that follows the frame's height."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Overlay:
     """
 
     def __init__(self, image: Image.Image, height: int) -> None:
-        """Prepare; see `overlay`."""
+        """Prepare to draw on an image that is part of a picture of this height, pixels."""
         self._draw, (self._width, self._rows) = ImageDraw.Draw(image, "RGBA"), image.size
         self._edge = round(height * 0.02)
         self.letter = max(_SMALLEST, round(height * _HEIGHT, 1))

@@ -1,4 +1,4 @@
-"""Draws the frames of a walk: the scene built from the record, marks in the scene, words over it, and the chart."""
+"""Frames of a walk: the scene built from the record, marks in the scene, words over it, and the chart."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _FACES = (16, 8, 1)
 
 
 class Film(NamedTuple):
-    """What is drawn of a record.
+    """Contents, times and size of the frames of a record.
 
     Attributes:
         width: Width of a frame, pixels.
@@ -174,7 +174,7 @@ class Stage:
         self._eye.type, self._eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._camera
 
     def frame(self, time: float, *, with_outcome: bool = False) -> Pixels:
-        """Draw the walk at a time (s) of the record as RGB pixels, if wanted with the walk's outcome in words."""
+        """Draw the walk at a time (s) of the record as RGB pixels, on request with the walk's outcome in words."""
         moment = self._moments.at(time)
         self._go_to(moment.qpos[0])
         model, data = self._posed.model, self._posed.data

@@ -12,12 +12,12 @@ from itertools import repeat
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 from tqdm.auto import tqdm
 
 from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.records.record import Walk
 from mjbiped.rendering.encoding import encoder, show
-from mjbiped.rendering.gl import ensure_gl, gl_available
 from mjbiped.rendering.look import SUFFIXES, look
 from mjbiped.rendering.overlay import Pixels
 from mjbiped.rendering.sharing import drawn, processes_for
@@ -25,8 +25,6 @@ from mjbiped.rendering.stage import Film, Stage
 from mjbiped.utils import domains
 from mjbiped.utils.files import saved
 from mjbiped.utils.progress import hidden
-
-__all__ = ["ensure_gl", "gl_available", "render_frame", "render_frames", "render_video"]
 
 WIDTH, HEIGHT = 1280, 720
 """Default size of a picture, pixels."""
@@ -114,7 +112,7 @@ def render_video(
 
 def render_frame(
     walk: Walk,
-    time: float,
+    time: ArrayLike,
     *,
     width: int = WIDTH,
     height: int = HEIGHT,
@@ -122,11 +120,11 @@ def render_frame(
     hide: str | Iterable[str] = (),
     flags: str | Iterable[str] = (),
 ) -> Pixels:
-    """Render one moment of a walk's record.
+    """Render one moment of a walk's record, or several in a scene that is built once.
 
     Args:
         walk: The record.
-        time: Within the record, s.
+        time: Time within the record, s; or a sequence of times.
         width: Width in pixels, 64 to 4096.
         height: Height in pixels, 64 to 4096.
         camera: Camera: "track", "side" or "overview".
@@ -134,49 +132,18 @@ def render_frame(
         flags: MuJoCo's visual flags to set, such as "contactpoint", or to clear, such as "no-static".
 
     Returns:
-        RGB, shape (height, width, 3).
+        RGB, shape (height, width, 3); of a sequence of times shape (times, height, width, 3).
 
     Raises:
-        InputError: An argument is outside its domain; nothing has been drawn then.
-        RenderError: No OpenGL platform works.
-    """
-    [frame] = render_frames(walk, [time], width=width, height=height, camera=camera, hide=hide, flags=flags)
-    return frame
-
-
-def render_frames(
-    walk: Walk,
-    times: Iterable[float],
-    *,
-    width: int = WIDTH,
-    height: int = HEIGHT,
-    camera: str = "track",
-    hide: str | Iterable[str] = (),
-    flags: str | Iterable[str] = (),
-) -> list[Pixels]:
-    """Render some moments of a walk's record, the scene being built once.
-
-    Args:
-        walk: The record.
-        times: Within the record, s.
-        width: Width in pixels, 64 to 4096.
-        height: Height in pixels, 64 to 4096.
-        camera: Camera: "track", "side" or "overview".
-        hide: Names of `mjbiped.rendering.look.ELEMENTS` to hide, or "all".
-        flags: MuJoCo's visual flags to set, such as "contactpoint", or to clear, such as "no-static".
-
-    Returns:
-        RGB of each moment, shape (height, width, 3).
-
-    Raises:
-        InputError: An argument is outside its domain; nothing has been drawn then.
+        InputError: An argument is outside its domain.
         RenderError: No OpenGL platform works.
     """
     _check_size(width, height)
     begin, end = _span(walk)
-    moments = domains.Domain(begin, end, "s of the record").array("times", [*times], (None,)).tolist()
+    times = domains.Domain(begin, end, "s of the record").array("time", time, None)
     with Stage.open(walk, Film(width, height, camera, look(hide, flags), begin, end)) as stage:
-        return [stage.frame(time) for time in moments]
+        frames = np.array([stage.frame(each) for each in times.ravel().tolist()])
+    return frames.reshape(*times.shape, height, width, 3)
 
 
 def _check_size(width: int, height: int) -> None:

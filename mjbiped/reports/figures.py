@@ -18,7 +18,6 @@ _LAYOUT: dict[str, Any] = {
     "paper_bgcolor": "white",
     "plot_bgcolor": "white",
     "margin": {"l": 70, "r": 20, "t": 40, "b": 50},
-    "legend": {"orientation": "h", "yanchor": "bottom", "y": 1.0, "xanchor": "left", "x": 0.0},
     "autosize": True,
 }
 _AXIS: dict[str, Any] = {"gridcolor": "#e6e6e6", "linecolor": SHADE, "zerolinecolor": GUIDE, "ticks": "outside"}
@@ -94,9 +93,19 @@ class Panels:
             )
         return {"xaxis": f"x{own}", "yaxis": f"y{number}"}
 
-    def shown(self, name: str, title: str, note: str, height: int, **layout: Any) -> Shown:
-        """Return the figure for a page, with further settings of its layout in plotly's own names."""
-        self.figure.update_layout({**_LAYOUT, **self._axes, **layout})
+    def shown(self, name: str, title: str, note: str, height: int, *, legend: float = 1.0, **layout: Any) -> Shown:
+        """Return the figure for a page.
+
+        Args:
+            name: Name of its place in the page, letters and dashes.
+            title: Title above it.
+            note: Note under the title; may be empty.
+            height: Height, pixels.
+            legend: Lower end of the legend, in shares of the panels' height.
+            **layout: Further settings of its layout in plotly's own names.
+        """
+        above = {"orientation": "h", "yanchor": "bottom", "y": legend, "xanchor": "left", "x": 0.0}
+        self.figure.update_layout({**_LAYOUT, "legend": above, **self._axes, **layout})
         return Shown(name, title, note, self.figure, height)
 
 
@@ -117,8 +126,25 @@ def span(values: NDArray[Any]) -> dict[str, Any]:
     known = values[np.isfinite(values)]
     if not known.size or np.ptp(known) > _LEAST_SPAN * np.abs(known).max():
         return {}
-    middle, half = float(known.mean()), float(np.abs(known).max()) or 1.0
-    return {"range": [middle - _LEAST_SPAN * half, middle + _LEAST_SPAN * half]}
+    middle, half = float(known.mean()), _LEAST_SPAN * (float(np.abs(known).max()) or 1.0)
+    return {"range": [middle - half, middle + half]}
+
+
+def include(values: NDArray[Any], *, least: float = 0.0, room: float = 0.0) -> dict[str, Any]:
+    """Ends that an axis shows whatever its range.
+
+    Args:
+        values: Drawn values.
+        least: Least span about their middle, in their unit.
+        room: Room on both sides, as a share of their span.
+    """
+    known = values[np.isfinite(values)]
+    if not known.size or not (least or room):
+        return {"autorangeoptions": {"include": []}}
+    low, high = float(known.min()), float(known.max())
+    half = least / 2.0 if least else (0.5 + room) * (high - low)
+    middle = (low + high) / 2.0
+    return {"autorangeoptions": {"include": [middle - half, middle + half]}}
 
 
 def small(values: NDArray[Any]) -> NDArray[np.float32]:

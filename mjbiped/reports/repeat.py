@@ -19,15 +19,17 @@ from mjbiped.gaits.optimised import only_kept
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import NAMED
-from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import parse_terrain
 
 _ENGINES: Mapping[str, type[Mujoco] | type[Hybrid]] = {"mujoco": Mujoco, "hybrid": Hybrid}
-_OWN_OPTIONS = ("position_gain", "velocity_gain", "adaptation_gain", "replanning_delay", "estimate_update")
-"""Settings of the adaptive controller that have options of their own; `--gain` sets all others."""
+_ENGINE_OPTIONS = ("timestep", "contact_timestep", "control_period", "stance_knee")
+_OWN_OPTIONS = ("position_gain", "velocity_gain", "adaptation_gain", "replanning_delay", "estimate_update",
+                "slope_source", *SHARED)  # fmt: skip
+"""Settings of controllers that have options of their own; `--gain` sets all others."""
 
-_PASSIVE = "imitate_slope_deg"  # the setting that means a passive gait
+Option = tuple[str, Any]
+"""Name and value of an option; the value is None for a flag."""
 
 
 def python_of(walk: Walk, record: str) -> str | None:
@@ -75,53 +77,20 @@ def command_of(walk: Walk) -> str | None:
     """Write the command that repeats the walk; None if no command does, as for terrains made in Python."""
     try:
         with only_kept():  # what the record asks for would have to be searched for minutes, to know what it gives
-            return shlex.join(["mjbiped", "walk", *_words(walk)])
+            words = ["mjbiped", "walk", _terrain(walk)]
+            for name, value in _options(walk):
+                option, text = f"--{name.replace('_', '-')}", str(value)
+                if value is None:
+                    words += [option]
+                else:
+                    words += [f"{option}={text}"] if text.startswith("-") else [option, text]
     except (_NotSayableError, MjbipedError, KeyError, TypeError, ValueError):
         return None
+    return shlex.join(words)
 
 
 class _NotSayableError(Exception):
     """The command line cannot express a setting."""
-
-
-def _words(walk: Walk) -> Iterator[str]:
-    settings = walk.settings
-    yield _terrain(walk)
-    yield from ("--engine", settings["engine"]) if settings["engine"] != "mujoco" else ()
-    yield from _limits(settings)
-    yield "--initial=" + ",".join(map(repr, settings["initial"]))  # numbers: a name would depend on the controller
-    yield from _controller(walk)
-    yield from _engine(settings)
-    yield from _robot(walk.robot)
-    for name, value in settings.get("disturbances", {}).items():
-        if name == "pushes":
-            yield from (f"--push={time!r}:{impulse!r}" for time, impulse in value)
-        else:
-            yield from ("--disturb", f"{name}={value!r}")
-    rule = ScuffingRule(**(settings["scuffing"] or {}))
-    if rule != ScuffingRule(reach=rule.reach):
-        raise _NotSayableError
-    if rule != ScuffingRule():
-        yield from ("--scuffing-reach", repr(rule.reach))
-
-
-def _robot(robot: Robot) -> Iterator[str]:
-    """Options for the most similar named robot, and for the parameters that differ from it."""
-    alike = (each for each in NAMED if isinstance(NAMED[each](), type(robot)))
-    name = min(alike, key=lambda each: len(_odd(robot, NAMED[each]())))
-    yield from ("--robot", name) if name != Compass.kind else ()
-    for parameter, value in _odd(robot, NAMED[name]()).items():
-        yield from (_option(parameter), repr(value))
-
-
-def _odd(robot: Robot, usual: Robot) -> dict[str, float]:
-    """Parameters of a robot that differ from those of the named robot."""
-    values = {name: getattr(robot, name) for name in robot.parameters()}
-    return {name: value for name, value in values.items() if value != getattr(usual, name)}
-
-
-def _option(name: str) -> str:
-    return f"--{name.replace('_', '-')}"
 
 
 def _terrain(walk: Walk) -> str:
@@ -138,80 +107,84 @@ def _terrain(walk: Walk) -> str:
     return text
 
 
-def _limits(settings: Mapping[str, Any]) -> Iterator[str]:
-    if settings["sample_period"] != DEFAULT_SAMPLE_PERIOD:
+def _options(walk: Walk) -> Iterator[Option]:
+    """Options of the command.
+
+    Raises:
+        _NotSayableError: The command line has no option for a setting.
+    """
+    settings = walk.settings
+    if settings["engine"] != "mujoco":
+        yield "engine", settings["engine"]
+    yield from ((name, settings[name]) for name in ("steps", "distance") if settings[name] is not None)
+    yield "initial", ",".join(map(repr, settings["initial"]))  # numbers: a name would depend on the controller
+    yield from _controller(walk)
+    for name, value in _changed(_ENGINES[settings["engine"]](), settings).items():
+        if name not in (*_ENGINE_OPTIONS, "lands"):
+            raise _NotSayableError
+        yield ("plain_steps", None) if name == "lands" else (name, value)
+    robots = {name: NAMED[name]() for name in NAMED}
+    parameters = {
+        name: _changed(robot, walk.robot.to_dict()) for name, robot in robots.items() if robot.kind == walk.robot.kind
+    }
+    named = min(parameters, key=lambda each: len(parameters[each]))
+    if named != Compass.kind:
+        yield "robot", named
+    yield from parameters[named].items()
+    disturbances = dict(settings.get("disturbances", {}))
+    yield from (("push", f"{time!r}:{impulse!r}") for time, impulse in disturbances.pop("pushes", ()))
+    yield from (("disturb", f"{name}={value!r}") for name, value in disturbances.items())
+    rule = ScuffingRule(**(settings["scuffing"] or {}))
+    if rule != ScuffingRule():
+        yield "scuffing_reach", rule.reach
+    if rule != ScuffingRule(reach=rule.reach) or settings["sample_period"] != DEFAULT_SAMPLE_PERIOD:
         raise _NotSayableError
-    for name in ("steps", "distance"):
-        if settings[name] is not None:
-            yield from (_option(name), repr(settings[name]))
 
 
-def _controller(walk: Walk) -> Iterator[str]:
+def _changed(usual: Any, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings that differ from those of a dataclass's instance."""
+    own = {field.name: getattr(usual, field.name) for field in fields(usual)}
+    return {name: settings[name] for name in own if settings.get(name, own[name]) != own[name]}
+
+
+def _controller(walk: Walk) -> Iterator[Option]:
     """Options for the controller's name and settings.
 
     Raises:
         _NotSayableError: It is not registered, or these words would make another one.
     """
     described, robot = walk.settings["controller"], walk.robot
-    names = names_by_class(robot)
-    if "controller_source" in walk.settings or described["name"] not in names:
+    name = names_by_class(robot).get(described["name"])
+    if "controller_source" in walk.settings or name is None:
         raise _NotSayableError
-    name = names[described["name"]]
-    usual = settings_of(name, robot)
-    chosen = {key: described[key] for key in usual if key in described and described[key] != usual[key]}
-    shared: dict[str, Any] = {}
+    usual, settings = settings_of(name, robot), dict(described)
     if "gait" in described:
-        shared |= _gait(described["gait"])
-        shared["initial_slope_estimate_deg"] = _degrees(
+        gait = described["gait"]
+        settings["initial_slope_estimate_deg"] = _degrees(
             next(described[key] for key in SLOPE_FIELDS if key in described)
         )
-    # of a robot with knees the usual gait is no passive one
-    chosen |= {
-        key: value
-        for key, value in shared.items()
-        if value != SHARED[key] or ("shank" in robot.angles and key == _PASSIVE)
+        if "goal" in gait:
+            settings["reference"] = words_of(Goal(**gait["goal"]))
+        else:
+            settings["imitate_slope_deg"] = _degrees(gait["slope"])
+    passive = "imitate_slope_deg"  # always said, for not every robot imitates a passive gait unless told
+    chosen = {
+        key: settings[key] for key in usual if key in settings and (key == passive or settings[key] != usual[key])
     }
     if make_controller(name, robot, chosen).describe() != described:
         raise _NotSayableError
-    yield from ("--controller", name) if name != "adaptive" else ()
+    if name != "adaptive":
+        yield "controller", name
     for key, value in chosen.items():
-        if isinstance(value, bool) and key in _OWN_OPTIONS:
-            yield _option(key) if value else _option(f"no_{key}")
-        elif key in (*shared, *_OWN_OPTIONS, "slope_source"):
-            yield f"{_option(key)}={'none' if value is None else value}"
+        if key not in _OWN_OPTIONS:
+            yield "gain", f"{key}={'none' if value is None else value}"
+        elif isinstance(value, bool):
+            yield (key if value else f"no_{key}"), None
         else:
-            yield from ("--gain", f"{key}={'none' if value is None else value}")
-
-
-def _gait(described: Mapping[str, Any]) -> dict[str, Any]:
-    """Setting of a controller that stands for a gait."""
-    if "goal" in described:
-        return {"reference": words_of(Goal(**described["goal"]))}
-    return {_PASSIVE: _degrees(described["slope"])}
+            yield key, "none" if value is None else value
 
 
 def _degrees(angle: float) -> float:
     """Degrees that read back as this angle, with as few digits as possible; else the closest."""
     degrees = math.degrees(angle)
     return next((short for digits in range(17) if math.radians(short := round(degrees, digits)) == angle), degrees)
-
-
-def _engine(settings: Mapping[str, Any]) -> Iterator[str]:
-    """Options for settings of the engine that are not the defaults.
-
-    Raises:
-        _NotSayableError: The command line has no option for one.
-    """
-    usual = _ENGINES[settings["engine"]]()
-    for field in fields(usual):
-        value = settings.get(field.name, getattr(usual, field.name))
-        if value == getattr(usual, field.name):
-            continue
-        if field.name == "lands":
-            yield "--plain-steps"
-        elif field.name == "stance_knee":
-            yield from (_option(field.name), value)
-        elif field.name in ("timestep", "contact_timestep", "control_period"):
-            yield from (_option(field.name), repr(value))
-        else:
-            raise _NotSayableError

@@ -81,18 +81,16 @@ def _map_axis(axis: Axis, titled: bool) -> dict[str, Any]:
 def _maps(rows: Sequence[Row], pair: tuple[Axis, Axis], groups: Axis, number: int) -> Shown:
     """Draw a heat map for each group (downwards) and measure (to the right)."""
     x, y = pair
-    there = (x.bin >= 0) & (y.bin >= 0)
-    drawn = [k for k in range(groups.count) if (there & (groups.bin == k)).any()]
+    drawn = np.unique(groups.bin[(x.bin >= 0) & (y.bin >= 0)]).tolist()
     panels = Panels()
     down = shares(len(drawn), 0.3 / len(drawn))[::-1]
     for name, across in zip(MEASURES, shares(len(MEASURES), 0.12), strict=True):
         values = values_of(rows, name)
-        bins = [
-            [[values[(groups.bin == k) & (x.bin == i) & (y.bin == j)] for i in range(x.count)] for j in range(y.count)]
-            for k in drawn
-        ]
-        tables = np.array([[[middle(cell, name) for cell in line] for line in table] for table in bins])
-        counts = np.array([[[(~np.isnan(cell)).sum() for cell in line] for line in table] for table in bins])
+        tables = np.full((len(drawn), y.count, x.count), math.nan)
+        counts = np.zeros(tables.shape, dtype=int)
+        for line, j, i in np.ndindex(tables.shape):
+            cell = values[(groups.bin == drawn[line]) & (x.bin == i) & (y.bin == j)]
+            tables[line, j, i], counts[line, j, i] = middle(cell, name), (~np.isnan(cell)).sum()
         known = tables[~np.isnan(tables)]
         ends = (0.0, 1.0) if name == FINISHED or not known.size else (float(known.min()), float(known.max()))
         first = next((line for line, table in enumerate(tables) if not np.isnan(table).all()), None)
@@ -157,7 +155,7 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis) -> Shown:
         760,
         hovermode="x unified",
         hoversubplots="axis",
-        legend={"orientation": "h", "yanchor": "bottom", "y": 1.05, "xanchor": "left", "x": 0.0},
+        legend=1.05,
         margin={"l": 80, "r": 20, "t": 70, "b": 60},
     )
 

@@ -14,7 +14,7 @@ from mjbiped.plotting.timelapse import outline
 from mjbiped.records.frames import flat_samples
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import SIGNALS, lines_of, signals_of
-from mjbiped.reports.figures import Panels, Shown, line, shares, small
+from mjbiped.reports.figures import Panels, Shown, include, line, shares, small
 from mjbiped.robots.robot import Array, Robot
 
 MOST_SAMPLES = 6000
@@ -26,6 +26,7 @@ _ABOVE, _BELOW = 60, 50  # margins for the legend and for the axis of time, pixe
 _FIRST_VIEW = 5.0  # ground that is in view at first, m
 _POINTS = 200  # of a limit cycle
 _PORTRAIT_GAP = 0.08  # between phase portraits, of the figure's width
+_ROOM = 0.05  # around a phase portrait, of its span
 _BEYOND = 3.0  # ground that is drawn behind and ahead of the walk, m
 _MOMENT = {"text": "t = %{x:.3f} s"}
 
@@ -73,7 +74,7 @@ def _over_time(walk: Walk, keep: NDArray[np.int64], video: bool) -> Shown:
             x=None if number else x_axis,
             y={
                 "title": {"text": f"{panel.quantity} ({panel.unit})"},
-                "autorangeoptions": {"include": _widened([*shown.values()], panel.least)},
+                **include(np.array([*shown.values()]), least=panel.least),
             },
             heading=f"<b>{panel.title}</b>",
         )
@@ -106,18 +107,9 @@ def _over_time(walk: Walk, keep: NDArray[np.int64], video: bool) -> Shown:
         height + _ABOVE + _BELOW,
         hovermode="x unified",
         hoversubplots="axis",
-        legend={"orientation": "h", "yanchor": "bottom", "y": 1.0 + 30 / height, "xanchor": "left", "x": 0.0},
+        legend=1.0 + 30 / height,
         margin={"l": 70, "r": 20, "t": _ABOVE, "b": _BELOW},
     )
-
-
-def _widened(values: list[Array], least: float) -> list[float]:
-    """Values that an axis must include: none, or a least span about the middle of the drawn values."""
-    known = np.concatenate([array[np.isfinite(array)] for array in values]) if values and least else np.empty(0)
-    if not known.size:
-        return []
-    middle = float(known.min() + known.max()) / 2.0
-    return [middle - least / 2.0, middle + least / 2.0]
 
 
 def _over_ground(walk: Walk) -> Shown:
@@ -137,7 +129,7 @@ def _over_ground(walk: Walk) -> Shown:
     )  # fmt: skip
     starts = np.concatenate([qpos[:1], rows["qpos"]])
     stance = np.concatenate([walk.samples["stance"][:1], rows["stance"]])
-    legs = ("swing", 1 - stance), ("stance", stance)
+    legs = ("swing", (stance + 1) % len(walk.robot.bodies.limbs)), ("stance", stance)
     for leg, side in legs:
         points_x, points_z = _sticks(walk.robot, starts, side)
         figure.add_scatter(
@@ -185,8 +177,8 @@ def _phases(walk: Walk, keep: NDArray[np.int64]) -> Shown:
         q, dq = (walk.samples[name][keep][:, k] for name in ("q", "dq"))
         place = panels.add(
             across,
-            x={"title": {"text": f"angle {angle.symbol} (rad)"}, "autorangeoptions": {"include": _with_room(q)}},
-            y={"title": {"text": f"rate {rate.symbol} (rad/s)"}, "autorangeoptions": {"include": _with_room(dq)}},
+            x={"title": {"text": f"angle {angle.symbol} (rad)"}, **include(q, room=_ROOM)},
+            y={"title": {"text": f"rate {rate.symbol} (rad/s)"}, **include(dq, room=_ROOM)},
             heading=f"<b>{angle.name.capitalize()}</b>",
         )
 
@@ -215,13 +207,6 @@ def _phases(walk: Walk, keep: NDArray[np.int64]) -> Shown:
         "Phase portraits",
         "The ring is the moment that the other figures point at.",
         520,
-        legend={"orientation": "h", "yanchor": "bottom", "y": 1.07, "xanchor": "left", "x": 0.0},
+        legend=1.07,
         margin={"l": 70, "r": 20, "t": 70, "b": 50},
     )
-
-
-def _with_room(values: Array) -> list[float]:
-    """Values that an axis must include: the ends of these values, with a twentieth of their span on both sides."""
-    low, high = float(values.min()), float(values.max())
-    room = 0.05 * (high - low)
-    return [low - room, high + room]

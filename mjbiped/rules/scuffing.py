@@ -47,10 +47,10 @@ class ScuffingRule:
 
 
 def chosen(scuffing: ScuffingRule | None) -> ScuffingRule:
-    """The given rule, or the default one.
+    """Return the given rule, or the default one.
 
     Raises:
-        InputError: The given object is no scuffing rule.
+        InputError: The object is no scuffing rule.
     """
     return ScuffingRule() if scuffing is None else domains.check_kind("scuffing", scuffing, ScuffingRule)
 
@@ -109,6 +109,6 @@ def check_landing(gait: Gait, slope: float, rule: ScuffingRule) -> None:
 
 
 def _rounded_down(value: float) -> float:
-    """A positive number rounded down to one digit."""
+    """Round a positive number down to one digit."""
     digits, _, exponent = f"{value:.17e}".partition("e")
     return float(f"{digits[0]}e{exponent}")

@@ -1,1 +1,1 @@
-"""The viewer: a window in which the robot walks, or a record is seen again."""
+"""The viewer: a window that shows a walk under way, or replays a record."""

@@ -153,7 +153,7 @@ def _prepare(player: Player) -> None:
 
 
 def _load(window: Any, player: Player) -> None:
-    """Give the window another model, and keep the body that the mouse has selected, for the robot is the same.
+    """Give the window another model of the same robot, and keep the body that the mouse has selected.
 
     The handle has no function for this, but its `Simulate` has: MuJoCo's own viewers use it to reload a file.
     """
@@ -168,7 +168,7 @@ def _load(window: Any, player: Player) -> None:
 
 
 class _Camera:
-    """Follows the hip smoothly; changes that the mouse makes to the camera stay, for it is only moved along."""
+    """Moves the camera smoothly along with the hip, and keeps the changes that the mouse makes to it."""
 
     def __init__(self, camera: Any, moment: Moment, length: float) -> None:
         self._camera, self._time, self._place = camera, moment.time, moment.qpos[:2]
@@ -190,7 +190,7 @@ class _Camera:
 
 
 def _write(window: Any, player: Player, moment: Moment, look: Look) -> None:
-    """Write the texts."""
+    """Write keys, state and news into the corners of the window."""
     small, grid = mujoco.mjtFontScale.mjFONTSCALE_100, mujoco.mjtGridPos
     texts = [(small, grid.mjGRID_BOTTOMRIGHT, *keys())] if player.helps else []
     if "caption" in look.elements:
@@ -227,7 +227,7 @@ def state(player: Player, moment: Moment, elements: Collection[str]) -> Columns:
 
 
 def keys() -> Columns:
-    """Return the help."""
+    """Return the keys and their actions."""
     rows = [*((key.name, key.does) for key in KEYS.values()), *MOUSE.items()]
     return "\n".join(name for name, _ in rows), "\n".join(does for _, does in rows)
 
@@ -246,7 +246,7 @@ def ground(terrain: Terrain) -> str:
 
 
 def plain(text: str) -> str:
-    """Return a text in ASCII."""
+    """Rewrite a text in ASCII."""
     for sign, instead in (("−", "-"), ("–", "-"), ("°", " deg"), ("×", "x"), ("±", "+-"), (" ", " ")):
         text = text.replace(sign, instead)
     return text.encode("ascii", "replace").decode()

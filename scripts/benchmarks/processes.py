@@ -17,7 +17,7 @@ from pathlib import Path
 
 import mjbiped
 from controllers import PassiveController
-from mjbiped.rendering.video import render_frames
+from mjbiped.rendering.video import render_frame
 from mjbiped.terrain.terrain import Terrain
 from scripts.benchmarks.timing import Case, Rows, Timing, interleaved
 
@@ -97,7 +97,7 @@ def frames(repeats: int) -> Rows:
     def drawing(hide: str) -> Case:
         def run() -> float:
             started = time.perf_counter()
-            for _ in render_frames(walk, times, width=SIZE[0], height=SIZE[1], hide=hide):
+            for _ in render_frame(walk, times, width=SIZE[0], height=SIZE[1], hide=hide):
                 pass
             return time.perf_counter() - started
 

@@ -14,7 +14,7 @@ from tqdm.auto import tqdm
 import mjbiped
 from mjbiped.rendering.encoding import encoder
 from mjbiped.rendering.overlay import Pixels, overlay
-from mjbiped.rendering.video import render_frames
+from mjbiped.rendering.video import render_frame
 from mjbiped.reproduction import reproduce as report
 from mjbiped.reproduction import rows, table_2
 from mjbiped.reproduction.grounds import reading_at
@@ -42,7 +42,7 @@ def stacked(walks: dict[str, mjbiped.Walk], fps: int) -> list[Pixels]:
     times = np.arange(0.0, last, 1.0 / fps)
     strips = []
     for name, walk in walks.items():
-        strip = render_frames(walk, np.minimum(times, walk.end[0]), width=WIDTH, height=HEIGHT, hide="caption,chart")
+        strip = render_frame(walk, np.minimum(times, walk.end[0]), width=WIDTH, height=HEIGHT, hide="caption,chart")
         captions = [name if time < walk.end[0] else f"{name}: {walk.outcome}, {walk.steps} steps" for time in times]
         for frame, text in zip(strip, captions, strict=True):
             with overlay(frame, HEIGHT) as over:

@@ -26,7 +26,8 @@ from mjbiped.errors import RecordError
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
 from mjbiped.records.record import FORMAT_VERSION, Walk
-from mjbiped.rendering.video import gl_available, render_frames
+from mjbiped.rendering.gl import gl_available
+from mjbiped.rendering.video import render_frame
 from mjbiped.reports.repeat import command_of, python_of
 from mjbiped.reports.walk import flattened
 
@@ -310,7 +311,7 @@ def assert_refused_or_good(path: Path, *, drawn: bool, filmed: bool = False) -> 
             walk.samples["time"][len(walk.samples["time"]) // 2],
             walk.samples["time"][-1],
         )
-        render_frames(walk, times, width=64, height=64)
+        render_frame(walk, times, width=64, height=64)
     return True
 
 

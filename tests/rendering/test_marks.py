@@ -1,7 +1,7 @@
 """Marks in a scene point where they should, and are as large as what they stand for."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import mujoco
@@ -22,7 +22,7 @@ from mjbiped.rendering.marks import (
     arc_sweep,
     draw_marks,
 )
-from mjbiped.rendering.moments import Moment, Pair, foot_of, tracked_posture
+from mjbiped.rendering.moments import Moment, Pair, tracked_posture
 from mjbiped.utils.palette import rgb
 
 ROBOT = mjbiped.Compass()
@@ -32,6 +32,11 @@ MODEL = mujoco.MjModel.from_xml_string("<mujoco/>")
 EVERYTHING = ("torque", "force", "ghost", "estimate", "traces", "shadows")
 
 Places = NDArray[np.float64]
+
+
+def foot_of(robot: mjbiped.Compass, hip: Sequence[float], angle: float) -> Pair:
+    """Place of the foot of a leg that leans by an angle from the vertical."""
+    return hip[0] - robot.leg_length * math.sin(angle), hip[1] - robot.leg_length * math.cos(angle)
 
 
 def moment(**values: object) -> Moment:

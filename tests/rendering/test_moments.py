@@ -9,7 +9,7 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, KneedController, PassiveController
 from mjbiped.records.record import Walk
-from mjbiped.rendering.moments import Moments, foot_of
+from mjbiped.rendering.moments import Moments
 from mjbiped.terrain.terrain import Terrain
 
 
@@ -25,7 +25,7 @@ def test_postures_are_interpolated_and_the_stance_foot_is_on_the_ground(walk: Wa
         assert moments.at(float(times[index])).qpos == tuple(walk.samples["qpos"][index])
     for time in np.linspace(0.0, times[-1], 50).tolist():
         moment = moments.at(time)
-        x, z = foot_of(walk.robot, moment.qpos[:2], moment.qpos[2 + moment.stance])
+        x, z = walk.robot.limbs(moment.qpos)[moment.stance, -1].tolist()
         height, slope = moment.ground[moment.stance]
         assert height == walk.terrain.height_at(x)
         # between samples 1 ms apart the swing leg, and the foot that is put down, turn by up to 4 mrad
@@ -102,7 +102,7 @@ def test_traces_end_at_the_feet_and_begin_two_seconds_ago(walk: Walk) -> None:
     for time in (0.0, 0.5, 4.0):
         moment = moments.at(time)
         for leg, trace in enumerate(moment.traces):
-            assert trace[-1] == pytest.approx(foot_of(walk.robot, moment.qpos[:2], moment.qpos[2 + leg]))
+            assert trace[-1] == pytest.approx(walk.robot.limbs(moment.qpos)[leg, -1])
             assert np.hypot(*np.diff(trace, axis=0).T).max(initial=0.0) < 0.06
     at_four, later = (moments.at(time).traces[0] for time in (4.0, 4.01))
     shared = {tuple(point) for point in at_four[:-1].tolist()} & {tuple(point) for point in later[:-1].tolist()}

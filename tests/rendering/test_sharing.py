@@ -1,17 +1,18 @@
 """Frames that several processes draw are those that one draws, whatever becomes of the others."""
 
+import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
-from mjbiped.errors import RenderError
 from mjbiped.records.record import Walk
 from mjbiped.rendering import sharing
-from mjbiped.rendering.gl import gl_available
+from mjbiped.rendering.gl import ensure_gl, gl_available
 from mjbiped.rendering.look import look
 from mjbiped.rendering.overlay import Pixels
 from mjbiped.rendering.sharing import drawn, processes_for
@@ -22,28 +23,19 @@ from mjbiped.terrain.terrain import Terrain
 needs_gl = pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
 
 
-class Patient(sharing._Painter):
-    """One that notes which frames it is asked for."""
-
-    asked: list[int]
-
-    def receive(self, number: int) -> Pixels:
-        self.asked.append(number)
-        return super().receive(number)
-
-
 @pytest.fixture
-def painters(monkeypatch: pytest.MonkeyPatch) -> list[Patient]:
-    started: list[Patient] = []
+def delivered(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
+    """Whether each frame that another process was asked for came from it."""
+    found: list[bool] = []
+    received = sharing._received
 
-    class Kept(Patient):
-        def __init__(self, folder: Path, film: Film, number: int) -> None:
-            super().__init__(folder, film, number)
-            self.asked = []
-            started.append(self)
+    def noted(process: subprocess.Popen[bytes], size: int) -> bytes:
+        sent = received(process, size)
+        found.append(bool(sent))
+        return sent
 
-    monkeypatch.setattr(sharing, "_Painter", Kept)
-    return started
+    monkeypatch.setattr(sharing, "_received", noted)
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -56,67 +48,85 @@ def film(walk: Walk, frames: int) -> Film:
     return Film(160, 240, "track", look("chart"), 0.0, walk.end[0], 1.0, round(frames / walk.end[0]), frames)
 
 
+@pytest.fixture(scope="module")
+def alone(walk: Walk) -> list[Pixels]:
+    """The frames of one process."""
+    with drawn(walk, film(walk, 8), 1) as (_, frames):
+        return list(frames)
+
+
+def assert_same(frames: list[Pixels], alone: list[Pixels]) -> None:
+    assert len(frames) == len(alone) == 8
+    for one, other in zip(frames, alone, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
 @needs_gl
 @pytest.mark.parametrize("processes", [2, pytest.param(3, marks=pytest.mark.slow)])
-def test_frames_are_those_of_one_process(walk: Walk, painters: list[Patient], processes: int) -> None:
-    wanted = film(walk, 8)
-    with drawn(walk, wanted, 1) as (_, frames):
-        alone = list(frames)
-    with drawn(walk, wanted, processes) as (_, frames):
-        shared = list(frames)
-    assert [painter.asked for painter in painters] == [
-        [number for number in range(8) if number % processes == turn] for turn in range(1, processes)
-    ]
-    assert len(shared) == len(alone) == 8
-    for one, other in zip(alone, shared, strict=True):
-        np.testing.assert_array_equal(one, other)
+def test_frames_are_those_of_one_process(
+    walk: Walk, alone: list[Pixels], delivered: list[bool], processes: int
+) -> None:
+    with drawn(walk, film(walk, 8), processes) as (_, frames):
+        assert_same(list(frames), alone)
+    assert delivered == [True] * sum(number % processes > 0 for number in range(8))
     assert not np.array_equal(alone[0], alone[4])
 
 
 @needs_gl
 def test_a_process_that_cannot_begin_leaves_all_to_this_one(
-    walk: Walk, painters: list[Patient], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    walk: Walk, alone: list[Pixels], delivered: list[bool], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     broken = tmp_path / "python"
     broken.write_text("#!/bin/sh\nexit 3\n")
     broken.chmod(0o755)
     monkeypatch.setattr(sys, "executable", str(broken))
-    with drawn(walk, film(walk, 3), 2) as (_, frames):
-        assert len(list(frames)) == 3
-    assert painters[0].asked == []
+    with drawn(walk, film(walk, 8), 2) as (_, frames):
+        assert_same(list(frames), alone)
+    assert delivered == [False] * 4
 
 
-@pytest.mark.slow
 @needs_gl
-def test_a_process_that_ends_too_early_is_told_of(walk: Walk, painters: list[Patient]) -> None:
-    with drawn(walk, film(walk, 40), 2) as (_, frames):
-        next(frames)
-        painters[0]._process.kill()
-        with pytest.raises(RenderError, match=r"process that drew frame \d+ ended with status -9: no word"):
-            list(frames)
+def test_what_a_process_that_ends_too_early_leaves_is_drawn_by_this_one(
+    walk: Walk, alone: list[Pixels], delivered: list[bool], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    started: list[subprocess.Popen[bytes]] = []
+
+    class Kept(subprocess.Popen[bytes]):
+        def __init__(self, *arguments: Any, **settings: Any) -> None:
+            super().__init__(*arguments, **settings)
+            started.append(self)
+
+    ensure_gl()  # which runs processes, too
+    monkeypatch.setattr(subprocess, "Popen", Kept)
+    with drawn(walk, film(walk, 8), 2) as (_, frames):
+        begun = [next(frames), next(frames)]
+        started[0].kill()
+        started[0].wait()
+        assert_same([*begun, *frames], alone)
+    assert delivered[0]
+    assert not delivered[-1] or delivered == [True] * 4  # it may have sent all of these small frames before
 
 
-@pytest.mark.slow
 @needs_gl
 def test_a_reference_that_only_this_process_finds_is_on_every_frame(
-    walk: Walk, painters: list[Patient], monkeypatch: pytest.MonkeyPatch
+    walk: Walk, alone: list[Pixels], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    answer = sharing._Painter.answer
-    monkeypatch.setattr(sharing._Painter, "answer", lambda painter: {b"y": b"n"}[answer(painter)])
-    with drawn(walk, film(walk, 3), 2) as (stage, frames):
+    received = sharing._received
+    blank = bytes(160 * 240 * 3)
+    monkeypatch.setattr(sharing, "_received", lambda process, size: b"\0" + blank if received(process, size) else b"")
+    with drawn(walk, film(walk, 8), 2) as (stage, frames):
         assert stage.tracks
-        assert len(list(frames)) == 3
-    assert painters[0].asked == []
+        assert_same(list(frames), alone)
 
 
 @pytest.mark.slow
 @needs_gl
-def test_controllers_without_a_reference_share_their_frames(painters: list[Patient]) -> None:
+def test_controllers_without_a_reference_share_their_frames(delivered: list[bool]) -> None:
     walk = mjbiped.walk(PassiveController(), Terrain.incline(2.0), steps=2)
     with drawn(walk, film(walk, 4), 2) as (stage, frames):
         assert not stage.tracks
         assert len(list(frames)) == 4
-    assert painters[0].asked == [1, 3]
+    assert delivered == [True, True]
 
 
 def test_short_films_are_drawn_by_one_process(monkeypatch: pytest.MonkeyPatch) -> None:

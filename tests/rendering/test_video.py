@@ -17,10 +17,11 @@ import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.errors import InputError, RenderError
 from mjbiped.records.record import Walk
+from mjbiped.rendering.gl import gl_available
 from mjbiped.rendering.look import ELEMENTS, look
 from mjbiped.rendering.moments import Moments
 from mjbiped.rendering.stage import Film, Stage, caption
-from mjbiped.rendering.video import gl_available, render_frame, render_frames, render_video
+from mjbiped.rendering.video import render_frame, render_video
 from mjbiped.terrain.terrain import Terrain
 
 needs_gl = pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
@@ -110,7 +111,7 @@ def test_a_frame_shows_the_recorded_posture(walk: Walk) -> None:
     early, late = (render_frame(walk, time, width=96, height=64) for time in (0.1, 0.5))
     assert not np.array_equal(early, late)
     assert np.array_equal(early, render_frame(walk, 0.1, width=96, height=64))
-    assert np.array_equal(render_frames(walk, [0.5, 0.1], width=96, height=64), [late, early])
+    assert np.array_equal(render_frame(walk, [0.5, 0.1], width=96, height=64), [late, early])
 
 
 @needs_gl
@@ -366,7 +367,7 @@ def test_refused_paths_times_and_records(walk: Walk, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="at most 50 frames per second"):
         render_video(walk, tmp_path / "walk.gif", fps=60)
     for time in (-0.1, walk.end[0] + 0.1, float("nan")):
-        with pytest.raises(InputError, match=r"must be .*numbers from 0 to .* s of the record"):
+        with pytest.raises(InputError, match=r"time = .*: must be .*from 0 to .* s of the record"):
             render_frame(walk, time)
     empty = dataclasses.replace(walk, samples={name: array[:0] for name, array in walk.samples.items()})
     with pytest.raises(RenderError, match="no samples"):
@@ -401,7 +402,7 @@ def test_no_half_of_a_video_is_left(walk: Walk, tmp_path: Path, monkeypatch: pyt
 REFUSED = """
 import os
 from mjbiped.errors import RenderError
-from mjbiped.rendering.video import ensure_gl, gl_available
+from mjbiped.rendering.gl import ensure_gl, gl_available
 os.environ.update({changes!r})
 assert gl_available() is None
 try:
@@ -446,7 +447,7 @@ def test_a_missing_platform_is_told_in_words(changes: dict[str, str], words: str
 IMPORTED = """
 import mjbiped
 from mjbiped.errors import RenderError
-from mjbiped.rendering.video import ensure_gl
+from mjbiped.rendering.gl import ensure_gl
 assert mjbiped.find_passive_gait(mjbiped.Compass(), 0.03).stable
 try:
     ensure_gl()

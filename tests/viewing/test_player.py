@@ -12,7 +12,7 @@ from mjbiped.errors import RenderError
 from mjbiped.rendering.look import ELEMENTS
 from mjbiped.viewing import window as words
 from mjbiped.viewing.player import FASTEST, KEYS, SLOWEST, STRIDE, Player
-from mjbiped.viewing.replay import Replay
+from mjbiped.viewing.sources import Replay
 
 
 @pytest.fixture(scope="module")

@@ -23,7 +23,8 @@ from mjbiped.engines.mujoco.run import simulate
 from mjbiped.engines.mujoco.scene import Scene
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.records.recorder import Recorder
-from mjbiped.rendering.video import gl_available, render_frames
+from mjbiped.rendering.gl import gl_available
+from mjbiped.rendering.video import render_frame
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.profile import height_over
 
@@ -373,10 +374,10 @@ def test_pictures_of_a_window_are_those_of_the_whole(
         return about(self, x)
 
     monkeypatch.setattr(GroundWindows, "about", counted)
-    frames = render_frames(walk, times, width=160, height=120)
+    frames = render_frame(walk, times, width=160, height=120)
     assert len(built) == 3  # at the start, at the end, and back again
     monkeypatch.setattr(ground_window, "FEW_SEGMENTS", 10**9)
-    for frame, whole_frame in zip(frames, render_frames(walk, times, width=160, height=120), strict=True):
+    for frame, whole_frame in zip(frames, render_frame(walk, times, width=160, height=120), strict=True):
         assert (frame != whole_frame).any(axis=-1).sum() <= 4
     assert len(built) == 4
     assert (frames[0] == frames[3]).all()

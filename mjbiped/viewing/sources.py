@@ -1,4 +1,4 @@
-"""A walk that is being simulated with the steps of `mjbiped.walk`, and can be pushed with the mouse."""
+"""What the viewer shows: a walk under way, simulated with the steps of `mjbiped.walk`, or a record."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from mjbiped.control.tracking import Tracking
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.run import MujocoRun, stepped
 from mjbiped.engines.plan import Plan
-from mjbiped.errors import MjbipedError
+from mjbiped.errors import MjbipedError, RenderError
 from mjbiped.numerics.jit import announced
+from mjbiped.records.record import Walk
 from mjbiped.records.recorder import never_cancelled
 from mjbiped.rendering.camera import fit_cameras
 from mjbiped.rendering.marks import Scales
-from mjbiped.rendering.moments import APART, TRACE, Moment, Pair, Points, foot_of, tracked_posture
-from mjbiped.rendering.posed import place
+from mjbiped.rendering.moments import APART, TRACE, Moment, Moments, Pair, ground_under, tracked_posture
+from mjbiped.rendering.posed import PosedScene, place
 from mjbiped.rollout.walk import WalkStopped, is_interrupt
 from mjbiped.viewing.player import Source
 
@@ -43,7 +44,7 @@ class LiveWalk(Source):
     run: MujocoRun
 
     def __init__(self, plan: Plan, next_plan: Callable[[], Plan] | None = None) -> None:
-        """Set the robot on the ground.
+        """Begin the walk.
 
         Args:
             plan: Checked plan whose engine is `mjbiped.Mujoco`.
@@ -68,9 +69,9 @@ class LiveWalk(Source):
             with announced(f"{type(plan.controller).__name__} for the engine {engine.name}", wanted=True):
                 self.run.compile()
         self._steps = stepped(self.run.simulation, self.run.recorder, most=1)
-        self._impulse, self._span, self._force = np.zeros(2), 0.0, (0.0, 0.0)
-        self._stance = 0
-        self._ways: tuple[deque[tuple[float, Pair]], ...] = (deque(), deque())
+        self._impulse, self._span, self._force, self._stance = np.zeros(2), 0.0, (0.0, 0.0), 0
+        self._order = [int(self.run.simulation.model.joint(name).qposadr[0]) for name in self.robot.places]
+        self._ways: list[deque[tuple[float, Pair]]] = [deque() for _ in self._feet()]
         self.scales = Scales(_LEAST_SCALE * plan.robot.weight * plan.robot.leg_length, plan.robot.weight)
         self._seen: mujoco.MjModel | None = None
         self.show()
@@ -118,14 +119,14 @@ class LiveWalk(Source):
             pass
 
     def touchdown_beside(self, direction: int) -> float:
-        """Simulate to the next touchdown; see `Source.touchdown_beside`."""
+        """Simulate to the next touchdown, and return the time, s; there is no way back."""
         before = self.steps
         while direction > 0 and self.steps == before and self._step():
             pass
         return self.time
 
     def push(self, perturbation: mujoco.MjvPerturb) -> None:
-        """Pull the body that the mouse has selected; see `Source.push`."""
+        """Pull the body that the mouse has selected from now on."""
         pulled = bool(perturbation.active) and perturbation.select > 0
         self._perturbation = copy.copy(perturbation) if pulled else None
 
@@ -157,53 +158,48 @@ class LiveWalk(Source):
         stance, torque = int(u.stance), max(map(abs, u.torque))
         if stance != self._stance:
             self._stance, self._span, self._impulse = stance, 0.0, np.zeros(2)
-        self._impulse += duration * contact_force(
-            simulation.model, simulation.data, ("left_foot", "right_foot")[stance]
-        )
+        foot = f"{self.robot.bodies.limbs[stance].name}_foot"
+        self._impulse += duration * contact_force(simulation.model, simulation.data, foot)
         self._span += duration
         if self.scales.torque < torque < math.inf:
             self.scales = self.scales._replace(torque=float(torque))
-        x, z, *legs = simulation.data.qpos.tolist()
-        for way, leg in zip(self._ways, legs, strict=True):
-            foot = foot_of(self.robot, (x, z), leg)
+        for way, foot in zip(self._ways, self._feet(), strict=True):
             if not way or math.dist(foot, way[-1][1]) > APART * self.robot.leg_length:
                 way.append((self.time, foot))
             while way[0][0] < self.time - TRACE:
                 way.popleft()
 
+    def _feet(self) -> list[Pair]:
+        """Places of the feet, x and z in m."""
+        return [(x, z) for x, z in self.robot.limbs(self.run.simulation.data.qpos[self._order])[:, -1].tolist()]
+
     def moment(self) -> Moment:
         """Return the present instant; the force is the mean since the last call."""
-        data, plan = self.run.simulation.data, self._plan
-        u = self.run.simulation.state
+        simulation, controller, feet = self.run.simulation, self._plan.controller, self._feet()
+        u, memory, qpos = simulation.state, simulation.memory, simulation.data.qpos[self._order]
         if self._span > 0.0:
             self._force = (float(self._impulse[0] / self._span), float(self._impulse[1] / self._span))
             self._span, self._impulse = 0.0, np.zeros(2)
-        x, z, left, right = data.qpos.tolist()
-        memory = self.run.simulation.memory
-        feet = [foot_of(self.robot, (x, z), leg) for leg in (left, right)]
         reference, stance = None, int(u.stance)
-        if isinstance(plan.controller, Tracking):
-            tracked, _ = plan.controller.tracked(memory, data.time - u.transfer_time)
-            reference = tracked_posture(self.robot, feet[stance], stance, u.slope, tracked, 0.0)
-        left_way, right_way = (self._way(leg, foot) for leg, foot in enumerate(feet))
-        left_ground, right_ground = ((self.terrain.height_at(at), self.terrain.slope_at(at)) for at, _ in feet)
+        if isinstance(controller, Tracking):
+            tracked, _ = controller.tracked(memory, self.time - u.transfer_time)
+            bent = float(self.robot.flexion(qpos, stance))
+            reference = tracked_posture(self.robot, feet[stance], stance, u.slope, tracked, bent)
         return Moment(
             time=self.time,
             step=self.steps + 1,
-            qpos=(x, z, left, right),
+            qpos=tuple(qpos.tolist()),
             stance=stance,
             slope=u.slope,
-            slope_estimate=plan.controller.slope_estimate(memory),
-            torque=(u.torque[0], u.torque[1]),
+            slope_estimate=controller.slope_estimate(memory),
+            torque=tuple(u.torque[: len(self.robot.joints)]),
             force=self._force,
-            reference=reference if reference is not None and all(map(math.isfinite, reference)) else None,
-            ground=(left_ground, right_ground),
-            traces=(left_way, right_way),
+            reference=reference,
+            ground=ground_under(self.terrain, feet),
+            traces=tuple(
+                np.array([*(point for _, point in way), foot]) for way, foot in zip(self._ways, feet, strict=True)
+            ),
         )
-
-    def _way(self, leg: int, foot: Pair) -> Points:
-        """Path of a foot up to its present place."""
-        return np.array([*(point for _, point in self._ways[leg]), foot])
 
     def show(self) -> None:
         """Copy the walk's state, contacts and forces for the window, which may change the copy."""
@@ -228,3 +224,63 @@ def contact_force(model: mujoco.MjModel, data: mujoco.MjData, foot: str) -> np.n
             turned = data.contact.frame[index].reshape(3, 3).T @ wrench[:3]
             force += turned if pair[1] == geom else -turned
     return force[[0, 2]]
+
+
+class Replay(Source):
+    """A record of either engine, in which time can run forwards and backwards."""
+
+    goes_back = True
+
+    def __init__(self, walk: Walk) -> None:
+        """Build the scene about the start of the record.
+
+        Raises:
+            RenderError: The record holds no samples.
+        """
+        times = walk.samples["time"]
+        if not len(times):
+            raise RenderError("the record holds no samples: there is nothing to show")
+        self.robot, self.terrain, self._walk = walk.robot, walk.terrain, walk
+        self._begin, self._end = float(times[0]), float(times[-1])
+        self._moments = Moments(walk)
+        self.scales = Scales(self._moments.greatest_torque(self._begin, self._end), walk.robot.weight)
+        self._scene = PosedScene(walk)
+        self.restart()
+        self.show()
+
+    @property
+    def time(self) -> float:
+        """Time of the record, s."""
+        return self._moment.time
+
+    @property
+    def ended(self) -> str:
+        """Outcome, at the end of the record."""
+        return self._walk.outcome if self.time >= self._end else ""
+
+    def go_to(self, time: float) -> None:
+        """Go to a time (s) of the record, or to its start or end if that is nearer."""
+        self._moment = self._moments.at(min(max(time, self._begin), self._end))
+
+    def touchdown_beside(self, direction: int) -> float:
+        """Go to the next (1) or last (-1) touchdown, or to the end or start of the record, and return the time, s."""
+        times = self._walk.touchdowns["time"]
+        if direction > 0:
+            self.go_to(float(np.min(times[times > self.time + _SAME], initial=self._end)))
+        else:
+            self.go_to(float(np.max(times[times < self.time - _SAME], initial=self._begin)))
+        return self.time
+
+    def restart(self) -> None:
+        """Go back to the start."""
+        self.go_to(self._begin)
+
+    def moment(self) -> Moment:
+        """Return the present instant."""
+        return self._moment
+
+    def show(self) -> None:
+        """Set the robot to the present posture, for which MuJoCo computes contacts and forces."""
+        self._scene.go_to(self._moment.qpos[0])
+        self._scene.pose(self._moment, forces=True)
+        self.model, self.data = self._scene.model, self._scene.data

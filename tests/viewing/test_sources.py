@@ -11,12 +11,13 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, Controller
 from mjbiped.control.controller import Memory
+from mjbiped.control.registry import make_controller
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import Plan, Terms, make_plan
 from mjbiped.rollout.walk import WalkStopped
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.viewing.live import LiveWalk
 from mjbiped.viewing.player import KEYS, Player
+from mjbiped.viewing.sources import LiveWalk
 
 
 @pytest.fixture(autouse=True)
@@ -181,6 +182,19 @@ def test_the_moment_is_that_of_the_record(controller: AdaptiveController) -> Non
     assert seen.reference is not None
     assert recorded.reference is not None
     assert seen.reference == pytest.approx(recorded.reference, abs=1e-6)
+
+
+def test_a_robot_with_knees_is_watched_too() -> None:
+    """It once ended at the first step, for its posture has more than two angles."""
+    robot = mjbiped.KneedBiped()
+    law = make_controller("adaptive", robot, {})
+    live = LiveWalk(planned(law, mjbiped.Terrain.level(), 2))
+    live.go_to(0.5)
+    moment = live.moment()
+    assert (len(moment.qpos), len(moment.torque)) == (6, 3)
+    assert robot.limbs(moment.qpos)[moment.stance, -1, 1] == pytest.approx(0.0, abs=1e-4)
+    assert moment.reference == pytest.approx(moment.qpos, abs=1e-2)
+    assert same(seen_to_its_end(live), mjbiped.walk(law, mjbiped.Terrain.level(), steps=2))
 
 
 def test_whatever_the_window_does_to_what_it_shows_the_walk_goes_on(controller: AdaptiveController) -> None:
