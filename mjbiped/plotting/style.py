@@ -36,9 +36,9 @@ def look(signal: str) -> dict[str, Any]:
     return {"color": row.colour, "linestyle": row.line}
 
 
-STANCE, SWING, SHANK = look("q_stance"), look("q_swing"), look("q_shank")
+SWING = look("q_swing")
 ESTIMATE, TRUTH = look("slope_estimate"), look("slope")
-ANKLE, HIP, KNEE = look("torque_ankle"), look("torque_hip"), look("torque_knee")
+ANKLE, HIP = look("torque_ankle"), look("torque_hip")
 """Legs, slope under the stance foot (estimated and true) and torques have one look each in all figures of walks. Where
 other things are told apart (gains, grounds), colours mean nothing else."""
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mjbiped.plotting.style import BLACK, BLUE, GREEN, ORANGE, VERMILLION
-from mjbiped.reports.figures import Panels, Shown, shares, span
+from mjbiped.reports.page import Panels, Shown, shares, span
 from mjbiped.sweeps.bins import (
     MOST_VALUES,
     Axis,

@@ -14,7 +14,7 @@ from mjbiped.plotting.timelapse import outline
 from mjbiped.records.frames import flat_samples
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import SIGNALS, lines_of, signals_of
-from mjbiped.reports.figures import Panels, Shown, include, line, shares, small
+from mjbiped.reports.page import Panels, Shown, include, line, shares, small
 from mjbiped.robots.robot import Array, Robot
 
 MOST_SAMPLES = 6000

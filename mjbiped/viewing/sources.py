@@ -158,8 +158,8 @@ class LiveWalk(Source):
         stance, torque = int(u.stance), max(map(abs, u.torque))
         if stance != self._stance:
             self._stance, self._span, self._impulse = stance, 0.0, np.zeros(2)
-        foot = f"{self.robot.bodies.limbs[stance].name}_foot"
-        self._impulse += duration * contact_force(simulation.model, simulation.data, foot)
+        geom = f"{self.robot.bodies.limbs[stance].name}_foot"
+        self._impulse += duration * contact_force(simulation.model, simulation.data, geom)
         self._span += duration
         if self.scales.torque < torque < math.inf:
             self.scales = self.scales._replace(torque=float(torque))

@@ -17,7 +17,7 @@ from controllers import AdaptiveController, PassiveController
 from mjbiped.analysis.replay import recorded_controller, transitions
 from mjbiped.errors import InputError, RenderError
 from mjbiped.plotting.gait import plot_gait
-from mjbiped.plotting.style import ANKLE, C_MT, ESTIMATE, HIP, HYBRID, MUJOCO, PLANNED, STANCE, SWING, TRUTH
+from mjbiped.plotting.style import ANKLE, C_MT, ESTIMATE, HIP, HYBRID, MUJOCO, PLANNED, SWING, TRUTH, look
 from mjbiped.plotting.timelapse import outline, rows_of
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import stance_knee
@@ -100,7 +100,7 @@ def test_a_walk_has_all_panels_with_units(walk: Walk) -> None:
 
 def test_a_colour_means_one_thing(walk: Walk) -> None:
     looks = {
-        "stance leg": STANCE,
+        "stance leg": look("q_stance"),
         "swing leg": SWING,
         "estimate φ̂": ESTIMATE,
         "true slope φ": TRUTH,
