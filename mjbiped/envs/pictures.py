@@ -16,7 +16,6 @@ from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import RenderError
 from mjbiped.rendering.gl import ensure_gl
-from mjbiped.robots.kinds import compass_of
 from mjbiped.terrain.terrain import Terrain
 
 _SIGHT = 4.0  # ground about the robot, m
@@ -43,7 +42,7 @@ class Camera:
         if self._terrain is not plan.terrain:
             self._terrain, self._inside = plan.terrain, (math.inf, -math.inf)
             self._windows = GroundWindows(
-                compass_of(plan.robot, "a picture of an environment"),
+                plan.robot,
                 plan.terrain,
                 timestep=1e-4,  # any: nothing is stepped
                 reach=_REACH,

@@ -83,7 +83,7 @@ def _samples_of(robot: type[Robot]) -> dict[str, Column]:
         "torque": Column(len(robot.joints), "N m", "joint torques from now on", finite=False, parts=robot.joints),
         "slope": Column(1, "rad", "slope of the ground under the stance foot"),
         "slope_estimate": _from_controller("rad", "slope that the controller estimates; NaN if it makes no estimate"),
-        "stance": Column(1, "", "stance leg, 0 left, 1 right"),
+        "stance": Column(1, "", "number of the stance leg; of a biped 0 left, 1 right"),
         "qpos": _posture_of(robot),
     }
     if "knee" in robot.joints:
@@ -100,7 +100,7 @@ def _touchdowns_of(robot: type[Robot]) -> dict[str, Column]:
         "qpos": _posture_of(robot),
         "x": Column(1, "m", "position of the new stance foot"),
         "z": Column(1, "m", "height of the new stance foot"),
-        "stance": Column(1, "", "new stance leg, 0 left, 1 right"),
+        "stance": Column(1, "", "number of the new stance leg; of a biped 0 left, 1 right"),
         "slope": Column(1, "rad", "slope of the ground under the new stance foot"),
         "q_before": _of_angles(robot, "rad", "angles in the old roles, from the normal of the old ground"),
         "dq_before": _of_angles(robot, "rad/s", "rates in the old roles, just before the impact"),

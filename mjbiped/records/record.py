@@ -49,7 +49,7 @@ class Walk:
             | `torque` | (n, 2) | N m | ankle and hip |
             | `slope` | (n,) | rad | of the ground under the stance foot |
             | `slope_estimate` | (n,) | rad | the controller's; NaN where it has none |
-            | `stance` | (n,) | | 0 left, 1 right |
+            | `stance` | (n,) | | number of the stance leg; of a biped 0 left, 1 right |
             | `qpos` | (n, 4) | m, rad | hip x, hip z, left and right leg from the vertical |
             | `controller_states` | (n, k) | | the controller's integrated states |
 

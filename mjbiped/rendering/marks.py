@@ -32,7 +32,6 @@ MOST_GEOMS = 600
 """Greatest number of geoms that `draw_marks` adds."""
 
 _LEGS: tuple[Colour, Colour] = ((0.00, 0.45, 0.70), (0.90, 0.45, 0.05))  # as in models/compass.xml
-_SIDES = (0.04, -0.04)  # of left and right leg, y in leg lengths
 _FRONT = -CUT - 0.03  # where torques and forces are drawn, y in leg lengths
 _BEHIND = 0.12  # where the reference stands, y in leg lengths
 _PALE = 0.35  # share of white in the colour of the least torque
@@ -83,15 +82,16 @@ def draw_marks(scene: Any, moment: Moment, robot: Robot, scales: Scales, element
     length = robot.leg_length
     pen = _Pen(scene, length)
     hip = (moment.qpos[0], moment.qpos[1])
-    angle = moment.qpos[2 + moment.stance]
+    angle = robot.lean(moment.qpos, moment.stance)
+    across = [limb.across for limb in robot.bodies.limbs]
     legs: list[list[Pair]] = robot.limbs(moment.qpos).tolist()
     foot = legs[moment.stance][-1]
     if "shadows" in elements:
         for side, (height, slope) in enumerate(moment.ground):
-            _draw_shadow(pen, legs[side][-1], height, slope, _SIDES[side], length)
+            _draw_shadow(pen, legs[side][-1], height, slope, across[side], length)
     if "traces" in elements:
         for side, way in enumerate(moment.traces):
-            _draw_trace(pen, way, _SIDES[side], _LEGS[side])
+            _draw_trace(pen, way, across[side], _LEGS[side % len(_LEGS)])
     if "ghost" in elements and moment.reference is not None:
         _draw_ghost(pen, moment.reference, robot)
     if "estimate" in elements and math.isfinite(moment.slope_estimate):
@@ -102,7 +102,7 @@ def draw_marks(scene: Any, moment: Moment, robot: Robot, scales: Scales, element
     if "force" in elements:
         _draw_force(pen, foot, moment.force, scales.force, length)
     if "torque" in elements:
-        places = ((foot, angle), (hip, 0.0), (legs[1 - moment.stance][1], 0.0))
+        places = ((foot, angle), (hip, 0.0), (legs[(moment.stance + 1) % len(legs)][1], 0.0))
         signals = torques_of(type(robot))
         for joint, signal, torque, (place, middle) in zip(robot.joints, signals, moment.torque, places, strict=False):
             share = torque / scales.torque if scales.torque else 0.0

@@ -33,7 +33,7 @@ class Moment(NamedTuple):
         time: Time since the start of the walk, s.
         step: Number of the current step, from 1 on; a touchdown belongs to the step that it ends.
         qpos: Posture, see `Robot.places`: hip x and z (m), left and right leg from the vertical, flexions (rad).
-        stance: Stance leg, 0 left, 1 right.
+        stance: Number of the stance leg; of a biped 0 left, 1 right.
         slope: Slope of the ground under the stance foot, rad.
         slope_estimate: Slope that the controller estimates, rad; NaN if it makes no estimate.
         torque: Torques of the robot's joints, N m.
@@ -144,7 +144,7 @@ def tracked_posture(
     Args:
         robot: The robot.
         foot: Place of the stance foot, x and z in m.
-        stance: 0 left, 1 right.
+        stance: Number of the stance leg.
         slope: Slope of the ground, rad.
         tracked: Angles from the ground's normal, stance leg first, rad.
         bent: Flexion of the stance knee, rad.

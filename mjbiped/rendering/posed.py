@@ -9,7 +9,6 @@ import numpy as np
 
 from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows
-from mjbiped.errors import RenderError
 from mjbiped.records.record import Walk
 from mjbiped.rendering.camera import fit_cameras
 from mjbiped.rendering.moments import Moment
@@ -31,15 +30,7 @@ class PosedScene:
     data: mujoco.MjData
 
     def __init__(self, walk: Walk) -> None:
-        """Cut the terrain of a record with samples; `go_to` builds the scene.
-
-        Raises:
-            RenderError: The robot has not two legs, by which marks and colours go.
-        """
-        legs = len(walk.robot.bodies.limbs)
-        if legs != 2:
-            kind = type(walk.robot).__name__
-            raise RenderError(f"videos and reports are of robots with two legs; a {kind} has {legs}: draw its figure")
+        """Cut the terrain of a record with samples; `go_to` builds the scene."""
         self._samples, self._length, self._robot = walk.samples, walk.robot.leg_length, walk.robot
         self._windows = GroundWindows(
             walk.robot,
@@ -60,8 +51,8 @@ class PosedScene:
         scene = self._windows.about(x)
         self.model, self._inside = scene.model, self._windows.inside(scene)
         fit_cameras(self.model, self._length)
-        for side in ("left", "right"):
-            self.model.geom(f"{side}_foot").margin[:] = _TOUCHING * self._length
+        for limb in self._robot.bodies.limbs:
+            self.model.geom(f"{limb.name}_foot").margin[:] = _TOUCHING * self._length
         self.data = mujoco.MjData(self.model)
         return True
 
@@ -79,17 +70,21 @@ class PosedScene:
             place(model, data)
             return
         latest = max(0, int(np.searchsorted(samples["time"], moment.time + _SAME, side="right")) - 1)
-        dq, lean = samples["dq"][latest], moment.qpos[2 + moment.stance]
-        stance, swing = ("right", "left") if moment.stance else ("left", "right")
+        robot, dq, lean = self._robot, samples["dq"][latest], self._robot.lean(moment.qpos, moment.stance)
+        limbs = robot.bodies.limbs
+        stance, swing = limbs[moment.stance], limbs[(moment.stance + 1) % len(limbs)]
         speed = self._length * dq[0]
-        rates = {"hip_x": speed * math.cos(lean), "hip_z": -speed * math.sin(lean), stance: dq[0], swing: dq[1]}
-        torques = {f"{stance}_ankle": torque[0], "hip": -torque[1] if moment.stance else torque[1]}
-        if "knee" in self._robot.joints:
-            rates |= {f"{stance}_knee": 0.0, f"{swing}_knee": dq[2] - dq[1]}
-            torques[f"{swing}_knee"] = torque[2]
-            data.eq_active[model.equality(f"{stance}_lock").id] = 1
-            data.eq_active[model.equality(f"{swing}_lock").id] = samples["locked"][latest]
-        for name, value in rates.items():
+        # postures depend linearly on the angles
+        moved, still = (robot.posture((0.0, 0.0), moment.stance, angles) for angles in (dq, np.zeros_like(dq)))
+        rates = speed * math.cos(lean), -speed * math.sin(lean), *np.subtract(moved, still)[2:]
+        torques = {stance.ankle: torque[0]}
+        if "hip" in robot.joints:
+            torques["hip"] = -torque[1] if moment.stance else torque[1]
+        if "knee" in robot.joints:
+            torques[f"{swing.name}_knee"] = torque[2]
+            data.eq_active[model.equality(f"{stance.name}_lock").id] = 1
+            data.eq_active[model.equality(f"{swing.name}_lock").id] = samples["locked"][latest]
+        for name, value in zip(robot.places, rates, strict=True):
             data.joint(name).qvel[:] = value
         data.ctrl[:] = 0.0
         for name, value in torques.items():

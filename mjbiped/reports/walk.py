@@ -136,7 +136,7 @@ def _data(walk: Walk) -> dict[str, Any]:
         ],
         "legs": {
             f"{role} leg now": [[_digits(axis, 4) for axis in point.T] for point in np.moveaxis(legs[rows, side], 1, 0)]
-            for role, side in (("stance", stance), ("swing", 1 - stance))
+            for role, side in (("stance", stance), ("swing", (stance + 1) % legs.shape[1]))
         },
         **{name: [_digits(column) for column in samples[name][keep].T] for name in ("q", "dq")},
     }

@@ -129,7 +129,7 @@ def _over_ground(walk: Walk) -> Shown:
     )  # fmt: skip
     starts = np.concatenate([qpos[:1], rows["qpos"]])
     stance = np.concatenate([walk.samples["stance"][:1], rows["stance"]])
-    legs = ("swing", 1 - stance), ("stance", stance)
+    legs = ("swing", (stance + 1) % len(walk.robot.bodies.limbs)), ("stance", stance)
     for leg, side in legs:
         points_x, points_z = _sticks(walk.robot, starts, side)
         figure.add_scatter(

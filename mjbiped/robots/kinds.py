@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from mjbiped.errors import InputError
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
@@ -15,12 +13,7 @@ from mjbiped.utils.domains import known_name
 
 KINDS: Mapping[str, type[Robot]] = {kind.kind: kind for kind in (Compass, KneedBiped, RimlessWheel)}
 
-NAMED: Mapping[str, Callable[[], Compass | KneedBiped | RimlessWheel]] = {
-    Compass.kind: Compass,
-    KneedBiped.kind: KneedBiped,
-    "halved-rods": KneedBiped.halved_rods,
-    RimlessWheel.kind: RimlessWheel,
-}
+NAMED: Mapping[str, Callable[[], Robot]] = {**KINDS, "halved-rods": KneedBiped.halved_rods}
 """Robots by their names, with the parameters that they have unless others are given."""
 
 
@@ -31,8 +24,8 @@ def named(name: str) -> tuple[type[Robot], dict[str, Any]]:
         InputError: There is no such robot.
     """
     robot = NAMED[known_name("robot", name, NAMED)]()
-    parameters = dataclasses.asdict(robot)
-    return type(robot), {key: value for key, value in parameters.items() if not key.endswith("_inertia")}
+    parameters = {key: getattr(robot, key) for key in robot.parameters() if not key.endswith("_inertia")}
+    return type(robot), parameters
 
 
 def robot_named(name: str, given: Mapping[str, Any]) -> Robot:
@@ -59,18 +52,3 @@ def robot_from(described: Mapping[str, Any]) -> Robot:
     parameters = dict(described)
     kind = KINDS[known_name("kind of robot", parameters.pop("kind", Compass.kind), KINDS)]
     return kind(**parameters)
-
-
-def compass_of(robot: Robot, what: str) -> Compass:
-    """The robot, where it is a compass biped.
-
-    Args:
-        robot: Any.
-        what: Is for compass bipeds alone, such as "a video".
-
-    Raises:
-        InputError: It is none.
-    """
-    if not isinstance(robot, Compass):
-        raise InputError(f"{what} is there for the compass biped alone, and this robot is a {type(robot).__name__}")
-    return robot

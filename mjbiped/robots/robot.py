@@ -178,8 +178,13 @@ class Robot(ABC):
         """
 
     def flexion(self, qpos: Any, leg: Any) -> Array:
-        """Flexion of the knee of a leg (0 left, 1 right) in postures `qpos`, shape (...,), rad; 0 of straight legs."""
+        """Flexion of the knee of a leg, by its number, in postures `qpos`, shape (...,), rad; 0 of straight legs."""
         return np.zeros(np.broadcast_shapes(np.shape(qpos)[:-1], np.shape(leg)))
+
+    def lean(self, qpos: Any, leg: int) -> float:
+        """Angle from the vertical, rad, of the upper segment of a leg in a posture `qpos`."""
+        limb = self.bodies.limbs[leg]
+        return float(qpos[self.places.index(limb.hinge)] + limb.offset)
 
     def posture(self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0) -> tuple[float, ...]:
         """Posture `qpos` of the robot on one foot.

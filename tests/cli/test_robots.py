@@ -60,7 +60,7 @@ def test_robots_by_file(walks: list[tuple[Any, Robot]], tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--robot", "knee"), "expected compass, kneed, halved-rods, wheel, or a .toml file"),
+        (("--robot", "knee"), "expected compass, kneed, wheel, halved-rods, or a .toml file"),
         (("--robot", "none.toml"), "there is no such file"),
         (("--robot", "kneed", "--leg-mass", 4), "--leg-mass is for --robot compass; kneed has no such thing"),
         (("--thigh-mass", 4), "--thigh-mass is for robots with knees; compass has no such thing"),
