@@ -35,7 +35,7 @@ from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
 from mjbiped.rollout.walk_many import WalksInterrupted, WalksStopped, walk_many
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
-from mjbiped.utils.shadows import warn_of_hidden_laws
+from mjbiped.utils.packages import warn_of_hidden_laws
 from mjbiped.version import __version__
 
 if TYPE_CHECKING:

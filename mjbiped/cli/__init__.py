@@ -2,7 +2,7 @@
 
 import sys
 
-from mjbiped.utils.shadows import hidden_laws
+from mjbiped.utils.packages import hidden_laws
 
 if _hidden := hidden_laws():  # nothing here could be imported
     print(f"Error: {_hidden}", file=sys.stderr)

@@ -24,8 +24,8 @@ from typing import Any, NamedTuple
 from mjbiped.control.controller import Controller
 from mjbiped.errors import InputError, explained, place_of, shown
 from mjbiped.utils.domains import check_text, known_name
+from mjbiped.utils.packages import hidden_laws
 from mjbiped.utils.reading import read_bytes
-from mjbiped.utils.shadows import hidden_laws
 
 FORMS = "FILE.py:CLASS or PACKAGE.MODULE:CLASS"
 

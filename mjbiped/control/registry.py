@@ -33,7 +33,7 @@ from mjbiped.gaits.optimised import find_reference, only_kept
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.robot import Robot
 from mjbiped.utils.domains import SLOPE_DEG, known_name
-from mjbiped.utils.shadows import hidden_laws
+from mjbiped.utils.packages import hidden_laws
 
 GROUP = "mjbiped.controllers"
 """The group of entry points."""

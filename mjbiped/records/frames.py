@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.records.columns import Column, tables_of
-from mjbiped.utils.extras import needed
+from mjbiped.utils.packages import needed
 
 if TYPE_CHECKING:
     import pandas

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from mjbiped.plotting.style import GUIDE, SHADE
 from mjbiped.records.signals import DASHED, DOTTED, SIGNALS, SOLID
-from mjbiped.utils.extras import needed
 from mjbiped.utils.files import saved
+from mjbiped.utils.packages import needed
 from mjbiped.version import __version__
 
 _HERE = Path(__file__).parent / "page"

@@ -20,8 +20,8 @@ from mjbiped.records.frames import units_of
 from mjbiped.robots.kinds import KINDS
 from mjbiped.sweeps.cell import TRAJECTORY, Row
 from mjbiped.sweeps.store import Store
-from mjbiped.utils.extras import needed
 from mjbiped.utils.files import saved
+from mjbiped.utils.packages import needed
 
 
 def check_installed(what: str) -> None:

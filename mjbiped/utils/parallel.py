@@ -17,8 +17,8 @@ from types import FrameType, ModuleType
 from typing import NoReturn
 
 from mjbiped.errors import InputError, shown
-from mjbiped.utils.extras import needed
 from mjbiped.utils.files import remove_unfinished
+from mjbiped.utils.packages import needed
 
 _PATIENCE = 30.0
 """Time to wait for a scheduler, and then for its first worker, s."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.errors import InputError
-from mjbiped.utils.extras import needed
+from mjbiped.utils.packages import needed
 from scripts.learning.checkpoint import Checkpoint
 from scripts.learning.policy import WEIGHTS, Array
 from scripts.learning.rollouts import Rollouts

@@ -226,7 +226,7 @@ def judge(
 
     Args:
         u: State.
-        limits: What the walk is judged by.
+        limits: Limits at which the walk ends.
         profile: The ground.
         hip: Its place, x and z in m.
         foot: Place of the stance foot, m.

@@ -31,12 +31,12 @@ from mjbiped.engines.mujoco.compiled.callbacks import ACCELERATION, POSITION, Na
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
 from mjbiped.engines.mujoco.contacts import refuses
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
-from mjbiped.engines.mujoco.judged import ground_needed, limits_of
 from mjbiped.engines.mujoco.motors import Parts, Recording, Setting
 from mjbiped.engines.mujoco.options import MOTOR, ROOM, Options
 from mjbiped.engines.mujoco.scene import Scene
 from mjbiped.engines.mujoco.servo import NONE, servo_of
 from mjbiped.engines.mujoco.state import SIZE, Constants, Places, Softness, State, Userdata
+from mjbiped.engines.mujoco.termination import ground_needed, limits_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
 from mjbiped.records.columns import index_of, tables_of
 from mjbiped.records.recorder import Recorder

@@ -247,7 +247,7 @@ class Constants(NamedTuple):
     """What does not change in a walk while its scene is the same, beside the controller's parameters.
 
     Attributes:
-        limits: What the walk is judged by.
+        limits: Limits at which the walk ends.
         places: In the scene.
         joints: As many zeros as the robot has angles and joints with motors: a tuple's length is part of its type.
         scuffs: Whether the scuffing rule says when the swing foot collides; else it always does.

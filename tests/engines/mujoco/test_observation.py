@@ -12,9 +12,9 @@ from simulations import make_simulation
 from controllers import PassiveController
 from mjbiped.engines.mujoco import motors, observation
 from mjbiped.engines.mujoco.contacts import Felt
-from mjbiped.engines.mujoco.judged import limits_of
 from mjbiped.engines.mujoco.simulation import _parts
 from mjbiped.engines.mujoco.state import Constants, State, put
+from mjbiped.engines.mujoco.termination import limits_of
 from mjbiped.records.columns import TOUCHDOWNS, index_of
 from mjbiped.records.rows import rows_of
 from mjbiped.robots.compass import Compass

@@ -1,14 +1,18 @@
-"""A user's own `controllers.py` is named wherever it stands in the way of our package."""
+"""Packages of extras that are missing, and a user's own `controllers.py` that hides ours, are named with a remedy."""
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import mjbiped
-from mjbiped.utils.shadows import hidden_laws
+from mjbiped.errors import InputError
+from mjbiped.utils.packages import hidden_laws, needed
 
 ROOT = str(Path(mjbiped.__file__).parents[1])
 
@@ -36,3 +40,12 @@ def test_a_file_in_the_working_directory_is_told_of(tmp_path: Path) -> None:
     first, *_, last = done.stderr.splitlines()
     assert f"program.py:1: UserWarning: the file {tmp_path}/controllers.py hides" in first
     assert last.startswith("ImportError")
+
+
+def test_what_is_there_is_imported() -> None:
+    assert needed("math", "data", "this") is math
+
+
+def test_what_is_missing_is_named_with_its_extra() -> None:
+    with pytest.raises(InputError, match=r"^a flight needs wings_of_wax, .*pip install 'mjbiped\[fly\]'$"):
+        needed("wings_of_wax.left", "fly", "a flight")

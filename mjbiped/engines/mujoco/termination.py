@@ -1,4 +1,4 @@
-"""What a walk in MuJoCo is judged by."""
+"""Limits at which a walk in MuJoCo ends."""
 
 from __future__ import annotations
 
