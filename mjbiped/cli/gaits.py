@@ -12,13 +12,9 @@ from mjbiped.cli import kinds, options, sections, tables
 from mjbiped.cli.files import Results
 from mjbiped.cli.sections import results
 from mjbiped.cli.walkers import robot_of
-from mjbiped.gaits.kneed import find_kneed_gait
+from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.optimised import FRICTION, SPEED, find_reference
-from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.records.record import Walk
-from mjbiped.robots.compass import Compass
-from mjbiped.robots.kinds import compass_of
-from mjbiped.robots.kneed import KneedBiped
 from mjbiped.utils import domains
 
 
@@ -31,23 +27,19 @@ def gait(ctx: click.Context, /, results: Results, slope_deg: float, **values: An
     """Find the passive gait on a slope, its limit cycle and its stability.
 
     With straight legs the swing foot passes through the ground while it is beside the stance foot; with knees it clears
-    the ground.
+    the ground. A rimless wheel rolls.
 
     \b
     Examples:
       mjbiped gait --slope-deg 3 --plot cycle.pdf
       mjbiped gait --slope-deg 3 --leg-inertia 0 --hip-mass 10 --json
       mjbiped gait --robot kneed --slope-deg 2.5 --plot knees.png
+      mjbiped gait --robot wheel --slope-deg 5
     """  # noqa: D301 (click reads the backspace)
     robot, slope = robot_of(ctx, values), math.radians(slope_deg)
-    if isinstance(robot, KneedBiped):
-        kneed = find_kneed_gait(robot, slope)
-        results.draw("gait:plot_gait", kneed)
-        results.end(*tables.kneed_gait_told(kneed))
-        return
-    found = find_passive_gait(compass_of(robot, "this gait"), slope)
+    found: Any = passive_gait_of(robot, slope)
     results.draw("gait:plot_gait", found)
-    results.end(*tables.gait_told(found))
+    results.end(*(tables.kneed_gait_told if "knee" in robot.joints else tables.gait_told)(found))
 
 
 @click.command("reference", cls=sections.SectionCommand)
@@ -85,8 +77,7 @@ def reference(ctx: click.Context, /, results: Results, **values: Any) -> None:
       mjbiped reference --robot kneed --clearance 0.08 --plot knees.png
       mjbiped walk stairs:rise=0.05 --reference clearance=0.06 --gain replanning=additive
     """  # noqa: D301 (click reads the backspace)
-    robot = robot_of(ctx, values)
-    assert isinstance(robot, Compass | KneedBiped)
+    robot: Any = robot_of(ctx, values)
     found = find_reference(robot, **values)
     results.draw("gait:plot_gait", found)
     results.end(*tables.reference_told(found))

@@ -15,9 +15,7 @@ from mjbiped.errors import InputError, shown
 from mjbiped.gaits.described import parse_reference
 from mjbiped.plotting.width import figure_width
 from mjbiped.rendering.look import SUFFIXES, look
-from mjbiped.robots.compass import Compass
-from mjbiped.robots.kinds import NAMED
-from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.kinds import KINDS, NAMED
 from mjbiped.terrain.files import parse_number
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Count, Domain
@@ -135,7 +133,7 @@ def _initial_state(value: str) -> str | tuple[float, ...]:
     if value in INITIAL_STATES:
         return value
     numbers = [parse_number(part) for part in value.split(",")]
-    return tuple(domains.check_states("", numbers, (6 if len(numbers) == 6 else 4,)).tolist())
+    return tuple(domains.check_states("", numbers, (len(numbers) if len(numbers) in _STATES else 4,)).tolist())
 
 
 def _push(value: str) -> tuple[float, float]:
@@ -191,7 +189,8 @@ def _of_look(argument: str) -> Callable[[str], str]:
     return read
 
 
-_PARAMETERS = tuple(dict.fromkeys((*Compass.parameters(), *KneedBiped.parameters())))
+_PARAMETERS = tuple(dict.fromkeys(name for kind in KINDS.values() for name in kind.parameters()))
+_STATES = [2 * len(kind.angles) for kind in KINDS.values()]  # how many numbers one has
 _PIXELS = f"even pixels from {domains.PIXELS.low} to {domains.PIXELS.high} each"
 
 PLOT = output(".png", ".pdf", ".svg")

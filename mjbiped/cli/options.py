@@ -24,6 +24,7 @@ from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS
 from mjbiped.rendering.look import ALL, ELEMENTS
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
+from mjbiped.robots.wheel import RimlessWheel
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.utils import domains
 
@@ -38,7 +39,7 @@ def gains_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
 
 
 ADAPTIVE, COMPARISON, MUJOCO = "Adaptive controller", "Comparison controllers", "MuJoCo"
-LEGS, KNEES, VIDEO = "Robot", "Robot with knees", "Video"
+LEGS, KNEES, WHEEL, VIDEO = "Robot", "Robot with knees", "Rimless wheel", "Video"
 """Sections of the help."""
 
 walk_options = options(
@@ -192,7 +193,14 @@ leg_options = options(
 )
 
 
-robot_options = together(options(LEGS, KIND), leg_options, knee_options)
+wheel_options = options(
+    WHEEL,
+    ("--mass", domains.LEG_MASS, "Mass of the wheel, kg.", RimlessWheel.mass),
+    ("--inertia", domains.INERTIA, "Inertia about the hub, kg m^2.", RimlessWheel.inertia),
+    ("--length", domains.LEG, "Length of a spoke, m.", RimlessWheel.length),
+    ("--spokes", domains.SPOKES, "Number of spokes.", RimlessWheel.spokes),
+)
+robot_options = together(options(LEGS, KIND), leg_options, knee_options, wheel_options)
 
 _DISTURBANCES = ", ".join(
     f"{field.name}={'none' if field.default is None else f'{field.default:g}'}"

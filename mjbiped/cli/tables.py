@@ -13,9 +13,11 @@ from rich.table import Table
 from rich.text import Text
 
 from mjbiped.analysis.divergence import COLUMNS, DISPLAYED
+from mjbiped.gaits.gait import Passive
 from mjbiped.gaits.kneed import KneedGait
 from mjbiped.gaits.optimised import OptimisedGait, OptimisedKneedGait
 from mjbiped.gaits.passive import PassiveGait
+from mjbiped.gaits.rolling import Rolling
 from mjbiped.limit_cycles.basin import Basin, Fate
 from mjbiped.records.measures import MEASURES, in_words
 from mjbiped.records.tables import bare_table, table_of
@@ -58,11 +60,6 @@ Told = tuple[dict[str, Any], list[RenderableType]]
 Line = tuple[str, str, str]
 """A line of a table: label, value as a format string over the results, unit."""
 
-_AFTER_BEFORE: tuple[Line, ...] = tuple(
-    (f"stance, swing {what} {side} impact", f"{{{key}[{k}]:.8f}}, {{{key}[{k + 1}]:.8f}}", unit)
-    for side, key in (("after", "state_after_impact"), ("before", "state_before_impact"))
-    for what, k, unit in (("angle", 0, "rad"), ("rate", 2, "rad/s"))
-)
 _CYCLE: tuple[Line, ...] = (
     ("period", "{period_s:.8f}", "s"),
     ("step length", "{step_length_m:.6f}", "m"),
@@ -88,8 +85,9 @@ _THEOREM: tuple[Line, ...] = (
 )
 
 
-def gait_told(gait: PassiveGait) -> Told:
-    """A passive gait; states are q1, q2 (rad) and dq1, dq2 (rad/s)."""
+def gait_told(gait: PassiveGait | Rolling) -> Told:
+    """A passive gait without knees; states are the robot's angles (rad), then their rates (rad/s)."""
+    angles = gait.robot.angles
     summary = {
         "slope_deg": math.degrees(gait.slope),
         "state_after_impact": gait.start.tolist(),
@@ -102,7 +100,14 @@ def gait_told(gait: PassiveGait) -> Told:
     }
     lines = (
         ("slope", "{slope_deg:.4g}", "deg"),
-        *_AFTER_BEFORE,
+        *(
+            (f"{', '.join(angles)} {what} {side} impact", ", ".join(f"{{{key}[{k}]:.8f}}" for k in numbers), unit)
+            for side, key in (("after", "state_after_impact"), ("before", "state_before_impact"))
+            for what, numbers, unit in (
+                ("angle", range(len(angles)), "rad"),
+                ("rate", range(len(angles), 2 * len(angles)), "rad/s"),
+            )
+        ),
         *_CYCLE,
         ("energy about the stance foot", "{energy_J:.5f}", "J"),
         *_stability_lines(summary),
@@ -147,7 +152,7 @@ def _filled(lines: Iterable[Line], results: Mapping[str, Any]) -> Table:
     return table_of((label, form.format_map(results), unit) for label, form, unit in lines)
 
 
-def _stability_of(gait: PassiveGait | KneedGait) -> dict[str, Any]:
+def _stability_of(gait: Passive) -> dict[str, Any]:
     """A gait's Floquet multipliers, and whether it is stable."""
     return {
         "multipliers": [

@@ -58,12 +58,15 @@ def robot_of(ctx: click.Context, values: dict[str, Any]) -> Robot:
         click.UsageError: An option is given that the robot does not have.
         InputError: The file cannot be read, or a number is outside its domain.
     """
-    numbers = taken(ctx, values, options.LEGS, options.KNEES)
+    sections = options.LEGS, options.KNEES, options.WHEEL
+    numbers = taken(ctx, values, *sections)
     name = numbers.pop("robot")
     kind, parameters = _named(name)
     own = kind.parameters()
-    others = [each for each in section(ctx, options.LEGS, options.KNEES) if each.name not in (*own, "robot")]
-    refuse(ctx, others, "robots with knees" if kind is Compass else "--robot compass", name)
+    for each in section(ctx, *sections):
+        if each.name not in (*own, "robot"):
+            owner = next(owner for owner in KINDS.values() if each.name in owner.parameters())
+            refuse(ctx, [each], "robots with knees" if "knee" in owner.joints else f"--robot {owner.kind}", name)
     given = {key: value for key, value in numbers.items() if key in own and is_given(ctx, key)}
     return kind(**{**parameters, **given})
 

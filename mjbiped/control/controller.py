@@ -102,12 +102,21 @@ class Controller(ABC):
             InputError: It does not drive such a robot.
         """
         if robot.joints != self.joints:
-            raise InputError(
-                f"{type(self).__name__} drives {', '.join(self.joints)}; {type(robot).__name__} has "
-                f"{', '.join(robot.joints)}: choose a controller for that robot, such as "
-                f"{'KneedController' if robot.knees else 'AdaptiveController'}, or PassiveController"
-            )
+            raise InputError(f"{self.mismatch(robot)}, such as {robot.controller}")
         return self
+
+    @classmethod
+    def drives(cls, robot: Robot) -> bool:
+        """Whether the law drives the joints that a robot has."""
+        return robot.joints == cls.joints
+
+    @classmethod
+    def mismatch(cls, robot: Robot) -> str:
+        """Say in words that the law does not drive a robot."""
+        return (
+            f"{cls.__name__} drives {', '.join(cls.joints)}; {type(robot).__name__} has {', '.join(robot.joints)}: "
+            "choose a controller for that robot"
+        )
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:  # noqa: B027 (optional hook)
         """Begin a walk.

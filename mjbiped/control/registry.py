@@ -27,12 +27,10 @@ from mjbiped.control.controller import Controller
 from mjbiped.control.loading import FORMS, is_reference, own_class, recorded_class
 from mjbiped.control.settings import REQUIRED, checked, default_of, fields_of, shown_defaults, why_none
 from mjbiped.errors import InputError, MjbipedError, explained, place_of, shown
-from mjbiped.gaits.described import gait_from, parse_reference, passive_gait_of
+from mjbiped.gaits.described import gait_from, parse_reference, passive_gait_of, usual_gait
 from mjbiped.gaits.gait import Periodic
 from mjbiped.gaits.optimised import find_reference, only_kept
-from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
-from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.utils.domains import SLOPE_DEG, known_name
 from mjbiped.utils.shadows import hidden_laws
@@ -48,10 +46,6 @@ SHARED: Mapping[str, Any] = MappingProxyType(
 """Settings of all controllers that imitate a gait, with their defaults: the slope of that passive gait, and the slope
 estimate at the start, degrees; and an optimised reference in the passive gait's stead, as "clearance=0.06" (see
 `mjbiped.gaits.described.parse_reference`)."""
-
-KNEED_REFERENCE = "clearance=0.08"
-"""What a robot with knees tracks unless told: its passive gaits clear 2 cm, and not every such robot has one on gentle
-slopes."""
 
 SLOPE_FIELDS = ("initial_slope_estimate", "initial_slope")
 """Names of a field that takes the slope estimate at the start, rad."""
@@ -100,7 +94,7 @@ def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
         raise InputError(f"{error}; or a class of your own, {FORMS}") from None
     try:
         kind: type[Controller] = entry.load()
-        if robot is not None and robot.knees and kind.with_knees:
+        if robot is not None and "knee" in robot.joints and kind.with_knees:
             kind = resolve_name(kind.with_knees)
     except (ImportError, AttributeError) as error:
         hint = f"; {hidden}" if (hidden := hidden_laws()) else ""
@@ -112,7 +106,7 @@ def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
 
 def names_by_class(robot: Robot | None = None) -> dict[str, str]:
     """Names of registered controllers by the names of the classes that drive a robot."""
-    if robot is not None and robot.knees:
+    if robot is not None and "knee" in robot.joints:
         return {controller_class(name, robot).__name__: name for name in registered()}
     return {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
 
@@ -135,8 +129,8 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
         name: As for `controller_class`.
         robot: The robot model of the law.
         settings: Values by the names of `settings_of`; what is left out has its default.
-        gait: What is imitated; unless given, it is found by `imitate_slope_deg`, or by `reference`. With knees it is
-            the reference `KNEED_REFERENCE` where neither is given.
+        gait: What is imitated; unless given, it is found by `imitate_slope_deg`, or by `reference`. Where
+            neither is given, it is the `usual_gait`.
 
     Returns:
         An object of `controller_class(name)`.
@@ -160,6 +154,9 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
     if "robot" in own:
         values["robot"] = robot
     if "gait" in own:
+        if not kind.drives(robot):
+            names = ", ".join(each for each in registered() if controller_class(each, robot).drives(robot))
+            raise InputError(f"{kind.mismatch(robot)}: {names}")
         slope, estimate = (
             math.radians(SLOPE_DEG.check(key, values.pop(key)))
             for key in ("imitate_slope_deg", "initial_slope_estimate_deg")
@@ -177,7 +174,7 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
         ) from error
 
 
-def _imitated(robot: Robot, slope: float, reference: object, *, passive: bool) -> Periodic:
+def _imitated(robot: Any, slope: float, reference: object, *, passive: bool) -> Periodic:
     """The gait that a controller imitates.
 
     Args:
@@ -191,15 +188,13 @@ def _imitated(robot: Robot, slope: float, reference: object, *, passive: bool) -
         GaitError: The slope has no passive gait.
     """
     if reference is None:
-        if passive or not robot.knees:
-            return passive_gait_of(robot, slope)
-        reference = KNEED_REFERENCE
+        return passive_gait_of(robot, slope) if passive else usual_gait(robot, slope)
     if not isinstance(reference, str):
         raise InputError(f"reference = {shown(reference)}: must be text, as 'clearance=0.06', or None")
     if passive:
         raise InputError("imitate_slope_deg is of a passive gait, and reference of an optimised one; give one of them")
-    assert isinstance(robot, Compass | KneedBiped)
-    return find_reference(robot, **parse_reference(reference))
+    found: Periodic = find_reference(robot, **parse_reference(reference))
+    return found
 
 
 def check_setting(name: str, key: str, valid: Mapping[str, Any], what: str = "setting") -> None:

@@ -15,12 +15,17 @@ class Unpowered(LawController):
     """Zero torque at all joints of any robot, for walks without a controller from `controllers`."""
 
     def driving(self, robot: Robot) -> Controller:
-        """The same controller with as many torques as the robot has joints."""
+        """A copy of the controller with as many torques as the robot has joints."""
         if robot.joints == self.joints:
             return self
         driver = copy.copy(self)
         object.__setattr__(driver, "joints", robot.joints)
         return driver
+
+    @classmethod
+    def drives(cls, robot: Robot) -> bool:
+        """Whether the robot has joints, which may be any: they are left alone."""
+        return bool(robot.joints)
 
     @property
     def plain_law(self) -> Law:

@@ -135,6 +135,9 @@ def touchdown(
     if not loop.senses:
         return q_before, q, dq
     ankle = read_angle(loop, q_before[0], number, _OLD_ANKLE)
+    if len(q_before) == 1:
+        now = _sensed(loop, memory, number, _TOUCHDOWN, q, dq)
+        return (ankle,), now[0], now[1]
     side = memory[loop.size + SIDE]
     leg = ankle - side * read_angle(loop, side * (q[1] - q[0]), number, _HIP)  # one encoder, one reading
     now = _sensed(loop, memory, number, _TOUCHDOWN, q, dq)
@@ -171,8 +174,10 @@ def _exchanged(loop: Loop, memory: MutableSequence[float]) -> int:
 
 
 def _reassign(loop: Loop, memory: MutableSequence[float], first: int) -> None:
-    """Exchange the roles of the torques of ankle, hip and swing knee, whose first one's index is given."""
-    memory[first], memory[first + 1] = 0.0, -memory[first + 1]
+    """Exchange the roles of the torques of ankle, hip and swing knee, as many as there are, from an index on."""
+    memory[first] = 0.0
+    if loop.joints > 1:
+        memory[first + 1] = -memory[first + 1]
     if loop.joints > 2:
         memory[first + 2] = 0.0
 
@@ -193,9 +198,11 @@ def _sensed(
         dq: Their rates, rad/s.
     """
     angles, rates = channels
-    side = memory[loop.size + SIDE]
     ankle = read_angle(loop, q[0], number, angles[0])
     ankle_rate = read_rate(loop, dq[0], number, rates[0])
+    if len(q) == 1:
+        return (ankle,), (ankle_rate,)
+    side = memory[loop.size + SIDE]
     leg = ankle + side * read_angle(loop, side * (q[1] - q[0]), number, angles[1])
     leg_rate = ankle_rate + side * read_rate(loop, side * (dq[1] - dq[0]), number, rates[1])
     if len(q) == 2:

@@ -180,10 +180,7 @@ def _check_engine(plan: Plan) -> None:
         InputError: It does not walk such a robot, or not under these terms.
     """
     robot, engine = plan.robot, plan.terms.engine
-    if robot.collides_from_lift_off and plan.terms.scuffing != ScuffingRule():
-        raise InputError(
-            f"scuffing rule: a {type(robot).__name__}'s swing foot's contact is on from lift-off; leave the rule out"
-        )
+    check_rule(robot, plan.terms.scuffing)
     if not isinstance(robot, engine.robots):
         raise InputError(
             f"the engine {engine.name} does not walk a {type(robot).__name__}; it walks "
@@ -191,6 +188,19 @@ def _check_engine(plan: Plan) -> None:
         )
     engine.check(plan)
     engine.check_disturbances(plan.disturbances)
+
+
+def check_rule(robot: Robot, rule: ScuffingRule) -> None:
+    """Refuse a scuffing rule for a robot whose swing foot collides with the ground at all times.
+
+    Raises:
+        InputError: The rule is not the default one.
+    """
+    if robot.collides_from_lift_off and rule != ScuffingRule():
+        raise InputError(
+            f"scuffing rule: a {type(robot).__name__} needs none, and its swing foot's contact is on from lift-off; "
+            "leave the rule out"
+        )
 
 
 def check_robot(name: str, robot: object) -> None:
@@ -320,7 +330,7 @@ def _check_start(robot: Robot, terrain: Terrain, q: tuple[float, ...], rule: Scu
     foot_z = z0 + above * math.cos(slope) - along * math.sin(slope)
     scuffs = not robot.collides_from_lift_off and foot_x < rule.reach * length
     posture = ", ".join(f"q{k + 1} = {angle:.4g}" for k, angle in enumerate(q))
-    if robot.knees and q[2] < q[1]:
+    if robot.flexion(robot.posture((0.0, 0.0), 0, q), 1) < 0.0:
         raise InputError(f"initial state {posture}: the swing knee is bent forwards, beyond its stop; q3 >= q2")
     for part, x, z, deep in (
         ("hip", hip_x, hip_z, 0.0),

@@ -10,7 +10,7 @@ from mjbiped.errors import InputError, MjbipedError, shown
 from mjbiped.gaits.gait import Periodic
 from mjbiped.gaits.kneed import find_kneed_gait
 from mjbiped.gaits.optimisation import Goal
-from mjbiped.gaits.optimised import optimised_from
+from mjbiped.gaits.optimised import find_reference, optimised_from
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.gaits.rolling import find_rolling
 from mjbiped.robots.compass import Compass
@@ -39,6 +39,18 @@ def passive_gait_of(robot: Robot, slope: float) -> Periodic:
         GaitError: There is none.
     """
     return FINDERS[robot.kind](robot, slope)
+
+
+def usual_gait(robot: Any, slope: float) -> Periodic:
+    """The gait that controllers of a robot imitate unless told otherwise: the passive one on a slope, rad.
+
+    With knees it is an optimised one: passive gaits clear 2 cm, and not every such robot has one on gentle slopes.
+
+    Raises:
+        InputError: The slope is outside its domain.
+        GaitError: There is none.
+    """
+    return find_reference(robot, clearance=0.08) if "knee" in robot.joints else passive_gait_of(robot, slope)
 
 
 def gait_from(described: Mapping[str, Any]) -> Periodic:

@@ -20,12 +20,12 @@ from mjbiped.control.controller import Controller
 from mjbiped.control.validation import try_out
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.hybrid.run import HybridRun
-from mjbiped.engines.plan import Plan, Terms, check_controller, check_robot
+from mjbiped.engines.plan import Plan, Terms, check_controller, check_robot, check_rule
 from mjbiped.errors import InputError, MjbipedError, explained, place_of
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Branched, Gait, Periodic
 from mjbiped.limit_cycles import return_map
-from mjbiped.limit_cycles.return_map import ReturnMap, check_rule, kicked, plane_of, walk_all
+from mjbiped.limit_cycles.return_map import ReturnMap, kicked, plane_of, walk_all
 from mjbiped.records.columns import index_of, tables_of
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule, check_landing, chosen
@@ -160,6 +160,10 @@ def basin_of_attraction(
         BasinInterrupted: Ctrl-C was pressed; the exception holds the rows computed so far.
     """
     check_robot("robot", robot)
+    if "swing" not in robot.angles:
+        raise InputError(
+            f"a basin is over the rates of a stance and a swing leg; a {type(robot).__name__} has no swing leg"
+        )
     gait = passive_gait_of(robot, slope)
     rule = chosen(scuffing)
     _check_scuffing(gait, gait.slope, rule)

@@ -21,7 +21,7 @@ from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.hybrid.run import packed
 from mjbiped.engines.hybrid.state import Tables
-from mjbiped.engines.plan import Plan, Terms, check_robot
+from mjbiped.engines.plan import Plan, Terms, check_robot, check_rule
 from mjbiped.errors import InputError
 from mjbiped.numerics.jit import compiled
 from mjbiped.robots.robot import Array, Robot
@@ -111,16 +111,6 @@ class Batch(NamedTuple):
     periods: Any
     counts: Any
     outcomes: Any
-
-
-def check_rule(robot: Robot, scuffing: ScuffingRule) -> None:
-    """Refuse a scuffing rule for a robot with knees.
-
-    Raises:
-        InputError: The rule is not the default one.
-    """
-    if robot.knees and scuffing != ScuffingRule():
-        raise InputError("scuffing is for straight legs: with knees the swing foot collides from lift-off on")
 
 
 def walk_batch(code: EngineCode, constants: Any, room: int, batch: Batch) -> None:
@@ -280,7 +270,7 @@ class ReturnMap:
         """
         angles = len(self.robot.angles)
         start = domains.check_states("state", state, (2 * angles,))
-        if np.ptp(start[1:angles]) or np.ptp(start[angles + 1 :]):
+        if np.diff(start[1:angles]).any() or np.diff(start[angles + 1 :]).any():
             raise InputError("state: just after an impact the swing leg is straight: q3 = q2 and dq3 = dq2")
         steps = domains.MAP_STEPS.check("steps", steps)
         batch = walk_all(self.plane, start[None], steps, room=steps)

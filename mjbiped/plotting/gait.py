@@ -121,9 +121,9 @@ def _draw_postures(axes: Axes, gait: Any, phases: list[_Phase], count: int) -> N
     sine, cosine = math.sin(gait.slope), math.cos(gait.slope)
     for place, k, time in zip(places.tolist(), at.tolist(), times.tolist(), strict=True):
         foot = place * cosine, -place * sine
-        stance, swing = robot.limbs(robot.posture(foot, 0, (q[k] + gait.slope).tolist()))
+        stance, swing = robot.limbs(robot.posture(foot, 0, (q[k] + gait.slope).tolist()))[:2]
         axes.plot(*stance.T, linewidth=2.2, color=look("q_stance")["color"], solid_capstyle="round")
-        for part, link in zip(robot.angles[1:], range(len(swing) - 1), strict=True):
+        for part, link in zip(robot.angles[1:] or ("swing",), range(len(swing) - 1), strict=True):
             axes.plot(
                 *swing[link : link + 2].T, linewidth=2.2, color=look(f"q_{part}")["color"], solid_capstyle="round"
             )
@@ -160,7 +160,7 @@ def _draw_cycle(axes: Axes, letter: str, gait: Any, phases: list[_Phase]) -> Non
         arrow = {"arrowstyle": "-|>", "color": style["color"], "mutation_scale": 12}
         axes.annotate("", (q[middle + 2], dq[middle + 2]), (q[middle], dq[middle]), arrowprops=arrow)
     n = len(angles)
-    for old, new in ((0, 1), (1, 0)):  # the legs change roles
+    for old, new in ((0, 1), (1, 0)) if n > 1 else ((0, 0),):  # the legs change roles
         ends = (gait.end[old], gait.start[new]), (gait.end[n + old], gait.start[n + new])
         axes.plot(*ends, color=GUIDE, linestyle=":", marker="o", markersize=2.5, zorder=1)
     axes.set(xlabel="angle from the ground's normal (rad)", ylabel="rate (rad/s)")
@@ -194,7 +194,7 @@ def _draw_foot(axes: Axes, letter: str, gait: Any, phases: list[_Phase]) -> None
         words = f"clearance {100 * height[lowest]:.2f} cm"
         note_at(axes, words, along[lowest], 100 * height[lowest], (0, -6), xycoords="data", ha="center", va="top")
         axes.set_ylim(0, None)
-    else:
+    elif not robot.collides_from_lift_off:
         reach = ScuffingRule().reach * robot.leg_length
         axes.axvline(reach, color=GUIDE, linestyle="--", linewidth=0.8, zorder=0)
         note_at(axes, "may touch the ground\nfrom here on", reach, 0.97, (-4, 0), ha="right", va="top")

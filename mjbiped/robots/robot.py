@@ -27,7 +27,7 @@ class Robot(ABC):
         joints: Names of the joints with motors, in the order of torques.
         places: Names of the numbers of a posture `qpos`: hip x and z (m), left and right thigh, or leg, from the
             vertical (rad), and what the robot has beyond that.
-        knees: Whether it has knees.
+        controller: Class in `controllers` that is proposed where another one does not drive it.
         collides_from_lift_off: Whether the swing foot meets the ground in all of the swing; else the scuffing rule says
             from when on.
         equations: Equations of motion, guards and reset maps for event-driven engines.
@@ -38,7 +38,7 @@ class Robot(ABC):
     angles: ClassVar[tuple[str, ...]]
     joints: ClassVar[tuple[str, ...]]
     places: ClassVar[tuple[str, ...]]
-    knees: ClassVar[bool]
+    controller: ClassVar[str] = "PassiveController"
     collides_from_lift_off: ClassVar[bool]
     equations: ClassVar[Equations]
     gravity: float

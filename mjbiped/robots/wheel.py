@@ -109,7 +109,6 @@ class RimlessWheel(Robot):
     angles: ClassVar[tuple[str, ...]] = ("stance",)
     joints: ClassVar[tuple[str, ...]] = ("ankle",)
     places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "turn")
-    knees: ClassVar[bool] = False
     collides_from_lift_off: ClassVar[bool] = True
     equations: ClassVar[Equations] = Equations(
         _constants, _accelerations, _stop_foot, _lands, _exchange, _lock_knee, _limbs, inlined=True

@@ -100,7 +100,8 @@ def plan(path: Path, content: Mapping[str, Any]) -> Plan:
     given = content.get("grounds", ["treads:deviation=0.03"])
     rule = ScuffingRule(**_Table("scuffing", content, SCUFFING).values)
     controllers, laws = _controllers(content.get("controller", [{}]), content.get("robot", {}), path.parent)
-    if "scuffing" in content and all(Cell(0, None, settings).knees for settings in controllers.values()):
+    kinds = [Cell(0, None, settings).kind for settings in controllers.values()]
+    if "scuffing" in content and all(kind.collides_from_lift_off for kind in kinds):
         raise InputError("scuffing is for straight legs: with knees the swing foot collides from lift-off on")
     wanted = Plan(
         study=Study(path, (), VARIED, False, frozenset(), dict(content), laws=laws),

@@ -158,11 +158,11 @@ def write_tables(robustness: Robustness, path: Path) -> Path:
 
 def scuffing_words(robustness: Robustness) -> str:
     """Describe the scuffing rule, on which results on ascending steps depend."""
-    rule, knees = robustness.plan.scuffing, {cell.knees for cell in robustness.plan.study.cells}
-    if knees == {True}:
+    rule, collide = robustness.plan.scuffing, {cell.kind.collides_from_lift_off for cell in robustness.plan.study.cells}
+    if collide == {True}:
         return "the swing foot collides from lift-off on"
     words = f"scuffing rule: the swing foot collides from {rule.reach:g} leg lengths ahead and {rule.delay:g} s on"
-    return f"{words}, with knees from lift-off on" if True in knees else words
+    return f"{words}, with knees from lift-off on" if True in collide else words
 
 
 def conditions(robustness: Robustness) -> str:

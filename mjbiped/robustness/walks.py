@@ -123,7 +123,7 @@ def walks_of(wanted: Plan) -> Iterator[Cell]:
             **walk.columns,
             f"{LIMIT}.steps": walk.steps,
             **({} if walk.test == BASIN else {"initial": "gait"}),
-            **({} if plain[walk.controller].knees else rule),
+            **({} if plain[walk.controller].kind.collides_from_lift_off else rule),
             **wanted.controllers[walk.controller],
             **walk.told,
         }

@@ -10,7 +10,6 @@ from tqdm.auto import tqdm
 from mjbiped.control.controller import Controller
 from mjbiped.control.loading import is_reference
 from mjbiped.control.registry import controller_class, controller_names, make_controller, settings_of
-from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.names import ENGINES
 from mjbiped.errors import InputError
 from mjbiped.robots.compass import Compass
@@ -66,7 +65,7 @@ def precompile(
         for engine in chosen:
             for name in names:
                 made = controller_class(name, robot)
-                if made.joints == robot.joints or issubclass(made, Unpowered):
+                if made.drives(robot):
                     room = ENGINES[engine].room(len(made.states), robot)
                     waiting.setdefault((robot.kind, engine, room), []).append((engine, name, robot))
     driven = {name for group in waiting.values() for _, name, _ in group}
@@ -101,5 +100,5 @@ def precompile(
 def _walk_a_step(unit: Unit) -> None:
     """Walk one step, in a process of its own: that compiles all that the walk needs, and shows that it works."""
     engine, name, robot = unit
-    given = {"imitate_slope_deg": 2.5} if robot.knees and "imitate_slope_deg" in settings_of(name, robot) else {}
+    given = {"imitate_slope_deg": 2.5} if "imitate_slope_deg" in settings_of(name, robot) else {}
     walk(make_controller(name, robot, given), Terrain.incline(2.5), engine=engine, robot=robot, steps=1, progress=False)

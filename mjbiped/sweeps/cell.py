@@ -117,9 +117,9 @@ class Cell:
         return robot_named(str(parameters.pop("kind", ROBOT)), parameters)
 
     @property
-    def knees(self) -> bool:
-        """Whether the robot has knees."""
-        return named(str(self.values.get("robot.kind", ROBOT)))[0].knees
+    def kind(self) -> type[Robot]:
+        """Kind of the robot."""
+        return named(str(self.values.get("robot.kind", ROBOT)))[0]
 
     def controller(self, gait: Periodic | None = None) -> Controller:
         """Make the controller; its robot model is the walking robot, except for parameters of the section `model`.

@@ -19,12 +19,10 @@ from mjbiped.control.unpowered import Unpowered
 from mjbiped.control.validation import try_out
 from mjbiped.engines.names import ENGINES
 from mjbiped.engines.plan import INITIAL_STATES, Terms, check_controller, make_plan
-from mjbiped.errors import InputError, shortened, shown
+from mjbiped.errors import GaitError, InputError, shortened, shown
+from mjbiped.gaits.described import usual_gait
 from mjbiped.gaits.gait import Periodic
-from mjbiped.gaits.optimised import find_reference
-from mjbiped.gaits.passive import find_passive_gait
-from mjbiped.robots.compass import Compass
-from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.robot import Robot
 from mjbiped.sweeps.cell import KNEES_MEASURES, LIMIT, MEASURES, OPTIONS, Cell, state_of
 from mjbiped.sweeps.sections import OF_WALK, SECTIONS, Settings, parts_of
 from mjbiped.sweeps.values import Draw, Scalar, check_keys
@@ -76,7 +74,7 @@ class Study:
     @property
     def measures(self) -> tuple[str, ...]:
         """Names of the columns of measures."""
-        return KNEES_MEASURES if any(cell.knees for cell in self.cells) else MEASURES
+        return KNEES_MEASURES if any("knee" in cell.kind.joints for cell in self.cells) else MEASURES
 
     @property
     def digest(self) -> str:
@@ -229,18 +227,20 @@ def _is_fine_seed(name: str, value: Scalar) -> bool:
 
 
 @cache
-def _stand_in(*, knees: bool) -> Periodic:
-    """A gait with which settings are checked."""
-    return find_reference(KneedBiped(), clearance=0.08) if knees else find_passive_gait(Compass(), _STAND_IN_SLOPE)
+def _stand_in(kind: type[Robot]) -> Periodic | None:
+    """A gait with which settings are checked; None where there is none, and no law that imitates one."""
+    try:
+        return usual_gait(kind(), _STAND_IN_SLOPE)
+    except GaitError:
+        return None
 
 
 def _check_controller(cell: Cell) -> None:
     """Refuse settings of the robot and of the controller that are not valid; a user's own law is tried out."""
-    cell.robot()
-    gait = _stand_in(knees=cell.knees)
+    gait = _stand_in(type(cell.robot()))
     controller = cell.controller(gait)
     if cell.law is not None:
-        q, dq = np.split(gait.start, 2)
+        q, dq = np.split(np.zeros(2 * len(cell.kind.angles)) if gait is None else gait.start, 2)
         check_controller(controller)
         try_out(controller, tuple(q.tolist()), tuple(dq.tolist()))
 

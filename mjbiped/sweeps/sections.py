@@ -166,7 +166,7 @@ def read_controller(table: Mapping[str, Any], folder: Path, kinds: Sequence[type
     Raises:
         InputError: There is no such controller or setting.
     """
-    robots = [kind() for kind in {kind.knees: kind for kind in kinds}.values()]
+    robots = [kind() for kind in kinds]
 
     def settings_for(name: str) -> list[str]:
         place = located(name, folder)

@@ -30,7 +30,7 @@ KNEES = mjbiped.KneedBiped()
 
 def engines(robot: Robot) -> list[mjbiped.Mujoco]:
     """The default one, and plain steps; locks and the light shank of a robot with knees need shorter ones."""
-    shorter = (5e-5, 2e-5) if robot.knees else (1e-4, 5e-5)
+    shorter = (5e-5, 2e-5) if "knee" in robot.joints else (1e-4, 5e-5)
     return [mjbiped.Mujoco(), *(mjbiped.Mujoco(timestep=timestep, lands=False) for timestep in shorter)]
 
 

@@ -154,13 +154,14 @@ def test_help_of_a_command_explains_every_option(command: str) -> None:
 def test_help_groups_options_and_shows_defaults() -> None:
     text = run("walk", "--help").stdout
     sections = re.findall(r"^(\w[\w ]*):$", text, re.MULTILINE)
-    assert sections[-10:] == [
+    assert sections[-11:] == [
         "Walk",
         "MuJoCo",
         "Adaptive controller",
         "Comparison controllers",
         "Robot",
         "Robot with knees",
+        "Rimless wheel",
         "Disturbances",
         "Results",
         "Video",

@@ -201,7 +201,7 @@ def test_mujocos_convex_friction_drags_the_foot_that_leaves_obliquely() -> None:
     A foot leaves at v_n / v_t: MuJoCo's cone holds it back where that is less than the friction coefficient.
     """
     for robot, slope, dragged in ((Compass(), math.radians(2.0), False), (KneedBiped(), math.radians(2.5), True)):
-        find = mjbiped.find_kneed_gait if robot.knees else mjbiped.find_passive_gait
+        find = mjbiped.find_kneed_gait if "knee" in robot.joints else mjbiped.find_passive_gait
         gait = find(robot, slope)  # type: ignore[arg-type]
         q, dq, _ = (part[:2] for part in gait.reference(gait.period))
         (exact,) = coulomb(robot, q + slope, dq, (slope, slope), FRICTION)
@@ -228,7 +228,7 @@ def mujocos_rates(robot: Robot, legs: Array, rates: Array, slope: float, frictio
     data = mujoco.MjData(model)
     data.qpos[:2] = length * math.sin(legs[0]), length * math.cos(legs[0]) - deep
     data.qvel[:2] = length * math.cos(legs[0]) * rates[0], -length * math.sin(legs[0]) * rates[0]
-    hinges = [2, 4] if robot.knees else [2, 3]
+    hinges = [2, 4] if "knee" in robot.joints else [2, 3]
     data.qpos[hinges], data.qvel[hinges] = legs, rates
     data.eq_active[:] = 1
     mujoco.mj_step(model, data)

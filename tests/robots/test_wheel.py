@@ -1,17 +1,25 @@
 """The rimless wheel in both engines, against the closed form of its rolling."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from simulations import Plain
 
 import mjbiped
+from mjbiped.cli.main import main
+from mjbiped.control.controller import Controller, Memory
+from mjbiped.control.registry import make_controller
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits.rolling import find_rolling
+from mjbiped.limit_cycles.basin import basin_of_attraction
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
 from mjbiped.robots.kinds import robot_from, robot_named
@@ -22,6 +30,19 @@ HUB = mjbiped.RimlessWheel()
 HEAVY = mjbiped.RimlessWheel(mass=3.0, inertia=0.7, length=0.8, spokes=11, gravity=3.7)
 WHEELS = (HUB, HEAVY)
 STEPS = HEAVY.spokes + 1  # more than a turn
+
+
+@dataclass(frozen=True)
+class Brake(Controller):
+    """A motor that brakes the stance spoke."""
+
+    joints: ClassVar[tuple[str, ...]] = ("ankle",)
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> tuple[float]:
+        return (-0.5 * dq[0],)
+
+    def on_touchdown(self, memory: Memory, before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
+        """Nothing is remembered."""
 
 
 def roll(robot: mjbiped.RimlessWheel, engine: str, rate: float, steps: int = STEPS) -> mjbiped.Walk:
@@ -150,6 +171,7 @@ def test_steady_rolling_is_a_gait() -> None:
     assert gait.multipliers.real == pytest.approx([(far - near) / (2e-6 * gait.start[1])], rel=1e-8)
     assert gait.step_length == pytest.approx(2 * 0.8 * math.sin(half))
     assert gait.stable
+    assert np.concatenate(gait.reference(gait.period)[:2]) == pytest.approx(gait.end, abs=1e-9)
     for slope in (0.0, -0.1, 0.01):
         with pytest.raises(GaitError, match="does not roll"):
             find_rolling(HUB, slope)
@@ -162,6 +184,41 @@ def test_what_a_wheel_is_told() -> None:
         mjbiped.RimlessWheel(spokes=4)
     with pytest.raises(InputError, match="two finite numbers q1, dq1"):
         roll(HUB, "hybrid", math.nan)
+    with pytest.raises(InputError, match="RimlessWheel has ankle: choose a controller for that robot: passive"):
+        make_controller("adaptive", HUB, {})
+    with pytest.raises(InputError, match="a RimlessWheel has no swing leg"):
+        basin_of_attraction(HUB, SLOPE)
+
+
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+def test_a_motor_at_the_ankle_is_disturbed_as_others_are(engine: str) -> None:
+    """Noise and a push change the rolling; a motor that brakes is no stronger than its limit."""
+    disturbed = mjbiped.Disturbances(
+        angle_noise=0.01, rate_noise=0.2, delay=0.01, motor_bandwidth=30.0, torque_limit=0.7, pushes=((1.0, 2.0),)
+    )
+    walk = mjbiped.walk(Brake(), GROUND, robot=HUB, engine=engine, initial="gait", steps=10, disturbances=disturbed)
+    assert walk.outcome == "finished"
+    assert 0.6 < walk.peak_torque[0] <= 0.7
+    free = mjbiped.walk(Plain(), GROUND, robot=HUB, engine=engine, initial="gait", steps=10)
+    assert free.touchdowns["time"][-1] + 0.1 < walk.touchdowns["time"][-1]
+
+
+def test_the_return_map_rolls_too() -> None:
+    steady = HUB.rolling_rate(SLOPE)
+    steps = mjbiped.ReturnMap(HUB, SLOPE).walk([-math.pi / 8, 1.1 * steady], 6)
+    assert steps.states[:, 1] == pytest.approx(rates(HUB, 1.1 * steady, 6), rel=1e-7)
+
+
+def test_the_command_line_rolls_a_wheel_of_ones_own(tmp_path: Path) -> None:
+    words = ["incline:slope_deg=5", "--robot", "wheel", "--controller", "passive", "--spokes", "9"]
+    result = CliRunner().invoke(main, ["walk", *words, "--steps", "3", "--out", str(tmp_path / "wheel.npz")])
+    assert result.exit_code == 0, result.output
+    assert mjbiped.Walk.load(tmp_path / "wheel.npz").robot == mjbiped.RimlessWheel(spokes=9)
+    result = CliRunner().invoke(
+        main, ["gait", "--robot", "wheel", "--slope-deg", "5", "--plot", str(tmp_path / "g.png")]
+    )
+    assert result.exit_code == 0, result.output
+    assert "0.50000, 0.50000" in result.output
 
 
 def test_a_video_of_a_wheel_is_refused_in_words(tmp_path: Path) -> None:

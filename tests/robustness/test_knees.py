@@ -64,7 +64,10 @@ def test_a_basins_first_states_have_a_straight_swing_leg() -> None:
         ({"robot": {"kind": "kneed"}, "scuffing": {"reach": 0.3}}, "scuffing is for straight legs"),
         ({"robot": {"kind": ["kneed", "compass"]}}, "robot.kind must be one value"),
         ({"robot": "kneed"}, "robot must be a table"),
-        ({"controller": [{"robot": {"kind": "kneed"}, "name": "passivity"}]}, "needs a mjbiped.Compass"),
+        (
+            {"controller": [{"robot": {"kind": "kneed"}, "name": "passivity"}]},
+            "choose a controller for that robot: adaptive, passive",
+        ),
     ],
 )
 def test_what_no_study_with_knees_can_have_is_refused(content: dict[str, Any], said: str) -> None:

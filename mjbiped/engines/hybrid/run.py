@@ -360,10 +360,10 @@ class HybridRun(Run):
 def idle_states(states: int, robot: Robot) -> int:
     """How many idle states compiled code has for a controller with so many of its own.
 
-    Machine code is for one length of the state, and takes long with knees: a controller without states has as many as
-    the adaptive law.
+    Machine code is for one length of the state, and takes long where the robot's equations are: a controller without
+    states has as many as the adaptive law.
     """
-    return 2 if robot.knees and states == 0 else 0
+    return 0 if robot.equations.inlined or states else 2
 
 
 def _stall_time(robot: Robot) -> float:
