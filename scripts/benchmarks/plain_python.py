@@ -1,7 +1,7 @@
 """Benchmark of controllers that cannot be compiled: whole walks in both engines, in pairs.
 
-A controller without `law()` runs as ordinary Python; with it so does all of the hybrid engine, and in MuJoCo the three
-callbacks.
+A controller without `law()` runs as ordinary Python; with it so does all of the hybrid engine. MuJoCo's callbacks are
+compiled all the same, and call its methods.
 """
 
 from __future__ import annotations
