@@ -34,8 +34,8 @@ ROOM = 2.0
 GROUND_WIDTH = 1e-8  # ground that a foot has slid on is left, or met again, so far below its height, m
 FACE_WIDTH = 1e-8  # a foot so close to the face that it struck stays on its own side of it, m
 CORNER = 1e-6  # a foot that meets a face so close below its edge has landed on top, m
-SHORTEST_STEP = 1e-12  # s; below it the motion is none
-POLISHED = 1e-7  # a touchdown found so closely is brought home by one term of its Taylor series, s
+SHORTEST_STEP = 1e-12  # s; if the error of so short a step is too great, the walk ends
+POLISHED = 1e-7  # s; the last correction of a touchdown's time, by one term of the Taylor series, is at most this
 
 
 def first_event(s: Walk, h: float, here: Place, there: Place, pose: Any) -> tuple[int, float]:
@@ -234,26 +234,26 @@ def foot_over_ground(s: Walk, pose: Any) -> Place:
 
 
 def happens(s: Walk, t: float, ahead: float, clearance: float) -> bool:
-    """Whether the event waited for is there: the rule enables the foot's contact or, later, it is below ground."""
+    """Whether the awaited event has occurred: the rule enables the foot's contact or, later, it is below ground."""
     if s.w.contact_enabled:
         return clearance <= 0.0
     return swing_foot_collides(s.c.reach, s.c.delay, t, ahead, clearance)
 
 
 def keeps_clear(room: float, here: Place, there: Place) -> bool:
-    """Whether the foot cannot have met ground between two moments, if it strays `room` m from a straight line there."""
+    """Whether the foot stays above ground between two moments; it deviates at most `room` (m) from a straight path."""
     return here[2] == there[2] and min(here[1], there[1]) > room
 
 
 def cannot_be_enabled(reach: float, room: float, here: Place, there: Place) -> bool:
-    """Whether the rule cannot let the foot collide between two moments: not ahead enough, or below ground."""
+    """Whether the scuffing rule keeps contact disabled between two moments: foot too far back, or below ground."""
     if max(here[0], there[0]) + room < reach:
         return True
     return here[2] == there[2] and max(here[1], there[1]) + room < 0.0
 
 
 def decided_by_ends(s: Walk, h: float, here: Place, there: Place) -> bool:
-    """Whether the step's ends alone tell that the swing foot meets nothing in it; arms the foot where that is safe."""
+    """Whether the step's ends prove that the swing foot meets nothing in it; may enable its contact by the rule."""
     w = s.w
     if w.sliding or (not w.contact_enabled and w.elapsed + h <= s.c.delay):
         return True

@@ -112,7 +112,7 @@ def gait_step(s: Walk) -> bool:
         there = foot_over_ground(s, pose)
         event, length = first_event(s, h, here, there, pose)
         if event != NOTHING:
-            if not is_motion(s, w.out):  # a torque that is none between the times at which it was asked before
+            if not is_motion(s, w.out):  # between the stages the law may return NaN
                 w.outcome, w.time = DIVERGED, w.clock + w.elapsed
                 return False
             pose = pose_of(s, w.out)
@@ -171,7 +171,7 @@ def _shorten(s: Walk, h: float, error: float) -> None:
 def _lengthen(s: Walk, h: float, error: float) -> None:
     """Choose the next length after a step of length h that was accepted."""
     w = s.w
-    if error < FULL or (error < KEPT and h >= s.c.longest_step):  # roots would change nothing
+    if error < FULL or (error < KEPT and h >= s.c.longest_step):  # the rule below would give the same
         grown = GREATEST * h
     else:
         grown = CAUTION * h * _eighth_root(1.0 / error)
@@ -236,16 +236,16 @@ def begin(s: Walk) -> None:
 
 
 def _look_ahead(s: Walk) -> None:
-    """Find the time up to which the law is smooth, or the robot has stalled; keep the law on this side of both.
+    """Find the time of the next discontinuity of the law, at which an integration step has to end.
 
-    A controller that ticks does so here, when it is time, and a push begins or ends.
+    Controller ticks, and beginnings and ends of pushes, that are due now take place first.
     """
     w, t = s.w, s.w.elapsed
     hand_over(s, w.y)
     time = w.clock + t
     if time > w.next_tick - NOW:
         w.next_tick += s.c.control_period
-        # the integration step that ends here is no sign of a torque that cannot be followed
+        # a step that ends at a tick is short by design: `progress` does not count it
         w.step_started += STAGES
         w.look += STAGES
         s.laws.tick(s.law, w.memory, t, s.laws.q(w.y), s.laws.dq(w.y))
