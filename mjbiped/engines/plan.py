@@ -198,7 +198,7 @@ def check_rule(robot: Robot, rule: ScuffingRule) -> None:
     """
     if robot.collides_from_lift_off and rule != ScuffingRule():
         raise InputError(
-            f"scuffing is for straight legs: a {type(robot).__name__} needs no such rule, its swing foot's contact is on "
+            f"scuffing is for straight legs: a {type(robot).__name__} needs none, its swing foot's contact is on "
             "from lift-off; leave the rule out"
         )
 
