@@ -198,8 +198,8 @@ def check_rule(robot: Robot, rule: ScuffingRule) -> None:
     """
     if robot.collides_from_lift_off and rule != ScuffingRule():
         raise InputError(
-            f"scuffing rule: a {type(robot).__name__} needs none, and its swing foot's contact is on from lift-off; "
-            "leave the rule out"
+            f"scuffing is for straight legs: a {type(robot).__name__} needs none, its swing foot's contact is on "
+            "from lift-off; leave the rule out"
         )
 
 
