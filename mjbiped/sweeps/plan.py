@@ -210,7 +210,7 @@ def check_cells(cells: Sequence[Cell], varied: Sequence[str]) -> None:
                 check(cell)
             except (InputError, TypeError) as error:
                 named = ", ".join(f"{name} = {shown(value)}" for name, value in mine.items() if name in varied)
-                place = f"cell {cell.index} ({named}): " if named else ""
+                place = f"cell {cell.index} ({shortened(named)}): " if named else ""
                 raise InputError(f"{place}{error}") from error
 
 

@@ -152,7 +152,7 @@ def test_a_record_tells_what_was_tracked(high: OptimisedGait, tmp_path: Path) ->
     assert recorded_controller(loaded) == controller
     command = command_of(loaded)
     assert command is not None
-    assert "--gain replanning=additive --reference=speed=0.494,clearance=0.06,friction=0.6" in command
+    assert "--reference speed=0.494,clearance=0.06,friction=0.6 --gain replanning=additive" in command
 
 
 def test_controllers_that_follow_in_time_track_it(high: OptimisedGait) -> None:

@@ -18,7 +18,7 @@ from typing import Any, Protocol
 import mujoco
 
 from mjbiped.engines.mujoco.compiled.callbacks import address_of, trampolines
-from mjbiped.engines.mujoco.compiled.layout import library
+from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError, library
 from mjbiped.engines.mujoco.scene import OWNER, RECORDS_SIZE
 from mjbiped.errors import MjbipedError
 
@@ -26,7 +26,7 @@ CALLBACKS = ("mjcb_control", "mjcb_sensor", "mjcb_contactfilter")
 _NAMES = (*CALLBACKS, "mju_user_warning")
 _CLOCK = "mjcb_time"
 """Times each stage of a step for `mjData.timer`, a tenth of the step's time: compiled walks are made without it. One in
-Python, as dm_control's profiling sets it, could not be asked by a thread while another one compiles a model."""
+Python, as dm_control's profiling sets it, is taken away while a model is compiled, too."""
 _THEIRS, _TRAMPOLINES, _DISPATCHER, _NOTHING = range(4)  # what can stand in MuJoCo's places
 
 
@@ -46,15 +46,29 @@ _here = _THEIRS
 _NONE: dict[str, Any] = dict.fromkeys(_NAMES)
 _standing = _NONE  # what somebody else has installed, while something of ours is there
 _pointers: list[int | None] = []  # MuJoCo's, while the trampolines are there
+_clock: int | None = None  # MuJoCo's, while it is taken away
+_clockless = False
 _warnings = 0  # number that MuJoCo has given while ours were there
 _heard = threading.local()  # `listeners`: of the warnings of this thread's walks, the innermost last
 
 
 def _refresh() -> None:
     """Put into MuJoCo's places what is needed there now."""
+    global _clock, _clockless
+    needed = bool(_compiled or _builders)
+    slot = _clock_slot()
+    if slot is not None and needed and not _clockless:
+        _clock, slot.value, _clockless = slot.value, None, True
+    _exchange()
+    if slot is not None and not needed and _clockless:
+        slot.value, _clockless = _clock, False
+
+
+def _exchange() -> None:
+    """Put the callbacks into MuJoCo's places that are needed there now."""
     global _here, _standing
     if _here == _THEIRS:
-        empty = _compiled > 0 and not any(_slots()[0][:-1])  # as it mostly is, and faster found than asked of MuJoCo
+        empty = _compiled > 0 and not any(_slots()[0])  # as it mostly is, and faster found than asked of MuJoCo
         _standing = _NONE if empty else {name: getattr(mujoco, f"get_{name}")() for name in _NAMES}
     if _builders:
         wanted = _TRAMPOLINES if _compiled else _NOTHING
@@ -91,13 +105,22 @@ def _set(callbacks: dict[str, Any]) -> None:
 
 @lru_cache(maxsize=1)
 def _slots() -> tuple[list[ctypes.c_void_p], list[int | None]]:
-    """MuJoCo's places, the clock's last, and what stands there in compiled walks: the trampolines, and no clock.
+    """MuJoCo's places, and what stands there in compiled walks.
 
     Raises:
         UnknownLayoutError: MuJoCo's library is not found.
     """
-    chosen = [*map(address_of, trampolines()[1:]), address_of(_on_c_warning), None]
-    return [ctypes.c_void_p.in_dll(library(), name) for name in (*_NAMES, _CLOCK)], chosen
+    chosen: list[int | None] = [*map(address_of, trampolines()[1:]), address_of(_on_c_warning)]
+    return [ctypes.c_void_p.in_dll(library(), name) for name in _NAMES], chosen
+
+
+@lru_cache(maxsize=1)
+def _clock_slot() -> ctypes.c_void_p | None:
+    """MuJoCo's place for its clock; None where its library is not found."""
+    try:
+        return ctypes.c_void_p.in_dll(library(), _CLOCK)
+    except UnknownLayoutError:
+        return None
 
 
 def enter() -> None:
@@ -169,7 +192,8 @@ def python_callbacks_removed() -> Iterator[None]:
         _builders += 1
         _refresh()
     names = [name.removeprefix("get_") for name in dir(mujoco) if name.startswith("get_mjcb_")]
-    others = {name: getattr(mujoco, f"get_{name}")() for name in names if name not in CALLBACKS}
+    away = CALLBACKS if _clock_slot() is None else (*CALLBACKS, _CLOCK)
+    others = {name: getattr(mujoco, f"get_{name}")() for name in names if name not in away}
     others = {name: each for name, each in others.items() if each is not None and not hasattr(each, "argtypes")}
     try:
         _set(dict.fromkeys(others))
