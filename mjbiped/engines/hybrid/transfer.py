@@ -47,8 +47,31 @@ def transfer_support(s: Walk) -> None:
     take_back(s)
     for component in range(len(w.y) - len(w.peak_torque), len(w.y)):
         w.y[component] = 0.0
-    laws.write_touchdown(
-        laws.tables(c.tables).rows[w.rows],
+    _write_row(s, qpos, slope, (q_before, dq_before), (q, dq), estimate_before)
+    w.rows += 1
+    w.count += 1
+    begin_gait_step(w, c.contact)
+    note_impulse(s, before, 0.0)
+    if w.count >= c.steps or foot_x >= c.distance:
+        w.outcome = FINISHED
+    elif foot_x >= c.end:
+        w.outcome = LEFT_TERRAIN
+
+
+def _write_row(s: Walk, qpos: Any, slope: float, before: Any, after: Any, estimate_before: float) -> None:
+    """Write the row of a touchdown.
+
+    Args:
+        s: The walk, after the support transfer.
+        qpos: Posture at touchdown.
+        slope: Slope of the ground under the new stance foot, rad.
+        before: Angles (rad) and rates (rad/s) before the impact.
+        after: Angles and rates after it, in the new roles.
+        estimate_before: The controller's estimate of the slope before the touchdown, rad.
+    """
+    w = s.w
+    s.laws.write_touchdown(
+        s.laws.tables(s.c.tables).rows[w.rows],
         0,
         time=w.time,
         qpos=qpos,
@@ -56,10 +79,10 @@ def transfer_support(s: Walk) -> None:
         z=w.foot_z,
         stance=w.stance,
         slope=slope,
-        q_before=q_before,
-        dq_before=dq_before,
-        q=q,
-        dq=dq,
+        q_before=before[0],
+        dq_before=before[1],
+        q=after[0],
+        dq=after[1],
         work_absolute=w.work_absolute,
         work_net=w.work_net,
         work_positive=w.work_positive,
@@ -68,7 +91,7 @@ def transfer_support(s: Walk) -> None:
         friction=w.friction,
         strikes=w.face_impacts,
         slope_estimate_before=estimate_before,
-        slope_estimate=laws.slope_estimate(s.law, w.memory),
+        slope_estimate=s.laws.slope_estimate(s.law, w.memory),
         normal_force=w.normal_force,
         pressure_ahead=w.pressure[0],
         pressure_behind=w.pressure[1],
@@ -79,14 +102,6 @@ def transfer_support(s: Walk) -> None:
         flexion=w.flexion,
         stubs=w.stubs,
     )
-    w.rows += 1
-    w.count += 1
-    begin_gait_step(w, c.contact)
-    note_impulse(s, before, 0.0)
-    if w.count >= c.steps or foot_x >= c.distance:
-        w.outcome = FINISHED
-    elif foot_x >= c.end:
-        w.outcome = LEFT_TERRAIN
 
 
 def stand_on(s: Walk, segment: int, foot_x: float) -> None:
