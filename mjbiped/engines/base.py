@@ -1,4 +1,4 @@
-"""What an engine is to the rest: it checks, starts and makes walks. Your own derives from these two classes."""
+"""Base classes of engines: `Engine` checks and starts walks, `Run` is one walk. Your own engine derives from both."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from mjbiped.rules.termination import Outcome
 from mjbiped.utils.progress import hidden
 
 Show: TypeAlias = Callable[[int, float], None]
-"""Takes the number of touchdowns since the last call, and where the stance foot is, m."""
+"""Function that takes the number of touchdowns since its last call and the stance foot's position x, m."""
 
 
 class Engine(ABC):
@@ -32,7 +32,7 @@ class Engine(ABC):
 
     Attributes:
         name: Name in records and messages.
-        robots: Kinds of robots that it can walk.
+        robots: Kinds of robots that it can simulate.
     """
 
     name: ClassVar[str]
@@ -46,7 +46,7 @@ class Engine(ABC):
         """
 
     def check_disturbances(self, disturbances: Disturbances) -> None:
-        """Refuse disturbances that do not fit this engine's settings; by default all.
+        """Refuse disturbances that this engine cannot apply; by default it can apply none.
 
         Raises:
             InputError: The disturbances do not fit.
@@ -55,24 +55,24 @@ class Engine(ABC):
             raise InputError(f"the engine {self.name} knows no disturbances; mujoco and hybrid do")
 
     def room(self, states: int, robot: Robot) -> int:
-        """Number of integrated states in the machine code that serves a controller with a given number of them."""
+        """Number of integrated controller states in the machine code that serves a controller with `states` of them."""
         return states
 
     @abstractmethod
     def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> Run:
-        """Set the robot on the ground.
+        """Start a walk: set the robot on the ground.
 
         Args:
             plan: The checked walk.
-            summarised: Keep no tables, but what `Run.summary` needs.
-            cancellation: Called now and then while the robot walks; an exception that it raises ends the walk.
+            summarised: Keep only what `Run.summary` needs, and no tables.
+            cancellation: Called repeatedly during the walk; an exception that it raises stops the walk.
 
         Raises:
             MjbipedError: The walk cannot be started.
         """
 
     def session(self, *, many: bool = False) -> AbstractContextManager[None]:
-        """A context held while a walk of this engine, or a batch of them, is under way; by default an empty one.
+        """Context held during a walk, or a batch of walks, of this engine; empty by default.
 
         Args:
             many: Whether it is a batch.
@@ -88,8 +88,8 @@ class Run(ABC):
 
     Attributes:
         plan: The checked walk.
-        outcome: Outcome of the walk; "interrupted" until `go` has come to its end.
-        recorder: What was recorded so far.
+        outcome: Outcome of the walk; "interrupted" until `go` has finished.
+        recorder: Samples and touchdowns so far.
     """
 
     def __init__(self, plan: Plan, *, summarised: bool, cancellation: Cancellation) -> None:
@@ -106,10 +106,10 @@ class Run(ABC):
 
     @abstractmethod
     def walk(self, show: Show) -> Outcome:
-        """Walk to the end; what the recorder holds is complete at any moment, also when this raises.
+        """Walk to the end, keeping the recorder complete at any moment, even if this raises.
 
         Args:
-            show: To be called from time to time, for the progress bar.
+            show: Function to call from time to time for the progress bar.
 
         Raises:
             MjbipedError: The walk cannot be continued; whatever the controller raises is passed on.
@@ -120,12 +120,12 @@ class Run(ABC):
         """Greatest magnitude of each joint's torque so far, N m, shape (joints,)."""
 
     def pressure_times(self) -> NDArray[np.float64]:
-        """Time that the centre of pressure spent in each bin, s; see `mjbiped.records.pressure`. By default unknown."""
+        """Time that the centre of pressure spent in each bin, s; by default unknown. See `mjbiped.records.pressure`."""
         return unknown()
 
     @abstractmethod
     def settings(self) -> dict[str, Any]:
-        """Settings that the engine adds to the plan's in the record; "warnings" counts the warnings by their texts."""
+        """Settings that the engine adds to those of the plan in the record; "warnings" counts warnings by text."""
 
     def compile(self) -> bool:
         """Compile the controller's laws now; return whether the walk runs in compiled code, which threads can share.
@@ -136,7 +136,7 @@ class Run(ABC):
         return False
 
     def sharing(self) -> AbstractContextManager[None]:
-        """A context that is held while threads make walks like this one; by default an empty one."""
+        """Context held while threads make walks like this one; empty by default."""
         return nullcontext()
 
     def shares_with(self, other: Run) -> bool:
@@ -147,10 +147,10 @@ class Run(ABC):
         """Walk to the end.
 
         Args:
-            progress: Show a progress bar (never where the output is not a terminal), and say it on stderr when
-                something has to be compiled first.
+            progress: Show a progress bar (never where the output is not a terminal), and announce a compilation before
+                the walk on stderr.
         """
-        # a bar that is not shown costs as much as two gait steps of the hybrid engine
+        # even a hidden bar costs as much as two gait steps of the hybrid engine
         with self._progress_bar() if progress else nullcontext(lambda *_: None) as show:
             self.outcome = self.walk(show)
 
@@ -177,7 +177,7 @@ class Run(ABC):
         )
 
     def message(self, error: BaseException) -> str:
-        """Describe what went wrong in the controller, when, and in which of its lines."""
+        """Describe an error in the controller, with the time of the walk and the line of its source."""
         kind, at = type(self.plan.controller), self.recorder
         what = f"{explained(error)}{place_of(error, kind)}"
         return f"{kind.__name__} failed at {at.end[0]:.3f} s, after {at.steps} steps: {what}"

@@ -1,4 +1,4 @@
-"""A walk's arguments, checked and put together before anything is computed."""
+"""Plans of walks: arguments that are checked and combined before anything is computed."""
 
 from __future__ import annotations
 
@@ -40,8 +40,10 @@ if TYPE_CHECKING:
 INITIAL_STATES = ("gait", "rest")
 DEFAULT_STEPS = 60
 DEFAULT_SAMPLE_PERIOD = 0.005  # s
-SCUFF = 0.01  # of leg lengths: as deep a straight swing leg may be in the ground, twice what passive gaits on 5° are
-_ON_GROUND = 1e-6  # of leg lengths: a foot so deep stands on the ground
+SCUFF = (
+    0.01  # greatest initial depth of a straight swing leg in the ground, leg lengths; passive gaits on 5° reach half
+)
+_ON_GROUND = 1e-6  # depth up to which a foot counts as on the ground, leg lengths
 
 
 @dataclass(frozen=True)
@@ -50,9 +52,9 @@ class Terms:
 
     Attributes:
         engine: The engine that makes the walks.
-        steps: Number of touchdowns; `DEFAULT_STEPS` where neither it nor a distance is given.
+        steps: Number of touchdowns; `DEFAULT_STEPS` if neither this nor a distance is given.
         distance: Position of the stance foot at which a walk is finished, m.
-        robot: The robot that walks; None: the controller's own, or that of Table I.
+        robot: The robot that walks; None: that of the controller, or of Table I if it names none.
         sample_period: Time between two samples, s; None: no samples.
         scuffing: The scuffing rule.
 
@@ -81,13 +83,13 @@ class Plan:
     """One walk, checked and not yet started.
 
     Attributes:
-        terms: Settings that it shares with other walks.
-        controller: The controller that was asked for.
-        driver: What drives the robot's joints in its name; see `Controller.driving`.
+        terms: Settings shared with other walks.
+        controller: The controller as given by the user.
+        driver: The controller that acts on this robot's joints for it; see `Controller.driving`.
         terrain: The ground.
         robot: The robot that walks.
-        q: Its angles at the start, from the ground's normal under x = 0, rad, the stance leg's first.
-        dq: Their rates, rad/s.
+        q: Initial angles from the ground's normal at x = 0, stance leg first, rad, shape (angles,).
+        dq: Initial rates of the angles, rad/s, shape (angles,).
         description: The controller's description of itself; see `Controller.describe`.
         disturbances: Noise, delay, motor limits and pushes.
     """
@@ -104,11 +106,11 @@ class Plan:
 
     @cached_property
     def law(self) -> Law | None:
-        """The driver's laws where they can be compiled, undisturbed; None where its methods must be called."""
+        """Compilable laws of the driver, without disturbances; None if its methods must be called."""
         return compilable_law(self.driver)
 
     def driven(self, period: float) -> Controller:
-        """The controller that an engine calls: the driver, or the driver in its disturbed loop.
+        """Return the controller that an engine calls: the driver, wrapped in the loop's disturbances if there are any.
 
         Args:
             period: Time between two ticks, s.
@@ -119,7 +121,7 @@ class Plan:
         return SampledController(self.driver, self.disturbances, period) if self.disturbances.in_loop else self.driver
 
     def settings(self) -> dict[str, Any]:
-        """Settings that repeat the walk, in plain JSON types, except those of its engine."""
+        """Settings that are needed to repeat the walk, without the engine's own, in plain JSON types."""
         terms, source = self.terms, source_of(type(self.controller))
         return {
             "engine": terms.engine.name,
@@ -145,18 +147,18 @@ def make_plan(
     description: Mapping[str, Any] | None = None,
     disturbances: Disturbances | None = None,
 ) -> Plan:
-    """Check a controller, a terrain and an initial state, and put them together.
+    """Check the arguments of a walk, and make a plan of them.
 
     Args:
         terms: Engine, robot and limits of the walk.
         controller: See `controllers.Controller`.
         terrain: The ground.
         initial: A name of `INITIAL_STATES`, or the robot's angles and rates.
-        description: The controller's description from an earlier plan; it is not tried again then.
+        description: The controller's description from an earlier plan, which saves a second trial of its laws.
         disturbances: Noise, delay, motor limits and pushes; None: none.
 
     Raises:
-        InputError: One of them is not what is expected, the scuffing rule would never let the gait land, the robot
+        InputError: An argument is of the wrong kind, the scuffing rule would never let the gait land, the robot
             would start in the ground, the engine cannot make this walk, or the controller breaks its contract.
         GaitError: No passive gait exists on the slope under x = 0.
     """
@@ -177,7 +179,7 @@ def _check_engine(plan: Plan) -> None:
     """Refuse a walk that the engine cannot make.
 
     Raises:
-        InputError: It does not walk such a robot, or not under these terms.
+        InputError: The engine does not support the robot or the terms.
     """
     robot, engine = plan.robot, plan.terms.engine
     check_rule(robot, plan.terms.scuffing)
@@ -220,7 +222,7 @@ def check_controller(controller: object) -> dict[str, Any]:
     """Refuse an object that is no controller, and return a controller's description.
 
     Raises:
-        InputError: It is none, or one of its parts fails or is of another kind.
+        InputError: The object is no controller, or one of its attributes fails or has the wrong type.
     """
     if not isinstance(controller, Controller):
         what = "is a class, not an object of it" if isinstance(controller, type) else "is none"
@@ -229,7 +231,7 @@ def check_controller(controller: object) -> dict[str, Any]:
         return _checked_parts(controller)
     except MjbipedError:
         raise
-    except (Exception, SystemExit) as error:  # whatever its properties and `describe` do
+    except (Exception, SystemExit) as error:  # properties and `describe` are the user's code, which may raise anything
         kind = type(controller)
         raise InputError(
             f"{kind.__name__} does not tell what it is: {explained(error)}{place_of(error, kind)}"
@@ -260,7 +262,7 @@ def _checked_parts(controller: Controller) -> dict[str, Any]:
 
 
 def _numbers_of(robot: Robot) -> str:
-    """Name the numbers of a first state in words."""
+    """Describe the numbers of an initial state in words, for messages."""
     names = [f"{kind}{k + 1}" for kind in ("q", "dq") for k in range(len(robot.angles))]
     return f"{ {2: 'two', 4: 'four', 6: 'six'}[len(names)] } numbers {', '.join(names)}"
 
@@ -268,11 +270,11 @@ def _numbers_of(robot: Robot) -> str:
 def _first_state(
     controller: Controller, robot: Robot, terrain: Terrain, initial: str | Sequence[float], rule: ScuffingRule
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Choose the gait, and from it the first angles from the ground's normal (rad) and rates (rad/s).
+    """Return the initial angles from the ground's normal, rad, and their rates, rad/s.
 
     Raises:
-        InputError: The name is unknown, the numbers are not as many finite ones as the robot has, the rule would never
-            let the gait land, or the robot would start in the ground.
+        InputError: The name is unknown, the numbers are not finite or too few or too many, the rule would never let
+            the gait land, or the robot would start in the ground.
         GaitError: The controller imitates no gait, and the slope has no passive one.
     """
     slope, count = terrain.slope_at(0.0), len(robot.angles)
@@ -303,7 +305,7 @@ def _passive_gait(controller: Controller, robot: Robot, slope: float) -> Periodi
     """Find the passive gait of a slope, for a controller that imitates none.
 
     Raises:
-        GaitError: There is none.
+        GaitError: The slope has no passive gait.
     """
     try:
         return passive_gait_of(robot, slope)
@@ -315,10 +317,9 @@ def _passive_gait(controller: Controller, robot: Robot, slope: float) -> Periodi
 
 
 def _check_start(robot: Robot, terrain: Terrain, q: tuple[float, ...], rule: ScuffingRule) -> None:
-    """Refuse a start in the ground, from which there is no walk.
+    """Refuse an initial state with the hip or the swing foot in the ground, or a knee bent forwards.
 
-    A start in the early swing may be as deep in the ground as straight legs scuff, for the rule lets them. A robot with
-    knees starts above it, and its swing knee is not bent forwards.
+    In early swing the foot of a straight leg may be up to `SCUFF` deep in the ground, as the scuffing rule allows.
 
     Raises:
         InputError: The hip or the swing foot is under the ground, or the knee beyond its stop.
@@ -347,7 +348,7 @@ def _check_start(robot: Robot, terrain: Terrain, q: tuple[float, ...], rule: Scu
 
 @lru_cache(maxsize=1)
 def versions() -> Mapping[str, str]:
-    """Versions of everything that a walk's numbers depend on."""
+    """Versions of all software that a walk's numbers depend on."""
     return {
         "mjbiped": __version__,
         "mujoco": mujoco.__version__,

@@ -1,4 +1,4 @@
-"""Columns of a walk's record, with their widths, units and meanings; every engine delivers them."""
+"""Columns of a walk's record, with widths, units and meanings; all engines write the same ones."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class Column(NamedTuple):
         width: Numbers per row.
         unit: Unit for axes and headings; empty for a pure number.
         meaning: Description in one line.
-        finite: Whether every record holds finite numbers here. Quantities that depend on the controller's output need
-            not be finite: a walk with such a torque diverges, and its record shows the torque.
+        finite: Whether the numbers must be finite. Quantities that depend on the controller's output need not be: a
+            walk with an infinite torque diverges, and its record shows the torque.
         since: First version of the record's format with this column; older records are filled with NaN.
-        parts: Names of the numbers of a row; flat tables have a column `name_part` for each.
+        parts: Names of the numbers in a row; exported flat tables have a column `name_part` for each.
         optional: Whether an engine may omit the column, which is then NaN.
     """
 
@@ -37,7 +37,7 @@ class Column(NamedTuple):
 
     @property
     def row(self) -> tuple[int, ...]:
-        """Shape of a row's numbers; a single number that has a name is an array, too."""
+        """Shape of the numbers in a row: () for a single number without a name, else (width,)."""
         return (self.width,) if self.parts or self.width > 1 else ()
 
 
@@ -45,8 +45,8 @@ class Tables(NamedTuple):
     """Columns of both tables of a walk.
 
     Attributes:
-        samples: Columns of the samples; `controller_states` stands beside them, with a column per controller state.
-        touchdowns: Columns of the support transfers, in their order in a row.
+        samples: Columns of the samples, without the controller's states, which records keep in `controller_states`.
+        touchdowns: Columns of the touchdowns, in their order in a row.
     """
 
     samples: Mapping[str, Column]
@@ -55,11 +55,14 @@ class Tables(NamedTuple):
 
 @cache
 def tables_of(robot: type[Robot]) -> Tables:
-    """Columns of the walks of a kind of robot."""
+    """Columns of the records of a kind of robot."""
     return Tables(_samples_of(robot), _touchdowns_of(robot))
 
 
-_MOTOR: Mapping[str, Any] = {"since": 3, "optional": True}  # of the stance knee, which may be locked instead
+_MOTOR: Mapping[str, Any] = {
+    "since": 3,
+    "optional": True,
+}  # columns of the stance knee's motor; without one the knee is locked
 
 
 def _of_angles(robot: type[Robot], unit: str, meaning: str, **more: Any) -> Column:
@@ -146,7 +149,7 @@ def _touchdowns_of(robot: type[Robot]) -> dict[str, Column]:
 
 
 SAMPLES, TOUCHDOWNS = tables_of(Compass)
-"""Columns of the walks of the compass biped."""
+"""Columns of the records of the compass biped."""
 
 WHOLE_NUMBERS = ("stance", "strikes", "locked")
 
@@ -164,7 +167,7 @@ def index_of(columns: Mapping[str, Column], name: str) -> int:
 def split(
     columns: Mapping[str, Column], rows: Sequence[Sequence[float]] | NDArray[np.float64]
 ) -> dict[str, NDArray[np.float64]]:
-    """Split rows into one array per column, of shape (rows,), or (rows, width) where its numbers have names.
+    """Split rows into one array per column, of shape (rows, *column.row).
 
     Args:
         columns: Columns of a row, in their order.

@@ -1,4 +1,4 @@
-"""What a robot is to the rest of the laboratory: its angles, its joints, and where its limbs are."""
+"""Base class of robots: their angles, joints and dynamics, and the positions of their limbs."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ Array = NDArray[np.float64]
 
 
 class Robot(ABC):
-    """A planar robot with equal legs and point feet; subclasses are frozen dataclasses, whose fields tell all.
+    """A planar robot with equal legs and point feet; subclasses are frozen dataclasses of its parameters.
 
-    Engines, records, figures and videos take from here how many numbers a state, a torque and a posture have.
+    Engines, records, figures and videos take the sizes of states, torques and postures from its attributes.
 
     Attributes:
-        kind: Stands in records; see `mjbiped.robots.kinds`.
-        angles: Names of the angles q in swing, from the ground's normal, rad, positive forward: the stance leg first.
+        kind: Name of the kind in records; see `mjbiped.robots.kinds`.
+        angles: Names of the angles q, from the ground's normal, rad, positive forward, stance leg first.
         joints: Names of the joints with motors, in the order of torques.
         places: Names of the numbers of a posture `qpos`: hip x and z (m), left and right thigh, or leg, from the
-            vertical (rad), and what the robot has beyond that.
-        controller: Class in `controllers` that is proposed where another one does not drive it.
-        collides_from_lift_off: Whether the swing foot meets the ground in all of the swing; else the scuffing rule says
-            from when on.
+            vertical (rad), then any other angles of the robot.
+        controller: Class in `controllers` that a message suggests when a controller cannot drive this robot.
+        collides_from_lift_off: Whether the swing foot can touch the ground from lift-off on; if not, the scuffing rule
+            decides when it can.
         equations: Equations of motion, guards and reset maps for event-driven engines.
-        gravity: m/s^2.
+        gravity: Acceleration of gravity, m/s^2.
     """
 
     kind: ClassVar[str]
@@ -50,7 +50,7 @@ class Robot(ABC):
     @property
     @abstractmethod
     def bodies(self) -> Bodies:
-        """The bodies that it consists of, for engines of rigid bodies."""
+        """Rigid bodies that the robot consists of, for engines such as MuJoCo."""
 
     @property
     @abstractmethod
@@ -70,7 +70,7 @@ class Robot(ABC):
     @property
     @abstractmethod
     def chains(self) -> Mapping[int, Chain]:
-        """The robot as a chain of segments, by the number of angles that tell its posture."""
+        """Chains of segments that model the robot, by their number of angles."""
 
     def mass_matrix(self, q: ArrayLike) -> Array:
         """M(q), shape (n, n), kg m^2, for angles of shape (n,) in rad."""
@@ -119,14 +119,14 @@ class Robot(ABC):
         return chain.end(angles)
 
     def limbs(self, qpos: ArrayLike) -> Array:
-        """Hip, joints and foot of each leg in postures `qpos`.
+        """Positions of hip, joints and foot of each leg in postures `qpos`.
 
         Args:
             qpos: Shape (..., len(places)).
 
         Returns:
-            Places x, z in m, shape (..., legs, points, 2): legs in the order in which they stand, points from the hip
-            down to the foot, x and z.
+            Positions in m, shape (..., legs, points, 2): legs in the order in which they stand, points from the hip
+            down to the foot, then x and z.
         """
         places = np.asarray(qpos, dtype=np.float64)
         angles, points = np.zeros(2), [np.broadcast_to(places[..., None, :2], (*places.shape[:-1], 2, 2))]
@@ -136,7 +136,7 @@ class Robot(ABC):
         return np.stack(points, axis=-2)
 
     def centre_of_mass(self, qpos: ArrayLike) -> Array:
-        """Place of the centre of mass in postures `qpos`, shape (..., 2), m."""
+        """Position x, z of the centre of mass in postures `qpos`, shape (..., 2), m."""
         points = self.limbs(qpos)
         moment = self.bodies.hip_mass * points[..., 0, 0, :]
         for k, segment in enumerate(self.bodies.leg):
@@ -145,7 +145,7 @@ class Robot(ABC):
         return np.asarray(moment / self.total_mass)
 
     def joint_rates(self, dq: Any) -> Array:
-        """Rates at which the joints turn, shape (..., len(joints)), rad/s, of the rates of the angles."""
+        """Convert rates of the angles to rates of the joints, shape (..., len(joints)), rad/s."""
         rates = np.asarray(dq, dtype=np.float64)
         return np.concatenate([rates[..., :1], np.diff(rates, axis=-1)], axis=-1)
 
@@ -156,10 +156,10 @@ class Robot(ABC):
 
         Args:
             q: Angles, shape (len(angles),), rad.
-            dq: Their rates, rad/s.
-            torque: Of the joints, N m.
-            slope: Of the ground, rad.
-            locked: Whether the swing knee is; a straight leg is one that always is.
+            dq: Rates of the angles, rad/s.
+            torque: Torques of the joints, shape (len(joints),), N m.
+            slope: Slope of the ground, rad, > 0 downhill.
+            locked: Whether the swing knee is locked; straight legs count as always locked.
             stance_flexion: Flexion at which the stance knee is locked, rad.
         """
         chain, angles = self._chain(q)
@@ -169,16 +169,16 @@ class Robot(ABC):
 
     @abstractmethod
     def rates_after_touchdown(self, q: Any, dq: Any, stance_flexion: float = 0.0) -> Array:
-        """Rates after the swing foot's plastic impact in a touchdown, in the new roles, shape (len(angles),), rad/s.
+        """Rates after the plastic impact of a touchdown, in the legs' new roles, shape (len(angles),), rad/s.
 
         Args:
-            q: Angles just before it, in the old roles, shape (len(angles),), rad.
-            dq: Their rates, rad/s.
+            q: Angles just before the touchdown, in the old roles, shape (len(angles),), rad.
+            dq: Rates of these angles, rad/s.
             stance_flexion: Flexion at which the stance knee is locked, rad.
         """
 
     def flexion(self, qpos: Any, leg: Any) -> Array:
-        """Flexion of the knee of a leg, by its number, in postures `qpos`, shape (...,), rad; 0 of straight legs."""
+        """Knee flexion of the leg with a given number in postures `qpos`, shape (...,), rad; 0 for straight legs."""
         return np.zeros(np.broadcast_shapes(np.shape(qpos)[:-1], np.shape(leg)))
 
     def lean(self, qpos: Any, leg: int) -> float:
@@ -190,8 +190,8 @@ class Robot(ABC):
         """Posture `qpos` of the robot on one foot.
 
         Args:
-            foot: Place of the stance foot, x and z in m.
-            stance: Number of the stance leg: of a biped 0 left, 1 right.
+            foot: Position of the stance foot, x and z in m.
+            stance: Number of the stance leg; for a biped 0 is left, 1 right.
             angles: Angles from the vertical, stance leg first, shape (len(angles),), rad.
             stance_flexion: Flexion of the stance knee, rad.
         """
@@ -200,7 +200,7 @@ class Robot(ABC):
         return (*hip, *(angles[::-1] if stance else angles))
 
     def _chain(self, q: ArrayLike) -> tuple[Chain, Array]:
-        """The chain for a number of angles, and the angles, checked."""
+        """Check angles; return the chain with that many angles, and the angles as an array."""
         counts = tuple(self.chains)
         angles = domains.ANGLE.array("q", q, counts if len(counts) == 1 else (None,))
         if len(angles) not in counts:
@@ -210,11 +210,11 @@ class Robot(ABC):
     @classmethod
     def parameters(cls) -> tuple[str, ...]:
         """Names of the parameters, which are the dataclass's fields."""
-        return tuple(field.name for field in dataclasses.fields(cls))  # type: ignore[arg-type]  # subclasses are ones
+        return tuple(field.name for field in dataclasses.fields(cls))  # type: ignore[arg-type]  # subclasses are dataclasses
 
     def to_dict(self) -> dict[str, Any]:
         """Kind and parameters in plain JSON types; `mjbiped.robots.kinds.robot_from` reads it."""
-        return {"kind": self.kind, **dataclasses.asdict(self)}  # type: ignore[call-overload]  # subclasses are ones
+        return {"kind": self.kind, **dataclasses.asdict(self)}  # type: ignore[call-overload]  # subclasses are dataclasses
 
 
 def _rates(dq: ArrayLike, angles: Array) -> Array:

@@ -1,12 +1,13 @@
-"""The rimless wheel: spokes without mass about a hub that has all of it, which rolls down a slope without a motor.
+"""The rimless wheel: a hub with massless spokes, which rolls down a slope without a motor.
 
-One spoke stands at a time. The wheel is a pendulum on it, upside down, until the next spoke strikes the ground:
+One spoke stands at a time. The wheel is an inverted pendulum on it until the next spoke strikes the ground:
 
     (M l^2 + I) ddq = M g l sin(q + slope) + tau,    dq' = dq (M l^2 cos 2 alpha + I) / (M l^2 + I)
 
-M mass, I inertia about the hub, l length of a spoke, 2 alpha angle between two spokes; q angle of the stance spoke from
-the ground's normal, rad, positive forward; tau torque of the ankle, N m. The impact keeps the angular momentum about
-the foot that strikes (McGeer 1990; Coleman, Chatterjee and Ruina 1997). docs/validation.md has the steady rolling.
+M is the mass, I the inertia about the hub, l the length of a spoke, 2 alpha the angle between two spokes, q the angle
+of the stance spoke from the ground's normal (rad, positive forward), tau the torque of the ankle (N m). The impact
+keeps the angular momentum about the foot that strikes (McGeer 1990; Coleman, Chatterjee and Ruina 1997).
+docs/validation.md checks it in steady rolling.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
 One: TypeAlias = tuple[float]
-"""A number for the stance spoke, which tells those of all others."""
+"""One number for the stance spoke, such as its angle; the other spokes follow from it."""
 
 
 def _constants(robot: RimlessWheel) -> SimpleNamespace:
@@ -45,7 +46,7 @@ def _constants(robot: RimlessWheel) -> SimpleNamespace:
 
 
 def _accelerations(c: Any, w: Any, q: One, dq: One, torques: Any, push: float) -> One:
-    """A pendulum on the stance foot, whose other end a surface holds where the next spoke touches one."""
+    """Acceleration of an inverted pendulum, held by the ground or a riser if the next spoke slides on it, rad/s^2."""
     chain, (sine, cosine) = c.chain, sine_cosine(q[0])
     gravity = chain.moments[0] * (sine * w.cosine + cosine * w.sine)
     acceleration = (gravity + torques[0] + push) / chain.weights[0, 0]
@@ -57,47 +58,47 @@ def _accelerations(c: Any, w: Any, q: One, dq: One, torques: Any, push: float) -
 
 
 def _stop_foot(c: Any, w: Any) -> float:
-    """A plastic impact on a face, in which the stance foot stays: the wheel stops."""
+    """Stop the wheel in a plastic impact on a riser, with a fixed stance foot; return the impulse, N s."""
     impulse = stop_end(c.chain, w, 1)
     w.y[1] = c.chain.ddq[0]
     return impulse
 
 
 def _lands(*_: Any) -> bool:
-    """Every spoke that comes down stands."""
+    """Whether a spoke that comes down becomes the stance spoke: it always does."""
     return True
 
 
 def _exchange(c: Any, w: Any, q: One, dq: One, slope: float) -> tuple[One, One]:
-    """The impact of the next spoke."""
+    """Angle and rate after the impact of the next spoke, which becomes the stance spoke."""
     return (q[0] - c.between + w.slope - slope,), (c.kept * dq[0],)
 
 
 def _lock_knee(*_: Any) -> None:
-    """There is no knee."""
+    """Do nothing: the wheel has no knees."""
 
 
 def _limbs(c: Any, w: Any, q: One) -> One:
-    """How far the wheel has turned since its first spoke stood upright, rad."""
+    """Rotation of the wheel since its first spoke stood upright, rad."""
     return (q[0] + w.slope + c.between * w.count,)
 
 
 @dataclass(frozen=True)
 class RimlessWheel(Robot):
-    """A wheel of equal spokes without a rim, all of whose mass is at the hub or turns about it.
+    """A wheel of equal massless spokes without a rim, whose hub has mass and inertia.
 
-    Only the spoke that stands and the next one meet the ground: a wheel that does not come over its stance spoke falls
+    Only the stance spoke and the next one can touch the ground: a wheel too slow to pass over its stance spoke falls
     back.
 
     Attributes:
-        mass: kg, > 0.
-        inertia: About the hub, kg m^2, >= 0.
-        length: Of a spoke, from the hub to its foot, m, > 0.
-        spokes: Their number, at least 5: its first impact stops one with fewer.
-        gravity: m/s^2, > 0.
+        mass: Mass of the wheel, kg, > 0.
+        inertia: Moment of inertia about the hub, kg m^2, >= 0.
+        length: Length of a spoke, from the hub to its foot, m, > 0.
+        spokes: Number of spokes, at least 5; with fewer, the first impact would stop the wheel.
+        gravity: Acceleration of gravity, m/s^2, > 0.
 
     Raises:
-        InputError: a value is not a finite number of its domain.
+        InputError: A value is not a finite number of its domain.
     """
 
     mass: Annotated[float, domains.LEG_MASS] = 10.0
@@ -116,7 +117,7 @@ class RimlessWheel(Robot):
     )
 
     def __post_init__(self) -> None:
-        """Check every value, and turn all but the number of spokes into plain floats."""
+        """Check every value, and convert all but the number of spokes to plain floats."""
         domains.check_fields(self)
 
     @property
@@ -126,13 +127,13 @@ class RimlessWheel(Robot):
 
     @property
     def kept(self) -> float:
-        """Rate after the impact of a spoke over that before it."""
+        """Ratio of the rate after the impact of a spoke to the rate before it."""
         hub = self.mass * self.length**2
         return (hub * math.cos(self.between) + self.inertia) / (hub + self.inertia)
 
     @property
     def chains(self) -> Mapping[int, Chain]:
-        """The wheel as a chain of one segment, whose far end is beside its line; see `levers`."""
+        """The wheel as a chain of one segment that ends at the next spoke's foot, off the stance spoke (`levers`)."""
         along, _ = self.levers
         weight = np.array([[self.mass * self.length**2 + self.inertia]])
         moment = np.array([self.weight * self.length])
@@ -140,12 +141,12 @@ class RimlessWheel(Robot):
 
     @property
     def levers(self) -> tuple[float, float]:
-        """The next spoke's foot from the stance foot, m: along the stance spoke, and a right angle ahead of it."""
+        """Position of the next spoke's foot from the stance foot, m: along and perpendicular to the stance spoke."""
         return self.length * (1 - math.cos(self.between)), self.length * math.sin(self.between)
 
     @property
     def bodies(self) -> Bodies:
-        """One body, with all spokes."""
+        """The wheel as one rigid body with all spokes."""
         rod = Segment("rod", self.mass, self.length, 0.0, self.inertia)
         spokes = (Limb(f"spoke_{k}", "turn", "ankle", 0.0, -k * self.between, -2 * math.pi) for k in range(self.spokes))
         return Bodies("wheel_scene.xml", 0.0, (rod,), tuple(spokes))
@@ -161,20 +162,20 @@ class RimlessWheel(Robot):
         return self.mass
 
     def swing_foot(self, q: ArrayLike) -> Array:
-        """Foot of the next spoke from the stance foot, shape (2,), m: along the ground, along its normal."""
+        """Position of the next spoke's foot from the stance foot, shape (2,), m: along the ground, along its normal."""
         (angle,), (along, beside) = _one("q", q), self.levers
         sine, cosine = math.sin(angle), math.cos(angle)
         return np.array([along * sine + beside * cosine, along * cosine - beside * sine])
 
     def limbs(self, qpos: ArrayLike) -> Array:
-        """Hub and foot of each spoke, shape (..., spokes, 2, 2); see `Robot.limbs`."""
+        """Positions of hub and foot of each spoke, shape (..., spokes, 2, 2), m; see `Robot.limbs`."""
         places = np.asarray(qpos, dtype=np.float64)
         hub, angles = places[..., None, :2], places[..., 2:] - self.between * np.arange(self.spokes)
         foot = hub - self.length * np.stack([np.sin(angles), np.cos(angles)], axis=-1)
         return np.stack([np.broadcast_to(hub, foot.shape), foot], axis=-2)
 
     def centre_of_mass(self, qpos: ArrayLike) -> Array:
-        """Place of the hub in postures `qpos`, shape (..., 2), m."""
+        """Position x, z of the hub in postures `qpos`, shape (..., 2), m."""
         return np.asarray(qpos, dtype=np.float64)[..., :2]
 
     def posture(self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0) -> tuple[float, ...]:
@@ -183,11 +184,11 @@ class RimlessWheel(Robot):
         return hip_x, hip_z, angle + self.between * stance
 
     def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
-        """The impact of the next spoke; see `Robot.rates_after_touchdown`."""
+        """Rate after the impact of the next spoke, shape (1,), rad/s; see `Robot.rates_after_touchdown`."""
         return self.kept * _one("dq", dq)
 
     def rolling_rate(self, slope: float) -> float:
-        r"""Rate just after an impact of the wheel that rolls steadily down a slope (rad), rad/s; 0: it does not.
+        r"""Rate just after an impact in steady rolling down a slope (rad), rad/s; 0 if the slope is not downhill.
 
         .. math:: \omega^2 = \frac{\eta^2}{1 - \eta^2} \frac{4 M g l \sin\alpha \sin\gamma}{M l^2 + I}
         """

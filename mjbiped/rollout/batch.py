@@ -1,4 +1,4 @@
-"""A batch of walks: those with compiled laws share threads, the others run in processes."""
+"""Batches of walks: those with compiled laws run in threads, the others in processes."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class _Ended(NamedTuple):
     """The result of one walk.
 
     Attributes:
-        result: Record or summary of the walk; None where it could not begin.
+        result: Record or summary of the walk; None if it could not start.
         error: Message of the error that stopped it; empty if there was none.
         trace: Python's traceback of the error.
         interrupted: Whether Ctrl-C ended the walk.
@@ -57,12 +57,12 @@ def _walked(
 
     Args:
         plan: Plan of the walk.
-        summarised: Whether a summary is kept, and no record.
+        summarised: Whether to keep a summary instead of a record.
         cancellation: See `Engine.start`.
-        first: A walk whose `sharing()` is held while this one is made in a thread; None: it is made alone.
+        first: The walk whose `sharing()` is held, if this one runs in a thread; None: this one runs alone.
 
     Returns:
-        Its result; None where it cannot share threads with the first walk.
+        Result of the walk; None if it cannot run in a thread beside the first walk.
     """
     try:
         run = plan.terms.engine.start(plan, summarised=summarised, cancellation=cancellation)
@@ -85,7 +85,7 @@ def _walked(
 
 
 def _as_they_end(futures: Collection[Future[_Ended | None]]) -> Iterator[Future[_Ended | None]]:
-    """Yield futures as they end; on some systems Ctrl-C does not end the wait of `concurrent.futures.as_completed`."""
+    """Yield futures as they end, unlike `concurrent.futures.as_completed` always interruptible by Ctrl-C."""
     ended: SimpleQueue[Future[_Ended | None]] = SimpleQueue()
     for future in futures:
         future.add_done_callback(ended.put)
@@ -110,8 +110,8 @@ class Batch:
 
         Args:
             plans: Plan of each walk.
-            summarised: Whether summaries are kept, and no records.
-            workers: Walks at a time.
+            summarised: Whether to keep summaries instead of records.
+            workers: Number of walks at a time.
             bar: Progress bar, advanced by one with each walk that ends.
         """
         self._plans = plans
@@ -129,7 +129,7 @@ class Batch:
 
         Raises:
             InputError: Laws cannot be compiled, or a controller cannot be pickled.
-            KeyboardInterrupt: Ctrl-C.
+            KeyboardInterrupt: Ctrl-C was pressed.
         """
         groups = self._groups()
         self._bar.set_description("walking")
@@ -189,7 +189,7 @@ class Batch:
         return min(self._workers, len(self._apart)) > 1
 
     def _in_threads(self, indices: Sequence[int], first: Run) -> list[int]:
-        """Make walks in threads; return the indices of those that cannot share them."""
+        """Make walks in threads; return the indices of those that cannot run beside the first one."""
         others: list[int] = []
         with ThreadPoolExecutor(self._workers, thread_name_prefix="walk") as pool:
             futures = {
@@ -204,7 +204,7 @@ class Batch:
                     else:
                         self._take(index, ended)
             except BaseException:
-                self._stop.set()  # the walks under way
+                self._stop.set()  # stops the walks under way
                 pool.shutdown(cancel_futures=True)
                 for future, index in futures.items():
                     if not future.cancelled() and future.exception() is None and self.results[index] is None:
@@ -218,7 +218,7 @@ class Batch:
             raise KeyboardInterrupt
 
     def _take(self, index: int, ended: _Ended | None) -> None:
-        assert ended is not None  # asked only of walks that share no threads
+        assert ended is not None  # only walks in threads can end in None
         self.results[index] = ended.result
         if ended.interrupted:
             raise KeyboardInterrupt
@@ -231,11 +231,11 @@ def _check_pickles(controller: Controller) -> None:
     """Refuse a controller that cannot be sent to another process.
 
     Raises:
-        InputError: It cannot be pickled.
+        InputError: The controller cannot be pickled.
     """
     try:
         pickle.dumps(controller)
-    except Exception as error:  # whatever its parts raise
+    except Exception as error:  # pickling runs the attributes' own code
         raise InputError(
             f"{type(controller).__name__} runs in plain Python, its walks therefore in processes of their own, and "
             f"it cannot be sent there: {error}. Expected is a controller that can be pickled (its class at the top "

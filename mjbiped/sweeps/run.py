@@ -1,4 +1,4 @@
-"""The walks of a study in other processes, and the digest of the sources on which their numbers depend."""
+"""Run the walks of a study in worker processes, and digest the sources on which their numbers depend."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from mjbiped.utils.progress import hidden
 
 MOST_IN_BATCH = 32
 LONGEST_BATCH = 0.5
-"""Seconds after which a worker hands back what it has, so that little is lost when it is killed."""
+"""Time after which a worker returns its finished rows, s, so that little is lost if it is killed."""
 
 _NO_NUMBERS = ("cli", "plotting", "rendering", "reports", "reproduction", "sweeps")
 """Packages that change no number of a walk, apart from their files `cell.py`, which define walks and measures."""
@@ -57,17 +57,17 @@ def run(
 ) -> tuple[list[Row], Path]:
     """Walk all cells of a study that have no row yet.
 
-    The rows depend neither on the number of workers nor on interruptions. A cell that fails is a row with an error's
+    The rows depend neither on the number of workers nor on interruptions. A cell that fails gets a row with the error's
     text.
 
     Args:
         study: The study.
         folder: Folder of the table.
-        workers: Number of processes on this machine; one for each core unless given.
-        scheduler: Address of a Dask scheduler, whose workers walk instead.
-        fresh: Delete the rows that are kept and begin again.
-        trajectories: Keep the samples of all walks too, in `mjbiped.sweeps.parquet.FILE`; cells that have walked
-            without are walked again.
+        workers: Number of processes on this machine; by default one per core.
+        scheduler: Address of a Dask scheduler, whose workers are used instead.
+        fresh: Delete all rows in the folder and start again.
+        trajectories: Also keep the samples of all walks, in `mjbiped.sweeps.parquet.FILE`; cells whose samples were
+            not kept are walked again.
         progress: Show a progress bar (never where the output is not a terminal).
 
     Returns:
@@ -76,8 +76,8 @@ def run(
     Raises:
         InputError: The folder holds rows of another study, or the scheduler cannot be used.
         RecordError: The table cannot be written.
-        MjbipedError: Workers died, or their mjbiped is another one; what had ended is kept.
-        KeyboardInterrupt: Ctrl-C; what had ended is kept.
+        MjbipedError: Workers died, or run other versions than this process; finished rows are kept.
+        KeyboardInterrupt: Ctrl-C was pressed; finished rows are kept.
     """
     identity = {"study": dict(study.declared), **_machinery(study.laws), "cells": study.digest}
     with opened(folder, layout_of(study), identity, fresh=fresh) as store:
@@ -114,22 +114,22 @@ def walk_cells(
     progress: bool = False,
     laws: Mapping[str, str] = MappingProxyType({}),
 ) -> None:
-    """Walk cells in other processes, and keep their rows as they come.
+    """Walk cells in worker processes, and store their rows as they arrive.
 
     Args:
-        walked: Walks a cell, in the other process, and returns its row.
-        todo: The cells.
-        store: Where the rows are kept.
-        ended: Number of cells that have ended before, for the progress bar.
-        workers: Number of processes on this machine; one for each core unless given.
-        scheduler: Address of a Dask scheduler, whose workers walk instead.
+        walked: Function that walks a cell in a worker and returns its row.
+        todo: Cells to walk.
+        store: Store of the rows.
+        ended: Number of cells finished earlier, for the progress bar.
+        workers: Number of processes on this machine; by default one per core.
+        scheduler: Address of a Dask scheduler, whose workers are used instead.
         progress: Show a progress bar (never where the output is not a terminal).
         laws: The user's own controllers, see `Study.laws`.
 
     Raises:
         InputError: The scheduler cannot be used.
         RecordError: The rows cannot be written.
-        MjbipedError: Workers died, or their mjbiped is another one; what had ended is kept.
+        MjbipedError: Workers died, or run other versions than this process; finished rows are kept.
     """
     if not todo:
         return
@@ -140,7 +140,7 @@ def walk_cells(
     def submit(cells: Iterable[AnyCell], most: int) -> None:
         rest = iter(cells)
         while batch := list(islice(rest, most)):
-            future = pool.submit(walk_batch, walked, batch, machinery, dict(laws))  # a mapping's proxy is not picklable
+            future = pool.submit(walk_batch, walked, batch, machinery, dict(laws))  # a mapping proxy cannot be pickled
             pending[future] = batch
             future.add_done_callback(back.put)
 
@@ -154,7 +154,7 @@ def walk_cells(
                 batch, rows = pending.pop(future), future.result()
                 store.save(rows)
                 bar.update(len(rows))
-                submit(batch[len(rows) :], len(rows))  # what the batch had no time for
+                submit(batch[len(rows) :], len(rows))  # cells that the batch had no time for
     except MjbipedError:
         raise
     except Exception as error:
@@ -171,16 +171,16 @@ def walk_batch(
     machinery: dict[str, Any],
     laws: Mapping[str, str] = MappingProxyType({}),
 ) -> list[Row]:
-    """Walk cells in order, in a worker, until all are done or `LONGEST_BATCH` is over.
+    """Walk cells in order until all are done or `LONGEST_BATCH` has passed; a worker calls this.
 
     Args:
-        walked: Walks a cell, and returns its row.
+        walked: Function that walks a cell and returns its row.
         cells: At least one cell.
         machinery: Sources and versions with which the rows must be computed.
         laws: The user's own controllers, see `Study.laws`.
 
     Returns:
-        Rows of the first cells, one row at least.
+        Rows of the cells that were walked, at least one.
 
     Raises:
         MjbipedError: This process has other sources or versions.
@@ -211,7 +211,7 @@ def _machinery(laws: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _walked(cell: Cell, *, trajectory: bool = False) -> Row:
-    """Walk a study's cell, and return its row with truth values as text."""
+    """Walk a study's cell, and return its row, with booleans as text."""
     plain = {name: str(value).lower() if isinstance(value, bool) else value for name, value in cell.values.items()}
     return {"cell": cell.index, "sample": cell.sample, **plain, **measured(cell, trajectory=trajectory)}
 
@@ -230,7 +230,7 @@ def law_folders() -> list[Path]:
 
 
 def digest(package: Path, laws: Sequence[Path], models: Path) -> str:
-    """Digest the contents and places of all files that numbers can depend on."""
+    """Digest the contents and paths of all files that a walk's numbers can depend on."""
     found = hashlib.sha256()
     for place in (package, *laws, models):
         files = [place] if place.is_file() else sorted([*place.rglob("*.py"), *place.rglob("*.xml")])

@@ -1,6 +1,6 @@
 """`HybridRun`: one walk of the paper's own model, equations (1) to (4), integrated from touchdown to touchdown.
 
-docs/hybrid.md explains the method, `mjbiped.engines.hybrid.gait_step` has it.
+docs/hybrid.md explains the method, `mjbiped.engines.hybrid.gait_step` implements it.
 """
 
 from __future__ import annotations
@@ -40,16 +40,16 @@ from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import STALL_TIME, Outcome
 
 TOLERANCE = 1e-8
-"""Of an integration step, relative and absolute. With `LONGEST_STEP` the state after each step of a walk is good to
-1e-10 and better (docs/hybrid.md)."""
+"""Relative and absolute tolerance of an integration step. With `LONGEST_STEP` it keeps the states after touchdowns
+accurate to some 1e-10 (docs/hybrid.md)."""
 
-LONGEST_STEP = 0.22  # of an integration step, in units of sqrt(l / g): passive walking needs no other limit
-FIRST_STEP = 0.1  # the first one tried, in the same units
-_ROWS = 1024  # touchdowns between two looks at the progress bar, some 20 ms
-_MEMORY = 1024  # floats of room for a controller's memory where compiled, with delays too: one machine code serves all
-_FIRST_STINT = 24_000  # evaluations of the law until Python first has its turn, some 2 ms
-_SHORT, _LONG = 0.02, 0.08  # s: a stint shall take a time between these
-_STALLS = 10  # longest gait steps of which the buffer holds the samples
+LONGEST_STEP = 0.22  # longest integration step, in sqrt(l / g): the only limit that passive walking needs
+FIRST_STEP = 0.1  # length of the first trial step, in the same units
+_ROWS = 1024  # touchdowns between updates of the progress bar, some 20 ms
+_MEMORY = 1024  # floats kept for a compiled controller's memory, delays included: one machine code serves all
+_FIRST_STINT = 24_000  # evaluations of the law until compiled code first returns to Python, some 2 ms
+_SHORT, _LONG = 0.02, 0.08  # wanted duration of a stint of compiled code, s
+_STALLS = 10  # number of longest gait steps whose samples fit in the buffer
 _WHY = {
     Outcome.UNRESOLVED: "the torque switches, or changes, faster than the integrator can follow: name the times of its "
     "jumps in the controller's next_discontinuity, make it smooth, or walk with engine='mujoco' and a control_period",
@@ -65,7 +65,7 @@ class HybridRun(Run):
     """A walk in the hybrid model.
 
     Attributes:
-        controller: What drives the robot's joints: the plan's controller, in a loop that ticks where it is disturbed.
+        controller: The controller that the engine calls: the plan's, in a loop that ticks if disturbances need one.
         compiled: Whether the controller's laws are compiled; a controller without `law` runs in plain Python.
         advance: `gait_step.advance` for these laws: a function of their parameters, the constants and the state.
         constants: Robot, rules and limits.
@@ -82,14 +82,14 @@ class HybridRun(Run):
         cancellation: Cancellation = never_cancelled,
         compile: bool = True,
     ) -> None:
-        """Set the robot on the ground, and begin the controller's memory; see `Engine.start`.
+        """Set the robot on the ground, and initialise the controller's memory; see `Engine.start`.
 
         Args:
-            plan: As checked.
-            tolerance: Tolerance of an integration step.
-            summarised: Keep no tables, but what `Run.summary` needs.
-            cancellation: Called now and then; what it raises breaks the walk off.
-            compile: Whether laws that can be compiled are.
+            plan: The checked walk.
+            tolerance: Relative and absolute tolerance of an integration step.
+            summarised: Keep only what `Run.summary` needs, and no tables.
+            cancellation: Called repeatedly during the walk; an exception that it raises stops the walk.
+            compile: Whether to compile laws that can be compiled.
         """
         super().__init__(plan, summarised=summarised, cancellation=cancellation)
         control_period = plan.disturbances.period(None, 0.0)
@@ -121,16 +121,16 @@ class HybridRun(Run):
 
     @property
     def plain(self) -> Walk:
-        """What the engine's functions take of this walk, with the functions in plain Python."""
+        """Argument of the engine's functions for this walk, in plain Python."""
         laws = Laws._make((*LAWS, self._own_tables, *self.functions))
         return Walk(laws, self.controller, self.constants, self.state)
 
     def _own_tables(self, _: Any) -> Tables:
-        """`Laws.tables` in plain Python."""
+        """Return the tables, as `Laws.tables` does in plain Python."""
         return self.tables
 
     def _begin_tables(self) -> Tables:
-        """Ground, pushes, and empty buffers of the record."""
+        """Make the tables: ground, pushes and empty buffers of the record."""
         plan, rows = self.plan, rows_of(type(self.plan.robot))
         terrain, samples = plan.terrain, 1
         if math.isfinite(self._sample_period):
@@ -148,12 +148,12 @@ class HybridRun(Run):
 
     @property
     def _sample_period(self) -> float:
-        """Time between two samples, s; infinity: none but the last."""
+        """Time between two samples, s; infinite if only the last one is kept."""
         period = self.plan.terms.sample_period
         return float(period) if period is not None and self.sampled else math.inf
 
     def _begin_constants(self, control_period: float) -> Any:
-        """Robot, rules and limits in plain numbers."""
+        """Collect robot, rules and limits as plain numbers."""
         robot, terms = self.plan.robot, self.plan.terms
         tested = 2 * len(robot.angles) + self._own
         return Constants(
@@ -170,7 +170,7 @@ class HybridRun(Run):
             end=self.plan.terrain.end,
             steps=math.inf if terms.steps is None else float(terms.steps),
             distance=math.inf if terms.distance is None else float(terms.distance),
-            # of a mean, to which idle states add none
+            # the error is a mean over all states, and idle states have none
             tolerance=self._tolerance * math.sqrt(1.0 - self._idle / tested),
             longest_step=LONGEST_STEP * math.sqrt(robot.leg_length / robot.gravity),
             sample_period=self._sample_period,
@@ -178,7 +178,7 @@ class HybridRun(Run):
         )
 
     def _begin(self) -> Any:
-        """The state of a walk that starts with the left foot at x = 0."""
+        """Make the initial state, with the left foot at x = 0."""
         plan, controller, terrain, constants = self.plan, self.controller, self.plan.terrain, self.constants
         q, dq = list(map(float, plan.q)), list(map(float, plan.dq))
         angles, joints = len(q), len(plan.robot.joints)
@@ -228,7 +228,7 @@ class HybridRun(Run):
         return Outcome(int(self.state.outcome))
 
     def walk(self, show: Show) -> Outcome:
-        """Integrate to the end."""
+        """Integrate until the walk ends; see `Run.walk`."""
         while self.ended is Outcome.WALKING:
             try:
                 self.recorder.cancellation()
@@ -241,10 +241,10 @@ class HybridRun(Run):
         return self.ended
 
     def go_on(self) -> None:
-        """Walk some steps further; rows and samples are then in the buffers, for `take`.
+        """Walk on until the walk ends or the buffers are full; `take` then empties them.
 
-        Compiled code cannot be interrupted. So Python has its turn, and thus Ctrl-C, after stints of so many
-        evaluations that they take less than 0.1 s; how many they are changes nothing in the walk.
+        Compiled code cannot be interrupted. It therefore works in stints of some evaluations that take less than 0.1 s,
+        between which Python handles Ctrl-C; the number of evaluations changes nothing in the walk.
 
         Raises:
             LawError: The controller's laws cannot be compiled.
@@ -266,7 +266,7 @@ class HybridRun(Run):
             self.recorder.cancellation()
 
     def take(self) -> int:
-        """Record what the buffers hold, and empty them; returns the number of touchdowns."""
+        """Move the contents of the buffers to the recorder; return the number of touchdowns."""
         w, tables = self.state, self.tables
         rows, samples = int(w.rows), int(w.samples)
         self.recorder.add(tables.rows[:rows], self._recorded(tables.samples[:samples]))
@@ -274,27 +274,27 @@ class HybridRun(Run):
         return rows
 
     def _sample(self) -> None:
-        """Record the last state reached, with the torque last computed, and without asking the controller."""
+        """Record the last state reached with the last torque computed, without calling the controller's `torque`."""
         row, w = np.empty((1, self.tables.samples.shape[1])), self.state
         estimate = self.controller.slope_estimate(self._memory())
         write_state(self.plain, row[0], w.time, [float(value) for value in w.y], w.torques, estimate)
         self.recorder.add(self.tables.rows[:0], self._recorded(row))
 
     def _recorded(self, samples: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Samples without the idle states, which stand behind the robot's columns, where the controller has none."""
+        """Remove the idle states from samples: the last columns, since a controller with idle states has no others."""
         return samples[:, : samples.shape[1] - self._idle]
 
     def _memory(self) -> list[float]:
-        """The controller's memory, with the states last reached."""
+        """The controller's memory, with its integrated states as last reached."""
         first = 2 * len(self.plan.q)
         memory = [*self.state.y[first : first + self._own], *self.state.memory[self._own :]]
         return [float(value) for value in memory[self._idle : self._idle + self.controller.memory_size]]
 
     def compile(self) -> bool:
-        """Compile the controller's laws now, where they are compiled, and not at the first step.
+        """Compile the controller's laws now, not at the first step; return whether they are compiled at all.
 
         Raises:
-            LawError: They cannot be compiled.
+            LawError: The laws cannot be compiled.
         """
         if self.compiled:
             import numba
@@ -304,7 +304,7 @@ class HybridRun(Run):
 
     @cached_property
     def code(self) -> MachineCode | None:
-        """The machine code of the controller's laws, where they are compiled."""
+        """Machine code of the controller's laws; None if they run in plain Python."""
         if self._law is None:
             return None
         with refused_in_words(self.controller, self._law):
@@ -313,7 +313,7 @@ class HybridRun(Run):
 
     @property
     def parameters(self) -> Any:
-        """What `advance` takes for the controller.
+        """First argument of `advance`: the block of compiled laws, or the controller itself.
 
         Raises:
             LawError: The controller's laws cannot be compiled.
@@ -325,17 +325,17 @@ class HybridRun(Run):
         return np.array(self.state.peak_torque, dtype=np.float64)
 
     def pressure_times(self) -> NDArray[np.float64]:
-        """How long the centre of pressure was where so far, s; see `mjbiped.records.pressure`."""
+        """Time that the centre of pressure spent in each bin so far, s; see `mjbiped.records.pressure`."""
         return np.array(self.state.pressure[2:], dtype=np.float64)
 
     def settings(self) -> dict[str, Any]:
-        """The tolerance, and why the walk ended where its outcome does not say it."""
+        """The engine's settings: tolerance, whether laws are compiled, and warnings if there are any."""
         settings = {"tolerance": self._tolerance, "compiled": self.compiled}
         return {**settings, "warnings": self.warnings} if self.warnings else settings
 
     @property
     def warnings(self) -> dict[str, int]:
-        """Why the walk ended, where its outcome does not say it: sentences, and how often each is meant."""
+        """Explanations of the walk's end where the outcome says too little, as sentences with the count 1."""
         if self.state.toe:
             return {_TOE: 1}
         if self.ended not in _WHY:
@@ -344,7 +344,7 @@ class HybridRun(Run):
         return {fault or _WHY[self.ended]: 1}
 
     def _fault(self) -> str:
-        """Which torque was no number where the walk ended, in words; empty if none was."""
+        """Name the torque that was no finite number at the walk's end; empty if there was none."""
         w, memory, controller = self.state, self._memory(), self.controller
         state, angles = [float(value) for value in w.y], len(self.plan.q)
         q, dq = tuple(state[:angles]), tuple(state[angles : 2 * angles])
@@ -355,10 +355,10 @@ class HybridRun(Run):
 
 
 def idle_states(states: int, robot: Robot) -> int:
-    """How many idle states compiled code has for a controller with so many of its own.
+    """Number of idle states with which compiled code pads the state for a controller with `states` of its own.
 
-    Machine code is for one length of the state, and takes long where the robot's equations are: a controller without
-    states has as many as the adaptive law.
+    Machine code is made for one length of the state, and compiles slowly for robots with long equations. There, a
+    controller without states gets as many idle ones as the adaptive law has states, to share its code.
     """
     return 0 if robot.equations.inlined or states else 2
 
@@ -369,7 +369,7 @@ def _stall_time(robot: Robot) -> float:
 
 
 def _functions(robot: Robot, tuples: Tuples, size: int) -> tuple[Any, ...]:
-    """The functions of `Laws` behind those of the controller and the tables, for states of so many components."""
+    """Functions of `Laws` that follow the controller's and `tables`, for a state `y` of `size` components."""
     rows, e = rows_of(type(robot)), robot.equations
     return (
         *unrolled(size, untested=len(robot.joints), arguments=("s",)),
@@ -380,11 +380,11 @@ def _functions(robot: Robot, tuples: Tuples, size: int) -> tuple[Any, ...]:
 
 
 def packed(tables: Tables) -> tuple[NDArray[np.float64], Any]:
-    """Tables for compiled code, whose arrays it reads and writes where they are.
+    """Pack tables for compiled code, which reads and writes their arrays in place.
 
     Returns:
-        A block of numbers, whose address `Constants.tables` holds, and the compiled function that makes the tables of
-        it. Block and arrays are to be kept while the engine runs.
+        A block of numbers, whose address goes into `Constants.tables`, and a compiled function that rebuilds the tables
+        from it. Keep block and arrays alive while the engine runs.
     """
     packer = Packer()
     shared = Tables(Ground(*map(Shared, tables.ground)), tables.pushes, Shared(tables.rows), Shared(tables.samples))

@@ -1,4 +1,4 @@
-"""What the feet can meet, and what they feel of their contacts in the step just resolved."""
+"""Contacts of the feet: which pairs of geoms collide, and the forces of the physics step just resolved."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from mjbiped.engines.mujoco.state import Constants, Places, stance_of, swing_of
 from mjbiped.terrain.profile import height_of, segment_met, segment_stood_on
 
 READING = 11
-"""Floats of one slot of a contact sensor: found, force (3), distance, position (3), normal (3)."""
+"""Number of floats in one slot of a contact sensor: found, force (3), distance, position (3), normal (3)."""
 FOUND, FORCE_SHOWN, DISTANCE, NORMAL = 0, 1, 4, 8
 
-SMALLEST_UPWARD_NORMAL = 0.7  # a contact that faces up less is a riser's face or an inner edge of a heightfield
-SUNK = 5e-4  # no standing foot lies deeper in the ground, m
+SMALLEST_UPWARD_NORMAL = 0.7  # below it, a contact is with a riser's face or a heightfield's inner edge
+SUNK = 5e-4  # greatest depth of a standing foot in the ground, m
 
 
 class Felt(NamedTuple):
-    """What a foot feels.
+    """Contact forces on the ground and depth of one foot.
 
     Attributes:
         pressure: Sum of the normal forces of all contacts, N.
         forward: Force of the foot on the ground along x, without that on risers' faces, N.
-        downward: That force along -z, N.
-        depth: Of the deepest contact with the ground, m.
-        ground: Whether it touches the ground.
-        face: Whether it touches a riser's face.
+        downward: Force of the foot on the ground along -z, without that on risers' faces, N.
+        depth: Depth of the deepest contact with the ground, m.
+        ground: Whether the foot touches the ground.
+        face: Whether the foot touches a riser's face.
     """
 
     pressure: float
@@ -37,11 +37,16 @@ class Felt(NamedTuple):
 
 
 def felt(readings: Any, first: int, slots: int) -> Felt:
-    """The contacts of a foot, of so many floats of its contact sensor from an index on.
+    """Sum the contacts of a foot over the slots of its contact sensor.
 
-    A contact's frame is its normal, which points from the foot into the ground, the robot's lateral axis, and what is
-    at right angles to both. On a joint of the ground either side bears a part of the force, and the frames lean by as
-    much as the foot lies off the joint: so forces are added as vectors.
+    The axes of a contact's frame are its normal, which points from the foot into the ground, the robot's lateral axis,
+    and the direction perpendicular to both. Where two pieces of ground join, each bears part of the force and the
+    frames tilt with the foot's distance from the joint; forces are therefore added as vectors.
+
+    Args:
+        readings: MuJoCo's `sensordata`.
+        first: Index of the sensor's first float.
+        slots: Number of the sensor's floats.
     """
     pressure = forward = downward = depth = 0.0
     ground = face = False
@@ -61,32 +66,31 @@ def felt(readings: Any, first: int, slots: int) -> Felt:
 
 
 def friction_ratio(foot: Felt, slope: float, light: float) -> float:
-    """|F_t| / F_n of a foot on a slope (rad), or 0 where F_n is no more than `light` (N): the ratio is noise there."""
+    """Friction ratio |F_t| / F_n of a foot on a slope (rad); 0 where F_n <= `light` (N), for it is noise there."""
     sine, cosine = math.sin(slope), math.cos(slope)
     normal = foot.downward * cosine - foot.forward * sine
     return abs(foot.forward * cosine + foot.downward * sine) / normal if normal > light else 0.0
 
 
 def refuses(constants: Constants, u: Any, centres: Any, first: int, second: int) -> bool:
-    """`mjcb_contactfilter`: whether a pair of geoms does not collide.
+    """Whether a pair of geoms does not collide, for MuJoCo's `mjcb_contactfilter`.
 
-    A swing foot passes through everything until its contact is enabled (scuffing rule). From then on it is a point: it
-    meets the piece of the ground that it is over, and a riser if it is beside that (`profile.segment_met`). It cannot
-    meet a piece's corner.
+    A swing foot passes through everything until its contact is enabled (scuffing rule). From then on it collides as a
+    point: with the piece of ground below it and with a riser beside it (`profile.segment_met`), never with a corner.
 
-    The stance foot, which stands still, meets all ground but what stands beside it: not the risers, nor a higher piece.
+    The resting stance foot collides with all ground except what rises beside it: risers and higher pieces.
 
     The feet of all other legs pass through everything.
 
-    A foot that leaves the ground in this step passes through it: a solver with a convex friction cone would drag one
-    that leaves obliquely, as the stance foot does in the step that resolves the other foot's touchdown.
+    A foot that lifts off in this step passes through the ground: the solver's convex friction cone would drag a foot
+    that leaves obliquely, as the old stance foot does in the step that resolves the other foot's touchdown.
 
     Args:
-        constants: The walk's.
+        constants: Constants of the walk.
         u: State, after the observation.
-        centres: Of all geoms, an array of shape (geoms, 3), m.
-        first: One geom.
-        second: The other.
+        centres: Centres of all geoms, shape (geoms, 3), m.
+        first: Index of one geom.
+        second: Index of the other.
     """
     places = constants.places
     stance, swing = stance_of(u), swing_of(u, places.legs)
@@ -101,13 +105,13 @@ def refuses(constants: Constants, u: Any, centres: Any, first: int, second: int)
             resting = resting or leg.foot in (first, second)
         return resting
     other, x, z = second if first == foot else first, centres[foot, 0], centres[foot, 2]
-    if u.time == u.transfer_time and u.count > 0.0:  # as it did when it landed
+    if u.time == u.transfer_time and u.count > 0.0:  # the foot collides as when it landed
         return not meets(places, x, z, other)
     return lifted == stance or beside(constants, x, z, other)
 
 
 def meets(places: Places, x: float, z: float, geom: int) -> bool:
-    """Whether a foot at x, z can meet a geom of the ground."""
+    """Whether a foot at x, z (m) can meet a geom of the ground."""
     segment = segment_met(places.profile, x, z)
     riser = int(places.risers[geom])
     if riser >= 0:
@@ -116,7 +120,7 @@ def meets(places: Places, x: float, z: float, geom: int) -> bool:
 
 
 def beside(constants: Constants, x: float, z: float, geom: int) -> bool:
-    """Whether a standing foot at x, z, which may have sunk a little, has a geom of the ground beside it."""
+    """Whether a geom of the ground lies beside, not under, a standing foot at x, z (m), at most `SUNK` deep."""
     places = constants.places
     if places.risers[geom] >= 0.0:
         return constants.scuffs or not meets(places, x, z, geom)

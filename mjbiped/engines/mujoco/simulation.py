@@ -1,9 +1,9 @@
 """MuJoCo engine: rigid bodies, contacts, and a controller in `mjcb_control`.
 
-Nothing of the impact maps is used here: the contact solver makes the impacts, and the contact sensors say when support
-is transferred. What the callbacks do take from the terrain's profile is how long a step is, and with it the contacts'
-softness (`mjbiped.engines.mujoco.step_size`), and when the departing foot ceases to collide. `Simulation` holds model
-and state; `mjbiped.engines.mujoco.run` walks it to its end.
+No impact map is used here: MuJoCo's contact solver resolves the impacts, and contact sensors detect support transfers.
+The terrain's profile only decides the length of each physics step and the softness of its contacts
+(`mjbiped.engines.mujoco.step_size`), and when the departing foot stops colliding. `Simulation` holds model and state;
+`mjbiped.engines.mujoco.run` walks it to its end.
 """
 
 from __future__ import annotations
@@ -43,13 +43,15 @@ from mjbiped.records.recorder import Recorder
 from mjbiped.records.rows import rows_of
 from mjbiped.rules.termination import Outcome
 
-START_DEPTH = 1e-6  # a foot set exactly on the surface may find a heightfield's inner edge instead, m
+START_DEPTH = (
+    1e-6  # initial depth of the stance foot, m: exactly on the surface it may touch a heightfield's inner edge
+)
 WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-BLOCK = 500  # steps made at once, at most
+BLOCK = 500  # most physics steps in one call
 
 
 class Simulation:
-    """A robot, a controller and a terrain in MuJoCo, which `mujoco.mj_step` walks while the callbacks are installed.
+    """A walk in MuJoCo, which `mujoco.mj_step` advances while its callbacks are installed.
 
     ```python
     robot = mjbiped.Compass()
@@ -60,21 +62,21 @@ class Simulation:
     ```
 
     The whole state, the controller's memory included, is in `data`: `mujoco.mj_getState` with
-    `mjtState.mjSTATE_INTEGRATION` saves it, `mj_setState` on a like simulation resumes it, bit by bit the same.
+    `mjtState.mjSTATE_INTEGRATION` saves it, and `mj_setState` on a simulation built alike resumes it bit for bit.
 
-    Of a terrain of more than `mjbiped.engines.mujoco.ground.FEW_SEGMENTS` segments, `model` holds only the ground
-    about the robot: see `move_on`.
+    For a terrain of more than `mjbiped.engines.mujoco.ground.FEW_SEGMENTS` segments, `model` holds only the ground
+    near the robot: see `move_on`.
 
     Attributes:
-        model: The compiled scene; the robot's file in `models/` says what qpos and ctrl are.
-        data: Its state.
-        controller: Drives the robot's joints.
+        model: The compiled scene; the robot's file in `models/` defines qpos and ctrl.
+        data: State of the model.
+        controller: The controller of the robot's joints.
         options: The engine's settings.
-        limits: What ends the walk.
-        constants: What does not change while the model is the same.
-        inside: Between which places of the hip, x in m, `move_on` has nothing to build.
-        recording: Where samples and touchdowns are written as the walk goes on, until there is no room.
-        warnings: What MuJoCo warned of while this simulation's callbacks were installed, and how often.
+        limits: Limits at which the walk ends.
+        constants: Values that stay the same as long as the model does.
+        inside: Range of the hip's x, m, in which `move_on` need not rebuild the ground.
+        recording: Buffers of samples and touchdowns; once full they take no more until `take` empties them.
+        warnings: Counts of MuJoCo's warnings by text, while this simulation's callbacks were installed.
     """
 
     model: mujoco.MjModel
@@ -86,11 +88,11 @@ class Simulation:
         """Build the scene and set the robot on it.
 
         Args:
-            plan: What is walked, as checked.
-            options: The engine's settings. Where its steps do not end at touchdowns, the model stays as it is, and may
+            plan: The checked walk.
+            options: The engine's settings. If physics steps do not end at touchdowns, the model never changes and can
                 serve many walks at the same time.
-            compile: Whether laws that can be compiled are.
-            scenery: Add the ground as it is seen from the side, for pictures; the walk is the same.
+            compile: Whether to compile laws that can be compiled.
+            scenery: Whether to add a side view of the ground for pictures; the walk is the same.
         """
         robot, terms, disturbances = plan.robot, plan.terms, plan.disturbances
         if disturbances.in_loop:
@@ -98,7 +100,9 @@ class Simulation:
         self.plan, self.options, self._compile = plan, options, compile
         self.controller = controller = plan.driven(options.control_period or 0.0)
         states, self._rows = len(controller.states), rows_of(type(robot))
-        block = BLOCK * options.timestep * math.sqrt(robot.gravity * robot.leg_length)  # a faster hip would fly
+        block = (
+            BLOCK * options.timestep * math.sqrt(robot.gravity * robot.leg_length)
+        )  # path of the hip, m; a faster one would fly
         self._windows = GroundWindows(
             robot,
             plan.terrain,
@@ -115,7 +119,7 @@ class Simulation:
         )
         period = terms.sample_period
         self.recording = Recording(
-            # also where no samples are kept: the last one tells where a walk that was broken off has been
+            # set even if no samples are kept: the last one tells where an interrupted walk stopped
             sample_period=DEFAULT_SAMPLE_PERIOD if period is None else period,
             samples=np.zeros((BLOCK + 1, self._rows.sampled + states)),
             rows=np.zeros((BLOCK, self._rows.touched)),
@@ -127,23 +131,23 @@ class Simulation:
 
     @property
     def _shortest(self) -> float:
-        """Length of the steps that make impacts, s."""
+        """Length of the physics steps that resolve impacts, s."""
         options = self.options
         return min(options.contact_timestep, options.timestep) if options.lands else options.timestep
 
     def _use(self, scene: Scene) -> None:
-        """Make a scene this simulation's; its data are those of a new model."""
+        """Switch to a scene, with new data."""
         scene.model.opt.timestep = self.options.timestep
         self.model, self.data = scene.model, mujoco.MjData(scene.model)
         self.inside = self._windows.inside(scene)
         places = places_in(scene, self.plan.terrain, self.plan.robot)
         self.constants = self._constants(scene, places)
-        if self.plan.disturbances.friction is not None:  # the feet's, which have priority over the ground's
+        if self.plan.disturbances.friction is not None:  # the feet's friction has priority over the ground's
             self.model.geom_friction[[leg.foot for leg in places.legs], 0] = self.plan.disturbances.friction
         self._here = self._userdata_of(self.data)
 
     def _constants(self, scene: Scene, places: Places) -> Constants:
-        """What does not change while a scene is used."""
+        """Collect the values that stay the same while a scene is used."""
         plan, options, controller = self.plan, self.options, self.controller
         robot, columns = plan.robot, tables_of(type(plan.robot)).touchdowns
         scuffs, shortest = not robot.collides_from_lift_off, self._shortest
@@ -153,7 +157,7 @@ class Simulation:
             joints=(0.0,) * len(robot.joints),
             scuffs=scuffs,
             stepped=any(plan.terrain.rises),
-            # twice the distance at the fall of a leg
+            # twice the path in a timestep after a fall through a leg length
             deepest=2.0 * options.timestep * math.sqrt(2.0 * robot.gravity * robot.leg_length),
             timestep=options.timestep,
             contact_timestep=shortest,
@@ -171,7 +175,7 @@ class Simulation:
         )
 
     def restart(self, q: Sequence[float], dq: Sequence[float]) -> None:
-        """Set the robot back to its start, as if the simulation had been built with another first state.
+        """Restart the walk from another initial state, as if the simulation had just been built with it.
 
         Args:
             q: Angles from the ground's normal under x = 0, rad.
@@ -183,12 +187,12 @@ class Simulation:
         self.move_on()
 
     def _place(self, q: Sequence[float], dq: Sequence[float]) -> None:
-        """Set the robot with its first foot at x = 0 on a straight leg, and begin the controller's memory."""
+        """Place the first stance foot at x = 0 under a straight leg, and initialise the controller's memory."""
         robot, terrain, length = self.plan.robot, self.plan.terrain, self.limits.leg_length
         slope, height = terrain.slope_at(0.0), terrain.height_at(0.0)
         leg, qpos, qvel = q[0] + slope, [0.0] * self.model.nq, [0.0] * self.model.nv
         posture = robot.posture((0.0, height), 0, [angle + slope for angle in q])
-        # a joint's angle is a sum or a difference of angles, and its rate that of theirs
+        # `posture` is linear in the angles behind the hip's place, so it also maps rates
         rates = (length * math.cos(leg) * dq[0], -length * math.sin(leg) * dq[0], *robot.posture((0.0, 0.0), 0, dq)[2:])
         for index, place, rate in zip(self.constants.places.order, posture, rates, strict=True):
             qpos[index], qvel[index] = place, rate
@@ -203,14 +207,14 @@ class Simulation:
         step_size.expect(self.constants, u, _softness_of(self.model, self.data), 0.0)
 
     def _userdata_of(self, data: mujoco.MjData) -> Userdata:
-        """The parts of userdata, which show MuJoCo's memory."""
+        """Views of the parts of `mjData.userdata`, which share MuJoCo's memory."""
         values: Any = data.userdata
         row, memory = SIZE + self._rows.touched, self.controller.memory_size
         return Userdata(State.from_buffer(values), values[SIZE:row], values[row : row + memory], values[row + memory :])
 
     @property
     def state(self) -> State:
-        """What is remembered of the walk from one physics step to the next."""
+        """The engine's own state, which lasts from one physics step to the next."""
         state: State = self._here.u
         return state
 
@@ -221,14 +225,14 @@ class Simulation:
         return memory
 
     def move_on(self) -> bool:
-        """Build the ground about the robot, where it comes near the end of what is built of a long terrain.
+        """Rebuild the ground around the robot if the robot nears the end of the part of a long terrain that is built.
 
-        `model` and `data` are others then, in the same state; the walk goes on bit by bit as on the whole terrain. To
-        be called between steps, at least once in a leg length; `callbacks` begins with it. A hip that passes the end of
-        the ground that is built has left the terrain. What was changed in `model` by hand does not go along.
+        `model` and `data` are then new objects in the same state, and the walk continues bit for bit as on the whole
+        terrain. Call this between steps, at least once per leg length; `callbacks` calls it first. A hip beyond the
+        ground that is built counts as having left the terrain. Changes made to `model` by hand are lost.
 
         Returns:
-            Whether it was built.
+            Whether the ground was rebuilt.
         """
         before, data, x = self.model, self.data, float(self.data.qpos[0])
         low, high = self.inside
@@ -240,7 +244,7 @@ class Simulation:
         self.model.opt.timestep = timestep
         mujoco.mj_setState(self.model, self.data, state, WHOLE_STATE)
         step_size.expect(self.constants, self.state, _softness_of(self.model, self.data), self.data.time)
-        made = self.__dict__.get("native")  # as `cached_property` keeps it
+        made = self.__dict__.get("native")  # the cached property, if it was computed
         if made is not None:
             check_offsets(self.model, self.data)
             self.native = made.with_constants(self.constants)
@@ -264,7 +268,7 @@ class Simulation:
         motors.take_sample(self._setting, self._here)
 
     def take(self, recorder: Recorder) -> int:
-        """Hand what was recorded on, and make room; returns the number of touchdowns."""
+        """Move the contents of the buffers to a recorder; return the number of touchdowns."""
         u, recording = self.state, self.recording
         rows, samples = recording.rows[: int(u.rows)], recording.samples[: int(u.samples)]
         recorder.add(rows, samples)
@@ -272,10 +276,14 @@ class Simulation:
         return len(rows)
 
     def look_ahead(self, u: State, line: NDArray[np.float64]) -> bool:
-        """Let a copy of the state, with the row behind it in `line`, be that of the next tick.
+        """Advance a copy of the engine's state to what the controller is told at the next tick.
+
+        Args:
+            u: The copy, which is a view of the first numbers of `line`.
+            line: The copy, then the row of the last touchdown; both are overwritten.
 
         Returns:
-            Whether the walk is over then.
+            Whether the walk is over at that tick.
         """
         data = self.data
         if data.time > u.time:
@@ -285,22 +293,22 @@ class Simulation:
         return bool(u.outcome)
 
     def finish(self, recorder: Recorder) -> None:
-        """Hand on what was recorded of a walk that has ended, with a touchdown that the controller was not told of."""
+        """Move the rest of an ended walk to a recorder, with a last touchdown that the controller was not told of."""
         self.take(recorder)
         if self.over and self.state.transferred:
             recorder.add_touchdown(np.array(self._here.row))
 
     @contextmanager
     def callbacks(self) -> Iterator[None]:
-        """Install this simulation's callbacks, which are MuJoCo's process-wide globals; what stood there comes back.
+        """Install this simulation's callbacks, which are global in MuJoCo; restore the earlier ones afterwards.
 
-        MuJoCo's warnings are counted meanwhile, where it would write them to the terminal and to MUJOCO_LOG.TXT. Its
-        timers (`data.timer`) stand still where the callbacks are compiled.
+        Meanwhile MuJoCo's warnings are counted instead of written to the terminal and to MUJOCO_LOG.TXT. Its timers
+        (`data.timer`) stand still while compiled callbacks are installed.
 
-        What a controller's method in plain Python raises ends the walk, and is raised at the end of the block.
+        An exception in a controller's Python method ends the walk, and is raised at the end of the block.
 
         Raises:
-            MjbipedError: The callbacks are in Python, and another thread is walking with such.
+            MjbipedError: The callbacks are in Python, and another thread is walking with callbacks in Python.
         """
         with ExitStack() as stack:
             if self.native is not None:
@@ -311,20 +319,22 @@ class Simulation:
                 self._attachment = stack.enter_context(ExitStack())
                 self._attach()
             stack.enter_context(registry.heard_by(self._on_warning))
-            if self.state.running and not self.move_on() and self.data.time > self.state.time:  # a state was set, maybe
+            if (
+                self.state.running and not self.move_on() and self.data.time > self.state.time
+            ):  # perhaps a state was set
                 step_size.expect(self.constants, self.state, _softness_of(self.model, self.data), self.data.time)
             yield
             self.check()
 
     def attach(self, stack: ExitStack) -> None:
-        """Tell the compiled callbacks of this walk for as long as `stack` lasts, whatever model it moves on to."""
+        """Register this walk with the compiled callbacks until `stack` closes, also for models built by `move_on`."""
         if self._attachment is None:
             stack.callback(setattr, self, "_attachment", None)
             self._attachment = stack.enter_context(ExitStack())
             self._attach()
 
     def _attach(self) -> None:
-        """Let the callbacks know the present model."""
+        """Register the current model with the callbacks."""
         assert self._attachment is not None
         if self.native is not None:
             self._attachment.enter_context(attached(self.model, [self.native]))
@@ -333,12 +343,12 @@ class Simulation:
 
     @property
     def compiled(self) -> bool:
-        """Whether the callbacks and the laws that they call are compiled ones."""
+        """Whether both the callbacks and the laws that they call are compiled."""
         return self.native is not None and isinstance(self.native.code, MachineCode)
 
     @cached_property
     def native(self) -> Native | None:
-        """The compiled callbacks and this walk's record; None where the walk needs Python's.
+        """Compiled callbacks of this walk; None if the walk needs callbacks in Python.
 
         Raises:
             LawError: The controller's laws cannot be compiled.
@@ -361,7 +371,7 @@ class Simulation:
             return None
 
     def check(self) -> None:
-        """Raise what a controller's method in plain Python has raised in a compiled callback; the walk may go on."""
+        """Raise the exception of a Python method that a compiled callback has called; the walk can then continue."""
         code = self.native.code if self.native is not None else None
         if isinstance(code, CalledMethods) and code.error is not None:
             error, code.error, u = code.error, None, self.state
@@ -370,13 +380,14 @@ class Simulation:
 
     @property
     def _setting(self) -> Setting:
-        """What the callbacks work with in plain Python."""
+        """Arguments of the callbacks in plain Python."""
         return Setting(_parts(self._rows), self.controller, self.constants, self.recording)
 
     def on(self, name: str, model: mujoco.MjModel, data: mujoco.MjData, *arguments: int) -> Any:
-        """Do what a callback of MuJoCo's is to do, by its name, in plain Python; see `motors.control` and `step_size`.
+        """Run one of MuJoCo's callbacks, given by name, in plain Python; see `motors.control` and `step_size`.
 
-        The contact filter returns whether it refuses the pair.
+        Returns:
+            1 if the contact filter discards the pair of geoms, else 0.
         """
         userdata = self._here if data is self.data else self._userdata_of(data)
         u, constants = userdata.u, self.constants
@@ -402,7 +413,7 @@ class Simulation:
         return 0
 
     def _on_warning(self, message: str) -> None:
-        """`mju_user_warning`: the first line says what it is; what follows differs from time to time."""
+        """Count a warning of MuJoCo (`mju_user_warning`) by its text without place and time, which follow " at "."""
         self.warnings[message.partition(" at ")[0].strip()] += 1
 
 
@@ -412,7 +423,7 @@ def _softness_of(model: mujoco.MjModel, data: mujoco.MjData) -> Softness:
 
 @lru_cache(maxsize=8)
 def _parts(rows: Any) -> Parts:
-    """A controller's methods, and what writes the record, for callbacks in plain Python."""
+    """Functions for callbacks in plain Python: calls of the controller's methods, and writers of the record."""
     return Parts(
         adapters.torque,
         adapters.touchdown,
@@ -427,5 +438,5 @@ def _parts(rows: Any) -> Parts:
 
 @lru_cache(maxsize=1)
 def warn_once(reason: str) -> None:
-    """Say why walks are not made in compiled code."""
+    """Warn, once, why walks do not run in compiled code."""
     warnings.warn(f"{reason}; walks run with callbacks in Python, which gives the same, only slower", stacklevel=4)
