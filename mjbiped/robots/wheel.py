@@ -90,11 +90,11 @@ class RimlessWheel(Robot):
     back.
 
     Attributes:
-        mass: kg, > 0.
-        inertia: About the hub, kg m^2, >= 0.
-        length: Of a spoke, from the hub to its foot, m, > 0.
-        spokes: Their number, at least 5: its first impact stops one with fewer.
-        gravity: m/s^2, > 0.
+        mass: Mass of the wheel, kg.
+        inertia: Inertia about the hub, kg m^2.
+        length: Length of a spoke, m.
+        spokes: Number of spokes. The first impact stops a wheel with fewer than 5.
+        gravity: Acceleration of gravity, m/s^2.
 
     Raises:
         InputError: a value is not a finite number of its domain.
