@@ -1,17 +1,24 @@
 """Robots on the command line: by name, by file, by single parameters; and what does not fit, told in one line."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, cast
 
+import click
 import pytest
+from click.testing import CliRunner
 from command_line import run
 
 import mjbiped
 from controllers import AdaptiveController, KneedController
+from mjbiped.cli import kinds
+from mjbiped.cli.options import parameter_options
+from mjbiped.cli.sections import SectionCommand
 from mjbiped.control.registry import controller_from, make_controller
 from mjbiped.errors import InputError
+from mjbiped.robots.kinds import NAMED
 from mjbiped.robots.robot import Robot
+from mjbiped.utils import domains
 
 KNEED = mjbiped.KneedBiped()
 
@@ -83,6 +90,31 @@ def test_what_does_not_fit_is_refused(
     result = run("walk", "level", "--engine", "hybrid", "--controller", "passive", *words)
     assert result.exit_code == 2
     assert said in " ".join(result.output.split())
+
+
+@dataclass(frozen=True)
+class Sprung(mjbiped.RimlessWheel):
+    """A wheel on springs.
+
+    Attributes:
+        stretch: Length that the springs add, over all
+            of the spokes, m. None of it is lost.
+        gravity: Not asked here.
+    """
+
+    stretch: Annotated[float, domains.LENGTH] = 0.25
+
+
+def test_a_further_robot_has_its_options(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(cast(dict[str, Any], NAMED), "sprung", Sprung)
+    monkeypatch.setitem(kinds.OWNERS, "stretch", ["sprung"])
+    command = click.command(cls=SectionCommand)(parameter_options(["sprung"])(lambda stretch: print(stretch)))
+    assert "Robot sprung:" in (text := CliRunner().invoke(command, ["--help"]).output)
+    assert "--stretch X  Length that the springs add, over all of the spokes, m." in text
+    assert "[default: 0.25]" in text
+    assert "None of it" not in text
+    assert CliRunner().invoke(command, ["--stretch", "2"]).output == "2.0\n"
+    assert "expected a number from 1e-09 to 1000 m" in CliRunner().invoke(command, ["--stretch", "-2"]).output
 
 
 def test_the_adaptive_law_has_a_class_for_knees() -> None:
