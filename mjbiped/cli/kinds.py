@@ -15,7 +15,7 @@ from mjbiped.errors import InputError, shown
 from mjbiped.gaits.described import parse_reference
 from mjbiped.plotting.width import figure_width
 from mjbiped.rendering.look import SUFFIXES, look
-from mjbiped.robots.kinds import KINDS, NAMED
+from mjbiped.robots.kinds import KINDS, NAMED, named
 from mjbiped.terrain.files import parse_number
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Count, Domain
@@ -143,7 +143,7 @@ def _push(value: str) -> tuple[float, float]:
 
 def _model_error(value: str) -> tuple[str, float]:
     name, factor = pair(value)
-    return domains.known_name("parameter of the robot", name, _PARAMETERS), number(factor, domains.MODEL_ERROR)
+    return domains.known_name("parameter of the robot", name, OWNERS), number(factor, domains.MODEL_ERROR)
 
 
 def _controller(value: str) -> str:
@@ -189,7 +189,10 @@ def _of_look(argument: str) -> Callable[[str], str]:
     return read
 
 
-_PARAMETERS = tuple(dict.fromkeys(name for kind in KINDS.values() for name in kind.parameters()))
+_PARAMETERS = {name: named(name)[0].parameters() for name in NAMED}
+OWNERS = {key: [name for name in NAMED if key in _PARAMETERS[name]] for own in _PARAMETERS.values() for key in own}
+"""Names of the robots that have a parameter, by the parameter's name."""
+
 _STATES = [2 * len(kind.angles) for kind in KINDS.values()]  # how many numbers one has
 _PIXELS = f"even pixels from {domains.PIXELS.low} to {domains.PIXELS.high} each"
 
@@ -204,7 +207,7 @@ PUSH = Kind("TIME:IMPULSE", _push, "TIME:IMPULSE in s and N s, as 2:-5")
 MODEL_ERROR = Kind(
     "NAME=FACTOR",
     _model_error,
-    f"NAME=FACTOR, as leg_mass=1.2, of {', '.join(_PARAMETERS)}, and {domains.MODEL_ERROR.words}",
+    f"NAME=FACTOR, as leg_mass=1.2, of {', '.join(OWNERS)}, and {domains.MODEL_ERROR.words}",
 )
 CONTROLLER = Kind("NAME", _controller)
 OWN_CONTROLLER = Kind("FILE.py:CLASS", _own_controller)

@@ -36,7 +36,7 @@ _MULTIPLIERS_EVERY = math.radians(0.02)
     ("--doublings", domains.DOUBLINGS, "Period doublings to look for.", 4),
 )
 @options.scuffing_option("Diagram")
-@options.leg_options
+@options.parameter_options([Compass.kind])
 @results(
     options.DATA,
     *options.PLOT,

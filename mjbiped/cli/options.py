@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import inspect
+import re
+from collections.abc import Callable, Collection
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -23,8 +25,8 @@ from mjbiped.engines.plan import DEFAULT_STEPS
 from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS
 from mjbiped.rendering.look import ALL, ELEMENTS
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kinds import NAMED, named
 from mjbiped.robots.robot import Robot
-from mjbiped.robots.wheel import RimlessWheel
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.utils import domains
 
@@ -39,7 +41,7 @@ def gains_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
 
 
 ADAPTIVE, COMPARISON, MUJOCO = "Adaptive controller", "Comparison controllers", "MuJoCo"
-LEGS, KNEES, WHEEL, VIDEO = "Robot", "Robot with knees", "Rimless wheel", "Video"
+ROBOT, VIDEO = "Robot", "Video"
 """Sections of the help."""
 
 walk_options = options(
@@ -158,49 +160,39 @@ comparison_options = options(
     ),
 )
 
+
+def described(kind: type[Robot]) -> dict[str, str]:
+    """Return the first sentence about each parameter in the docstring of a robot's class."""
+    attributes = str(inspect.getdoc(kind)).partition("Attributes:\n")[2].partition("\n\n")[0]
+    entries = re.findall(r"^ {4}(\w+): (.+(?:\n {8}.+)*)", attributes, re.MULTILINE)
+    return {name: " ".join(text.split()).partition(". ")[0].removesuffix(".") + "." for name, text in entries}
+
+
+def parameter_options(robots: Collection[str]) -> Callable[[Function], Function]:
+    """Return the options of robots' parameters, each in a section of its kind unless several kinds have it."""
+    made = []
+    for key, names in kinds.OWNERS.items():
+        owners = {name: named(name) for name in names if name in robots}
+        if owners:
+            kind, *others = dict.fromkeys(kind for kind, _ in owners.values())
+            defaults = {name: parameters.get(key) for name, (_, parameters) in owners.items()}
+            default, *different = dict.fromkeys(defaults.values())
+            text, (domain, _) = described(kind).get(key, ""), domains.annotated(kind)[key]
+            if different:
+                text += f"  [default: {', '.join(f'{value} {name}' for name, value in defaults.items())}]"
+            section = ROBOT if others else f"{ROBOT} {', '.join(owners)}"
+            made.append(options(section, (f"--{key.replace('_', '-')}", domain, text, None if different else default)))
+    return together(*made)
+
+
+ROBOTS = " ".join(f"'{name}': {str(inspect.getdoc(make)).splitlines()[0]}" for name, make in NAMED.items())
 KIND: Row = (
     "--robot",
     kinds.ROBOT,
-    "'compass' has straight legs; 'kneed' has knees, light shanks and a heavy hip; 'halved-rods' has the legs of Table "
-    "I cut at the knee; 'wheel' is a rimless wheel; or a .toml file with a kind and parameters as in the record. The "
-    "options below change single parameters.",
+    f"{ROBOTS} Or a .toml file with a kind and parameters as in the record. Options below change single parameters.",
     Compass.kind,
 )
-knee_options = options(
-    KNEES,
-    ("--thigh-mass", domains.LEG_MASS, "Mass of one thigh, kg."),
-    ("--shank-mass", domains.LEG_MASS, "Mass of one shank, kg."),
-    ("--thigh-length", domains.LENGTH, "From the hip to the knee, m."),
-    ("--shank-length", domains.LENGTH, "From the knee to the foot, m."),
-    ("--thigh-centre", domains.LENGTH, "From the hip down to the thigh's centre of mass, m."),
-    ("--shank-centre", domains.LENGTH, "From the knee down to the shank's centre of mass, m."),
-    ("--thigh-inertia", domains.INERTIA, "Inertia of a thigh about its centre of mass, kg m^2; a rod's unless given."),
-    ("--shank-inertia", domains.INERTIA, "Inertia of a shank about its centre of mass, kg m^2; a rod's unless given."),
-)
-
-leg_options = options(
-    LEGS,
-    ("--leg-mass", domains.LEG_MASS, "Mass of one leg, kg.", Compass.leg_mass),
-    ("--hip-mass", domains.HIP_MASS, "Mass at the hip, kg.", Compass.hip_mass),
-    ("--lower-length", domains.LENGTH, "From the foot to the leg's centre of mass, m.", Compass.lower_length),
-    ("--upper-length", domains.LENGTH, "From the leg's centre of mass to the hip, m.", Compass.upper_length),
-    (
-        "--leg-inertia",
-        domains.INERTIA,
-        "Inertia of a leg about its centre of mass, kg m^2; a uniform rod's unless given.",
-    ),
-    ("--gravity", domains.GRAVITY, "Acceleration of gravity, m/s^2.", Compass.gravity),
-)
-
-
-wheel_options = options(
-    WHEEL,
-    ("--mass", domains.LEG_MASS, "Mass of the wheel, kg.", RimlessWheel.mass),
-    ("--inertia", domains.INERTIA, "Inertia about the hub, kg m^2.", RimlessWheel.inertia),
-    ("--length", domains.LEG, "Length of a spoke, m.", RimlessWheel.length),
-    ("--spokes", domains.SPOKES, "Number of spokes.", RimlessWheel.spokes),
-)
-robot_options = together(options(LEGS, KIND), leg_options, knee_options, wheel_options)
+robot_options = together(options(ROBOT, KIND), parameter_options(NAMED))
 
 _DISTURBANCES = ", ".join(
     f"{field.name}={'none' if field.default is None else f'{field.default:g}'}"

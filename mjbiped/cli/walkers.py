@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import click
 
 from mjbiped.cli import options
+from mjbiped.cli.kinds import OWNERS
 from mjbiped.cli.sections import is_given, refuse, section, taken
 from mjbiped.control.controller import Controller
 from mjbiped.control.loading import is_reference
@@ -58,17 +59,13 @@ def robot_of(ctx: click.Context, values: dict[str, Any]) -> Robot:
         click.UsageError: An option is given that the robot does not have.
         InputError: The file cannot be read, or a number is outside its domain.
     """
-    sections = options.LEGS, options.KNEES, options.WHEEL
-    numbers = taken(ctx, values, *sections)
-    name = numbers.pop("robot")
+    name = values.pop("robot")
     kind, parameters = _named(name)
-    own = kind.parameters()
-    for each in section(ctx, *sections):
-        if each.name not in (*own, "robot"):
-            owner = next(owner for owner in KINDS.values() if each.name in owner.parameters())
-            refuse(ctx, [each], "robots with knees" if "knee" in owner.joints else f"--robot {owner.kind}", name)
-    given = {key: value for key, value in numbers.items() if key in own and is_given(ctx, key)}
-    return kind(**{**parameters, **given})
+    for each in ctx.command.params:
+        if each.name in OWNERS.keys() - kind.parameters():
+            refuse(ctx, [each], f"--robot {', '.join(OWNERS[str(each.name)])}", name)
+    numbers = {key: values.pop(key) for key in OWNERS}
+    return kind(**{**parameters, **{key: value for key, value in numbers.items() if is_given(ctx, key)}})
 
 
 def _named(name: str) -> tuple[type[Robot], dict[str, Any]]:

@@ -227,14 +227,16 @@ def _limbs(_: Any, w: Any, q: Legged) -> tuple[float, float]:
 class Compass(Robot):
     """A planar compass biped with two equal straight legs and point feet; the defaults are Table I of the paper.
 
+    The command line tells the first sentence about each attribute.
+
     Attributes:
-        leg_mass: mass m of one leg, kg, > 0.
-        hip_mass: point mass m_H at the hip (the upper body), kg, >= 0.
-        lower_length: a, from the foot to the leg's centre of mass, m, > 0.
-        upper_length: b, from the leg's centre of mass to the hip, m, > 0.
-        leg_inertia: J of one leg about its own centre of mass, kg m^2, >= 0. None stands for a uniform rod, m l^2/12,
-            and is replaced by that number (which `dataclasses.replace` then keeps).
-        gravity: g, m/s^2, > 0.
+        leg_mass: Mass of one leg, kg. The symbol is m.
+        hip_mass: Mass at the hip, kg. The symbol of this point mass, the upper body, is m_H.
+        lower_length: From the foot to the leg's centre of mass, m. The symbol is a.
+        upper_length: From the leg's centre of mass to the hip, m. The symbol is b.
+        leg_inertia: Inertia of a leg about its centre of mass, kg m^2; a uniform rod's unless given. The symbol is J.
+            None is replaced by the rod's m l^2/12 (which `dataclasses.replace` then keeps).
+        gravity: Acceleration of gravity, m/s^2. The symbol is g.
 
     Raises:
         InputError: a value is not a finite number of its domain; see `mjbiped.utils.domains`.
@@ -244,7 +246,7 @@ class Compass(Robot):
     hip_mass: Annotated[float, domains.HIP_MASS] = 0.0
     lower_length: Annotated[float, domains.LENGTH] = 0.5
     upper_length: Annotated[float, domains.LENGTH] = 0.5
-    leg_inertia: float = None  # type: ignore[assignment]  # a number after __post_init__
+    leg_inertia: Annotated[float, domains.INERTIA] = None  # type: ignore[assignment]  # a number after __post_init__
     gravity: Annotated[float, domains.GRAVITY] = 9.81
 
     kind: ClassVar[str] = "compass"
@@ -260,8 +262,8 @@ class Compass(Robot):
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""
         domains.check_fields(self)
-        inertia = self.leg_mass * self.leg_length**2 / 12 if self.leg_inertia is None else self.leg_inertia
-        object.__setattr__(self, "leg_inertia", domains.INERTIA.check("leg_inertia", inertia))
+        if self.leg_inertia is None:
+            object.__setattr__(self, "leg_inertia", self.leg_mass * self.leg_length**2 / 12)
         domains.LEG.check("lower_length + upper_length", self.leg_length)
 
     @property

@@ -38,23 +38,23 @@ STRAIGHT = 1e-6  # rad; integrators find the stop more exactly than that
 
 @dataclass(frozen=True)
 class KneedBiped(Robot):
-    """A planar biped of two equal legs with knees and point feet.
+    """A planar biped of two equal legs with knees and point feet; by default light shanks and a heavy hip.
 
-    The defaults walk passively: light shanks, and as much mass at the hip as in a leg. `halved_rods` is the other robot
-    of this laboratory.
+    The defaults walk passively: as much mass is at the hip as in a leg. `halved_rods` is the other robot with knees of
+    this laboratory.
 
     Attributes:
-        thigh_mass: kg, > 0.
-        shank_mass: kg, > 0.
-        hip_mass: point mass at the hip, kg, >= 0.
-        thigh_length: from the hip to the knee, m, > 0.
-        shank_length: from the knee to the foot, m, > 0.
-        thigh_centre: from the hip down to the thigh's centre of mass, m, > 0 and at most the thigh's length.
-        shank_centre: from the knee down to the shank's centre of mass, m, > 0 and at most the shank's length.
-        thigh_inertia: of a thigh about its own centre of mass, kg m^2, >= 0. None stands for a uniform rod's, m l^2/12,
-            and is replaced by that number (which `dataclasses.replace` then keeps).
-        shank_inertia: of a shank, the same.
-        gravity: m/s^2, > 0.
+        thigh_mass: Mass of one thigh, kg.
+        shank_mass: Mass of one shank, kg.
+        hip_mass: Mass at the hip, kg.
+        thigh_length: From the hip to the knee, m.
+        shank_length: From the knee to the foot, m.
+        thigh_centre: From the hip down to the thigh's centre of mass, m. It is at most the thigh's length.
+        shank_centre: From the knee down to the shank's centre of mass, m. It is at most the shank's length.
+        thigh_inertia: Inertia of a thigh about its centre of mass, kg m^2; a rod's unless given. None is replaced by
+            that of a uniform rod, m l^2/12 (which `dataclasses.replace` then keeps).
+        shank_inertia: Inertia of a shank about its centre of mass, kg m^2; a rod's unless given.
+        gravity: Acceleration of gravity, m/s^2.
 
     Raises:
         InputError: a value is not a finite number of its domain, or a centre of mass lies beyond the end of its link.
@@ -67,8 +67,8 @@ class KneedBiped(Robot):
     shank_length: Annotated[float, domains.LENGTH] = 0.5
     thigh_centre: Annotated[float, domains.LENGTH] = 0.30
     shank_centre: Annotated[float, domains.LENGTH] = 0.09
-    thigh_inertia: float = None  # type: ignore[assignment]  # a number after __post_init__
-    shank_inertia: float = None  # type: ignore[assignment]  # the same
+    thigh_inertia: Annotated[float, domains.INERTIA] = None  # type: ignore[assignment]  # a number after __post_init__
+    shank_inertia: Annotated[float, domains.INERTIA] = None  # type: ignore[assignment]  # a number after __post_init__
     gravity: Annotated[float, domains.GRAVITY] = 9.81
 
     kind: ClassVar[str] = "kneed"
@@ -89,9 +89,8 @@ class KneedBiped(Robot):
                     f"{link}_centre = {centre:g}: must lie on the link, at most {link}_length = {length:g} m from its "
                     "upper end"
                 )
-            given, rod = getattr(self, f"{link}_inertia"), getattr(self, f"{link}_mass") * length**2 / 12
-            inertia = domains.INERTIA.check(f"{link}_inertia", rod if given is None else given)
-            object.__setattr__(self, f"{link}_inertia", inertia)
+            if getattr(self, f"{link}_inertia") is None:
+                object.__setattr__(self, f"{link}_inertia", getattr(self, f"{link}_mass") * length**2 / 12)
         domains.LEG.check("thigh_length + shank_length", self.leg_length)
 
     @classmethod

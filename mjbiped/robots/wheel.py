@@ -91,11 +91,11 @@ class RimlessWheel(Robot):
     back.
 
     Attributes:
-        mass: Mass of the wheel, kg, > 0.
-        inertia: Moment of inertia about the hub, kg m^2, >= 0.
-        length: Length of a spoke, from the hub to its foot, m, > 0.
-        spokes: Number of spokes, at least 5; with fewer, the first impact would stop the wheel.
-        gravity: Acceleration of gravity, m/s^2, > 0.
+        mass: Mass of the wheel, kg.
+        inertia: Inertia about the hub, kg m^2.
+        length: Length of a spoke, m.
+        spokes: Number of spokes. The first impact stops a wheel with fewer than 5.
+        gravity: Acceleration of gravity, m/s^2.
 
     Raises:
         InputError: A value is not a finite number of its domain.

@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from mjbiped.records.measures import measures_of, verdict
 from mjbiped.robots.compass import Array
+from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.sweeps.cell import FAILED, Row
 from mjbiped.sweeps.plan import FINISHED
+from mjbiped.utils.domains import annotated
 
 SUMMARISED = (
     "cost_of_transport",
@@ -62,23 +64,24 @@ def summarised(rows: Sequence[Row]) -> dict[str, Any]:
 
 
 _WITH_UNIT = {
-    "m": ("lower_length", "upper_length", "distance", "length", "tread", "rise", "first", "segment_length", "roughness",
-          "spacing", "thigh_length", "shank_length", "thigh_centre", "shank_centre"),
+    "m": ("distance", "length", "tread", "rise", "first", "segment_length", "roughness",
+          "spacing"),
     "s": ("timestep", "contact_timestep", "control_period", "delay", "push_interval", "push_duration"),
     "rad": ("q1", "q2", "q3", "angle_noise", "angle_bias", "angle_resolution"),
     "rad/s": ("dq1", "dq2", "dq3", "rate_noise", "rate_bias"),
     "N m": ("torque_limit",),
     "N s": ("push_impulse",),
     "Hz": ("motor_bandwidth",),
-    "kg": ("leg_mass", "hip_mass", "thigh_mass", "shank_mass"),
-    "kg m²": ("leg_inertia", "thigh_inertia", "shank_inertia"),
-    "m/s²": ("gravity",),
     "1/s": ("position_gain", "velocity_gain"),
 }  # fmt: skip
 _IN_WORDS = {".plus_minus": ", ±", ".low": ", low end", ".high": ", high end", "_deg": "", ".": " ", "_": " "}
 """Parts of a dotted name, in the order in which they are replaced."""
 
-_UNITS = {name: unit for unit, names in _WITH_UNIT.items() for name in names}
+_UNITS = {name: unit for unit, names in _WITH_UNIT.items() for name in names} | {
+    name: str(getattr(domain, "unit", "")).replace("^2", "²")
+    for kind in KINDS.values()
+    for name, (domain, _) in annotated(kind).items()
+}
 _MEASURES = {key: (label, factor, unit) for label, key, factor, _, unit in measures_of(KneedBiped)}
 
 

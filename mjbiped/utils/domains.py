@@ -195,14 +195,14 @@ def check_kind(name: str, value: object, kind: type[Kind]) -> Kind:
 def check_fields(instance: Any) -> None:
     """Check the fields of a dataclass that are annotated with a domain, and replace them with plain numbers.
 
-    A field `speed: Annotated[float, SPEED]` must be in its domain; `Annotated[float | None, SPEED]` allows None.
+    A field `speed: Annotated[float, SPEED]` must be in its domain; `Annotated[float | None, SPEED]` allows None, and so
+    does a default of None.
 
     Raises:
         InputError: One is outside its domain.
     """
-    for kind in reversed(type(instance).__mro__):
-        for name, number in _checked(kind, vars(instance)).items():
-            object.__setattr__(instance, name, number)
+    for name, number in _checked(type(instance), vars(instance)).items():
+        object.__setattr__(instance, name, number)
 
 
 def checked(function: Function) -> Function:
@@ -225,21 +225,23 @@ def _checked(owner: Any, values: Mapping[str, Any]) -> dict[str, Any]:
     """Check the values of the fields or parameters that a class or a function annotates with domains."""
     return {
         name: domain.check(name, values[name])
-        for name, (domain, optional) in _annotated(owner).items()
+        for name, (domain, optional) in annotated(owner).items()
         if name in values and not (optional and values[name] is None)
     }
 
 
 @cache
-def _annotated(owner: Any) -> dict[str, tuple[Any, bool]]:
-    """Domain of each annotated field or parameter, by its name, and whether None is allowed."""
-    found, space = {}, vars(sys.modules[owner.__module__])
-    for name, hint in inspect.get_annotations(owner).items():
-        with suppress(Exception):  # a type that only a type checker sees, or whatever a user's class has there
-            meant = eval(hint, space) if isinstance(hint, str) else hint
-            if get_origin(meant) is Annotated:
-                kind, domain = get_args(meant)
-                found[name] = (domain, NoneType in get_args(kind))
+def annotated(owner: Any) -> dict[str, tuple[Any, bool]]:
+    """Domains of the fields of a class, or parameters of a function, by name, and whether None is allowed."""
+    found = {}
+    for part in reversed(getattr(owner, "__mro__", (owner,))):
+        space = vars(sys.modules[part.__module__])
+        for name, hint in inspect.get_annotations(part).items():
+            with suppress(Exception):  # a type that only a type checker sees, or whatever a user's class has there
+                meant = eval(hint, space) if isinstance(hint, str) else hint
+                if get_origin(meant) is Annotated:
+                    kind, domain = get_args(meant)
+                    found[name] = (domain, NoneType in get_args(kind) or vars(part).get(name, part) is None)
     return found
 
 

@@ -153,15 +153,16 @@ def test_help_of_a_command_explains_every_option(command: str) -> None:
 
 def test_help_groups_options_and_shows_defaults() -> None:
     text = run("walk", "--help").stdout
-    sections = re.findall(r"^(\w[\w ]*):$", text, re.MULTILINE)
-    assert sections[-11:] == [
+    sections = re.findall(r"^(\w[\w ,-]*):$", text, re.MULTILINE)
+    assert sections[-12:] == [
         "Walk",
         "MuJoCo",
         "Adaptive controller",
         "Comparison controllers",
         "Robot",
-        "Robot with knees",
-        "Rimless wheel",
+        "Robot compass",
+        "Robot kneed, halved-rods",
+        "Robot wheel",
         "Disturbances",
         "Results",
         "Video",
@@ -178,9 +179,12 @@ def test_version() -> None:
 def test_options_agree_with_what_they_set() -> None:
     options = {parameter.name: parameter for parameter in cli.main.commands["walk"].params}
     sections = {name: getattr(parameter, "section", "") for name, parameter in options.items()}
-    legs, knees = ({name for name in sections if sections[name] == each} for each in ("Robot", "Robot with knees"))
-    assert legs == {"robot", *(field.name for field in dataclasses.fields(mjbiped.Compass))}
-    assert knees == {field.name for field in dataclasses.fields(mjbiped.KneedBiped)} - legs
+    named = ("", " compass", " kneed, halved-rods", " wheel")
+    shared, legs, knees, wheel = ({name for name in sections if sections[name] == f"Robot{each}"} for each in named)
+    assert shared == {"robot", "hip_mass", "gravity"}
+    assert legs == {field.name for field in dataclasses.fields(mjbiped.Compass)} - shared
+    assert knees == {field.name for field in dataclasses.fields(mjbiped.KneedBiped)} - shared
+    assert wheel == {field.name for field in dataclasses.fields(mjbiped.RimlessWheel)} - shared
     for suffix in plot_style.SUFFIXES:
         assert options["plot"].type(f"walk{suffix}", options["plot"], None) == Path(f"walk{suffix}")
     model = mujoco.MjModel.from_xml_path(str(scene.models_folder() / "scene.xml"))

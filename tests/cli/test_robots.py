@@ -1,17 +1,24 @@
 """Robots on the command line: by name, by file, by single parameters; and what does not fit, told in one line."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, cast
 
+import click
 import pytest
+from click.testing import CliRunner
 from command_line import run
 
 import mjbiped
 from controllers import AdaptiveController, KneedController
+from mjbiped.cli import kinds
+from mjbiped.cli.options import parameter_options
+from mjbiped.cli.sections import SectionCommand
 from mjbiped.control.registry import controller_from, make_controller
 from mjbiped.errors import InputError
+from mjbiped.robots.kinds import NAMED
 from mjbiped.robots.robot import Robot
+from mjbiped.utils import domains
 
 KNEED = mjbiped.KneedBiped()
 
@@ -63,7 +70,13 @@ def test_robots_by_file(walks: list[tuple[Any, Robot]], tmp_path: Path) -> None:
         (("--robot", "knee"), "expected compass, kneed, wheel, halved-rods, or a .toml file"),
         (("--robot", "none.toml"), "there is no such file"),
         (("--robot", "kneed", "--leg-mass", 4), "--leg-mass is for --robot compass; kneed has no such thing"),
-        (("--thigh-mass", 4), "--thigh-mass is for robots with knees; compass has no such thing"),
+        (("--thigh-mass", 4), "--thigh-mass is for --robot kneed, halved-rods; compass has no such thing"),
+        (
+            ("--robot", "wheel", "--hip-mass", 4),
+            "--hip-mass is for --robot compass, kneed, halved-rods; wheel has no such",
+        ),
+        (("--thigh-mass", -1), "Invalid value for '--thigh-mass': '-1'; expected a number from 1e-09 to 1e+06 kg."),
+        (("--robot", "wheel", "--spokes", 4), "'--spokes': '4'; expected a whole number from 5 to 100."),
         (("--robot", "kneed", "--thigh-centre", 0.6), "thigh_centre = 0.6: must lie on the link"),
         (("--robot", "odd.toml"), "unknown parameter of the robot in 'odd.toml'"),
         (("--robot", "kneed", "--model-error", "leg_mass=1.2"), "unknown parameter of the robot 'leg_mass'"),
@@ -77,6 +90,31 @@ def test_what_does_not_fit_is_refused(
     result = run("walk", "level", "--engine", "hybrid", "--controller", "passive", *words)
     assert result.exit_code == 2
     assert said in " ".join(result.output.split())
+
+
+@dataclass(frozen=True)
+class Sprung(mjbiped.RimlessWheel):
+    """A wheel on springs.
+
+    Attributes:
+        stretch: Length that the springs add, over all
+            of the spokes, m. None of it is lost.
+        gravity: Not asked here.
+    """
+
+    stretch: Annotated[float, domains.LENGTH] = 0.25
+
+
+def test_a_further_robot_has_its_options(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(cast(dict[str, Any], NAMED), "sprung", Sprung)
+    monkeypatch.setitem(kinds.OWNERS, "stretch", ["sprung"])
+    command = click.command(cls=SectionCommand)(parameter_options(["sprung"])(lambda stretch: print(stretch)))
+    assert "Robot sprung:" in (text := CliRunner().invoke(command, ["--help"]).output)
+    assert "--stretch X  Length that the springs add, over all of the spokes, m." in text
+    assert "[default: 0.25]" in text
+    assert "None of it" not in text
+    assert CliRunner().invoke(command, ["--stretch", "2"]).output == "2.0\n"
+    assert "expected a number from 1e-09 to 1000 m" in CliRunner().invoke(command, ["--stretch", "-2"]).output
 
 
 def test_the_adaptive_law_has_a_class_for_knees() -> None:

@@ -59,6 +59,7 @@ def test_each_kind_of_robot_has_its_own_controllers_settings() -> None:
     assert study.measures == KNEES_MEASURES
     assert planned("").measures == MEASURES
     assert parameter_label("robot.thigh_centre") == "robot thigh centre (m)"
+    assert parameter_label("robot.mass") == "robot mass (kg)"
     assert measure_label("peak_knee_torque_Nm") == "peak torque, swing knee (N m)"
 
 
