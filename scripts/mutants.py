@@ -75,6 +75,11 @@ ROOMS = {
 
 EQUIVALENT = {
     (
+        "controllers/kneed.py",
+        "lay(memory, CURVES, 2, transition(duration, q[2], dq[2], motion[2], shank[0], shank[2], shank[4]))",
+        "lay(memory, CURVES, 2, transition(duration, q[2], dq[2], motion[2], shank[0], shank[(3)], shank[4]))",
+    ): "the table of the shank holds it twice",
+    (
         _HYBRID + "events.py",
         "room = foot_acceleration(s) * h * h / 8.0",
         "room = (foot_acceleration(s) * h * h * 8.0)",

@@ -81,7 +81,7 @@ def test_the_command_that_repeats_a_walk_has_its_disturbances() -> None:
     walk = mjbiped.walk(law, mjbiped.Terrain.level(), engine="hybrid", steps=2, disturbances=given)
     said = command_of(walk)
     assert said is not None
-    for part in ("--push=1.0:-2.0", "--disturb angle_noise=0.001", "--disturb torque_limit=40.0", "--disturb seed=3"):
+    for part in ("--push 1.0:-2.0", "--disturb angle_noise=0.001", "--disturb torque_limit=40.0", "--disturb seed=3"):
         assert part in said
     rows = {label: value for label, value, _ in walk.summary().rows}
     assert rows["disturbances"] == "angle noise 0.001, torque limit 40, pushes 1, seed 3"

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from simulations import hybrid_simulation
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.engines.hybrid.accounting import _turns
+from mjbiped.engines.hybrid.accounting import _total_variation, _turns
 from mjbiped.engines.hybrid.forces import parabola_top, turned
 from mjbiped.numerics.dormand_prince import STAGE_PLACES, TESTED_STAGES
 
@@ -113,3 +114,10 @@ def test_a_push_is_none_of_the_grounds(slope: float, force: tuple[float, float],
     along, normal = np.array([math.cos(slope), -math.sin(slope)]), np.array([math.sin(slope), math.cos(slope)])
     borne = np.array(force) - [push, 0.0]
     assert turned(simulation.plain, force) == pytest.approx((along @ borne, normal @ borne), abs=1e-11)
+
+
+def test_a_turn_in_the_last_sixteenth_of_a_step_counts() -> None:
+    """The work 0.94 x + x (1 - x) rises up to x = 0.97, and falls from there on."""
+    w = SimpleNamespace(y=[0.0], out=[0.94], dense=[0.94, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    top = 0.94 * 0.97 + 0.97 * 0.03
+    assert _total_variation(w, 0) == pytest.approx(top + (top - 0.94), rel=1e-9)

@@ -1,6 +1,8 @@
 """Strikes of the hybrid engine: a swing foot on a riser's face, against the robot's matrices and Newton's law alone."""
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -200,3 +202,23 @@ def test_no_interval_is_passed_over_in_which_the_foot_could_have_met_something(
     assert never == bool(farthest < reach or (same and highest < 0.0))
     if never:
         assert ahead < reach + rounding or clearance < rounding
+
+
+@given(st.lists(st.floats(-2.0, 2.0), min_size=8, max_size=8))
+@settings(deadline=None, derandomize=True)
+def test_the_foot_speed_is_the_rate_of_its_place(numbers: list[float]) -> None:
+    """Of a chain whose end lies beside its segments, by differences over 2 us."""
+    reach, beside, q, dq = np.array(numbers).reshape(4, 2)
+
+    def foot(time: float) -> Array:
+        angles = q + time * dq
+        sine, cosine = np.sin(angles), np.cos(angles)
+        return np.array([reach @ sine + beside @ cosine, reach @ cosine - beside @ sine])
+
+    w = SimpleNamespace(out=[*q, *dq], strike_q=[0.0, 0.0])
+    walk: Any = SimpleNamespace(
+        c=SimpleNamespace(robot=SimpleNamespace(chain=SimpleNamespace(reach=reach, beside=beside))), w=w
+    )
+    pose = [each for angle in q for each in (math.sin(angle), math.cos(angle))]
+    # differences err by their square, 1e-11, and by rounding over their length, 1e-9
+    np.testing.assert_allclose(events.foot_speed(walk, pose), (foot(1e-6) - foot(-1e-6)) / 2e-6, rtol=0, atol=1e-8)

@@ -1,5 +1,6 @@
 """The work of the motors of a robot with knees, against MuJoCo's own actuators."""
 
+import math
 from typing import Any
 
 import mujoco
@@ -8,6 +9,7 @@ import pytest
 from simulations import UNEQUAL, make_simulation
 
 import mjbiped
+from controllers import AdaptiveController
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.mujoco import motors, servo
 from mjbiped.engines.mujoco.observation import see_posture
@@ -83,3 +85,11 @@ def test_work_is_what_mujocos_actuators_do_over_their_ways(stance: int, stance_k
     assert absolute == pytest.approx(np.abs(parts).sum(), rel=1e-12)
     assert hold == pytest.approx(abs(own), rel=1e-12)
     assert (abs(own) > 1e-3) == (stance_knee == "motor")
+
+
+def test_peaks_are_the_greatest_torques() -> None:
+    """Of a walk with a sample at each physics step but those that a touchdown cuts."""
+    robot = mjbiped.Compass()
+    law = AdaptiveController(robot, mjbiped.find_passive_gait(robot, math.radians(2.0)))
+    walk = mjbiped.walk(law, mjbiped.Terrain.level(), robot=robot, steps=3, sample_period=1e-3)
+    assert walk.peak_torque == pytest.approx(np.abs(walk.samples["torque"]).max(axis=0), rel=0.02)

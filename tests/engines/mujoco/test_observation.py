@@ -145,7 +145,13 @@ def test_work_is_torque_times_what_was_turned(
 def test_friction_counts_that_lasts() -> None:
     """In a step of 10 µs after an impact a foot is at the limit of friction, and slides by less than a micrometre."""
     lim, u = limits(), begun(standing_at(0.0, 0.1, -0.2))
-    for step, ratio, expected in ((1e-5, 0.8, 0.0), (1e-3, 0.3, 0.3), (1e-3, 0.4, 0.4), (1e-3, 0.2, 0.4)):
+    for step, ratio, expected in (
+        (1e-5, 0.8, 0.0),
+        (1e-3, 0.3, 0.3),
+        (1e-3, 0.4, 0.4),
+        (1e-3, 0.2, 0.4),
+        (1e-5, 0.8, 0.4),
+    ):
         u.effective_step, u.ratio = step, ratio
         observation.weigh(u, lim)
         assert u.friction == expected
