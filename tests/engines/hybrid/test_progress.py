@@ -133,8 +133,9 @@ def test_compiled_walk_can_be_interrupted(controller: AdaptiveController) -> Non
 
 def test_compiled_walks_in_threads_can_be_interrupted(controller: AdaptiveController) -> None:
     mjbiped.walk(controller, Terrain.level(), engine="hybrid", steps=1)
+    # on a busy machine plans take half a second, in which Ctrl-C would break off the tests
     started = time.perf_counter()
-    with interrupted_after(0.5), pytest.raises(mjbiped.WalksInterrupted) as caught:
+    with interrupted_after(1.0), pytest.raises(mjbiped.WalksInterrupted) as caught:
         mjbiped.walk_many(
             stiff(controller),
             [Terrain.level()] * 2,
@@ -143,7 +144,7 @@ def test_compiled_walks_in_threads_can_be_interrupted(controller: AdaptiveContro
             sample_period=None,
             workers=2,
         )
-    assert time.perf_counter() - started < 3.0
+    assert time.perf_counter() - started < 4.0
     for walk in caught.value.walks:
         assert isinstance(walk, mjbiped.Walk)
         assert walk.outcome == "interrupted"
