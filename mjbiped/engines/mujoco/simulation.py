@@ -43,9 +43,7 @@ from mjbiped.records.recorder import Recorder
 from mjbiped.records.rows import rows_of
 from mjbiped.rules.termination import Outcome
 
-START_DEPTH = (
-    1e-6  # initial depth of the stance foot, m: exactly on the surface it may touch a heightfield's inner edge
-)
+START_DEPTH = 1e-6  # of the stance foot, m: exactly on the surface it may touch a heightfield's inner edge
 WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 BLOCK = 500  # most physics steps in one call
 
@@ -100,9 +98,8 @@ class Simulation:
         self.plan, self.options, self._compile = plan, options, compile
         self.controller = controller = plan.driven(options.control_period or 0.0)
         states, self._rows = len(controller.states), rows_of(type(robot))
-        block = (
-            BLOCK * options.timestep * math.sqrt(robot.gravity * robot.leg_length)
-        )  # path of the hip, m; a faster one would fly
+        # path of the hip, m; a faster one would fly
+        block = BLOCK * options.timestep * math.sqrt(robot.gravity * robot.leg_length)
         self._windows = GroundWindows(
             robot,
             plan.terrain,
@@ -319,9 +316,8 @@ class Simulation:
                 self._attachment = stack.enter_context(ExitStack())
                 self._attach()
             stack.enter_context(registry.heard_by(self._on_warning))
-            if (
-                self.state.running and not self.move_on() and self.data.time > self.state.time
-            ):  # perhaps a state was set
+            # perhaps a state was set
+            if self.state.running and not self.move_on() and self.data.time > self.state.time:
                 step_size.expect(self.constants, self.state, _softness_of(self.model, self.data), self.data.time)
             yield
             self.check()
