@@ -15,7 +15,7 @@ from mjbiped.envs.walkers import HIGHEST, SEEN, Walkers
 from mjbiped.errors import InputError, MjbipedError, shown
 from mjbiped.records.record import Walk
 from mjbiped.terrain.terrain import Terrain
-from mjbiped.utils.domains import PIXELS, SEED
+from mjbiped.utils.domains import PIXELS, SEED, known_name
 
 try:
     import gymnasium
@@ -33,6 +33,18 @@ class Settings(TypedDict, total=False):
     privileged: bool
     terrain: Terrain | Mapping[str, Any]
     control_period: float
+
+
+def task_of(name: str, settings: Settings) -> WalkTask:
+    """Make the task of a name; settings that are None have their defaults.
+
+    Raises:
+        InputError: There is no such setting, or its value is outside its domain.
+    """
+    for key in settings:
+        known_name("setting", key, Settings.__annotations__)
+    given: Any = {key: value for key, value in settings.items() if value is not None}
+    return WalkTask(name, **given)
 
 
 def action_space() -> Any:
@@ -171,7 +183,7 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         """
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InputError(f"render_mode = {shown(render_mode)}: must be None or 'rgb_array'")
-        chosen = WalkTask(task, **settings)
+        chosen = task_of(task, settings)
         self.walkers = Walkers(chosen)
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": round(1.0 / chosen.control_period)}

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.envs import feeling
-from mjbiped.envs.single import TERMS, Settings, action_space, observation_space, observations
-from mjbiped.envs.tasks import WalkTask
+from mjbiped.envs.single import TERMS, Settings, action_space, observation_space, observations, task_of
 from mjbiped.envs.walkers import Walkers
 from mjbiped.errors import InputError
 from mjbiped.records.record import Walk
@@ -58,7 +57,7 @@ class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], N
         Raises:
             InputError: A value is outside its domain.
         """
-        chosen = WalkTask(task, **settings)
+        chosen = task_of(task, settings)
         if max_episode_steps is not None:
             longest = STEPS.check("max_episode_steps", max_episode_steps)
             chosen = replace(chosen, time_limit=longest * chosen.control_period)

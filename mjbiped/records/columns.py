@@ -59,10 +59,8 @@ def tables_of(robot: type[Robot]) -> Tables:
     return Tables(_samples_of(robot), _touchdowns_of(robot))
 
 
-_MOTOR: Mapping[str, Any] = {
-    "since": 3,
-    "optional": True,
-}  # columns of the stance knee's motor; without one the knee is locked
+# columns of the stance knee's motor; without one the knee is locked
+_MOTOR: Mapping[str, Any] = {"since": 3, "optional": True}
 
 
 def _of_angles(robot: type[Robot], unit: str, meaning: str, **more: Any) -> Column:

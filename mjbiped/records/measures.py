@@ -131,9 +131,8 @@ def impact_errors(walk: Walk) -> NDArray[np.float64]:
 
 
 def _impact_errors(touchdowns: Touchdowns, robot: Robot) -> NDArray[np.float64]:
-    bent = robot.flexion(
-        touchdowns["qpos"], (touchdowns["stance"] - 1) % len(robot.bodies.limbs)
-    )  # of the leg that leaves the ground
+    leaving = (touchdowns["stance"] - 1) % len(robot.bodies.limbs)
+    bent = robot.flexion(touchdowns["qpos"], leaving)
     before = zip(touchdowns["q_before"], touchdowns["dq_before"], bent, strict=True)
     mapped = np.reshape([robot.rates_after_touchdown(*state) for state in before], touchdowns["dq"].shape)
     return np.asarray(touchdowns["dq"] / mapped - 1.0, dtype=np.float64)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from mjbiped.numerics.trigonometry import sine_cosine
-from mjbiped.robots.chain import Array
+from mjbiped.robots.chain import Array, segment_force
 
 FLEXION, LEAN, ACROSS, LENGTH = 0, 1, 2, 3  # indices of what tells how a leg stands
 
@@ -94,7 +94,6 @@ def force_beside(across: float, gravity: float, angle: float, rate: float, accel
         acceleration: rad/s^2.
     """
     sine, cosine = sine_cosine(angle)
-    # as `ground_force` of a segment a right angle ahead
-    forward = across / gravity * (-sine * acceleration - cosine * rate * rate)
-    upward = across / gravity * (sine * rate * rate - cosine * acceleration)
-    return forward, upward
+    # of a segment a right angle ahead
+    ahead, above = segment_force(across / gravity, cosine, -sine, rate, acceleration)
+    return ahead, above

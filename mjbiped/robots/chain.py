@@ -259,6 +259,20 @@ def constrain(
     return force
 
 
+def segment_force(moment: Any, sine: Any, cosine: Any, rate: Any, acceleration: Any) -> tuple[Any, Any]:
+    """Share of a segment in the force of the ground, forward and upward, N: rate of the momentum along its line.
+
+    Args:
+        moment: First moment of mass that moves with the segment, its b over gravity, kg m.
+        sine: Sine of its angle from the vertical.
+        cosine: Cosine of that angle.
+        rate: Rate of the angle, rad/s.
+        acceleration: Acceleration of the angle, rad/s^2.
+    """
+    square = rate * rate
+    return moment * (cosine * acceleration - sine * square), -moment * (sine * acceleration + cosine * square)
+
+
 def ground_force(moments: Array, mass: float, gravity: float, q: Array, dq: Array, ddq: Array) -> tuple[float, float]:
     """Force of the ground on the chain, forward and upward, N: the rate of its momentum, and its weight.
 
@@ -273,9 +287,8 @@ def ground_force(moments: Array, mass: float, gravity: float, q: Array, dq: Arra
     forward, upward = 0.0, mass * gravity
     for i in range(len(q)):
         sine, cosine = sine_cosine(q[i])
-        square = dq[i] * dq[i]
-        forward += moments[i] / gravity * (cosine * ddq[i] - sine * square)
-        upward -= moments[i] / gravity * (sine * ddq[i] + cosine * square)
+        ahead, above = segment_force(moments[i] / gravity, sine, cosine, dq[i], ddq[i])
+        forward, upward = forward + ahead, upward + above
     return forward, upward
 
 

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.robots.bent_leg import straight_leg
 from mjbiped.robots.bodies import Bodies, Segment
-from mjbiped.robots.chain import Chain, hold_end, stop_end, with_room
+from mjbiped.robots.chain import Chain, hold_end, segment_force, stop_end, with_room
 from mjbiped.robots.equations import Equations
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
@@ -133,13 +133,10 @@ def ground_force(
         ddq1: Acceleration of the stance leg, rad/s^2.
         ddq2: Acceleration of the swing leg, rad/s^2.
     """
-    first, second = constants[3] / gravity, constants[4] / gravity
     sine1, cosine1, sine2, cosine2 = legs
-    square1, square2 = dq1 * dq1, dq2 * dq2
-    forward = first * (cosine1 * ddq1 - sine1 * square1) - second * (cosine2 * ddq2 - sine2 * square2)
-    upward = second * (sine2 * ddq2 + cosine2 * square2) - first * (sine1 * ddq1 + cosine1 * square1)
-    upward += mass * gravity
-    return forward, upward
+    ahead1, above1 = segment_force(constants[3] / gravity, sine1, cosine1, dq1, ddq1)
+    ahead2, above2 = segment_force(constants[4] / gravity, sine2, cosine2, dq2, ddq2)
+    return ahead1 - ahead2, above1 - above2 + mass * gravity
 
 
 def kinetic_energy(constants: Constants, q1: float, q2: float, dq1: float, dq2: float) -> float:

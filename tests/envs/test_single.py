@@ -132,3 +132,11 @@ def test_mistakes_are_named() -> None:
         CompassWalkEnv(width=3)
     with pytest.raises(InputError, match="unknown task"):
         CompassWalkEnv("walk")
+    wrong: Any = {"terain": {}}
+    with pytest.raises(InputError, match=r"unknown setting 'terain'.*did you mean 'terrain'"):
+        CompassWalkEnv(**wrong)
+
+
+def test_settings_that_are_none_have_their_defaults() -> None:
+    none: Any = {"terrain": None, "control_period": None}
+    assert CompassWalkEnv(**none).walkers.task == CompassWalkEnv().walkers.task

@@ -16,6 +16,7 @@ from mjbiped.engines.hybrid.state import Walk, pose_of
 from mjbiped.numerics.dormand_prince import IN_ORDER, PLACES, dense_rate_at
 from mjbiped.records.pressure import note_pressure
 from mjbiped.robots.bent_leg import ACROSS, force_beside
+from mjbiped.robots.chain import segment_force
 from mjbiped.rules.termination import AVERAGED, LIGHT_CONTACT
 
 PIECES = 16  # of a step, in which a change of the power's sign, a peak or the least force is looked for
@@ -38,9 +39,9 @@ def ground_force(s: Walk, pose: Any, state: Any, ddq: Any, first: int) -> tuple[
     n = len(moments)
     forward, upward = 0.0, s.c.mass * gravity
     for i in range(n):
-        sine, cosine, square = pose[2 * i], pose[2 * i + 1], state[n + i] * state[n + i]
-        forward += moments[i] / gravity * (cosine * ddq[first + i] - sine * square)
-        upward -= moments[i] / gravity * (sine * ddq[first + i] + cosine * square)
+        sine, cosine = pose[2 * i], pose[2 * i + 1]
+        ahead, above = segment_force(moments[i] / gravity, sine, cosine, state[n + i], ddq[first + i])
+        forward, upward = forward + ahead, upward + above
     if across != 0.0:
         ahead, above = force_beside(across, gravity, state[0] + s.w.slope, state[n], ddq[first])
         forward, upward = forward + ahead, upward + above
