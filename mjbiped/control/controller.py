@@ -102,7 +102,7 @@ class Controller(ABC):
             InputError: It does not drive such a robot.
         """
         if robot.joints != self.joints:
-            raise InputError(f"{self.mismatch(robot)}, such as {robot.controller}")
+            raise InputError(self.mismatch(robot))
         return self
 
     @classmethod
@@ -112,10 +112,12 @@ class Controller(ABC):
 
     @classmethod
     def mismatch(cls, robot: Robot) -> str:
-        """Say in words that the law does not drive a robot."""
+        """Say in words that the law does not drive a robot, and which registered controllers do."""
+        from mjbiped.control.registry import drivers  # which knows this class
+
         return (
             f"{cls.__name__} drives {', '.join(cls.joints)}; {type(robot).__name__} has {', '.join(robot.joints)}: "
-            "choose a controller for that robot"
+            f"choose a controller for that robot: {drivers(robot)}"
         )
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:  # noqa: B027 (optional hook)

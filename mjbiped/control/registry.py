@@ -111,6 +111,12 @@ def names_by_class(robot: Robot | None = None) -> dict[str, str]:
     return {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
 
 
+def drivers(robot: Robot) -> str:
+    """Names of the registered controllers that drive a robot, each with its class."""
+    kinds = {name: controller_class(name, robot) for name in registered()}
+    return ", ".join(f"{name} ({kind.__name__})" for name, kind in kinds.items() if kind.drives(robot))
+
+
 def settings_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
     """Return a controller's settings with their defaults; `REQUIRED` for those that have none.
 
@@ -155,8 +161,7 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
         values["robot"] = robot
     if "gait" in own:
         if not kind.drives(robot):
-            names = ", ".join(each for each in registered() if controller_class(each, robot).drives(robot))
-            raise InputError(f"{kind.mismatch(robot)}: {names}")
+            raise InputError(kind.mismatch(robot))
         slope, estimate = (
             math.radians(SLOPE_DEG.check(key, values.pop(key)))
             for key in ("imitate_slope_deg", "initial_slope_estimate_deg")

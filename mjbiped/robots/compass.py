@@ -250,7 +250,6 @@ class Compass(Robot):
     angles: ClassVar[tuple[str, ...]] = ("stance", "swing")
     joints: ClassVar[tuple[str, ...]] = ("ankle", "hip")
     places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "left", "right")
-    controller: ClassVar[str] = "AdaptiveController"
     collides_from_lift_off: ClassVar[bool] = False
     equations: ClassVar[Equations] = Equations(
         _constants, _accelerations, _stop_foot, _lands, _exchange, _lock_knee, _limbs, inlined=True

@@ -75,7 +75,6 @@ class KneedBiped(Robot):
     angles: ClassVar[tuple[str, ...]] = ("stance", "swing", "shank")
     joints: ClassVar[tuple[str, ...]] = ("ankle", "hip", "knee")
     places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "left", "right", "left_knee", "right_knee")
-    controller: ClassVar[str] = "KneedController"
     collides_from_lift_off: ClassVar[bool] = True
     equations: ClassVar[Equations] = EQUATIONS
 

@@ -31,7 +31,6 @@ class Robot(ABC):
         joints: Names of the joints with motors, in the order of torques.
         places: Names of the numbers of a posture `qpos`: hip x and z (m), left and right thigh, or leg, from the
             vertical (rad), then any other angles of the robot.
-        controller: Class in `controllers` that a message suggests when a controller cannot drive this robot.
         collides_from_lift_off: Whether the swing foot can touch the ground from lift-off on; if not, the scuffing rule
             decides when it can.
         equations: Equations of motion, guards and reset maps for event-driven engines.
@@ -42,7 +41,6 @@ class Robot(ABC):
     angles: ClassVar[tuple[str, ...]]
     joints: ClassVar[tuple[str, ...]]
     places: ClassVar[tuple[str, ...]]
-    controller: ClassVar[str] = "PassiveController"
     collides_from_lift_off: ClassVar[bool]
     equations: ClassVar[Equations]
     gravity: float
