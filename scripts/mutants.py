@@ -45,6 +45,7 @@ ROOMS = {
         "engines/hybrid/test_kneed_impacts.py",
         "engines/hybrid/test_kneed.py",
         "engines/hybrid/test_events.py",
+        "engines/hybrid/test_accounting.py",
     ),
     _MUJOCO + "contacts.py": ("engines/mujoco/test_contacts.py", "engines/mujoco/test_simulation.py"),
     _MUJOCO + "motors.py": (

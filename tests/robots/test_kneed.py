@@ -127,6 +127,13 @@ def test_parameters_outside_their_domain_are_named(name: str, bad: object, words
         KneedBiped(**{name: bad})  # type: ignore[arg-type]
 
 
+def test_the_flexion_is_that_of_the_named_leg() -> None:
+    robot = KneedBiped()
+    qpos = [robot.posture((0.0, 0.0), stance, (-0.2, 0.3, 0.7), 0.1) for stance in (0, 1)]
+    assert robot.flexion(qpos, [0, 1]) == pytest.approx([0.1, 0.1], abs=1e-15)  # the stance leg's
+    assert robot.flexion(qpos, [1, 0]) == pytest.approx([0.4, 0.4], abs=1e-15)
+
+
 def test_shapes_are_checked() -> None:
     robot = KneedBiped()
     with pytest.raises(InputError, match="q: expected 2 to 4 angles, got 5"):

@@ -15,6 +15,7 @@ from controllers import AdaptiveController
 from mjbiped.engines.hybrid.accounting import _total_variation, _turns
 from mjbiped.engines.hybrid.forces import parabola_top, turned
 from mjbiped.numerics.dormand_prince import STAGE_PLACES, TESTED_STAGES
+from mjbiped.records.pressure import centre_of_pressure
 
 
 def rates(power: np.polynomial.Polynomial) -> list[float]:
@@ -88,6 +89,20 @@ def test_what_is_kept_of_a_step_is_what_its_samples_say(hasty: mjbiped.Walk, ste
     else:  # without a force of the ground the centre of pressure is as far away as can be
         assert normal.min() < 0.0
         assert touched["pressure_ahead"][step] > 2.0 * robot.leg_length
+
+
+def test_the_centre_of_pressure_is_that_of_the_step_alone(controller: AdaptiveController) -> None:
+    """The first step from rest needs 6.6 cm behind the ankle, those after it 2.2 cm."""
+    walk = mjbiped.walk(
+        controller, mjbiped.Terrain.level(), engine="hybrid", steps=4, initial="rest", sample_period=1e-3
+    )
+    begins = np.append(0.0, walk.touchdowns["time"])
+    for step in range(4):
+        within = (walk.samples["time"] > begins[step] + 1e-9) & (walk.samples["time"] < begins[step + 1] - 1e-9)
+        place = centre_of_pressure(walk)[within]
+        # samples lie up to 1 ms beside the greatest distance
+        assert walk.touchdowns["pressure_ahead"][step] == pytest.approx(place.max(), abs=1e-3)
+        assert walk.touchdowns["pressure_behind"][step] == pytest.approx(-place.min(), abs=1e-3)
 
 
 def test_peaks_are_those_of_the_samples(hasty: mjbiped.Walk) -> None:

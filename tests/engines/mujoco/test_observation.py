@@ -19,7 +19,7 @@ from mjbiped.records.columns import TOUCHDOWNS, index_of
 from mjbiped.records.rows import rows_of
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.rules.termination import Limits, Outcome
+from mjbiped.rules.termination import LIGHT_CONTACT, Limits, Outcome
 from mjbiped.terrain.terrain import Terrain
 
 ROBOT = Compass(lower_length=0.4, upper_length=0.5)
@@ -179,6 +179,14 @@ def test_the_normal_force_is_averaged_over_stretches_that_end_in_contact() -> No
         assert u.normal_force > 0.0, k
         observation.weigh(u, lim)
     assert u.normal_force == 0.0
+
+
+@pytest.mark.parametrize(("share", "near"), [(0.8, False), (1.2, True)])
+def test_the_ankle_of_a_foot_that_hardly_presses_asks_for_a_centre_far_away(share: float, near: bool) -> None:
+    lim, u = limits(), begun(standing_at(0.0, 0.1, -0.2))
+    u.effective_step, u.torque[0], u.force = lim.averaged, -0.1, share * LIGHT_CONTACT * lim.weight
+    observation.weigh(u, lim)
+    assert (observation.pressure_times(u)[-1] == 0.0) == near
 
 
 def test_a_step_too_short_for_an_average_tells_the_mean_of_what_there_was() -> None:
