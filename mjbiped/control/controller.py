@@ -18,7 +18,6 @@ from collections.abc import Callable, MutableSequence, Sequence
 from numbers import Real
 from typing import Any, ClassVar, NamedTuple
 
-from mjbiped.errors import InputError
 from mjbiped.gaits.gait import Branched, Gait, Periodic
 from mjbiped.gaits.reference import in_arrays
 from mjbiped.robots.compass import Compass
@@ -96,29 +95,13 @@ class Controller(ABC):
     gait: Periodic | None = None
 
     def driving(self, robot: Robot) -> Controller:
-        """The controller that drives a given robot on behalf of this one: by default itself.
-
-        Raises:
-            InputError: It does not drive such a robot.
-        """
-        if robot.joints != self.joints:
-            raise InputError(self.mismatch(robot))
+        """The controller that drives a given robot on behalf of this one: by default itself, whatever the robot."""
         return self
 
     @classmethod
     def drives(cls, robot: Robot) -> bool:
         """Whether the law drives the joints that a robot has."""
         return robot.joints == cls.joints
-
-    @classmethod
-    def mismatch(cls, robot: Robot) -> str:
-        """Say in words that the law does not drive a robot, and which registered controllers do."""
-        from mjbiped.control.registry import drivers  # which knows this class
-
-        return (
-            f"{cls.__name__} drives {', '.join(cls.joints)}; {type(robot).__name__} has {', '.join(robot.joints)}: "
-            f"choose a controller for that robot: {drivers(robot)}"
-        )
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:  # noqa: B027 (optional hook)
         """Begin a walk.

@@ -111,10 +111,26 @@ def names_by_class(robot: Robot | None = None) -> dict[str, str]:
     return {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
 
 
-def drivers(robot: Robot) -> str:
-    """Names of the registered controllers that drive a robot, each with its class."""
+def driver_of(controller: Controller, robot: Robot) -> Controller:
+    """Return the controller that drives a robot on behalf of a given one; see `Controller.driving`.
+
+    Raises:
+        InputError: It does not drive such a robot.
+    """
+    driver = controller.driving(robot)
+    if driver.joints != robot.joints:
+        raise _mismatch(type(controller), robot)
+    return driver
+
+
+def _mismatch(kind: type[Controller], robot: Robot) -> InputError:
+    """Say that a law does not drive a robot, and which registered controllers do."""
     kinds = {name: controller_class(name, robot) for name in registered()}
-    return ", ".join(f"{name} ({kind.__name__})" for name, kind in kinds.items() if kind.drives(robot))
+    drivers = ", ".join(f"{name} ({each.__name__})" for name, each in kinds.items() if each.drives(robot))
+    return InputError(
+        f"{kind.__name__} drives {', '.join(kind.joints)}; {type(robot).__name__} has {', '.join(robot.joints)}: "
+        f"choose a controller for that robot: {drivers}"
+    )
 
 
 def settings_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
@@ -161,7 +177,7 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
         values["robot"] = robot
     if "gait" in own:
         if not kind.drives(robot):
-            raise InputError(kind.mismatch(robot))
+            raise _mismatch(kind, robot)
         slope, estimate = (
             math.radians(SLOPE_DEG.check(key, values.pop(key)))
             for key in ("imitate_slope_deg", "initial_slope_estimate_deg")

@@ -18,6 +18,7 @@ import scipy
 from mjbiped.control.compilation import compilable_law
 from mjbiped.control.controller import Controller, Law
 from mjbiped.control.loading import source_of
+from mjbiped.control.registry import driver_of
 from mjbiped.control.validation import try_out
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.disturbances.sampled import SampledController
@@ -166,7 +167,7 @@ def make_plan(
     check_kind("terrain", terrain, Terrain)
     disturbed = UNDISTURBED if disturbances is None else check_kind("disturbances", disturbances, Disturbances)
     robot = next(robot for robot in (terms.robot, controller.robot, Compass()) if robot is not None)
-    driver = controller.driving(robot)
+    driver = driver_of(controller, robot)
     q, dq = _first_state(controller, robot, terrain, initial, terms.scuffing)
     plan = Plan(terms, controller, driver, terrain, robot, q, dq, told, disturbed)
     _check_engine(plan)

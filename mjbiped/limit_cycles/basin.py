@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.control.compile_errors import LawError
 from mjbiped.control.controller import Controller
+from mjbiped.control.registry import driver_of
 from mjbiped.control.validation import try_out
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.hybrid.run import HybridRun
@@ -228,7 +229,7 @@ def basin_of_control(
             f"{type(controller).__name__} imitates no gait: there is nothing to settle on; a dataclass gets one in a "
             "field gait: mjbiped.Gait, and the robot's model in a field robot: mjbiped.Compass"
         )
-    controller = controller.driving(walker)
+    controller = driver_of(controller, walker)
     engine, rule = Hybrid(), chosen(scuffing)
     _check_scuffing(gait, domains.SLOPE.check("slope", slope), rule)
     terrain = Terrain.incline(math.degrees(slope))
@@ -246,7 +247,7 @@ def basin_of_control(
                 for steps in sorted({min(_FIRST_LOOK, limit), limit}):
                     terms = Terms(engine, steps, None, walker, None, rule)
                     dq = (rate1, *(rate2,) * (half - 1))
-                    run = engine.start(Plan(terms, controller, controller.driving(walker), terrain, walker, q, dq, {}))
+                    run = engine.start(Plan(terms, controller, controller, terrain, walker, q, dq, {}))
                     walked, fate = _walk_controlled(run, gait.start, near)
                     if fate is not Fate.UNDECIDED:
                         break
