@@ -47,7 +47,7 @@ def test_stairs_of_60_mm() -> None:
     fields = {"gain": default.gain, "hip_weight": default.hip_weight}  # type: ignore[attr-defined]
     assert {name: float(other[name]) for name in fields} == fields
     assert (other["method"], other["slope_source"]) == ("KETC", default.slope_source)
-    assert cell("KETC", default.slope_source, STAIRS).startswith("✗"), "it falls later"
+    assert cell("KETC", default.slope_source, STAIRS) == "undecided", "it falls later, or not"
     for source in ("local", "none"):
         assert cell("limit cycle", source, STAIRS) == "0.0641, 41.9"
     assert "0.064 and 42 N m; the adaptive controller pays 0.082 and 33 N m" in PROSE
@@ -92,10 +92,11 @@ def test_stair_1_is_cheaper_than_level_ground_with_gains_that_settle() -> None:
 
 @pytest.mark.parametrize("ground", [STAIRS, "stair 1, −6 mm"])
 def test_a_step_is_given_where_tolerance_and_engine_agree_on_it(ground: str) -> None:
-    """KETC's default on high stairs ends early everywhere, at steps that depend on the engine; PBC does not."""
+    """Whether KETC's default ends early on high stairs depends on tolerance and processor; PBC ends at one step."""
     ketc = gain_search.METHODS["KETC"].controller
     if ground == STAIRS:
-        assert study.converged(ketc, study.TERRAINS[ground]) == "✗" == cell("KETC", "two_point", ground)
+        assert cell("KETC", "two_point", ground) == "undecided"
+        assert study.converged(ketc, study.TERRAINS[ground]) in {"undecided", "✗"}  # another processor's rounding
         found = study.converged(gain_search.METHODS["PBC"].controller, study.TERRAINS[ground])
         assert found == cell("PBC", "two_point", ground) == "✗ fell at 3"
     else:
