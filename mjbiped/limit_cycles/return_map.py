@@ -169,7 +169,7 @@ def walk_all(
     table, _ = packed(plane.tables._replace(rows=plane.tables.rows.copy()))
     constants.tables = table.ctypes.data
     batch = Batch(
-        law=plane.law.law,
+        law=plane.law.block,
         starts=starts,
         limit=limit,
         goals=np.empty((0, numbers)) if goals is None else goals,
