@@ -5,6 +5,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT := out
 
+unexport PYTHONDONTWRITEBYTECODE # the tests begin some hundred processes, each of which would compile its imports anew
+
 .DEFAULT_GOAL := help
 .PHONY: help setup walk reproduce learn test tests test-slow mutants test-viewer test-browser notebooks bench docs check format lock clean
 

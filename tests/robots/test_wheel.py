@@ -212,10 +212,10 @@ def test_the_return_map_rolls_too() -> None:
 
 
 def test_the_command_line_rolls_a_wheel_of_ones_own(tmp_path: Path) -> None:
-    words = ["incline:slope_deg=5", "--robot", "wheel", "--controller", "passive", "--spokes", "9"]
+    words = ["incline:slope_deg=5", "--robot", "wheel", "--controller", "passive", "--spokes", "11"]
     result = CliRunner().invoke(main, ["walk", *words, "--steps", "3", "--out", str(tmp_path / "wheel.npz")])
     assert result.exit_code == 0, result.output
-    assert mjbiped.Walk.load(tmp_path / "wheel.npz").robot == mjbiped.RimlessWheel(spokes=9)
+    assert mjbiped.Walk.load(tmp_path / "wheel.npz").robot == mjbiped.RimlessWheel(spokes=11)
     result = CliRunner().invoke(
         main, ["gait", "--robot", "wheel", "--slope-deg", "5", "--plot", str(tmp_path / "g.png")]
     )
