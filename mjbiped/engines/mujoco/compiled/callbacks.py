@@ -20,9 +20,9 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import mujoco
@@ -34,7 +34,7 @@ from mjbiped.engines.mujoco.compiled.layout import Layout, UnknownLayoutError, l
 from mjbiped.engines.mujoco.motors import Parts, Recording
 from mjbiped.engines.mujoco.scene import ARRIVE, CONTROL, FILTER, RECORDS_SIZE, SENSOR
 from mjbiped.engines.mujoco.state import SIZE, Constants, State
-from mjbiped.numerics.jit import c_function, described, options, prepared
+from mjbiped.numerics.jit import c_function, described, from_source, jitted, options, prepared
 from mjbiped.numerics.records import WORD, Packer, Shared
 from mjbiped.records.pressure import note_pressure
 from mjbiped.records.rows import Rows
@@ -337,6 +337,44 @@ def trampolines() -> Functions:
     space = {"call_with": call_with, "call_sensor": memory.call_sensor, "call_filter": memory.call_filter}
     space = {**space, "SIZE": RECORDS_SIZE, "CONTROL": CONTROL, "SENSOR": SENSOR, "FILTER": FILTER}
     return _functions(_TRAMPOLINES, {}, space, (described(memory.memory_access.__wrapped__), layout()), layout())
+
+
+_EXCHANGE = """def exchange(places, clock):
+    if clock < 0:
+        for k in range(COUNT):
+            if word(word(places + WORD * k)) != 0:
+                return -1
+        at = word(places + WORD * COUNT)
+        clock = word(at)
+        for k in range(COUNT):
+            put_word(word(places + WORD * k), word(places + WORD * (COUNT + 1 + k)))
+        put_word(at, 0)
+        return clock
+    for k in range(COUNT):
+        put_word(word(places + WORD * k), 0)
+    put_word(word(places + WORD * COUNT), clock)
+    return 0
+"""
+
+
+@lru_cache(maxsize=1)
+def exchanging(count: int) -> Callable[[int, int], int]:
+    """Compile the function that fills and empties MuJoCo's places, for it is done before and after each short advance.
+
+    Args:
+        count: Number of places, beside the clock's.
+
+    Returns:
+        A function of two integers. The first is the address of these: the places' addresses, the clock's, and what the
+        places shall hold. Where the second is negative and the places are empty, it fills them, empties the clock's and
+        returns what that held; where they are not empty, it returns -1. Where the second is the clock, all is undone.
+    """
+    from mjbiped.numerics.addresses import put_word, word
+
+    made = partial(jitted, _nrt=False)
+    space = {"word": word, "put_word": put_word, "COUNT": count, "WORD": WORD, "__name__": __name__}
+    exchange: Callable[[int, int], int] = from_source(made, "exchange", _EXCHANGE, space, count)
+    return exchange
 
 
 def _functions(source: str, words: dict[str, str], space: dict[str, Any], known: Any, at: Layout) -> Functions:

@@ -16,8 +16,9 @@ from functools import lru_cache
 from typing import Any, Protocol
 
 import mujoco
+import numpy as np
 
-from mjbiped.engines.mujoco.compiled.callbacks import address_of, trampolines
+from mjbiped.engines.mujoco.compiled.callbacks import address_of, exchanging, trampolines
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError, library
 from mjbiped.engines.mujoco.scene import OWNER, RECORDS_SIZE
 from mjbiped.errors import MjbipedError
@@ -37,15 +38,17 @@ class Driven(Protocol):
         """Do what a callback of MuJoCo's, by its name, is to do."""
 
 
-_changed = threading.Condition(threading.RLock())  # held while anything of the following changes
+_lock = threading.RLock()  # held while anything of the following changes
+_changed = threading.Condition(_lock)
 _compiled = 0  # number of those who need the trampolines
 _driven: dict[int, list[Driven]] = {}  # walks in Python by the addresses of their models
 _walker: int | None = None  # the thread that walks in Python
 _builders = 0  # number of models that are being compiled
 _here = _THEIRS
 _NONE: dict[str, Any] = dict.fromkeys(_NAMES)
+_NULLS: Sequence[int | None] = (None,) * len(_NAMES)
 _standing = _NONE  # what somebody else has installed, while something of ours is there
-_pointers: list[int | None] = []  # MuJoCo's, while the trampolines are there
+_pointers: Sequence[int | None] = ()  # MuJoCo's, while the trampolines are there
 _clock: int | None = None  # MuJoCo's, while it is taken away
 _clockless = False
 _warnings = 0  # number that MuJoCo has given while ours were there
@@ -66,13 +69,12 @@ def _refresh() -> None:
 
 def _exchange() -> None:
     """Put the callbacks into MuJoCo's places that are needed there now."""
-    global _here, _standing
+    global _here, _standing, _pointers
     if _here == _THEIRS:
-        empty = _compiled > 0 and not any(_slots()[0])  # as it mostly is, and faster found than asked of MuJoCo
-        _standing = _NONE if empty else {name: getattr(mujoco, f"get_{name}")() for name in _NAMES}
+        _standing = {name: getattr(mujoco, f"get_{name}")() for name in _NAMES}
     if _builders:
         wanted = _TRAMPOLINES if _compiled else _NOTHING
-    elif _driven or (_compiled and _standing is not _NONE and any(_standing[name] is not None for name in CALLBACKS)):
+    elif _driven or (_compiled and any(_standing[name] is not None for name in CALLBACKS)):
         wanted = _DISPATCHER
     else:
         wanted = _TRAMPOLINES if _compiled else _THEIRS
@@ -85,7 +87,7 @@ def _exchange() -> None:
     _here = wanted
     if wanted == _TRAMPOLINES:
         slots, chosen = _slots()
-        _pointers[:] = [slot.value for slot in slots]
+        _pointers = [slot.value for slot in slots]
         _write_pointers(chosen)
     elif wanted == _DISPATCHER:
         _set(dict(zip(_NAMES, (_control, _sensor, _filter, _on_warning), strict=True)))
@@ -123,21 +125,58 @@ def _clock_slot() -> ctypes.c_void_p | None:
         return None
 
 
+@lru_cache(maxsize=1)
+def _exchange_by() -> tuple[Callable[[int, int], int], int, Any]:
+    """What fills and empties MuJoCo's places, the address of the addresses that it needs, and who owns these.
+
+    Raises:
+        UnknownLayoutError: MuJoCo's library is not found.
+    """
+    slots, chosen = _slots()
+    clock = ctypes.c_void_p.in_dll(library(), _CLOCK)
+    words = np.array([*map(ctypes.addressof, (*slots, clock)), *chosen], dtype=np.int64)
+    return exchanging(len(slots)), words.ctypes.data, words
+
+
+def _fill() -> bool:
+    """Put the trampolines where nobody has anything, as it mostly is; whether that could be done."""
+    global _here, _standing, _pointers, _clock, _clockless
+    if _here != _THEIRS:
+        return False
+    exchange, words, _ = _exchange_by()
+    clock = exchange(words, -1)
+    if clock < 0:
+        return False
+    _here, _standing, _pointers, _clock, _clockless = _TRAMPOLINES, _NONE, _NULLS, clock or None, True
+    return True
+
+
+def _empty() -> bool:
+    """Undo what `_fill` did; whether that could be done."""
+    global _here, _clockless
+    if _here != _TRAMPOLINES or _standing is not _NONE or _builders or not _clockless:
+        return False
+    exchange, words, _ = _exchange_by()
+    exchange(words, _clock or 0)
+    _here, _clockless = _THEIRS, False
+    return True
+
+
 def enter() -> None:
     """Have the trampolines stand in MuJoCo's places, until as many calls of `leave`."""
     global _compiled
-    with _changed:
+    with _lock:  # faster than the condition
         _compiled += 1
-        if _compiled == 1:
+        if _compiled == 1 and not _fill():
             _refresh()
 
 
 def leave() -> None:
     """Need the trampolines no more."""
     global _compiled
-    with _changed:
+    with _lock:  # faster than the condition
         _compiled -= 1
-        if _compiled == 0:
+        if _compiled == 0 and not _empty():
             _refresh()
 
 
