@@ -98,7 +98,7 @@ def survives(controller: Controller, terrain: mjbiped.Terrain) -> bool:
 
 def converged(controller: Controller, terrain: mjbiped.Terrain) -> str:
     """c_mt and peak torque, or the step that a walk ends in, as far as they do not depend on tolerance and engine."""
-    engines = (*(mjbiped.Hybrid(tolerance=tolerance) for tolerance in TOLERANCES), "mujoco")
+    engines: tuple[mjbiped.Engine | str, ...] = (*map(mjbiped.Hybrid, TOLERANCES), "mujoco")
     walks = [walk(controller, terrain, engine=engine) for engine in engines]
     fell = [each for each in walks if each.outcome != "finished"]
     if not fell:
