@@ -41,10 +41,11 @@ from scripts.paper.gain_search import (
 )
 
 TIGHT = mjbiped.Hybrid(tolerance=1e-10)
+"""A hundredth of the usual tolerance: what it changes is not converged."""
+
 TOLERANCES = tuple(base * factor for base in (1e-8, 1e-10) for factor in (1.0, 1.1, 1.2, 1.3, 1.4))
 """Of the walks that a cell stands for: a law near its limit ends in some of them only, and on another processor in
 others."""
-"""A hundredth of the usual tolerance: what it changes is not converged."""
 
 TERRAINS = {
     "level": LEVEL,
