@@ -12,7 +12,7 @@ import hashlib
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from itertools import pairwise
 from pathlib import Path
 from types import CellType, CodeType, FunctionType, ModuleType
@@ -47,8 +47,10 @@ def compiled(
         A function of the three other arguments.
     """
     digest = prepared((function, *functions), inlined, apart)
-    entry = _bound(function, group, functions, digest if contract else f"exact_{digest}")
-    result: Function = jitted(entry, nogil=True, **options(contract))
+    space = {"function": function, "members": _module_of(group, functions, f"members_{digest[:16]}")}
+    source = "def entry(x, y, z):\n    return function(members, x, y, z)\n"
+    made = partial(jitted, nogil=True, **options(contract))
+    result: Function = from_source(made, "entry", source, space, (digest, contract))
     return result
 
 
@@ -256,33 +258,26 @@ def raises(roots: tuple[Function, ...]) -> bool:
     return any(step.opname == "RAISE_VARARGS" for code in codes for step in dis.get_instructions(code))
 
 
-def _bound(function: Function, group: Callable[..., Any], functions: tuple[Function, ...], digest: str) -> Function:
-    """Bind the first argument of a function to a group of functions.
+def _module_of(group: Any, functions: tuple[Function, ...], name: str) -> ModuleType:
+    """Make a module whose members are functions, under the names of the group's fields.
 
-    Numba can pass on a function in a closure's cell, but cannot be given one as an argument. The digest is in the name
-    as well; see `_renamed`.
+    As a tuple, they would be as many arguments of each call that is not inlined; a module is one, and Numba looks up
+    its members while it compiles.
     """
     from numba.extending import register_jitable
 
-    name = f"entry_{digest[:16]}"
-    names = [f"function_{place}" for place in range(len(functions))]
-    members = dict(zip(names, functions, strict=True))
-    made = {name: member for name, member in members.items() if not isinstance(member, FunctionType)}
-    cells = [name for name in names if name not in made]
-    source = f"""def bind({", ".join(["function", "group", "digest", *cells])}):
-    def {name}(x, y, z):
-        digest  # a cell that Numba's cache compares
-        return function(group({", ".join(names)}), x, y, z)
-    return {name}
-"""
-    # machine code has an address, which cannot be kept on disk: pass a function that calls it
-    source += "".join(f"def {name}(*given):\n    return made_{name}(*given)\n" for name in made)
-    space: dict[str, Any] = {"__name__": __name__, **{f"made_{name}": member for name, member in made.items()}}
-    exec(compile(source, f"<compiled {name}>", "exec"), space)
-    for calling in made:
-        register_jitable(space[calling])
-    bound: Function = space["bind"](function, group, digest, *(members[name] for name in cells))
-    return bound
+    members = ModuleType(name)
+    for field, member in zip(group._fields, functions, strict=True):
+        if not isinstance(member, FunctionType):
+            # machine code has an address, which cannot be kept on disk: pass a function that calls it
+            member = register_jitable(_calling(member))
+        setattr(members, field, member)
+    return members
+
+
+def _calling(machine_code: Function) -> Function:
+    """Return a function that calls machine code."""
+    return lambda *given: machine_code(*given)
 
 
 def _called(function: Function, known: set[Function]) -> Iterator[Function]:
